@@ -1,0 +1,172 @@
+//! Contact stress from the displacement field: `λ = G⁻¹ R u = N_C u_C + N_O u_O` (seed eq. 5, theory §2).
+//!
+//! `R_i = ∫_Γc P_i σ_n(P u) ds`, taken element by element from inside; `G_ij = ∫_Γc P_i P_j ds`.
+//! Both carry the thickness (or cross-section), which cancels.
+
+use nalgebra::DMatrix;
+
+use crate::fem::element::{GAUSS2, Q4_CORNERS, normal_stress_row};
+use crate::fem::{Body, Csr};
+use crate::mesh::Edge;
+
+/// The operators of one contact edge.
+#[derive(Debug, Clone)]
+pub struct BoundaryOperator {
+    /// `N_C`, `n_C × n_C`, stress per displacement along the outward normal.
+    pub n_c: DMatrix<f64>,
+    /// `N_O`, `n_C × n_O`.
+    pub n_o: Csr,
+    /// Lumped `G`: the area that belongs to each contact node.
+    pub area: Vec<f64>,
+}
+
+/// Entries below this fraction of their row's largest are rounding errors of `G⁻¹R` and are dropped.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Integrate `R` and `G` over the contact edge and form `N_C`, `N_O`.
+pub fn assemble(body: &Body, edge: Edge, lumped: bool) -> BoundaryOperator {
+    let (mesh, dofs, dim) = (&body.mesh, &body.dofs, body.mesh.dim);
+    let n_c = dofs.n_c;
+    let factor = body.material.boundary_factor();
+    let contact_index =
+        |node| dofs.of(node, edge.axis()).and_then(|(i, _)| i.checked_sub(dofs.n_o));
+
+    let mut g = DMatrix::<f64>::zeros(n_c, n_c);
+    let mut r: Vec<(usize, usize, f64)> = vec![];
+    for side in mesh.edge_sides(edge) {
+        let nodes = mesh.element(side.element);
+        let x: Vec<_> = nodes.iter().map(|&n| mesh.nodes[n]).collect();
+        let ends = side.local.map(|l| nodes[l]);
+        let (p, q) = (mesh.nodes[ends[0]], mesh.nodes[ends[1]]);
+        let half = 0.5 * (p[0] - q[0]).hypot(p[1] - q[1]);
+        // quadrature points: weight, shape functions of the two ends, local point in the element
+        let points: Vec<(f64, [f64; 2], [f64; 2])> = if dim == 1 {
+            vec![(factor, [1.0, 0.0], [0.0; 2])]
+        } else {
+            let at = |s: f64| {
+                let shape = [(1.0 - s) / 2.0, (1.0 + s) / 2.0];
+                let [a, b] = side.local.map(|l| Q4_CORNERS[l]);
+                let local = [0, 1].map(|c| shape[0] * a[c] + shape[1] * b[c]);
+                (factor * half, shape, local)
+            };
+            GAUSS2.iter().map(|&s| at(s)).collect()
+        };
+        for (weight, shape, local) in points {
+            let stress = normal_stress_row(&body.material, &x, local, edge.axis());
+            for (a, &node) in ends.iter().enumerate() {
+                let Some(i) = contact_index(node) else { continue };
+                for (b, &other) in ends.iter().enumerate() {
+                    if let Some(j) = contact_index(other) {
+                        g[(i, j)] += weight * shape[a] * shape[b];
+                    }
+                }
+                for (k, s) in stress.iter().enumerate() {
+                    if let Some((j, sign)) = dofs.of(nodes[k / dim], k % dim) {
+                        r.push((i, j, weight * shape[a] * s * sign));
+                    }
+                }
+            }
+        }
+    }
+    let area: Vec<f64> = (0..n_c).map(|i| g.row(i).sum()).collect();
+    let r = Csr::from_triplets(n_c, dofs.n(), r);
+    let n = if lumped { scale_rows(&r, &area) } else { solve_rows(g, &r) };
+
+    let mut n_cc = DMatrix::zeros(n_c, n_c);
+    let mut n_o = vec![];
+    for (i, j, v) in n.triplets() {
+        match j.checked_sub(dofs.n_o) {
+            Some(c) => n_cc[(i, c)] = v,
+            None => n_o.push((i, j, v)),
+        }
+    }
+    BoundaryOperator { n_c: n_cc, n_o: Csr::from_triplets(n_c, dofs.n_o, n_o), area }
+}
+
+/// `diag(area)⁻¹ R`.
+fn scale_rows(r: &Csr, area: &[f64]) -> Csr {
+    let entries = r.triplets().map(|(i, j, v)| (i, j, v / area[i])).collect();
+    drop_rounding(r.n_rows(), r.n_cols(), entries)
+}
+
+/// `G⁻¹ R` with the columns of `R` that are not empty.
+fn solve_rows(g: DMatrix<f64>, r: &Csr) -> Csr {
+    let n = r.n_rows();
+    let mut columns: Vec<usize> = r.triplets().map(|(_, j, _)| j).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let mut dense = DMatrix::<f64>::zeros(n, columns.len());
+    for (i, j, v) in r.triplets() {
+        if let Ok(k) = columns.binary_search(&j) {
+            dense[(i, k)] = v;
+        }
+    }
+    if let Some(cholesky) = g.cholesky() {
+        cholesky.solve_mut(&mut dense);
+    }
+    let entry = |i: usize, k: usize| (i, columns[k], dense[(i, k)]);
+    let entries = (0..n).flat_map(|i| (0..columns.len()).map(move |k| (i, k)));
+    drop_rounding(n, r.n_cols(), entries.map(|(i, k)| entry(i, k)).collect())
+}
+
+fn drop_rounding(n_rows: usize, n_cols: usize, mut entries: Vec<(usize, usize, f64)>) -> Csr {
+    let mut largest = vec![0.0f64; n_rows];
+    entries.iter().for_each(|&(i, _, v)| largest[i] = largest[i].max(v.abs()));
+    entries.retain(|&(i, _, v)| v.abs() > ROUNDING * largest[i]);
+    Csr::from_triplets(n_rows, n_cols, entries)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::{DofMap, Material};
+    use crate::mesh::Mesh;
+
+    fn plate(edge: Edge, lumped: bool) -> (Body, BoundaryOperator) {
+        let mesh = Mesh::rectangle(2.0, 1.0, 8, 4);
+        let dofs = DofMap::new(&mesh, &[(Edge::Left, 1)], Some(edge));
+        let material = Material::Plate { young: 5.0, poisson: 0.3, density: 1.0, thickness: 0.2 };
+        let body = Body::assemble(mesh, dofs, material, false);
+        let operator = assemble(&body, edge, lumped);
+        (body, operator)
+    }
+
+    #[test]
+    fn consistent_boundary_mass_decouples_the_lcp() {
+        let (_, op) = plate(Edge::Right, false);
+        let k = 5.0 / (1.0 - 0.09) / 0.25;
+        for i in 0..op.n_c.nrows() {
+            for j in 0..op.n_c.ncols() {
+                let exact = if i == j { k } else { 0.0 };
+                assert!((op.n_c[(i, j)] - exact).abs() < 1e-12 * k);
+            }
+        }
+        let (_, lumped) = plate(Edge::Right, true);
+        assert!(lumped.n_c[(0, 1)].abs() > 0.1 * k && lumped.n_c[(0, 2)] == 0.0);
+    }
+
+    #[test]
+    fn uniform_strain_gives_its_stress_on_every_edge() {
+        for edge in [Edge::Left, Edge::Right, Edge::Bottom, Edge::Top] {
+            for lumped in [false, true] {
+                let mesh = Mesh::rectangle(2.0, 1.0, 8, 4);
+                let dofs = DofMap::new(&mesh, &[], Some(edge));
+                let material =
+                    Material::Plate { young: 5.0, poisson: 0.3, density: 1.0, thickness: 0.2 };
+                let body = Body::assemble(mesh, dofs, material, false);
+                let op = assemble(&body, edge, lumped);
+                let strain = |p: &[f64; 2]| [0.01 * p[0], -0.02 * p[1]];
+                let nodal: Vec<f64> = body.mesh.nodes.iter().flat_map(strain).collect();
+                let u = body.dofs.gather(&nodal);
+                let c = 5.0 / (1.0 - 0.09);
+                let stress = [c * (0.01 - 0.3 * 0.02), c * (-0.02 + 0.3 * 0.01)][edge.axis()];
+                for i in 0..op.area.len() {
+                    let n_o = body.dofs.n_o;
+                    let lambda = op.n_o.row_dot(i, &u[..n_o])
+                        + (0..op.area.len()).map(|j| op.n_c[(i, j)] * u[n_o + j]).sum::<f64>();
+                    assert!((lambda - stress).abs() < 1e-13, "{edge:?} {lambda} {stress}");
+                }
+            }
+        }
+    }
+}

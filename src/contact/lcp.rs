@@ -1,0 +1,208 @@
+//! The linear complementarity problem `0 ≤ w ⟂ p = N w + q ≥ 0` by principal pivoting (theory §3).
+//!
+//! Block pivoting from a given active set (Kostreva 1978; Júdice and Pires 1994): all infeasible indices
+//! change sides at once while their number falls, otherwise one at a time by the least-index rule (Murty 1974),
+//! which ends for every P-matrix. Indices in contact have `w = 0` exactly, free ones `p = 0` exactly.
+
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+/// A solution with its basis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LcpSolution {
+    /// Gaps `w ≥ 0`.
+    pub w: Vec<f64>,
+    /// Pressures `p ≥ 0`.
+    pub p: Vec<f64>,
+    /// In contact: `w = 0`.
+    pub active: Vec<bool>,
+    /// Indices with `w = p = 0` to rounding.
+    pub degenerate: Vec<usize>,
+    /// Number of changed bases.
+    pub pivots: usize,
+}
+
+/// The pivoting found no solution.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum LcpError {
+    /// A principal block is singular: not a P-matrix.
+    #[error("a principal block of N_C is singular: the contact conditions have no unique solution")]
+    Singular,
+    /// The limit of pivots was reached: not a P-matrix.
+    #[error("no solution after {pivots} pivots: N_C is not a P-matrix")]
+    PivotLimit {
+        /// Pivots done.
+        pivots: usize,
+    },
+}
+
+/// Rounding units that count as zero.
+pub(crate) const UNITS: f64 = 16.0 * f64::EPSILON;
+
+/// Solve from the basis `start`; `q_scale[i]` is the size of the terms that made up `q[i]`, against
+/// which rounding errors are judged.
+pub fn solve(
+    n: &DMatrix<f64>,
+    q: &[f64],
+    q_scale: &[f64],
+    start: &[bool],
+) -> Result<LcpSolution, LcpError> {
+    let size = q.len();
+    let mut active = start.to_vec();
+    let mut pivots = 0;
+    let mut fewest = size + 1;
+    let mut patience = 3;
+    let limit = 50 + 20 * size * size;
+    loop {
+        let (w, p) = basic_solution(n, q, &active)?;
+        let tolerance = |i: usize| {
+            let sum: f64 = (0..size).map(|j| (n[(i, j)] * w[j]).abs()).sum();
+            UNITS * (q_scale[i] + sum)
+        };
+        let infeasible = |i: &usize| {
+            if active[*i] {
+                p[*i] < -tolerance(*i)
+            } else {
+                w[*i] * n[(*i, *i)].abs() < -tolerance(*i)
+            }
+        };
+        let wrong: Vec<usize> = (0..size).filter(infeasible).collect();
+        if wrong.is_empty() {
+            let zero = |i: &usize| p[*i].max(w[*i] * n[(*i, *i)]) <= tolerance(*i);
+            let degenerate = (0..size).filter(zero).collect();
+            let clip = |v: Vec<f64>| v.into_iter().map(|x| x.max(0.0)).collect();
+            return Ok(LcpSolution { w: clip(w), p: clip(p), active, degenerate, pivots });
+        }
+        if pivots >= limit {
+            return Err(LcpError::PivotLimit { pivots });
+        }
+        pivots += 1;
+        if wrong.len() < fewest {
+            fewest = wrong.len();
+            patience = 3;
+        } else {
+            patience -= 1;
+        }
+        if patience >= 0 {
+            wrong.iter().for_each(|&i| active[i] = !active[i]);
+        } else {
+            active[wrong[0]] = !active[wrong[0]];
+        }
+    }
+}
+
+/// `w_c = 0`, `p_f = 0`, `N_ff w_f = −q_f`, `p_c = N_cf w_f + q_c`.
+fn basic_solution(
+    n: &DMatrix<f64>,
+    q: &[f64],
+    active: &[bool],
+) -> Result<(Vec<f64>, Vec<f64>), LcpError> {
+    let free: Vec<usize> = (0..q.len()).filter(|&i| !active[i]).collect();
+    let mut w = vec![0.0; q.len()];
+    let mut p = vec![0.0; q.len()];
+    let diagonal = |i: usize| free.iter().all(|&j| i == j || n[(i, j)] == 0.0);
+    if free.iter().all(|&i| diagonal(i)) {
+        for &i in &free {
+            w[i] = -q[i] / n[(i, i)];
+        }
+    } else if !free.is_empty() {
+        let block = DMatrix::from_fn(free.len(), free.len(), |a, b| n[(free[a], free[b])]);
+        let rhs = DVector::from_iterator(free.len(), free.iter().map(|&i| -q[i]));
+        let solved = block.lu().solve(&rhs).ok_or(LcpError::Singular)?;
+        free.iter().zip(solved.iter()).for_each(|(&i, &x)| w[i] = x);
+    }
+    if w.iter().any(|x| !x.is_finite()) {
+        return Err(LcpError::Singular);
+    }
+    for i in (0..q.len()).filter(|&i| active[i]) {
+        p[i] = q[i] + free.iter().map(|&j| n[(i, j)] * w[j]).sum::<f64>();
+    }
+    Ok((w, p))
+}
+
+/// The natural residual `max_i |min(w_i, p_i / N_ii)|` with `p = N w + q`: zero at the solution alone.
+pub fn residual(n: &DMatrix<f64>, q: &[f64], w: &[f64]) -> f64 {
+    let p = |i: usize| q[i] + (0..q.len()).map(|j| n[(i, j)] * w[j]).sum::<f64>();
+    (0..q.len()).map(|i| w[i].min(p(i) / n[(i, i)]).abs()).fold(0.0, f64::max)
+}
+
+/// Why a matrix is known to be a P-matrix.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PMatrix {
+    /// The symmetric part of a positive row scaling is positive definite.
+    PositiveDefinite,
+    /// All principal minors were computed and are positive.
+    Minors,
+    /// It is not one, or it could not be shown; the index is the one most to blame.
+    NotShown {
+        /// Index of the contact node.
+        index: usize,
+    },
+}
+
+/// Largest size for which all principal minors are computed.
+const MINORS_LIMIT: usize = 14;
+
+/// Show that `N` is a P-matrix; `row_scale > 0` may symmetrise it (the P property does not change).
+pub fn p_matrix(n: &DMatrix<f64>, row_scale: &[f64]) -> PMatrix {
+    let size = n.nrows();
+    let symmetric_part = |scale: &dyn Fn(usize) -> f64| {
+        DMatrix::from_fn(size, size, |i, j| 0.5 * (scale(i) * n[(i, j)] + scale(j) * n[(j, i)]))
+    };
+    let plain = symmetric_part(&|_| 1.0);
+    let scaled = symmetric_part(&|i| row_scale[i]);
+    if plain.clone().cholesky().is_some() || scaled.cholesky().is_some() {
+        return PMatrix::PositiveDefinite;
+    }
+    let minor = |set: usize| {
+        let index: Vec<usize> = (0..size).filter(|i| set >> i & 1 == 1).collect();
+        DMatrix::from_fn(index.len(), index.len(), |a, b| n[(index[a], index[b])]).determinant()
+    };
+    if size <= MINORS_LIMIT && (1..1usize << size).all(|set| minor(set) > 0.0) {
+        return PMatrix::Minors;
+    }
+    let eigen = plain.symmetric_eigen();
+    let worst = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+    PMatrix::NotShown { index: worst.iamax() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_are_exact_and_warm_start_needs_no_pivot() {
+        let n = DMatrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0]);
+        let q = [-1.0, 0.5, 3.0];
+        let s = solve(&n, &q, &[1.0, 0.5, 3.0], &[false; 3]).unwrap();
+        for i in 0..3 {
+            assert!(if s.active[i] { s.w[i] == 0.0 } else { s.p[i] == 0.0 });
+        }
+        assert!(residual(&n, &q, &s.w) < 1e-15);
+        let again = solve(&n, &q, &[1.0, 0.5, 3.0], &s.active).unwrap();
+        assert_eq!((again.pivots, &again.active), (0, &s.active));
+    }
+
+    #[test]
+    fn degenerate_indices_are_named() {
+        let n = DMatrix::<f64>::identity(2, 2);
+        let s = solve(&n, &[0.0, -1.0], &[1.0, 1.0], &[true, false]).unwrap();
+        assert_eq!(s.degenerate, vec![0]);
+    }
+
+    #[test]
+    fn p_matrices_are_told_from_others() {
+        assert_eq!(p_matrix(&DMatrix::identity(3, 3), &[1.0; 3]), PMatrix::PositiveDefinite);
+        // a P-matrix whose symmetric part is indefinite
+        let p = DMatrix::from_row_slice(2, 2, &[1.0, -3.0, 0.0, 1.0]);
+        assert_eq!(p_matrix(&p, &[1.0; 2]), PMatrix::Minors);
+        let no = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
+        assert!(matches!(p_matrix(&no, &[1.0; 2]), PMatrix::NotShown { .. }));
+    }
+
+    #[test]
+    fn not_a_p_matrix_ends_with_an_error() {
+        let n = DMatrix::from_row_slice(1, 1, &[-1.0]);
+        assert!(solve(&n, &[-1.0], &[1.0], &[false]).is_err());
+    }
+}

@@ -1,0 +1,101 @@
+//! Two independent solutions of the complementarity problem, for tests and `--verify-lcp`.
+//!
+//! Enumeration tries every basis; Clarabel minimises `wᵀ(N w + q)` over `w ≥ 0`, `N w + q ≥ 0` (for a symmetric
+//! `N` the half of it, whose optimality conditions *are* the problem). Neither shares code with the pivoting.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
+};
+use nalgebra::{DMatrix, DVector};
+
+/// All bases of size up to this are tried.
+pub const ENUMERATION_LIMIT: usize = 12;
+
+/// Every solution found by trying all `2^n` bases (one for a P-matrix, but for degenerate data).
+pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {
+    let size = q.len();
+    let scale = q.iter().fold(0.0f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
+    let mut found: Vec<Vec<f64>> = vec![];
+    for basis in 0..1usize << size {
+        let free: Vec<usize> = (0..size).filter(|i| basis >> i & 1 == 1).collect();
+        let mut w = DVector::<f64>::zeros(size);
+        if !free.is_empty() {
+            let block = DMatrix::from_fn(free.len(), free.len(), |a, b| n[(free[a], free[b])]);
+            let rhs = DVector::from_iterator(free.len(), free.iter().map(|&i| -q[i]));
+            let Some(inverse) = block.try_inverse() else { continue };
+            let part = inverse * rhs;
+            free.iter().zip(part.iter()).for_each(|(&i, &x)| w[i] = x);
+        }
+        let p = n * &w + DVector::from_column_slice(q);
+        let fits = (0..size).all(|i| w[i] * n[(i, i)] >= -1e-12 * scale && p[i] >= -1e-12 * scale);
+        let new = |w: &DVector<f64>| {
+            let same = |f: &Vec<f64>| {
+                f.iter()
+                    .zip(w.iter())
+                    .enumerate()
+                    .all(|(i, (a, b))| (a - b).abs() * n[(i, i)] <= 1e-10 * scale)
+            };
+            !found.iter().any(same)
+        };
+        if fits && new(&w) {
+            found.push(w.as_slice().to_vec());
+        }
+    }
+    found
+}
+
+/// The solution by Clarabel's interior-point method, accurate to about 1e-8 of the scale, or `None`
+/// if it gives up.
+pub fn clarabel(n: &DMatrix<f64>, q: &[f64]) -> Option<Vec<f64>> {
+    let size = q.len();
+    // bring rows and unknowns to the order of one
+    let stiffness = (0..size).map(|i| n[(i, i)].abs()).fold(0.0, f64::max);
+    let force = q.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if size == 0 || force == 0.0 {
+        return Some(vec![0.0; size]);
+    }
+    let scaled = n / stiffness;
+    let q: Vec<f64> = q.iter().map(|x| x / force).collect();
+    let symmetric =
+        (0..size).all(|i| (0..i).all(|j| (scaled[(i, j)] - scaled[(j, i)]).abs() <= 1e-14));
+    let upper = |i: usize, j: usize| if i <= j { scaled[(i, j)] + scaled[(j, i)] } else { 0.0 };
+    let half = if symmetric { 0.5 } else { 1.0 };
+    let dense = |rows: usize, f: &dyn Fn(usize, usize) -> f64| {
+        let entries = (0..rows).flat_map(|i| (0..size).map(move |j| (i, j)));
+        let kept: Vec<(usize, usize, f64)> =
+            entries.map(|(i, j)| (i, j, f(i, j))).filter(|e| e.2 != 0.0).collect();
+        let (mut rows_of, mut cols, mut values) = (vec![], vec![], vec![]);
+        for (i, j, v) in kept {
+            rows_of.push(i);
+            cols.push(j);
+            values.push(v);
+        }
+        CscMatrix::new_from_triplets(rows, size, rows_of, cols, values)
+    };
+    let objective = dense(size, &|i, j| half * upper(i, j));
+    // constraints A w + s = b, s ≥ 0: −w ≤ 0 and, where the objective alone does not imply it, −N w ≤ q
+    let rows = if symmetric { size } else { 2 * size };
+    let constraints = dense(rows, &|i, j| match i.checked_sub(size) {
+        None => -f64::from(u8::from(i == j)),
+        Some(i) => -scaled[(i, j)],
+    });
+    let mut bound = vec![0.0; size];
+    if !symmetric {
+        bound.extend_from_slice(&q);
+    }
+    let settings = DefaultSettingsBuilder::default()
+        .verbose(false)
+        .tol_gap_abs(1e-12)
+        .tol_gap_rel(1e-12)
+        .tol_feas(1e-12)
+        .build()
+        .ok()?;
+    let cones = [SupportedConeT::NonnegativeConeT(rows)];
+    let mut solver =
+        DefaultSolver::new(&objective, &q, &constraints, &bound, &cones, settings).ok()?;
+    solver.solve();
+    let solved =
+        matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+    solved.then(|| solver.solution.x.iter().map(|x| x * force / stiffness).collect())
+}

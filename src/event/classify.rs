@@ -1,0 +1,259 @@
+//! Which active set is next (theory §5).
+//!
+//! At a switch the indices with `w_i = p_i = 0` are degenerate. First the complementarity problem one order up,
+//! `0 ≤ ẇ ⟂ ṗ ≥ 0` with `ṗ = S ẇ + q̇` (S the Schur complement of `N_C` on the degenerate indices, again a P-matrix). Where that
+//! too is degenerate (grazing), the accelerations decide, and these differ from one set to the next: a set is admissible
+//! if in *its own* phase the second derivatives of its monitors are ≥ 0. One admissible set is the rule; with several the
+//! present one is kept and the event recorded; with none the node is held on the surface (Filippov).
+
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+use crate::contact::lcp::{self, UNITS};
+use crate::contact::{ActiveSet, ContactError, Nbm, Phase, Scratch};
+
+/// How a switch was decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Order {
+    /// By displacements alone.
+    Displacement,
+    /// By the velocities.
+    Velocity,
+    /// By the accelerations: grazing.
+    Acceleration,
+}
+
+/// The next phase.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// Active set (held nodes count as in contact).
+    pub set: ActiveSet,
+    /// Nodes held on the surface.
+    pub held: Vec<usize>,
+    /// What decided.
+    pub order: Order,
+    /// Nodes decided by accelerations.
+    pub grazing: Vec<usize>,
+    /// More than one continuation was admissible.
+    pub ambiguous: bool,
+}
+
+/// No rule applies.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum ClassifyError {
+    /// An operator failed.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// No admissible continuation was found among the sets that could be tried.
+    #[error("no admissible continuation at t = {t:.12} for the contact nodes {nodes:?}")]
+    Unresolved {
+        /// Time.
+        t: f64,
+        /// Degenerate contact nodes (index in `u_C`).
+        nodes: Vec<usize>,
+    },
+}
+
+/// A state on a switching surface.
+pub struct Surface<'a> {
+    /// Operators.
+    pub nbm: &'a Nbm,
+    /// Time.
+    pub t: f64,
+    /// Displacements.
+    pub u_o: &'a [f64],
+    /// Velocities.
+    pub v_o: &'a [f64],
+    /// Time differences below this are rounding errors.
+    pub resolution: f64,
+}
+
+/// Up to this many nodes all `2^k` sets are tried at the level of accelerations.
+const ENUMERATION_LIMIT: usize = 10;
+/// Up to this many nodes all combinations of held nodes are tried.
+const HELD_LIMIT: usize = 5;
+
+impl Surface<'_> {
+    /// Decide the degenerate nodes; the others keep their place in `present`.
+    pub fn decide(
+        &self,
+        present: &ActiveSet,
+        degenerate: &[usize],
+        scratch: &mut Scratch,
+    ) -> Result<Decision, ClassifyError> {
+        let decision =
+            |set, order| Decision { set, held: vec![], order, grazing: vec![], ambiguous: false };
+        if degenerate.is_empty() {
+            return Ok(decision(present.clone(), Order::Displacement));
+        }
+        let (set, undecided) = self.by_velocity(present, degenerate, scratch)?;
+        if undecided.is_empty() {
+            return Ok(decision(set, Order::Velocity));
+        }
+        // undecided nodes enter as they are in the present phase
+        let mut base = set;
+        undecided.iter().for_each(|&i| base.set(i, present.is_active(i)));
+        self.by_acceleration(&base, &undecided, scratch)
+    }
+
+    fn acceleration(&self, phase: &Phase, scratch: &mut Scratch) -> Vec<f64> {
+        let mut a = vec![0.0; self.nbm.n_o()];
+        phase.acceleration(self.nbm, self.t, self.u_o, self.v_o, scratch, &mut a);
+        a
+    }
+
+    /// `0 ≤ ẇ ⟂ ṗ ≥ 0` on the degenerate nodes; returns the set and the nodes that stay degenerate.
+    fn by_velocity(
+        &self,
+        present: &ActiveSet,
+        degenerate: &[usize],
+        scratch: &mut Scratch,
+    ) -> Result<(ActiveSet, Vec<usize>), ClassifyError> {
+        let nbm = self.nbm;
+        let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let a = self.acceleration(&Phase::new(nbm, present.clone())?, scratch);
+        let blur = largest(&a) * self.resolution / UNITS;
+        let scale: Vec<f64> = degenerate
+            .iter()
+            .map(|&i| nbm.pressure_rate_scale(i, largest(self.v_o) + blur))
+            .collect();
+        let rate = |i: usize| -nbm.n_o.row_dot(i, self.v_o);
+        // eliminate the free nodes that are not degenerate: they follow with ṗ = 0
+        let others: Vec<usize> = (0..nbm.n_contact())
+            .filter(|i| !present.is_active(*i) && !degenerate.contains(i))
+            .collect();
+        let block = |rows: &[usize], cols: &[usize]| {
+            DMatrix::from_fn(rows.len(), cols.len(), |a, b| nbm.n_c[(rows[a], cols[b])])
+        };
+        let mut schur = block(degenerate, degenerate);
+        let mut q: Vec<f64> = degenerate.iter().map(|&i| rate(i)).collect();
+        let coupling = block(degenerate, &others);
+        if coupling.iter().any(|&x| x != 0.0) {
+            let lu = block(&others, &others).lu();
+            let solve = |rhs: DMatrix<f64>| {
+                lu.solve(&rhs).ok_or(ContactError::Lcp(lcp::LcpError::Singular))
+            };
+            let rates = DMatrix::from_fn(others.len(), 1, |a, _| rate(others[a]));
+            schur -= &coupling * solve(block(&others, degenerate))?;
+            let shift: DVector<f64> = (&coupling * solve(rates)?).column(0).into_owned();
+            q.iter_mut().zip(shift.iter()).for_each(|(q, s)| *q -= s);
+        }
+        let start: Vec<bool> = degenerate.iter().map(|&i| present.is_active(i)).collect();
+        let solution = lcp::solve(&schur, &q, &scale, &start).map_err(ContactError::Lcp)?;
+        let mut set = present.clone();
+        degenerate.iter().zip(&solution.active).for_each(|(&i, &a)| set.set(i, a));
+        Ok((set, solution.degenerate.iter().map(|&k| degenerate[k]).collect()))
+    }
+
+    /// Second derivatives of the monitors of `nodes` in a phase, over their rounding error.
+    fn curvatures(&self, phase: &Phase, nodes: &[usize], scratch: &mut Scratch) -> Vec<f64> {
+        let a = self.acceleration(phase, scratch);
+        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let mut rates = vec![0.0; phase.monitors.len()];
+        phase.monitor_rates(self.nbm, &a, &mut rates);
+        let of = |&i: &usize| {
+            let k = phase.monitors.iter().position(|m| m.node == i).unwrap_or(0);
+            let unit = 16.0 * UNITS * self.nbm.pressure_rate_scale(i, largest);
+            let unit = if phase.set.is_active(i) { unit } else { unit / self.nbm.n_c[(i, i)] };
+            rates[k] / unit.max(f64::MIN_POSITIVE)
+        };
+        nodes.iter().map(of).collect()
+    }
+
+    fn by_acceleration(
+        &self,
+        base: &ActiveSet,
+        nodes: &[usize],
+        scratch: &mut Scratch,
+    ) -> Result<Decision, ClassifyError> {
+        let decision = |set: ActiveSet, ambiguous| Decision {
+            set,
+            held: vec![],
+            order: Order::Acceleration,
+            grazing: nodes.to_vec(),
+            ambiguous,
+        };
+        if nodes.len() > ENUMERATION_LIMIT {
+            return self.by_iteration(base, nodes, scratch).map(|set| decision(set, false));
+        }
+        let mut best: Option<(usize, ActiveSet)> = None;
+        let mut strict = 0;
+        for bits in 0..1usize << nodes.len() {
+            let mut set = base.clone();
+            nodes.iter().enumerate().for_each(|(k, &i)| set.set(i, bits >> k & 1 == 1));
+            let curvature = self.curvatures(&Phase::new(self.nbm, set.clone())?, nodes, scratch);
+            if curvature.iter().any(|&c| c < -1.0) {
+                continue;
+            }
+            strict += usize::from(curvature.iter().all(|&c| c > 1.0));
+            let changes = nodes.iter().filter(|&&i| set.is_active(i) != base.is_active(i)).count();
+            if best.as_ref().is_none_or(|(least, _)| changes < *least) {
+                best = Some((changes, set));
+            }
+        }
+        match best {
+            Some((_, set)) => Ok(decision(set, strict > 1)),
+            None => self.held(base, nodes, scratch),
+        }
+    }
+
+    /// Many nodes at once: change all inadmissible ones together until none is left.
+    fn by_iteration(
+        &self,
+        base: &ActiveSet,
+        nodes: &[usize],
+        scratch: &mut Scratch,
+    ) -> Result<ActiveSet, ClassifyError> {
+        let mut set = base.clone();
+        for round in 0..4 * nodes.len() {
+            let curvature = self.curvatures(&Phase::new(self.nbm, set.clone())?, nodes, scratch);
+            let wrong: Vec<usize> =
+                nodes.iter().zip(&curvature).filter(|(_, c)| **c < -1.0).map(|(&i, _)| i).collect();
+            let Some(&first) = wrong.first() else { return Ok(set) };
+            let change = if round < 4 { &wrong[..] } else { &[first][..] };
+            change.iter().for_each(|&i| set.set(i, !set.is_active(i)));
+        }
+        Err(ClassifyError::Unresolved { t: self.t, nodes: nodes.to_vec() })
+    }
+
+    /// Neither side can be entered: hold as few nodes as possible on the surface.
+    fn held(
+        &self,
+        base: &ActiveSet,
+        nodes: &[usize],
+        scratch: &mut Scratch,
+    ) -> Result<Decision, ClassifyError> {
+        let unresolved = || ClassifyError::Unresolved { t: self.t, nodes: nodes.to_vec() };
+        if nodes.len() > HELD_LIMIT {
+            return Err(unresolved());
+        }
+        // each node: 0 free, 1 in contact, 2 held
+        let count = 3usize.pow(nodes.len() as u32);
+        let digit = |code: usize, k: usize| code / 3usize.pow(k as u32) % 3;
+        let n_held = |code: usize| (0..nodes.len()).filter(|&k| digit(code, k) == 2).count();
+        let mut codes: Vec<usize> = (0..count).filter(|&c| n_held(c) > 0).collect();
+        codes.sort_by_key(|&c| n_held(c));
+        for code in codes {
+            let mut set = base.clone();
+            let (mut held, mut others) = (vec![], vec![]);
+            for (k, &i) in nodes.iter().enumerate() {
+                set.set(i, digit(code, k) >= 1);
+                if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
+            }
+            let phase = Phase::with_held(self.nbm, set.clone(), held.clone())?;
+            let theta = phase.held_theta(self.nbm, self.t, self.u_o, self.v_o, scratch);
+            let inside = theta.iter().all(|t| (0.0..=1.0).contains(t));
+            if inside && self.curvatures(&phase, &others, scratch).iter().all(|&c| c >= -1.0) {
+                let grazing = nodes.to_vec();
+                return Ok(Decision {
+                    set,
+                    held,
+                    order: Order::Acceleration,
+                    grazing,
+                    ambiguous: false,
+                });
+            }
+        }
+        Err(unresolved())
+    }
+}

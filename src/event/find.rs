@@ -1,0 +1,229 @@
+//! The first switch in a window: proved, not sampled.
+//!
+//! Each monitor comes as an enclosure between two polynomials in Bernstein form. An interval is *proved* free of a crossing
+//! (lower bound positive), or *proved* to hold one (monotone, signs differ), or halved; what stays undecided at the
+//! time resolution is a tangency. A crossing is a descent below `−slack`, where `slack` is the rounding error of the
+//! monitor: a monitor that has just switched starts at zero and is not mistaken for a second switch.
+
+use crate::flow::Flow;
+
+/// A switch that the flow runs into.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Root {
+    /// Time.
+    pub t: f64,
+    /// Index of the monitor in the phase.
+    pub index: usize,
+    /// The monitor only touches zero, as far as the time resolution can tell.
+    pub tangent: bool,
+}
+
+/// The earliest crossing in `[a, b]` over all monitors.
+pub fn earliest(
+    flow: &dyn Flow,
+    slack: &[f64],
+    (a, b): (f64, f64),
+    resolution: f64,
+) -> Option<Root> {
+    let mut first: Option<Root> = None;
+    for (index, &slack) in slack.iter().enumerate() {
+        let until = first.map_or(b, |r| r.t);
+        if let Some(root) = first_crossing(flow, index, slack, (a, until), resolution) {
+            if first.is_none_or(|r| root.t < r.t) {
+                first = Some(root);
+            }
+        }
+    }
+    first
+}
+
+fn first_crossing(
+    flow: &dyn Flow,
+    index: usize,
+    slack: f64,
+    (a, b): (f64, f64),
+    resolution: f64,
+) -> Option<Root> {
+    let root = |t, tangent| Some(Root { t, index, tangent });
+    let mut pending = vec![(a, b)];
+    while let Some((a, b)) = pending.pop() {
+        let e = flow.enclose(index, a, b);
+        if e.polynomial.min() - e.error + slack > 0.0 {
+            continue;
+        }
+        let c = e.polynomial.coefficients();
+        let (start, end) = (c[0] + slack, c[c.len() - 1] + slack);
+        if start + e.error < 0.0 {
+            return root(a, false);
+        }
+        let slope = e.polynomial.derivative();
+        if slope.min() - e.slope_error > 0.0 && start - e.error >= 0.0 {
+            continue;
+        }
+        if slope.max() + e.slope_error < 0.0 {
+            if end - e.error > 0.0 {
+                continue;
+            }
+            if end + e.error < 0.0 {
+                return root(bisect(flow, index, slack, (a, b), resolution), false);
+            }
+        }
+        let middle = 0.5 * (a + b);
+        if b - a <= resolution || middle <= a || middle >= b {
+            return root(middle.clamp(a, b), true);
+        }
+        pending.push((middle, b));
+        pending.push((a, middle));
+    }
+    None
+}
+
+/// Root of a monotone monitor between two signs: false position with the Illinois rule, bisection where
+/// that is slow.
+fn bisect(
+    flow: &dyn Flow,
+    index: usize,
+    slack: f64,
+    (mut a, mut b): (f64, f64),
+    resolution: f64,
+) -> f64 {
+    let value = |t: f64| flow.enclose(index, t, t).polynomial.coefficients()[0] + slack;
+    let (mut fa, mut fb) = (value(a), value(b));
+    let mut side = 0;
+    for k in 0..200 {
+        if b - a <= resolution || fa <= 0.0 {
+            break;
+        }
+        let mut t = if k % 4 == 3 { 0.5 * (a + b) } else { a + (b - a) * fa / (fa - fb) };
+        if !(t > a && t < b) {
+            t = 0.5 * (a + b);
+        }
+        let ft = value(t);
+        if ft > 0.0 {
+            (a, fa) = (t, ft);
+            if side == 1 {
+                fb *= 0.5;
+            }
+            side = 1;
+        } else {
+            (b, fb) = (t, ft);
+            if side == -1 {
+                fa *= 0.5;
+            }
+            side = -1;
+        }
+    }
+    b
+}
+
+/// The least interior minimum of a monitor in the window that lies below `level`, if any: a near miss.
+pub fn near_miss(
+    flow: &dyn Flow,
+    index: usize,
+    level: f64,
+    (a, b): (f64, f64),
+    resolution: f64,
+) -> Option<(f64, f64)> {
+    let mut least: Option<(f64, f64)> = None;
+    let mut pending = vec![(a, b)];
+    while let Some((a, b)) = pending.pop() {
+        let e = flow.enclose(index, a, b);
+        let bound = least.map_or(level, |(_, h)| h.min(level));
+        let slope = e.polynomial.derivative();
+        if e.polynomial.min() - e.error >= bound || slope.min() > 0.0 || slope.max() < 0.0 {
+            continue;
+        }
+        let middle = 0.5 * (a + b);
+        if b - a <= resolution || middle <= a || middle >= b {
+            let h = e.polynomial.at(0.5);
+            if h < bound {
+                least = Some((middle, h));
+            }
+            continue;
+        }
+        pending.push((middle, b));
+        pending.push((a, middle));
+    }
+    // an end of the window is no interior minimum
+    least.filter(|&(t, _)| t - a > 2.0 * resolution && b - t > 2.0 * resolution)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Phase;
+    use crate::flow::{Bernstein, Counters, Enclosure, FlowError};
+
+    /// Monitors given as polynomials on [0, 1].
+    struct Given(Vec<Bernstein>);
+
+    impl Flow for Given {
+        fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
+        fn advance(&mut self, _: &Phase, _: f64) -> Result<(), FlowError> {
+            Ok(())
+        }
+        fn cut(&mut self, _: &Phase, _: f64) {}
+        fn window(&self) -> (f64, f64) {
+            (0.0, 1.0)
+        }
+        fn end_state(&self) -> &[f64] {
+            &[]
+        }
+        fn state(&self, _: f64, _: &mut [f64]) {}
+        fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+            let polynomial = self.0[index].restrict(a, b);
+            Enclosure { polynomial, error: 0.0, slope_error: 0.0 }
+        }
+        fn counters(&self) -> Counters {
+            Counters::default()
+        }
+        fn name(&self) -> &'static str {
+            "given"
+        }
+    }
+
+    /// `(t − r₁)(t − r₂) + shift` as Bernstein coefficients of degree 2.
+    fn parabola(r1: f64, r2: f64, shift: f64) -> Bernstein {
+        let (c, b) = (r1 * r2 + shift, -(r1 + r2));
+        Bernstein::new(&[c, c + 0.5 * b, c + b + 1.0])
+    }
+
+    const RESOLUTION: f64 = 1e-15;
+
+    #[test]
+    fn two_roots_in_one_step_are_not_missed() {
+        // both ends positive: a test of signs at the ends sees nothing
+        let flow = Given(vec![parabola(0.4, 0.400001, 0.0)]);
+        let root = earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION).unwrap();
+        assert!((root.t - 0.4).abs() < 1e-9 && !root.tangent, "{root:?}");
+    }
+
+    #[test]
+    fn the_earliest_of_several_monitors_is_found() {
+        let flow = Given(vec![
+            parabola(0.7, 2.0, 0.0),
+            parabola(0.3, 1.5, 0.0),
+            parabola(-1.0, -2.0, 0.0),
+        ]);
+        let root = earliest(&flow, &[1e-16; 3], (0.0, 1.0), RESOLUTION).unwrap();
+        assert_eq!(root.index, 1);
+        assert!((root.t - 0.3).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_monitor_that_starts_at_zero_and_rises_has_no_root() {
+        let flow = Given(vec![parabola(0.0, -1.0, 0.0)]);
+        assert_eq!(earliest(&flow, &[1e-15], (0.0, 1.0), RESOLUTION), None);
+        let back = Given(vec![Bernstein::new(&[0.0, 0.5, -1.0])]);
+        assert!((earliest(&back, &[1e-15], (0.0, 1.0), RESOLUTION).unwrap().t - 0.5).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_touch_is_a_near_miss_and_no_switch() {
+        let flow = Given(vec![parabola(0.5, 0.5, 1e-12)]);
+        assert_eq!(earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION), None);
+        let (t, h) = near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9).unwrap();
+        assert!((t - 0.5).abs() < 1e-8 && (h - 1e-12).abs() < 1e-15);
+        assert_eq!(near_miss(&flow, 0, 1e-13, (0.0, 1.0), 1e-9), None);
+    }
+}

@@ -1,0 +1,607 @@
+//! The event-driven integration of the nodal boundary equations: advance, locate, classify, switch, record.
+//!
+//! `u_O` and `u̇_O` are continuous across a switch; the active set, and with it `M_α`, `K_α` and the acceleration, jump.
+//! The complementarity problem is solved anew at every switch; the rules for degenerate sets are in [`classify`].
+
+pub mod classify;
+pub mod find;
+pub mod ledger;
+pub mod record;
+
+pub use ledger::{Energies, Ledger};
+pub use record::{
+    Grazing, GrazingKind, LcpCheck, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
+};
+
+use std::collections::VecDeque;
+
+use crate::contact::{ActiveSet, ContactError, MonitorKind, Nbm, Phase, Scratch, oracle};
+use crate::flow::{Flow, Layout};
+use crate::problem::State;
+use classify::{ClassifyError, Decision, Surface};
+use find::Root;
+
+/// What a run is asked to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// End time (the start is 0).
+    pub until: f64,
+    /// Evenly spaced states to store after the first.
+    pub samples: usize,
+    /// Most switches a contact node may make within ten shortest natural periods.
+    pub switch_limit: f64,
+    /// Compare every stored state's complementarity problem with two independent solutions.
+    pub verify_lcp: bool,
+}
+
+/// A run could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError<E> {
+    /// The operators failed.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// The observer failed.
+    #[error("{0}")]
+    Observer(E),
+}
+
+/// Near misses within this fraction of a monitor's scale are recorded.
+const NEAR_MISS: f64 = 1e-9;
+/// Units of rounding error in the time.
+const TIME_UNITS: f64 = 8.0 * f64::EPSILON;
+
+/// Integrate from `initial` at `t = 0`.
+pub fn run<O: Observer>(
+    nbm: &Nbm,
+    initial: &State,
+    options: &Options,
+    flow: &mut dyn Flow,
+    observer: &mut O,
+) -> Result<Report, RunError<O::Error>> {
+    let mut run = Run::start(nbm, initial, options, flow, observer)?;
+    let outcome = run.integrate()?;
+    Ok(run.report(outcome))
+}
+
+struct Run<'a, O: Observer> {
+    nbm: &'a Nbm,
+    options: &'a Options,
+    flow: &'a mut dyn Flow,
+    observer: &'a mut O,
+    layout: Layout,
+    scratch: Scratch,
+    phase: Phase,
+    slack: Vec<f64>,
+    t: f64,
+    y: Vec<f64>,
+    u: Vec<f64>,
+    v: Vec<f64>,
+    largest_u: f64,
+    potential_start: f64,
+    next_sample: usize,
+    last_stored: f64,
+    ledger: Ledger,
+    recent: VecDeque<(f64, usize)>,
+    phases: usize,
+    switches: Vec<Switch>,
+    grazings: Vec<Grazing>,
+    missed: usize,
+    max_penetration: f64,
+    max_tension: f64,
+    lcp_check: Option<LcpCheck>,
+    early: Option<Outcome>,
+}
+
+type Result2<T, O> = Result<T, RunError<<O as Observer>::Error>>;
+
+impl<'a, O: Observer> Run<'a, O> {
+    /// The initial active set: from the complementarity problem, then from the velocities.
+    fn start(
+        nbm: &'a Nbm,
+        initial: &State,
+        options: &'a Options,
+        flow: &'a mut dyn Flow,
+        observer: &'a mut O,
+    ) -> Result2<Self, O> {
+        let layout = Layout::new(nbm);
+        let mut y = vec![0.0; layout.len()];
+        y[..layout.n_o].copy_from_slice(&initial.u);
+        y[layout.n_o..2 * layout.n_o].copy_from_slice(&initial.v);
+        let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
+        let mut run = Run {
+            nbm,
+            options,
+            flow,
+            observer,
+            layout,
+            scratch: nbm.scratch(),
+            phase,
+            slack: vec![],
+            t: 0.0,
+            y,
+            u: vec![0.0; nbm.n()],
+            v: vec![0.0; nbm.n()],
+            largest_u: nbm.length_unit(),
+            potential_start: 0.0,
+            next_sample: 0,
+            last_stored: f64::NEG_INFINITY,
+            ledger: Ledger::default(),
+            recent: VecDeque::new(),
+            phases: 1,
+            switches: vec![],
+            grazings: vec![],
+            missed: 0,
+            max_penetration: 0.0,
+            max_tension: 0.0,
+            lcp_check: options.verify_lcp.then(LcpCheck::default),
+            early: None,
+        };
+        let solution = nbm.solve_lcp(run.layout.u(&run.y), &ActiveSet::open(nbm.n_contact()))?;
+        let set = ActiveSet::new(solution.active);
+        match run.decide(&set, &solution.degenerate) {
+            Ok(decision) => {
+                run.note_grazing(&decision, 0.0)?;
+                run.phase = Phase::with_held(nbm, decision.set, decision.held)?;
+            }
+            Err(ClassifyError::Contact(e)) => return Err(e.into()),
+            Err(ClassifyError::Unresolved { t, nodes }) => {
+                run.phase = Phase::new(nbm, set)?;
+                run.early = Some(Outcome::Unresolved { t, nodes: run.mesh_nodes(&nodes) });
+            }
+        }
+        run.begin_phase();
+        run.expand();
+        run.potential_start = nbm.loads.constant_potential(&run.u);
+        let energies = run.energies();
+        run.ledger = Ledger::new(energies);
+        run.store_sample()?;
+        run.next_sample = 1;
+        Ok(run)
+    }
+
+    fn integrate(&mut self) -> Result2<Outcome, O> {
+        if let Some(outcome) = self.early.take() {
+            return Ok(outcome);
+        }
+        while self.t < self.options.until {
+            if let Err(e) = self.flow.advance(&self.phase, self.options.until) {
+                return Ok(Outcome::Flow(e));
+            }
+            let root = self.locate();
+            self.record_window(root.is_none())?;
+            if let Some(root) = root {
+                match self.switch(root) {
+                    Ok(()) => {}
+                    Err(RunOrClassify::Run(e)) => return Err(e),
+                    Err(RunOrClassify::Unresolved(outcome)) => return Ok(outcome),
+                }
+                if let Some(outcome) = self.accumulation() {
+                    return Ok(outcome);
+                }
+            }
+            self.observer.progress(self.t).map_err(RunError::Observer)?;
+        }
+        Ok(Outcome::EndTime)
+    }
+
+    fn resolution(&self) -> f64 {
+        TIME_UNITS * self.t.abs().max(1.0 / self.nbm.body.frequency_unit())
+    }
+
+    /// The first switch in the window, with the window cut to end there.
+    fn locate(&mut self) -> Option<Root> {
+        let resolution = self.resolution();
+        let window = self.flow.window();
+        let mut root = find::earliest(self.flow, &self.slack, window, resolution)?;
+        for _ in 0..8 {
+            self.flow.cut(&self.phase, root.t);
+            // the cut step is more accurate than the interpolant: another monitor may be first
+            let before = (window.0, root.t - 4.0 * resolution);
+            if before.1 > before.0 {
+                if let Some(earlier) = find::earliest(self.flow, &self.slack, before, resolution) {
+                    root = earlier;
+                    continue;
+                }
+            }
+            let Some(correction) = self.correction(&root) else { break };
+            let t = (root.t + correction).clamp(window.0, window.1);
+            if (t - root.t).abs() <= resolution {
+                break;
+            }
+            root.t = t;
+        }
+        if self.flow.window().1 != root.t {
+            self.flow.cut(&self.phase, root.t);
+        }
+        Some(root)
+    }
+
+    /// Newton correction of a switching time from the state at the end of the cut window.
+    fn correction(&self, root: &Root) -> Option<f64> {
+        let kind = self.phase.monitors[root.index].kind;
+        if root.tangent || matches!(kind, MonitorKind::HeldToContact | MonitorKind::HeldToFree) {
+            return None;
+        }
+        let y = self.flow.end_state();
+        let m = self.phase.monitors.len();
+        let (mut h, mut rate) = (vec![0.0; m], vec![0.0; m]);
+        self.phase.monitor_values(self.nbm, self.layout.u(y), &mut h);
+        self.phase.monitor_rates(self.nbm, self.layout.v(y), &mut rate);
+        let (h, rate) = (h[root.index], rate[root.index]);
+        let correction = -h / rate;
+        // a weak crossing is left where it was found
+        let (a, b) = self.flow.window();
+        (rate < 0.0 && correction.abs() <= 0.1 * (b - a)).then_some(correction)
+    }
+
+    /// Store the samples of the window, note its end.
+    fn record_window(&mut self, near_misses: bool) -> Result2<(), O> {
+        let (a, b) = self.flow.window();
+        while let Some(t) = self.sample_time().filter(|&t| t <= b) {
+            self.next_sample += 1;
+            // a switch at this very time is stored already
+            if t > self.last_stored {
+                self.t = t.max(a);
+                self.flow.state(self.t, &mut self.y);
+                self.store_sample()?;
+            }
+        }
+        self.t = b;
+        self.y.copy_from_slice(self.flow.end_state());
+        let largest = self.layout.u(&self.y).iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        self.largest_u = self.largest_u.max(largest);
+        self.expand();
+        self.note_violations();
+        let energies = self.energies();
+        if self.phase.held.is_empty() {
+            self.ledger.note(&energies);
+        } else {
+            self.ledger.held_phase(&energies);
+        }
+        if near_misses {
+            self.record_near_misses((a, b))?;
+        }
+        Ok(())
+    }
+
+    fn sample_time(&self) -> Option<f64> {
+        let Options { until, samples, .. } = *self.options;
+        match self.next_sample {
+            k if k < samples => Some(k as f64 * (until / samples as f64)),
+            k if k == samples => Some(until),
+            _ => None,
+        }
+    }
+
+    fn record_near_misses(&mut self, window: (f64, f64)) -> Result2<(), O> {
+        // the position of a minimum is known to half the digits only
+        let resolution = (window.1 - window.0) * 1e-7;
+        for index in 0..self.phase.monitors.len() {
+            let monitor = self.phase.monitors[index];
+            if !matches!(monitor.kind, MonitorKind::Gap | MonitorKind::Pressure) {
+                continue;
+            }
+            let level = self.slack[index] * (NEAR_MISS / crate::contact::lcp::UNITS);
+            if let Some((t, distance)) =
+                find::near_miss(self.flow, index, level, window, resolution)
+            {
+                let contact = monitor.node;
+                self.push_grazing(t, contact, distance, GrazingKind::NearMiss)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Solve the complementarity problem at the switch, decide the degenerate nodes, change the phase.
+    fn switch(&mut self, root: Root) -> Result<(), RunOrClassify<O::Error>> {
+        let present = self.phase.set.clone();
+        let solution = self
+            .nbm
+            .solve_lcp(self.layout.u(&self.y), &present)
+            .map_err(|e| RunOrClassify::Run(e.into()))?;
+        let degenerate = self.degenerate(&root, &solution.degenerate);
+        let mut base = present.clone();
+        for i in 0..self.nbm.n_contact() {
+            if !degenerate.contains(&i) && base.is_active(i) != solution.active[i] {
+                base.set(i, solution.active[i]);
+                self.missed += 1;
+            }
+        }
+        let decision = match self.leave_hold(&root, &base) {
+            Some(decision) => decision,
+            None => match self.decide(&base, &degenerate) {
+                Ok(decision) => decision,
+                Err(ClassifyError::Contact(e)) => return Err(RunOrClassify::Run(e.into())),
+                Err(ClassifyError::Unresolved { t, nodes }) => {
+                    let nodes = self.mesh_nodes(&nodes);
+                    return Err(RunOrClassify::Unresolved(Outcome::Unresolved { t, nodes }));
+                }
+            },
+        };
+        self.change_phase(&root, present, decision).map_err(RunOrClassify::Run)
+    }
+
+    /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
+    fn degenerate(&self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
+        let m = self.phase.monitors.len();
+        let (mut h, mut rate) = (vec![0.0; m], vec![0.0; m]);
+        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
+        self.phase.monitor_rates(self.nbm, self.layout.v(&self.y), &mut rate);
+        let resolution = 8.0 * self.resolution();
+        let mut nodes: Vec<usize> = self
+            .phase
+            .monitors
+            .iter()
+            .enumerate()
+            .filter(|&(k, m)| {
+                let at_zero = h[k] + rate[k].min(0.0) * resolution <= 4.0 * self.slack[k];
+                at_zero || k == root.index || of_lcp.contains(&m.node)
+            })
+            .map(|(_, m)| m.node)
+            .collect();
+        nodes.dedup();
+        nodes
+    }
+
+    /// A held node whose weight reached 0 or 1 leaves the surface to that side.
+    fn leave_hold(&self, root: &Root, base: &ActiveSet) -> Option<Decision> {
+        let monitor = self.phase.monitors[root.index];
+        let active = match monitor.kind {
+            MonitorKind::HeldToContact => true,
+            MonitorKind::HeldToFree => false,
+            _ => return None,
+        };
+        let held = self.phase.held.iter().copied().filter(|&i| i != monitor.node).collect();
+        let order = classify::Order::Acceleration;
+        let set = base.with(monitor.node, active);
+        Some(Decision { set, held, order, grazing: vec![], ambiguous: false })
+    }
+
+    fn decide(
+        &mut self,
+        base: &ActiveSet,
+        degenerate: &[usize],
+    ) -> Result<Decision, ClassifyError> {
+        let surface = Surface {
+            nbm: self.nbm,
+            t: self.t,
+            u_o: self.layout.u(&self.y),
+            v_o: self.layout.v(&self.y),
+            resolution: self.resolution(),
+        };
+        surface.decide(base, degenerate, &mut self.scratch)
+    }
+
+    fn change_phase(
+        &mut self,
+        root: &Root,
+        present: ActiveSet,
+        decision: Decision,
+    ) -> Result2<(), O> {
+        let monitor = self.phase.monitors[root.index];
+        if decision.set == present && decision.held == self.phase.held {
+            // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
+            let h = self.monitor_value(root.index);
+            self.push_grazing(self.t, monitor.node, h, GrazingKind::Decided)?;
+            self.slack[root.index] = 4.0 * self.slack[root.index].max(-h);
+            return Ok(());
+        }
+        let h = self.monitor_value(root.index);
+        self.note_grazing(&decision, h)?;
+        let m = self.phase.monitors.len();
+        let mut rates = vec![0.0; m];
+        self.phase.monitor_rates(self.nbm, self.layout.v(&self.y), &mut rates);
+        let rate_of = |i: usize| {
+            let k = self.phase.monitors.iter().position(|m| m.node == i);
+            k.map_or(0.0, |k| rates[k])
+        };
+        let mut before = present;
+        let mut kinetic = self.nbm.kinetic(&self.v);
+        let mut jump = 0.0;
+        let mut changes = vec![];
+        for contact in 0..self.nbm.n_contact() {
+            let active = decision.set.is_active(contact);
+            if active == before.is_active(contact) {
+                continue;
+            }
+            let after = before.with(contact, active);
+            let phase = Phase::new(self.nbm, after.clone())?;
+            phase.expand_velocity(self.nbm, self.layout.v(&self.y), &mut self.v);
+            let energy = self.nbm.kinetic(&self.v);
+            changes.push(Switch {
+                t: self.t,
+                contact,
+                node: self.nbm.body.dofs.contact_nodes[contact],
+                kind: if active { SwitchKind::Close } else { SwitchKind::Open },
+                monitor_rate: rate_of(contact),
+                energy_jump: energy - kinetic,
+                before,
+                after: after.clone(),
+            });
+            jump += energy - kinetic;
+            kinetic = energy;
+            before = after;
+        }
+        self.phase = Phase::with_held(self.nbm, decision.set, decision.held)?;
+        self.phases += 1;
+        self.begin_phase();
+        self.expand();
+        let energies = self.energies();
+        self.ledger.switch(jump, &energies);
+        for change in changes {
+            self.observer.switch(&change).map_err(RunError::Observer)?;
+            self.recent.push_back((change.t, change.node));
+            self.switches.push(change);
+        }
+        self.store_sample()
+    }
+
+    fn monitor_value(&self, index: usize) -> f64 {
+        let mut h = vec![0.0; self.phase.monitors.len()];
+        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
+        h[index]
+    }
+
+    fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Result2<(), O> {
+        // only the exceptional cases are worth a record at the start; elsewhere every grazing is
+        for &contact in &decision.grazing {
+            let kind = if decision.held.contains(&contact) {
+                GrazingKind::Held
+            } else if decision.ambiguous {
+                GrazingKind::Ambiguous
+            } else if self.t > 0.0 {
+                GrazingKind::Decided
+            } else {
+                continue;
+            };
+            self.push_grazing(self.t, contact, distance, kind)?;
+        }
+        Ok(())
+    }
+
+    fn push_grazing(
+        &mut self,
+        t: f64,
+        contact: usize,
+        distance: f64,
+        kind: GrazingKind,
+    ) -> Result2<(), O> {
+        let node = self.nbm.body.dofs.contact_nodes[contact];
+        let grazing = Grazing { t, contact, node, distance, kind };
+        self.observer.grazing(&grazing).map_err(RunError::Observer)?;
+        self.grazings.push(grazing);
+        Ok(())
+    }
+
+    /// Hand the state to the flow; set the slack of the new monitors.
+    fn begin_phase(&mut self) {
+        self.flow.begin(&self.phase, self.t, &self.y);
+        self.slack = self.phase.monitor_rounding(self.nbm, 2.0 * self.largest_u);
+        let mut h = vec![0.0; self.phase.monitors.len()];
+        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
+        for ((slack, h), m) in self.slack.iter_mut().zip(&h).zip(&self.phase.monitors) {
+            if matches!(m.kind, MonitorKind::Gap | MonitorKind::Pressure) {
+                *slack = slack.max(-2.0 * h);
+            }
+        }
+    }
+
+    /// Full displacement and velocity of the present state.
+    fn expand(&mut self) {
+        self.phase.expand_displacement(self.nbm, self.layout.u(&self.y), &mut self.u);
+        self.phase.expand_velocity(self.nbm, self.layout.v(&self.y), &mut self.v);
+    }
+
+    fn energies(&self) -> Energies {
+        let harmonic = self.layout.work.map_or(0.0, |i| self.y[i]);
+        Energies {
+            kinetic: self.nbm.kinetic(&self.v),
+            elastic: self.nbm.elastic(&self.u),
+            external: self.nbm.loads.constant_potential(&self.u) - self.potential_start + harmonic,
+            dissipated: self.layout.dissipated.map_or(0.0, |i| self.y[i]),
+        }
+    }
+
+    fn note_violations(&mut self) {
+        let mut h = vec![0.0; self.phase.monitors.len()];
+        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
+        for (h, m) in h.iter().zip(&self.phase.monitors) {
+            match m.kind {
+                MonitorKind::Gap => self.max_penetration = self.max_penetration.max(-h),
+                MonitorKind::Pressure => self.max_tension = self.max_tension.max(-h),
+                _ => {}
+            }
+        }
+    }
+
+    fn store_sample(&mut self) -> Result2<(), O> {
+        self.expand();
+        self.note_violations();
+        self.verify()?;
+        let mut pressure = vec![0.0; self.nbm.n_contact()];
+        self.phase.pressures(self.nbm, self.layout.u(&self.y), &mut pressure);
+        self.last_stored = self.t;
+        let sample = Sample {
+            t: self.t,
+            u: &self.u,
+            v: &self.v,
+            active: &self.phase.set,
+            pressure: &pressure,
+            energies: self.energies(),
+            jumps: self.ledger.jumps(),
+        };
+        self.observer.sample(&sample).map_err(RunError::Observer)
+    }
+
+    /// Compare the gaps of the phase with two independent solutions of the complementarity problem.
+    fn verify(&mut self) -> Result2<(), O> {
+        let Some(mut check) = self.lcp_check else { return Ok(()) };
+        let nbm = self.nbm;
+        let (q, _) = nbm.lcp_data(self.layout.u(&self.y));
+        let n_o = nbm.n_o();
+        let w: Vec<f64> = (0..nbm.n_contact()).map(|i| nbm.gap[i] - self.u[n_o + i]).collect();
+        let scale = w.iter().fold(nbm.length_unit(), |m, x| m.max(x.abs()));
+        let distance = |other: &[f64]| {
+            w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
+        };
+        check.states += 1;
+        if nbm.n_contact() <= oracle::ENUMERATION_LIMIT {
+            let all = oracle::enumerate(&nbm.n_c, &q);
+            let nearest = all.iter().map(|x| distance(x)).fold(f64::INFINITY, f64::min);
+            check.enumeration = Some(check.enumeration.unwrap_or(0.0).max(nearest));
+        }
+        match oracle::clarabel(&nbm.n_c, &q) {
+            Some(x) => check.interior_point = check.interior_point.max(distance(&x)),
+            None => check.gave_up += 1,
+        }
+        self.lcp_check = Some(check);
+        Ok(())
+    }
+
+    /// More switches than a node can make in so short a time.
+    fn accumulation(&mut self) -> Option<Outcome> {
+        let window = 10.0 * std::f64::consts::TAU / self.nbm.body.frequency_bound();
+        while self.recent.front().is_some_and(|&(t, _)| t < self.t - window) {
+            self.recent.pop_front();
+        }
+        let count = self.recent.len();
+        if count as f64 <= self.options.switch_limit * self.nbm.n_contact() as f64 {
+            return None;
+        }
+        let mut nodes: Vec<usize> = self.recent.iter().map(|&(_, n)| n).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Some(Outcome::Accumulation { t: self.t, count, window, nodes })
+    }
+
+    fn mesh_nodes(&self, contacts: &[usize]) -> Vec<usize> {
+        contacts.iter().map(|&i| self.nbm.body.dofs.contact_nodes[i]).collect()
+    }
+
+    fn report(self, outcome: Outcome) -> Report {
+        Report {
+            outcome,
+            t_end: self.t,
+            last: State { u: self.layout.u(&self.y).to_vec(), v: self.layout.v(&self.y).to_vec() },
+            active: self.phase.set.clone(),
+            phases: self.phases,
+            switches: self.switches,
+            grazings: self.grazings,
+            missed: self.missed,
+            energy_start: self.ledger.start(),
+            energy_end: self.ledger.end(),
+            energy_jumps: self.ledger.jumps(),
+            energy_drift: self.ledger.drift_in_phase(),
+            energy_drift_total: self.ledger.drift_total(),
+            max_penetration: self.max_penetration,
+            max_tension: self.max_tension,
+            counters: self.flow.counters(),
+            lcp_check: self.lcp_check,
+        }
+    }
+}
+
+enum RunOrClassify<E> {
+    Run(RunError<E>),
+    Unresolved(Outcome),
+}

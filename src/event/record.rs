@@ -1,0 +1,242 @@
+//! What a run tells: samples, switches, grazings, outcome.
+
+use super::ledger::Energies;
+use crate::contact::ActiveSet;
+use crate::flow::{Counters, FlowError};
+use crate::problem::State;
+
+/// A stored state.
+#[derive(Debug)]
+pub struct Sample<'a> {
+    /// Time.
+    pub t: f64,
+    /// All displacements `u = (u_O, u_C)`.
+    pub u: &'a [f64],
+    /// All velocities.
+    pub v: &'a [f64],
+    /// Active set (continuous from the right).
+    pub active: &'a ActiveSet,
+    /// Pressure at the contact nodes.
+    pub pressure: &'a [f64],
+    /// Energies and work.
+    pub energies: Energies,
+    /// Sum of the energy jumps at switches so far.
+    pub jumps: f64,
+}
+
+/// Direction of a switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SwitchKind {
+    /// A free node came into contact.
+    Close,
+    /// A node left the obstacle.
+    Open,
+}
+
+impl SwitchKind {
+    /// Name in files and JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            SwitchKind::Close => "close",
+            SwitchKind::Open => "open",
+        }
+    }
+}
+
+/// One node that switched. Several at one time are listed one after the other; their energy jumps add
+/// up to the jump of the whole change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Switch {
+    /// Time.
+    pub t: f64,
+    /// Contact node (index in `u_C`).
+    pub contact: usize,
+    /// Mesh node.
+    pub node: usize,
+    /// Direction.
+    pub kind: SwitchKind,
+    /// Rate of the monitor that reached zero (gap or pressure per time), ≤ 0.
+    pub monitor_rate: f64,
+    /// `½ u̇_Oᵀ (M⁺ − M⁻) u̇_O`
+    pub energy_jump: f64,
+    /// Active set before.
+    pub before: ActiveSet,
+    /// Active set after.
+    pub after: ActiveSet,
+}
+
+/// A touch, or a switch that velocities could not decide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grazing {
+    /// Time.
+    pub t: f64,
+    /// Contact node (index in `u_C`).
+    pub contact: usize,
+    /// Mesh node.
+    pub node: usize,
+    /// Least value of the monitor.
+    pub distance: f64,
+    /// What it was.
+    pub kind: GrazingKind,
+}
+
+/// Kinds of grazing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GrazingKind {
+    /// The monitor came within 1e-9 of its scale and turned back.
+    NearMiss,
+    /// Accelerations decided the next set.
+    Decided,
+    /// Several continuations were admissible; the present one was kept.
+    Ambiguous,
+    /// No side could be entered; the node was held on the surface.
+    Held,
+}
+
+impl GrazingKind {
+    /// Name in files and JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            GrazingKind::NearMiss => "near miss",
+            GrazingKind::Decided => "decided by accelerations",
+            GrazingKind::Ambiguous => "ambiguous, present phase kept",
+            GrazingKind::Held => "held on the surface",
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// The end time was reached.
+    EndTime,
+    /// Switches accumulate.
+    Accumulation {
+        /// Time.
+        t: f64,
+        /// Switches within `window`.
+        count: usize,
+        /// Length of time.
+        window: f64,
+        /// Mesh nodes involved.
+        nodes: Vec<usize>,
+    },
+    /// The smooth flow could not be continued.
+    Flow(FlowError),
+    /// No admissible continuation was found.
+    Unresolved {
+        /// Time.
+        t: f64,
+        /// Mesh nodes.
+        nodes: Vec<usize>,
+    },
+}
+
+impl Outcome {
+    /// Whether the run did what it was asked to do.
+    pub fn is_complete(&self) -> bool {
+        *self == Outcome::EndTime
+    }
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Outcome::EndTime => write!(f, "end time reached"),
+            Outcome::Accumulation { t, count, window, nodes } => write!(
+                f,
+                "accumulation of switches at t = {t:.9}, nodes {nodes:?}: {count} switches within {window:.3e}"
+            ),
+            Outcome::Flow(e) => write!(f, "{e}"),
+            Outcome::Unresolved { t, nodes } => {
+                write!(f, "no admissible continuation at t = {t:.9}, nodes {nodes:?}")
+            }
+        }
+    }
+}
+
+/// Comparison of the pivoted solutions with two independent ones.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct LcpCheck {
+    /// States compared.
+    pub states: u64,
+    /// Largest difference to the enumeration, relative to the largest gap (none above 12 nodes).
+    pub enumeration: Option<f64>,
+    /// Largest difference to the interior-point solution, likewise.
+    pub interior_point: f64,
+    /// States at which the interior-point method gave up.
+    pub gave_up: u64,
+}
+
+/// The run in numbers.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Time reached.
+    pub t_end: f64,
+    /// Last state.
+    pub last: State,
+    /// Last active set.
+    pub active: ActiveSet,
+    /// Number of smooth phases.
+    pub phases: usize,
+    /// All switches.
+    pub switches: Vec<Switch>,
+    /// All grazings.
+    pub grazings: Vec<Grazing>,
+    /// Switches that the search had missed and only the complementarity problem showed (none, or a defect).
+    pub missed: usize,
+    /// `H` at the start.
+    pub energy_start: f64,
+    /// `H` at the end.
+    pub energy_end: f64,
+    /// Sum of the jumps.
+    pub energy_jumps: f64,
+    /// Largest relative drift inside any one phase.
+    pub energy_drift: f64,
+    /// Largest relative defect of the whole ledger.
+    pub energy_drift_total: f64,
+    /// Largest penetration at a step's end or stored state.
+    pub max_penetration: f64,
+    /// Largest tension there.
+    pub max_tension: f64,
+    /// Work done.
+    pub counters: Counters,
+    /// Present if the solutions were to be verified.
+    pub lcp_check: Option<LcpCheck>,
+}
+
+/// Takes what a run produces, as it is produced.
+pub trait Observer {
+    /// What can go wrong on its side.
+    type Error;
+    /// A stored state.
+    fn sample(&mut self, sample: &Sample) -> Result<(), Self::Error>;
+    /// A switch.
+    fn switch(&mut self, switch: &Switch) -> Result<(), Self::Error>;
+    /// A grazing.
+    fn grazing(&mut self, grazing: &Grazing) -> Result<(), Self::Error>;
+    /// Time reached.
+    fn progress(&mut self, t: f64) -> Result<(), Self::Error>;
+}
+
+/// An observer that keeps nothing.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Silent;
+
+impl Observer for Silent {
+    type Error = std::convert::Infallible;
+    fn sample(&mut self, _: &Sample) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn switch(&mut self, _: &Switch) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn grazing(&mut self, _: &Grazing) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}

@@ -1,0 +1,127 @@
+//! Numbering of the displacements: prescribed ones leave, `u = (u_O, u_C)`.
+//!
+//! `u_C` are displacements of contact nodes along the *outward normal*; on a left or bottom edge
+//! that is minus the nodal displacement, so a sign goes with each number. Tangential displacements of contact
+//! nodes belong to `u_O`: no friction.
+
+use crate::mesh::{Edge, Mesh};
+
+/// From nodes and components to the entries of `u`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DofMap {
+    /// Components per node.
+    pub dim: usize,
+    /// Length of `u_O`.
+    pub n_o: usize,
+    /// Length of `u_C`.
+    pub n_c: usize,
+    /// Contact nodes in the order of `u_C`.
+    pub contact_nodes: Vec<usize>,
+    /// Component of the contact normal.
+    pub contact_axis: usize,
+    /// +1, or −1 where the outward normal points against the axis.
+    pub contact_sign: f64,
+    index: Vec<Option<usize>>,
+}
+
+impl DofMap {
+    /// Number the displacements; `fixed` lists `(edge, component)`.
+    pub fn new(mesh: &Mesh, fixed: &[(Edge, usize)], contact: Option<Edge>) -> DofMap {
+        let dim = mesh.dim;
+        let mut prescribed = vec![false; dim * mesh.n_nodes()];
+        for &(edge, component) in fixed {
+            for n in mesh.edge_nodes(edge) {
+                prescribed[dim * n + component] = true;
+            }
+        }
+        let contact_axis = contact.map_or(0, Edge::axis);
+        let mut contact_nodes = contact.map_or(vec![], |e| mesh.edge_nodes(e));
+        contact_nodes.retain(|&n| !prescribed[dim * n + contact_axis]);
+        let mut index = vec![None; dim * mesh.n_nodes()];
+        let in_contact: std::collections::HashSet<usize> =
+            contact_nodes.iter().map(|&n| dim * n + contact_axis).collect();
+        let mut n_o = 0;
+        for d in 0..index.len() {
+            if !prescribed[d] && !in_contact.contains(&d) {
+                index[d] = Some(n_o);
+                n_o += 1;
+            }
+        }
+        for (i, &n) in contact_nodes.iter().enumerate() {
+            index[dim * n + contact_axis] = Some(n_o + i);
+        }
+        DofMap {
+            dim,
+            n_o,
+            n_c: contact_nodes.len(),
+            contact_nodes,
+            contact_axis,
+            contact_sign: contact.map_or(1.0, Edge::sign),
+            index,
+        }
+    }
+
+    /// Length of `u`.
+    pub fn n(&self) -> usize {
+        self.n_o + self.n_c
+    }
+
+    /// Index in `u` of a nodal displacement, with the sign that turns one into the other.
+    pub fn of(&self, node: usize, component: usize) -> Option<(usize, f64)> {
+        let i = self.index[self.dim * node + component]?;
+        Some((i, if i >= self.n_o { self.contact_sign } else { 1.0 }))
+    }
+
+    /// `u` from a nodal field (components interleaved).
+    pub fn gather(&self, nodal: &[f64]) -> Vec<f64> {
+        let mut u = vec![0.0; self.n()];
+        for n in 0..nodal.len() / self.dim {
+            for c in 0..self.dim {
+                if let Some((i, sign)) = self.of(n, c) {
+                    u[i] = sign * nodal[self.dim * n + c];
+                }
+            }
+        }
+        u
+    }
+
+    /// Nodal displacements from `u`, prescribed ones zero.
+    pub fn scatter(&self, u: &[f64]) -> Vec<f64> {
+        let mut nodal = vec![0.0; self.index.len()];
+        for n in 0..nodal.len() / self.dim {
+            for c in 0..self.dim {
+                if let Some((i, sign)) = self.of(n, c) {
+                    nodal[self.dim * n + c] = sign * u[i];
+                }
+            }
+        }
+        nodal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contact_displacements_come_last_and_point_outwards() {
+        let mesh = Mesh::rectangle(1.0, 1.0, 2, 2);
+        let d = DofMap::new(&mesh, &[(Edge::Right, 0), (Edge::Bottom, 1)], Some(Edge::Left));
+        assert_eq!((d.n_o, d.n_c), (3 + 6, 3));
+        let (i, sign) = d.of(mesh.edge_nodes(Edge::Left)[1], 0).unwrap();
+        assert_eq!((i, sign), (d.n_o + 1, -1.0));
+        let nodal: Vec<f64> = (0..18).map(|k| k as f64).collect();
+        let u = d.gather(&nodal);
+        let back = d.scatter(&u);
+        for (k, v) in back.iter().enumerate() {
+            assert!(*v == nodal[k] || d.of(k / 2, k % 2).is_none());
+        }
+    }
+
+    #[test]
+    fn corner_held_in_the_normal_direction_is_no_contact_node() {
+        let mesh = Mesh::rectangle(1.0, 1.0, 2, 2);
+        let d = DofMap::new(&mesh, &[(Edge::Bottom, 0)], Some(Edge::Right));
+        assert_eq!(d.n_c, 2);
+    }
+}

@@ -1,0 +1,174 @@
+//! Lowest eigenpairs of `K φ = ω² M φ`: dense for small bodies, Lanczos for large ones.
+
+use faer::{Mat, Side};
+
+use super::FemError;
+use super::sparse::{Csr, SpdFactor};
+
+/// Above this size the dense solution gives way to Lanczos.
+const DENSE_LIMIT: usize = 700;
+
+/// Natural frequencies and mass-normalised shapes, lowest first.
+#[derive(Debug, Clone)]
+pub struct Modes {
+    /// Circular frequencies ω (0 for rigid motions).
+    pub omega: Vec<f64>,
+    /// Shapes, `φᵀ M φ = 1`.
+    pub shapes: Vec<Vec<f64>>,
+}
+
+/// The `count` lowest modes. `omega_unit` is any frequency of the order of the lowest elastic one;
+/// it only sets the shift that makes unsupported bodies solvable.
+pub fn lowest(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, FemError> {
+    let count = count.min(k.n_rows());
+    let mut modes = if k.n_rows() <= DENSE_LIMIT {
+        dense(k, m, count)?
+    } else {
+        lanczos(k, m, count, omega_unit)?
+    };
+    let rounding = 1e-6 * omega_unit;
+    modes.omega.iter_mut().filter(|w| **w < rounding).for_each(|w| *w = 0.0);
+    Ok(modes)
+}
+
+/// `M = LLᵀ`, then the symmetric problem `L⁻¹KL⁻ᵀ`.
+fn dense(k: &Csr, m: &Csr, count: usize) -> Result<Modes, FemError> {
+    let n = k.n_rows();
+    let full = |a: &Csr| {
+        let mut d = Mat::<f64>::zeros(n, n);
+        a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
+        d
+    };
+    let failed = |_| FemError::NotPositiveDefinite { what: "mass matrix" };
+    let l = full(m).llt(Side::Lower).map_err(failed)?;
+    let l = l.L();
+    let mut a = full(k);
+    l.solve_lower_triangular_in_place(a.as_mut());
+    let mut a = a.transpose().to_owned();
+    l.solve_lower_triangular_in_place(a.as_mut());
+    let eigen = a
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| FemError::Eigen { size: n, wanted: count })?;
+    let mut vectors = eigen.U().to_owned();
+    l.transpose().solve_upper_triangular_in_place(vectors.as_mut());
+    let values = eigen.S().column_vector();
+    Ok(Modes {
+        omega: (0..count).map(|j| values[j].max(0.0).sqrt()).collect(),
+        shapes: (0..count).map(|j| (0..n).map(|i| vectors[(i, j)]).collect()).collect(),
+    })
+}
+
+/// Shift-inverted Lanczos in the M inner product with full reorthogonalisation.
+fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, FemError> {
+    let n = k.n_rows();
+    let shift = 0.01 * omega_unit * omega_unit;
+    let factor = SpdFactor::new(&Csr::combination(1.0, k, shift, m), "shifted stiffness matrix")?;
+    let mut scratch = factor.scratch();
+    let limit = n.min(20 * count + 200);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+
+    // deterministic start that no symmetry of the mesh is orthogonal to
+    let mut q: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64 * 0.754_877_666).fract()).collect();
+    let mut mq = vec![0.0; n];
+    m.mul(&q, &mut mq);
+    let norm = dot(&q, &mq).sqrt();
+    q.iter_mut().chain(&mut mq).for_each(|x| *x /= norm);
+
+    let (mut basis, mut m_basis): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
+    let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+    loop {
+        let mut w = mq.clone();
+        basis.push(q);
+        m_basis.push(mq);
+        factor.solve(&mut w, &mut scratch);
+        alpha.push(dot(&w, &m_basis[m_basis.len() - 1]));
+        for _ in 0..2 {
+            for (b, mb) in basis.iter().zip(&m_basis) {
+                let c = dot(&w, mb);
+                w.iter_mut().zip(b).for_each(|(w, b)| *w -= c * b);
+            }
+        }
+        let mut mw = vec![0.0; n];
+        m.mul(&w, &mut mw);
+        let norm = dot(&w, &mw).max(0.0).sqrt();
+        let steps = alpha.len();
+        let done = steps >= limit || norm <= 1e-300;
+        if steps >= count && (steps % 10 == 0 || done) {
+            let mut t = nalgebra::DMatrix::<f64>::zeros(steps, steps);
+            for i in 0..steps {
+                t[(i, i)] = alpha[i];
+                if i + 1 < steps {
+                    t[(i, i + 1)] = beta[i];
+                    t[(i + 1, i)] = beta[i];
+                }
+            }
+            let eigen = t.symmetric_eigen();
+            let mut order: Vec<usize> = (0..steps).collect();
+            order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+            let wanted = &order[..count];
+            let residual = |j: &usize| {
+                norm * eigen.eigenvectors[(steps - 1, *j)].abs() / eigen.eigenvalues[*j].abs()
+            };
+            if wanted.iter().map(residual).fold(0.0, f64::max) < 1e-13 {
+                let shape = |&j: &usize| {
+                    let mut x = vec![0.0; n];
+                    for (b, &c) in basis.iter().zip(eigen.eigenvectors.column(j).iter()) {
+                        x.iter_mut().zip(b).for_each(|(x, b)| *x += c * b);
+                    }
+                    x
+                };
+                let omega = |&j: &usize| (1.0 / eigen.eigenvalues[j] - shift).max(0.0).sqrt();
+                return Ok(Modes {
+                    omega: wanted.iter().map(omega).collect(),
+                    shapes: wanted.iter().map(shape).collect(),
+                });
+            }
+        }
+        if done {
+            return Err(FemError::Eigen { size: n, wanted: count });
+        }
+        beta.push(norm);
+        w.iter_mut().chain(&mut mw).for_each(|x| *x /= norm);
+        (q, mq) = (w, mw);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::{Body, DofMap, Material};
+    use crate::mesh::{Edge, Mesh};
+
+    #[test]
+    fn bar_has_the_exact_discrete_frequencies() {
+        // consistent mass, fixed–free, closed form of the uniform mesh
+        let n = 40;
+        let mesh = Mesh::bar(1.0, n);
+        let dofs = DofMap::new(&mesh, &[(Edge::Left, 0)], None);
+        let material = Material::Bar { young: 1.0, density: 1.0, area: 1.0 };
+        let b = Body::assemble(mesh, dofs, material, false);
+        let modes = lowest(&b.stiffness, &b.mass, 5, 1.0).unwrap();
+        for (j, w) in modes.omega.iter().enumerate() {
+            let c = ((2 * j + 1) as f64 * std::f64::consts::PI / (2 * n) as f64).cos();
+            let exact = n as f64 * (6.0 * (1.0 - c) / (2.0 + c)).sqrt();
+            assert!((w / exact - 1.0).abs() < 1e-11, "{w} {exact}");
+        }
+    }
+
+    #[test]
+    fn lanczos_agrees_with_dense_and_finds_rigid_motions() {
+        let mesh = Mesh::rectangle(1.0, 0.4, 12, 6);
+        let dofs = DofMap::new(&mesh, &[(Edge::Bottom, 1)], Some(Edge::Right));
+        let material = Material::Plate { young: 1.0, poisson: 0.3, density: 1.0, thickness: 1.0 };
+        let b = Body::assemble(mesh, dofs, material, false);
+        let a = dense(&b.stiffness, &b.mass, 6).unwrap();
+        let l = lanczos(&b.stiffness, &b.mass, 6, 1.6).unwrap();
+        for j in 0..6 {
+            assert!((a.omega[j] - l.omega[j]).abs() < 1e-7 + 1e-11 * a.omega[j]);
+            let mut mx = vec![0.0; a.shapes[j].len()];
+            b.mass.mul(&a.shapes[j], &mut mx);
+            let overlap: f64 = mx.iter().zip(&l.shapes[j]).map(|(a, b)| a * b).sum();
+            assert!((overlap.abs() - 1.0).abs() < 1e-10, "mode {j}: {overlap}");
+        }
+    }
+}

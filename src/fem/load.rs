@@ -1,0 +1,108 @@
+//! Loads `f(t) = f₀ + Σ_j f_j cos(ω_j t + φ_j)` on all displacements `u = (u_O, u_C)`.
+
+use super::body::Body;
+use crate::mesh::Edge;
+
+/// One harmonic load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Harmonic {
+    /// Shape and size.
+    pub force: Vec<f64>,
+    /// Circular frequency.
+    pub omega: f64,
+    /// Phase.
+    pub phase: f64,
+}
+
+/// All loads of a scene; empty vectors cost nothing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Loads {
+    /// Constant part, if any.
+    pub constant: Option<Vec<f64>>,
+    /// Harmonic parts.
+    pub harmonics: Vec<Harmonic>,
+}
+
+impl Loads {
+    /// Nothing acts.
+    pub fn is_none(&self) -> bool {
+        self.constant.is_none() && self.harmonics.is_empty()
+    }
+
+    /// Add a load; without `omega` it is constant.
+    pub fn push(&mut self, force: Vec<f64>, omega: Option<f64>, phase: f64) {
+        match omega {
+            Some(omega) => self.harmonics.push(Harmonic { force, omega, phase }),
+            None => match &mut self.constant {
+                Some(c) => c.iter_mut().zip(&force).for_each(|(c, f)| *c += f * phase.cos()),
+                None => self.constant = Some(force.iter().map(|f| f * phase.cos()).collect()),
+            },
+        }
+    }
+
+    /// `f ← f(t)`.
+    pub fn at(&self, t: f64, f: &mut [f64]) {
+        match &self.constant {
+            Some(c) => f.copy_from_slice(c),
+            None => f.fill(0.0),
+        }
+        for h in &self.harmonics {
+            let c = (h.omega * t + h.phase).cos();
+            f.iter_mut().zip(&h.force).for_each(|(f, a)| *f += c * a);
+        }
+    }
+
+    /// Power `f_h(t)ᵀ v` of the harmonic part.
+    pub fn harmonic_power(&self, t: f64, v: &[f64]) -> f64 {
+        let power = |h: &Harmonic| {
+            let dot: f64 = h.force.iter().zip(v).map(|(f, v)| f * v).sum();
+            (h.omega * t + h.phase).cos() * dot
+        };
+        self.harmonics.iter().map(power).sum()
+    }
+
+    /// Work function `f₀ᵀ u` of the constant part.
+    pub fn constant_potential(&self, u: &[f64]) -> f64 {
+        let Some(c) = &self.constant else { return 0.0 };
+        c.iter().zip(u).map(|(f, u)| f * u).sum()
+    }
+}
+
+/// `M a` for a uniform acceleration `a`.
+pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
+    // the mass of prescribed displacements pulls on the support, not on `u`, so a uniform field must
+    // be integrated with all shape functions: use the element masses' row sums
+    let nodal_mass = body.nodal_mass();
+    let dim = body.mesh.dim;
+    let nodal: Vec<f64> =
+        nodal_mass.iter().flat_map(|m| (0..dim).map(move |c| m * acceleration[c])).collect();
+    body.dofs.gather(&nodal)
+}
+
+/// A uniform force per unit area on an edge.
+pub fn traction(body: &Body, edge: Edge, stress: &[f64]) -> Vec<f64> {
+    let (mesh, dim) = (&body.mesh, body.mesh.dim);
+    let factor = body.material.boundary_factor();
+    let mut nodal = vec![0.0; dim * mesh.n_nodes()];
+    for side in mesh.edge_sides(edge) {
+        let e = mesh.element(side.element);
+        let [a, b] = side.local.map(|l| e[l]);
+        let (p, q) = (mesh.nodes[a], mesh.nodes[b]);
+        let length = if a == b { 1.0 } else { (p[0] - q[0]).hypot(p[1] - q[1]) };
+        for n in [a, b] {
+            for c in 0..dim {
+                nodal[dim * n + c] += 0.5 * length * factor * stress[c];
+            }
+        }
+    }
+    body.dofs.gather(&nodal)
+}
+
+/// A force at the node nearest to a point.
+pub fn point(body: &Body, at: [f64; 2], force: &[f64]) -> Vec<f64> {
+    let dim = body.mesh.dim;
+    let node = body.mesh.nearest_node(at);
+    let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
+    nodal[dim * node..dim * (node + 1)].copy_from_slice(force);
+    body.dofs.gather(&nodal)
+}

@@ -1,0 +1,36 @@
+//! Finite elements: `M ü + C u̇ + K u = f(t)` for a bar or a plate, sparse (theory §1).
+
+pub mod body;
+pub mod dofs;
+pub mod eigen;
+pub mod element;
+pub mod load;
+pub mod sparse;
+
+pub use body::Body;
+pub use dofs::DofMap;
+pub use eigen::Modes;
+pub use element::Material;
+pub use load::Loads;
+pub use sparse::{Csr, SolveScratch, SpdFactor};
+
+use thiserror::Error;
+
+/// What can go wrong between a mesh and its matrices.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum FemError {
+    /// A matrix that must be positive definite is not.
+    #[error("the {what} is not positive definite")]
+    NotPositiveDefinite {
+        /// Which matrix.
+        what: &'static str,
+    },
+    /// The eigenvalue iteration did not converge.
+    #[error("the {wanted} lowest modes of a problem of size {size} did not converge")]
+    Eigen {
+        /// Number of unknowns.
+        size: usize,
+        /// Number of modes asked for.
+        wanted: usize,
+    },
+}

@@ -1,0 +1,274 @@
+//! Sparse matrices: compressed rows for products, faer's Cholesky for solves.
+//!
+//! Products `y = A x` run in every right-hand side, so they are plain loops over
+//! compressed rows without allocation. Factorisations are faer's.
+
+use faer::Side;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Conj, MatMut, Par};
+
+use super::FemError;
+
+/// A sparse matrix by compressed rows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Csr {
+    n_cols: usize,
+    row_start: Vec<usize>,
+    col: Vec<u32>,
+    val: Vec<f64>,
+}
+
+impl Csr {
+    /// Build from `(row, column, value)` entries; duplicates add up, exact zeros are dropped.
+    pub fn from_triplets(
+        n_rows: usize,
+        n_cols: usize,
+        mut entries: Vec<(usize, usize, f64)>,
+    ) -> Self {
+        entries.sort_unstable_by_key(|&(i, j, _)| (i, j));
+        let mut merged: Vec<(usize, usize, f64)> = Vec::with_capacity(entries.len());
+        for (i, j, v) in entries {
+            match merged.last_mut() {
+                Some(last) if (last.0, last.1) == (i, j) => last.2 += v,
+                _ => merged.push((i, j, v)),
+            }
+        }
+        merged.retain(|e| e.2 != 0.0);
+        let mut row_start = vec![0; n_rows + 1];
+        for &(i, _, _) in &merged {
+            row_start[i + 1] += 1;
+        }
+        for i in 0..n_rows {
+            row_start[i + 1] += row_start[i];
+        }
+        Csr {
+            n_cols,
+            row_start,
+            col: merged.iter().map(|e| e.1 as u32).collect(),
+            val: merged.iter().map(|e| e.2).collect(),
+        }
+    }
+
+    /// Number of rows.
+    pub fn n_rows(&self) -> usize {
+        self.row_start.len() - 1
+    }
+
+    /// Number of columns.
+    pub fn n_cols(&self) -> usize {
+        self.n_cols
+    }
+
+    /// Number of stored entries.
+    pub fn n_entries(&self) -> usize {
+        self.val.len()
+    }
+
+    /// The `(column, value)` entries of row `i`.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.row_start[i]..self.row_start[i + 1];
+        self.col[range.clone()].iter().zip(&self.val[range]).map(|(&j, &v)| (j as usize, v))
+    }
+
+    /// All entries as `(row, column, value)`.
+    pub fn triplets(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        (0..self.n_rows()).flat_map(move |i| self.row(i).map(move |(j, v)| (i, j, v)))
+    }
+
+    /// Row `i` times `x`.
+    #[inline]
+    pub fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
+        let (a, b) = (self.row_start[i], self.row_start[i + 1]);
+        let mut sum = 0.0;
+        for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
+            sum += v * x[j as usize];
+        }
+        sum
+    }
+
+    /// `y = A x`.
+    pub fn mul(&self, x: &[f64], y: &mut [f64]) {
+        debug_assert_eq!(x.len(), self.n_cols);
+        for (i, y) in y.iter_mut().enumerate().take(self.n_rows()) {
+            *y = self.row_dot(i, x);
+        }
+    }
+
+    /// `y -= A x`.
+    pub fn mul_sub(&self, x: &[f64], y: &mut [f64]) {
+        for (i, y) in y.iter_mut().enumerate().take(self.n_rows()) {
+            *y -= self.row_dot(i, x);
+        }
+    }
+
+    /// The quadratic form `xᵀ A x`.
+    pub fn quadratic(&self, x: &[f64]) -> f64 {
+        (0..self.n_rows()).map(|i| x[i] * self.row_dot(i, x)).sum()
+    }
+
+    /// Row sums of absolute values: the growth of rounding errors in a product.
+    pub fn abs_row_sums(&self) -> Vec<f64> {
+        (0..self.n_rows()).map(|i| self.row(i).map(|(_, v)| v.abs()).sum()).collect()
+    }
+
+    /// The diagonal as a vector if nothing else is stored.
+    pub fn as_diagonal(&self) -> Option<Vec<f64>> {
+        let mut d = vec![0.0; self.n_rows()];
+        for (i, j, v) in self.triplets() {
+            if i != j {
+                return None;
+            }
+            d[i] = v;
+        }
+        Some(d)
+    }
+
+    /// `α A + β B` of two matrices of one shape.
+    pub fn combination(alpha: f64, a: &Csr, beta: f64, b: &Csr) -> Csr {
+        let entries = a.triplets().map(|(i, j, v)| (i, j, alpha * v));
+        let entries = entries.chain(b.triplets().map(|(i, j, v)| (i, j, beta * v)));
+        Csr::from_triplets(a.n_rows(), a.n_cols, entries.collect())
+    }
+}
+
+/// Cholesky factorisation `A = L Lᵀ` of a symmetric positive definite sparse matrix, or its diagonal.
+///
+/// Solving takes no memory from the allocator: the caller brings a [`SolveScratch`].
+#[derive(Debug)]
+pub enum SpdFactor {
+    /// A diagonal matrix: the reciprocals.
+    Diagonal(Vec<f64>),
+    /// A sparse factor (faer, fill-reducing order).
+    Sparse {
+        /// Structure.
+        symbolic: SymbolicCholesky<usize>,
+        /// Values of `L`.
+        values: Vec<f64>,
+    },
+}
+
+/// Work space of [`SpdFactor::solve`].
+pub struct SolveScratch(MemBuffer);
+
+impl std::fmt::Debug for SolveScratch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("SolveScratch")
+    }
+}
+
+impl SpdFactor {
+    /// Factorise; fails with [`FemError::NotPositiveDefinite`].
+    pub fn new(a: &Csr, what: &'static str) -> Result<Self, FemError> {
+        let failed = || FemError::NotPositiveDefinite { what };
+        if let Some(d) = a.as_diagonal() {
+            if d.iter().any(|&x| x.is_nan() || x <= 0.0) {
+                return Err(failed());
+            }
+            return Ok(SpdFactor::Diagonal(d.iter().map(|x| 1.0 / x).collect()));
+        }
+        let entries: Vec<_> = a.triplets().map(|(i, j, v)| Triplet::new(i, j, v)).collect();
+        let a = SparseColMat::<usize, f64>::try_new_from_triplets(a.n_rows(), a.n_cols(), &entries)
+            .map_err(|_| failed())?;
+        let symbolic = factorize_symbolic_cholesky(
+            a.symbolic(),
+            Side::Lower,
+            SymmetricOrdering::Amd,
+            CholeskySymbolicParams::default(),
+        )
+        .map_err(|_| failed())?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let mut scratch = MemBuffer::new(
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
+        );
+        symbolic
+            .factorize_numeric_llt::<f64>(
+                &mut values,
+                a.as_ref(),
+                Side::Lower,
+                LltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut scratch),
+                Default::default(),
+            )
+            .map_err(|_| failed())?;
+        Ok(SpdFactor::Sparse { symbolic, values })
+    }
+
+    /// Work space for one right-hand side.
+    pub fn scratch(&self) -> SolveScratch {
+        SolveScratch(match self {
+            SpdFactor::Diagonal(_) => MemBuffer::new(faer::dyn_stack::StackReq::EMPTY),
+            SpdFactor::Sparse { symbolic, .. } => {
+                MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
+            }
+        })
+    }
+
+    /// `x ← A⁻¹ x`.
+    pub fn solve(&self, x: &mut [f64], scratch: &mut SolveScratch) {
+        match self {
+            SpdFactor::Diagonal(inverse) => {
+                for (x, d) in x.iter_mut().zip(inverse) {
+                    *x *= d;
+                }
+            }
+            SpdFactor::Sparse { symbolic, values } => {
+                let n = x.len();
+                LltRef::<usize, f64>::new(symbolic, values).solve_in_place_with_conj(
+                    Conj::No,
+                    MatMut::from_column_major_slice_mut(x, n, 1),
+                    Par::Seq,
+                    MemStack::new(&mut scratch.0),
+                );
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn laplacian(n: usize) -> Csr {
+        let mut e = vec![];
+        for i in 0..n {
+            e.push((i, i, 2.0));
+            if i + 1 < n {
+                e.push((i, i + 1, -1.0));
+                e.push((i + 1, i, -1.0));
+            }
+        }
+        Csr::from_triplets(n, n, e)
+    }
+
+    #[test]
+    fn duplicates_add_up_and_zeros_vanish() {
+        let a = Csr::from_triplets(2, 2, vec![(1, 1, 2.0), (0, 0, 1.0), (1, 1, 3.0), (0, 1, 0.0)]);
+        assert_eq!(a.triplets().collect::<Vec<_>>(), vec![(0, 0, 1.0), (1, 1, 5.0)]);
+        assert_eq!(a.as_diagonal(), Some(vec![1.0, 5.0]));
+    }
+
+    #[test]
+    fn factor_solves() {
+        let a = laplacian(200);
+        let f = SpdFactor::new(&a, "test").unwrap();
+        let x0: Vec<f64> = (0..200).map(|i| (i as f64 * 0.37).sin()).collect();
+        let mut x = vec![0.0; 200];
+        a.mul(&x0, &mut x);
+        f.solve(&mut x, &mut f.scratch());
+        let worst = x.iter().zip(&x0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-11, "{worst}");
+    }
+
+    #[test]
+    fn indefinite_is_an_error() {
+        let a = Csr::from_triplets(2, 2, vec![(0, 0, 1.0), (0, 1, 2.0), (1, 0, 2.0), (1, 1, 1.0)]);
+        assert!(SpdFactor::new(&a, "test").is_err());
+    }
+}

@@ -1,0 +1,135 @@
+//! The flow of one smooth phase.
+//!
+//! A [`Flow`] carries the extended state `y = (u_O, u̇_O, W, D)`: displacements, velocities and, where the scene has
+//! them, the work of harmonic loads and the dissipated energy. It advances window by window; inside a window
+//! it knows the state at every time and encloses every monitor between bounds.
+
+pub mod bernstein;
+pub mod dop853;
+pub mod dopri5;
+pub mod runge_kutta;
+pub mod tableau;
+
+pub use bernstein::Bernstein;
+pub use runge_kutta::{RungeKutta, Tolerances};
+
+use crate::contact::{Nbm, Phase};
+use crate::scenario::Integrator;
+use thiserror::Error;
+
+/// A monitor on `[a, b]`: a polynomial, and how far the monitor may be from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Enclosure {
+    /// Approximation over `[a, b]`, argument scaled to `[0, 1]`.
+    pub polynomial: Bernstein,
+    /// `|h − polynomial| ≤ error`.
+    pub error: f64,
+    /// `|h′ − polynomial′| ≤ slope_error`, derivatives with respect to the scaled argument.
+    pub slope_error: f64,
+}
+
+/// Work done, for cost tests and reports.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counters {
+    /// Evaluations of the right-hand side.
+    pub rhs_evaluations: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+}
+
+/// A smooth phase could not be continued.
+#[derive(Debug, Error, Clone, Copy, PartialEq)]
+pub enum FlowError {
+    /// The step fell below the time resolution.
+    #[error("the step size fell to {h:.3e} at t = {t:.9}")]
+    StepTooSmall {
+        /// Time.
+        t: f64,
+        /// Step.
+        h: f64,
+    },
+    /// The state is no longer finite.
+    #[error("the state is not finite after t = {t:.9}")]
+    NotFinite {
+        /// Time.
+        t: f64,
+    },
+}
+
+/// Layout of the extended state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Length of `u_O`.
+    pub n_o: usize,
+    /// Position of the work of harmonic loads.
+    pub work: Option<usize>,
+    /// Position of the dissipated energy.
+    pub dissipated: Option<usize>,
+}
+
+impl Layout {
+    /// The layout that a body with its loads and damping needs.
+    pub fn new(nbm: &Nbm) -> Layout {
+        let n_o = nbm.n_o();
+        let work = (!nbm.loads.harmonics.is_empty()).then_some(2 * n_o);
+        let dissipated = nbm.damping.map(|_| 2 * n_o + usize::from(work.is_some()));
+        Layout { n_o, work, dissipated }
+    }
+
+    /// Length of `y`.
+    pub fn len(&self) -> usize {
+        2 * self.n_o + usize::from(self.work.is_some()) + usize::from(self.dissipated.is_some())
+    }
+
+    /// Whether there is no state at all.
+    pub fn is_empty(&self) -> bool {
+        self.n_o == 0
+    }
+
+    /// `u_O` of a state.
+    pub fn u<'a>(&self, y: &'a [f64]) -> &'a [f64] {
+        &y[..self.n_o]
+    }
+
+    /// `u̇_O` of a state.
+    pub fn v<'a>(&self, y: &'a [f64]) -> &'a [f64] {
+        &y[self.n_o..2 * self.n_o]
+    }
+}
+
+/// The flow of a smooth phase, window by window.
+pub trait Flow {
+    /// Start (or go on after a switch) at `(t, y)` in a phase.
+    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]);
+    /// Compute the next window from the end of the last one, at most to `t_limit`.
+    fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError>;
+    /// Shorten the window to end at `t`, with the full accuracy of the method there.
+    fn cut(&mut self, phase: &Phase, t: f64);
+    /// The window.
+    fn window(&self) -> (f64, f64);
+    /// State at the end of the window.
+    fn end_state(&self) -> &[f64];
+    /// State at a time in the window.
+    fn state(&self, t: f64, y: &mut [f64]);
+    /// Enclosure of the `index`-th monitor of the phase on `[a, b]` inside the window.
+    fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure;
+    /// Work done so far.
+    fn counters(&self) -> Counters;
+    /// Name in a scene.
+    fn name(&self) -> &'static str;
+}
+
+/// The flow that a scene asks for.
+pub fn by_name<'a>(
+    integrator: Integrator,
+    nbm: &'a Nbm,
+    tolerances: Tolerances,
+) -> Box<dyn Flow + 'a> {
+    let tableau = match integrator {
+        Integrator::Dopri5 => &dopri5::DOPRI5,
+        Integrator::Dop853 => &dop853::DOP853,
+    };
+    Box::new(RungeKutta::new(nbm, tableau, tolerances))
+}

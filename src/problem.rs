@@ -1,0 +1,387 @@
+//! From a scene to the initial-value problem of the nodal boundary equations.
+//!
+//! Finds what only the mesh and the matrices can tell: rigid motions, prescribed contact edges, penetrating
+//! initial states. Every such finding is an [`Issue`] that names the key of the scene.
+
+use thiserror::Error;
+
+use crate::contact::{ActiveSet, ContactEdge, ContactError, Nbm, Phase, Rayleigh};
+use crate::fem::{Body, DofMap, FemError, Loads, Material, Modes, eigen, load};
+use crate::mesh::Mesh;
+use crate::scenario::{
+    Amplitude, Axis, BodyKind, Field, Issue, Load, LoadKind, MassKind, Scene, SceneError,
+};
+
+/// Why a problem cannot be set up.
+#[derive(Debug, Error)]
+pub enum ProblemError {
+    /// The scene asks for something that is not possible.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The operators failed.
+    #[error("setting up the contact operators: {0}")]
+    Contact(#[from] ContactError),
+    /// Matrices failed.
+    #[error("setting up the matrices: {0}")]
+    Fem(#[from] FemError),
+}
+
+/// A state at a time: `x = (u_O, u̇_O)`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct State {
+    /// Displacements `u_O`.
+    pub u: Vec<f64>,
+    /// Velocities `u̇_O`.
+    pub v: Vec<f64>,
+}
+
+/// The body, its loads and its initial state.
+#[derive(Debug)]
+pub struct Problem {
+    /// Operators.
+    pub nbm: Nbm,
+    /// State at `t = 0`.
+    pub initial: State,
+}
+
+/// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
+pub type StoredState = (Vec<f64>, Vec<f64>);
+
+impl Problem {
+    /// Set up a scene. `stored` is the state of the file named in `[initial]`, if any.
+    pub fn new(scene: &Scene, stored: Option<StoredState>) -> Result<Problem, ProblemError> {
+        let body = assemble(scene);
+        let edge = contact_edge(scene, &body)?;
+        if let Some(issue) = empty(scene, &body) {
+            return Err(scene.error(issue).into());
+        }
+        let mut nbm = Nbm::new(body, edge.as_ref()).map_err(|e| match e {
+            ContactError::NotPMatrix { .. } => ProblemError::Scene(scene.error(Issue::new(
+                "contact.edge",
+                e.to_string(),
+                "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"",
+            ))),
+            other => other.into(),
+        })?;
+        let modes = OpenModes::for_scene(scene, &nbm)?;
+        nbm.damping = damping(scene, &modes)?;
+        nbm.loads = loads(scene, &nbm, &modes)?;
+        let initial = initial_state(scene, &nbm, &modes, stored)?;
+        let problem = Problem { nbm, initial };
+        problem.check_rigid_motion(scene)?;
+        Ok(problem)
+    }
+
+    /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
+    fn check_rigid_motion(&self, scene: &Scene) -> Result<(), ProblemError> {
+        let nbm = &self.nbm;
+        let body = &nbm.body;
+        let free = body.rigid_motions(false);
+        if free.is_empty() {
+            return Ok(());
+        }
+        let fail = |message: &str| {
+            let help = "add a [[support]] that holds it, for example edge = \"left\", fix = [\"x\", \"y\"]";
+            let key = if scene.supports.is_empty() { "body" } else { "support" };
+            Err(scene.error(Issue::new(key, message, help)).into())
+        };
+        if nbm.n_contact() == 0 || !body.rigid_motions(true).is_empty() {
+            return fail("the body can move rigidly");
+        }
+        let n_o = nbm.n_o();
+        let motion = body.dofs.gather(&free[0]);
+        let towards: f64 = motion[n_o..].iter().sum();
+        let force = nbm.loads.constant_potential(&motion) * towards.signum();
+        let mut v = vec![0.0; nbm.n()];
+        v[..n_o].copy_from_slice(&self.initial.v);
+        let mut momentum = vec![0.0; nbm.n()];
+        body.mass.mul(&v, &mut momentum);
+        let speed: f64 =
+            motion.iter().zip(&momentum).map(|(a, b)| a * b).sum::<f64>() * towards.signum();
+        if force > 0.0 || (force == 0.0 && speed > 0.0) {
+            return Ok(());
+        }
+        fail(
+            "the body can move rigidly, and neither a constant load nor the initial velocity carries it to \
+             the obstacle",
+        )
+    }
+}
+
+fn assemble(scene: &Scene) -> Body {
+    let b = &scene.body;
+    let (mesh, material) = match b.kind {
+        BodyKind::Bar => (
+            Mesh::bar(b.size[0], b.elements[0]),
+            Material::Bar { young: b.young, density: b.density, area: b.area.unwrap_or(1.0) },
+        ),
+        BodyKind::Plate => (
+            Mesh::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1]),
+            Material::Plate {
+                young: b.young,
+                poisson: b.poisson.unwrap_or(0.0),
+                density: b.density,
+                thickness: b.thickness.unwrap_or(1.0),
+            },
+        ),
+    };
+    let fixed: Vec<_> = scene
+        .supports
+        .iter()
+        .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
+        .collect();
+    let dofs = DofMap::new(&mesh, &fixed, scene.contact.as_ref().map(|c| c.edge));
+    Body::assemble(mesh, dofs, material, b.mass == MassKind::Lumped)
+}
+
+fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
+    let with_contact =
+        if scene.contact.is_some() { " besides the contact displacements" } else { "" };
+    (body.dofs.n_o == 0).then(|| {
+        Issue::new(
+            "body.elements",
+            format!("no displacement is left free{with_contact}"),
+            "use more elements or fewer supports",
+        )
+    })
+}
+
+fn contact_edge(scene: &Scene, body: &Body) -> Result<Option<ContactEdge>, ProblemError> {
+    let Some(c) = &scene.contact else { return Ok(None) };
+    let nodes = &body.dofs.contact_nodes;
+    if nodes.is_empty() {
+        let axis = ["x", "y"][c.edge.axis()];
+        return Err(scene
+            .error(Issue::new(
+                "contact.edge",
+                format!(
+                    "all {axis} displacements of the edge \"{}\" are prescribed",
+                    c.edge.name()
+                ),
+                "choose another edge, or free it in [[support]]",
+            ))
+            .into());
+    }
+    let gap: Vec<f64> = nodes.iter().map(|&n| c.gap.at(body.mesh.nodes[n])).collect();
+    if let Some(k) = gap.iter().position(|g| !g.is_finite()) {
+        let [x, y] = body.mesh.nodes[nodes[k]];
+        return Err(scene
+            .error(Issue::new(
+                "contact.gap",
+                format!("is {} at ({x}, {y})", gap[k]),
+                "give an expression that is finite on the whole edge",
+            ))
+            .into());
+    }
+    Ok(Some(ContactEdge { edge: c.edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
+}
+
+/// The modes of the open phase that a scene names, computed once and only if it names any.
+struct OpenModes {
+    modes: Option<Modes>,
+    phase: Option<Phase>,
+}
+
+impl OpenModes {
+    fn for_scene(scene: &Scene, nbm: &Nbm) -> Result<OpenModes, ProblemError> {
+        let damping = scene.damping.as_ref();
+        let named = [
+            scene.initial.mode,
+            damping.and_then(|d| d.ratio.map(|_| d.mode.unwrap_or(1))),
+            damping.and_then(|d| d.ratios.map(|[(a, _), (b, _)]| a.max(b))),
+        ];
+        let loads = scene.loads.iter().map(|l| l.mode);
+        let Some(count) = named.into_iter().chain(loads).flatten().max() else {
+            return Ok(OpenModes { modes: None, phase: None });
+        };
+        let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
+        let modes = phase_modes(nbm, &phase, count)?;
+        Ok(OpenModes { modes: Some(modes), phase: Some(phase) })
+    }
+
+    /// Frequency and full shape `A* φ_k` of mode `k` (from 1).
+    fn get(
+        &self,
+        scene: &Scene,
+        key: &str,
+        k: usize,
+        nbm: &Nbm,
+    ) -> Result<(f64, Vec<f64>), ProblemError> {
+        let found = match (&self.modes, &self.phase) {
+            (Some(m), Some(p)) if k <= m.omega.len() => Some((m, p)),
+            _ => None,
+        };
+        let Some((modes, phase)) = found else {
+            let message = format!("mode {k} does not exist: the open body has {} modes", nbm.n_o());
+            let help = format!("give 1 to {}", nbm.n_o());
+            return Err(scene.error(Issue::new(key, message, help)).into());
+        };
+        let mut shape = vec![0.0; nbm.n()];
+        phase.expand_velocity(nbm, &modes.shapes[k - 1], &mut shape);
+        Ok((modes.omega[k - 1], shape))
+    }
+}
+
+/// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
+/// displacement of largest magnitude positive (the largest displacement where there is no contact).
+pub fn phase_modes(nbm: &Nbm, phase: &Phase, count: usize) -> Result<Modes, FemError> {
+    let (k, m) = phase.matrices(nbm);
+    let mut modes = eigen::lowest(&k, &m, count, nbm.body.frequency_unit())?;
+    let mut full = vec![0.0; nbm.n()];
+    for shape in &mut modes.shapes {
+        phase.expand_velocity(nbm, shape, &mut full);
+        let largest = |x: &[f64]| {
+            x.iter()
+                .copied()
+                .fold(0.0f64, |m, x| if x.abs() > m.abs() * (1.0 + 1e-9) { x } else { m })
+        };
+        let of_contact = largest(&full[nbm.n_o()..]);
+        let of_all = largest(&full);
+        let leading = if of_contact.abs() > 1e-9 * of_all.abs() { of_contact } else { of_all };
+        if leading < 0.0 {
+            shape.iter_mut().for_each(|x| *x = -*x);
+        }
+    }
+    Ok(modes)
+}
+
+fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleigh>, ProblemError> {
+    let Some(d) = &scene.damping else { return Ok(None) };
+    let omega = |key: &str, k: usize| -> Result<f64, ProblemError> {
+        let w = modes.modes.as_ref().and_then(|m| m.omega.get(k - 1)).copied().unwrap_or(0.0);
+        if w > 0.0 {
+            return Ok(w);
+        }
+        let message = format!("mode {k} is a rigid motion or does not exist");
+        Err(scene.error(Issue::new(key, message, "name an elastic mode of the open body")).into())
+    };
+    let rayleigh = match (d.rayleigh, d.ratio, d.ratios) {
+        (Some([alpha, beta]), _, _) => Rayleigh { alpha, beta },
+        (_, Some(ratio), _) => {
+            let w = omega("damping.mode", d.mode.unwrap_or(1))?;
+            Rayleigh { alpha: 0.0, beta: 2.0 * ratio / w }
+        }
+        (_, _, Some([(m1, r1), (m2, r2)])) => {
+            // 2 ξ ω = α + β ω² at both
+            let (w1, w2) = (omega("damping.ratios", m1)?, omega("damping.ratios", m2)?);
+            let beta = 2.0 * (r2 * w2 - r1 * w1) / (w2 * w2 - w1 * w1);
+            let alpha = 2.0 * r1 * w1 - beta * w1 * w1;
+            if alpha < 0.0 || beta < 0.0 {
+                let message = format!(
+                    "these ratios need α = {alpha:.3e}, β = {beta:.3e}: negative damping of other modes"
+                );
+                let help = "choose ratios closer to each other";
+                return Err(scene.error(Issue::new("damping.ratios", message, help)).into());
+            }
+            Rayleigh { alpha, beta }
+        }
+        _ => return Ok(None),
+    };
+    let none = rayleigh.alpha == 0.0 && rayleigh.beta == 0.0;
+    Ok((!none).then_some(rayleigh))
+}
+
+fn loads(scene: &Scene, nbm: &Nbm, modes: &OpenModes) -> Result<Loads, ProblemError> {
+    let body = &nbm.body;
+    let mut loads = Loads::default();
+    for (i, l) in scene.loads.iter().enumerate() {
+        let Load { kind, amplitude, .. } = l;
+        let vector = match amplitude {
+            Amplitude::Scalar(a) => vec![*a],
+            Amplitude::Vector(v) => v.clone(),
+        };
+        let force = match kind {
+            LoadKind::Gravity => load::gravity(body, &vector),
+            LoadKind::Traction => match l.edge {
+                Some(edge) => load::traction(body, edge, &vector),
+                None => continue,
+            },
+            LoadKind::Point => {
+                let at = l.at.as_deref().unwrap_or(&[]);
+                load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0)], &vector)
+            }
+            LoadKind::Mode => {
+                let key = format!("load[{i}].mode");
+                let (_, shape) = modes.get(scene, &key, l.mode.unwrap_or(1), nbm)?;
+                let mut force = vec![0.0; nbm.n()];
+                body.mass.mul(&shape, &mut force);
+                force.iter_mut().for_each(|f| *f *= vector[0]);
+                force
+            }
+        };
+        loads.push(force, l.omega, l.phase);
+    }
+    Ok(loads)
+}
+
+fn initial_state(
+    scene: &Scene,
+    nbm: &Nbm,
+    modes: &OpenModes,
+    stored: Option<StoredState>,
+) -> Result<State, ProblemError> {
+    let s = &scene.initial;
+    let n_o = nbm.n_o();
+    let dofs = &nbm.body.dofs;
+    if let (Some(mode), Some(amplitude)) = (s.mode, s.amplitude) {
+        let (_, mut shape) = modes.get(scene, "initial.mode", mode, nbm)?;
+        // the leading contact displacement, or the leading displacement of a body without contact
+        let range = if nbm.n_contact() > 0 { n_o..nbm.n() } else { 0..nbm.n() };
+        let lead = range.clone().max_by(|&a, &b| shape[a].abs().total_cmp(&shape[b].abs()));
+        let lead = lead.unwrap_or(0);
+        let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        if shape[lead].abs() < 1e-9 * largest {
+            let message = format!(
+                "mode {mode} does not move the contact edge: it cannot be scaled by the gap"
+            );
+            let help = "choose another mode, or give displacement = [\"…\"]";
+            return Err(scene.error(Issue::new("initial.mode", message, help)).into());
+        }
+        let unit = if nbm.n_contact() > 0 { nbm.gap[lead - n_o] } else { 1.0 };
+        let scale = amplitude * unit / shape[lead];
+        shape.iter_mut().for_each(|x| *x *= scale);
+        check_penetration(scene, nbm, "initial.amplitude", &shape)?;
+        return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
+    }
+    if let Some((u, v)) = stored {
+        let (u, v) = (dofs.gather(&u), dofs.gather(&v));
+        check_penetration(scene, nbm, "initial.file", &u)?;
+        return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
+    }
+    let field = |key: &str, list: &Option<Vec<Field>>| -> Result<Vec<f64>, ProblemError> {
+        let Some(list) = list else { return Ok(vec![0.0; nbm.n()]) };
+        let nodal: Vec<f64> =
+            nbm.body.mesh.nodes.iter().flat_map(|&p| list.iter().map(move |f| f.at(p))).collect();
+        if nodal.iter().any(|x| !x.is_finite()) {
+            let message = "is not finite at every node";
+            return Err(scene.error(Issue::new(key, message, "check the expression")).into());
+        }
+        Ok(dofs.gather(&nodal))
+    };
+    let u = field("initial.displacement", &s.displacement)?;
+    let v = field("initial.velocity", &s.velocity)?;
+    if s.displacement.is_some() {
+        check_penetration(scene, nbm, "initial.displacement", &u)?;
+    }
+    Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
+}
+
+fn check_penetration(scene: &Scene, nbm: &Nbm, key: &str, u: &[f64]) -> Result<(), ProblemError> {
+    let n_o = nbm.n_o();
+    let excess = |i: usize| u[n_o + i] - nbm.gap[i];
+    let Some(worst) = (0..nbm.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b))) else {
+        return Ok(());
+    };
+    let scale = u.iter().fold(nbm.length_unit(), |m, x| m.max(x.abs()));
+    if excess(worst) <= 1e-9 * scale {
+        return Ok(());
+    }
+    let [x, y] = nbm.body.mesh.nodes[nbm.body.dofs.contact_nodes[worst]];
+    let message = format!(
+        "the initial state penetrates the obstacle by {:.6e} at the node ({x}, {y})",
+        excess(worst)
+    );
+    Err(scene
+        .error(Issue::new(key, message, "give a state with u·n ≤ gap on the contact edge"))
+        .into())
+}

@@ -1,0 +1,1 @@
+//! Summaries and pictures: plain data in, no solver known.

@@ -1,0 +1,377 @@
+//! Checks that need nothing but the scene itself.
+
+use super::{Amplitude, Axis, BodyKind, Edge, Field, Issue, LoadKind, Scene};
+
+type Check = Result<(), Issue>;
+
+fn positive(key: &str, value: f64) -> Check {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(Issue::new(key, format!("must be positive and finite, is {value}"), "give a number > 0"))
+}
+
+fn finite(key: &str, value: f64) -> Check {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(Issue::new(key, format!("must be finite, is {value}"), "give an ordinary number"))
+}
+
+fn count_from_one(key: &str, value: usize) -> Check {
+    if value >= 1 {
+        return Ok(());
+    }
+    Err(Issue::new(key, "modes are counted from 1", "give 1 for the lowest mode"))
+}
+
+fn length(key: &str, found: usize, wanted: usize, example: &str) -> Check {
+    if found == wanted {
+        return Ok(());
+    }
+    let s = if wanted == 1 { "" } else { "s" };
+    Err(Issue::new(
+        key,
+        format!("needs {wanted} number{s}, has {found}"),
+        format!("for example {example}"),
+    ))
+}
+
+impl Scene {
+    /// Space dimension of the displacement.
+    pub fn dim(&self) -> usize {
+        match self.body.kind {
+            BodyKind::Bar => 1,
+            BodyKind::Plate => 2,
+        }
+    }
+
+    pub(super) fn check(&self) -> Check {
+        self.check_body()?;
+        self.check_supports()?;
+        self.check_contact()?;
+        self.check_damping()?;
+        self.check_loads()?;
+        self.check_initial()?;
+        self.check_orbit()?;
+        self.check_run()
+    }
+
+    fn check_body(&self) -> Check {
+        let b = &self.body;
+        let (size, elements) =
+            if self.dim() == 1 { ("[1.0]", "[20]") } else { ("[1.0, 0.5]", "[20, 10]") };
+        length("body.size", b.size.len(), self.dim(), size)?;
+        length("body.elements", b.elements.len(), self.dim(), elements)?;
+        b.size.iter().try_for_each(|&v| positive("body.size", v))?;
+        positive("body.young", b.young)?;
+        positive("body.density", b.density)?;
+        if b.elements.contains(&0) {
+            return Err(Issue::new("body.elements", "needs at least one element", elements));
+        }
+        let n_nodes = b.elements.iter().fold(1usize, |n, &e| n.saturating_mul(e.saturating_add(1)));
+        if n_nodes > 50_000_000 {
+            return Err(Issue::new(
+                "body.elements",
+                format!("{n_nodes} nodes are more than this program can hold"),
+                "give at most 50 million nodes",
+            ));
+        }
+        let misplaced = |key: &str, owner: &str| {
+            let message = format!("belongs to a {owner}, this body is not one");
+            Err(Issue::new(key, message, "remove the key or change body.kind"))
+        };
+        match b.kind {
+            BodyKind::Bar if b.poisson.is_some() => misplaced("body.poisson", "plate"),
+            BodyKind::Bar if b.thickness.is_some() => misplaced("body.thickness", "plate"),
+            BodyKind::Bar => positive("body.area", b.area.unwrap_or(1.0)),
+            BodyKind::Plate if b.area.is_some() => misplaced("body.area", "bar"),
+            BodyKind::Plate => {
+                positive("body.thickness", b.thickness.unwrap_or(1.0))?;
+                let nu = b.poisson.ok_or_else(|| {
+                    Issue::new(
+                        "body.poisson",
+                        "is missing",
+                        "a plate needs a Poisson ratio, -1 < ν < 1",
+                    )
+                })?;
+                if nu > -1.0 && nu < 1.0 {
+                    return Ok(());
+                }
+                Err(Issue::new(
+                    "body.poisson",
+                    format!("{nu} makes the plane-stress stiffness indefinite"),
+                    "give -1 < ν < 1 (plane stress; isotropic solids have ν ≤ 0.5)",
+                ))
+            }
+        }
+    }
+
+    fn check_edge(&self, key: &str, edge: Edge) -> Check {
+        if self.dim() == 1 && edge.axis() == 1 {
+            let message = format!("a bar has no edge \"{}\"", edge.name());
+            return Err(Issue::new(key, message, "give \"left\" or \"right\""));
+        }
+        Ok(())
+    }
+
+    fn check_supports(&self) -> Check {
+        for (i, s) in self.supports.iter().enumerate() {
+            self.check_edge(&format!("support[{i}].edge"), s.edge)?;
+            let key = format!("support[{i}].fix");
+            if s.fix.is_empty() {
+                return Err(Issue::new(
+                    key,
+                    "fixes nothing",
+                    "give [\"x\"], [\"y\"] or [\"x\", \"y\"]",
+                ));
+            }
+            if self.dim() == 1 && s.fix.contains(&Axis::Y) {
+                return Err(Issue::new(key, "a bar has no y displacement", "give [\"x\"]"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_contact(&self) -> Check {
+        let Some(c) = &self.contact else { return Ok(()) };
+        self.check_edge("contact.edge", c.edge)
+    }
+
+    fn check_damping(&self) -> Check {
+        let Some(d) = &self.damping else { return Ok(()) };
+        let given = [d.rayleigh.is_some(), d.ratio.is_some(), d.ratios.is_some()];
+        if given.iter().filter(|&&g| g).count() != 1 {
+            return Err(Issue::new(
+                "damping",
+                "give exactly one of rayleigh, ratio, ratios",
+                "rayleigh = [0.0, 1e-3], or ratio = 0.01 with mode = 1, or ratios = [[1, 0.01], [3, 0.01]]",
+            ));
+        }
+        let non_negative = |key: &str, v: f64| {
+            if v.is_finite() && v >= 0.0 {
+                return Ok(());
+            }
+            Err(Issue::new(key, format!("must not be negative, is {v}"), "give numbers ≥ 0"))
+        };
+        if let Some(r) = d.rayleigh {
+            r.iter().try_for_each(|&v| non_negative("damping.rayleigh", v))?;
+        }
+        if let Some(r) = d.ratio {
+            non_negative("damping.ratio", r)?;
+        } else if d.mode.is_some() {
+            return Err(Issue::new(
+                "damping.mode",
+                "goes with `ratio` only",
+                "remove it or give ratio",
+            ));
+        }
+        if let Some(m) = d.mode {
+            count_from_one("damping.mode", m)?;
+        }
+        if let Some([(m1, r1), (m2, r2)]) = d.ratios {
+            for (m, r) in [(m1, r1), (m2, r2)] {
+                count_from_one("damping.ratios", m)?;
+                non_negative("damping.ratios", r)?;
+            }
+            if m1 == m2 {
+                return Err(Issue::new(
+                    "damping.ratios",
+                    "names one mode twice",
+                    "give two different modes",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_loads(&self) -> Check {
+        for (i, l) in self.loads.iter().enumerate() {
+            let key = |name: &str| format!("load[{i}].{name}");
+            for (name, given, kind) in [
+                ("mode", l.mode.is_some(), LoadKind::Mode),
+                ("edge", l.edge.is_some(), LoadKind::Traction),
+                ("at", l.at.is_some(), LoadKind::Point),
+            ] {
+                let kind_name = format!("{kind:?}").to_lowercase();
+                if given && l.kind != kind {
+                    let message = format!("goes with kind = \"{kind_name}\" only");
+                    return Err(Issue::new(key(name), message, "remove it or change the kind"));
+                }
+                if !given && l.kind == kind {
+                    let message = format!("is missing: kind = \"{kind_name}\" needs it");
+                    let help = match kind {
+                        LoadKind::Mode => "mode = 1",
+                        LoadKind::Traction => "edge = \"right\"",
+                        _ => "at = [1.0, 0.0]",
+                    };
+                    return Err(Issue::new(key(name), message, help));
+                }
+            }
+            if let Some(m) = l.mode {
+                count_from_one(&key("mode"), m)?;
+            }
+            if let Some(edge) = l.edge {
+                self.check_edge(&key("edge"), edge)?;
+            }
+            if let Some(at) = &l.at {
+                length(&key("at"), at.len(), self.dim(), "[1.0, 0.0]")?;
+                for (v, size) in at.iter().zip(&self.body.size) {
+                    if !(*v >= 0.0 && v <= size) {
+                        let message = format!("{v} is outside the body");
+                        return Err(Issue::new(key("at"), message, format!("give 0 to {size}")));
+                    }
+                }
+            }
+            match (&l.amplitude, l.kind) {
+                (Amplitude::Scalar(a), _) if l.kind == LoadKind::Mode || self.dim() == 1 => {
+                    finite(&key("amplitude"), *a)?;
+                }
+                (Amplitude::Vector(v), k) if k != LoadKind::Mode => {
+                    length(&key("amplitude"), v.len(), self.dim(), "[0.0, -9.81]")?;
+                    v.iter().try_for_each(|&a| finite(&key("amplitude"), a))?;
+                }
+                (_, LoadKind::Mode) => {
+                    return Err(Issue::new(
+                        key("amplitude"),
+                        "a mode has one amplitude",
+                        "amplitude = 0.1",
+                    ));
+                }
+                _ => {
+                    return Err(Issue::new(
+                        key("amplitude"),
+                        "needs the x and y components",
+                        "amplitude = [0.0, -9.81]",
+                    ));
+                }
+            }
+            if let Some(w) = l.omega {
+                positive(&key("omega"), w)?;
+            }
+            finite(&key("phase"), l.phase)?;
+        }
+        Ok(())
+    }
+
+    fn check_initial(&self) -> Check {
+        let s = &self.initial;
+        let forms =
+            [s.mode.is_some(), s.displacement.is_some() || s.velocity.is_some(), s.file.is_some()];
+        if forms.iter().filter(|&&g| g).count() > 1 {
+            return Err(Issue::new(
+                "initial",
+                "mixes several forms",
+                "give mode and amplitude, or displacement and velocity, or file",
+            ));
+        }
+        match (s.mode, s.amplitude) {
+            (Some(m), Some(a)) => {
+                count_from_one("initial.mode", m)?;
+                finite("initial.amplitude", a)?;
+                let scalable = match &self.contact {
+                    Some(c) => !matches!(c.gap, Field::Constant(0.0)),
+                    None => true,
+                };
+                if !scalable {
+                    return Err(Issue::new(
+                        "initial.amplitude",
+                        "counts in gaps, and the gap is 0",
+                        "give the initial state as displacement = [\"…\"]",
+                    ));
+                }
+            }
+            (Some(_), None) => {
+                return Err(Issue::new(
+                    "initial.amplitude",
+                    "is missing",
+                    "give amplitude = -1.4 (in gaps)",
+                ));
+            }
+            (None, Some(_)) => {
+                return Err(Issue::new(
+                    "initial.amplitude",
+                    "goes with `mode` only",
+                    "give mode = 1",
+                ));
+            }
+            (None, None) => {}
+        }
+        for (key, list) in
+            [("initial.displacement", &s.displacement), ("initial.velocity", &s.velocity)]
+        {
+            if let Some(list) = list {
+                let example = if self.dim() == 1 { "[\"-2*x\"]" } else { "[\"-2*x\", \"0\"]" };
+                length(key, list.len(), self.dim(), example)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_orbit(&self) -> Check {
+        let Some(o) = &self.orbit else { return Ok(()) };
+        if o.omega.is_some() && o.period.is_some() {
+            return Err(Issue::new(
+                "orbit.period",
+                "stands beside omega",
+                "give omega or period, not both",
+            ));
+        }
+        if let Some(w) = o.omega {
+            positive("orbit.omega", w)?;
+        }
+        if let Some(t) = o.period {
+            positive("orbit.period", t)?;
+        }
+        if let Some([a, b]) = o.range {
+            positive("orbit.range", a)?;
+            positive("orbit.range", b)?;
+        }
+        Ok(())
+    }
+
+    fn check_run(&self) -> Check {
+        let Some(r) = &self.run else { return Ok(()) };
+        match (r.until, r.periods) {
+            (Some(t), None) => positive("run.until", t)?,
+            (None, Some(n)) => {
+                positive("run.periods", n)?;
+                if self.period().is_none() {
+                    return Err(Issue::new(
+                        "run.periods",
+                        "counts periods, and the scene has none",
+                        "give until = …, or a load with omega, or [orbit] omega or period",
+                    ));
+                }
+            }
+            _ => {
+                return Err(Issue::new(
+                    "run",
+                    "give exactly one of until, periods",
+                    "until = 3.36",
+                ));
+            }
+        }
+        for (key, v) in [("run.rtol", r.rtol), ("run.atol", r.atol)] {
+            positive(key, v)?;
+            if v >= 0.1 {
+                return Err(Issue::new(key, format!("{v} is no tolerance"), "give 1e-13 to 1e-3"));
+            }
+        }
+        if r.rtol < 1e-14 {
+            return Err(Issue::new(
+                "run.rtol",
+                format!("{} is below rounding error", r.rtol),
+                "give at least 1e-14",
+            ));
+        }
+        if r.samples < 1 {
+            return Err(Issue::new(
+                "run.samples",
+                "needs at least one stored state",
+                "samples = 400",
+            ));
+        }
+        positive("run.switch_limit", r.switch_limit)
+    }
+}

@@ -1,0 +1,41 @@
+//! One call from a scene to a report: what `signorini run` does, for library users.
+
+use crate::event::{self, Observer, Options, Report, RunError};
+use crate::flow::{self, Tolerances};
+use crate::problem::Problem;
+use crate::scenario::{Issue, Run, Scene, SceneError};
+
+/// The `[run]` table of a scene, or the error that says it is missing.
+pub fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
+    let missing =
+        || scene.error(Issue::new("run", "is missing", "add [run] with until = … or periods = …"));
+    let run = scene.run.as_ref().ok_or_else(missing)?;
+    let until = scene.until().ok_or_else(missing)?;
+    Ok((run, until))
+}
+
+/// Integrate a problem as its scene's `[run]` table says.
+pub fn simulate<O: Observer>(
+    scene: &Scene,
+    problem: &Problem,
+    verify_lcp: bool,
+    observer: &mut O,
+) -> Result<Report, SimulateError<O::Error>> {
+    let (run, until) = run_table(scene)?;
+    let options =
+        Options { until, samples: run.samples, switch_limit: run.switch_limit, verify_lcp };
+    let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
+    let mut flow = flow::by_name(run.integrator, &problem.nbm, tolerances);
+    Ok(event::run(&problem.nbm, &problem.initial, &options, flow.as_mut(), observer)?)
+}
+
+/// A simulation could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError<E> {
+    /// The scene does not say what to run.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The run failed.
+    #[error(transparent)]
+    Run(#[from] RunError<E>),
+}

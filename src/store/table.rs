@@ -1,0 +1,79 @@
+//! An append-only dataset that is written in whole chunks.
+
+use hdf5::{Dataset, Group, H5Type};
+use ndarray::{ArrayView1, ArrayView2};
+
+use super::StoreError;
+
+/// Rows waiting for their chunk.
+pub(super) struct Table<T: H5Type> {
+    dataset: Dataset,
+    columns: Option<usize>,
+    chunk: usize,
+    rows: usize,
+    pending: Vec<T>,
+}
+
+impl<T: H5Type + Clone> Table<T> {
+    /// `columns` absent: one value a row. Compressed tables append whole chunks only.
+    pub fn create(
+        group: &Group,
+        name: &str,
+        columns: Option<usize>,
+        chunk: usize,
+        compressed: bool,
+        units: &str,
+    ) -> Result<Self, StoreError> {
+        let builder = group.new_dataset::<T>();
+        let dataset = match (columns, compressed) {
+            (Some(n), true) => builder
+                .chunk((chunk, n.max(1)))
+                .shuffle()
+                .deflate(4)
+                .shape((0.., n))
+                .create(name)?,
+            (Some(n), false) => builder.chunk((chunk, n.max(1))).shape((0.., n)).create(name)?,
+            (None, true) => builder.chunk(chunk).shuffle().deflate(4).shape(0..).create(name)?,
+            (None, false) => builder.chunk(chunk).shape(0..).create(name)?,
+        };
+        super::write_text(&dataset, "units", units)?;
+        Ok(Table { dataset, columns, chunk, rows: 0, pending: vec![] })
+    }
+
+    pub fn push(&mut self, row: &[T]) {
+        debug_assert_eq!(row.len(), self.columns.unwrap_or(1));
+        self.pending.extend_from_slice(row);
+    }
+
+    fn pending_rows(&self) -> usize {
+        self.pending.len() / self.columns.unwrap_or(1).max(1)
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.pending_rows() >= self.chunk
+    }
+
+    /// Append what waits.
+    pub fn append(&mut self) -> Result<(), StoreError> {
+        let added = self.pending_rows();
+        if added == 0 {
+            return Ok(());
+        }
+        let (from, to) = (self.rows, self.rows + added);
+        match self.columns {
+            Some(n) => {
+                self.dataset.resize((to, n))?;
+                let view = ArrayView2::from_shape((added, n), &self.pending)
+                    .map_err(|e| hdf5::Error::from(e.to_string()))?;
+                self.dataset.write_slice(view, (from..to, ..))?;
+            }
+            None => {
+                self.dataset.resize(to)?;
+                self.dataset.write_slice(ArrayView1::from(&self.pending), from..to)?;
+            }
+        }
+        self.rows = to;
+        self.pending.clear();
+        Ok(())
+    }
+}

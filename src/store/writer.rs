@@ -1,0 +1,310 @@
+//! Writing a trajectory while it is computed.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use hdf5::types::FixedAscii;
+
+use super::table::Table;
+use super::{StoreError, write_text};
+use crate::contact::{ActiveSet, Nbm};
+use crate::event::{Grazing, Observer, Sample, Switch};
+use crate::fem::DofMap;
+use crate::scenario::Scene;
+
+type Word = FixedAscii<32>;
+
+/// Aim of a chunk's size in bytes.
+const CHUNK_BYTES: usize = 256 * 1024;
+/// Tables that are not compressed are appended and flushed at least this often.
+const FLUSH_EVERY: Duration = Duration::from_secs(2);
+
+/// How a file is made.
+#[derive(Debug, Clone, Default)]
+pub struct WriterOptions {
+    /// Overwrite an existing file.
+    pub force: bool,
+    /// The command line, for the record.
+    pub command: String,
+}
+
+/// The open file of a run.
+pub struct Writer {
+    path: PathBuf,
+    file: hdf5::File,
+    dofs: DofMap,
+    u: Table<f64>,
+    v: Table<f64>,
+    t: Table<f64>,
+    active: Table<u8>,
+    pressure: Table<f64>,
+    energy: Vec<Table<f64>>,
+    switch_t: Table<f64>,
+    switch_node: Table<i64>,
+    switch_kind: Table<Word>,
+    switch_rate: Table<f64>,
+    switch_jump: Table<f64>,
+    switch_before: Table<u8>,
+    switch_after: Table<u8>,
+    grazing_t: Table<f64>,
+    grazing_node: Table<i64>,
+    grazing_distance: Table<f64>,
+    grazing_kind: Table<Word>,
+    flushed: Instant,
+}
+
+const ENERGY: [&str; 6] = ["t", "kinetic", "elastic", "external", "dissipated", "jumps"];
+
+fn word(text: &str) -> Word {
+    Word::from_ascii(text.as_bytes()).unwrap_or_default()
+}
+
+fn flags(set: &ActiveSet) -> Vec<u8> {
+    set.flags().iter().map(|&a| u8::from(a)).collect()
+}
+
+impl Writer {
+    /// Refuse early what could only fail later: an existing file, a folder that is not there.
+    pub fn check(path: &Path, force: bool) -> Result<(), StoreError> {
+        if path.exists() && !force {
+            return Err(StoreError::Exists(path.to_owned()));
+        }
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+        match folder {
+            Some(folder) if !folder.is_dir() => {
+                Err(StoreError::unusable(folder, "no such folder; create it first"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Create the file with everything that is known before the run.
+    pub fn create(
+        path: &Path,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+    ) -> Result<Writer, StoreError> {
+        Self::check(path, options.force)?;
+        let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
+        write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
+        write_text(&file, "title", &scene.title)?;
+        write_text(&file, "scene", &scene.source.text)?;
+        write_text(&file, "scene_file", &scene.source.file.display().to_string())?;
+        write_text(&file, "command", &options.command)?;
+        write_text(&file, "created", &timestamp())?;
+        write_text(&file, "status", "running")?;
+        let dofs = nbm.body.dofs.clone();
+        write_mesh(&file, nbm)?;
+
+        let (n, n_c) = (nbm.n(), nbm.n_contact());
+        let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
+        let g = file.create_group("trajectory")?;
+        let column = |name: &str, columns, compressed, units: &str| {
+            Table::<f64>::create(&g, name, columns, chunk, compressed, units)
+        };
+        let t = column("t", None, false, "time")?;
+        let u = column("u", Some(n), true, "length")?;
+        let v = column("v", Some(n), true, "length/time")?;
+        let pressure = column("pressure", Some(n_c), true, "stress")?;
+        let active = Table::create(&g, "active", Some(n_c), chunk, true, "1 = contact")?;
+        let g = file.create_group("energy")?;
+        let units = |name: &str| if name == "t" { "time" } else { "energy" };
+        let energy: Result<Vec<_>, _> = ENERGY
+            .iter()
+            .map(|name| Table::create(&g, name, None, chunk, false, units(name)))
+            .collect();
+
+        let g = file.create_group("switches")?;
+        let few = 64;
+        let switch_t = Table::create(&g, "t", None, few, false, "time")?;
+        let switch_node = Table::create(&g, "node", None, few, false, "mesh node")?;
+        let switch_kind = Table::create(&g, "kind", None, few, false, "close | open")?;
+        let rate_units = "length/time (close) | stress/time (open)";
+        let switch_rate = Table::create(&g, "monitor_rate", None, few, false, rate_units)?;
+        let switch_jump = Table::create(&g, "energy_jump", None, few, false, "energy")?;
+        let set_units = "1 = contact";
+        let switch_before = Table::create(&g, "active_before", Some(n_c), few, false, set_units)?;
+        let switch_after = Table::create(&g, "active_after", Some(n_c), few, false, set_units)?;
+        let g = file.create_group("grazings")?;
+        let grazing_t = Table::create(&g, "t", None, few, false, "time")?;
+        let grazing_node = Table::create(&g, "node", None, few, false, "mesh node")?;
+        let grazing_distance =
+            Table::create(&g, "distance", None, few, false, "length (gap) | stress (pressure)")?;
+        let grazing_kind = Table::create(&g, "kind", None, few, false, "words")?;
+        file.flush()?;
+        Ok(Writer {
+            path: path.to_owned(),
+            file,
+            dofs,
+            u,
+            v,
+            t,
+            active,
+            pressure,
+            energy: energy?,
+            switch_t,
+            switch_node,
+            switch_kind,
+            switch_rate,
+            switch_jump,
+            switch_before,
+            switch_after,
+            grazing_t,
+            grazing_node,
+            grazing_distance,
+            grazing_kind,
+            flushed: Instant::now(),
+        })
+    }
+
+    /// The file's path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// `u_C` points along the outward normal; the file holds displacements along the axes.
+    fn along_axes(&self, x: &[f64]) -> Vec<f64> {
+        let mut x = x.to_vec();
+        x[self.dofs.n_o..].iter_mut().for_each(|x| *x *= self.dofs.contact_sign);
+        x
+    }
+
+    /// Append and flush all rows that wait.
+    fn flush(&mut self) -> Result<(), StoreError> {
+        for table in [&mut self.t, &mut self.u, &mut self.v, &mut self.pressure] {
+            table.append()?;
+        }
+        self.active.append()?;
+        self.energy.iter_mut().try_for_each(|t| t.append())?;
+        self.append_events()?;
+        self.file.flush()?;
+        self.flushed = Instant::now();
+        Ok(())
+    }
+
+    fn append_events(&mut self) -> Result<(), StoreError> {
+        for table in [
+            &mut self.switch_t,
+            &mut self.switch_rate,
+            &mut self.switch_jump,
+            &mut self.grazing_t,
+            &mut self.grazing_distance,
+        ] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_before, &mut self.switch_after] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_node, &mut self.grazing_node] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_kind, &mut self.grazing_kind] {
+            table.append()?;
+        }
+        Ok(())
+    }
+
+    /// Write what waits and the final status: `complete`, or `failed: …`.
+    pub fn finish(mut self, status: &str) -> Result<(), StoreError> {
+        self.flush()?;
+        write_text(&self.file, "status", status)?;
+        self.file.flush()?;
+        Ok(())
+    }
+}
+
+fn write_mesh(file: &hdf5::File, nbm: &Nbm) -> Result<(), StoreError> {
+    let (mesh, dofs) = (&nbm.body.mesh, &nbm.body.dofs);
+    let g = file.create_group("mesh")?;
+    let array = |rows: usize, columns: usize, values: Vec<i64>| {
+        ndarray::Array2::from_shape_vec((rows, columns), values)
+            .map_err(|e| hdf5::Error::from(e.to_string()))
+    };
+    let nodes: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+    let nodes = ndarray::Array2::from_shape_vec((mesh.n_nodes(), 2), nodes)
+        .map_err(|e| hdf5::Error::from(e.to_string()))?;
+    g.new_dataset_builder().with_data(&nodes).create("nodes")?;
+    let elements = mesh.elements.iter().map(|&n| n as i64).collect();
+    let elements = array(mesh.n_elements(), mesh.nodes_per_element, elements)?;
+    g.new_dataset_builder().with_data(&elements).create("elements")?;
+    let index = |n: usize, c: usize| match (c < mesh.dim).then(|| dofs.of(n, c)).flatten() {
+        Some((i, _)) => i as i64,
+        None => -1,
+    };
+    let map = (0..mesh.n_nodes()).flat_map(|n| [index(n, 0), index(n, 1)]).collect();
+    g.new_dataset_builder().with_data(&array(mesh.n_nodes(), 2, map)?).create("dof_map")?;
+    let contact_nodes: Vec<i64> = dofs.contact_nodes.iter().map(|&n| n as i64).collect();
+    g.new_dataset_builder().with_data(&contact_nodes).create("contact_nodes")?;
+    let contact_dofs: Vec<i64> = (dofs.n_o..dofs.n()).map(|i| i as i64).collect();
+    g.new_dataset_builder().with_data(&contact_dofs).create("contact_dofs")?;
+    g.new_dataset_builder().with_data(&nbm.gap).create("gap")?;
+    g.new_dataset_builder().with_data(&nbm.area).create("contact_area")?;
+    write_text(&g.dataset("nodes")?, "units", "length")?;
+    write_text(&g.dataset("gap")?, "units", "length along the outward normal")?;
+    let normal = if dofs.contact_sign > 0.0 { ["+x", "+y"] } else { ["-x", "-y"] };
+    write_text(&g, "contact_normal", normal[dofs.contact_axis])?;
+    write_text(
+        &g.dataset("dof_map")?,
+        "meaning",
+        "index into u of the x and y displacement, -1 prescribed",
+    )
+}
+
+/// Seconds since 1970 as an ISO 8601 time in UTC.
+fn timestamp() -> String {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let seconds = now.map_or(0, |d| d.as_secs());
+    let (days, rest) = ((seconds / 86_400) as i64, seconds % 86_400);
+    // civil date from days (Howard Hinnant's algorithm)
+    let z = days + 719_468;
+    let era = z.div_euclid(146_097);
+    let doe = z.rem_euclid(146_097);
+    let yoe = (doe - doe / 1_460 + doe / 36_524 - doe / 146_096) / 365;
+    let doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
+    let mp = (5 * doy + 2) / 153;
+    let (day, month) = (doy - (153 * mp + 2) / 5 + 1, if mp < 10 { mp + 3 } else { mp - 9 });
+    let year = yoe + era * 400 + i64::from(month <= 2);
+    let (h, m, s) = (rest / 3_600, rest / 60 % 60, rest % 60);
+    format!("{year:04}-{month:02}-{day:02}T{h:02}:{m:02}:{s:02}Z")
+}
+
+impl Observer for Writer {
+    type Error = StoreError;
+
+    fn sample(&mut self, s: &Sample) -> Result<(), StoreError> {
+        self.t.push(&[s.t]);
+        let (u, v) = (self.along_axes(s.u), self.along_axes(s.v));
+        self.u.push(&u);
+        self.v.push(&v);
+        self.active.push(&flags(s.active));
+        self.pressure.push(s.pressure);
+        let e = &s.energies;
+        let row = [s.t, e.kinetic, e.elastic, e.external, e.dissipated, s.jumps];
+        self.energy.iter_mut().zip(row).for_each(|(table, x)| table.push(&[x]));
+        if self.u.is_full() { self.flush() } else { Ok(()) }
+    }
+
+    fn switch(&mut self, s: &Switch) -> Result<(), StoreError> {
+        self.switch_t.push(&[s.t]);
+        self.switch_node.push(&[s.node as i64]);
+        self.switch_kind.push(&[word(s.kind.name())]);
+        self.switch_rate.push(&[s.monitor_rate]);
+        self.switch_jump.push(&[s.energy_jump]);
+        self.switch_before.push(&flags(&s.before));
+        self.switch_after.push(&flags(&s.after));
+        Ok(())
+    }
+
+    fn grazing(&mut self, g: &Grazing) -> Result<(), StoreError> {
+        self.grazing_t.push(&[g.t]);
+        self.grazing_node.push(&[g.node as i64]);
+        self.grazing_distance.push(&[g.distance]);
+        self.grazing_kind.push(&[word(g.kind.name())]);
+        Ok(())
+    }
+
+    fn progress(&mut self, _: f64) -> Result<(), StoreError> {
+        if self.flushed.elapsed() >= FLUSH_EVERY { self.flush() } else { Ok(()) }
+    }
+}

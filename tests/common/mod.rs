@@ -1,0 +1,137 @@
+//! Shared test problems: each with its reference solution.
+#![allow(dead_code)]
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use signorini::problem::Problem;
+use signorini::scenario::Scene;
+
+/// The project's folder.
+pub fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A scene from its text.
+pub fn scene(text: &str) -> Scene {
+    Scene::parse(text, Path::new("test.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The problem of a scene's text.
+pub fn problem(text: &str) -> Problem {
+    Problem::new(&scene(text), None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A shipped scene.
+pub fn shipped(name: &str) -> Scene {
+    Scene::read(&root().join("scenarios").join(name)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// `‖a − b‖ / ‖b‖`
+pub fn relative(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let distance: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    (distance / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
+}
+
+/// One switch of a reference file; several nodes may switch at once.
+pub struct ReferenceSwitch {
+    pub t: f64,
+    pub y: Vec<f64>,
+    pub kind: String,
+    pub energy_jump: f64,
+}
+
+/// An independent solution with the problem that it solves.
+pub struct Reference {
+    pub text: String,
+    pub problem: Problem,
+    pub until: f64,
+    /// Final `u = (u_O, u_C)` and its rate.
+    pub u: Vec<f64>,
+    pub v: Vec<f64>,
+    pub switches: Vec<ReferenceSwitch>,
+    pub energy: (f64, f64),
+    pub omega_open: Vec<f64>,
+    pub omega_closed: Vec<f64>,
+}
+
+fn numbers(v: &Value) -> Vec<f64> {
+    v.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+/// Read `tests/reference/NAME.json` and build its problem from a scene.
+pub fn reference_problem(name: &str) -> Reference {
+    let path = root().join("tests/reference").join(format!("{name}.json"));
+    let json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let case = &json["case"];
+    let size = numbers(&case["size"]);
+    let roller = if case["roller_bottom"].as_bool().unwrap() {
+        "[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n"
+    } else {
+        ""
+    };
+    let text = format!(
+        "[body]\nkind = \"plate\"\nsize = [{}, {}]\nelements = [{}, {}]\nyoung = {}\npoisson = {}\n\
+         density = {}\nthickness = {}\nmass = {}\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n{roller}\
+         [contact]\nedge = \"right\"\ngap = {}\nboundary_mass = {}\n\
+         [initial]\nmode = {}\namplitude = {}\n[run]\nuntil = {}\n",
+        size[0],
+        size[1],
+        case["nx"],
+        case["ny"],
+        case["young"],
+        case["poisson"],
+        case["density"],
+        case["thickness"],
+        case["mass"],
+        case["gap"],
+        case["boundary_mass"],
+        case["initial_mode_index_1based"],
+        case["amplitude"],
+        case["until"],
+    );
+    let problem = problem(&text);
+    let body = &problem.nbm.body;
+    // the file's nodes in their own order → ours
+    let place: Vec<usize> = json["nodes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| {
+            let p = numbers(p);
+            let node = body.mesh.nearest_node([p[0], p[1]]);
+            let q = body.mesh.nodes[node];
+            assert!((p[0] - q[0]).hypot(p[1] - q[1]) < 1e-12);
+            node
+        })
+        .collect();
+    let state = |key: &str| {
+        let mut nodal = vec![0.0; 2 * body.mesh.n_nodes()];
+        for (row, &node) in json[key].as_array().unwrap().iter().zip(&place) {
+            nodal[2 * node..2 * node + 2].copy_from_slice(&numbers(row));
+        }
+        body.dofs.gather(&nodal)
+    };
+    let u0 = state("u0");
+    let n_o = problem.nbm.n_o();
+    assert!(relative(&problem.initial.u, &u0[..n_o]) < 1e-11, "initial state");
+    let switches = json["switches"].as_array().unwrap().iter().map(|s| ReferenceSwitch {
+        t: s["t"].as_f64().unwrap(),
+        y: numbers(&s["y"]),
+        kind: s["kind"].as_str().unwrap().to_owned(),
+        energy_jump: s["energy_jump"].as_f64().unwrap(),
+    });
+    Reference {
+        until: case["until"].as_f64().unwrap(),
+        u: state("uT"),
+        v: state("vT"),
+        switches: switches.collect(),
+        energy: (json["energy_start"].as_f64().unwrap(), json["energy_end"].as_f64().unwrap()),
+        omega_open: numbers(&json["omega_open"]),
+        omega_closed: numbers(&json["omega_closed"]),
+        text,
+        problem,
+    }
+}
