@@ -1,2 +1,9 @@
-//! x
-fn main() {}
+//! The program `signorini`; see the library for what it computes.
+
+mod cli;
+#[path = "../validate/mod.rs"]
+mod validate;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -108,23 +108,28 @@ impl Problem {
     }
 }
 
+/// The mesh of a scene.
+pub fn mesh(scene: &Scene) -> Mesh {
+    let b = &scene.body;
+    match b.kind {
+        BodyKind::Bar => Mesh::bar(b.size[0], b.elements[0]),
+        BodyKind::Plate => Mesh::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1]),
+    }
+}
+
 fn assemble(scene: &Scene) -> Body {
     let b = &scene.body;
-    let (mesh, material) = match b.kind {
-        BodyKind::Bar => (
-            Mesh::bar(b.size[0], b.elements[0]),
-            Material::Bar { young: b.young, density: b.density, area: b.area.unwrap_or(1.0) },
-        ),
-        BodyKind::Plate => (
-            Mesh::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1]),
-            Material::Plate {
-                young: b.young,
-                poisson: b.poisson.unwrap_or(0.0),
-                density: b.density,
-                thickness: b.thickness.unwrap_or(1.0),
-            },
-        ),
+    let (young, density) = (b.young, b.density);
+    let material = match b.kind {
+        BodyKind::Bar => Material::Bar { young, density, area: b.area.unwrap_or(1.0) },
+        BodyKind::Plate => Material::Plate {
+            young,
+            poisson: b.poisson.unwrap_or(0.0),
+            density,
+            thickness: b.thickness.unwrap_or(1.0),
+        },
     };
+    let mesh = mesh(scene);
     let fixed: Vec<_> = scene
         .supports
         .iter()

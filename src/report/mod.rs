@@ -1,1 +1,6 @@
 //! Summaries and pictures: plain data in, no solver known.
+
+pub mod export;
+pub mod figure;
+pub mod pictures;
+pub mod summary;

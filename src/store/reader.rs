@@ -6,7 +6,6 @@ use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
 use super::{StoreError, read_text};
-use crate::fem::DofMap;
 
 /// A stored run.
 #[derive(Debug, Clone)]
@@ -134,11 +133,11 @@ fn open(path: &Path) -> Result<hdf5::File, StoreError> {
 }
 
 /// The state that a file offers as an initial one: of `/orbit` if there is one, else the last of `/trajectory`; as nodal
-/// fields (displacement, velocity) for a mesh with the same nodes.
+/// fields (displacement, velocity) of `dim` components for a mesh with the same nodes.
 pub fn read_state(
     path: &Path,
     nodes: &[[f64; 2]],
-    dofs: &DofMap,
+    dim: usize,
 ) -> Result<(Vec<f64>, Vec<f64>), StoreError> {
     let file = open(path)?;
     let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
@@ -170,11 +169,11 @@ pub fn read_state(
         (last("trajectory/u")?, last("trajectory/v")?)
     };
     let nodal = |x: &[f64]| {
-        let mut field = vec![0.0; dofs.dim * nodes.len()];
+        let mut field = vec![0.0; dim * nodes.len()];
         for n in 0..nodes.len() {
-            for c in 0..dofs.dim {
+            for c in 0..dim {
                 if let Some(&value) = usize::try_from(map[(n, c)]).ok().and_then(|i| x.get(i)) {
-                    field[dofs.dim * n + c] = value;
+                    field[dim * n + c] = value;
                 }
             }
         }

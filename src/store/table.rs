@@ -11,6 +11,7 @@ pub(super) struct Table<T: H5Type> {
     columns: Option<usize>,
     chunk: usize,
     rows: usize,
+    waiting: usize,
     pending: Vec<T>,
 }
 
@@ -26,36 +27,32 @@ impl<T: H5Type + Clone> Table<T> {
     ) -> Result<Self, StoreError> {
         let builder = group.new_dataset::<T>();
         let dataset = match (columns, compressed) {
-            (Some(n), true) => builder
-                .chunk((chunk, n.max(1)))
-                .shuffle()
-                .deflate(4)
-                .shape((0.., n))
-                .create(name)?,
-            (Some(n), false) => builder.chunk((chunk, n.max(1))).shape((0.., n)).create(name)?,
+            // a body without contact: no columns, and HDF5 wants chunks of at least one
+            (Some(0), _) => builder.chunk((chunk, 1)).shape((0.., 0..)).create(name)?,
+            (Some(n), true) => {
+                builder.chunk((chunk, n)).shuffle().deflate(4).shape((0.., n)).create(name)?
+            }
+            (Some(n), false) => builder.chunk((chunk, n)).shape((0.., n)).create(name)?,
             (None, true) => builder.chunk(chunk).shuffle().deflate(4).shape(0..).create(name)?,
             (None, false) => builder.chunk(chunk).shape(0..).create(name)?,
         };
         super::write_text(&dataset, "units", units)?;
-        Ok(Table { dataset, columns, chunk, rows: 0, pending: vec![] })
+        Ok(Table { dataset, columns, chunk, rows: 0, waiting: 0, pending: vec![] })
     }
 
     pub fn push(&mut self, row: &[T]) {
         debug_assert_eq!(row.len(), self.columns.unwrap_or(1));
         self.pending.extend_from_slice(row);
-    }
-
-    fn pending_rows(&self) -> usize {
-        self.pending.len() / self.columns.unwrap_or(1).max(1)
+        self.waiting += 1;
     }
 
     pub fn is_full(&self) -> bool {
-        self.pending_rows() >= self.chunk
+        self.waiting >= self.chunk
     }
 
     /// Append what waits.
     pub fn append(&mut self) -> Result<(), StoreError> {
-        let added = self.pending_rows();
+        let added = std::mem::take(&mut self.waiting);
         if added == 0 {
             return Ok(());
         }
@@ -63,6 +60,10 @@ impl<T: H5Type + Clone> Table<T> {
         match self.columns {
             Some(n) => {
                 self.dataset.resize((to, n))?;
+                if n == 0 {
+                    self.rows = to;
+                    return Ok(());
+                }
                 let view = ArrayView2::from_shape((added, n), &self.pending)
                     .map_err(|e| hdf5::Error::from(e.to_string()))?;
                 self.dataset.write_slice(view, (from..to, ..))?;

@@ -240,15 +240,16 @@ fn write_mesh(file: &hdf5::File, nbm: &Nbm) -> Result<(), StoreError> {
     g.new_dataset_builder().with_data(&contact_dofs).create("contact_dofs")?;
     g.new_dataset_builder().with_data(&nbm.gap).create("gap")?;
     g.new_dataset_builder().with_data(&nbm.area).create("contact_area")?;
-    write_text(&g.dataset("nodes")?, "units", "length")?;
-    write_text(&g.dataset("gap")?, "units", "length along the outward normal")?;
+    for (name, key, text) in [
+        ("nodes", "units", "length"),
+        ("gap", "units", "length along the outward normal"),
+        ("dof_map", "meaning", "index into u of the x and y displacement, -1 prescribed"),
+    ] {
+        let dataset = g.dataset(name)?;
+        write_text(&dataset, key, text)?;
+    }
     let normal = if dofs.contact_sign > 0.0 { ["+x", "+y"] } else { ["-x", "-y"] };
-    write_text(&g, "contact_normal", normal[dofs.contact_axis])?;
-    write_text(
-        &g.dataset("dof_map")?,
-        "meaning",
-        "index into u of the x and y displacement, -1 prescribed",
-    )
+    write_text(&g, "contact_normal", normal[dofs.contact_axis])
 }
 
 /// Seconds since 1970 as an ISO 8601 time in UTC.

@@ -1,0 +1,61 @@
+//! `signorini export`
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use signorini::report::export;
+use signorini::store::Stored;
+
+use super::{CliError, Global};
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o paraview/plate"
+)]
+pub struct Arguments {
+    /// A file written by `run`
+    file: PathBuf,
+    /// What to write
+    #[arg(long, value_enum, default_value = "csv")]
+    format: Format,
+    /// Beginning of the files' names [default: the file's name without its ending]
+    #[arg(short, long, value_name = "STEM")]
+    output: Option<PathBuf>,
+}
+
+/// Formats.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Format {
+    /// Contact displacements, pressures and energies, one row a stored state; switches in a second file
+    Csv,
+    /// One VTU file a stored state and a PVD collection for ParaView
+    Vtu,
+    /// One XDMF file with all stored states
+    Xdmf,
+}
+
+/// Write the files.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let stored = Stored::read(&arguments.file)?;
+    let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
+    let written = match arguments.format {
+        Format::Csv => export::csv(&stored, &stem),
+        Format::Vtu => export::vtu(&stored, &stem),
+        Format::Xdmf => export::xdmf(&stored, &stem),
+    }
+    .map_err(|e| CliError::Other(format!("writing {}: {e}", stem.display())))?;
+    let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+    global.print(
+        || json!({"written": names}),
+        || match &names[..] {
+            [first, .., last] if names.len() > 3 => {
+                format!("{first} … {last} ({} files)\n", names.len())
+            }
+            _ => names.join("\n") + "\n",
+        },
+    );
+    Ok(())
+}

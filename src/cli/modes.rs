@@ -1,0 +1,59 @@
+//! `signorini modes`
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use signorini::contact::{ActiveSet, Phase};
+use signorini::problem::phase_modes;
+
+use super::{CliError, Global, load};
+
+/// Arguments of `modes`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  signorini modes scenarios/plate.toml --count 4")]
+pub struct Arguments {
+    /// The scene (TOML)
+    scene: PathBuf,
+    /// How many modes
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    count: u32,
+}
+
+/// Natural frequencies of the open and of the closed phase.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let (scene, problem) = load::problem(&arguments.scene)?;
+    let nbm = &problem.nbm;
+    let count = arguments.count as usize;
+    let modes = |set: ActiveSet| {
+        let phase = Phase::new(nbm, set).map_err(|e| CliError::Numerics(e.to_string()))?;
+        phase_modes(nbm, &phase, count).map_err(|e| CliError::Numerics(e.to_string()))
+    };
+    let open = modes(ActiveSet::open(nbm.n_contact()))?;
+    let closed = match nbm.n_contact() {
+        0 => None,
+        n => Some(modes(ActiveSet::closed(n))?),
+    };
+    global.print(
+        || {
+            let object = |m: &signorini::fem::Modes| json!({"omega": m.omega, "shapes": m.shapes});
+            json!({"title": scene.title, "n_o": nbm.n_o(), "open": object(&open), "closed": closed.as_ref().map(object)})
+        },
+        || {
+            let mut text = format!("{}\n  mode    open body: omega, period       closed body: omega, period\n", scene.title);
+            let entry = |w: Option<&f64>| match w {
+                Some(&w) if w > 0.0 => format!("{w:>14.9} {:>12.6}", std::f64::consts::TAU / w),
+                Some(_) => format!("{:>14} {:>12}", 0, "rigid"),
+                None => String::new(),
+            };
+            for k in 0..open.omega.len() {
+                let right = closed.as_ref().and_then(|m| m.omega.get(k));
+                let _ = writeln!(text, "  {:>4} {}   {}", k + 1, entry(open.omega.get(k)), entry(right));
+            }
+            text
+        },
+    );
+    Ok(())
+}

@@ -1,0 +1,301 @@
+//! Drawing: axes, colours, and one way to write a figure as SVG and PNG.
+//!
+//! plotters draws the SVG; the PNG is rasterised from that same SVG with the font that the program carries, so both
+//! show the same and neither needs fonts of the system.
+
+use std::path::{Path, PathBuf};
+
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use thiserror::Error;
+
+static FONT: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
+const FAMILY: &str = "sans-serif";
+/// plotters places everything on whole pixels: draw on a sheet this much finer than the picture.
+const FINE: u32 = 8;
+/// Pixels of the PNG per unit of length of the picture.
+const PNG_SCALE: f32 = 2.0;
+
+/// A drawing area.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// A chart with linear axes.
+pub type Chart<'a, 'b> =
+    ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// A figure could not be made.
+#[derive(Debug, Error)]
+pub enum FigureError {
+    /// Drawing failed.
+    #[error("drawing: {0}")]
+    Draw(String),
+    /// Writing failed.
+    #[error("{}: {source}", path.display())]
+    Write {
+        /// File.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// There is nothing to draw.
+    #[error("nothing to draw: {0}")]
+    Empty(&'static str),
+}
+
+impl FigureError {
+    pub(super) fn draw(e: impl std::fmt::Display) -> Self {
+        FigureError::Draw(e.to_string())
+    }
+}
+
+/// Ink of axes and text.
+pub const INK: RGBColor = RGBColor(40, 40, 45);
+/// Fine lines of the grid.
+pub const GRID: RGBColor = RGBColor(228, 228, 232);
+/// Contact intervals.
+pub const SHADE: RGBColor = RGBColor(236, 231, 218);
+/// Line colours, distinguishable in grey and by colour-blind readers (Okabe–Ito).
+pub const LINES: [RGBColor; 5] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 86, 86),
+];
+
+/// The colour map viridis, `s ∈ [0, 1]`.
+pub fn viridis(s: f64) -> RGBColor {
+    const TABLE: [[u8; 3]; 9] = [
+        [68, 1, 84],
+        [71, 44, 122],
+        [59, 81, 139],
+        [44, 113, 142],
+        [33, 144, 141],
+        [39, 173, 129],
+        [92, 200, 99],
+        [170, 220, 50],
+        [253, 231, 37],
+    ];
+    let x = s.clamp(0.0, 1.0) * 8.0;
+    let i = (x as usize).min(7);
+    let f = x - i as f64;
+    let mix = |c: usize| {
+        (f64::from(TABLE[i][c]) * (1.0 - f) + f64::from(TABLE[i + 1][c]) * f).round() as u8
+    };
+    RGBColor(mix(0), mix(1), mix(2))
+}
+
+/// A text style.
+pub fn text(size: u32) -> TextStyle<'static> {
+    (FAMILY, size * FINE).into_font().color(&INK)
+}
+
+/// A length of the picture in the pixels of the sheet.
+pub fn px(length: f64) -> i32 {
+    (length * f64::from(FINE)).round() as i32
+}
+
+/// A line of a given width.
+pub fn line(colour: RGBColor, width: f64) -> ShapeStyle {
+    colour.stroke_width(px(width).max(1) as u32)
+}
+
+/// Draw a figure; `draw` gets the white sheet.
+pub fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&Area) -> Result<(), FigureError>,
+) -> Result<String, FigureError> {
+    // registering twice is harmless
+    plotters::style::register_font(FAMILY, FontStyle::Normal, FONT)
+        .map_err(|_| FigureError::Draw("the built-in font cannot be read".into()))?;
+    let mut out = String::new();
+    {
+        let fine = (size.0 * FINE, size.1 * FINE);
+        let root = SVGBackend::with_string(&mut out, fine).into_drawing_area();
+        root.fill(&WHITE).map_err(FigureError::draw)?;
+        draw(&root)?;
+        root.present().map_err(FigureError::draw)?;
+    }
+    // the view box keeps the fine sheet; the picture has its own size
+    let fine = format!("width=\"{}\" height=\"{}\"", size.0 * FINE, size.1 * FINE);
+    Ok(out.replacen(&fine, &format!("width=\"{}\" height=\"{}\"", size.0, size.1), 1))
+}
+
+/// Write `STEM.svg` and `STEM.png`; returns both paths.
+pub fn save(stem: &Path, svg: &str) -> Result<[PathBuf; 2], FigureError> {
+    let with = |ending: &str| {
+        let mut name = stem.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let (svg_path, png_path) = (with(".svg"), with(".png"));
+    let write = |path: &Path, bytes: &[u8]| {
+        std::fs::write(path, bytes)
+            .map_err(|source| FigureError::Write { path: path.to_owned(), source })
+    };
+    write(&svg_path, svg.as_bytes())?;
+    write(&png_path, &png(svg)?)?;
+    Ok([svg_path, png_path])
+}
+
+fn png(svg: &str) -> Result<Vec<u8>, FigureError> {
+    use resvg::{tiny_skia, usvg};
+    let mut options = usvg::Options::default();
+    let fonts = options.fontdb_mut();
+    fonts.load_font_data(FONT.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    let tree = usvg::Tree::from_str(svg, &options).map_err(FigureError::draw)?;
+    let size = tree.size();
+    let pixels = |x: f32| (x * PNG_SCALE).round() as u32;
+    let mut pixmap = tiny_skia::Pixmap::new(pixels(size.width()), pixels(size.height()))
+        .ok_or_else(|| FigureError::Draw("the picture is too large".into()))?;
+    let scale = tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE);
+    resvg::render(&tree, scale, &mut pixmap.as_mut());
+    pixmap.encode_png().map_err(FigureError::draw)
+}
+
+/// The range of some numbers with a margin of 6 %.
+pub fn range(values: impl IntoIterator<Item = f64>) -> std::ops::Range<f64> {
+    let (mut a, mut b) = (f64::INFINITY, f64::NEG_INFINITY);
+    for v in values.into_iter().filter(|v| v.is_finite()) {
+        (a, b) = (a.min(v), b.max(v));
+    }
+    if a > b {
+        return 0.0..1.0;
+    }
+    let margin = if b > a { 0.06 * (b - a) } else { 0.5 * a.abs().max(1e-12) };
+    a - margin..b + margin
+}
+
+/// A panel with axes, a light grid and labels; an empty label leaves out that axis's name.
+pub fn panel<'a, 'b>(
+    area: &'a Area<'b>,
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+    x_label: &str,
+    y_label: &str,
+) -> Result<Chart<'a, 'b>, FigureError> {
+    panel_with(area, x, y, x_label, y_label, |_| Ok(()))
+}
+
+/// As [`panel`], with something drawn under the grid.
+pub fn panel_with<'a, 'b>(
+    area: &'a Area<'b>,
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+    x_label: &str,
+    y_label: &str,
+    under: impl FnOnce(&mut Chart<'a, 'b>) -> Result<(), FigureError>,
+) -> Result<Chart<'a, 'b>, FigureError> {
+    let digits = decimals(&y);
+    let x_digits = decimals(&x);
+    let mut chart = ChartBuilder::on(area)
+        .margin(px(6.0))
+        .margin_right(px(16.0))
+        .x_label_area_size(px(if x_label.is_empty() { 20.0 } else { 40.0 }))
+        .y_label_area_size(px(72.0))
+        .build_cartesian_2d(x, y)
+        .map_err(FigureError::draw)?;
+    under(&mut chart)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(line(GRID, 1.0))
+        .axis_style(line(INK, 1.0))
+        .x_labels(8)
+        .y_labels(6)
+        .x_label_formatter(&|v| number(*v, x_digits))
+        .y_label_formatter(&|v| number(*v, digits))
+        .set_all_tick_mark_size(px(4.0))
+        .label_style(text(13))
+        .axis_desc_style(text(14))
+        .x_desc(x_label)
+        .y_desc(y_label)
+        .draw()
+        .map_err(FigureError::draw)?;
+    Ok(chart)
+}
+
+/// Decimals that tell the ticks of a range apart; `None` for powers of ten.
+fn decimals(range: &std::ops::Range<f64>) -> Option<usize> {
+    let span = (range.end - range.start).abs();
+    let largest = range.start.abs().max(range.end.abs());
+    if largest >= 1e5 || largest < 1e-3 {
+        return None;
+    }
+    Some((2.0 - span.log10()).floor().clamp(0.0, 6.0) as usize).map(|d| d.min(4))
+}
+
+fn number(v: f64, decimals: Option<usize>) -> String {
+    let text = match decimals {
+        Some(d) => {
+            let s = format!("{v:.d$}");
+            if s.contains('.') {
+                s.trim_end_matches('0').trim_end_matches('.').to_owned()
+            } else {
+                s
+            }
+        }
+        None if v == 0.0 => "0".into(),
+        None => format!("{v:.1e}"),
+    };
+    let text = if text == "-0" { "0".to_owned() } else { text };
+    text.replace('-', "−")
+}
+
+/// Names of lines in a row at the right end of a strip above a panel.
+pub fn legend(strip: &Area, entries: &[(&str, RGBColor, bool)]) -> Result<(), FigureError> {
+    let style = text(13);
+    let (w, h) = strip.dim_in_pixel();
+    let (middle, sample, space) = (h as i32 / 2, px(24.0), px(18.0));
+    let mut x = w as i32 - px(16.0);
+    for (name, colour, dashed) in entries.iter().rev() {
+        let (width, _) = strip.estimate_text_size(name, &style).map_err(FigureError::draw)?;
+        x -= width as i32;
+        strip
+            .draw(&Text::new((*name).to_owned(), (x, middle - px(7.5)), style.clone()))
+            .map_err(FigureError::draw)?;
+        x -= sample + px(6.0);
+        let pieces: &[(f64, f64)] =
+            if *dashed { &[(0.0, 0.25), (0.375, 0.625), (0.75, 1.0)] } else { &[(0.0, 1.0)] };
+        for &(a, b) in pieces {
+            let at = |s: f64| (x + (s * f64::from(sample)) as i32, middle);
+            strip
+                .draw(&PathElement::new(vec![at(a), at(b)], line(*colour, 1.8)))
+                .map_err(FigureError::draw)?;
+        }
+        x -= space;
+    }
+    Ok(())
+}
+
+/// A colour bar with its range and name.
+pub fn colour_bar(
+    area: &Area,
+    range: std::ops::Range<f64>,
+    label: &str,
+    colour: impl Fn(f64) -> RGBColor,
+) -> Result<(), FigureError> {
+    let (_, h) = area.dim_in_pixel();
+    let (top, bottom) = (px(34.0), h as i32 - px(44.0));
+    let (left, right) = (px(8.0), px(24.0));
+    let steps = 64;
+    for k in 0..steps {
+        let y = |k: i32| bottom - (bottom - top) * k / steps;
+        let fill = colour((f64::from(k) + 0.5) / f64::from(steps)).filled();
+        // neighbours overlap, so that no seam shows
+        let top = (y(k + 1) - px(1.0)).max(top);
+        area.draw(&Rectangle::new([(left, top), (right, y(k))], fill))
+            .map_err(FigureError::draw)?;
+    }
+    area.draw(&Rectangle::new([(left, top), (right, bottom)], line(INK, 1.0)))
+        .map_err(FigureError::draw)?;
+    let digits = decimals(&range).map(|d| d + 1);
+    for k in 0..=4 {
+        let y = bottom - (bottom - top) * k / 4;
+        let value = range.start + (range.end - range.start) * f64::from(k) / 4.0;
+        area.draw(&Text::new(number(value, digits), (right + px(5.0), y - px(7.0)), text(12)))
+            .map_err(FigureError::draw)?;
+    }
+    area.draw(&Text::new(label.to_owned(), (left, px(10.0)), text(13))).map_err(FigureError::draw)
+}

@@ -1,0 +1,163 @@
+//! The summary of a run, for people and for programs.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use crate::contact::Nbm;
+use crate::contact::lcp::PMatrix;
+use crate::event::{Report, SwitchKind};
+use crate::scenario::Scene;
+
+/// The JSON object of `run`; the keys are part of the product's public face.
+pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value {
+    let switches: Vec<Value> = report
+        .switches
+        .iter()
+        .map(|s| {
+            json!({
+                "t": s.t, "node": s.node, "kind": s.kind.name(),
+                "energy_jump": s.energy_jump, "monitor_rate": s.monitor_rate,
+            })
+        })
+        .collect();
+    let grazings: Vec<Value> = report
+        .grazings
+        .iter()
+        .map(|g| json!({"t": g.t, "node": g.node, "distance": g.distance, "kind": g.kind.name()}))
+        .collect();
+    json!({
+        "title": scene.title,
+        "status": if report.outcome.is_complete() { "complete" } else { "failed" },
+        "verdict": report.outcome.to_string(),
+        "n_dof": nbm.n(),
+        "n_o": nbm.n_o(),
+        "n_contact": nbm.n_contact(),
+        "t_end": report.t_end,
+        "switches": switches,
+        "grazings": grazings,
+        "missed_switches": report.missed,
+        "phases": report.phases,
+        "energy_start": report.energy_start,
+        "energy_end": report.energy_end,
+        "energy_jumps": report.energy_jumps,
+        "energy_drift": report.energy_drift,
+        "energy_drift_total": report.energy_drift_total,
+        "max_penetration": report.max_penetration,
+        "max_tension": report.max_tension,
+        "final": {"u": report.last.u, "v": report.last.v},
+        "rhs_evaluations": report.counters.rhs_evaluations,
+        "steps": report.counters.steps,
+        "rejected": report.counters.rejected,
+        "lcp_check": report.lcp_check,
+        "damping": nbm.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
+        "wall_s": wall_s,
+    })
+}
+
+fn plural(n: usize, word: &str, plural: &str) -> String {
+    format!("{n} {}", if n == 1 { word } else { plural })
+}
+
+/// The summary of a run in words.
+pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> String {
+    let mut out = String::new();
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<14}{text}");
+    };
+    let [ex, ey] = nbm.body.mesh.cells();
+    let kind = match nbm.body.mesh.dim {
+        1 => format!("bar, {}", plural(ex, "element", "elements")),
+        _ => format!("plate, {ex} × {ey} elements"),
+    };
+    line(
+        "body",
+        format!("{kind}: {} displacements, {} of them free of contact", nbm.n(), nbm.n_o()),
+    );
+    if let Some(d) = nbm.damping {
+        line("damping", format!("C = {:.6e} M + {:.6e} K", d.alpha, d.beta));
+    }
+    if nbm.n_contact() > 0 {
+        let proof = match nbm.p_matrix {
+            PMatrix::Minors => "unique (all principal minors of N_C positive)",
+            _ => "unique (N_C positive definite)",
+        };
+        let nodes = plural(nbm.n_contact(), "node", "nodes");
+        line("contact", format!("{nodes}; contact displacements {proof}"));
+    }
+    line("time", format!("0 to {:.6}: {}", report.t_end, report.outcome));
+    if nbm.n_contact() > 0 {
+        let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
+        let mut text = format!(
+            "{} ({closings} close, {} open) between {}",
+            plural(report.switches.len(), "switch", "switches"),
+            report.switches.len() - closings,
+            plural(report.phases, "smooth phase", "smooth phases"),
+        );
+        if !report.grazings.is_empty() {
+            let _ = write!(text, "; {}", plural(report.grazings.len(), "grazing", "grazings"));
+        }
+        if report.missed > 0 {
+            let _ = write!(text, "; {} MISSED by the search", report.missed);
+        }
+        line("switches", text);
+        if let (Some(a), Some(b)) = (report.switches.first(), report.switches.last()) {
+            line(
+                "",
+                format!(
+                    "first at t = {:.9} (node {}), last at t = {:.9} (node {})",
+                    a.t, a.node, b.t, b.node
+                ),
+            );
+        }
+        line(
+            "contact error",
+            format!(
+                "penetration ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state",
+                report.max_penetration, report.max_tension
+            ),
+        );
+    }
+    line(
+        "energy",
+        format!("{:.9} at the start, {:.9} at the end", report.energy_start, report.energy_end),
+    );
+    if nbm.n_contact() > 0 {
+        line(
+            "",
+            format!("{:+.6e} by the jumps at switches (part of the method)", report.energy_jumps),
+        );
+    }
+    line(
+        "",
+        format!(
+            "{:.1e} relative drift inside phases, {:.1e} over the whole run (integration error)",
+            report.energy_drift, report.energy_drift_total
+        ),
+    );
+    if let Some(check) = report.lcp_check {
+        let enumeration = match check.enumeration {
+            Some(e) => format!("{e:.1e} from enumeration, "),
+            None => String::new(),
+        };
+        line(
+            "LCP check",
+            format!(
+                "{} states: {enumeration}{:.1e} from the interior-point method",
+                check.states, check.interior_point
+            ),
+        );
+    }
+    let c = &report.counters;
+    let integrator = scene.run.as_ref().map_or("", |r| r.integrator.name());
+    let rejected =
+        if c.rejected > 0 { format!(" (+{} rejected)", c.rejected) } else { String::new() };
+    line(
+        "work",
+        format!(
+            "{integrator}: {} steps{rejected}, {} right-hand sides, {wall_s:.3} s",
+            c.steps, c.rhs_evaluations
+        ),
+    );
+    out
+}
