@@ -1,1 +1,150 @@
-//! x
+//! Validation: cases with references that this program did not produce.
+//!
+//! Each case is a folder with a scene and its code; the code holds the reference (a closed form, cited) and the
+//! accepted errors, and uses the public library only.
+
+#[path = "bar/case.rs"]
+mod bar;
+#[path = "bouncing-bar/case.rs"]
+mod bouncing_bar;
+#[path = "oscillator/case.rs"]
+mod oscillator;
+#[path = "strip/case.rs"]
+mod strip;
+#[path = "zero-gap-bar/case.rs"]
+mod zero_gap_bar;
+
+use std::convert::Infallible;
+use std::path::Path;
+
+use signorini::event::{Grazing, Observer, Report, Sample, Switch};
+use signorini::problem::Problem;
+use signorini::scenario::Scene;
+use signorini::simulate::simulate;
+
+/// A measured number beside the accepted one.
+#[derive(Debug, Clone)]
+pub struct Check {
+    /// What is measured.
+    pub what: String,
+    /// The number.
+    pub measured: f64,
+    /// Lower and upper bound.
+    pub accepted: (f64, f64),
+}
+
+impl Check {
+    /// The number must not exceed a bound.
+    pub fn at_most(what: impl Into<String>, measured: f64, bound: f64) -> Check {
+        Check { what: what.into(), measured, accepted: (f64::NEG_INFINITY, bound) }
+    }
+
+    /// The number must lie within a relative distance of a value.
+    pub fn near(what: impl Into<String>, measured: f64, value: f64, relative: f64) -> Check {
+        let distance = relative * value.abs();
+        Check { what: what.into(), measured, accepted: (value - distance, value + distance) }
+    }
+
+    /// The number must be at least a bound.
+    pub fn at_least(what: impl Into<String>, measured: f64, bound: f64) -> Check {
+        Check { what: what.into(), measured, accepted: (bound, f64::INFINITY) }
+    }
+
+    /// Whether it is accepted (a number that is none is not).
+    pub fn passes(&self) -> bool {
+        self.accepted.0 <= self.measured && self.measured <= self.accepted.1
+    }
+}
+
+/// What a case may ask for.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Leave out the finest meshes.
+    pub short: bool,
+}
+
+type Outcome = Result<Vec<Check>, String>;
+
+/// A validation case.
+pub struct Case {
+    /// Name on the command line: the folder's.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// Where the reference comes from.
+    pub source: &'static str,
+    /// Measure.
+    pub run: fn(Effort) -> Outcome,
+}
+
+/// All cases.
+pub static CASES: [Case; 5] =
+    [bar::CASE, strip::CASE, oscillator::CASE, zero_gap_bar::CASE, bouncing_bar::CASE];
+
+/// A scene of a case with another number of elements.
+fn scene(text: &str, elements: Option<&[usize]>) -> Result<Scene, String> {
+    let mut scene =
+        Scene::parse(text, Path::new("validate/scene.toml")).map_err(|e| e.to_string())?;
+    if let Some(elements) = elements {
+        scene.body.elements = elements.to_vec();
+    }
+    Ok(scene)
+}
+
+/// Stored states of a run.
+#[derive(Debug, Default)]
+struct Trajectory {
+    t: Vec<f64>,
+    u: Vec<Vec<f64>>,
+    pressure: Vec<Vec<f64>>,
+}
+
+impl Trajectory {
+    /// The stored state nearest to a time.
+    fn at(&self, t: f64) -> &[f64] {
+        let nearest =
+            |a: &&usize, b: &&usize| (self.t[**a] - t).abs().total_cmp(&(self.t[**b] - t).abs());
+        let rows: Vec<usize> = (0..self.t.len()).collect();
+        rows.iter().min_by(nearest).map_or(&[], |&r| &self.u[r])
+    }
+}
+
+impl Observer for Trajectory {
+    type Error = Infallible;
+    fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
+        self.t.push(s.t);
+        self.u.push(s.u.to_vec());
+        self.pressure.push(s.pressure.to_vec());
+        Ok(())
+    }
+    fn switch(&mut self, _: &Switch) -> Result<(), Infallible> {
+        Ok(())
+    }
+    fn grazing(&mut self, _: &Grazing) -> Result<(), Infallible> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Run a scene to its end.
+fn integrate(scene: &Scene) -> Result<(Problem, Report, Trajectory), String> {
+    let problem = Problem::new(scene, None).map_err(|e| e.to_string())?;
+    let mut trajectory = Trajectory::default();
+    let report = simulate(scene, &problem, false, &mut trajectory).map_err(|e| e.to_string())?;
+    if !report.outcome.is_complete() {
+        return Err(report.outcome.to_string());
+    }
+    Ok((problem, report, trajectory))
+}
+
+/// Nodal displacement along x at a stored state.
+fn nodal_x(problem: &Problem, u: &[f64], node: usize) -> f64 {
+    problem.nbm.body.dofs.of(node, 0).map_or(0.0, |(i, sign)| sign * u[i])
+}
+
+/// `log₂` of the ratio of two errors: the order of convergence for halved elements.
+fn order(coarse: f64, fine: f64) -> f64 {
+    (coarse / fine).log2()
+}

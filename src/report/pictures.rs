@@ -75,7 +75,8 @@ fn time_range(stored: &Stored) -> std::ops::Range<f64> {
 
 fn title(area: &Area, stored: &Stored, what: &str) -> Drawn {
     let name = if stored.title.is_empty() { String::new() } else { format!("{}: ", stored.title) };
-    area.draw(&Text::new(format!("{name}{what}"), (px(12.0), px(8.0)), text(16))).map_err(FigureError::draw)
+    area.draw(&Text::new(format!("{name}{what}"), (px(12.0), px(8.0)), text(16)))
+        .map_err(FigureError::draw)
 }
 
 /// Intervals of time in which any node touches.
@@ -249,10 +250,7 @@ fn energy(stored: &Stored, _: &Options) -> Result<String, FigureError> {
         let high = digits.iter().copied().fold(-14.0f64, f64::max).ceil() + 0.3;
         let mut lower = panel(&panels[2], x, low..high, "time", "log₁₀ |unexplained| / energy")?;
         lower
-            .draw_series(LineSeries::new(
-                stored.t.iter().copied().zip(digits),
-                line(LINES[2], 1.0),
-            ))
+            .draw_series(LineSeries::new(stored.t.iter().copied().zip(digits), line(LINES[2], 1.0)))
             .map_err(FigureError::draw)?;
         Ok(())
     })
@@ -499,9 +497,7 @@ fn draw_wall(
         "+y" => (0, -px(6.0)),
         _ => (0, px(6.0)),
     };
-    canvas
-        .draw(&PathElement::new(points.clone(), line(INK, 1.6)))
-        .map_err(FigureError::draw)?;
+    canvas.draw(&PathElement::new(points.clone(), line(INK, 1.6))).map_err(FigureError::draw)?;
     // hatching behind the obstacle
     for pair in points.windows(2) {
         let ((xa, ya), (xb, yb)) = (pair[0], pair[1]);
