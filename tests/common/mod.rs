@@ -135,3 +135,48 @@ pub fn reference_problem(name: &str) -> Reference {
         problem,
     }
 }
+
+/// Numbers in [−1, 1) from a seed.
+pub fn random(n: usize, seed: u64) -> Vec<f64> {
+    let mut s = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut next = || {
+        // splitmix64
+        s = s.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = s;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    (0..n).map(|_| (next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0).collect()
+}
+
+/// Keeps every stored state.
+#[derive(Default)]
+pub struct Collector {
+    pub t: Vec<f64>,
+    pub u: Vec<Vec<f64>>,
+    pub v: Vec<Vec<f64>>,
+    pub pressure: Vec<Vec<f64>>,
+    pub active: Vec<signorini::contact::ActiveSet>,
+}
+
+impl signorini::event::Observer for Collector {
+    type Error = std::convert::Infallible;
+    fn sample(&mut self, s: &signorini::event::Sample) -> Result<(), Self::Error> {
+        self.t.push(s.t);
+        self.u.push(s.u.to_vec());
+        self.v.push(s.v.to_vec());
+        self.pressure.push(s.pressure.to_vec());
+        self.active.push(s.active.clone());
+        Ok(())
+    }
+    fn switch(&mut self, _: &signorini::event::Switch) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn grazing(&mut self, _: &signorini::event::Grazing) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}

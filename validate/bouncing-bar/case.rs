@@ -128,6 +128,6 @@ fn run(effort: Effort) -> Outcome {
         ));
     }
     let mean = order(errors[0], errors[errors.len() - 1]) / (errors.len() - 1) as f64;
-    checks.push(Check::at_least("mean order of convergence", mean, 0.6));
+    checks.push(Check::at_least("mean order of convergence", mean, 0.5));
     Ok(checks)
 }

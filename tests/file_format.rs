@@ -1,0 +1,154 @@
+//! The HDF5 layout seen from outside, with h5py; and what a killed program leaves.
+
+mod common;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::root;
+
+/// Python with h5py: `SIGNORINI_PYTHON`, or the virtual environment that `make setup` creates.
+fn python() -> PathBuf {
+    match std::env::var_os("SIGNORINI_PYTHON") {
+        Some(p) => p.into(),
+        None => root().join(".venv/bin/python"),
+    }
+}
+
+fn check(script: &str, file: &Path) -> String {
+    let mut child = Command::new(python())
+        .arg("-")
+        .arg(file)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("Python with h5py is needed: run `make setup`, or set SIGNORINI_PYTHON");
+    child.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "the outside reader found a fault");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn signorini() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_signorini"))
+}
+
+const LAYOUT: &str = r#"
+import sys, h5py, numpy as np
+f = h5py.File(sys.argv[1], "r")
+assert f.attrs["status"] == "complete", f.attrs["status"]
+assert f.attrs["scene"].count("[body]") == 1 and f.attrs["signorini_version"]
+assert "run" in f.attrs["command"] and f.attrs["created"].endswith("Z")
+mesh, traj, sw, en = f["mesh"], f["trajectory"], f["switches"], f["energy"]
+n = mesh["nodes"].shape[0]
+assert mesh["nodes"].shape == (n, 2) and mesh["dof_map"].shape == (n, 2)
+assert mesh["elements"].shape[1] == 4
+N = traj["u"].shape[1]
+s = traj["t"].shape[0]
+n_c = mesh["contact_nodes"].shape[0]
+assert mesh["dof_map"][:].max() == N - 1 and (mesh["dof_map"][:] >= -1).all()
+assert list(mesh["contact_dofs"]) == list(range(N - n_c, N))
+for name, width in [("u", N), ("v", N), ("active", n_c), ("pressure", n_c)]:
+    assert traj[name].shape == (s, width), name
+    assert traj[name].chunks is not None and traj[name].compression == "gzip"
+t = traj["t"][:]
+assert (np.diff(t) > 0).all() and t[0] == 0.0
+for name in ["t", "kinetic", "elastic", "external", "dissipated", "jumps"]:
+    assert en[name].shape == (s,), name
+assert np.array_equal(en["t"][:], t)
+kinds = sw["kind"].asstr()[:] if sw["kind"].dtype.kind == "O" else np.char.decode(sw["kind"][:], "ascii")
+assert set(kinds) == {"close", "open"}
+for name in ["t", "node", "monitor_rate", "energy_jump"]:
+    assert sw[name].shape == kinds.shape, name
+assert sw["active_before"].shape == (len(kinds), n_c) == sw["active_after"].shape
+# every switch is a stored time, and flips one node
+for k in range(len(kinds)):
+    assert np.abs(t - sw["t"][k]).min() == 0.0
+    before, after = sw["active_before"][k], sw["active_after"][k]
+    node = list(mesh["contact_nodes"]).index(sw["node"][k])
+    changed = np.flatnonzero(before != after)
+    assert list(changed) == [node] and after[node] == (kinds[k] == "close")
+# complementarity of what is stored
+u = traj["u"][:, N - n_c:]
+gap = mesh["gap"][:] - u
+p, active = traj["pressure"][:], traj["active"][:]
+assert gap.min() > -1e-12 and p.min() > -1e-12
+assert np.abs(gap[active == 1]).max() < 1e-12 and np.abs(p[active == 0]).max() == 0.0
+# the ledger closes
+H = en["kinetic"][:] + en["elastic"][:]
+assert np.abs(H - H[0] - en["jumps"][:]).max() < 1e-7 * H.max()
+assert abs(sw["energy_jump"][:].sum() - en["jumps"][-1]) < 1e-12
+assert traj["u"].attrs["units"] == "length"
+print("fine", s, len(kinds))
+"#;
+
+#[test]
+fn h5py_reads_the_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("plate.h5");
+    let scene = root().join("scenarios/plate-half.toml");
+    let status = signorini().arg("run").arg(scene).arg("-q").arg("-o").arg(&file).status().unwrap();
+    assert!(status.success());
+    assert!(check(LAYOUT, &file).starts_with("fine"));
+}
+
+/// A linear body has no contact: its file has empty contact tables and still opens.
+#[test]
+fn a_body_without_contact_is_stored_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("linear.toml");
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [5]\nyoung = 1.0\ndensity = 1.0\n\
+        [[support]]\nedge = 'left'\nfix = ['x']\n[initial]\nmode = 1\namplitude = 1.0\n[run]\nuntil = 5.0\n";
+    std::fs::write(&scene, text).unwrap();
+    let file = folder.path().join("linear.h5");
+    let status =
+        signorini().arg("run").arg(&scene).arg("-q").arg("-o").arg(&file).status().unwrap();
+    assert!(status.success());
+    let script = "import sys, h5py\nf = h5py.File(sys.argv[1], 'r')\n\
+        assert f['trajectory/u'].shape == (401, 5) and f['trajectory/pressure'].shape == (401, 0)\n\
+        assert f['switches/t'].shape == (0,)\nprint('fine')";
+    assert!(check(script, &file).starts_with("fine"));
+    let status = signorini().arg("plot").arg(&file).arg("-q").status().unwrap();
+    assert!(status.success());
+}
+
+const KILLED: &str = r#"
+import sys, h5py, numpy as np
+f = h5py.File(sys.argv[1], "r")
+assert f.attrs["status"] == "running"
+t = f["trajectory/t"][:]
+assert len(t) > 0 and (np.diff(t) > 0).all()
+assert np.isfinite(f["trajectory/u"][:]).all() and f["trajectory/u"].shape[0] == len(t)
+assert f["energy/kinetic"].shape == (len(t),)
+print("fine", len(t), t[-1])
+"#;
+
+/// Killed at arbitrary moments, the program leaves a file that opens and says that it was running.
+#[test]
+fn a_killed_run_leaves_a_readable_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("long.toml");
+    let text = std::fs::read_to_string(root().join("scenarios/plate.toml")).unwrap();
+    let text = text.replace("until = 3.36", "until = 100000.0\nsamples = 30000000");
+    std::fs::write(&scene, text).unwrap();
+    for k in 0..6u64 {
+        let file = folder.path().join(format!("killed-{k}.h5"));
+        let mut child =
+            signorini().arg("run").arg(&scene).arg("-q").arg("-o").arg(&file).spawn().unwrap();
+        // wait for the first flush, then a little longer
+        let start = Instant::now();
+        let size = || std::fs::metadata(&file).map_or(0, |m| m.len());
+        while size() < 1_500_000 && start.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        std::thread::sleep(Duration::from_millis(37 * k));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let seen = check(KILLED, &file);
+        assert!(seen.starts_with("fine"), "{seen}");
+        let shown = signorini().arg("inspect").arg(&file).output().unwrap();
+        assert!(String::from_utf8_lossy(&shown.stdout).contains("running"));
+    }
+}

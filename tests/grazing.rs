@@ -1,0 +1,163 @@
+//! States on the switching surface that velocities cannot decide (theory: "across a switch").
+//!
+//! A state is put on the surface `p_i = w_i = 0`, `ṗ_i = ẇ_i = 0` of one node; the accelerations of the free and of the
+//! contact phase then decide. All four combinations of signs occur on a plate.
+
+mod common;
+
+use common::{Collector, problem, random};
+use signorini::contact::{ActiveSet, Nbm, Phase};
+use signorini::event::{self, GrazingKind, Options};
+use signorini::flow::{Tolerances, by_name};
+use signorini::problem::State;
+use signorini::scenario::Integrator;
+
+const PLATE: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2]\nyoung = 1.0\n\
+    poisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\
+    [contact]\nedge = 'right'\ngap = 1.0\n";
+
+/// A grazing state of node `i`, and the curvatures `s = ∇p_i·ü` in the free and in the contact phase.
+fn grazing_state(nbm: &Nbm, i: usize, seed: u64) -> (State, ActiveSet, [f64; 2]) {
+    let n = nbm.n_o();
+    let (mut u, mut v) = (random(n, 2 * seed), random(n, 2 * seed + 1));
+    let row: Vec<(usize, f64)> = nbm.n_o.row(i).collect();
+    let norm: f64 = row.iter().map(|r| r.1 * r.1).sum();
+    for _ in 0..3 {
+        let q = nbm.n_o.row_dot(i, &u) + nbm.n_c[(i, i)] * nbm.gap[i];
+        let rate = nbm.n_o.row_dot(i, &v);
+        row.iter().for_each(|&(j, x)| {
+            u[j] -= q * x / norm;
+            v[j] -= rate * x / norm;
+        });
+    }
+    let set = ActiveSet::new(nbm.solve_lcp(&u, &ActiveSet::open(nbm.n_contact())).unwrap().active);
+    let curvature = [false, true].map(|active| {
+        let phase = Phase::new(nbm, set.with(i, active)).unwrap();
+        let mut a = vec![0.0; n];
+        phase.acceleration(nbm, 0.0, &u, &v, &mut nbm.scratch(), &mut a);
+        -nbm.n_o.row_dot(i, &a)
+    });
+    (State { u, v }, set, curvature)
+}
+
+fn run(nbm: &Nbm, state: &State, until: f64) -> (event::Report, Collector) {
+    let options = Options { until, samples: 200, switch_limit: 1e6, verify_lcp: false };
+    let mut flow = by_name(Integrator::Dop853, nbm, Tolerances { rtol: 1e-11, atol: 1e-13 });
+    let mut collector = Collector::default();
+    let report = event::run(nbm, state, &options, flow.as_mut(), &mut collector).unwrap();
+    assert!(report.outcome.is_complete(), "{}", report.outcome);
+    assert_eq!(report.missed, 0);
+    (report, collector)
+}
+
+#[test]
+fn accelerations_decide_where_velocities_cannot() {
+    let problem = problem(PLATE);
+    let nbm = &problem.nbm;
+    let mut counts = [0; 4];
+    for seed in 0..600 {
+        let i = seed as usize % nbm.n_contact();
+        let (state, start, [free, contact]) = grazing_state(nbm, i, seed);
+        let (report, states) = run(nbm, &state, 1e-3);
+        let first = &states.active[0];
+        let kinds: Vec<GrazingKind> = report
+            .grazings
+            .iter()
+            .filter(|g| g.t == 0.0 && g.contact == i)
+            .map(|g| g.kind)
+            .collect();
+        match (free < 0.0, contact > 0.0) {
+            (true, false) => {
+                counts[0] += 1;
+                assert!(!first.is_active(i) && kinds.is_empty(), "seed {seed}");
+            }
+            (false, true) => {
+                counts[1] += 1;
+                assert!(first.is_active(i) && kinds.is_empty(), "seed {seed}");
+            }
+            (true, true) => {
+                counts[2] += 1;
+                assert_eq!(
+                    first.is_active(i),
+                    start.is_active(i),
+                    "seed {seed}: the present phase is kept"
+                );
+                assert_eq!(kinds, [GrazingKind::Ambiguous]);
+            }
+            (false, false) => {
+                counts[3] += 1;
+                assert_eq!(kinds, [GrazingKind::Held], "seed {seed}");
+            }
+        }
+    }
+    println!("free {}, contact {}, both {}, none {}", counts[0], counts[1], counts[2], counts[3]);
+    assert!(counts.iter().all(|&c| c > 0), "{counts:?}");
+}
+
+/// A held motion is the limit of motions that start beside the surface and cross it again and again.
+#[test]
+fn a_held_node_follows_the_limit_of_chattering_neighbours() {
+    let problem = problem(PLATE);
+    let nbm = &problem.nbm;
+    let mut tested = 0;
+    for seed in 0..2000 {
+        let i = seed as usize % nbm.n_contact();
+        let (state, _, [free, contact]) = grazing_state(nbm, i, seed);
+        // a firm attraction from both sides holds long enough to be watched
+        if !(free > 3.0 && contact < -3.0) {
+            continue;
+        }
+        let until = 0.02;
+        let (report, held) = run(nbm, &state, until);
+        assert_eq!(report.grazings[0].kind, GrazingKind::Held);
+        if report.phases > 1 {
+            continue; // left the surface, or another node switched, too soon to compare
+        }
+        for (u, p) in held.u.iter().zip(&held.pressure) {
+            let rest = nbm.n_o.row_dot(i, &u[..nbm.n_o()]) + nbm.n_c[(i, i)] * nbm.gap[i];
+            assert!(rest.abs() < 1e-11 && p[i] == 0.0, "{rest}");
+        }
+        let row: Vec<(usize, f64)> = nbm.n_o.row(i).collect();
+        let norm: f64 = row.iter().map(|r| r.1 * r.1).sum();
+        let mut distances = vec![];
+        for epsilon in [1e-5, 1e-6] {
+            let mut beside = state.clone();
+            row.iter().for_each(|&(j, x)| beside.u[j] += epsilon * x / norm);
+            let (chattering, _) = run(nbm, &beside, until);
+            assert!(chattering.switches.len() > 2, "it must cross the surface more than once");
+            let d = |a: &[f64], b: &[f64]| {
+                a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
+            distances.push(d(&chattering.last.u, &report.last.u));
+        }
+        println!("seed {seed}: {distances:?}");
+        assert!(
+            distances[0] < 1e-4 && distances[1] < 0.5 * distances[0],
+            "seed {seed}: {distances:?}"
+        );
+        tested += 1;
+    }
+    assert!(tested >= 3, "{tested}");
+}
+
+/// Rest on the surface under no force is an equilibrium: nothing happens, and nothing loops.
+#[test]
+fn rest_on_the_surface_stays_at_rest() {
+    let text = PLATE.replace("gap = 1.0", "gap = 0.0");
+    let problem = problem(&text);
+    let (report, _) = run(&problem.nbm, &problem.initial, 5.0);
+    assert_eq!((report.switches.len(), report.phases), (0, 1));
+    assert!(report.last.u.iter().chain(&report.last.v).all(|&x| x == 0.0));
+}
+
+/// A start exactly on the surface is decided by the velocity.
+#[test]
+fn the_velocity_decides_the_first_active_set() {
+    for (velocity, active) in [("0.1*x", true), ("-0.1*x", false)] {
+        let text = PLATE.replace("gap = 1.0", "gap = 0.0");
+        let text = format!("{text}[initial]\nvelocity = ['{velocity}', '0']\n");
+        let problem = problem(&text);
+        let (_, states) = run(&problem.nbm, &problem.initial, 1e-3);
+        assert!(states.active[0].flags().iter().all(|&a| a == active), "{velocity}");
+    }
+}

@@ -1,0 +1,57 @@
+//! One way through the house: a module uses only what stands before it.
+
+mod common;
+
+use std::path::Path;
+
+/// The modules in the order of the data.
+const ORDER: [&str; 10] = [
+    "mesh", "scenario", "fem", "contact", "problem", "flow", "event", "simulate", "store", "report",
+];
+
+fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn no_module_uses_a_later_one() {
+    let src = common::root().join("src");
+    let mut all = vec![];
+    files(&src, &mut all);
+    let mut upward = vec![];
+    for path in all {
+        let relative = path.strip_prefix(&src).unwrap();
+        let module = relative.iter().next().unwrap().to_string_lossy();
+        let module = module.trim_end_matches(".rs");
+        let Some(place) = ORDER.iter().position(|m| *m == module) else {
+            assert!(["cli", "lib", "main"].contains(&module), "{module} has no place in the order");
+            continue;
+        };
+        let text = std::fs::read_to_string(&path).unwrap();
+        // tests inside a file may look further
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        for used in code.split("crate::").skip(1) {
+            let name: String =
+                used.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            if let Some(other) = ORDER.iter().position(|m| *m == name) {
+                if other > place {
+                    upward.push(format!("{} uses {name}", relative.display()));
+                }
+            }
+        }
+    }
+    assert!(upward.is_empty(), "{upward:#?}");
+}
+
+#[test]
+fn main_is_thin() {
+    let text = std::fs::read_to_string(common::root().join("src/main.rs")).unwrap();
+    assert!(text.lines().count() <= 20);
+}

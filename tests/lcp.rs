@@ -1,0 +1,83 @@
+//! The complementarity problem against enumeration and an interior-point method.
+
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+use signorini::contact::lcp::{residual, solve};
+use signorini::contact::oracle::{clarabel, enumerate};
+
+/// A P-matrix of three kinds: symmetric positive definite, unsymmetric with positive definite symmetric
+/// part, and a row-scaled one whose symmetric part may be indefinite.
+fn p_matrix(size: usize, entries: &[f64], kind: usize) -> DMatrix<f64> {
+    let a = DMatrix::from_fn(size, size, |i, j| entries[i * size + j]);
+    let mut n = &a * a.transpose() + DMatrix::identity(size, size) * 0.1;
+    if kind >= 1 {
+        n += (&a - a.transpose()) * 1.5;
+    }
+    if kind == 2 {
+        for i in 0..size {
+            let scale = 10f64.powf(2.0 * entries[i]);
+            n.row_mut(i).scale_mut(scale);
+        }
+    }
+    n
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn pivoting_agrees_with_enumeration_and_interior_point(
+        size in 1usize..9,
+        kind in 0usize..3,
+        entries in prop::collection::vec(-1.0f64..1.0, 81),
+        q in prop::collection::vec(-1.0f64..1.0, 9),
+        start in prop::collection::vec(any::<bool>(), 9),
+        exponent in -9i32..9,
+    ) {
+        let n = p_matrix(size, &entries, kind);
+        let unit = 10f64.powi(exponent);
+        let q: Vec<f64> = q[..size].iter().map(|x| x * unit).collect();
+        let scale: Vec<f64> = q.iter().map(|x| x.abs()).collect();
+        let s = solve(&n, &q, &scale, &start[..size]).unwrap();
+        let largest = s.w.iter().fold(unit, |m, w| m.max(w.abs()));
+        prop_assert!(residual(&n, &q, &s.w) < 1e-10 * largest);
+        for i in 0..size {
+            // zeros are exact
+            let zero = if s.active[i] { s.w[i] } else { s.p[i] };
+            prop_assert_eq!(zero, 0.0);
+            prop_assert!(s.w[i] >= 0.0 && s.p[i] >= 0.0);
+        }
+        let all = enumerate(&n, &q);
+        prop_assert_eq!(all.len(), 1, "a P-matrix has one solution");
+        for (a, b) in s.w.iter().zip(&all[0]) {
+            prop_assert!((a - b).abs() < 1e-8 * largest);
+        }
+        if kind < 2 {
+            let x = clarabel(&n, &q).unwrap();
+            for (a, b) in s.w.iter().zip(&x) {
+                prop_assert!((a - b).abs() < 2e-5 * largest, "{} {}", a, b);
+            }
+        }
+        let again = solve(&n, &q, &scale, &s.active).unwrap();
+        prop_assert_eq!(again.pivots, 0);
+    }
+
+    /// The kind that occurs on a straight edge with lumped boundary mass: tridiagonal, many nodes.
+    #[test]
+    fn long_tridiagonal_problems(q in prop::collection::vec(-1.0f64..1.0, 200)) {
+        let size = q.len();
+        let n = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
+            0 => if i == 0 || i == size - 1 { 2.0 / 3.0 } else { 4.0 / 6.0 },
+            1 => 1.0 / 6.0,
+            _ => 0.0,
+        });
+        let scale = vec![1.0; size];
+        let s = solve(&n, &q, &scale, &vec![false; size]).unwrap();
+        prop_assert!(residual(&n, &q, &s.w) < 1e-12);
+        prop_assert!(s.pivots < 40, "{} pivots", s.pivots);
+        let x = clarabel(&n, &q).unwrap();
+        for (a, b) in s.w.iter().zip(&x) {
+            prop_assert!((a - b).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Every shipped scene runs and is pinned: its numbers to the integration tolerance, its cost by counters.
+
+mod common;
+
+use common::{root, shipped};
+use signorini::event::Silent;
+use signorini::problem::Problem;
+use signorini::simulate::simulate;
+
+/// Name, number of switches, first and last switching time, energy at the end, right-hand sides.
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 6] = [
+    ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 13485),
+    ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 92320),
+    ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 1993),
+    ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4709),
+    ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 43128),
+    ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4246),
+];
+
+#[test]
+fn shipped_scenes_give_their_golden_numbers() {
+    let mut failures = vec![];
+    for (name, switches, first, last, energy, rhs) in GOLDEN {
+        let scene = shipped(&format!("{name}.toml"));
+        let problem = Problem::new(&scene, None).unwrap();
+        let report = simulate(&scene, &problem, true, &mut Silent).unwrap();
+        assert!(report.outcome.is_complete(), "{name}: {}", report.outcome);
+        let times = (report.switches[0].t, report.switches[report.switches.len() - 1].t);
+        let work = report.counters.rhs_evaluations;
+        let line = format!(
+            "(\"{name}\", {}, {:.10}, {:.10}, {:.10}, {work}),",
+            report.switches.len(),
+            times.0,
+            times.1,
+            report.energy_end,
+        );
+        println!("    {line}");
+        let scale = report.energy_end.abs().max(report.energy_start.abs());
+        let same = report.switches.len() == switches
+            && (times.0 - first).abs() < 1e-7
+            && (times.1 - last).abs() < 1e-6
+            && (report.energy_end - energy).abs() < 1e-7 * scale
+            // rounding may move a step or two from one machine to another
+            && work.abs_diff(rhs) <= rhs / 50;
+        if !same {
+            failures.push(line);
+        }
+        assert_eq!(report.missed, 0, "{name}");
+        assert!(report.energy_drift < 1e-9, "{name}: {}", report.energy_drift);
+        let check = report.lcp_check.unwrap();
+        assert!(check.interior_point < 1e-5 && check.gave_up == 0, "{name}: {check:?}");
+        assert!(check.enumeration.is_none_or(|e| e < 1e-11), "{name}: {check:?}");
+    }
+    assert!(failures.is_empty(), "not as pinned:\n{}", failures.join("\n"));
+}
+
+#[test]
+fn no_scene_is_forgotten() {
+    let names: std::collections::BTreeSet<String> = std::fs::read_dir(root().join("scenarios"))
+        .unwrap()
+        .map(|e| e.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(names, GOLDEN.iter().map(|g| g.0.to_owned()).collect());
+}
