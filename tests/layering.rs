@@ -40,10 +40,9 @@ fn no_module_uses_a_later_one() {
         for used in code.split("crate::").skip(1) {
             let name: String =
                 used.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            if let Some(other) = ORDER.iter().position(|m| *m == name) {
-                if other > place {
-                    upward.push(format!("{} uses {name}", relative.display()));
-                }
+            let other = ORDER.iter().position(|m| *m == name);
+            if other.is_some_and(|other| other > place) {
+                upward.push(format!("{} uses {name}", relative.display()));
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use signorini::contact::lcp::{residual, solve};
 use signorini::contact::oracle::{clarabel, enumerate};
 
@@ -23,7 +24,7 @@ fn p_matrix(size: usize, entries: &[f64], kind: usize) -> DMatrix<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 400, rng_seed: RngSeed::Fixed(20261120), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn pivoting_agrees_with_enumeration_and_interior_point(
@@ -67,7 +68,7 @@ proptest! {
     fn long_tridiagonal_problems(q in prop::collection::vec(-1.0f64..1.0, 200)) {
         let size = q.len();
         let n = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
-            0 => if i == 0 || i == size - 1 { 2.0 / 3.0 } else { 4.0 / 6.0 },
+            0 => 2.0 / 3.0,
             1 => 1.0 / 6.0,
             _ => 0.0,
         });

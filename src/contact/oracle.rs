@@ -15,7 +15,6 @@ pub const ENUMERATION_LIMIT: usize = 12;
 /// Every solution found by trying all `2^n` bases (one for a P-matrix, but for degenerate data).
 pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {
     let size = q.len();
-    let scale = q.iter().fold(0.0f64, |m, x| m.max(x.abs())).max(f64::MIN_POSITIVE);
     let mut found: Vec<Vec<f64>> = vec![];
     for basis in 0..1usize << size {
         let free: Vec<usize> = (0..size).filter(|i| basis >> i & 1 == 1).collect();
@@ -28,17 +27,17 @@ pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {
             free.iter().zip(part.iter()).for_each(|(&i, &x)| w[i] = x);
         }
         let p = n * &w + DVector::from_column_slice(q);
-        let fits = (0..size).all(|i| w[i] * n[(i, i)] >= -1e-12 * scale && p[i] >= -1e-12 * scale);
-        let new = |w: &DVector<f64>| {
-            let same = |f: &Vec<f64>| {
-                f.iter()
-                    .zip(w.iter())
-                    .enumerate()
-                    .all(|(i, (a, b))| (a - b).abs() * n[(i, i)] <= 1e-10 * scale)
-            };
-            !found.iter().any(same)
+        // rounding errors of row i are of the order of its terms
+        let terms = |i: usize| {
+            q[i].abs()
+                + (0..size).map(|j| (n[(i, j)] * w[j]).abs()).sum::<f64>()
+                + f64::MIN_POSITIVE
         };
-        if fits && new(&w) {
+        let fits =
+            (0..size).all(|i| w[i] * n[(i, i)] >= -1e-10 * terms(i) && p[i] >= -1e-10 * terms(i));
+        let same =
+            |f: &Vec<f64>| (0..size).all(|i| ((f[i] - w[i]) * n[(i, i)]).abs() <= 1e-8 * terms(i));
+        if fits && !found.iter().any(same) {
             found.push(w.as_slice().to_vec());
         }
     }

@@ -28,10 +28,9 @@ pub fn earliest(
     let mut first: Option<Root> = None;
     for (index, &slack) in slack.iter().enumerate() {
         let until = first.map_or(b, |r| r.t);
-        if let Some(root) = first_crossing(flow, index, slack, (a, until), resolution) {
-            if first.is_none_or(|r| root.t < r.t) {
-                first = Some(root);
-            }
+        let root = first_crossing(flow, index, slack, (a, until), resolution);
+        if root.is_some_and(|root| first.is_none_or(|r| root.t < r.t)) {
+            first = root;
         }
     }
     first

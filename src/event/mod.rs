@@ -197,11 +197,10 @@ impl<'a, O: Observer> Run<'a, O> {
             self.flow.cut(&self.phase, root.t);
             // the cut step is more accurate than the interpolant: another monitor may be first
             let before = (window.0, root.t - 4.0 * resolution);
-            if before.1 > before.0 {
-                if let Some(earlier) = find::earliest(self.flow, &self.slack, before, resolution) {
-                    root = earlier;
-                    continue;
-                }
+            let search = || find::earliest(self.flow, &self.slack, before, resolution);
+            if let Some(earlier) = (before.1 > before.0).then(search).flatten() {
+                root = earlier;
+                continue;
             }
             let Some(correction) = self.correction(&root) else { break };
             let t = (root.t + correction).clamp(window.0, window.1);

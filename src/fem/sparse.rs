@@ -147,7 +147,7 @@ pub enum SpdFactor {
     /// A sparse factor (faer, fill-reducing order).
     Sparse {
         /// Structure.
-        symbolic: SymbolicCholesky<usize>,
+        symbolic: Box<SymbolicCholesky<usize>>,
         /// Values of `L`.
         values: Vec<f64>,
     },
@@ -197,7 +197,7 @@ impl SpdFactor {
                 Default::default(),
             )
             .map_err(|_| failed())?;
-        Ok(SpdFactor::Sparse { symbolic, values })
+        Ok(SpdFactor::Sparse { symbolic: Box::new(symbolic), values })
     }
 
     /// Work space for one right-hand side.

@@ -220,7 +220,7 @@ pub fn panel_with<'a, 'b>(
 fn decimals(range: &std::ops::Range<f64>) -> Option<usize> {
     let span = (range.end - range.start).abs();
     let largest = range.start.abs().max(range.end.abs());
-    if largest >= 1e5 || largest < 1e-3 {
+    if !(1e-3..1e5).contains(&largest) {
         return None;
     }
     Some((2.0 - span.log10()).floor().clamp(0.0, 6.0) as usize).map(|d| d.min(4))

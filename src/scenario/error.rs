@@ -39,28 +39,34 @@ pub enum SceneError {
         reason: String,
     },
     /// A value that is missing, of the wrong kind or not physical.
-    #[error("{file}:{line}:{column}: {key}: {message}")]
-    #[diagnostic(help("{help}"))]
-    Value {
-        /// Path of the scene.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The key.
-        key: String,
-        /// What is wrong.
-        message: String,
-        /// What would be accepted.
-        help: String,
-        /// The scene's text.
-        #[source_code]
-        source_code: NamedSource<String>,
-        /// The place.
-        #[label("here")]
-        span: SourceSpan,
-    },
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Value(Box<ValueError>),
+}
+
+/// A value of a scene that cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{file}:{line}:{column}: {key}: {message}")]
+#[diagnostic(help("{help}"))]
+pub struct ValueError {
+    /// Path of the scene.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// The key.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// What would be accepted.
+    pub help: String,
+    /// The scene's text.
+    #[source_code]
+    source_code: NamedSource<String>,
+    /// The place.
+    #[label("here")]
+    span: SourceSpan,
 }
 
 /// Put an issue at its place in the text; a missing key is shown at its table.
@@ -83,7 +89,7 @@ pub(super) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> Scen
 fn value_error(issue: Issue, file: &str, text: &str, span: std::ops::Range<usize>) -> SceneError {
     let before = &text[..span.start.min(text.len())];
     let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-    SceneError::Value {
+    SceneError::Value(Box::new(ValueError {
         file: file.to_owned(),
         line: before.matches('\n').count() + 1,
         column: before[line_start..].chars().count() + 1,
@@ -92,7 +98,7 @@ fn value_error(issue: Issue, file: &str, text: &str, span: std::ops::Range<usize
         help: issue.help,
         source_code: NamedSource::new(file, text.to_owned()).with_language("toml"),
         span: (span.start, span.end - span.start).into(),
-    }
+    }))
 }
 
 /// The byte range of the value of `key`, or of the nearest table above it.

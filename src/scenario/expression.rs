@@ -18,7 +18,7 @@ pub enum Field {
         /// As written in the scene.
         text: String,
         /// Parsed form.
-        tree: FlatEx<f64>,
+        tree: Box<FlatEx<f64>>,
     },
 }
 
@@ -30,7 +30,7 @@ impl Field {
         if let Some(name) = tree.var_names().iter().find(|n| !["x", "y"].contains(&n.as_str())) {
             return Err(format!("unknown variable `{name}` in `{text}`: only x and y are known"));
         }
-        Ok(Field::Expression { text: text.to_owned(), tree })
+        Ok(Field::Expression { text: text.to_owned(), tree: Box::new(tree) })
     }
 
     /// The value at a point (not a number where the expression has none).
