@@ -39,7 +39,9 @@ bench: setup
 pictures: build
 	@mkdir -p out docs
 	$(BIN) run scenarios/plate.toml -o out/plate.h5 --force -q
-	$(BIN) plot out/plate.h5 --only shapes,contact -o docs/plate
+	$(BIN) plot out/plate.h5 --only shapes,contact
+	cp out/plate-shapes.png docs/plate.png
+	cp out/plate-contact.png docs/contact.png
 
 clean:
 	rm -rf out target
