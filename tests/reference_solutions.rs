@@ -96,3 +96,25 @@ fn frequencies_of_the_open_and_the_closed_body() {
         }
     }
 }
+
+/// The exact flow meets them to rounding error.
+#[test]
+fn modal_meets_the_reference_solutions() {
+    for name in NAMES {
+        let r = reference_problem(name);
+        let report = run(&r, Integrator::Modal, 1e-10);
+        let e = error(&r, &report);
+        println!(
+            "{name}: error {e:.2e}, {:?}, drift {:.1e}",
+            report.counters, report.energy_drift_total
+        );
+        assert!(e < 1e-11, "{name}: {e}");
+        let count: usize = r.switches.iter().map(|s| s.y.len()).sum();
+        assert_eq!(report.switches.len(), count);
+        for expected in &r.switches {
+            let near = report.switches.iter().map(|s| (s.t - expected.t).abs());
+            assert!(near.fold(f64::INFINITY, f64::min) < 1e-11);
+        }
+        assert!(report.energy_drift_total < 1e-11);
+    }
+}

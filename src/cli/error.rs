@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use serde_json::json;
 use signorini::problem::ProblemError;
 use signorini::report::figure::FigureError;
 use signorini::scenario::SceneError;
@@ -16,23 +17,33 @@ pub enum CliError {
     Input(String),
     /// The numerics failed: exit code 3.
     Numerics(String),
+    /// The numerics failed, and the command's own object says so already: exit code 3.
+    Reported(String),
     /// Anything else: exit code 1.
     Other(String),
 }
 
 impl CliError {
-    /// Print the error on standard error; its exit code.
-    pub fn report(self) -> ExitCode {
-        let (code, text) = match self {
-            CliError::Scene(e) => {
-                eprintln!("{:?}", miette::Report::new(*e));
-                return ExitCode::from(2);
+    /// Print the error on standard error, and as an object on standard output if that is what the
+    /// user reads and nothing was printed there yet; its exit code.
+    pub fn report(self, json: bool) -> ExitCode {
+        let (code, text, scene) = match self {
+            CliError::Scene(e) => (2, e.to_string(), Some(e)),
+            CliError::Input(text) => (2, text, None),
+            CliError::Numerics(text) => (3, text, None),
+            CliError::Reported(text) => {
+                eprintln!("signorini: {text}");
+                return ExitCode::from(3);
             }
-            CliError::Input(text) => (2, text),
-            CliError::Numerics(text) => (3, text),
-            CliError::Other(text) => (1, text),
+            CliError::Other(text) => (1, text, None),
         };
-        eprintln!("signorini: {text}");
+        if json {
+            println!("{}", json!({"status": "error", "exit_code": code, "error": text}));
+        }
+        match scene {
+            Some(e) => eprintln!("{:?}", miette::Report::new(*e)),
+            None => eprintln!("signorini: {text}"),
+        }
         ExitCode::from(code)
     }
 }

@@ -13,7 +13,7 @@ use super::{CliError, Global};
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o paraview/plate"
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o plate-states"
 )]
 pub struct Arguments {
     /// A file written by `run`
@@ -41,6 +41,7 @@ enum Format {
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let stored = Stored::read(&arguments.file)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
+    super::check_folder(&stem)?;
     let written = match arguments.format {
         Format::Csv => export::csv(&stored, &stem),
         Format::Vtu => export::vtu(&stored, &stem),

@@ -17,10 +17,11 @@ pub fn problem(path: &Path) -> Result<(Scene, Problem), CliError> {
             // relative to the scene
             let folder = scene.source.file.parent().unwrap_or(Path::new(""));
             let mesh = signorini::problem::mesh(&scene);
-            let state = store::read_state(&folder.join(file), &mesh.nodes, mesh.dim).map_err(|e| {
-                let help = "give a file written by `signorini run` or `signorini orbit` on the same mesh";
-                scene.error(Issue::new("initial.file", e.to_string(), help))
-            })?;
+            let state =
+                store::read_state(&folder.join(file), &mesh.nodes, mesh.dim).map_err(|e| {
+                    let help = "give a file written by `signorini run` on the same mesh";
+                    scene.error(Issue::new("initial.file", e.to_string(), help))
+                })?;
             Some(state)
         }
     };

@@ -57,6 +57,16 @@ impl Global {
     }
 }
 
+/// The folder of an output must exist.
+fn check_folder(output: &std::path::Path) -> Result<(), CliError> {
+    match output.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
+        None => Ok(()),
+        Some(folder) => {
+            Err(CliError::Input(format!("{}: no such folder; create it first", folder.display())))
+        }
+    }
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Integrate a scene; write the trajectory, the switches and the energy ledger
@@ -90,6 +100,6 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(e) => e.report(),
+        Err(e) => e.report(cli.global.json),
     }
 }

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use signorini::contact::{ActiveSet, Phase};
 use signorini::problem::phase_modes;
+use signorini::report::summary::significant;
 
 use super::{CliError, Global, load};
 
@@ -42,10 +43,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             json!({"title": scene.title, "n_o": nbm.n_o(), "open": object(&open), "closed": closed.as_ref().map(object)})
         },
         || {
-            let mut text = format!("{}\n  mode    open body: omega, period       closed body: omega, period\n", scene.title);
+            let mut text = format!("{}\n  mode        open body: omega         period        closed body: omega         period\n", scene.title);
             let entry = |w: Option<&f64>| match w {
-                Some(&w) if w > 0.0 => format!("{w:>14.9} {:>12.6}", std::f64::consts::TAU / w),
-                Some(_) => format!("{:>14} {:>12}", 0, "rigid"),
+                Some(&w) if w > 0.0 => {
+                    let period = significant(std::f64::consts::TAU / w, 7);
+                    format!("{:>16} {period:>14}", significant(w, 10))
+                }
+                Some(_) => format!("{:>16} {:>14}", 0, "rigid"),
                 None => String::new(),
             };
             for k in 0..open.omega.len() {

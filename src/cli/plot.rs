@@ -13,7 +13,7 @@ use super::{CliError, Global};
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o figures/plate"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters"
 )]
 pub struct Arguments {
     /// A file written by `run`
@@ -42,12 +42,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         return Err(CliError::Input(format!("--at {bad}: give fractions between 0 and 1")));
     }
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
-    if let Some(folder) = stem.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
-        return Err(CliError::Input(format!(
-            "{}: no such folder; create it first",
-            folder.display()
-        )));
-    }
+    super::check_folder(&stem)?;
     let stored = Stored::read(&arguments.file)?;
     let mut options = Options::default();
     if !arguments.at.is_empty() {

@@ -130,7 +130,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if report.outcome.is_complete() {
         return Ok(());
     }
-    Err(CliError::Numerics(format!(
+    Err(CliError::Reported(format!(
         "{}; everything up to t = {:.6} is in {}",
         report.outcome,
         report.t_end,

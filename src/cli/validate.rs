@@ -133,5 +133,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if failed.is_empty() {
         return Ok(());
     }
-    Err(CliError::Numerics(format!("validation failed: {}", failed.join(", "))))
+    Err(CliError::Reported(format!("validation failed: {}", failed.join(", "))))
 }

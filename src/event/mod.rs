@@ -578,6 +578,7 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     fn report(self, outcome: Outcome) -> Report {
+        let energies = self.energies();
         Report {
             outcome,
             t_end: self.t,
@@ -590,6 +591,8 @@ impl<'a, O: Observer> Run<'a, O> {
             energy_start: self.ledger.start(),
             energy_end: self.ledger.end(),
             energy_jumps: self.ledger.jumps(),
+            energy_external: energies.external,
+            energy_dissipated: energies.dissipated,
             energy_drift: self.ledger.drift_in_phase(),
             energy_drift_total: self.ledger.drift_total(),
             max_penetration: self.max_penetration,

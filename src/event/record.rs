@@ -193,6 +193,10 @@ pub struct Report {
     pub energy_end: f64,
     /// Sum of the jumps.
     pub energy_jumps: f64,
+    /// Work of all loads.
+    pub energy_external: f64,
+    /// Dissipated energy.
+    pub energy_dissipated: f64,
     /// Largest relative drift inside any one phase.
     pub energy_drift: f64,
     /// Largest relative defect of the whole ledger.

@@ -26,9 +26,21 @@ pub fn lowest(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, 
     } else {
         lanczos(k, m, count, omega_unit)?
     };
+    flatten_rigid(&mut modes, omega_unit);
+    Ok(modes)
+}
+
+/// All modes, densely.
+pub fn all(k: &Csr, m: &Csr, omega_unit: f64) -> Result<Modes, FemError> {
+    let mut modes = dense(k, m, k.n_rows())?;
+    flatten_rigid(&mut modes, omega_unit);
+    Ok(modes)
+}
+
+/// Frequencies that are rounding errors belong to rigid motions.
+fn flatten_rigid(modes: &mut Modes, omega_unit: f64) {
     let rounding = 1e-6 * omega_unit;
     modes.omega.iter_mut().filter(|w| **w < rounding).for_each(|w| *w = 0.0);
-    Ok(modes)
 }
 
 /// `M = LLᵀ`, then the symmetric problem `L⁻¹KL⁻ᵀ`.

@@ -7,10 +7,12 @@
 pub mod bernstein;
 pub mod dop853;
 pub mod dopri5;
+pub mod modal;
 pub mod runge_kutta;
 pub mod tableau;
 
 pub use bernstein::Bernstein;
+pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
 use crate::contact::{Nbm, Phase};
@@ -37,6 +39,8 @@ pub struct Counters {
     pub steps: u64,
     /// Rejected steps.
     pub rejected: u64,
+    /// Eigensolutions of phases.
+    pub factorisations: u64,
 }
 
 /// A smooth phase could not be continued.
@@ -49,6 +53,12 @@ pub enum FlowError {
         t: f64,
         /// Step.
         h: f64,
+    },
+    /// The modes of the phase could not be computed.
+    #[error("the modes of the phase that starts at t = {t:.9} could not be computed")]
+    NoModes {
+        /// Time.
+        t: f64,
     },
     /// The state is no longer finite.
     #[error("the state is not finite after t = {t:.9}")]
@@ -119,6 +129,11 @@ pub trait Flow {
     fn counters(&self) -> Counters;
     /// Name in a scene.
     fn name(&self) -> &'static str;
+    /// Whether states and enclosures are those of the equations themselves, to rounding error, and not of an
+    /// approximation.
+    fn is_exact(&self) -> bool {
+        false
+    }
 }
 
 /// The flow that a scene asks for.
@@ -127,9 +142,9 @@ pub fn by_name<'a>(
     nbm: &'a Nbm,
     tolerances: Tolerances,
 ) -> Box<dyn Flow + 'a> {
-    let tableau = match integrator {
-        Integrator::Dopri5 => &dopri5::DOPRI5,
-        Integrator::Dop853 => &dop853::DOP853,
-    };
-    Box::new(RungeKutta::new(nbm, tableau, tolerances))
+    match integrator {
+        Integrator::Dopri5 => Box::new(RungeKutta::new(nbm, &dopri5::DOPRI5, tolerances)),
+        Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
+        Integrator::Modal => Box::new(Modal::new(nbm)),
+    }
 }

@@ -175,37 +175,48 @@ pub fn panel<'a, 'b>(
     x_label: &str,
     y_label: &str,
 ) -> Result<Chart<'a, 'b>, FigureError> {
-    panel_with(area, x, y, x_label, y_label, |_| Ok(()))
+    panel_with(area, x, y, x_label, y_label, Ground::Grid, |_| Ok(()))
 }
 
-/// As [`panel`], with something drawn under the grid.
+/// What lies under the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ground {
+    /// A light grid.
+    Grid,
+    /// A map that covers the panel.
+    Map,
+}
+
+/// As [`panel`], with something drawn first.
 pub fn panel_with<'a, 'b>(
     area: &'a Area<'b>,
     x: std::ops::Range<f64>,
     y: std::ops::Range<f64>,
     x_label: &str,
     y_label: &str,
+    ground: Ground,
     under: impl FnOnce(&mut Chart<'a, 'b>) -> Result<(), FigureError>,
 ) -> Result<Chart<'a, 'b>, FigureError> {
-    let digits = decimals(&y);
-    let x_digits = decimals(&x);
+    let (x_style, y_style) = (TickStyle::new(&x), TickStyle::new(&y));
     let mut chart = ChartBuilder::on(area)
         .margin(px(6.0))
-        .margin_right(px(16.0))
+        .margin_right(px(24.0))
         .x_label_area_size(px(if x_label.is_empty() { 20.0 } else { 40.0 }))
-        .y_label_area_size(px(72.0))
+        .y_label_area_size(px(80.0))
         .build_cartesian_2d(x, y)
         .map_err(FigureError::draw)?;
     under(&mut chart)?;
+    // a map that covers the panel shows no grid through its data
+    let grid = if matches!(ground, Ground::Map) { TRANSPARENT } else { GRID.into() };
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(line(GRID, 1.0))
+        .bold_line_style(grid.stroke_width(px(1.0) as u32))
         .axis_style(line(INK, 1.0))
         .x_labels(8)
         .y_labels(6)
-        .x_label_formatter(&|v| number(*v, x_digits))
-        .y_label_formatter(&|v| number(*v, digits))
+        .x_label_formatter(&|v| x_style.text(*v))
+        .y_label_formatter(&|v| y_style.text(*v))
         .set_all_tick_mark_size(px(4.0))
         .label_style(text(13))
         .axis_desc_style(text(14))
@@ -216,48 +227,84 @@ pub fn panel_with<'a, 'b>(
     Ok(chart)
 }
 
-/// Decimals that tell the ticks of a range apart; `None` for powers of ten.
-fn decimals(range: &std::ops::Range<f64>) -> Option<usize> {
-    let span = (range.end - range.start).abs();
-    let largest = range.start.abs().max(range.end.abs());
-    if !(1e-3..1e5).contains(&largest) {
-        return None;
+/// How the ticks of a range are written.
+#[derive(Debug, Clone, Copy)]
+struct TickStyle {
+    /// Decimals that tell them apart; `None` for powers of ten.
+    decimals: Option<usize>,
+    /// Numbers below this are rounding errors of zero.
+    zero: f64,
+}
+
+impl TickStyle {
+    fn new(range: &std::ops::Range<f64>) -> Self {
+        let span = (range.end - range.start).abs();
+        let largest = range.start.abs().max(range.end.abs());
+        let decimals = (1e-2..1e5)
+            .contains(&largest)
+            .then(|| (2.0 - span.log10()).floor().clamp(0.0, 6.0) as usize);
+        TickStyle { decimals, zero: 1e-6 * span }
     }
-    Some((2.0 - span.log10()).floor().clamp(0.0, 6.0) as usize).map(|d| d.min(4))
-}
 
-fn number(v: f64, decimals: Option<usize>) -> String {
-    let text = match decimals {
-        Some(d) => {
-            let s = format!("{v:.d$}");
-            if s.contains('.') {
-                s.trim_end_matches('0').trim_end_matches('.').to_owned()
-            } else {
-                s
-            }
+    fn text(&self, v: f64) -> String {
+        if v.abs() <= self.zero {
+            return "0".into();
         }
-        None if v == 0.0 => "0".into(),
-        None => format!("{v:.1e}"),
-    };
-    let text = if text == "-0" { "0".to_owned() } else { text };
-    text.replace('-', "−")
+        let text = match self.decimals {
+            Some(d) => {
+                let s = format!("{v:.d$}");
+                match s.contains('.') {
+                    true => s.trim_end_matches('0').trim_end_matches('.').to_owned(),
+                    false => s,
+                }
+            }
+            None => {
+                let s = format!("{v:.2e}");
+                match s.split_once('e') {
+                    Some((m, e)) => {
+                        format!("{}e{e}", m.trim_end_matches('0').trim_end_matches('.'))
+                    }
+                    None => s,
+                }
+            }
+        };
+        text.replace('-', "−")
+    }
 }
 
-/// Names of lines in a row at the right end of a strip above a panel.
-pub fn legend(strip: &Area, entries: &[(&str, RGBColor, bool)]) -> Result<(), FigureError> {
+/// What stands before a name in a legend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// A full line.
+    Line,
+    /// A dashed line.
+    Dashes,
+    /// A filled patch.
+    Patch,
+}
+
+/// Names in a row at the right end of a strip above a panel.
+pub fn legend(strip: &Area, entries: &[(&str, RGBColor, Mark)]) -> Result<(), FigureError> {
     let style = text(13);
     let (w, h) = strip.dim_in_pixel();
     let (middle, sample, space) = (h as i32 / 2, px(24.0), px(18.0));
     let mut x = w as i32 - px(16.0);
-    for (name, colour, dashed) in entries.iter().rev() {
+    for (name, colour, mark) in entries.iter().rev() {
         let (width, _) = strip.estimate_text_size(name, &style).map_err(FigureError::draw)?;
         x -= width as i32;
         strip
             .draw(&Text::new((*name).to_owned(), (x, middle - px(7.5)), style.clone()))
             .map_err(FigureError::draw)?;
         x -= sample + px(6.0);
-        let pieces: &[(f64, f64)] =
-            if *dashed { &[(0.0, 0.25), (0.375, 0.625), (0.75, 1.0)] } else { &[(0.0, 1.0)] };
+        if *mark == Mark::Patch {
+            let corners = [(x, middle - px(6.0)), (x + sample, middle + px(6.0))];
+            strip.draw(&Rectangle::new(corners, colour.filled())).map_err(FigureError::draw)?;
+        }
+        let pieces: &[(f64, f64)] = match mark {
+            Mark::Line => &[(0.0, 1.0)],
+            Mark::Dashes => &[(0.0, 0.25), (0.375, 0.625), (0.75, 1.0)],
+            Mark::Patch => &[],
+        };
         for &(a, b) in pieces {
             let at = |s: f64| (x + (s * f64::from(sample)) as i32, middle);
             strip
@@ -290,11 +337,12 @@ pub fn colour_bar(
     }
     area.draw(&Rectangle::new([(left, top), (right, bottom)], line(INK, 1.0)))
         .map_err(FigureError::draw)?;
-    let digits = decimals(&range).map(|d| d + 1);
+    let mut style = TickStyle::new(&range);
+    style.decimals = style.decimals.map(|d| d + 1);
     for k in 0..=4 {
         let y = bottom - (bottom - top) * k / 4;
         let value = range.start + (range.end - range.start) * f64::from(k) / 4.0;
-        area.draw(&Text::new(number(value, digits), (right + px(5.0), y - px(7.0)), text(12)))
+        area.draw(&Text::new(style.text(value), (right + px(5.0), y - px(7.0)), text(12)))
             .map_err(FigureError::draw)?;
     }
     area.draw(&Text::new(label.to_owned(), (left, px(10.0)), text(13))).map_err(FigureError::draw)

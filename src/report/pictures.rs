@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use plotters::prelude::*;
 
 use super::figure::{
-    self, Area, Chart, FigureError, INK, LINES, SHADE, colour_bar, legend, line, panel, panel_with,
-    px, range, text, viridis,
+    self, Area, Chart, FigureError, Ground, INK, LINES, Mark, SHADE, colour_bar, legend, line,
+    panel, panel_with, px, range, text, viridis,
 };
+use crate::scenario::Scene;
 use crate::store::Stored;
 
 type Drawn = Result<(), FigureError>;
@@ -151,15 +152,24 @@ fn contact(stored: &Stored, _: &Options) -> Result<String, FigureError> {
         let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| (r, i)));
         let y = range(all.clone().map(|(r, i)| value(r, i)).chain(stored.gap.iter().copied()));
         let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
-        let mut upper =
-            panel_with(&panels[0], x.clone(), y.clone(), "", "contact displacement", under)?;
+        let mut upper = panel_with(
+            &panels[0],
+            x.clone(),
+            y.clone(),
+            "",
+            "contact displacement",
+            Ground::Grid,
+            under,
+        )?;
         let gaps: Vec<f64> = stored.gap.clone();
-        for &g in if gaps.iter().all(|g| *g == gaps[0]) { &gaps[..1] } else { &gaps[..0] } {
-            let ends = [(x.start, g), (x.end, g)];
+        let mut entries = vec![("in contact", SHADE, Mark::Patch)];
+        if gaps.iter().all(|g| *g == gaps[0]) {
+            let ends = [(x.start, gaps[0]), (x.end, gaps[0])];
             let dashes = DashedLineSeries::new(ends, px(6.0), px(4.0), line(INK, 1.0));
             upper.draw_series(dashes).map_err(FigureError::draw)?;
-            legend(&strip, &[("obstacle", INK, true), ("in contact", SHADE, false)])?;
+            entries.push(("obstacle", INK, Mark::Dashes));
         }
+        legend(&strip, &entries)?;
         for &i in &shown {
             let series = (0..rows).map(|r| (stored.t[r], value(r, i)));
             upper
@@ -168,7 +178,8 @@ fn contact(stored: &Stored, _: &Options) -> Result<String, FigureError> {
         }
         let y = range(all.map(|(r, i)| stored.pressure[(r, i)]).chain([0.0]));
         let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
-        let mut lower = panel_with(&panels[1], x, y.clone(), "time", "contact pressure", under)?;
+        let mut lower =
+            panel_with(&panels[1], x, y.clone(), "time", "contact pressure", Ground::Grid, under)?;
         for &i in &shown {
             let series = (0..rows).map(|r| (stored.t[r], stored.pressure[(r, i)]));
             lower
@@ -221,22 +232,31 @@ fn energy(stored: &Stored, _: &Options) -> Result<String, FigureError> {
             curves.into_iter().filter(|(_, c)| c.iter().any(|&v| v != 0.0)).collect();
         let y = range(present.iter().flat_map(|(_, c)| c.iter().copied()).chain([0.0]));
         let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
-        let mut upper = panel_with(&panels[0], x.clone(), y.clone(), "", "energy", under)?;
-        let mut entries = vec![];
+        let mut upper =
+            panel_with(&panels[0], x.clone(), y.clone(), "", "energy", Ground::Grid, under)?;
+        let mut entries = vec![("in contact", SHADE, Mark::Patch)];
+        entries.truncate(usize::from(!stored.gap.is_empty()));
         for (k, (name, values)) in present.iter().enumerate() {
             let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
             let series = stored.t.iter().copied().zip(values.iter().copied());
             upper
                 .draw_series(LineSeries::new(series, line(colour, 2.0)))
                 .map_err(FigureError::draw)?;
-            entries.push((*name, colour, false));
+            entries.push((*name, colour, Mark::Line));
         }
         legend(&strip, &entries)?;
 
         let y = range(jumps.iter().copied().chain([0.0]));
         let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
-        let mut middle =
-            panel_with(&panels[1], x.clone(), y.clone(), "", "Σ jumps at switches", under)?;
+        let mut middle = panel_with(
+            &panels[1],
+            x.clone(),
+            y.clone(),
+            "",
+            "Σ jumps at switches",
+            Ground::Grid,
+            under,
+        )?;
         let steps = (0..rows).flat_map(|r| {
             let before = if r > 0 { jumps[r - 1] } else { jumps[0] };
             [(stored.t[r], before), (stored.t[r], jumps[r])]
@@ -248,7 +268,10 @@ fn energy(stored: &Stored, _: &Options) -> Result<String, FigureError> {
         let digits = defect.iter().map(|d| d.log10()).collect::<Vec<_>>();
         let low = digits.iter().copied().fold(-16.0f64, f64::min).floor() - 0.3;
         let high = digits.iter().copied().fold(-14.0f64, f64::max).ceil() + 0.3;
-        let mut lower = panel(&panels[2], x, low..high, "time", "log₁₀ |unexplained| / energy")?;
+        let y = low..high;
+        let label = "log₁₀ |unexplained| / energy";
+        let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
+        let mut lower = panel_with(&panels[2], x, y.clone(), "time", label, Ground::Grid, under)?;
         lower
             .draw_series(LineSeries::new(stored.t.iter().copied().zip(digits), line(LINES[2], 1.0)))
             .map_err(FigureError::draw)?;
@@ -279,7 +302,7 @@ fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureError> {
         })
         .collect();
     // at most this many columns: neighbours in time are drawn together, contact first
-    let stride = rows.div_ceil(360);
+    let stride = rows.div_ceil(900);
     figure::svg((980, 420), |root| {
         title(root, stored, "gap along the contact edge")?;
         let (_, sheet) = root.split_vertically(px(30.0));
@@ -288,20 +311,28 @@ fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureError> {
         let y = position[0]..position[n_c - 1];
         let label = format!("{axis} on the contact edge");
         let under = |chart: &mut Chart<'_, '_>| -> Drawn {
+            let last = stored.t[rows - 1];
             for start in (0..rows - 1).step_by(stride) {
                 let end = (start + stride).min(rows - 1);
-                let (a, b) = (stored.t[start], stored.t[end]);
+                // each cell reaches under its right and upper neighbours, which are drawn later: no seams
+                let beyond = stored.t[(end + stride).min(rows - 1)].min(last);
                 for i in 0..n_c {
-                    let touching = (start..end).any(|r| stored.active[(r, i)] == 1);
-                    let fill = if touching { WHITE } else { viridis(gap(start, i) / largest) };
-                    let cell =
-                        Rectangle::new([(a, boundaries[i]), (b, boundaries[i + 1])], fill.filled());
+                    let touching = (start..end).filter(|&r| stored.active[(r, i)] == 1).count();
+                    let gap_here = (start..end).map(|r| gap(r, i)).fold(f64::INFINITY, f64::min);
+                    let fill = if 2 * touching > end - start {
+                        WHITE
+                    } else {
+                        viridis(gap_here / largest)
+                    };
+                    let corners =
+                        [(stored.t[start], boundaries[i]), (beyond, boundaries[(i + 2).min(n_c)])];
+                    let cell = Rectangle::new(corners, fill.filled());
                     chart.draw_series(std::iter::once(cell)).map_err(FigureError::draw)?;
                 }
             }
             Ok(())
         };
-        panel_with(&main, x, y, "time", &label, under)?;
+        panel_with(&main, x, y, "time", &label, Ground::Map, under)?;
         colour_bar(&bar, 0.0..largest, "gap", viridis)?;
         let (_, h) = bar.dim_in_pixel();
         let note = h as i32 - px(30.0);
@@ -312,9 +343,20 @@ fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureError> {
     })
 }
 
-/// Stored states nearest to the chosen fractions of the stored time.
-fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
+/// The span of time whose fractions are drawn: all that is stored, or the last period of a scene that
+/// has one.
+fn shape_span(stored: &Stored) -> std::ops::Range<f64> {
     let time = time_range(stored);
+    let period = Scene::parse(&stored.scene, Path::new("stored")).ok().and_then(|s| s.period());
+    match period {
+        Some(t) if time.end - time.start > 2.0 * t => time.end - t..time.end,
+        _ => time,
+    }
+}
+
+/// Stored states nearest to the chosen fractions of that span.
+fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
+    let time = shape_span(stored);
     let nearest = |f: &f64| {
         let t = time.start + f * (time.end - time.start);
         let row = stored.t.partition_point(|&s| s < t);
@@ -350,7 +392,21 @@ fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
         let x = range((0..n).map(|i| stored.nodes[(i, 0)]));
         let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
         let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
+        let (strip, main) = main.split_vertically(px(20.0));
+        // the obstacle limits the displacement of one end
+        let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
+        let wall = stored.gap.first().map(|g| sign * g);
+        let y = range([y.start, y.end].into_iter().chain(wall));
+        let reach = 0.04 * (x.end - x.start);
         let mut chart = panel(&main, x, y, "x", "displacement u")?;
+        if let (Some(limit), Some(&node)) = (wall, stored.contact_nodes.first()) {
+            let at = stored.nodes[(node, 0)];
+            let ends = vec![(at - reach, limit), (at + reach, limit)];
+            chart
+                .draw_series(std::iter::once(PathElement::new(ends, line(INK, 2.5))))
+                .map_err(FigureError::draw)?;
+            legend(&strip, &[("limit set by the obstacle", INK, Mark::Line)])?;
+        }
         for (k, &r) in rows.iter().enumerate() {
             let s = k as f64 / (rows.len().max(2) - 1) as f64;
             let series = (0..n).map(|i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
@@ -358,8 +414,7 @@ fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
                 .draw_series(LineSeries::new(series, line(viridis(0.92 * s), 2.0)))
                 .map_err(FigureError::draw)?;
         }
-        let time = time_range(stored);
-        colour_bar(&bar, time, "time", |s| viridis(0.92 * s))
+        colour_bar(&bar, shape_span(stored), "time", |s| viridis(0.92 * s))
     })
 }
 
@@ -399,10 +454,14 @@ fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> 
         let (_, sheet) = root.split_vertically(px(36.0));
         let (main, bar) = sheet.split_horizontally(px(905.0));
         let panels = main.split_evenly((lines, columns));
-        let time = time_range(stored);
+        let time = shape_span(stored);
         for (panel, &r) in panels.iter().zip(rows) {
             let fraction = (stored.t[r] - time.start) / (time.end - time.start);
-            let label = format!("t = {} ({:.0} %)", significant(stored.t[r]), 100.0 * fraction);
+            let label = format!(
+                "t = {} ({:.0} %)",
+                super::summary::significant(stored.t[r], 5),
+                100.0 * fraction
+            );
             panel
                 .draw(&Text::new(label, (px(8.0), px(2.0)), text(13)))
                 .map_err(FigureError::draw)?;

@@ -41,6 +41,8 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "energy_start": report.energy_start,
         "energy_end": report.energy_end,
         "energy_jumps": report.energy_jumps,
+        "energy_external": report.energy_external,
+        "energy_dissipated": report.energy_dissipated,
         "energy_drift": report.energy_drift,
         "energy_drift_total": report.energy_drift_total,
         "max_penetration": report.max_penetration,
@@ -53,6 +55,19 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "damping": nbm.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
         "wall_s": wall_s,
     })
+}
+
+/// A number with so many significant digits, plain where that is readable.
+pub fn significant(x: f64, digits: usize) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let exponent = x.abs().log10().floor() as i32;
+    if (-4..7).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        return format!("{x:.decimals$}");
+    }
+    format!("{x:.*e}", digits - 1)
 }
 
 fn plural(n: usize, word: &str, plural: &str) -> String {
@@ -75,7 +90,10 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         format!("{kind}: {} displacements, {} of them free of contact", nbm.n(), nbm.n_o()),
     );
     if let Some(d) = nbm.damping {
-        line("damping", format!("C = {:.6e} M + {:.6e} K", d.alpha, d.beta));
+        let terms = [(d.alpha, "M"), (d.beta, "K")];
+        let terms = terms.iter().filter(|(c, _)| *c != 0.0);
+        let terms: Vec<_> = terms.map(|(c, m)| format!("{} {m}", significant(*c, 7))).collect();
+        line("damping", format!("C = {}", terms.join(" + ")));
     }
     if nbm.n_contact() > 0 {
         let proof = match nbm.p_matrix {
@@ -85,11 +103,11 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         let nodes = plural(nbm.n_contact(), "node", "nodes");
         line("contact", format!("{nodes}; contact displacements {proof}"));
     }
-    line("time", format!("0 to {:.6}: {}", report.t_end, report.outcome));
+    line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if nbm.n_contact() > 0 {
         let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
         let mut text = format!(
-            "{} ({closings} close, {} open) between {}",
+            "{} ({closings} close, {} open) in {}",
             plural(report.switches.len(), "switch", "switches"),
             report.switches.len() - closings,
             plural(report.phases, "smooth phase", "smooth phases"),
@@ -102,13 +120,12 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         }
         line("switches", text);
         if let (Some(a), Some(b)) = (report.switches.first(), report.switches.last()) {
-            line(
-                "",
-                format!(
-                    "first at t = {:.9} (node {}), last at t = {:.9} (node {})",
-                    a.t, a.node, b.t, b.node
-                ),
+            let (first, last) = (significant(a.t, 10), significant(b.t, 10));
+            let text = format!(
+                "first at t = {first} (node {}), last at t = {last} (node {})",
+                a.node, b.node
             );
+            line("", text);
         }
         line(
             "contact error",
@@ -118,15 +135,20 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
             ),
         );
     }
-    line(
-        "energy",
-        format!("{:.9} at the start, {:.9} at the end", report.energy_start, report.energy_end),
-    );
+    let (start, end) = (significant(report.energy_start, 10), significant(report.energy_end, 10));
+    line("energy", format!("{start} at the start, {end} at the end (kinetic + elastic)"));
+    let mut part = |x: f64, what: &str| {
+        let sign = if x >= 0.0 { "+" } else { "" };
+        line("", format!("{sign}{} {what}", significant(x, 7)));
+    };
+    if !nbm.loads.is_none() {
+        part(report.energy_external, "by the work of the loads");
+    }
+    if nbm.damping.is_some() {
+        part(-report.energy_dissipated, "by damping");
+    }
     if nbm.n_contact() > 0 {
-        line(
-            "",
-            format!("{:+.6e} by the jumps at switches (part of the method)", report.energy_jumps),
-        );
+        part(report.energy_jumps, "by the jumps at switches (part of the method)");
     }
     line(
         "",

@@ -2,9 +2,19 @@
 
 use std::fmt;
 
-use exmex::{Express, FlatEx};
+use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
+
+// numbers as TOML writes them, with exponents
+literal_matcher_from_pattern!(NumberMatcher, r"^(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?)");
+
+/// The parsed form of an expression.
+type Tree = FlatEx<f64, FloatOpsFactory<f64>, NumberMatcher>;
+
+/// What an expression may hold, for messages.
+const GRAMMAR: &str = "expected numbers, x, y, + - * / ^, PI and functions such as sin(x), cos, tan, exp, ln, \
+     sqrt, abs; for example \"1e-3 + 0.02*y^2\"";
 
 /// A scalar field: a number, or an expression of `x` and `y`.
 ///
@@ -18,17 +28,17 @@ pub enum Field {
         /// As written in the scene.
         text: String,
         /// Parsed form.
-        tree: Box<FlatEx<f64>>,
+        tree: Box<Tree>,
     },
 }
 
 impl Field {
     /// Parse an expression; the error text says what went wrong.
     pub fn parse(text: &str) -> Result<Field, String> {
-        let tree = FlatEx::<f64>::parse(text)
-            .map_err(|e| format!("cannot read the expression `{text}`: {e}"))?;
+        let tree = Tree::parse(text)
+            .map_err(|_| format!("cannot read the expression `{text}`, {GRAMMAR}"))?;
         if let Some(name) = tree.var_names().iter().find(|n| !["x", "y"].contains(&n.as_str())) {
-            return Err(format!("unknown variable `{name}` in `{text}`: only x and y are known"));
+            return Err(format!("unknown name `{name}` in `{text}`, {GRAMMAR}"));
         }
         Ok(Field::Expression { text: text.to_owned(), tree: Box::new(tree) })
     }
@@ -113,6 +123,11 @@ mod tests {
         assert_eq!(Field::parse("-2*x + y^2").unwrap().at([1.0, 3.0]), 7.0);
         assert_eq!(Field::parse("3*y").unwrap().at([100.0, 2.0]), 6.0);
         assert!((Field::parse("sin(PI*x/2)").unwrap().at([1.0, 0.0]) - 1.0).abs() < 1e-15);
+        assert_eq!(Field::parse("1e-5 + 2.5E+1*x").unwrap().at([2.0, 0.0]), 50.00001);
+        assert_eq!(Field::parse("-1e-1*x").unwrap().at([2.0, 0.0]), -0.2);
+        assert!(
+            (Field::parse("2*exp(x)").unwrap().at([1.0, 0.0]) - 5.43656365691809).abs() < 1e-13
+        );
         assert!(Field::parse("1 +* x").is_err());
         assert!(Field::parse("z + 1").unwrap_err().contains("`z`"));
     }

@@ -259,6 +259,8 @@ pub enum Integrator {
     /// Dormand–Prince 8(5,3).
     #[default]
     Dop853,
+    /// Exact, by the modes of each active set.
+    Modal,
 }
 
 impl Integrator {
@@ -267,6 +269,7 @@ impl Integrator {
         match self {
             Integrator::Dopri5 => "dopri5",
             Integrator::Dop853 => "dop853",
+            Integrator::Modal => "modal",
         }
     }
 }

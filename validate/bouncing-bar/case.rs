@@ -104,8 +104,8 @@ fn run(effort: Effort) -> Outcome {
             error,
             1.8 / (n as f64).powf(2.0 / 3.0),
         ));
-        let first = report.switches.first().map_or(f64::NAN, |s| s.t);
-        checks.push(Check::near(name("first impact"), first, 1.0, 1e-9));
+        let first = report.switches.first().map_or(f64::NAN, |s| (s.t - 1.0).abs());
+        checks.push(Check::at_most(name("|first impact − 1|"), first, 1e-9));
         // energy with the potential of gravity: what the method loses at the impacts
         let loss = report.energy_jumps.abs() / 500.0;
         checks.push(Check::at_most(

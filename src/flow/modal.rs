@@ -1,0 +1,647 @@
+//! Exact flow by the modes of each active set (theory §6).
+//!
+//! In the eigenbasis of `(K_α, M_α)` a phase decouples, `q̈ + 2c q̇ + ω² q = F₀ + Σ_j F_j cos(Ω_j t + φ_j)` with `2c = α + βω²`, and each
+//! coordinate is known at every time to rounding error: under- and over-damped, constant and harmonic loads
+//! through resonance, rigid motions (`ω = 0`). Each monitor is a sum of known exponentials, so its fourth derivative is bounded by
+//! `Σ_k |r_k| B_k`, and its cubic Hermite interpolant on `[a, b]` is a rigorous enclosure: `|h − H| ≤ max|h⁗| (b−a)⁴/384`,
+//! `|h′ − H′| ≤ max|h⁗| (b−a)³ √3/216`. The length of a window follows the content of the motion, not the highest frequency.
+//!
+//! Phases are kept by active set. A phase with held nodes (Filippov) has no modes; it is handed to
+//! the Dormand–Prince flow at a tight tolerance.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::{
+    Bernstein, Counters, Enclosure, Flow, FlowError, Layout, RungeKutta, Tolerances, dop853,
+};
+use crate::contact::{ActiveSet, Nbm, Phase};
+use crate::fem::{FemError, eigen};
+
+/// Tolerance of the Dormand–Prince flow that carries phases with held nodes.
+const HELD: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
+/// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
+/// treated by the response from rest, which has no small denominator.
+const RESONANCE: f64 = 1e-2;
+
+/// What one mode does in time: the solution basis of `q̈ + 2c q̇ + ω² q = 0`.
+#[derive(Debug, Clone, Copy)]
+struct Oscillator {
+    omega: f64,
+    c: f64,
+}
+
+/// `S` (unit initial velocity), `S′`, and `C = S′ + 2cS` (unit initial displacement).
+#[derive(Debug, Clone, Copy)]
+struct Basis {
+    s: f64,
+    ds: f64,
+    c: f64,
+}
+
+impl Oscillator {
+    /// `ω² − c²`: positive if the mode oscillates.
+    fn discriminant(&self) -> f64 {
+        (self.omega - self.c) * (self.omega + self.c)
+    }
+
+    fn basis(&self, t: f64) -> Basis {
+        let Oscillator { omega, c } = *self;
+        let d = self.discriminant();
+        let x = d * t * t;
+        let (s, ds) = if x.abs() < 1e-4 {
+            // sin(√x)/√x and cos √x, for both signs of x, truncated below rounding
+            let sinc = 1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0));
+            let cos = 1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0));
+            let decay = (-c * t).exp();
+            (decay * t * sinc, decay * (cos - c * t * sinc))
+        } else if d > 0.0 {
+            let w = d.sqrt();
+            let (sin, cos) = (w * t).sin_cos();
+            let decay = if c == 0.0 { 1.0 } else { (-c * t).exp() };
+            (decay * sin / w, decay * (cos - c * sin / w))
+        } else {
+            let w = (-d).sqrt();
+            // the slow rate without cancellation
+            let (slow, fast) = (-omega * omega / (c + w), -(c + w));
+            let (a, b) = ((slow * t).exp(), (fast * t).exp());
+            ((a - b) / (2.0 * w), (slow * a - fast * b) / (2.0 * w))
+        };
+        Basis { s, ds, c: ds + 2.0 * c * s }
+    }
+
+    /// Response from rest to a unit constant force, and its rate (for `ω = 0`; else the static
+    /// displacement serves).
+    fn rigid_response(&self, t: f64) -> (f64, f64) {
+        let s = self.basis(t).s;
+        let x = 2.0 * self.c * t;
+        let z = if x < 1e-3 {
+            0.5 * t * t * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
+        } else {
+            (t - s) / (2.0 * self.c)
+        };
+        (z, s)
+    }
+
+    /// The roots `λ±` of the characteristic equation.
+    fn roots(&self) -> [Complex<f64>; 2] {
+        let d = self.discriminant();
+        if d >= 0.0 {
+            let w = d.sqrt();
+            [Complex::new(-self.c, w), Complex::new(-self.c, -w)]
+        } else {
+            let w = (-d).sqrt();
+            let slow = -self.omega * self.omega / (self.c + w);
+            [Complex::new(slow, 0.0), Complex::new(-self.c - w, 0.0)]
+        }
+    }
+
+    /// Response from rest to `e^{iΩt}` and its rate: the divided difference of `e^{st}` at `iΩ, λ+, λ−`.
+    fn response_from_rest(&self, omega: f64, t: f64) -> [Complex<f64>; 2] {
+        let force = Complex::new(0.0, omega);
+        let [near, far] = self.roots();
+        let s = difference(near, far, t);
+        let e = (difference(force, near, t) - s) / (force - far);
+        [e, force * e + s]
+    }
+}
+
+/// The divided difference `(e^{at} − e^{bt})/(a − b)`, exact for `a = b`.
+fn difference(a: Complex<f64>, b: Complex<f64>, t: f64) -> Complex<f64> {
+    let x = (a - b) * (0.5 * t);
+    let sinhc = if x.norm() < 1e-2 {
+        let y = x * x;
+        Complex::new(1.0, 0.0)
+            + y / 6.0 * (Complex::new(1.0, 0.0) + y / 20.0 * (Complex::new(1.0, 0.0) + y / 42.0))
+    } else {
+        x.sinh() / x
+    };
+    ((a + b) * (0.5 * t)).exp() * sinhc * t
+}
+
+/// One harmonic load on one mode.
+#[derive(Debug, Clone, Copy)]
+enum Forcing {
+    /// Steady response `Re(P e^{iΩt})`.
+    Steady(Complex<f64>),
+    /// Force `F`: near resonance.
+    FromRest(f64),
+}
+
+/// The eigenbasis of one active set with its loads.
+#[derive(Debug)]
+struct ModalPhase {
+    modes: Vec<Oscillator>,
+    /// `Φ`: `u_O = Φ q`.
+    shapes: DMatrix<f64>,
+    /// `ΦᵀM_α`: `q = ΦᵀM_α u_O`.
+    inverse: DMatrix<f64>,
+    /// `F₀` of each mode.
+    constant: Vec<f64>,
+    /// Harmonic forces: frequency, phase, `F_k` and how each mode is treated.
+    harmonics: Vec<(f64, f64, Vec<(f64, Forcing)>)>,
+    /// `r = ∇h Φ`, one row a monitor.
+    rows: DMatrix<f64>,
+    /// Monitors at `u_O = 0`.
+    offsets: Vec<f64>,
+}
+
+impl ModalPhase {
+    fn new(nbm: &Nbm, phase: &Phase) -> Result<Self, FemError> {
+        let (k, m) = phase.matrices(nbm);
+        let n = nbm.n_o();
+        let all = eigen::all(&k, &m, nbm.body.frequency_unit())?;
+        let (alpha, beta) = nbm.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let modes: Vec<Oscillator> = all
+            .omega
+            .iter()
+            .map(|&omega| Oscillator { omega, c: 0.5 * (alpha + beta * omega * omega) })
+            .collect();
+        let shapes = DMatrix::from_fn(n, n, |i, j| all.shapes[j][i]);
+        let mut inverse = DMatrix::<f64>::zeros(n, n);
+        let mut column = vec![0.0; n];
+        for (j, shape) in all.shapes.iter().enumerate() {
+            m.mul(shape, &mut column);
+            inverse.row_mut(j).iter_mut().zip(&column).for_each(|(x, y)| *x = *y);
+        }
+        // modal forces: φᵀ A*ᵀ f
+        let mut full = vec![0.0; nbm.n()];
+        let mut projected = |f: &[f64]| -> Vec<f64> {
+            all.shapes
+                .iter()
+                .map(|shape| {
+                    phase.expand_velocity(nbm, shape, &mut full);
+                    full.iter().zip(f).map(|(a, b)| a * b).sum()
+                })
+                .collect()
+        };
+        let zero = vec![0.0; n];
+        let mut d = vec![0.0; nbm.n()];
+        phase.expand_displacement(nbm, &zero, &mut d);
+        let mut force = nbm.loads.constant.clone().unwrap_or_else(|| vec![0.0; nbm.n()]);
+        nbm.body.stiffness.mul_sub(&d, &mut force);
+        let constant = projected(&force);
+        let harmonics = nbm
+            .loads
+            .harmonics
+            .iter()
+            .map(|load| {
+                let treat = |(mode, f): (&Oscillator, f64)| {
+                    let w = load.omega;
+                    let (o, c) = (mode.omega, mode.c);
+                    let denominator = Complex::new((o - w) * (o + w), 2.0 * c * w);
+                    let near = denominator.norm() < RESONANCE * o.max(w).powi(2);
+                    let forcing = if near {
+                        Forcing::FromRest(f)
+                    } else {
+                        Forcing::Steady(Complex::new(f, 0.0) / denominator)
+                    };
+                    (f, forcing)
+                };
+                let forces = projected(&load.force);
+                (load.omega, load.phase, modes.iter().zip(forces).map(treat).collect())
+            })
+            .collect();
+        let count = phase.monitors.len();
+        let mut rows = DMatrix::<f64>::zeros(count, n);
+        let mut h = vec![0.0; count];
+        for (j, shape) in all.shapes.iter().enumerate() {
+            phase.monitor_rates(nbm, shape, &mut h);
+            rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
+        }
+        let mut offsets = vec![0.0; count];
+        phase.monitor_values(nbm, &zero, &mut offsets);
+        Ok(ModalPhase { modes, shapes, inverse, constant, harmonics, rows, offsets })
+    }
+}
+
+/// The motion of every mode since the start of the present phase.
+#[derive(Debug, Default)]
+struct Motion {
+    /// Start of the phase.
+    start: f64,
+    /// Homogeneous part at the start: displacement and velocity.
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Motion {
+    /// Take out what the particular solutions have at the start.
+    fn new(phase: &ModalPhase, start: f64, q: &DVector<f64>, v: &DVector<f64>) -> Motion {
+        let mut motion = Motion { start, q: q.as_slice().to_vec(), v: v.as_slice().to_vec() };
+        for (k, mode) in phase.modes.iter().enumerate() {
+            if mode.omega > 0.0 {
+                motion.q[k] -= phase.constant[k] / (mode.omega * mode.omega);
+            }
+            for (w, phi, forces) in &phase.harmonics {
+                if let Forcing::Steady(p) = forces[k].1 {
+                    let e = p * Complex::from_polar(1.0, w * start + phi);
+                    motion.q[k] -= e.re;
+                    motion.v[k] -= (e * Complex::new(0.0, *w)).re;
+                }
+            }
+        }
+        motion
+    }
+
+    /// Displacement and velocity of mode `k` at `t`.
+    fn mode(&self, phase: &ModalPhase, k: usize, t: f64) -> (f64, f64) {
+        let mode = &phase.modes[k];
+        let tau = t - self.start;
+        let basis = mode.basis(tau);
+        let mut q = self.q[k] * basis.c + self.v[k] * basis.s;
+        let mut v = -self.q[k] * mode.omega * mode.omega * basis.s + self.v[k] * basis.ds;
+        let f = phase.constant[k];
+        if f != 0.0 {
+            if mode.omega > 0.0 {
+                q += f / (mode.omega * mode.omega);
+            } else {
+                let (z, dz) = mode.rigid_response(tau);
+                q += f * z;
+                v += f * dz;
+            }
+        }
+        for (w, phi, forces) in &phase.harmonics {
+            match forces[k].1 {
+                Forcing::Steady(p) => {
+                    let e = p * Complex::from_polar(1.0, w * t + phi);
+                    q += e.re;
+                    v += (e * Complex::new(0.0, *w)).re;
+                }
+                Forcing::FromRest(f) => {
+                    let turn = Complex::from_polar(f, w * self.start + phi);
+                    let [e, de] = mode.response_from_rest(*w, tau);
+                    q += (turn * e).re;
+                    v += (turn * de).re;
+                }
+            }
+        }
+        (q, v)
+    }
+
+    /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end`.
+    fn bounds(&self, phase: &ModalPhase, k: usize, t: f64, end: f64) -> (f64, f64) {
+        let mode = &phase.modes[k];
+        let Oscillator { omega, c } = *mode;
+        let (tau, tau_end) = (t - self.start, end - self.start);
+        let d = mode.discriminant();
+        let (q, v) = (self.q[k].abs(), self.v[k].abs());
+        let (mut size, mut fourth) = if omega == 0.0 {
+            // v₀ (1 − e^{−2ct})/(2c): derivatives fall off
+            let decay = (-2.0 * c * tau).exp();
+            (q + v * tau_end, v * (2.0 * c).powi(3) * decay)
+        } else if d > 0.25 * omega * omega {
+            let w = d.sqrt();
+            let amplitude = self.q[k].hypot((self.v[k] + c * self.q[k]) / w) * (-c * tau).exp();
+            (amplitude, amplitude * omega.powi(4))
+        } else {
+            // strongly damped: x = |q| + |q̇|/ω falls at least like 2 (1 + 1.2cτ) e^{−slow τ} and never exceeds
+            // twice its first value; derivatives by the equation of motion, |q̈| ≤ ω²|q| + 2c|q̇| …
+            let slow = if d > 0.0 { c } else { omega * omega / (c + (-d).sqrt()) };
+            let decay = (2.0 * (1.0 + 1.2 * c * tau) * (-slow * tau).exp()).min(2.0);
+            let x = (q + v / omega) * decay;
+            let rate = 2.0 * c + omega;
+            (x, x * rate.powi(4))
+        };
+        if phase.constant[k] != 0.0 && omega == 0.0 {
+            let f = phase.constant[k].abs();
+            size += 0.5 * f * tau_end * tau_end;
+            fourth += f * (2.0 * c).powi(2);
+        }
+        for (w, _, forces) in &phase.harmonics {
+            let (s, b) = match forces[k].1 {
+                Forcing::Steady(p) => (p.norm(), p.norm() * w.powi(4)),
+                Forcing::FromRest(f) => {
+                    let f = f.abs();
+                    let wd = d.abs().sqrt().max(1e-3 * omega);
+                    let s = f * tau_end * (0.5 * tau_end).min(1.0 / wd);
+                    let sum = w.powi(3) + w * w * omega + w * omega * omega + omega.powi(3);
+                    (s, w.powi(4) * s + 2.0 * f * sum / wd)
+                }
+            };
+            size += s;
+            fourth += b;
+        }
+        (size, fourth)
+    }
+}
+
+/// Monitor values and slopes at one time.
+type Values = (f64, Rc<(DVector<f64>, DVector<f64>)>);
+
+/// The flow; see the module's text.
+pub struct Modal<'a> {
+    nbm: &'a Nbm,
+    layout: Layout,
+    cache: HashMap<ActiveSet, Rc<ModalPhase>>,
+    phase: Option<Rc<ModalPhase>>,
+    motion: Motion,
+    t0: f64,
+    t1: f64,
+    end: Vec<f64>,
+    /// Work and dissipation at the start of the window.
+    integrals: [f64; 2],
+    /// The latest time in the window to which the powers were integrated, and their gain.
+    integrated: Cell<(f64, [f64; 2])>,
+    /// Bounds of the fourth derivative of each monitor in the window.
+    fourth: Vec<f64>,
+    values: RefCell<Vec<Values>>,
+    held: Option<RungeKutta<'a>>,
+    counters: Counters,
+    failure: Option<FlowError>,
+}
+
+impl<'a> Modal<'a> {
+    /// A flow without any phase yet.
+    pub fn new(nbm: &'a Nbm) -> Self {
+        let layout = Layout::new(nbm);
+        Modal {
+            nbm,
+            layout,
+            cache: HashMap::new(),
+            phase: None,
+            motion: Motion::default(),
+            t0: 0.0,
+            t1: 0.0,
+            end: vec![0.0; layout.len()],
+            integrals: [0.0; 2],
+            integrated: Cell::new((0.0, [0.0; 2])),
+            fourth: vec![],
+            values: RefCell::new(vec![]),
+            held: None,
+            counters: Counters::default(),
+            failure: None,
+        }
+    }
+
+    /// Number of active sets whose modes are known.
+    pub fn cached_phases(&self) -> usize {
+        self.cache.len()
+    }
+
+    fn modal(&self) -> Option<&ModalPhase> {
+        self.phase.as_deref()
+    }
+
+    /// Modal displacements and velocities at `t`.
+    fn modes_at(&self, phase: &ModalPhase, t: f64) -> (DVector<f64>, DVector<f64>) {
+        let n = phase.modes.len();
+        let (mut q, mut v) = (DVector::zeros(n), DVector::zeros(n));
+        for k in 0..n {
+            (q[k], v[k]) = self.motion.mode(phase, k, t);
+        }
+        (q, v)
+    }
+
+    /// The state `(u_O, u̇_O)` at `t`.
+    fn write_state(&self, phase: &ModalPhase, t: f64, y: &mut [f64]) {
+        let n = self.layout.n_o;
+        let (q, v) = self.modes_at(phase, t);
+        let u = &phase.shapes * q;
+        let v = &phase.shapes * v;
+        y[..n].copy_from_slice(u.as_slice());
+        y[n..2 * n].copy_from_slice(v.as_slice());
+    }
+
+    /// Monitor values and slopes at `t`, kept for the search in the window.
+    fn monitors_at(&self, phase: &ModalPhase, t: f64) -> Rc<(DVector<f64>, DVector<f64>)> {
+        let mut values = self.values.borrow_mut();
+        if let Some((_, known)) = values.iter().find(|(s, _)| *s == t) {
+            return known.clone();
+        }
+        let (q, v) = self.modes_at(phase, t);
+        let mut h = &phase.rows * q;
+        h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
+        let new = Rc::new((h, &phase.rows * v));
+        values.push((t, new.clone()));
+        new
+    }
+
+    /// The longest window whose enclosures are tight against the size of the monitors.
+    fn window_length(&mut self, phase: &ModalPhase, t_limit: f64) -> f64 {
+        let rest = t_limit - self.t0;
+        let count = phase.offsets.len();
+        if count == 0 {
+            return rest;
+        }
+        let n = phase.modes.len();
+        let bounds: Vec<(f64, f64)> =
+            (0..n).map(|k| self.motion.bounds(phase, k, self.t0, t_limit)).collect();
+        self.fourth = vec![0.0; count];
+        let mut length = rest;
+        for i in 0..count {
+            let (mut size, mut fourth) = (0.0, 0.0);
+            for (k, (s, f)) in bounds.iter().enumerate() {
+                let r = phase.rows[(i, k)].abs();
+                size += r * s;
+                fourth += r * f;
+            }
+            self.fourth[i] = fourth;
+            if fourth > 0.0 {
+                length = length.min((384.0 * 0.02 * size / fourth).powf(0.25));
+            }
+        }
+        // damped motions get calmer: bounds are renewed at every window
+        length.max(64.0 * f64::EPSILON * self.t0.abs())
+    }
+
+    /// Work of harmonic loads and dissipation from `a` to `b`: Gauss–Legendre, mode by mode, with
+    /// as many points as the mode's frequency asks for.
+    fn integrate_powers(&self, phase: &ModalPhase, a: f64, b: f64) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        if self.layout.work.is_none() && self.layout.dissipated.is_none() {
+            return sums;
+        }
+        for (k, mode) in phase.modes.iter().enumerate() {
+            let load = phase.harmonics.iter().map(|h| h.0).fold(0.0, f64::max);
+            let parts = ((b - a) * (mode.omega + load).max(2.0 * mode.c) / 2.0).ceil().max(1.0);
+            let h = (b - a) / parts;
+            for j in 0..parts as usize {
+                let left = a + j as f64 * h;
+                for (x, weight) in GAUSS10 {
+                    for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
+                        let (_, v) = self.motion.mode(phase, k, t);
+                        let force: f64 = phase
+                            .harmonics
+                            .iter()
+                            .map(|(w, phi, f)| f[k].0 * (w * t + phi).cos())
+                            .sum();
+                        sums[0] += 0.5 * h * weight * force * v;
+                        sums[1] += 0.5 * h * weight * 2.0 * mode.c * v * v;
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    /// Gain of work and dissipation from the start of the window to `t`, going on from the last time asked for.
+    fn gain(&self, phase: &ModalPhase, t: f64) -> [f64; 2] {
+        let (from, known) = match self.integrated.get() {
+            (from, known) if self.t0 <= from && from <= t => (from, known),
+            // back to the start of the window: the end was asked for before the samples
+            _ => (self.t0, [0.0; 2]),
+        };
+        let more = self.integrate_powers(phase, from, t);
+        let gain = [known[0] + more[0], known[1] + more[1]];
+        self.integrated.set((t, gain));
+        gain
+    }
+
+    /// Set the end of the window and the state there.
+    fn set_end(&mut self, t: f64) {
+        self.t1 = t;
+        let Some(phase) = self.phase.clone() else { return };
+        let mut end = std::mem::take(&mut self.end);
+        self.write_state(&phase, t, &mut end);
+        let gain = self.gain(&phase, t);
+        self.write_integrals(gain, &mut end);
+        self.end = end;
+    }
+
+    fn write_integrals(&self, gain: [f64; 2], y: &mut [f64]) {
+        if let Some(i) = self.layout.work {
+            y[i] = self.integrals[0] + gain[0];
+        }
+        if let Some(i) = self.layout.dissipated {
+            y[i] = self.integrals[1] + gain[1];
+        }
+    }
+}
+
+/// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
+const GAUSS10: [(f64, f64); 5] = [
+    (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
+    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
+    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
+    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
+    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
+];
+
+impl Flow for Modal<'_> {
+    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
+        (self.t0, self.t1) = (t, t);
+        self.end.copy_from_slice(y);
+        self.values.borrow_mut().clear();
+        self.failure = None;
+        if !phase.held.is_empty() {
+            let mut held = RungeKutta::new(self.nbm, &dop853::DOP853, HELD);
+            held.begin(phase, t, y);
+            (self.held, self.phase) = (Some(held), None);
+            return;
+        }
+        self.held = None;
+        let modal = match self.cache.get(&phase.set) {
+            Some(known) => known.clone(),
+            None => match ModalPhase::new(self.nbm, phase) {
+                Ok(new) => {
+                    self.counters.factorisations += 1;
+                    let new = Rc::new(new);
+                    self.cache.insert(phase.set.clone(), new.clone());
+                    new
+                }
+                Err(_) => {
+                    self.failure = Some(FlowError::NoModes { t });
+                    return;
+                }
+            },
+        };
+        let n = self.layout.n_o;
+        let q = &modal.inverse * DVector::from_column_slice(&y[..n]);
+        let v = &modal.inverse * DVector::from_column_slice(&y[n..2 * n]);
+        self.motion = Motion::new(&modal, t, &q, &v);
+        self.phase = Some(modal);
+    }
+
+    fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        if let Some(held) = &mut self.held {
+            return held.advance(phase, t_limit);
+        }
+        let Some(modal) = self.phase.clone() else { return Err(FlowError::NoModes { t: self.t1 }) };
+        self.t0 = self.t1;
+        let value = |i: Option<usize>| i.map_or(0.0, |i| self.end[i]);
+        self.integrals = [value(self.layout.work), value(self.layout.dissipated)];
+        self.integrated.set((self.t0, [0.0; 2]));
+        let last = self.values.borrow().iter().find(|(t, _)| *t == self.t0).cloned();
+        *self.values.borrow_mut() = last.into_iter().collect();
+        let length = self.window_length(&modal, t_limit);
+        let rest = t_limit - self.t0;
+        let t = if length * 1.01 >= rest { t_limit } else { self.t0 + length };
+        if t <= self.t0 {
+            return Err(FlowError::StepTooSmall { t: self.t0, h: length });
+        }
+        self.set_end(t);
+        if self.end.iter().any(|x| !x.is_finite()) {
+            return Err(FlowError::NotFinite { t: self.t0 });
+        }
+        self.counters.steps += 1;
+        Ok(())
+    }
+
+    fn cut(&mut self, phase: &Phase, t: f64) {
+        match &mut self.held {
+            Some(held) => held.cut(phase, t),
+            None => self.set_end(t),
+        }
+    }
+
+    fn window(&self) -> (f64, f64) {
+        self.held.as_ref().map_or((self.t0, self.t1), |h| h.window())
+    }
+
+    fn end_state(&self) -> &[f64] {
+        self.held.as_ref().map_or(&self.end, |h| h.end_state())
+    }
+
+    fn state(&self, t: f64, y: &mut [f64]) {
+        if let Some(held) = &self.held {
+            return held.state(t, y);
+        }
+        if t == self.t1 {
+            y.copy_from_slice(&self.end);
+        } else if let Some(phase) = self.modal() {
+            self.write_state(phase, t, y);
+            self.write_integrals(self.gain(phase, t), y);
+        }
+    }
+
+    fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+        if let Some(held) = &self.held {
+            return held.enclose(index, a, b);
+        }
+        let Some(phase) = self.modal() else {
+            return Enclosure {
+                polynomial: Bernstein::constant(f64::NAN),
+                error: 0.0,
+                slope_error: 0.0,
+            };
+        };
+        let (at_a, at_b) = (self.monitors_at(phase, a), self.monitors_at(phase, b));
+        let length = b - a;
+        let (ha, da) = (at_a.0[index], at_a.1[index] * length);
+        let (hb, db) = (at_b.0[index], at_b.1[index] * length);
+        // cubic Hermite interpolant in Bernstein form
+        let polynomial = Bernstein::new(&[ha, ha + da / 3.0, hb - db / 3.0, hb]);
+        let scale = self.fourth[index] * length.powi(4);
+        Enclosure { polynomial, error: scale / 384.0, slope_error: scale * 3f64.sqrt() / 216.0 }
+    }
+
+    fn counters(&self) -> Counters {
+        let held = self.held.as_ref().map_or(Counters::default(), |h| h.counters());
+        Counters { rhs_evaluations: held.rhs_evaluations, ..self.counters }
+    }
+
+    fn name(&self) -> &'static str {
+        "modal"
+    }
+
+    fn is_exact(&self) -> bool {
+        self.held.is_none()
+    }
+}
