@@ -282,6 +282,37 @@ fn pictures_exports_modes_and_inspection() {
     assert_eq!(text(&scene.stdout), GOOD);
 }
 
+/// Growth of energy by the method itself is told, in words and in JSON.
+#[test]
+fn a_motion_that_the_method_feeds_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "[body]\nkind='plate'\nsize=[1.0,0.5]\nelements=[2,10]\nyoung=1.0\npoisson=0.3\ndensity=1.0\n\
+        [[support]]\nedge='left'\nfix=['x','y']\n[contact]\nedge='right'\ngap=0.0\n\
+        [initial]\nvelocity=['0.1*x','0']\n[run]\nuntil=20\n";
+    std::fs::write(folder.path().join("fed.toml"), scene).unwrap();
+    let output = signorini(folder.path(), &["run", "fed.toml"]);
+    assert!(text(&output.stdout).contains("WARNING"), "{}", text(&output.stdout));
+    let output = signorini(folder.path(), &["run", "fed.toml", "--force", "--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["warning"].as_str().unwrap().contains("feeds"));
+}
+
+/// Errors are objects too in JSON mode, an output is never the scene, and odd titles draw.
+#[test]
+fn odd_requests_are_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let odd = GOOD.replace("title = \"test\"", "title = \"\\u001b[31m <&> \\u0001 é\"");
+    std::fs::write(folder.path().join("odd.toml"), &odd).unwrap();
+    let output = signorini(folder.path(), &["run", "odd.toml", "-o", "odd.toml", "--force"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(std::fs::read_to_string(folder.path().join("odd.toml")).unwrap(), odd);
+    assert_eq!(signorini(folder.path(), &["run", "odd.toml", "-q"]).status.code(), Some(0));
+    assert_eq!(signorini(folder.path(), &["plot", "odd.h5"]).status.code(), Some(0));
+    let output = signorini(folder.path(), &["run", "none.toml", "--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["exit_code"], 2);
+}
+
 #[test]
 fn every_command_has_help_with_an_example() {
     for command in ["run", "modes", "plot", "export", "inspect", "validate"] {

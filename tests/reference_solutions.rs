@@ -99,10 +99,12 @@ fn frequencies_of_the_open_and_the_closed_body() {
 
 /// The exact flow meets them to rounding error.
 #[test]
-fn modal_meets_the_reference_solutions() {
-    for name in NAMES {
+fn exact_flows_meet_the_reference_solutions() {
+    for (name, integrator) in
+        NAMES.iter().flat_map(|n| [Integrator::Modal, Integrator::Chebyshev].map(|i| (n, i)))
+    {
         let r = reference_problem(name);
-        let report = run(&r, Integrator::Modal, 1e-10);
+        let report = run(&r, integrator, 1e-10);
         let e = error(&r, &report);
         println!(
             "{name}: error {e:.2e}, {:?}, drift {:.1e}",

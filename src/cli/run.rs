@@ -1,12 +1,12 @@
 //! `signorini run`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use signorini::event::{Grazing, Observer, Sample, Switch};
+use signorini::event::{Grazing, Observer, Outcome, Sample, Switch};
 use signorini::report::summary;
 use signorini::scenario::Scene;
 use signorini::simulate::{SimulateError, run_table, simulate};
@@ -77,6 +77,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let (_, until) = run_table(&scene)?;
     let output =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.h5", scene.stem())));
+    let same = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if same(&output, &arguments.scene) {
+        return Err(CliError::Input(format!("-o {} is the scene itself", output.display())));
+    }
     Writer::check(&output, arguments.force)?;
     let (scene, problem) = load::problem(&arguments.scene)?;
     let command: Vec<String> = std::env::args().collect();
@@ -130,10 +134,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if report.outcome.is_complete() {
         return Ok(());
     }
+    let advice = match report.outcome {
+        Outcome::Accumulation { .. } => {
+            "\n  a node that opens and closes without end has, as a rule, no equilibrium in either state: loads at the \
+             contact edge on a coarse mesh do that. Refine the mesh towards the edge, or move the load off it"
+        }
+        Outcome::Flow(_) => "\n  try the integrator \"modal\", or a larger rtol",
+        _ => "",
+    };
     Err(CliError::Reported(format!(
-        "{}; everything up to t = {:.6} is in {}",
+        "{}; everything up to t = {} is in {}{advice}",
         report.outcome,
-        report.t_end,
+        summary::significant(report.t_end, 10),
         output.display()
     )))
 }

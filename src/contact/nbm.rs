@@ -167,11 +167,13 @@ impl Nbm {
         self.body.dofs.n()
     }
 
-    /// Largest gap in magnitude, or the body's size where all gaps vanish: the unit of length.
+    /// The unit of length: the largest gap in magnitude, or the body's size where that is smaller or all gaps
+    /// vanish.
     pub fn length_unit(&self) -> f64 {
         let gap = self.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
         let [lx, ly] = self.body.mesh.size();
-        if gap > 0.0 { gap } else { lx.max(ly) }
+        let size = lx.max(ly);
+        if gap > 0.0 { gap.min(size) } else { size }
     }
 
     /// Size of the terms that make up the pressure at contact node `i` when displacements are of
@@ -183,6 +185,14 @@ impl Nbm {
     /// Size of the terms of `∇p_i · x` for `x` of the order of `size` (a velocity, an acceleration).
     pub fn pressure_rate_scale(&self, i: usize, size: f64) -> f64 {
         self.n_o_sums[i] * size
+    }
+
+    /// Bounds of `‖∇h_i‖_{M⁻¹}` for the gap and for the pressure of contact node `i`, in whatever phase: the Gram matrix's
+    /// own diagonal, of which a phase only subtracts.
+    pub fn monitor_gradient_bounds(&self, i: usize) -> [f64; 2] {
+        let k = self.n_contact() + i;
+        let pressure = self.n_c[(i, i)].abs();
+        [self.gram[(i, i)].max(0.0).sqrt(), pressure * self.gram[(k, k)].max(0.0).sqrt()]
     }
 
     /// The right-hand side `q = −(N_C g + N_O u_O)` of the complementarity problem and its scale.

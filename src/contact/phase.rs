@@ -216,6 +216,18 @@ impl Phase {
         }
     }
 
+    /// `y = M_α⁻¹ K_α x` for a homogeneous `x`.
+    pub fn stiffness_product(&self, nbm: &Nbm, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
+        self.expand_velocity(nbm, x_o, &mut s.v);
+        nbm.body.stiffness.mul(&s.v, &mut s.b);
+        let mut x = std::mem::take(&mut s.x);
+        x.copy_from_slice(&s.b);
+        nbm.mass_factor.solve(&mut x, &mut s.solve);
+        self.projection.apply(nbm, s, &mut x);
+        y_o.copy_from_slice(&x[..y_o.len()]);
+        s.x = x;
+    }
+
     /// `x = M⁻¹ b`, `b = f − K (u + β v)`.
     fn free_acceleration(&self, nbm: &Nbm, t: f64, u_o: &[f64], v_o: &[f64], s: &mut Scratch) {
         self.expand_displacement(nbm, u_o, &mut s.u);

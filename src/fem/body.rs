@@ -84,18 +84,25 @@ impl Body {
         std::f64::consts::FRAC_PI_2 * self.material.wave_speed() / lx.max(ly)
     }
 
-    /// Upper bound of the natural frequencies: `ω² ≤ max` over elements of the element's own
-    /// largest one (Irons), here by `ω_max² ≤ ‖K_e‖/m_e` with the least lumped share.
+    /// Upper bound of the natural frequencies of the body and of all its phases: the largest natural
+    /// frequency of an element by itself (Irons; supports and contact conditions only take motions away).
     pub fn frequency_bound(&self) -> f64 {
         let x: Vec<_> = self.mesh.element(0).iter().map(|&n| self.mesh.nodes[n]).collect();
         let e = element::matrices(&self.material, &x);
-        let norm = (0..e.n)
-            .map(|a| (0..e.n).map(|b| e.stiffness[e.n * a + b].abs()).sum::<f64>())
-            .fold(0.0, f64::max);
-        // least eigenvalue of the consistent element mass: 1/3 (bar), 1/9 (quadrilateral) of the lumped share
-        let total: f64 = (0..e.n).map(|b| e.mass[b]).sum();
-        let least = if e.n == 2 { total / 3.0 } else { total / 9.0 };
-        (norm / least).sqrt()
+        let n = e.n;
+        let lumped = self.mass.as_diagonal().is_some();
+        let mass = nalgebra::DMatrix::from_fn(n, n, |a, b| match (lumped, a == b) {
+            (true, true) => (0..n).map(|c| e.mass[n * a + c]).sum(),
+            (true, false) => 0.0,
+            (false, _) => e.mass[n * a + b],
+        });
+        let stiffness = nalgebra::DMatrix::from_row_slice(n, n, &e.stiffness);
+        // an element's consistent mass is positive definite
+        let Some(l) = mass.cholesky().map(|c| c.l()) else { return f64::INFINITY };
+        let half = l.solve_lower_triangular(&stiffness).map(|m| m.transpose());
+        let reduced = half.and_then(|m| l.solve_lower_triangular(&m));
+        let largest = reduced.map_or(f64::INFINITY, |m| m.symmetric_eigen().eigenvalues.max());
+        (1.0 + 1e-9) * largest.max(0.0).sqrt()
     }
 
     /// Rigid motions that the supports leave, as nodal fields; `held_contact` counts the contact

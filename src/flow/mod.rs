@@ -5,6 +5,7 @@
 //! it knows the state at every time and encloses every monitor between bounds.
 
 pub mod bernstein;
+pub mod chebyshev;
 pub mod dop853;
 pub mod dopri5;
 pub mod modal;
@@ -12,6 +13,7 @@ pub mod runge_kutta;
 pub mod tableau;
 
 pub use bernstein::Bernstein;
+pub use chebyshev::Chebyshev;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
@@ -30,6 +32,18 @@ pub struct Enclosure {
     pub slope_error: f64,
 }
 
+impl Enclosure {
+    /// The cubic Hermite interpolant of `(value, slope)` at both ends of an interval, where the fourth derivative is
+    /// known not to exceed `fourth`: `|h − H| ≤ fourth·length⁴/384`, `|h′ − H′| ≤ fourth·length³·√3/216`.
+    pub fn hermite(a: (f64, f64), b: (f64, f64), length: f64, fourth: f64) -> Enclosure {
+        let ((ha, da), (hb, db)) = (a, b);
+        let third = length / 3.0;
+        let polynomial = Bernstein::new(&[ha, ha + third * da, hb - third * db, hb]);
+        let scale = fourth * length.powi(4);
+        Enclosure { polynomial, error: scale / 384.0, slope_error: scale * 3f64.sqrt() / 216.0 }
+    }
+}
+
 /// Work done, for cost tests and reports.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counters {
@@ -39,6 +53,8 @@ pub struct Counters {
     pub steps: u64,
     /// Rejected steps.
     pub rejected: u64,
+    /// Products with `M_α⁻¹K_α` (Chebyshev).
+    pub products: u64,
     /// Eigensolutions of phases.
     pub factorisations: u64,
 }
@@ -146,5 +162,6 @@ pub fn by_name<'a>(
         Integrator::Dopri5 => Box::new(RungeKutta::new(nbm, &dopri5::DOPRI5, tolerances)),
         Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
         Integrator::Modal => Box::new(Modal::new(nbm)),
+        Integrator::Chebyshev => Box::new(Chebyshev::new(nbm)),
     }
 }

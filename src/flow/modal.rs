@@ -22,7 +22,7 @@ use crate::contact::{ActiveSet, Nbm, Phase};
 use crate::fem::{FemError, eigen};
 
 /// Tolerance of the Dormand–Prince flow that carries phases with held nodes.
-const HELD: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
+pub(super) const HELD: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
 /// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
 /// treated by the response from rest, which has no small denominator.
 const RESONANCE: f64 = 1e-2;
@@ -623,13 +623,8 @@ impl Flow for Modal<'_> {
             };
         };
         let (at_a, at_b) = (self.monitors_at(phase, a), self.monitors_at(phase, b));
-        let length = b - a;
-        let (ha, da) = (at_a.0[index], at_a.1[index] * length);
-        let (hb, db) = (at_b.0[index], at_b.1[index] * length);
-        // cubic Hermite interpolant in Bernstein form
-        let polynomial = Bernstein::new(&[ha, ha + da / 3.0, hb - db / 3.0, hb]);
-        let scale = self.fourth[index] * length.powi(4);
-        Enclosure { polynomial, error: scale / 384.0, slope_error: scale * 3f64.sqrt() / 216.0 }
+        let ends = |x: &Rc<(DVector<f64>, DVector<f64>)>| (x.0[index], x.1[index]);
+        Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, self.fourth[index])
     }
 
     fn counters(&self) -> Counters {

@@ -156,6 +156,8 @@ pub fn xdmf(stored: &Stored, stem: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(vec![path])
 }
 
+/// Text for XML, which knows no control characters.
 fn escape(text: &str) -> String {
+    let text: String = text.chars().filter(|c| !c.is_control()).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

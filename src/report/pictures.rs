@@ -75,7 +75,8 @@ fn time_range(stored: &Stored) -> std::ops::Range<f64> {
 }
 
 fn title(area: &Area, stored: &Stored, what: &str) -> Drawn {
-    let name = if stored.title.is_empty() { String::new() } else { format!("{}: ", stored.title) };
+    let title: String = stored.title.chars().filter(|c| !c.is_control()).take(90).collect();
+    let name = if title.is_empty() { String::new() } else { format!("{title}: ") };
     area.draw(&Text::new(format!("{name}{what}"), (px(12.0), px(8.0)), text(16)))
         .map_err(FigureError::draw)
 }

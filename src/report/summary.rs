@@ -41,6 +41,7 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "energy_start": report.energy_start,
         "energy_end": report.energy_end,
         "energy_jumps": report.energy_jumps,
+        "warning": energy_warning(report),
         "energy_external": report.energy_external,
         "energy_dissipated": report.energy_dissipated,
         "energy_drift": report.energy_drift,
@@ -49,6 +50,8 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "max_tension": report.max_tension,
         "final": {"u": report.last.u, "v": report.last.v},
         "rhs_evaluations": report.counters.rhs_evaluations,
+        "products": report.counters.products,
+        "factorisations": report.counters.factorisations,
         "steps": report.counters.steps,
         "rejected": report.counters.rejected,
         "lcp_check": report.lcp_check,
@@ -68,6 +71,19 @@ pub fn significant(x: f64, digits: usize) -> String {
         return format!("{x:.decimals$}");
     }
     format!("{x:.*e}", digits - 1)
+}
+
+/// The jumps at switches belong to the method, but a motion that they feed is not that of the body.
+fn energy_warning(report: &Report) -> Option<String> {
+    let brought = report.energy_start + report.energy_external.max(0.0);
+    (report.energy_jumps > 0.1 * brought && report.energy_jumps > 0.0).then(|| {
+        format!(
+            "the jumps at switches have added {} to an energy of {}: on this mesh the method feeds the motion; refine it, \
+             or damp it",
+            significant(report.energy_jumps, 3),
+            significant(brought, 3)
+        )
+    })
 }
 
 fn plural(n: usize, word: &str, plural: &str) -> String {
@@ -157,6 +173,9 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
             report.energy_drift, report.energy_drift_total
         ),
     );
+    if let Some(warning) = energy_warning(report) {
+        line("WARNING", warning);
+    }
     if let Some(check) = report.lcp_check {
         let enumeration = match check.enumeration {
             Some(e) => format!("{e:.1e} from enumeration, "),
@@ -174,12 +193,16 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
     let integrator = scene.run.as_ref().map_or("", |r| r.integrator.name());
     let rejected =
         if c.rejected > 0 { format!(" (+{} rejected)", c.rejected) } else { String::new() };
-    line(
-        "work",
-        format!(
-            "{integrator}: {} steps{rejected}, {} right-hand sides, {wall_s:.3} s",
-            c.steps, c.rhs_evaluations
-        ),
-    );
+    let mut work = format!("{integrator}: {}{rejected}", plural(c.steps as usize, "step", "steps"));
+    for (count, one, many) in [
+        (c.rhs_evaluations, "right-hand side", "right-hand sides"),
+        (c.products, "product", "products"),
+        (c.factorisations, "eigensolution", "eigensolutions"),
+    ] {
+        if count > 0 {
+            let _ = write!(work, ", {}", plural(count as usize, one, many));
+        }
+    }
+    line("work", format!("{work}, {wall_s:.3} s"));
     out
 }

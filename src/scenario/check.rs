@@ -1,6 +1,6 @@
 //! Checks that need nothing but the scene itself.
 
-use super::{Amplitude, Axis, BodyKind, Edge, Field, Issue, LoadKind, Scene};
+use super::{Amplitude, Axis, BodyKind, Edge, Field, Integrator, Issue, LoadKind, Scene};
 
 type Check = Result<(), Issue>;
 
@@ -370,6 +370,14 @@ impl Scene {
                 "run.samples",
                 "needs at least one stored state",
                 "samples = 400",
+            ));
+        }
+        let moving = self.loads.iter().any(|l| l.omega.is_some());
+        if r.integrator == Integrator::Chebyshev && (self.damping.is_some() || moving) {
+            return Err(Issue::new(
+                "run.integrator",
+                "chebyshev needs an undamped body and constant loads",
+                "give \"modal\" (exact) or \"dop853\", which take damping and harmonic loads",
             ));
         }
         positive("run.switch_limit", r.switch_limit)

@@ -35,7 +35,7 @@ pub enum Field {
 impl Field {
     /// Parse an expression; the error text says what went wrong.
     pub fn parse(text: &str) -> Result<Field, String> {
-        let tree = Tree::parse(text)
+        let tree = Tree::parse(&explicit_powers(text))
             .map_err(|_| format!("cannot read the expression `{text}`, {GRAMMAR}"))?;
         if let Some(name) = tree.var_names().iter().find(|n| !["x", "y"].contains(&n.as_str())) {
             return Err(format!("unknown name `{name}` in `{text}`, {GRAMMAR}"));
@@ -53,6 +53,70 @@ impl Field {
             }
         }
     }
+}
+
+/// Put every power in parentheses, from the right, so that `-y^2` is `-(y^2)` and `a^b^c` is `a^(b^c)` as in
+/// mathematics: the evaluator by itself would read `(-y)^2` and `(a^b)^c`.
+fn explicit_powers(text: &str) -> String {
+    let mut c: Vec<char> = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let word = |c: char| c.is_alphanumeric() || c == '.' || c == '_';
+    let mut caret = c.len();
+    while let Some(at) = c[..caret].iter().rposition(|&x| x == '^') {
+        // the exponent: signs, then a group, or a word with the group it may call
+        let mut end = at + 1;
+        while end < c.len() && matches!(c[end], '-' | '+') {
+            end += 1;
+        }
+        while end < c.len()
+            && (word(c[end]) || (matches!(c[end], '-' | '+') && exponent_sign(&c, end)))
+        {
+            end += 1;
+        }
+        if end < c.len() && c[end] == '(' {
+            end = matching(&c, end, 1).map_or(c.len(), |close| close + 1);
+        }
+        // the base: a group with the word before it, or a word
+        let mut start = at;
+        if start > 0 && c[start - 1] == ')' {
+            start = matching(&c, start - 1, -1).unwrap_or(0);
+        }
+        while start > 0
+            && (word(c[start - 1])
+                || (matches!(c[start - 1], '-' | '+') && exponent_sign(&c, start - 1)))
+        {
+            start -= 1;
+        }
+        c.insert(end, ')');
+        c.insert(start, '(');
+        caret = at + 1;
+    }
+    c.into_iter().collect()
+}
+
+/// Whether the sign at `i` belongs to a number's exponent, as in `1e-3`.
+fn exponent_sign(c: &[char], i: usize) -> bool {
+    let digit = |k: Option<usize>| {
+        k.and_then(|k| c.get(k)).is_some_and(|c| c.is_ascii_digit() || *c == '.')
+    };
+    i >= 2 && matches!(c[i - 1], 'e' | 'E') && digit(Some(i - 2)) && digit(Some(i + 1))
+}
+
+/// The other end of the parenthesis at `i`, in direction `step`.
+fn matching(c: &[char], i: usize, step: isize) -> Option<usize> {
+    let mut depth = 0;
+    let mut k = i as isize;
+    while let Some(&x) = usize::try_from(k).ok().and_then(|k| c.get(k)) {
+        depth += match x {
+            '(' => step,
+            ')' => -step,
+            _ => 0,
+        };
+        if depth == 0 {
+            return Some(k as usize);
+        }
+        k += step;
+    }
+    None
 }
 
 impl<'de> Deserialize<'de> for Field {
@@ -128,7 +192,24 @@ mod tests {
         assert!(
             (Field::parse("2*exp(x)").unwrap().at([1.0, 0.0]) - 5.43656365691809).abs() < 1e-13
         );
+        for (text, value) in [
+            ("-y^2", -9.0),
+            ("-2^2", -4.0),
+            ("2^3^2", 512.0),
+            ("(-y)^2", 9.0),
+            ("1 - y^2/2", -3.5),
+            ("(1+y)^2*2", 32.0),
+            ("2^-1", 0.5),
+            ("1e-2^2", 1e-4),
+            ("sqrt(y+1)^4", 16.0),
+            ("2^sqrt(y+1)", 4.0),
+            ("-(y^2)^2 + x", -79.0),
+        ] {
+            let got = Field::parse(text).unwrap().at([2.0, 3.0]);
+            assert!((got - value).abs() < 1e-12, "{text} = {got}");
+        }
         assert!(Field::parse("1 +* x").is_err());
+        assert!(Field::parse("(1 + x").is_err() && Field::parse("^2").is_err());
         assert!(Field::parse("z + 1").unwrap_err().contains("`z`"));
     }
 }

@@ -261,6 +261,8 @@ pub enum Integrator {
     Dop853,
     /// Exact, by the modes of each active set.
     Modal,
+    /// Exact without modes, for large undamped bodies under constant loads.
+    Chebyshev,
 }
 
 impl Integrator {
@@ -270,6 +272,7 @@ impl Integrator {
             Integrator::Dopri5 => "dopri5",
             Integrator::Dop853 => "dop853",
             Integrator::Modal => "modal",
+            Integrator::Chebyshev => "chebyshev",
         }
     }
 }

@@ -77,7 +77,7 @@ impl Stored {
                 .map(column)
                 .into_iter()
                 .collect();
-        Ok(Stored {
+        let stored = Stored {
             path: path.to_owned(),
             title: text("title"),
             scene: text("scene"),
@@ -107,7 +107,38 @@ impl Stored {
                 .collect(),
             switch_jump: switches.dataset("energy_jump")?.read_raw()?,
             grazings: file.dataset("grazings/t").map_or(0, |d| d.size()),
-        })
+        };
+        match stored.inconsistency() {
+            None => Ok(stored),
+            Some(what) => Err(StoreError::unusable(path, format!("damaged: {what}"))),
+        }
+    }
+
+    /// What does not fit together, if anything: everything that reads this may index without fear.
+    fn inconsistency(&self) -> Option<&'static str> {
+        let (nodes, rows, n) = (self.nodes.nrows(), self.t.len(), self.u.ncols());
+        let n_c = self.gap.len();
+        let below = |i: i64, limit: usize| usize::try_from(i).is_ok_and(|i| i < limit);
+        let tables = [self.u.nrows(), self.v.nrows(), self.active.nrows(), self.pressure.nrows()];
+        let checks = [
+            (self.nodes.ncols() == 2 && nodes > 0, "/mesh/nodes"),
+            ([2, 4].contains(&self.elements.ncols()), "/mesh/elements"),
+            (self.elements.iter().all(|&e| below(e, nodes)), "/mesh/elements"),
+            (self.dof_map.dim() == (nodes, 2), "/mesh/dof_map"),
+            (self.dof_map.iter().all(|&i| i == -1 || below(i, n)), "/mesh/dof_map"),
+            (self.contact_nodes.len() == n_c && n_c <= n, "/mesh/contact_nodes"),
+            (self.contact_nodes.iter().all(|&i| i < nodes), "/mesh/contact_nodes"),
+            (self.v.ncols() == n, "/trajectory/v"),
+            (self.active.ncols() == n_c && self.pressure.ncols() == n_c, "/trajectory/active"),
+            (tables.iter().all(|&r| r == rows), "/trajectory: rows"),
+            (self.t.iter().all(|t| t.is_finite()), "/trajectory/t"),
+            (self.t.windows(2).all(|w| w[0] < w[1]), "/trajectory/t"),
+            (self.energy.iter().all(|c| c.len() == rows), "/energy"),
+            (self.switch_node.len() == self.switch_t.len(), "/switches/node"),
+            (self.switch_kind.len() == self.switch_t.len(), "/switches/kind"),
+            (self.switch_jump.len() == self.switch_t.len(), "/switches/energy_jump"),
+        ];
+        checks.iter().find(|(fits, _)| !fits).map(|(_, what)| *what)
     }
 
     /// Displacement of contact node `i` along the outward normal, at stored state `row`.
@@ -144,7 +175,7 @@ pub fn read_state(
     let stored: Array2<f64> =
         file.dataset("mesh/nodes").map_err(|_| missing("/mesh/nodes"))?.read_2d()?;
     let size = nodes.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    let same = stored.nrows() == nodes.len()
+    let same = stored.dim() == (nodes.len(), 2)
         && nodes
             .iter()
             .enumerate()
@@ -153,6 +184,10 @@ pub fn read_state(
         return Err(StoreError::unusable(path, "its mesh is not the mesh of this scene"));
     }
     let map: Array2<i64> = file.dataset("mesh/dof_map")?.read_2d()?;
+    let damaged = |what: &str| StoreError::unusable(path, format!("damaged: {what}"));
+    if map.dim() != (nodes.len(), 2) {
+        return Err(damaged("/mesh/dof_map"));
+    }
     let (u, v) = if let (Ok(u), Ok(v)) = (file.dataset("orbit/u0"), file.dataset("orbit/v0")) {
         (u.read_raw::<f64>()?, v.read_raw::<f64>()?)
     } else {
@@ -168,6 +203,10 @@ pub fn read_state(
         };
         (last("trajectory/u")?, last("trajectory/v")?)
     };
+    let fits = |i: &i64| *i == -1 || usize::try_from(*i).is_ok_and(|i| i < u.len().min(v.len()));
+    if !map.iter().all(fits) {
+        return Err(damaged("/mesh/dof_map"));
+    }
     let nodal = |x: &[f64]| {
         let mut field = vec![0.0; dim * nodes.len()];
         for n in 0..nodes.len() {

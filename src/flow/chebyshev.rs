@@ -1,0 +1,372 @@
+//! Exact flow without eigenvectors, for large meshes (theory §7).
+//!
+//! From the state at the start of a window, with `A = M_α⁻¹K_α`, `a₀ = ü_O` there and constant loads,
+//!
+//! ```text
+//! u(t) = u₀ + S(t) v₀ + Z(t) a₀        C = cos(t√A),  S = ∫ C,  Z = ∫ S
+//! v(t) = C(t) v₀ + S(t) a₀
+//! ```
+//!
+//! (no static solution is needed, and rigid motions are no exception). With `Ã = 2A/ω_max² − I`, `R = t ω_max`,
+//! `C = J₀(R) + 2 Σ (−1)^k J_2k(R) T_k(Ã)`; `S` and `Z` have the integrals of the Bessel functions instead:
+//! `∫J_n = 2 Σ_j J_{n+2j+1}`, `∫∫J_n = 4 Σ_p p J_{n+2p}`. The vectors `T_k(Ã)v₀`, `T_k(Ã)a₀` do not depend on `t`: each monitor
+//! becomes a series in scalar moments, known at every time of the window without further products, and
+//! `|h⁗| ≤ ‖∇h‖_{M⁻¹} (‖A a₀‖_M + ‖A^{3/2} v₀‖_M)` makes its cubic Hermite interpolant a rigorous enclosure.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::{Counters, Enclosure, Flow, FlowError, Layout, RungeKutta, dop853, modal};
+use crate::contact::{Nbm, Phase, Scratch};
+
+/// Terms below this are left out.
+const SMALLEST_TERM: f64 = 1e-18;
+/// Length of the first window after a switch, and of the longest, in `R = t ω_max`.
+const FIRST: f64 = 8.0;
+const LONGEST: f64 = 480.0;
+/// Memory for the vectors of a window, in numbers.
+const MEMORY: usize = 60_000_000;
+
+/// `J_0(x) … J_m(x)`, `m` large enough that all further ones are below [`SMALLEST_TERM`]: Miller's backward
+/// recurrence, normalised by `J₀ + 2 Σ J_2k = 1`.
+pub fn bessel(x: f64) -> Vec<f64> {
+    if x == 0.0 {
+        return vec![1.0];
+    }
+    let top = (x + 16.0 * x.cbrt() + 48.0) as usize;
+    let mut j = vec![0.0; top + 2];
+    j[top] = 1e-300;
+    for m in (1..=top).rev() {
+        j[m - 1] = 2.0 * m as f64 / x * j[m] - j[m + 1];
+        if j[m - 1].abs() > 1e200 {
+            j[m - 1..].iter_mut().for_each(|v| *v *= 1e-250);
+        }
+    }
+    let norm = j[0] + 2.0 * j.iter().skip(2).step_by(2).sum::<f64>();
+    j.iter_mut().for_each(|v| *v /= norm);
+    while j.len() > 1 && j[j.len() - 1].abs() < SMALLEST_TERM {
+        j.pop();
+    }
+    j
+}
+
+/// Coefficients of `T_k` in `C`, `S` and `Z` at a time.
+#[derive(Debug)]
+struct Coefficients {
+    c: Vec<f64>,
+    s: Vec<f64>,
+    z: Vec<f64>,
+}
+
+fn coefficients(t: f64, omega: f64, terms: usize) -> Coefficients {
+    let j = bessel(t * omega);
+    let at = |n: usize| j.get(n).copied().unwrap_or(0.0);
+    let mut out = Coefficients { c: vec![0.0; terms], s: vec![0.0; terms], z: vec![0.0; terms] };
+    // from the end: Σ_{i≥0} J_{n+2i+1}, and Σ_{p≥1} p J_{n+2p} = Σ_{p≥1} Σ_{q≥p} J_{n+2q}
+    let highest = j.len() / 2 + 1;
+    let (mut odd, mut even, mut double) = (0.0, 0.0, 0.0);
+    for k in (0..highest.max(terms)).rev() {
+        odd += at(2 * k + 1);
+        even += at(2 * k + 2);
+        double += even;
+        if k < terms {
+            let weight = if k == 0 { 1.0 } else { 2.0 } * if k % 2 == 0 { 1.0 } else { -1.0 };
+            out.c[k] = weight * at(2 * k);
+            out.s[k] = weight * 2.0 * odd / omega;
+            out.z[k] = weight * 4.0 * double / (omega * omega);
+        }
+    }
+    out
+}
+
+/// Monitor values and slopes at one time.
+type Values = (f64, Rc<(Vec<f64>, Vec<f64>)>);
+
+/// The flow; see the module's text.
+pub struct Chebyshev<'a> {
+    nbm: &'a Nbm,
+    layout: Layout,
+    scratch: Scratch,
+    omega: f64,
+    /// `‖∇h_i‖_{M⁻¹}` bounds of the gap and of the pressure monitor of each contact node.
+    gradients: Vec<[f64; 2]>,
+    t0: f64,
+    t1: f64,
+    length: f64,
+    start: Vec<f64>,
+    end: Vec<f64>,
+    a0: Vec<f64>,
+    /// `T_k(Ã)v₀` and `T_k(Ã)a₀`.
+    v_terms: Vec<Vec<f64>>,
+    a_terms: Vec<Vec<f64>>,
+    /// Moments of the monitors, one row a term; values at the start.
+    v_moments: Vec<Vec<f64>>,
+    a_moments: Vec<Vec<f64>>,
+    h0: Vec<f64>,
+    fourth: Vec<f64>,
+    values: RefCell<Vec<Values>>,
+    held: Option<RungeKutta<'a>>,
+    counters: Counters,
+}
+
+impl<'a> Chebyshev<'a> {
+    /// A flow for an undamped body under constant loads (the caller sees to that).
+    pub fn new(nbm: &'a Nbm) -> Self {
+        let layout = Layout::new(nbm);
+        let n = layout.len();
+        Chebyshev {
+            nbm,
+            layout,
+            scratch: nbm.scratch(),
+            omega: nbm.body.frequency_bound(),
+            gradients: (0..nbm.n_contact()).map(|i| nbm.monitor_gradient_bounds(i)).collect(),
+            t0: 0.0,
+            t1: 0.0,
+            length: FIRST,
+            start: vec![0.0; n],
+            end: vec![0.0; n],
+            a0: vec![0.0; layout.n_o],
+            v_terms: vec![],
+            a_terms: vec![],
+            v_moments: vec![],
+            a_moments: vec![],
+            h0: vec![],
+            fourth: vec![],
+            values: RefCell::new(vec![]),
+            held: None,
+            counters: Counters::default(),
+        }
+    }
+
+    /// `y = Ã x`.
+    fn product(&mut self, phase: &Phase, x: &[f64], y: &mut [f64]) {
+        phase.stiffness_product(self.nbm, x, &mut self.scratch, y);
+        let scale = 2.0 / (self.omega * self.omega);
+        y.iter_mut().zip(x).for_each(|(y, x)| *y = scale * *y - x);
+        self.counters.products += 1;
+    }
+
+    /// `T_0 x … T_{terms−1} x`, and the moments of the monitors with each.
+    fn recurrence(
+        &mut self,
+        phase: &Phase,
+        x: &[f64],
+        terms: usize,
+        mut old: Vec<Vec<f64>>,
+    ) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        old.resize(terms, vec![]);
+        old.iter_mut().for_each(|v| v.resize(x.len(), 0.0));
+        let mut t = old;
+        t[0].copy_from_slice(x);
+        for k in 1..terms {
+            let mut next = std::mem::take(&mut t[k]);
+            self.product(phase, &t[k - 1], &mut next);
+            if k >= 2 {
+                next.iter_mut().zip(&t[k - 2]).for_each(|(n, p)| *n = 2.0 * *n - p);
+            }
+            t[k] = next;
+        }
+        let m = phase.monitors.len();
+        let moments = t
+            .iter()
+            .map(|v| {
+                let mut row = vec![0.0; m];
+                phase.monitor_rates(self.nbm, v, &mut row);
+                row
+            })
+            .collect();
+        (t, moments)
+    }
+
+    /// `‖A x‖_M` from `T_0 x`, `T_1 x`, or `‖A^{3/2} x‖_M` with the stiffness for the mass.
+    fn operator_norm(&mut self, phase: &Phase, terms: &[Vec<f64>], with_stiffness: bool) -> f64 {
+        let half = 0.5 * self.omega * self.omega;
+        let ax: Vec<f64> = terms[0].iter().zip(&terms[1]).map(|(x, y)| half * (x + y)).collect();
+        phase.expand_velocity(self.nbm, &ax, &mut self.scratch.v);
+        let matrix = if with_stiffness { &self.nbm.body.stiffness } else { &self.nbm.body.mass };
+        matrix.quadratic(&self.scratch.v).max(0.0).sqrt()
+    }
+
+    fn write_state(&self, t: f64, y: &mut [f64]) {
+        let n = self.layout.n_o;
+        let tau = t - self.t0;
+        let f = coefficients(tau, self.omega, self.v_terms.len());
+        y.copy_from_slice(&self.start);
+        let (u, v) = y.split_at_mut(n);
+        let v = &mut v[..n];
+        v.fill(0.0);
+        for k in 0..self.v_terms.len() {
+            let (c, s, z) = (f.c[k], f.s[k], f.z[k]);
+            if c == 0.0 && s == 0.0 && z == 0.0 {
+                continue;
+            }
+            let (tv, ta) = (&self.v_terms[k], &self.a_terms[k]);
+            for j in 0..n {
+                u[j] += s * tv[j] + z * ta[j];
+                v[j] += c * tv[j] + s * ta[j];
+            }
+        }
+    }
+
+    fn monitors_at(&self, t: f64) -> Rc<(Vec<f64>, Vec<f64>)> {
+        let mut values = self.values.borrow_mut();
+        if let Some((_, known)) = values.iter().find(|(s, _)| *s == t) {
+            return known.clone();
+        }
+        let f = coefficients(t - self.t0, self.omega, self.v_moments.len());
+        let (mut h, mut rate) = (self.h0.clone(), vec![0.0; self.h0.len()]);
+        for k in 0..self.v_moments.len() {
+            let (c, s, z) = (f.c[k], f.s[k], f.z[k]);
+            for (i, (mv, ma)) in self.v_moments[k].iter().zip(&self.a_moments[k]).enumerate() {
+                h[i] += s * mv + z * ma;
+                rate[i] += c * mv + s * ma;
+            }
+        }
+        let new = Rc::new((h, rate));
+        values.push((t, new.clone()));
+        new
+    }
+}
+
+impl Flow for Chebyshev<'_> {
+    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
+        (self.t0, self.t1) = (t, t);
+        self.end.copy_from_slice(y);
+        self.length = FIRST;
+        self.held = None;
+        if !phase.held.is_empty() {
+            let mut held = RungeKutta::new(self.nbm, &dop853::DOP853, modal::HELD);
+            held.begin(phase, t, y);
+            self.held = Some(held);
+        }
+    }
+
+    fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+        if let Some(held) = &mut self.held {
+            return held.advance(phase, t_limit);
+        }
+        let n = self.layout.n_o;
+        self.t0 = self.t1;
+        std::mem::swap(&mut self.start, &mut self.end);
+        let rest = t_limit - self.t0;
+        let longest = (MEMORY as f64 / n as f64 - 40.0).clamp(FIRST, LONGEST);
+        let length = self.length.min(longest) / self.omega;
+        self.length = (2.0 * self.length).min(longest);
+        let t = if length * 1.01 >= rest { t_limit } else { self.t0 + length };
+        if t <= self.t0 {
+            return Err(FlowError::StepTooSmall { t: self.t0, h: length });
+        }
+        let start = std::mem::take(&mut self.start);
+        let (u0, v0) = (&start[..n], &start[n..2 * n]);
+        let mut a0 = std::mem::take(&mut self.a0);
+        phase.acceleration(self.nbm, self.t0, u0, v0, &mut self.scratch, &mut a0);
+        self.counters.products += 1;
+        // at least two terms, for the bounds
+        let terms = (bessel((t - self.t0) * self.omega).len() / 2 + 1).max(2);
+        let (v_old, a_old) = (std::mem::take(&mut self.v_terms), std::mem::take(&mut self.a_terms));
+        (self.v_terms, self.v_moments) = self.recurrence(phase, v0, terms, v_old);
+        (self.a_terms, self.a_moments) = self.recurrence(phase, &a0, terms, a_old);
+        self.h0.resize(phase.monitors.len(), 0.0);
+        phase.monitor_values(self.nbm, u0, &mut self.h0);
+        (self.start, self.a0) = (start, a0);
+        let (v_terms, a_terms) =
+            (std::mem::take(&mut self.v_terms), std::mem::take(&mut self.a_terms));
+        let bound =
+            self.operator_norm(phase, &a_terms, false) + self.operator_norm(phase, &v_terms, true);
+        (self.v_terms, self.a_terms) = (v_terms, a_terms);
+        self.fourth = phase
+            .monitors
+            .iter()
+            .map(|m| bound * self.gradients[m.node][usize::from(phase.set.is_active(m.node))])
+            .collect();
+        self.values.borrow_mut().clear();
+        self.counters.steps += 1;
+        self.cut(phase, t);
+        if self.end.iter().any(|x| !x.is_finite()) {
+            return Err(FlowError::NotFinite { t: self.t0 });
+        }
+        Ok(())
+    }
+
+    fn cut(&mut self, phase: &Phase, t: f64) {
+        if let Some(held) = &mut self.held {
+            return held.cut(phase, t);
+        }
+        self.t1 = t;
+        let mut end = std::mem::take(&mut self.end);
+        self.write_state(t, &mut end);
+        self.end = end;
+    }
+
+    fn window(&self) -> (f64, f64) {
+        self.held.as_ref().map_or((self.t0, self.t1), |h| h.window())
+    }
+
+    fn end_state(&self) -> &[f64] {
+        self.held.as_ref().map_or(&self.end, |h| h.end_state())
+    }
+
+    fn state(&self, t: f64, y: &mut [f64]) {
+        match &self.held {
+            Some(held) => held.state(t, y),
+            None if t == self.t1 => y.copy_from_slice(&self.end),
+            None => self.write_state(t, y),
+        }
+    }
+
+    fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+        if let Some(held) = &self.held {
+            return held.enclose(index, a, b);
+        }
+        let (at_a, at_b) = (self.monitors_at(a), self.monitors_at(b));
+        let ends = |x: &Rc<(Vec<f64>, Vec<f64>)>| (x.0[index], x.1[index]);
+        Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, self.fourth[index])
+    }
+
+    fn counters(&self) -> Counters {
+        let held = self.held.as_ref().map_or(Counters::default(), |h| h.counters());
+        Counters { rhs_evaluations: held.rhs_evaluations, ..self.counters }
+    }
+
+    fn name(&self) -> &'static str {
+        "chebyshev"
+    }
+
+    fn is_exact(&self) -> bool {
+        self.held.is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bessel_functions_are_those_of_the_tables() {
+        // Abramowitz and Stegun, tables 9.1 and 9.4
+        let j = bessel(5.0);
+        assert!((j[0] + 0.177_596_771_314_338_3).abs() < 1e-15);
+        assert!((j[1] + 0.327_579_137_591_465_2).abs() < 1e-15);
+        assert!((j[10] - 1.467_802_647_310_474e-3).abs() < 1e-16);
+        assert!((bessel(100.0)[0] - 0.019_985_850_304_223_12).abs() < 1e-14);
+        assert!((bessel(1e-9)[1] - 0.5e-9).abs() < 1e-24);
+    }
+
+    #[test]
+    fn series_sum_to_the_functions() {
+        let omega = 3.0;
+        for t in [1e-7, 0.01, 1.0, 20.0, 100.0] {
+            let f = coefficients(t, omega, bessel(t * omega).len() / 2 + 1);
+            for w in [1e-3, 0.5, 1.7, 2.999] {
+                let x: f64 = 2.0 * (w / omega) * (w / omega) - 1.0;
+                let chebyshev = |c: &[f64]| -> f64 {
+                    c.iter().enumerate().map(|(k, c)| c * (k as f64 * x.acos()).cos()).sum()
+                };
+                assert!((chebyshev(&f.c) - (w * t).cos()).abs() < 1e-12);
+                assert!((chebyshev(&f.s) - (w * t).sin() / w).abs() < 1e-12 * t.max(1.0));
+                let z = 2.0 * (0.5 * w * t).sin().powi(2) / (w * w);
+                assert!((chebyshev(&f.z) - z).abs() < 1e-12 * (t * t).max(1.0), "{t} {w}");
+            }
+        }
+    }
+}
