@@ -242,6 +242,7 @@ impl Nbm {
             v: vec![0.0; n],
             b: vec![0.0; n],
             x: vec![0.0; n],
+            pair: [vec![], vec![]],
             mu: nalgebra::DVector::zeros(self.n_contact()),
             solve: self.mass_factor.scratch(),
         }
@@ -257,6 +258,7 @@ pub struct Scratch {
     pub v: Vec<f64>,
     pub(super) b: Vec<f64>,
     pub(super) x: Vec<f64>,
+    pub(super) pair: [Vec<f64>; 2],
     pub(super) mu: nalgebra::DVector<f64>,
     pub(super) solve: SolveScratch,
 }

@@ -216,16 +216,29 @@ impl Phase {
         }
     }
 
-    /// `y = M_α⁻¹ K_α x` for a homogeneous `x`.
-    pub fn stiffness_product(&self, nbm: &Nbm, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
-        self.expand_velocity(nbm, x_o, &mut s.v);
-        nbm.body.stiffness.mul(&s.v, &mut s.b);
-        let mut x = std::mem::take(&mut s.x);
-        x.copy_from_slice(&s.b);
-        nbm.mass_factor.solve(&mut x, &mut s.solve);
-        self.projection.apply(nbm, s, &mut x);
-        y_o.copy_from_slice(&x[..y_o.len()]);
-        s.x = x;
+    /// `y = M_α⁻¹ K_α x` for two homogeneous vectors at once: matrix and factor are read once.
+    pub fn stiffness_products(
+        &self,
+        nbm: &Nbm,
+        x_o: [&[f64]; 2],
+        s: &mut Scratch,
+        y_o: [&mut [f64]; 2],
+    ) {
+        let n = nbm.n();
+        let [mut v, mut b] = std::mem::take(&mut s.pair);
+        v.resize(2 * n, 0.0);
+        b.resize(2 * n, 0.0);
+        self.expand_velocity(nbm, x_o[0], &mut v[..n]);
+        self.expand_velocity(nbm, x_o[1], &mut v[n..]);
+        nbm.body.stiffness.mul_pair(&v, &mut b);
+        v.copy_from_slice(&b);
+        nbm.mass_factor.solve(&mut v, &mut s.solve);
+        for ((x, b), y_o) in v.chunks_exact_mut(n).zip(b.chunks_exact(n)).zip(y_o) {
+            s.b.copy_from_slice(b);
+            self.projection.apply(nbm, s, x);
+            y_o.copy_from_slice(&x[..y_o.len()]);
+        }
+        s.pair = [v, b];
     }
 
     /// `x = M⁻¹ b`, `b = f − K (u + β v)`.

@@ -100,6 +100,21 @@ impl Csr {
         }
     }
 
+    /// `Y = A X` for two vectors, one after the other in `x` and `y`: the matrix is read once.
+    pub fn mul_pair(&self, x: &[f64], y: &mut [f64]) {
+        let (x0, x1) = x.split_at(self.n_cols);
+        let (y0, y1) = y.split_at_mut(self.n_rows());
+        for (i, (y0, y1)) in y0.iter_mut().zip(y1).enumerate() {
+            let (a, b) = (self.row_start[i], self.row_start[i + 1]);
+            let (mut s0, mut s1) = (0.0, 0.0);
+            for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
+                s0 += v * x0[j as usize];
+                s1 += v * x1[j as usize];
+            }
+            (*y0, *y1) = (s0, s1);
+        }
+    }
+
     /// `y -= A x`.
     pub fn mul_sub(&self, x: &[f64], y: &mut [f64]) {
         for (i, y) in y.iter_mut().enumerate().take(self.n_rows()) {
@@ -200,29 +215,30 @@ impl SpdFactor {
         Ok(SpdFactor::Sparse { symbolic: Box::new(symbolic), values })
     }
 
-    /// Work space for one right-hand side.
+    /// Work space for up to two right-hand sides.
     pub fn scratch(&self) -> SolveScratch {
         SolveScratch(match self {
             SpdFactor::Diagonal(_) => MemBuffer::new(faer::dyn_stack::StackReq::EMPTY),
             SpdFactor::Sparse { symbolic, .. } => {
-                MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))
+                MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(2, Par::Seq))
             }
         })
     }
 
-    /// `x ← A⁻¹ x`.
+    /// `x ← A⁻¹ x`; one vector, or two one after the other.
     pub fn solve(&self, x: &mut [f64], scratch: &mut SolveScratch) {
         match self {
             SpdFactor::Diagonal(inverse) => {
-                for (x, d) in x.iter_mut().zip(inverse) {
-                    *x *= d;
+                for part in x.chunks_exact_mut(inverse.len()) {
+                    part.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d);
                 }
             }
             SpdFactor::Sparse { symbolic, values } => {
-                let n = x.len();
+                let n = symbolic.nrows();
+                let columns = x.len() / n;
                 LltRef::<usize, f64>::new(symbolic, values).solve_in_place_with_conj(
                     Conj::No,
-                    MatMut::from_column_major_slice_mut(x, n, 1),
+                    MatMut::from_column_major_slice_mut(x, n, columns),
                     Par::Seq,
                     MemStack::new(&mut scratch.0),
                 );

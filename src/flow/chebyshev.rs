@@ -138,44 +138,45 @@ impl<'a> Chebyshev<'a> {
         }
     }
 
-    /// `y = Ã x`.
-    fn product(&mut self, phase: &Phase, x: &[f64], y: &mut [f64]) {
-        phase.stiffness_product(self.nbm, x, &mut self.scratch, y);
+    /// `T_0 x … T_{terms−1} x` for `x = v₀` and `x = a₀`.
+    fn recurrences(&mut self, phase: &Phase, v0: &[f64], a0: &[f64], terms: usize) {
         let scale = 2.0 / (self.omega * self.omega);
-        y.iter_mut().zip(x).for_each(|(y, x)| *y = scale * *y - x);
-        self.counters.products += 1;
+        let start = |mut old: Vec<Vec<f64>>, x: &[f64]| {
+            old.resize(terms, vec![]);
+            old.iter_mut().for_each(|v| v.resize(x.len(), 0.0));
+            old[0].copy_from_slice(x);
+            old
+        };
+        let mut v = start(std::mem::take(&mut self.v_terms), v0);
+        let mut a = start(std::mem::take(&mut self.a_terms), a0);
+        for k in 1..terms {
+            let (mut next_v, mut next_a) = (std::mem::take(&mut v[k]), std::mem::take(&mut a[k]));
+            let x = [&v[k - 1][..], &a[k - 1][..]];
+            let y = [&mut next_v[..], &mut next_a[..]];
+            phase.stiffness_products(self.nbm, x, &mut self.scratch, y);
+            self.counters.products += 2;
+            for (next, t) in [(&mut next_v, &v), (&mut next_a, &a)] {
+                if k == 1 {
+                    next.iter_mut().zip(&t[0]).for_each(|(n, x)| *n = scale * *n - x);
+                } else {
+                    for ((n, x), p) in next.iter_mut().zip(&t[k - 1]).zip(&t[k - 2]) {
+                        *n = 2.0 * (scale * *n - x) - p;
+                    }
+                }
+            }
+            (v[k], a[k]) = (next_v, next_a);
+        }
+        (self.v_terms, self.a_terms) = (v, a);
     }
 
-    /// `T_0 x … T_{terms−1} x`, and the moments of the monitors with each.
-    fn recurrence(
-        &mut self,
-        phase: &Phase,
-        x: &[f64],
-        terms: usize,
-        mut old: Vec<Vec<f64>>,
-    ) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        old.resize(terms, vec![]);
-        old.iter_mut().for_each(|v| v.resize(x.len(), 0.0));
-        let mut t = old;
-        t[0].copy_from_slice(x);
-        for k in 1..terms {
-            let mut next = std::mem::take(&mut t[k]);
-            self.product(phase, &t[k - 1], &mut next);
-            if k >= 2 {
-                next.iter_mut().zip(&t[k - 2]).for_each(|(n, p)| *n = 2.0 * *n - p);
-            }
-            t[k] = next;
-        }
-        let m = phase.monitors.len();
-        let moments = t
-            .iter()
-            .map(|v| {
-                let mut row = vec![0.0; m];
-                phase.monitor_rates(self.nbm, v, &mut row);
-                row
-            })
-            .collect();
-        (t, moments)
+    /// The monitors' rates along each vector.
+    fn moments(&self, phase: &Phase, terms: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |x: &Vec<f64>| {
+            let mut row = vec![0.0; phase.monitors.len()];
+            phase.monitor_rates(self.nbm, x, &mut row);
+            row
+        };
+        terms.iter().map(of).collect()
     }
 
     /// `‖A x‖_M` from `T_0 x`, `T_1 x`, or `‖A^{3/2} x‖_M` with the stiffness for the mass.
@@ -263,9 +264,9 @@ impl Flow for Chebyshev<'_> {
         self.counters.products += 1;
         // at least two terms, for the bounds
         let terms = (bessel((t - self.t0) * self.omega).len() / 2 + 1).max(2);
-        let (v_old, a_old) = (std::mem::take(&mut self.v_terms), std::mem::take(&mut self.a_terms));
-        (self.v_terms, self.v_moments) = self.recurrence(phase, v0, terms, v_old);
-        (self.a_terms, self.a_moments) = self.recurrence(phase, &a0, terms, a_old);
+        self.recurrences(phase, v0, &a0, terms);
+        self.v_moments = self.moments(phase, &self.v_terms);
+        self.a_moments = self.moments(phase, &self.a_terms);
         self.h0.resize(phase.monitors.len(), 0.0);
         phase.monitor_values(self.nbm, u0, &mut self.h0);
         (self.start, self.a0) = (start, a0);

@@ -30,10 +30,10 @@ impl<T: H5Type + Clone> Table<T> {
             // a body without contact: no columns, and HDF5 wants chunks of at least one
             (Some(0), _) => builder.chunk((chunk, 1)).shape((0.., 0..)).create(name)?,
             (Some(n), true) => {
-                builder.chunk((chunk, n)).shuffle().deflate(4).shape((0.., n)).create(name)?
+                builder.chunk((chunk, n)).shuffle().deflate(1).shape((0.., n)).create(name)?
             }
             (Some(n), false) => builder.chunk((chunk, n)).shape((0.., n)).create(name)?,
-            (None, true) => builder.chunk(chunk).shuffle().deflate(4).shape(0..).create(name)?,
+            (None, true) => builder.chunk(chunk).shuffle().deflate(1).shape(0..).create(name)?,
             (None, false) => builder.chunk(chunk).shape(0..).create(name)?,
         };
         super::write_text(&dataset, "units", units)?;
