@@ -7,6 +7,8 @@
 mod bar;
 #[path = "bouncing-bar/case.rs"]
 mod bouncing_bar;
+#[path = "hard/case.rs"]
+mod hard;
 #[path = "oscillator/case.rs"]
 mod oscillator;
 #[path = "strip/case.rs"]
@@ -78,8 +80,8 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 5] =
-    [bar::CASE, strip::CASE, oscillator::CASE, zero_gap_bar::CASE, bouncing_bar::CASE];
+pub static CASES: [Case; 6] =
+    [bar::CASE, strip::CASE, oscillator::CASE, zero_gap_bar::CASE, bouncing_bar::CASE, hard::CASE];
 
 /// A scene of a case with another number of elements.
 fn scene(text: &str, elements: Option<&[usize]>) -> Result<Scene, String> {

@@ -8,6 +8,7 @@ mod inspect;
 mod load;
 mod modes;
 mod plot;
+mod precision;
 mod run;
 mod validate;
 
@@ -79,6 +80,8 @@ enum Command {
     Export(export::Arguments),
     /// What is in a file, in words
     Inspect(inspect::Arguments),
+    /// Speed against error: integrators × tolerances on a scene, table and picture
+    Precision(precision::Arguments),
     /// Closed-form and published cases: measured error beside the accepted one
     Validate(validate::Arguments),
 }
@@ -96,6 +99,7 @@ pub fn main() -> ExitCode {
         Command::Plot(a) => plot::run(a, &cli.global),
         Command::Export(a) => export::run(a, &cli.global),
         Command::Inspect(a) => inspect::run(a, &cli.global),
+        Command::Precision(a) => precision::run(a, &cli.global),
         Command::Validate(a) => validate::run(a, &cli.global),
     };
     match result {

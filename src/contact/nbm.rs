@@ -125,7 +125,8 @@ impl Nbm {
                 gram[(l, k)] = rows.row_dot(l, &x);
             }
             if keep {
-                columns.extend(x.iter().enumerate().map(|(j, &v)| (k, j, v)));
+                let entries = x.iter().enumerate().filter(|(_, v)| **v != 0.0);
+                columns.extend(entries.map(|(j, &v)| (k, j, v)));
             }
         }
         let correction = if keep {

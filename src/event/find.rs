@@ -5,7 +5,7 @@
 //! time resolution is a tangency. A crossing is a descent below `−slack`, where `slack` is the rounding error of the
 //! monitor: a monitor that has just switched starts at zero and is not mistaken for a second switch.
 
-use crate::flow::Flow;
+use crate::flow::{Bernstein, Flow};
 
 /// A switch that the flow runs into.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,20 +52,22 @@ fn first_crossing(
         }
         let c = e.polynomial.coefficients();
         let (start, end) = (c[0] + slack, c[c.len() - 1] + slack);
-        if start + e.error < 0.0 {
+        // the values at both ends are the monitor's own
+        if start < 0.0 {
             return root(a, false);
         }
         let slope = e.polynomial.derivative();
-        if slope.min() - e.slope_error > 0.0 && start - e.error >= 0.0 {
+        if slope.min() - e.slope_error > 0.0 {
             continue;
         }
         if slope.max() + e.slope_error < 0.0 {
-            if end - e.error > 0.0 {
+            if end >= 0.0 {
                 continue;
             }
-            if end + e.error < 0.0 {
-                return root(bisect(flow, index, slack, (a, b), resolution), false);
-            }
+            // it does fall below −slack: the switch is where it passes zero, if it was above at all
+            let slack = if c[0] > 0.0 { 0.0 } else { slack };
+            let guess = polynomial_root(&e.polynomial, slack);
+            return root(polish(flow, index, slack, (a, b), guess, resolution), false);
         }
         let middle = 0.5 * (a + b);
         if b - a <= resolution || middle <= a || middle >= b {
@@ -77,39 +79,47 @@ fn first_crossing(
     None
 }
 
-/// Root of a monotone monitor between two signs: false position with the Illinois rule, bisection where
-/// that is slow.
-fn bisect(
+/// Root in `[0, 1]` of a polynomial plus a constant, positive at 0 and negative at 1, by bisection; and its slope there.
+fn polynomial_root(p: &Bernstein, slack: f64) -> (f64, f64) {
+    let (mut a, mut b) = (0.0f64, 1.0f64);
+    while b - a > 4.0 * f64::EPSILON {
+        let t = 0.5 * (a + b);
+        if p.at(t) + slack > 0.0 { a = t } else { b = t }
+    }
+    (b, p.derivative().at(b))
+}
+
+/// Root of a monotone monitor between two signs, from the root and slope of its interpolant: corrections with that
+/// slope, which is right to the accuracy of the interpolant, and bisection where they do not end.
+fn polish(
     flow: &dyn Flow,
     index: usize,
     slack: f64,
     (mut a, mut b): (f64, f64),
+    (theta, slope): (f64, f64),
     resolution: f64,
 ) -> f64 {
     let value = |t: f64| flow.enclose(index, t, t).polynomial.coefficients()[0] + slack;
-    let (mut fa, mut fb) = (value(a), value(b));
-    let mut side = 0;
-    for k in 0..200 {
-        if b - a <= resolution || fa <= 0.0 {
+    let rate = slope / (b - a);
+    let mut t = a + theta * (b - a);
+    for k in 0..100 {
+        if b - a <= resolution {
             break;
         }
-        let mut t = if k % 4 == 3 { 0.5 * (a + b) } else { a + (b - a) * fa / (fa - fb) };
-        if !(t > a && t < b) {
-            t = 0.5 * (a + b);
-        }
-        let ft = value(t);
-        if ft > 0.0 {
-            (a, fa) = (t, ft);
-            if side == 1 {
-                fb *= 0.5;
-            }
-            side = 1;
+        let h = value(t);
+        if h > 0.0 {
+            a = t
         } else {
-            (b, fb) = (t, ft);
-            if side == -1 {
-                fa *= 0.5;
+            b = t
+        }
+        let next = t - h / rate;
+        if k < 8 && next >= a && next <= b {
+            if (next - t).abs() <= resolution {
+                return next;
             }
-            side = -1;
+            t = next;
+        } else {
+            t = 0.5 * (a + b);
         }
     }
     b
@@ -129,7 +139,8 @@ pub fn near_miss(
         let e = flow.enclose(index, a, b);
         let bound = least.map_or(level, |(_, h)| h.min(level));
         let slope = e.polynomial.derivative();
-        if e.polynomial.min() - e.error >= bound || slope.min() > 0.0 || slope.max() < 0.0 {
+        let monotone = slope.min() > e.slope_error || slope.max() < -e.slope_error;
+        if e.polynomial.min() - e.error >= bound || monotone {
             continue;
         }
         let middle = 0.5 * (a + b);
@@ -151,7 +162,7 @@ pub fn near_miss(
 mod tests {
     use super::*;
     use crate::contact::Phase;
-    use crate::flow::{Bernstein, Counters, Enclosure, FlowError};
+    use crate::flow::{Counters, Enclosure, FlowError};
 
     /// Monitors given as polynomials on [0, 1].
     struct Given(Vec<Bernstein>);
@@ -165,7 +176,7 @@ mod tests {
         fn window(&self) -> (f64, f64) {
             (0.0, 1.0)
         }
-        fn end_state(&self) -> &[f64] {
+        fn end_state(&mut self) -> &[f64] {
             &[]
         }
         fn state(&self, _: f64, _: &mut [f64]) {}

@@ -86,6 +86,8 @@ struct Run<'a, O: Observer> {
     switches: Vec<Switch>,
     grazings: Vec<Grazing>,
     missed: usize,
+    uncertified: usize,
+    undecided: usize,
     max_penetration: f64,
     max_tension: f64,
     lcp_check: Option<LcpCheck>,
@@ -131,6 +133,8 @@ impl<'a, O: Observer> Run<'a, O> {
             switches: vec![],
             grazings: vec![],
             missed: 0,
+            uncertified: 0,
+            undecided: 0,
             max_penetration: 0.0,
             max_tension: 0.0,
             lcp_check: options.verify_lcp.then(LcpCheck::default),
@@ -216,8 +220,12 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     /// Newton correction of a switching time from the state at the end of the cut window.
-    fn correction(&self, root: &Root) -> Option<f64> {
+    fn correction(&mut self, root: &Root) -> Option<f64> {
         let kind = self.phase.monitors[root.index].kind;
+        // a root of the exact flow is where it was found
+        if self.flow.is_exact() {
+            return None;
+        }
         if root.tangent || matches!(kind, MonitorKind::HeldToContact | MonitorKind::HeldToFree) {
             return None;
         }
@@ -246,6 +254,10 @@ impl<'a, O: Observer> Run<'a, O> {
             }
         }
         self.t = b;
+        // the exact flow has no error to watch between the events
+        if near_misses && self.flow.is_exact() && b < self.options.until {
+            return self.record_near_misses((a, b));
+        }
         self.y.copy_from_slice(self.flow.end_state());
         let largest = self.layout.u(&self.y).iter().fold(0.0f64, |m, x| m.max(x.abs()));
         self.largest_u = self.largest_u.max(largest);
@@ -381,7 +393,9 @@ impl<'a, O: Observer> Run<'a, O> {
         if decision.set == present && decision.held == self.phase.held {
             // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
             let h = self.monitor_value(root.index);
-            self.push_grazing(self.t, monitor.node, h, GrazingKind::Decided)?;
+            let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
+            self.undecided += usize::from(root.tangent);
+            self.push_grazing(self.t, monitor.node, h, kind)?;
             self.slack[root.index] = 4.0 * self.slack[root.index].max(-h);
             return Ok(());
         }
@@ -475,6 +489,7 @@ impl<'a, O: Observer> Run<'a, O> {
     /// Hand the state to the flow; set the slack of the new monitors.
     fn begin_phase(&mut self) {
         self.flow.begin(&self.phase, self.t, &self.y);
+        self.uncertified += usize::from(!self.flow.is_exact());
         self.slack = self.phase.monitor_rounding(self.nbm, 2.0 * self.largest_u);
         let mut h = vec![0.0; self.phase.monitors.len()];
         self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
@@ -587,6 +602,9 @@ impl<'a, O: Observer> Run<'a, O> {
             phases: self.phases,
             switches: self.switches,
             grazings: self.grazings,
+            uncertified_phases: self.uncertified,
+            undecided: self.undecided,
+            flow_note: self.flow.note(),
             missed: self.missed,
             energy_start: self.ledger.start(),
             energy_end: self.ledger.end(),

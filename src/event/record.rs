@@ -91,6 +91,8 @@ pub enum GrazingKind {
     Ambiguous,
     /// No side could be entered; the node was held on the surface.
     Held,
+    /// The monitor touched zero so flatly that the time resolution cannot tell a touch from a crossing.
+    Undecided,
 }
 
 impl GrazingKind {
@@ -101,6 +103,7 @@ impl GrazingKind {
             GrazingKind::Decided => "decided by accelerations",
             GrazingKind::Ambiguous => "ambiguous, present phase kept",
             GrazingKind::Held => "held on the surface",
+            GrazingKind::Undecided => "tangent to time resolution",
         }
     }
 }
@@ -185,6 +188,12 @@ pub struct Report {
     pub switches: Vec<Switch>,
     /// All grazings.
     pub grazings: Vec<Grazing>,
+    /// Phases in which the search for switches rests on an approximation of the flow, not on the flow itself.
+    pub uncertified_phases: usize,
+    /// Tangencies that stayed undecided at the time resolution (recorded among the grazings).
+    pub undecided: usize,
+    /// What the flow has to say of its choices.
+    pub flow_note: Option<String>,
     /// Switches that the search had missed and only the complementarity problem showed (none, or a defect).
     pub missed: usize,
     /// `H` at the start.
@@ -209,6 +218,13 @@ pub struct Report {
     pub counters: Counters,
     /// Present if the solutions were to be verified.
     pub lcp_check: Option<LcpCheck>,
+}
+
+impl Report {
+    /// Every switch was found by proof: exact flow in every phase, no undecided tangency.
+    pub fn is_certified(&self) -> bool {
+        self.uncertified_phases == 0 && self.undecided == 0 && self.missed == 0
+    }
 }
 
 /// Takes what a run produces, as it is produced.

@@ -303,8 +303,11 @@ impl Flow for Chebyshev<'_> {
         self.held.as_ref().map_or((self.t0, self.t1), |h| h.window())
     }
 
-    fn end_state(&self) -> &[f64] {
-        self.held.as_ref().map_or(&self.end, |h| h.end_state())
+    fn end_state(&mut self) -> &[f64] {
+        match &mut self.held {
+            Some(held) => held.end_state(),
+            None => &self.end,
+        }
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {

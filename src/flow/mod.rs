@@ -4,6 +4,7 @@
 //! them, the work of harmonic loads and the dissipated energy. It advances window by window; inside a window
 //! it knows the state at every time and encloses every monitor between bounds.
 
+pub mod auto;
 pub mod bernstein;
 pub mod chebyshev;
 pub mod dop853;
@@ -12,6 +13,7 @@ pub mod modal;
 pub mod runge_kutta;
 pub mod tableau;
 
+pub use auto::Auto;
 pub use bernstein::Bernstein;
 pub use chebyshev::Chebyshev;
 pub use modal::Modal;
@@ -26,7 +28,7 @@ use thiserror::Error;
 pub struct Enclosure {
     /// Approximation over `[a, b]`, argument scaled to `[0, 1]`.
     pub polynomial: Bernstein,
-    /// `|h − polynomial| ≤ error`.
+    /// `|h − polynomial| ≤ error`, and no error at both ends.
     pub error: f64,
     /// `|h′ − polynomial′| ≤ slope_error`, derivatives with respect to the scaled argument.
     pub slope_error: f64,
@@ -136,7 +138,7 @@ pub trait Flow {
     /// The window.
     fn window(&self) -> (f64, f64);
     /// State at the end of the window.
-    fn end_state(&self) -> &[f64];
+    fn end_state(&mut self) -> &[f64];
     /// State at a time in the window.
     fn state(&self, t: f64, y: &mut [f64]);
     /// Enclosure of the `index`-th monitor of the phase on `[a, b]` inside the window.
@@ -149,6 +151,10 @@ pub trait Flow {
     /// approximation.
     fn is_exact(&self) -> bool {
         false
+    }
+    /// What a reader of the summary should know of the choices that were made.
+    fn note(&self) -> Option<String> {
+        None
     }
 }
 
@@ -163,5 +169,6 @@ pub fn by_name<'a>(
         Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
         Integrator::Modal => Box::new(Modal::new(nbm)),
         Integrator::Chebyshev => Box::new(Chebyshev::new(nbm)),
+        Integrator::Auto => Box::new(Auto::new(nbm, tolerances)),
     }
 }

@@ -282,6 +282,19 @@ impl Motion {
         (q, v)
     }
 
+    /// The free part of `q̇` after `a`, `Re(c e^{s (t − a)})`, for modes that oscillate under steady responses.
+    fn oscillation(&self, phase: &ModalPhase, k: usize, a: f64, h: f64) -> Option<Term> {
+        let mode = &phase.modes[k];
+        let d = mode.discriminant();
+        let steady = |h: &(f64, f64, Vec<(f64, Forcing)>)| matches!(h.2[k].1, Forcing::Steady(_));
+        if d <= 0.01 * mode.omega * mode.omega || !phase.harmonics.iter().all(steady) {
+            return None;
+        }
+        let [s, _] = mode.roots();
+        let amplitude = Complex::new(self.q[k], -(self.v[k] + mode.c * self.q[k]) / d.sqrt());
+        Some(Term { c: amplitude * s * (s * (a - self.start)).exp(), s, growth: (s * h).exp() })
+    }
+
     /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end`.
     fn bounds(&self, phase: &ModalPhase, k: usize, t: f64, end: f64) -> (f64, f64) {
         let mode = &phase.modes[k];
@@ -329,6 +342,59 @@ impl Motion {
     }
 }
 
+/// One exponential `c e^{s (t − a)}` with its growth `e^{s (b − a)}` over the interval.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    c: Complex<f64>,
+    s: Complex<f64>,
+    growth: Complex<f64>,
+}
+
+/// `∫ Re(x) Re(y)` over an interval of length `h`: two exponentials, integrated exactly.
+fn product_integral(x: &Term, y: &Term, h: f64) -> f64 {
+    let integral = |s: Complex<f64>, growth: Complex<f64>| {
+        let z = s * h;
+        if z.norm_sqr() > 0.04 {
+            return (growth - 1.0) / s;
+        }
+        // (e^z − 1)/z without cancellation
+        let mut sum = Complex::new(1.0, 0.0);
+        for n in (2..=11).rev() {
+            sum = sum * z / f64::from(n) + 1.0;
+        }
+        sum * h
+    };
+    let plain = x.c * y.c * integral(x.s + y.s, x.growth * y.growth);
+    let mixed = x.c * y.c.conj() * integral(x.s + y.s.conj(), x.growth * y.growth.conj());
+    0.5 * (plain + mixed).re
+}
+
+/// `∫ F q̇` and `∫ q̇²` over an interval of length `h`, from the free part of `q̇` at its start.
+fn powers_in_closed_form(
+    free: &Term,
+    phase: &ModalPhase,
+    k: usize,
+    turns: &[Term],
+    h: f64,
+) -> [f64; 2] {
+    let steady = |j: usize| match phase.harmonics[j].2[k].1 {
+        Forcing::Steady(p) => Term { c: turns[j].c * p * turns[j].s, ..turns[j] },
+        Forcing::FromRest(_) => Term { c: Complex::new(0.0, 0.0), ..turns[j] },
+    };
+    let force = |j: usize| Term { c: turns[j].c * phase.harmonics[j].2[k].0, ..turns[j] };
+    let mut sums = [0.0, product_integral(free, free, h)];
+    for j in 0..turns.len() {
+        let x = steady(j);
+        sums[1] += 2.0 * product_integral(free, &x, h);
+        sums[0] += product_integral(free, &force(j), h);
+        for i in 0..turns.len() {
+            sums[1] += product_integral(&x, &steady(i), h);
+            sums[0] += product_integral(&x, &force(i), h);
+        }
+    }
+    sums
+}
+
 /// Monitor values and slopes at one time.
 type Values = (f64, Rc<(DVector<f64>, DVector<f64>)>);
 
@@ -342,12 +408,16 @@ pub struct Modal<'a> {
     t0: f64,
     t1: f64,
     end: Vec<f64>,
+    end_known: bool,
     /// Work and dissipation at the start of the window.
     integrals: [f64; 2],
     /// The latest time in the window to which the powers were integrated, and their gain.
     integrated: Cell<(f64, [f64; 2])>,
-    /// Bounds of the fourth derivative of each monitor in the window.
+    /// Bounds of the size and of the fourth derivative of each monitor in the window, and whether they hold
+    /// for the whole phase.
+    sizes: Vec<f64>,
     fourth: Vec<f64>,
+    steady: bool,
     values: RefCell<Vec<Values>>,
     held: Option<RungeKutta<'a>>,
     counters: Counters,
@@ -367,9 +437,12 @@ impl<'a> Modal<'a> {
             t0: 0.0,
             t1: 0.0,
             end: vec![0.0; layout.len()],
+            end_known: true,
             integrals: [0.0; 2],
             integrated: Cell::new((0.0, [0.0; 2])),
+            sizes: vec![],
             fourth: vec![],
+            steady: false,
             values: RefCell::new(vec![]),
             held: None,
             counters: Counters::default(),
@@ -427,51 +500,80 @@ impl<'a> Modal<'a> {
         if count == 0 {
             return rest;
         }
-        let n = phase.modes.len();
-        let bounds: Vec<(f64, f64)> =
-            (0..n).map(|k| self.motion.bounds(phase, k, self.t0, t_limit)).collect();
-        self.fourth = vec![0.0; count];
+        if !(self.steady && self.fourth.len() == count) {
+            self.bound_monitors(phase, t_limit);
+        }
         let mut length = rest;
-        for i in 0..count {
-            let (mut size, mut fourth) = (0.0, 0.0);
-            for (k, (s, f)) in bounds.iter().enumerate() {
-                let r = phase.rows[(i, k)].abs();
-                size += r * s;
-                fourth += r * f;
-            }
-            self.fourth[i] = fourth;
-            if fourth > 0.0 {
-                length = length.min((384.0 * 0.02 * size / fourth).powf(0.25));
+        for (size, fourth) in self.sizes.iter().zip(&self.fourth) {
+            if *fourth > 0.0 {
+                length = length.min((384.0 * 0.002 * size / fourth).powf(0.25));
             }
         }
         // damped motions get calmer: bounds are renewed at every window
         length.max(64.0 * f64::EPSILON * self.t0.abs())
     }
 
-    /// Work of harmonic loads and dissipation from `a` to `b`: Gauss–Legendre, mode by mode, with
-    /// as many points as the mode's frequency asks for.
+    /// Size and fourth derivative of every monitor from the start of the window on.
+    fn bound_monitors(&mut self, phase: &ModalPhase, t_limit: f64) {
+        let count = phase.offsets.len();
+        (self.sizes, self.fourth) = (vec![0.0; count], vec![0.0; count]);
+        for k in 0..phase.modes.len() {
+            let (size, fourth) = self.motion.bounds(phase, k, self.t0, t_limit);
+            for (i, r) in phase.rows.column(k).iter().enumerate() {
+                self.sizes[i] += r.abs() * size;
+                self.fourth[i] += r.abs() * fourth;
+            }
+        }
+        // amplitudes stay what they are where nothing decays and nothing grows
+        let forced_from_rest = |h: &(f64, f64, Vec<(f64, Forcing)>)| {
+            h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)))
+        };
+        self.steady = phase.modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0)
+            && !phase.harmonics.iter().any(forced_from_rest);
+    }
+
+    /// Work of harmonic loads and dissipation from `a` to `b`, mode by mode.
     fn integrate_powers(&self, phase: &ModalPhase, a: f64, b: f64) -> [f64; 2] {
         let mut sums = [0.0; 2];
         if self.layout.work.is_none() && self.layout.dissipated.is_none() {
             return sums;
         }
+        // e^{i(Ωa + φ)} of each harmonic load, and its growth over the interval
+        let turn = |h: &(f64, f64, Vec<(f64, Forcing)>)| Term {
+            c: Complex::from_polar(1.0, h.0 * a + h.1),
+            s: Complex::new(0.0, h.0),
+            growth: Complex::from_polar(1.0, h.0 * (b - a)),
+        };
+        let turns: Vec<Term> = phase.harmonics.iter().map(turn).collect();
         for (k, mode) in phase.modes.iter().enumerate() {
-            let load = phase.harmonics.iter().map(|h| h.0).fold(0.0, f64::max);
-            let parts = ((b - a) * (mode.omega + load).max(2.0 * mode.c) / 2.0).ceil().max(1.0);
-            let h = (b - a) / parts;
-            for j in 0..parts as usize {
-                let left = a + j as f64 * h;
-                for (x, weight) in GAUSS10 {
-                    for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
-                        let (_, v) = self.motion.mode(phase, k, t);
-                        let force: f64 = phase
-                            .harmonics
-                            .iter()
-                            .map(|(w, phi, f)| f[k].0 * (w * t + phi).cos())
-                            .sum();
-                        sums[0] += 0.5 * h * weight * force * v;
-                        sums[1] += 0.5 * h * weight * 2.0 * mode.c * v * v;
-                    }
+            let part = match self.motion.oscillation(phase, k, a, b - a) {
+                Some(free) => powers_in_closed_form(&free, phase, k, &turns, b - a),
+                None => self.powers_by_quadrature(phase, k, a, b),
+            };
+            sums[0] += part[0];
+            sums[1] += 2.0 * mode.c * part[1];
+        }
+        sums
+    }
+
+    /// `∫ F q̇` and `∫ q̇²` by Gauss–Legendre, with as many points as the mode's frequency asks for: for modes
+    /// that are not a sum of well separated exponentials.
+    fn powers_by_quadrature(&self, phase: &ModalPhase, k: usize, a: f64, b: f64) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        let mode = &phase.modes[k];
+        let load = phase.harmonics.iter().map(|h| h.0).fold(0.0, f64::max);
+        let parts = ((b - a) * (mode.omega + load).max(2.0 * mode.c) / 2.0).ceil().max(1.0);
+        let h = (b - a) / parts;
+        for j in 0..parts as usize {
+            let left = a + j as f64 * h;
+            for (x, weight) in GAUSS10 {
+                for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
+                    let (_, v) = self.motion.mode(phase, k, t);
+                    let harmonics = phase.harmonics.iter();
+                    let force: f64 =
+                        harmonics.map(|(w, phi, f)| f[k].0 * (w * t + phi).cos()).sum();
+                    sums[0] += 0.5 * h * weight * force * v;
+                    sums[1] += 0.5 * h * weight * v * v;
                 }
             }
         }
@@ -491,13 +593,13 @@ impl<'a> Modal<'a> {
         gain
     }
 
-    /// Set the end of the window and the state there.
+    /// Set the end of the window; the state there is computed when it is asked for.
     fn set_end(&mut self, t: f64) {
         self.t1 = t;
+        self.end_known = false;
         let Some(phase) = self.phase.clone() else { return };
-        let mut end = std::mem::take(&mut self.end);
-        self.write_state(&phase, t, &mut end);
         let gain = self.gain(&phase, t);
+        let mut end = std::mem::take(&mut self.end);
         self.write_integrals(gain, &mut end);
         self.end = end;
     }
@@ -525,8 +627,10 @@ impl Flow for Modal<'_> {
     fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
         (self.t0, self.t1) = (t, t);
         self.end.copy_from_slice(y);
+        self.end_known = true;
         self.values.borrow_mut().clear();
         self.failure = None;
+        self.steady = false;
         if !phase.held.is_empty() {
             let mut held = RungeKutta::new(self.nbm, &dop853::DOP853, HELD);
             held.begin(phase, t, y);
@@ -577,7 +681,7 @@ impl Flow for Modal<'_> {
             return Err(FlowError::StepTooSmall { t: self.t0, h: length });
         }
         self.set_end(t);
-        if self.end.iter().any(|x| !x.is_finite()) {
+        if self.motion.q.iter().chain(&self.motion.v).any(|x| !x.is_finite()) {
             return Err(FlowError::NotFinite { t: self.t0 });
         }
         self.counters.steps += 1;
@@ -595,15 +699,24 @@ impl Flow for Modal<'_> {
         self.held.as_ref().map_or((self.t0, self.t1), |h| h.window())
     }
 
-    fn end_state(&self) -> &[f64] {
-        self.held.as_ref().map_or(&self.end, |h| h.end_state())
+    fn end_state(&mut self) -> &[f64] {
+        if self.held.is_some() {
+            return self.held.as_mut().map_or(&[], |h| h.end_state());
+        }
+        if let (false, Some(phase)) = (self.end_known, self.phase.clone()) {
+            let mut end = std::mem::take(&mut self.end);
+            self.write_state(&phase, self.t1, &mut end);
+            self.end = end;
+            self.end_known = true;
+        }
+        &self.end
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {
         if let Some(held) = &self.held {
             return held.state(t, y);
         }
-        if t == self.t1 {
+        if t == self.t1 && self.end_known {
             y.copy_from_slice(&self.end);
         } else if let Some(phase) = self.modal() {
             self.write_state(phase, t, y);

@@ -308,7 +308,7 @@ impl Flow for RungeKutta<'_> {
         (self.t0, self.t1)
     }
 
-    fn end_state(&self) -> &[f64] {
+    fn end_state(&mut self) -> &[f64] {
         &self.y1
     }
 

@@ -227,6 +227,52 @@ pub fn panel_with<'a, 'b>(
     Ok(chart)
 }
 
+/// A panel whose axes are decimal logarithms, labelled as powers of ten.
+pub fn loglog<'a, 'b>(
+    area: &'a Area<'b>,
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+    x_label: &str,
+    y_label: &str,
+) -> Result<Chart<'a, 'b>, FigureError> {
+    let decades = |r: &std::ops::Range<f64>| (r.end - r.start).round() as usize + 1;
+    let (x_labels, y_labels) = (decades(&x), decades(&y));
+    let power = |v: &f64| {
+        let digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+        let exponent = v.round() as i32;
+        if (v - f64::from(exponent)).abs() > 1e-6 {
+            return String::new();
+        }
+        let raise = |c: char| digits.chars().nth(c.to_digit(10)? as usize);
+        let raised: String = exponent.abs().to_string().chars().filter_map(raise).collect();
+        format!("10{}{}", if exponent < 0 { "⁻" } else { "" }, raised)
+    };
+    let mut chart = ChartBuilder::on(area)
+        .margin(px(6.0))
+        .margin_right(px(24.0))
+        .x_label_area_size(px(40.0))
+        .y_label_area_size(px(80.0))
+        .build_cartesian_2d(x, y)
+        .map_err(FigureError::draw)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(line(GRID, 1.0))
+        .axis_style(line(INK, 1.0))
+        .x_labels(x_labels)
+        .y_labels(y_labels)
+        .x_label_formatter(&power)
+        .y_label_formatter(&power)
+        .set_all_tick_mark_size(px(4.0))
+        .label_style(text(13))
+        .axis_desc_style(text(14))
+        .x_desc(x_label)
+        .y_desc(y_label)
+        .draw()
+        .map_err(FigureError::draw)?;
+    Ok(chart)
+}
+
 /// How the ticks of a range are written.
 #[derive(Debug, Clone, Copy)]
 struct TickStyle {

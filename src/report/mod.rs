@@ -3,4 +3,5 @@
 pub mod export;
 pub mod figure;
 pub mod pictures;
+pub mod precision;
 pub mod summary;

@@ -37,6 +37,10 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "switches": switches,
         "grazings": grazings,
         "missed_switches": report.missed,
+        "certified": report.is_certified(),
+        "uncertified_phases": report.uncertified_phases,
+        "undecided_tangencies": report.undecided,
+        "integrator_note": report.flow_note,
         "phases": report.phases,
         "energy_start": report.energy_start,
         "energy_end": report.energy_end,
@@ -143,6 +147,18 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
             );
             line("", text);
         }
+        let certificate = if report.is_certified() {
+            "proved complete in every phase, from bounds of the exact flow".to_owned()
+        } else if report.uncertified_phases == report.phases {
+            "proved complete on the interpolant of every step".to_owned()
+        } else {
+            format!(
+                "proved complete but for {} on an interpolant and {}",
+                plural(report.uncertified_phases, "phase", "phases"),
+                plural(report.undecided, "undecided tangency", "undecided tangencies"),
+            )
+        };
+        line("search", certificate);
         line(
             "contact error",
             format!(
@@ -204,5 +220,8 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         }
     }
     line("work", format!("{work}, {wall_s:.3} s"));
+    if let Some(note) = &report.flow_note {
+        line("", note.clone());
+    }
     out
 }

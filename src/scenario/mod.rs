@@ -263,6 +263,8 @@ pub enum Integrator {
     Modal,
     /// Exact without modes, for large undamped bodies under constant loads.
     Chebyshev,
+    /// Whichever costs least, phase by phase.
+    Auto,
 }
 
 impl Integrator {
@@ -273,6 +275,7 @@ impl Integrator {
             Integrator::Dop853 => "dop853",
             Integrator::Modal => "modal",
             Integrator::Chebyshev => "chebyshev",
+            Integrator::Auto => "auto",
         }
     }
 }

@@ -1,0 +1,162 @@
+//! Speed against error: table, CSV and picture of a work–precision study.
+
+use std::fmt::Write as _;
+
+use plotters::prelude::*;
+
+use super::figure::{self, FigureError, INK, LINES, Mark, legend, line, loglog, px, text};
+
+/// One solution of the scene.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Point {
+    /// Program and method: `dop853`, `scipy DOP853`.
+    pub method: String,
+    /// Relative tolerance, where the method has one.
+    pub rtol: Option<f64>,
+    /// Relative error of the final state against the reference.
+    pub error: f64,
+    /// Largest error of a switching time over the end time; not a number where the switches differ.
+    pub switch_error: Option<f64>,
+    /// Number of switches.
+    pub switches: usize,
+    /// Median wall time in seconds.
+    pub wall_s: f64,
+    /// Right-hand sides or products.
+    pub work: u64,
+}
+
+/// A whole study.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Study {
+    /// Scene title.
+    pub title: String,
+    /// Number of unknowns.
+    pub n_o: usize,
+    /// Which solution the errors refer to.
+    pub reference: String,
+    /// Machine and version.
+    pub footer: String,
+    /// All points.
+    pub points: Vec<Point>,
+}
+
+/// Errors below this are drawn here: rounding.
+const FLOOR: f64 = 1e-15;
+
+impl Study {
+    /// The table in words.
+    pub fn text(&self) -> String {
+        let mut out = format!(
+            "{}: {} unknowns; errors against {}\n  {:<22}{:>9}{:>12}{:>14}{:>10}{:>12}{:>12}\n",
+            self.title,
+            self.n_o,
+            self.reference,
+            "method",
+            "rtol",
+            "error",
+            "switch times",
+            "switches",
+            "time",
+            "work"
+        );
+        for p in &self.points {
+            let rtol = p.rtol.map_or("exact".into(), |r| format!("{r:.0e}"));
+            let switch = p.switch_error.map_or("differ".into(), |e| format!("{e:.1e}"));
+            let _ = writeln!(
+                out,
+                "  {:<22}{rtol:>9}{:>12.1e}{switch:>14}{:>10}{:>9.3} ms{:>12}",
+                p.method,
+                p.error,
+                p.switches,
+                1e3 * p.wall_s,
+                p.work
+            );
+        }
+        out + &format!("  {}\n", self.footer)
+    }
+
+    /// The table as CSV.
+    pub fn csv(&self) -> String {
+        let mut out = String::from("method,rtol,error,switch_error,switches,wall_s,work\n");
+        for p in &self.points {
+            let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
+            let _ = writeln!(
+                out,
+                "{},{},{:e},{},{},{:e},{}",
+                p.method,
+                or_empty(p.rtol),
+                p.error,
+                or_empty(p.switch_error),
+                p.switches,
+                p.wall_s,
+                p.work
+            );
+        }
+        out
+    }
+
+    /// Error against time, both logarithmic.
+    pub fn picture(&self) -> Result<String, FigureError> {
+        let mut methods: Vec<&str> = vec![];
+        for p in &self.points {
+            if !methods.contains(&p.method.as_str()) {
+                methods.push(&p.method);
+            }
+        }
+        let drawn: Vec<&Point> = self.points.iter().filter(|p| p.error < 1.0).collect();
+        if drawn.is_empty() {
+            return Err(FigureError::Empty("no solution comes near the reference"));
+        }
+        let log = |x: f64| x.max(FLOOR).log10();
+        let bounds = |f: &dyn Fn(&Point) -> f64| {
+            let values = || drawn.iter().map(|p| f(p));
+            let low = values().fold(f64::INFINITY, f64::min).floor();
+            let high = values().fold(f64::NEG_INFINITY, f64::max).ceil();
+            low..high.max(low + 1.0)
+        };
+        let x = bounds(&|p| log(p.error));
+        let y = bounds(&|p| p.wall_s.log10());
+        figure::svg((980, 600), |root| {
+            let title = format!("{}: time against error, {} unknowns", self.title, self.n_o);
+            root.draw(&Text::new(title, (px(12.0), px(8.0)), text(16)))
+                .map_err(FigureError::draw)?;
+            let footer = format!("{}; errors against {}", self.footer, self.reference);
+            root.draw(&Text::new(footer, (px(12.0), px(578.0)), text(11)))
+                .map_err(FigureError::draw)?;
+            let (_, sheet) = root.split_vertically(px(30.0));
+            let (strip, sheet) = sheet.split_vertically(px(24.0));
+            let (sheet, _) = sheet.split_vertically(px(520.0));
+            let mut chart =
+                loglog(&sheet, x, y, "relative error of the final state", "wall time in s")?;
+            let mut entries = vec![];
+            for (k, method) in methods.iter().enumerate() {
+                let colour = if k < LINES.len() {
+                    LINES[k]
+                } else {
+                    [INK, figure::viridis(0.85), figure::viridis(0.1)][(k - LINES.len()) % 3]
+                };
+                let mut at: Vec<(f64, f64)> = drawn
+                    .iter()
+                    .filter(|p| p.method == *method)
+                    .map(|p| (log(p.error), p.wall_s.log10()))
+                    .collect();
+                at.sort_by(|a, b| b.0.total_cmp(&a.0));
+                let peer = method.contains(' ');
+                let style = line(colour, 1.8);
+                if peer {
+                    let dashes = DashedLineSeries::new(at.clone(), px(7.0), px(4.0), style);
+                    chart.draw_series(dashes).map_err(FigureError::draw)?;
+                } else {
+                    chart
+                        .draw_series(LineSeries::new(at.clone(), style))
+                        .map_err(FigureError::draw)?;
+                }
+                chart
+                    .draw_series(at.iter().map(|&p| Circle::new(p, px(4.0), colour.filled())))
+                    .map_err(FigureError::draw)?;
+                entries.push((*method, colour, if peer { Mark::Dashes } else { Mark::Line }));
+            }
+            legend(&strip, &entries)
+        })
+    }
+}

@@ -1,0 +1,46 @@
+//! A problem's operators in HDF5, for other programs to solve the same equations.
+
+use std::path::Path;
+
+use ndarray::{Array1, Array2};
+
+use super::StoreError;
+use crate::contact::{ActiveSet, Nbm};
+use crate::fem::Csr;
+use crate::problem::Problem;
+
+fn dense(a: &Csr) -> Array2<f64> {
+    let mut d = Array2::zeros((a.n_rows(), a.n_cols()));
+    a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
+    d
+}
+
+/// Write `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state, its active set
+/// and the end time.
+pub fn write_problem(
+    path: &Path,
+    problem: &Problem,
+    active: &ActiveSet,
+    until: f64,
+) -> Result<(), StoreError> {
+    let nbm: &Nbm = &problem.nbm;
+    let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
+    let n_c = nbm.n_contact();
+    let matrix = |name: &str, a: Array2<f64>| file.new_dataset_builder().with_data(&a).create(name);
+    matrix("M", dense(&nbm.body.mass))?;
+    matrix("K", dense(&nbm.body.stiffness))?;
+    matrix("N_C", Array2::from_shape_fn((n_c, n_c), |(i, j)| nbm.n_c[(i, j)]))?;
+    matrix("N_O", dense(&nbm.n_o))?;
+    let vector = |name: &str, x: Vec<f64>| {
+        file.new_dataset_builder().with_data(&Array1::from_vec(x)).create(name)
+    };
+    vector("gap", nbm.gap.clone())?;
+    vector("f", nbm.loads.constant.clone().unwrap_or_else(|| vec![0.0; nbm.n()]))?;
+    vector("u0", problem.initial.u.clone())?;
+    vector("v0", problem.initial.v.clone())?;
+    let active: Vec<u8> = active.flags().iter().map(|&a| u8::from(a)).collect();
+    file.new_dataset_builder().with_data(&active).create("active0")?;
+    file.new_dataset::<f64>().create("until")?.write_scalar(&until)?;
+    file.flush()?;
+    Ok(())
+}
