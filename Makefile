@@ -42,6 +42,9 @@ pictures: build
 	$(BIN) plot out/plate.h5 --only shapes,contact
 	cp out/plate-shapes.png docs/plate.png
 	cp out/plate-contact.png docs/contact.png
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
+	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision
+	cp out/plate-precision.png docs/precision.png
 
 clean:
 	rm -rf out target

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use divan::{Bencher, black_box};
 use signorini::contact::{ActiveSet, Phase};
-use signorini::event::Silent;
+use signorini::event::{Silent, find};
+use signorini::flow::{Chebyshev, Flow};
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
 use signorini::simulate::simulate;
@@ -58,12 +59,48 @@ fn acceleration(bencher: Bencher, mesh: [usize; 2]) {
     });
 }
 
-/// One period, each integrator.
-#[divan::bench(args = ["dopri5", "dop853"], sample_count = 10)]
+/// One period, each integrator; `modal` pays for its eigensolutions here.
+#[divan::bench(args = ["dopri5", "dop853", "modal", "chebyshev", "auto"], sample_count = 5)]
 fn one_period(bencher: Bencher, name: &str) {
     let (mut scene, problem) = plate([20, 10]);
     if let Some(run) = &mut scene.run {
-        run.integrator = if name == "dopri5" { Integrator::Dopri5 } else { Integrator::Dop853 };
+        run.integrator = by_name(name);
+        run.samples = 1;
+    }
+    bencher.bench_local(|| simulate(&scene, &problem, false, &mut Silent));
+}
+
+fn by_name(name: &str) -> Integrator {
+    match name {
+        "dopri5" => Integrator::Dopri5,
+        "modal" => Integrator::Modal,
+        "chebyshev" => Integrator::Chebyshev,
+        "auto" => Integrator::Auto,
+        _ => Integrator::Dop853,
+    }
+}
+
+/// The switch search: one window of the exact flow with all its monitors.
+#[divan::bench(args = MESHES)]
+fn search_a_window(bencher: Bencher, mesh: [usize; 2]) {
+    let (_, problem) = plate(mesh);
+    let nbm = &problem.nbm;
+    let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact())).expect("a phase");
+    let mut flow = Chebyshev::new(nbm);
+    let y: Vec<f64> = problem.initial.u.iter().chain(&problem.initial.v).copied().collect();
+    flow.begin(&phase, 0.0, &y);
+    flow.advance(&phase, 3.36).expect("a window");
+    let slack = phase.monitor_rounding(nbm, 1.0);
+    let window = flow.window();
+    bencher.bench_local(|| find::earliest(&flow, black_box(&slack), window, 1e-15));
+}
+
+/// Cost against the size of the mesh: one period without eigenvectors.
+#[divan::bench(args = [[20, 10], [40, 20], [80, 40]], sample_count = 3)]
+fn scaling(bencher: Bencher, mesh: [usize; 2]) {
+    let (mut scene, problem) = plate(mesh);
+    if let Some(run) = &mut scene.run {
+        run.integrator = Integrator::Chebyshev;
         run.samples = 1;
     }
     bencher.bench_local(|| simulate(&scene, &problem, false, &mut Silent));

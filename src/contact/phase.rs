@@ -231,10 +231,18 @@ impl Phase {
         self.expand_velocity(nbm, x_o[0], &mut v[..n]);
         self.expand_velocity(nbm, x_o[1], &mut v[n..]);
         nbm.body.stiffness.mul_pair(&v, &mut b);
-        v.copy_from_slice(&b);
-        nbm.mass_factor.solve(&mut v, &mut s.solve);
-        for ((x, b), y_o) in v.chunks_exact_mut(n).zip(b.chunks_exact(n)).zip(y_o) {
-            s.b.copy_from_slice(b);
+        // the correction by a second solve starts from the product itself
+        let again = matches!(nbm.correction, Correction::Solve);
+        if again {
+            v.copy_from_slice(&b);
+        }
+        nbm.mass_factor.solve(&mut b, &mut s.solve);
+        for (k, y_o) in y_o.into_iter().enumerate() {
+            let part = k * n..(k + 1) * n;
+            if again {
+                s.b.copy_from_slice(&v[part.clone()]);
+            }
+            let x = &mut b[part];
             self.projection.apply(nbm, s, x);
             y_o.copy_from_slice(&x[..y_o.len()]);
         }

@@ -12,6 +12,7 @@ pub mod dopri5;
 pub mod modal;
 pub mod runge_kutta;
 pub mod tableau;
+pub mod trigonometry;
 
 pub use auto::Auto;
 pub use bernstein::Bernstein;

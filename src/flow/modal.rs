@@ -15,6 +15,7 @@ use std::rc::Rc;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::trigonometry::sin_cos;
 use super::{
     Bernstein, Counters, Enclosure, Flow, FlowError, Layout, RungeKutta, Tolerances, dop853,
 };
@@ -131,6 +132,9 @@ enum Forcing {
     FromRest(f64),
 }
 
+/// A harmonic load on all modes: `Ω`, `φ`, and for each mode `F_k` and how it is treated.
+type ModalLoad = (f64, f64, Vec<(f64, Forcing)>);
+
 /// The eigenbasis of one active set with its loads.
 #[derive(Debug)]
 struct ModalPhase {
@@ -141,12 +145,14 @@ struct ModalPhase {
     inverse: DMatrix<f64>,
     /// `F₀` of each mode.
     constant: Vec<f64>,
-    /// Harmonic forces: frequency, phase, `F_k` and how each mode is treated.
-    harmonics: Vec<(f64, f64, Vec<(f64, Forcing)>)>,
+    /// Harmonic loads.
+    harmonics: Vec<ModalLoad>,
     /// `r = ∇h Φ`, one row a monitor.
     rows: DMatrix<f64>,
     /// Monitors at `u_O = 0`.
     offsets: Vec<f64>,
+    /// Undamped, under constant loads, without rigid motions.
+    is_plain: bool,
 }
 
 impl ModalPhase {
@@ -214,7 +220,9 @@ impl ModalPhase {
         }
         let mut offsets = vec![0.0; count];
         phase.monitor_values(nbm, &zero, &mut offsets);
-        Ok(ModalPhase { modes, shapes, inverse, constant, harmonics, rows, offsets })
+        let is_plain =
+            nbm.loads.harmonics.is_empty() && modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
+        Ok(ModalPhase { is_plain, modes, shapes, inverse, constant, harmonics, rows, offsets })
     }
 }
 
@@ -230,8 +238,8 @@ struct Motion {
 
 impl Motion {
     /// Take out what the particular solutions have at the start.
-    fn new(phase: &ModalPhase, start: f64, q: &DVector<f64>, v: &DVector<f64>) -> Motion {
-        let mut motion = Motion { start, q: q.as_slice().to_vec(), v: v.as_slice().to_vec() };
+    fn new(phase: &ModalPhase, start: f64, q: &[f64], v: &[f64]) -> Motion {
+        let mut motion = Motion { start, q: q.to_vec(), v: v.to_vec() };
         for (k, mode) in phase.modes.iter().enumerate() {
             if mode.omega > 0.0 {
                 motion.q[k] -= phase.constant[k] / (mode.omega * mode.omega);
@@ -286,7 +294,7 @@ impl Motion {
     fn oscillation(&self, phase: &ModalPhase, k: usize, a: f64, h: f64) -> Option<Term> {
         let mode = &phase.modes[k];
         let d = mode.discriminant();
-        let steady = |h: &(f64, f64, Vec<(f64, Forcing)>)| matches!(h.2[k].1, Forcing::Steady(_));
+        let steady = |h: &ModalLoad| matches!(h.2[k].1, Forcing::Steady(_));
         if d <= 0.01 * mode.omega * mode.omega || !phase.harmonics.iter().all(steady) {
             return None;
         }
@@ -419,6 +427,8 @@ pub struct Modal<'a> {
     fourth: Vec<f64>,
     steady: bool,
     values: RefCell<Vec<Values>>,
+    /// Angles, sines, cosines.
+    work: RefCell<[Vec<f64>; 3]>,
     held: Option<RungeKutta<'a>>,
     counters: Counters,
     failure: Option<FlowError>,
@@ -444,6 +454,7 @@ impl<'a> Modal<'a> {
             fourth: vec![],
             steady: false,
             values: RefCell::new(vec![]),
+            work: RefCell::default(),
             held: None,
             counters: Counters::default(),
             failure: None,
@@ -463,20 +474,40 @@ impl<'a> Modal<'a> {
     fn modes_at(&self, phase: &ModalPhase, t: f64) -> (DVector<f64>, DVector<f64>) {
         let n = phase.modes.len();
         let (mut q, mut v) = (DVector::zeros(n), DVector::zeros(n));
-        for k in 0..n {
-            (q[k], v[k]) = self.motion.mode(phase, k, t);
+        if phase.is_plain {
+            self.plain_modes_at(phase, t, q.as_mut_slice(), v.as_mut_slice());
+        } else {
+            for k in 0..n {
+                (q[k], v[k]) = self.motion.mode(phase, k, t);
+            }
         }
         (q, v)
+    }
+
+    /// The same where every mode is an undamped oscillation about a static displacement.
+    fn plain_modes_at(&self, phase: &ModalPhase, t: f64, q: &mut [f64], v: &mut [f64]) {
+        let mut work = self.work.borrow_mut();
+        let [angle, sin, cos] = &mut *work;
+        let n = phase.modes.len();
+        [&mut *angle, &mut *sin, &mut *cos].into_iter().for_each(|x| x.resize(n, 0.0));
+        let tau = t - self.motion.start;
+        angle.iter_mut().zip(&phase.modes).for_each(|(x, m)| *x = m.omega * tau);
+        sin_cos(angle, sin, cos);
+        for k in 0..n {
+            let w = phase.modes[k].omega;
+            let (a, b) = (self.motion.q[k], self.motion.v[k]);
+            q[k] = a * cos[k] + b / w * sin[k] + phase.constant[k] / (w * w);
+            v[k] = b * cos[k] - a * w * sin[k];
+        }
     }
 
     /// The state `(u_O, u̇_O)` at `t`.
     fn write_state(&self, phase: &ModalPhase, t: f64, y: &mut [f64]) {
         let n = self.layout.n_o;
         let (q, v) = self.modes_at(phase, t);
-        let u = &phase.shapes * q;
-        let v = &phase.shapes * v;
-        y[..n].copy_from_slice(u.as_slice());
-        y[n..2 * n].copy_from_slice(v.as_slice());
+        // both at once: the shapes are read once
+        let both = &phase.shapes * DMatrix::from_columns(&[q, v]);
+        y[..2 * n].copy_from_slice(both.as_slice());
     }
 
     /// Monitor values and slopes at `t`, kept for the search in the window.
@@ -525,9 +556,8 @@ impl<'a> Modal<'a> {
             }
         }
         // amplitudes stay what they are where nothing decays and nothing grows
-        let forced_from_rest = |h: &(f64, f64, Vec<(f64, Forcing)>)| {
-            h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)))
-        };
+        let forced_from_rest =
+            |h: &ModalLoad| h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)));
         self.steady = phase.modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0)
             && !phase.harmonics.iter().any(forced_from_rest);
     }
@@ -539,7 +569,7 @@ impl<'a> Modal<'a> {
             return sums;
         }
         // e^{i(Ωa + φ)} of each harmonic load, and its growth over the interval
-        let turn = |h: &(f64, f64, Vec<(f64, Forcing)>)| Term {
+        let turn = |h: &ModalLoad| Term {
             c: Complex::from_polar(1.0, h.0 * a + h.1),
             s: Complex::new(0.0, h.0),
             growth: Complex::from_polar(1.0, h.0 * (b - a)),
@@ -654,9 +684,8 @@ impl Flow for Modal<'_> {
             },
         };
         let n = self.layout.n_o;
-        let q = &modal.inverse * DVector::from_column_slice(&y[..n]);
-        let v = &modal.inverse * DVector::from_column_slice(&y[n..2 * n]);
-        self.motion = Motion::new(&modal, t, &q, &v);
+        let both = &modal.inverse * DMatrix::from_column_slice(n, 2, &y[..2 * n]);
+        self.motion = Motion::new(&modal, t, &both.as_slice()[..n], &both.as_slice()[n..]);
         self.phase = Some(modal);
     }
 

@@ -141,7 +141,7 @@ impl Study {
                     .map(|p| (log(p.error), p.wall_s.log10()))
                     .collect();
                 at.sort_by(|a, b| b.0.total_cmp(&a.0));
-                let peer = method.contains(' ');
+                let peer = method.starts_with("scipy");
                 let style = line(colour, 1.8);
                 if peer {
                     let dashes = DashedLineSeries::new(at.clone(), px(7.0), px(4.0), style);

@@ -122,7 +122,7 @@ fn simultaneous(checks: &mut Vec<Check>) -> Result<(), String> {
             .fold(0.0, f64::max)
     };
     let worst = states.u.iter().map(|u| asymmetry(u)).fold(0.0, f64::max);
-    checks.push(Check::at_most("symmetric plate, 10 periods: loss of symmetry", worst, 1e-10));
+    checks.push(Check::at_most("symmetric plate, 50 periods: loss of symmetry", worst, 1e-10));
     checks.push(Check::near("symmetric plate: missed switches", report.missed as f64, 0.0, 0.0));
 
     let strip = scene(include_str!("../strip/scene.toml"), Some(&[20, 6]))?;
