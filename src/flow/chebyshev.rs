@@ -27,7 +27,7 @@ const LONGEST: f64 = 480.0;
 /// Memory for the vectors of a window, in numbers.
 const MEMORY: usize = 60_000_000;
 
-/// `J_0(x) … J_m(x)`, `m` large enough that all further ones are below [`SMALLEST_TERM`]: Miller's backward
+/// `J_0(x) … J_m(x)`, `m` large enough that all further ones are below 1e-18: Miller's backward
 /// recurrence, normalised by `J₀ + 2 Σ J_2k = 1`.
 pub fn bessel(x: f64) -> Vec<f64> {
     if x == 0.0 {
