@@ -314,8 +314,34 @@ fn odd_requests_are_answered() {
 }
 
 #[test]
+fn precision_orders_the_integrators() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("good.toml"), GOOD).unwrap();
+    let output = signorini(folder.path(), &["precision", "good.toml", "--repeats", "1", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let error = |method: &str, rtol: Option<f64>| {
+        let points = json["study"]["points"].as_array().unwrap();
+        let found = points.iter().find(|p| p["method"] == method && p["rtol"].as_f64() == rtol);
+        found.unwrap()["error"].as_f64().unwrap()
+    };
+    assert!(error("chebyshev", None) < 1e-11 && error("modal, cached", None) < 1e-11);
+    assert!(error("dop853", Some(1e-10)) < 1e-7);
+    assert!(error("dopri5", Some(1e-8)) < 1e-2 * error("dopri5", Some(1e-4)));
+    for name in ["good-precision.csv", "good-precision.svg", "good-precision.png"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+    // what chebyshev cannot take is said, with what can
+    let damped = GOOD.replace("[run]", "[damping]\nratio = 0.1\n[run]\nintegrator = \"chebyshev\"");
+    std::fs::write(folder.path().join("damped.toml"), damped).unwrap();
+    let output = signorini(folder.path(), &["run", "damped.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("modal"), "{}", text(&output.stderr));
+}
+
+#[test]
 fn every_command_has_help_with_an_example() {
-    for command in ["run", "modes", "plot", "export", "inspect", "validate"] {
+    for command in ["run", "modes", "plot", "export", "inspect", "precision", "validate"] {
         let output = signorini(&root(), &[command, "--help"]);
         assert_eq!(output.status.code(), Some(0));
         assert!(text(&output.stdout).contains(&format!("signorini {command}")), "{command}");

@@ -34,7 +34,49 @@ pub fn lowest(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, 
 pub fn all(k: &Csr, m: &Csr, omega_unit: f64) -> Result<Modes, FemError> {
     let mut modes = dense(k, m, k.n_rows())?;
     flatten_rigid(&mut modes, omega_unit);
+    refine_rigid(&mut modes, k, m, omega_unit)?;
     Ok(modes)
+}
+
+/// A dense eigensolution knows the shapes of rigid motions only to the rounding errors of the stiffest modes; two steps of
+/// inverse iteration, whose own errors lie along these very shapes, bring them to full accuracy. All others are made orthogonal to
+/// them.
+fn refine_rigid(modes: &mut Modes, k: &Csr, m: &Csr, omega_unit: f64) -> Result<(), FemError> {
+    let rigid = modes.omega.iter().take_while(|w| **w == 0.0).count();
+    if rigid == 0 {
+        return Ok(());
+    }
+    let n = k.n_rows();
+    let shift = 1e-4 * omega_unit * omega_unit;
+    let factor = SpdFactor::new(&Csr::combination(1.0, k, shift, m), "shifted stiffness matrix")?;
+    let mut scratch = factor.scratch();
+    let mut mx = vec![0.0; n];
+    for j in 0..rigid {
+        for _ in 0..2 {
+            m.mul(&modes.shapes[j], &mut mx);
+            factor.solve(&mut mx, &mut scratch);
+            modes.shapes[j].copy_from_slice(&mx);
+            normalise(&mut modes.shapes, j, j, m);
+        }
+    }
+    for j in rigid..modes.shapes.len() {
+        normalise(&mut modes.shapes, j, rigid, m);
+    }
+    Ok(())
+}
+
+/// Make shape `j` orthogonal to the first `others` and of unit norm, in the mass.
+fn normalise(shapes: &mut [Vec<f64>], j: usize, others: usize, m: &Csr) {
+    let (before, rest) = shapes.split_at_mut(j);
+    let x = &mut rest[0];
+    let mut mx = vec![0.0; x.len()];
+    m.mul(x, &mut mx);
+    for other in &before[..others] {
+        let c: f64 = other.iter().zip(&mx).map(|(a, b)| a * b).sum();
+        x.iter_mut().zip(other).for_each(|(x, o)| *x -= c * o);
+    }
+    let norm = m.quadratic(x).sqrt();
+    x.iter_mut().for_each(|x| *x /= norm);
 }
 
 /// Frequencies that are rounding errors belong to rigid motions.

@@ -1,0 +1,124 @@
+//! The exact flows against Dormand–Prince at a tight tolerance, on everything that their formulas tell apart:
+//! damping from none to far beyond critical, loads through resonance, rigid motions.
+
+mod common;
+
+use common::{relative, scene};
+use signorini::event::{Report, Silent};
+use signorini::problem::{Problem, phase_modes};
+use signorini::scenario::{Integrator, Scene};
+use signorini::simulate::simulate;
+
+fn run(scene: &Scene, integrator: Integrator) -> Report {
+    let mut scene = scene.clone();
+    if let Some(run) = &mut scene.run {
+        (run.integrator, run.rtol, run.atol) = (integrator, 1e-12, 1e-15);
+    }
+    let problem = Problem::new(&scene, None).unwrap();
+    let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
+    assert!(report.outcome.is_complete(), "{}", report.outcome);
+    assert_eq!(report.missed, 0);
+    report
+}
+
+fn plate(tables: &str) -> Scene {
+    scene(&format!(
+        "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[contact]\nedge = 'right'\ngap = 0.1\n{tables}\n\
+         [run]\nuntil = 12.0\nsamples = 7\n"
+    ))
+}
+
+const PUSH: &str = "[initial]\nvelocity = ['3*x', '0.1*x']";
+
+fn harmonic(omega: f64) -> String {
+    format!("[[load]]\nkind = 'mode'\nmode = 2\namplitude = 0.1\nomega = {omega:e}\nphase = 0.4\n")
+}
+
+/// Final state, switches and ledger of two runs.
+fn compare(name: &str, scene: &Scene, integrator: Integrator, tolerance: f64) {
+    let (exact, stepped) = (run(scene, integrator), run(scene, Integrator::Dop853));
+    let state = |r: &Report| -> Vec<f64> { r.last.u.iter().chain(&r.last.v).copied().collect() };
+    let e = relative(&state(&exact), &state(&stepped));
+    println!(
+        "{name}: {e:.1e}, {} switches, ledger {:.1e}",
+        exact.switches.len(),
+        exact.energy_drift_total
+    );
+    assert!(e < tolerance, "{name}: {e:e}");
+    assert!(exact.switches.len() >= 2, "{name}: it must touch");
+    assert_eq!(exact.switches.len(), stepped.switches.len(), "{name}");
+    for (a, b) in exact.switches.iter().zip(&stepped.switches) {
+        assert!((a.t - b.t).abs() < 100.0 * tolerance, "{name}: {} {}", a.t, b.t);
+    }
+    assert!(exact.energy_drift_total < 1e-11, "{name}: {:e}", exact.energy_drift_total);
+    // work and dissipation: closed forms and quadrature here, Runge–Kutta there
+    let scale = stepped.energy_start.abs() + stepped.energy_external.abs() + stepped.energy_end;
+    for (a, b) in [
+        (exact.energy_external, stepped.energy_external),
+        (exact.energy_dissipated, stepped.energy_dissipated),
+    ] {
+        assert!((a - b).abs() < 10.0 * tolerance * scale, "{name}: {a} {b}");
+    }
+    assert!(exact.is_certified() && !stepped.is_certified());
+}
+
+#[test]
+fn modal_takes_every_damping_and_load() {
+    let omega = {
+        let problem = Problem::new(&plate(""), None).unwrap();
+        let nbm = &problem.nbm;
+        let open = signorini::contact::ActiveSet::open(nbm.n_contact());
+        let phase = signorini::contact::Phase::new(nbm, open).unwrap();
+        phase_modes(nbm, &phase, 2).unwrap().omega[1]
+    };
+    let damping = |rayleigh: &str| format!("[damping]\nrayleigh = {rayleigh}\n");
+    let traction = "[[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.02, -0.01]\n";
+    for (name, tables) in [
+        ("free", String::new()),
+        ("constant load", traction.into()),
+        ("light damping", damping("[0.0, 0.01]")),
+        ("mass damping", damping("[0.3, 0.0]")),
+        ("high modes over-damped", damping("[0.0, 0.3]")),
+        ("all modes damped hard", damping("[0.1, 0.9]")),
+        ("harmonic", harmonic(1.1)),
+        ("damped, harmonic", damping("[0.0, 0.02]") + &harmonic(2.3)),
+        ("over-damped, harmonic", damping("[0.0, 0.3]") + &harmonic(1.7)),
+        ("exact resonance", harmonic(omega)),
+        ("near resonance", harmonic(omega * (1.0 + 1e-9))),
+        ("edge of resonance", harmonic(omega * 1.004)),
+        ("damped resonance", damping("[0.0, 0.005]") + &harmonic(omega)),
+        ("two loads", harmonic(0.9) + traction + &harmonic(3.1)),
+    ] {
+        compare(name, &plate(&format!("{tables}{PUSH}")), Integrator::Modal, 2e-9);
+    }
+}
+
+#[test]
+fn chebyshev_and_auto_agree_too() {
+    let traction = "[[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.02, -0.01]\n";
+    for tables in ["", traction] {
+        let scene = plate(&format!("{tables}{PUSH}"));
+        compare("chebyshev", &scene, Integrator::Chebyshev, 2e-9);
+        compare("auto", &scene, Integrator::Auto, 2e-9);
+    }
+}
+
+/// A free bar: its rigid motion is a mode without stiffness, damped or not.
+#[test]
+fn rigid_motions_are_modes_too() {
+    for damping in
+        ["", "[damping]\nrayleigh = [0.05, 0.0]\n", "[damping]\nrayleigh = [0.0, 0.002]\n"]
+    {
+        let text = format!(
+            "[body]\nkind = 'bar'\nsize = [10.0]\nelements = [12]\nyoung = 900.0\ndensity = 1.0\n\
+             [contact]\nedge = 'left'\ngap = 5.0\n{damping}[[load]]\nkind = 'gravity'\namplitude = -10.0\n\
+             [run]\nuntil = 5.0\nsamples = 3\n"
+        );
+        let scene = scene(&text);
+        compare(&format!("bouncing {damping:?}"), &scene, Integrator::Modal, 1e-8);
+        if damping.is_empty() {
+            compare("bouncing, chebyshev", &scene, Integrator::Chebyshev, 1e-8);
+        }
+    }
+}
