@@ -41,8 +41,17 @@ fn grazing_state(nbm: &Nbm, i: usize, seed: u64) -> (State, ActiveSet, [f64; 2])
 }
 
 fn run(nbm: &Nbm, state: &State, until: f64) -> (event::Report, Collector) {
+    run_with(nbm, state, until, Integrator::Dop853)
+}
+
+fn run_with(
+    nbm: &Nbm,
+    state: &State,
+    until: f64,
+    integrator: Integrator,
+) -> (event::Report, Collector) {
     let options = Options { until, samples: 200, switch_limit: 1e6, verify_lcp: false };
-    let mut flow = by_name(Integrator::Dop853, nbm, Tolerances { rtol: 1e-11, atol: 1e-13 });
+    let mut flow = by_name(integrator, nbm, Tolerances { rtol: 1e-11, atol: 1e-13 });
     let mut collector = Collector::default();
     let report = event::run(nbm, state, &options, flow.as_mut(), &mut collector).unwrap();
     assert!(report.outcome.is_complete(), "{}", report.outcome);
@@ -138,6 +147,32 @@ fn a_held_node_follows_the_limit_of_chattering_neighbours() {
         tested += 1;
     }
     assert!(tested >= 3, "{tested}");
+}
+
+/// The exact flows hand held phases on and take over again when the node leaves the surface.
+#[test]
+fn exact_flows_pass_through_held_phases() {
+    let problem = problem(PLATE);
+    let nbm = &problem.nbm;
+    let mut left = 0;
+    for seed in 0..2000 {
+        let i = seed as usize % nbm.n_contact();
+        let (state, _, [free, contact]) = grazing_state(nbm, i, seed);
+        if !(free > 0.5 && contact < -0.5) {
+            continue;
+        }
+        let until = 0.3;
+        let (stepped, _) = run(nbm, &state, until);
+        for integrator in [Integrator::Modal, Integrator::Chebyshev, Integrator::Auto] {
+            let (exact, _) = run_with(nbm, &state, until, integrator);
+            assert_eq!(exact.switches.len(), stepped.switches.len(), "seed {seed}");
+            assert!(exact.uncertified_phases >= 1 && !exact.is_certified());
+            let e = common::relative(&exact.last.u, &stepped.last.u);
+            assert!(e < 1e-8, "seed {seed}, {integrator:?}: {e:e}");
+        }
+        left += usize::from(stepped.phases > 1);
+    }
+    assert!(left >= 5, "{left}");
 }
 
 /// Rest on the surface under no force is an equilibrium: nothing happens, and nothing loops.
