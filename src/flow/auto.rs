@@ -104,14 +104,7 @@ impl Flow for Auto<'_> {
     }
 
     fn counters(&self) -> Counters {
-        let (a, b) = (self.modal.counters(), self.other.counters());
-        Counters {
-            rhs_evaluations: a.rhs_evaluations + b.rhs_evaluations,
-            steps: a.steps + b.steps,
-            rejected: a.rejected + b.rejected,
-            products: a.products + b.products,
-            factorisations: a.factorisations + b.factorisations,
-        }
+        self.modal.counters() + self.other.counters()
     }
 
     fn name(&self) -> &'static str {

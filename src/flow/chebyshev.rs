@@ -16,7 +16,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::{Counters, Enclosure, Flow, FlowError, Layout, RungeKutta, dop853, modal};
+use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Nbm, Phase, Scratch};
 
 /// Terms below this are left out.
@@ -105,7 +105,6 @@ pub struct Chebyshev<'a> {
     h0: Vec<f64>,
     fourth: Vec<f64>,
     values: RefCell<Vec<Values>>,
-    held: Option<RungeKutta<'a>>,
     counters: Counters,
 }
 
@@ -133,7 +132,6 @@ impl<'a> Chebyshev<'a> {
             h0: vec![],
             fourth: vec![],
             values: RefCell::new(vec![]),
-            held: None,
             counters: Counters::default(),
         }
     }
@@ -230,22 +228,13 @@ impl<'a> Chebyshev<'a> {
 }
 
 impl Flow for Chebyshev<'_> {
-    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
+    fn begin(&mut self, _: &Phase, t: f64, y: &[f64]) {
         (self.t0, self.t1) = (t, t);
         self.end.copy_from_slice(y);
         self.length = FIRST;
-        self.held = None;
-        if !phase.held.is_empty() {
-            let mut held = RungeKutta::new(self.nbm, &dop853::DOP853, modal::HELD);
-            held.begin(phase, t, y);
-            self.held = Some(held);
-        }
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
-        if let Some(held) = &mut self.held {
-            return held.advance(phase, t_limit);
-        }
         let n = self.layout.n_o;
         self.t0 = self.t1;
         std::mem::swap(&mut self.start, &mut self.end);
@@ -289,10 +278,7 @@ impl Flow for Chebyshev<'_> {
         Ok(())
     }
 
-    fn cut(&mut self, phase: &Phase, t: f64) {
-        if let Some(held) = &mut self.held {
-            return held.cut(phase, t);
-        }
+    fn cut(&mut self, _: &Phase, t: f64) {
         self.t1 = t;
         let mut end = std::mem::take(&mut self.end);
         self.write_state(t, &mut end);
@@ -300,36 +286,29 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn window(&self) -> (f64, f64) {
-        self.held.as_ref().map_or((self.t0, self.t1), |h| h.window())
+        (self.t0, self.t1)
     }
 
     fn end_state(&mut self) -> &[f64] {
-        match &mut self.held {
-            Some(held) => held.end_state(),
-            None => &self.end,
-        }
+        &self.end
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {
-        match &self.held {
-            Some(held) => held.state(t, y),
-            None if t == self.t1 => y.copy_from_slice(&self.end),
-            None => self.write_state(t, y),
+        if t == self.t1 {
+            y.copy_from_slice(&self.end);
+        } else {
+            self.write_state(t, y);
         }
     }
 
     fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
-        if let Some(held) = &self.held {
-            return held.enclose(index, a, b);
-        }
         let (at_a, at_b) = (self.monitors_at(a), self.monitors_at(b));
         let ends = |x: &Rc<(Vec<f64>, Vec<f64>)>| (x.0[index], x.1[index]);
         Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, self.fourth[index])
     }
 
     fn counters(&self) -> Counters {
-        let held = self.held.as_ref().map_or(Counters::default(), |h| h.counters());
-        Counters { rhs_evaluations: held.rhs_evaluations, ..self.counters }
+        self.counters
     }
 
     fn name(&self) -> &'static str {
@@ -337,7 +316,7 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn is_exact(&self) -> bool {
-        self.held.is_none()
+        true
     }
 }
 

@@ -9,6 +9,7 @@ pub mod bernstein;
 pub mod chebyshev;
 pub mod dop853;
 pub mod dopri5;
+pub mod held;
 pub mod modal;
 pub mod runge_kutta;
 pub mod tableau;
@@ -17,6 +18,7 @@ pub mod trigonometry;
 pub use auto::Auto;
 pub use bernstein::Bernstein;
 pub use chebyshev::Chebyshev;
+pub use held::WithHeld;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
@@ -60,6 +62,19 @@ pub struct Counters {
     pub products: u64,
     /// Eigensolutions of phases.
     pub factorisations: u64,
+}
+
+impl std::ops::Add for Counters {
+    type Output = Counters;
+    fn add(self, other: Counters) -> Counters {
+        Counters {
+            rhs_evaluations: self.rhs_evaluations + other.rhs_evaluations,
+            steps: self.steps + other.steps,
+            rejected: self.rejected + other.rejected,
+            products: self.products + other.products,
+            factorisations: self.factorisations + other.factorisations,
+        }
+    }
 }
 
 /// A smooth phase could not be continued.
@@ -168,8 +183,8 @@ pub fn by_name<'a>(
     match integrator {
         Integrator::Dopri5 => Box::new(RungeKutta::new(nbm, &dopri5::DOPRI5, tolerances)),
         Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
-        Integrator::Modal => Box::new(Modal::new(nbm)),
-        Integrator::Chebyshev => Box::new(Chebyshev::new(nbm)),
-        Integrator::Auto => Box::new(Auto::new(nbm, tolerances)),
+        Integrator::Modal => Box::new(WithHeld::new(nbm, Modal::new(nbm))),
+        Integrator::Chebyshev => Box::new(WithHeld::new(nbm, Chebyshev::new(nbm))),
+        Integrator::Auto => Box::new(WithHeld::new(nbm, Auto::new(nbm, tolerances))),
     }
 }

@@ -6,8 +6,7 @@
 //! `Σ_k |r_k| B_k`, and its cubic Hermite interpolant on `[a, b]` is a rigorous enclosure: `|h − H| ≤ max|h⁗| (b−a)⁴/384`,
 //! `|h′ − H′| ≤ max|h⁗| (b−a)³ √3/216`. The length of a window follows the content of the motion, not the highest frequency.
 //!
-//! Phases are kept by active set. A phase with held nodes (Filippov) has no modes; it is handed to
-//! the Dormand–Prince flow at a tight tolerance.
+//! Phases are kept by active set.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -16,14 +15,10 @@ use std::rc::Rc;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::trigonometry::sin_cos;
-use super::{
-    Bernstein, Counters, Enclosure, Flow, FlowError, Layout, RungeKutta, Tolerances, dop853,
-};
+use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{ActiveSet, Nbm, Phase};
 use crate::fem::{FemError, eigen};
 
-/// Tolerance of the Dormand–Prince flow that carries phases with held nodes.
-pub(super) const HELD: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
 /// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
 /// treated by the response from rest, which has no small denominator.
 const RESONANCE: f64 = 1e-2;
@@ -429,7 +424,6 @@ pub struct Modal<'a> {
     values: RefCell<Vec<Values>>,
     /// Angles, sines, cosines.
     work: RefCell<[Vec<f64>; 3]>,
-    held: Option<RungeKutta<'a>>,
     counters: Counters,
     failure: Option<FlowError>,
 }
@@ -455,7 +449,6 @@ impl<'a> Modal<'a> {
             steady: false,
             values: RefCell::new(vec![]),
             work: RefCell::default(),
-            held: None,
             counters: Counters::default(),
             failure: None,
         }
@@ -661,13 +654,6 @@ impl Flow for Modal<'_> {
         self.values.borrow_mut().clear();
         self.failure = None;
         self.steady = false;
-        if !phase.held.is_empty() {
-            let mut held = RungeKutta::new(self.nbm, &dop853::DOP853, HELD);
-            held.begin(phase, t, y);
-            (self.held, self.phase) = (Some(held), None);
-            return;
-        }
-        self.held = None;
         let modal = match self.cache.get(&phase.set) {
             Some(known) => known.clone(),
             None => match ModalPhase::new(self.nbm, phase) {
@@ -689,12 +675,9 @@ impl Flow for Modal<'_> {
         self.phase = Some(modal);
     }
 
-    fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+    fn advance(&mut self, _: &Phase, t_limit: f64) -> Result<(), FlowError> {
         if let Some(failure) = self.failure {
             return Err(failure);
-        }
-        if let Some(held) = &mut self.held {
-            return held.advance(phase, t_limit);
         }
         let Some(modal) = self.phase.clone() else { return Err(FlowError::NoModes { t: self.t1 }) };
         self.t0 = self.t1;
@@ -717,21 +700,15 @@ impl Flow for Modal<'_> {
         Ok(())
     }
 
-    fn cut(&mut self, phase: &Phase, t: f64) {
-        match &mut self.held {
-            Some(held) => held.cut(phase, t),
-            None => self.set_end(t),
-        }
+    fn cut(&mut self, _: &Phase, t: f64) {
+        self.set_end(t);
     }
 
     fn window(&self) -> (f64, f64) {
-        self.held.as_ref().map_or((self.t0, self.t1), |h| h.window())
+        (self.t0, self.t1)
     }
 
     fn end_state(&mut self) -> &[f64] {
-        if self.held.is_some() {
-            return self.held.as_mut().map_or(&[], |h| h.end_state());
-        }
         if let (false, Some(phase)) = (self.end_known, self.phase.clone()) {
             let mut end = std::mem::take(&mut self.end);
             self.write_state(&phase, self.t1, &mut end);
@@ -742,9 +719,6 @@ impl Flow for Modal<'_> {
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {
-        if let Some(held) = &self.held {
-            return held.state(t, y);
-        }
         if t == self.t1 && self.end_known {
             y.copy_from_slice(&self.end);
         } else if let Some(phase) = self.modal() {
@@ -754,9 +728,6 @@ impl Flow for Modal<'_> {
     }
 
     fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
-        if let Some(held) = &self.held {
-            return held.enclose(index, a, b);
-        }
         let Some(phase) = self.modal() else {
             return Enclosure {
                 polynomial: Bernstein::constant(f64::NAN),
@@ -770,8 +741,7 @@ impl Flow for Modal<'_> {
     }
 
     fn counters(&self) -> Counters {
-        let held = self.held.as_ref().map_or(Counters::default(), |h| h.counters());
-        Counters { rhs_evaluations: held.rhs_evaluations, ..self.counters }
+        self.counters
     }
 
     fn name(&self) -> &'static str {
@@ -779,6 +749,6 @@ impl Flow for Modal<'_> {
     }
 
     fn is_exact(&self) -> bool {
-        self.held.is_none()
+        true
     }
 }
