@@ -152,3 +152,46 @@ fn a_killed_run_leaves_a_readable_file() {
         assert!(String::from_utf8_lossy(&shown.stdout).contains("running"));
     }
 }
+
+/// A file whose parts do not fit together is refused, whatever reads it.
+#[test]
+fn damaged_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = folder.path().join("good.h5");
+    let scene = root().join("scenarios/plate-half.toml");
+    let status =
+        signorini().arg("run").arg(&scene).arg("-q").arg("-o").arg(&good).status().unwrap();
+    assert!(status.success());
+    for (k, damage) in [
+        "f['mesh/dof_map'][...] = 10**9",
+        "del f['mesh/dof_map']; f['mesh/dof_map'] = np.zeros((3, 2), dtype='i8')",
+        "f['mesh/contact_nodes'][...] = -7",
+        "f['mesh/elements'][...] = 10**6",
+        "f['trajectory/t'][3] = np.nan",
+        "f['trajectory/u'].resize((5, f['trajectory/u'].shape[1]))",
+        "f['energy/kinetic'].resize((5,))",
+        "del f['mesh/gap']; f['mesh/gap'] = np.ones(500)",
+        "del f['switches/kind']; f['switches/kind'] = np.array([b'close'], dtype='S32')",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let file = folder.path().join(format!("damaged-{k}.h5"));
+        std::fs::copy(&good, &file).unwrap();
+        let script = format!(
+            "import sys, h5py, numpy as np\nf = h5py.File(sys.argv[1], 'r+')\n{damage}\nf.close()\nprint('done')"
+        );
+        check(&script, &file);
+        for arguments in [
+            &["plot"][..],
+            &["inspect"],
+            &["export", "--format", "csv"],
+            &["export", "--format", "vtu"],
+        ] {
+            let output = signorini().args(arguments).arg(&file).output().unwrap();
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(2), "{damage}, {arguments:?}: {message}");
+            assert!(message.contains("damaged"), "{message}");
+        }
+    }
+}

@@ -81,4 +81,31 @@ proptest! {
             prop_assert!((a - b).abs() < 1e-5);
         }
     }
+
+    /// Solutions made to measure, with pressures and gaps down to 1e-9 of the largest: each index on its right side.
+    #[test]
+    fn nine_orders_between_pressures(
+        size in 2usize..40,
+        exponents in prop::collection::vec(-9.0f64..0.0, 40),
+        closed in prop::collection::vec(any::<bool>(), 40),
+        stiffness in -6i32..12,
+    ) {
+        let unit = 10f64.powi(stiffness);
+        let n = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
+            0 => 2.0 / 3.0 * unit,
+            1 => 1.0 / 6.0 * unit,
+            _ => 0.0,
+        });
+        let value = |i: usize| 10f64.powf(exponents[i]);
+        let w: Vec<f64> = (0..size).map(|i| if closed[i] { 0.0 } else { value(i) }).collect();
+        let p: Vec<f64> = (0..size).map(|i| if closed[i] { unit * value(i) } else { 0.0 }).collect();
+        let product = |i: usize| (0..size).map(|j| n[(i, j)] * w[j]).sum::<f64>();
+        let q: Vec<f64> = (0..size).map(|i| p[i] - product(i)).collect();
+        let scale = vec![unit; size];
+        let s = solve(&n, &q, &scale, &vec![false; size]).unwrap();
+        prop_assert_eq!(&s.active, &closed[..size].to_vec());
+        for i in 0..size {
+            prop_assert!((s.w[i] - w[i]).abs() < 1e-14 && (s.p[i] - p[i]).abs() < 1e-14 * unit);
+        }
+    }
 }
