@@ -12,6 +12,8 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::trigonometry::sin_cos;
@@ -135,9 +137,9 @@ type ModalLoad = (f64, f64, Vec<(f64, Forcing)>);
 struct ModalPhase {
     modes: Vec<Oscillator>,
     /// `Φ`: `u_O = Φ q`.
-    shapes: DMatrix<f64>,
+    shapes: Mat<f64>,
     /// `ΦᵀM_α`: `q = ΦᵀM_α u_O`.
-    inverse: DMatrix<f64>,
+    inverse: Mat<f64>,
     /// `F₀` of each mode.
     constant: Vec<f64>,
     /// Harmonic loads.
@@ -161,12 +163,12 @@ impl ModalPhase {
             .iter()
             .map(|&omega| Oscillator { omega, c: 0.5 * (alpha + beta * omega * omega) })
             .collect();
-        let shapes = DMatrix::from_fn(n, n, |i, j| all.shapes[j][i]);
-        let mut inverse = DMatrix::<f64>::zeros(n, n);
+        let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
+        let mut inverse = Mat::<f64>::zeros(n, n);
         let mut column = vec![0.0; n];
         for (j, shape) in all.shapes.iter().enumerate() {
             m.mul(shape, &mut column);
-            inverse.row_mut(j).iter_mut().zip(&column).for_each(|(x, y)| *x = *y);
+            column.iter().enumerate().for_each(|(i, &x)| inverse[(j, i)] = x);
         }
         // modal forces: φᵀ A*ᵀ f
         let mut full = vec![0.0; nbm.n()];
@@ -219,6 +221,14 @@ impl ModalPhase {
             nbm.loads.harmonics.is_empty() && modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
         Ok(ModalPhase { is_plain, modes, shapes, inverse, constant, harmonics, rows, offsets })
     }
+}
+
+/// `Y = A X` for the two columns of `X`, one after the other in memory.
+fn product(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
+    let n = a.ncols();
+    let x = MatRef::from_column_major_slice(x, n, 2);
+    let y = MatMut::from_column_major_slice_mut(y, a.nrows(), 2);
+    matmul(y, Accum::Replace, a.as_ref(), x, 1.0, Par::Seq);
 }
 
 /// The motion of every mode since the start of the present phase.
@@ -311,7 +321,8 @@ impl Motion {
             (q + v * tau_end, v * (2.0 * c).powi(3) * decay)
         } else if d > 0.25 * omega * omega {
             let w = d.sqrt();
-            let amplitude = self.q[k].hypot((self.v[k] + c * self.q[k]) / w) * (-c * tau).exp();
+            let amplitude = self.q[k].hypot((self.v[k] + c * self.q[k]) / w);
+            let amplitude = if c > 0.0 { amplitude * (-c * tau).exp() } else { amplitude };
             (amplitude, amplitude * omega.powi(4))
         } else {
             // strongly damped: x = |q| + |q̇|/ω falls at least like 2 (1 + 1.2cτ) e^{−slow τ} and never exceeds
@@ -499,8 +510,8 @@ impl<'a> Modal<'a> {
         let n = self.layout.n_o;
         let (q, v) = self.modes_at(phase, t);
         // both at once: the shapes are read once
-        let both = &phase.shapes * DMatrix::from_columns(&[q, v]);
-        y[..2 * n].copy_from_slice(both.as_slice());
+        let both: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
+        product(&phase.shapes, &both, &mut y[..2 * n]);
     }
 
     /// Monitor values and slopes at `t`, kept for the search in the window.
@@ -670,8 +681,9 @@ impl Flow for Modal<'_> {
             },
         };
         let n = self.layout.n_o;
-        let both = &modal.inverse * DMatrix::from_column_slice(n, 2, &y[..2 * n]);
-        self.motion = Motion::new(&modal, t, &both.as_slice()[..n], &both.as_slice()[n..]);
+        let mut both = vec![0.0; 2 * n];
+        product(&modal.inverse, &y[..2 * n], &mut both);
+        self.motion = Motion::new(&modal, t, &both[..n], &both[n..]);
         self.phase = Some(modal);
     }
 
