@@ -104,10 +104,9 @@ struct Trajectory {
 impl Trajectory {
     /// The stored state nearest to a time.
     fn at(&self, t: f64) -> &[f64] {
-        let nearest =
-            |a: &&usize, b: &&usize| (self.t[**a] - t).abs().total_cmp(&(self.t[**b] - t).abs());
-        let rows: Vec<usize> = (0..self.t.len()).collect();
-        rows.iter().min_by(nearest).map_or(&[], |&r| &self.u[r])
+        let distance = |r: usize| (self.t[r] - t).abs();
+        let nearest = (0..self.t.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        nearest.map_or(&[], |r| &self.u[r])
     }
 }
 

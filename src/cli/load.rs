@@ -11,12 +11,18 @@ use super::CliError;
 /// Read a scene and set up its problem.
 pub fn problem(path: &Path) -> Result<(Scene, Problem), CliError> {
     let scene = Scene::read(path)?;
+    let problem = of_scene(&scene)?;
+    Ok((scene, problem))
+}
+
+/// Set up the problem of a scene that is read already.
+pub fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
     let stored = match &scene.initial.file {
         None => None,
         Some(file) => {
             // relative to the scene
             let folder = scene.source.file.parent().unwrap_or(Path::new(""));
-            let mesh = signorini::problem::mesh(&scene);
+            let mesh = signorini::problem::mesh(scene);
             let state =
                 store::read_state(&folder.join(file), &mesh.nodes, mesh.dim).map_err(|e| {
                     let help = "give a file written by `signorini run` on the same mesh";
@@ -25,6 +31,5 @@ pub fn problem(path: &Path) -> Result<(Scene, Problem), CliError> {
             Some(state)
         }
     };
-    let problem = Problem::new(&scene, stored)?;
-    Ok((scene, problem))
+    Ok(Problem::new(scene, stored)?)
 }

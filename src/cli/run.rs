@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         return Err(CliError::Input(format!("-o {} is the scene itself", output.display())));
     }
     Writer::check(&output, arguments.force)?;
-    let (scene, problem) = load::problem(&arguments.scene)?;
+    let problem = load::of_scene(&scene)?;
     let command: Vec<String> = std::env::args().collect();
     let options = WriterOptions { force: arguments.force, command: command.join(" ") };
     let writer = Writer::create(&output, &scene, &problem.nbm, &options)?;

@@ -318,8 +318,7 @@ impl Phase {
             projection.apply(nbm, s, &mut x);
             let mut a = vec![0.0; nbm.n_o()];
             self.finish(nbm, v_o, &x, &mut a);
-            let mut rate = vec![0.0; self.monitors.len()];
-            self.monitor_rates(nbm, &a, &mut rate);
+            let rate = self.monitor_rates_at(nbm, &a);
             rates.push(self.held.iter().map(|&i| self.pressure_rate(&rate, i)).collect::<Vec<_>>());
             accelerations.push(a);
         }
@@ -379,6 +378,20 @@ impl Phase {
         }
     }
 
+    /// [`Phase::monitor_values`] as a new vector.
+    pub fn monitor_values_at(&self, nbm: &Nbm, u_o: &[f64]) -> Vec<f64> {
+        let mut h = vec![0.0; self.monitors.len()];
+        self.monitor_values(nbm, u_o, &mut h);
+        h
+    }
+
+    /// [`Phase::monitor_rates`] as a new vector.
+    pub fn monitor_rates_at(&self, nbm: &Nbm, x_o: &[f64]) -> Vec<f64> {
+        let mut h = vec![0.0; self.monitors.len()];
+        self.monitor_rates(nbm, x_o, &mut h);
+        h
+    }
+
     /// Rounding error of each monitor when displacements are of the order of `u`.
     pub fn monitor_rounding(&self, nbm: &Nbm, u: f64) -> Vec<f64> {
         let rounding = |m: &Monitor| {
@@ -394,8 +407,7 @@ impl Phase {
 
     /// Pressures at the contact nodes: exactly zero where free.
     pub fn pressures(&self, nbm: &Nbm, u_o: &[f64], p: &mut [f64]) {
-        let mut h = vec![0.0; self.monitors.len()];
-        self.monitor_values(nbm, u_o, &mut h);
+        let h = self.monitor_values_at(nbm, u_o);
         p.fill(0.0);
         for (h, m) in h.iter().zip(&self.monitors) {
             if m.kind == MonitorKind::Pressure {

@@ -149,8 +149,7 @@ impl Surface<'_> {
     fn curvatures(&self, phase: &Phase, nodes: &[usize], scratch: &mut Scratch) -> Vec<f64> {
         let a = self.acceleration(phase, scratch);
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let mut rates = vec![0.0; phase.monitors.len()];
-        phase.monitor_rates(self.nbm, &a, &mut rates);
+        let rates = phase.monitor_rates_at(self.nbm, &a);
         let of = |&i: &usize| {
             let k = phase.monitors.iter().position(|m| m.node == i).unwrap_or(0);
             let unit = 16.0 * UNITS * self.nbm.pressure_rate_scale(i, largest);

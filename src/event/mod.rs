@@ -72,6 +72,7 @@ struct Run<'a, O: Observer> {
     scratch: Scratch,
     phase: Phase,
     slack: Vec<f64>,
+    /// Time of the state `y`.
     t: f64,
     y: Vec<f64>,
     u: Vec<f64>,
@@ -94,7 +95,8 @@ struct Run<'a, O: Observer> {
     early: Option<Outcome>,
 }
 
-type Result2<T, O> = Result<T, RunError<<O as Observer>::Error>>;
+/// What a station of the run returns.
+type Done<T, O> = Result<T, RunError<<O as Observer>::Error>>;
 
 impl<'a, O: Observer> Run<'a, O> {
     /// The initial active set: from the complementarity problem, then from the velocities.
@@ -104,7 +106,7 @@ impl<'a, O: Observer> Run<'a, O> {
         options: &'a Options,
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
-    ) -> Result2<Self, O> {
+    ) -> Done<Self, O> {
         let layout = Layout::new(nbm);
         let mut y = vec![0.0; layout.len()];
         y[..layout.n_o].copy_from_slice(&initial.u);
@@ -142,15 +144,14 @@ impl<'a, O: Observer> Run<'a, O> {
         };
         let solution = nbm.solve_lcp(run.layout.u(&run.y), &ActiveSet::open(nbm.n_contact()))?;
         let set = ActiveSet::new(solution.active);
-        match run.decide(&set, &solution.degenerate) {
+        match run.decide(&set, &solution.degenerate)? {
             Ok(decision) => {
                 run.note_grazing(&decision, 0.0)?;
                 run.phase = Phase::with_held(nbm, decision.set, decision.held)?;
             }
-            Err(ClassifyError::Contact(e)) => return Err(e.into()),
-            Err(ClassifyError::Unresolved { t, nodes }) => {
+            Err(outcome) => {
                 run.phase = Phase::new(nbm, set)?;
-                run.early = Some(Outcome::Unresolved { t, nodes: run.mesh_nodes(&nodes) });
+                run.early = Some(outcome);
             }
         }
         run.begin_phase();
@@ -163,7 +164,7 @@ impl<'a, O: Observer> Run<'a, O> {
         Ok(run)
     }
 
-    fn integrate(&mut self) -> Result2<Outcome, O> {
+    fn integrate(&mut self) -> Done<Outcome, O> {
         if let Some(outcome) = self.early.take() {
             return Ok(outcome);
         }
@@ -172,30 +173,29 @@ impl<'a, O: Observer> Run<'a, O> {
                 return Ok(Outcome::Flow(e));
             }
             let root = self.locate();
-            self.record_window(root.is_none())?;
+            self.record_window(root.is_some())?;
             if let Some(root) = root {
-                match self.switch(root) {
-                    Ok(()) => {}
-                    Err(RunOrClassify::Run(e)) => return Err(e),
-                    Err(RunOrClassify::Unresolved(outcome)) => return Ok(outcome),
+                if let Some(outcome) = self.switch(root)? {
+                    return Ok(outcome);
                 }
                 if let Some(outcome) = self.accumulation() {
                     return Ok(outcome);
                 }
             }
-            self.observer.progress(self.t).map_err(RunError::Observer)?;
+            self.observer.progress(self.flow.window().1).map_err(RunError::Observer)?;
         }
         Ok(Outcome::EndTime)
     }
 
-    fn resolution(&self) -> f64 {
-        TIME_UNITS * self.t.abs().max(1.0 / self.nbm.body.frequency_unit())
+    /// Differences of times near `t` below this are rounding errors.
+    fn resolution(&self, t: f64) -> f64 {
+        TIME_UNITS * t.abs().max(1.0 / self.nbm.body.frequency_unit())
     }
 
     /// The first switch in the window, with the window cut to end there.
     fn locate(&mut self) -> Option<Root> {
-        let resolution = self.resolution();
         let window = self.flow.window();
+        let resolution = self.resolution(window.1);
         let mut root = find::earliest(self.flow, &self.slack, window, resolution)?;
         for _ in 0..8 {
             self.flow.cut(&self.phase, root.t);
@@ -230,11 +230,8 @@ impl<'a, O: Observer> Run<'a, O> {
             return None;
         }
         let y = self.flow.end_state();
-        let m = self.phase.monitors.len();
-        let (mut h, mut rate) = (vec![0.0; m], vec![0.0; m]);
-        self.phase.monitor_values(self.nbm, self.layout.u(y), &mut h);
-        self.phase.monitor_rates(self.nbm, self.layout.v(y), &mut rate);
-        let (h, rate) = (h[root.index], rate[root.index]);
+        let h = self.phase.monitor_values_at(self.nbm, self.layout.u(y))[root.index];
+        let rate = self.phase.monitor_rates_at(self.nbm, self.layout.v(y))[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();
@@ -242,7 +239,7 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     /// Store the samples of the window, note its end.
-    fn record_window(&mut self, near_misses: bool) -> Result2<(), O> {
+    fn record_window(&mut self, ends_at_switch: bool) -> Done<(), O> {
         let (a, b) = self.flow.window();
         while let Some(t) = self.sample_time().filter(|&t| t <= b) {
             self.next_sample += 1;
@@ -253,11 +250,14 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.store_sample()?;
             }
         }
-        self.t = b;
-        // the exact flow has no error to watch between the events
-        if near_misses && self.flow.is_exact() && b < self.options.until {
-            return self.record_near_misses((a, b));
+        if !ends_at_switch {
+            self.record_near_misses((a, b))?;
+            // the exact flow has no error to watch between the events
+            if self.flow.is_exact() && b < self.options.until {
+                return Ok(());
+            }
         }
+        self.t = b;
         self.y.copy_from_slice(self.flow.end_state());
         let largest = self.layout.u(&self.y).iter().fold(0.0f64, |m, x| m.max(x.abs()));
         self.largest_u = self.largest_u.max(largest);
@@ -268,9 +268,6 @@ impl<'a, O: Observer> Run<'a, O> {
             self.ledger.note(&energies);
         } else {
             self.ledger.held_phase(&energies);
-        }
-        if near_misses {
-            self.record_near_misses((a, b))?;
         }
         Ok(())
     }
@@ -284,7 +281,7 @@ impl<'a, O: Observer> Run<'a, O> {
         }
     }
 
-    fn record_near_misses(&mut self, window: (f64, f64)) -> Result2<(), O> {
+    fn record_near_misses(&mut self, window: (f64, f64)) -> Done<(), O> {
         // the position of a minimum is known to half the digits only
         let resolution = (window.1 - window.0) * 1e-7;
         for index in 0..self.phase.monitors.len() {
@@ -304,12 +301,9 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     /// Solve the complementarity problem at the switch, decide the degenerate nodes, change the phase.
-    fn switch(&mut self, root: Root) -> Result<(), RunOrClassify<O::Error>> {
+    fn switch(&mut self, root: Root) -> Done<Option<Outcome>, O> {
         let present = self.phase.set.clone();
-        let solution = self
-            .nbm
-            .solve_lcp(self.layout.u(&self.y), &present)
-            .map_err(|e| RunOrClassify::Run(e.into()))?;
+        let solution = self.nbm.solve_lcp(self.layout.u(&self.y), &present)?;
         let degenerate = self.degenerate(&root, &solution.degenerate);
         let mut base = present.clone();
         for i in 0..self.nbm.n_contact() {
@@ -320,25 +314,20 @@ impl<'a, O: Observer> Run<'a, O> {
         }
         let decision = match self.leave_hold(&root, &base) {
             Some(decision) => decision,
-            None => match self.decide(&base, &degenerate) {
+            None => match self.decide(&base, &degenerate)? {
                 Ok(decision) => decision,
-                Err(ClassifyError::Contact(e)) => return Err(RunOrClassify::Run(e.into())),
-                Err(ClassifyError::Unresolved { t, nodes }) => {
-                    let nodes = self.mesh_nodes(&nodes);
-                    return Err(RunOrClassify::Unresolved(Outcome::Unresolved { t, nodes }));
-                }
+                Err(outcome) => return Ok(Some(outcome)),
             },
         };
-        self.change_phase(&root, present, decision).map_err(RunOrClassify::Run)
+        self.change_phase(&root, present, decision)?;
+        Ok(None)
     }
 
     /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
     fn degenerate(&self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
-        let m = self.phase.monitors.len();
-        let (mut h, mut rate) = (vec![0.0; m], vec![0.0; m]);
-        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
-        self.phase.monitor_rates(self.nbm, self.layout.v(&self.y), &mut rate);
-        let resolution = 8.0 * self.resolution();
+        let h = self.monitor_values();
+        let rate = self.phase.monitor_rates_at(self.nbm, self.layout.v(&self.y));
+        let resolution = 8.0 * self.resolution(self.t);
         let mut nodes: Vec<usize> = self
             .phase
             .monitors
@@ -368,42 +357,41 @@ impl<'a, O: Observer> Run<'a, O> {
         Some(Decision { set, held, order, grazing: vec![], ambiguous: false })
     }
 
+    /// The next phase, or the outcome of a run that none continues.
     fn decide(
         &mut self,
         base: &ActiveSet,
         degenerate: &[usize],
-    ) -> Result<Decision, ClassifyError> {
+    ) -> Done<Result<Decision, Outcome>, O> {
         let surface = Surface {
             nbm: self.nbm,
             t: self.t,
             u_o: self.layout.u(&self.y),
             v_o: self.layout.v(&self.y),
-            resolution: self.resolution(),
+            resolution: self.resolution(self.t),
         };
-        surface.decide(base, degenerate, &mut self.scratch)
+        match surface.decide(base, degenerate, &mut self.scratch) {
+            Ok(decision) => Ok(Ok(decision)),
+            Err(ClassifyError::Contact(e)) => Err(e.into()),
+            Err(ClassifyError::Unresolved { t, nodes }) => {
+                Ok(Err(Outcome::Unresolved { t, nodes: self.mesh_nodes(&nodes) }))
+            }
+        }
     }
 
-    fn change_phase(
-        &mut self,
-        root: &Root,
-        present: ActiveSet,
-        decision: Decision,
-    ) -> Result2<(), O> {
-        let monitor = self.phase.monitors[root.index];
+    fn change_phase(&mut self, root: &Root, present: ActiveSet, decision: Decision) -> Done<(), O> {
+        let h = self.monitor_values()[root.index];
         if decision.set == present && decision.held == self.phase.held {
             // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
-            let h = self.monitor_value(root.index);
+            let contact = self.phase.monitors[root.index].node;
             let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
             self.undecided += usize::from(root.tangent);
-            self.push_grazing(self.t, monitor.node, h, kind)?;
+            self.push_grazing(self.t, contact, h, kind)?;
             self.slack[root.index] = 4.0 * self.slack[root.index].max(-h);
             return Ok(());
         }
-        let h = self.monitor_value(root.index);
         self.note_grazing(&decision, h)?;
-        let m = self.phase.monitors.len();
-        let mut rates = vec![0.0; m];
-        self.phase.monitor_rates(self.nbm, self.layout.v(&self.y), &mut rates);
+        let rates = self.phase.monitor_rates_at(self.nbm, self.layout.v(&self.y));
         let rate_of = |i: usize| {
             let k = self.phase.monitors.iter().position(|m| m.node == i);
             k.map_or(0.0, |k| rates[k])
@@ -449,13 +437,12 @@ impl<'a, O: Observer> Run<'a, O> {
         self.store_sample()
     }
 
-    fn monitor_value(&self, index: usize) -> f64 {
-        let mut h = vec![0.0; self.phase.monitors.len()];
-        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
-        h[index]
+    /// Values of the gap and pressure monitors at the present state.
+    fn monitor_values(&self) -> Vec<f64> {
+        self.phase.monitor_values_at(self.nbm, self.layout.u(&self.y))
     }
 
-    fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Result2<(), O> {
+    fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Done<(), O> {
         // only the exceptional cases are worth a record at the start; elsewhere every grazing is
         for &contact in &decision.grazing {
             let kind = if decision.held.contains(&contact) {
@@ -478,7 +465,7 @@ impl<'a, O: Observer> Run<'a, O> {
         contact: usize,
         distance: f64,
         kind: GrazingKind,
-    ) -> Result2<(), O> {
+    ) -> Done<(), O> {
         let node = self.nbm.body.dofs.contact_nodes[contact];
         let grazing = Grazing { t, contact, node, distance, kind };
         self.observer.grazing(&grazing).map_err(RunError::Observer)?;
@@ -491,8 +478,7 @@ impl<'a, O: Observer> Run<'a, O> {
         self.flow.begin(&self.phase, self.t, &self.y);
         self.uncertified += usize::from(!self.flow.is_exact());
         self.slack = self.phase.monitor_rounding(self.nbm, 2.0 * self.largest_u);
-        let mut h = vec![0.0; self.phase.monitors.len()];
-        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
+        let h = self.monitor_values();
         for ((slack, h), m) in self.slack.iter_mut().zip(&h).zip(&self.phase.monitors) {
             if matches!(m.kind, MonitorKind::Gap | MonitorKind::Pressure) {
                 *slack = slack.max(-2.0 * h);
@@ -517,8 +503,7 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     fn note_violations(&mut self) {
-        let mut h = vec![0.0; self.phase.monitors.len()];
-        self.phase.monitor_values(self.nbm, self.layout.u(&self.y), &mut h);
+        let h = self.monitor_values();
         for (h, m) in h.iter().zip(&self.phase.monitors) {
             match m.kind {
                 MonitorKind::Gap => self.max_penetration = self.max_penetration.max(-h),
@@ -528,7 +513,7 @@ impl<'a, O: Observer> Run<'a, O> {
         }
     }
 
-    fn store_sample(&mut self) -> Result2<(), O> {
+    fn store_sample(&mut self) -> Done<(), O> {
         self.expand();
         self.note_violations();
         self.verify()?;
@@ -548,7 +533,7 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     /// Compare the gaps of the phase with two independent solutions of the complementarity problem.
-    fn verify(&mut self) -> Result2<(), O> {
+    fn verify(&mut self) -> Done<(), O> {
         let Some(mut check) = self.lcp_check else { return Ok(()) };
         let nbm = self.nbm;
         let (q, _) = nbm.lcp_data(self.layout.u(&self.y));
@@ -619,9 +604,4 @@ impl<'a, O: Observer> Run<'a, O> {
             lcp_check: self.lcp_check,
         }
     }
-}
-
-enum RunOrClassify<E> {
-    Run(RunError<E>),
-    Unresolved(Outcome),
 }

@@ -169,12 +169,7 @@ impl<'a> Chebyshev<'a> {
 
     /// The monitors' rates along each vector.
     fn moments(&self, phase: &Phase, terms: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let of = |x: &Vec<f64>| {
-            let mut row = vec![0.0; phase.monitors.len()];
-            phase.monitor_rates(self.nbm, x, &mut row);
-            row
-        };
-        terms.iter().map(of).collect()
+        terms.iter().map(|x| phase.monitor_rates_at(self.nbm, x)).collect()
     }
 
     /// `‖A x‖_M` from `T_0 x`, `T_1 x`, or `‖A^{3/2} x‖_M` with the stiffness for the mass.

@@ -210,13 +210,11 @@ impl ModalPhase {
             .collect();
         let count = phase.monitors.len();
         let mut rows = DMatrix::<f64>::zeros(count, n);
-        let mut h = vec![0.0; count];
         for (j, shape) in all.shapes.iter().enumerate() {
-            phase.monitor_rates(nbm, shape, &mut h);
+            let h = phase.monitor_rates_at(nbm, shape);
             rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
         }
-        let mut offsets = vec![0.0; count];
-        phase.monitor_values(nbm, &zero, &mut offsets);
+        let offsets = phase.monitor_values_at(nbm, &zero);
         let is_plain =
             nbm.loads.harmonics.is_empty() && modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
         Ok(ModalPhase { is_plain, modes, shapes, inverse, constant, harmonics, rows, offsets })
@@ -463,11 +461,6 @@ impl<'a> Modal<'a> {
             counters: Counters::default(),
             failure: None,
         }
-    }
-
-    /// Number of active sets whose modes are known.
-    pub fn cached_phases(&self) -> usize {
-        self.cache.len()
     }
 
     fn modal(&self) -> Option<&ModalPhase> {
