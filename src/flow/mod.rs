@@ -7,18 +7,17 @@
 pub mod auto;
 pub mod bernstein;
 pub mod chebyshev;
+pub mod choice;
 pub mod dop853;
 pub mod dopri5;
-pub mod held;
 pub mod modal;
 pub mod runge_kutta;
 pub mod tableau;
 pub mod trigonometry;
 
-pub use auto::Auto;
 pub use bernstein::Bernstein;
 pub use chebyshev::Chebyshev;
-pub use held::WithHeld;
+pub use choice::Choice;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
@@ -180,11 +179,14 @@ pub fn by_name<'a>(
     nbm: &'a Nbm,
     tolerances: Tolerances,
 ) -> Box<dyn Flow + 'a> {
+    let exact = |flow: Box<dyn Flow + 'a>| -> Box<dyn Flow + 'a> {
+        Box::new(Choice::new(flow.name(), nbm, vec![flow], choice::Only))
+    };
     match integrator {
         Integrator::Dopri5 => Box::new(RungeKutta::new(nbm, &dopri5::DOPRI5, tolerances)),
         Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
-        Integrator::Modal => Box::new(WithHeld::new(nbm, Modal::new(nbm))),
-        Integrator::Chebyshev => Box::new(WithHeld::new(nbm, Chebyshev::new(nbm))),
-        Integrator::Auto => Box::new(WithHeld::new(nbm, Auto::new(nbm, tolerances))),
+        Integrator::Modal => exact(Box::new(Modal::new(nbm))),
+        Integrator::Chebyshev => exact(Box::new(Chebyshev::new(nbm))),
+        Integrator::Auto => Box::new(auto::auto(nbm, tolerances)),
     }
 }

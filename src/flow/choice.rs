@@ -1,0 +1,106 @@
+//! Several flows behind one face: a rule chooses at the start of every phase.
+//!
+//! Exact flows know no held nodes (Filippov, theory §5): such phases always go by Dormand–Prince at a tight tolerance.
+
+use super::{Counters, Enclosure, Flow, FlowError, RungeKutta, Tolerances, dop853::DOP853};
+use crate::contact::{Nbm, Phase};
+
+/// Tolerance of the phases with held nodes.
+const TIGHT: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
+
+/// Which of several flows takes a phase.
+pub trait Rule {
+    /// Index of the flow for a phase without held nodes.
+    fn choose(&mut self, phase: &Phase) -> usize;
+    /// What a reader of the summary should know of the choices.
+    fn note(&self) -> Option<String> {
+        None
+    }
+}
+
+/// There is but one flow.
+#[derive(Debug, Clone, Copy)]
+pub struct Only;
+
+impl Rule for Only {
+    fn choose(&mut self, _: &Phase) -> usize {
+        0
+    }
+}
+
+/// Flows with the rule that chooses among them; the last one takes the phases with held nodes.
+pub struct Choice<'a, R> {
+    name: &'static str,
+    flows: Vec<Box<dyn Flow + 'a>>,
+    rule: R,
+    chosen: usize,
+}
+
+impl<'a, R: Rule> Choice<'a, R> {
+    /// Put flows under a rule.
+    pub fn new(
+        name: &'static str,
+        nbm: &'a Nbm,
+        mut flows: Vec<Box<dyn Flow + 'a>>,
+        rule: R,
+    ) -> Self {
+        flows.push(Box::new(RungeKutta::new(nbm, &DOP853, TIGHT)));
+        Choice { name, flows, rule, chosen: 0 }
+    }
+
+    fn active(&self) -> &dyn Flow {
+        self.flows[self.chosen].as_ref()
+    }
+
+    fn active_mut(&mut self) -> &mut (dyn Flow + 'a) {
+        self.flows[self.chosen].as_mut()
+    }
+}
+
+impl<R: Rule> Flow for Choice<'_, R> {
+    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
+        self.chosen =
+            if phase.held.is_empty() { self.rule.choose(phase) } else { self.flows.len() - 1 };
+        self.active_mut().begin(phase, t, y);
+    }
+
+    fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+        self.active_mut().advance(phase, t_limit)
+    }
+
+    fn cut(&mut self, phase: &Phase, t: f64) {
+        self.active_mut().cut(phase, t);
+    }
+
+    fn window(&self) -> (f64, f64) {
+        self.active().window()
+    }
+
+    fn end_state(&mut self) -> &[f64] {
+        self.active_mut().end_state()
+    }
+
+    fn state(&self, t: f64, y: &mut [f64]) {
+        self.active().state(t, y);
+    }
+
+    fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+        self.active().enclose(index, a, b)
+    }
+
+    fn counters(&self) -> Counters {
+        self.flows.iter().fold(Counters::default(), |sum, flow| sum + flow.counters())
+    }
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn is_exact(&self) -> bool {
+        self.active().is_exact()
+    }
+
+    fn note(&self) -> Option<String> {
+        self.rule.note()
+    }
+}
