@@ -94,7 +94,9 @@ pub struct Chebyshev<'a> {
     t1: f64,
     length: f64,
     start: Vec<f64>,
+    /// State at the end of the window, once it has been asked for.
     end: Vec<f64>,
+    end_known: bool,
     a0: Vec<f64>,
     /// `T_k(Ã)v₀` and `T_k(Ã)a₀`.
     v_terms: Vec<Vec<f64>>,
@@ -124,6 +126,7 @@ impl<'a> Chebyshev<'a> {
             length: FIRST,
             start: vec![0.0; n],
             end: vec![0.0; n],
+            end_known: true,
             a0: vec![0.0; layout.n_o],
             v_terms: vec![],
             a_terms: vec![],
@@ -226,11 +229,14 @@ impl Flow for Chebyshev<'_> {
     fn begin(&mut self, _: &Phase, t: f64, y: &[f64]) {
         (self.t0, self.t1) = (t, t);
         self.end.copy_from_slice(y);
+        self.end_known = true;
         self.length = FIRST;
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
         let n = self.layout.n_o;
+        // where the last window ended without an event, nobody has asked yet
+        self.end_state();
         self.t0 = self.t1;
         std::mem::swap(&mut self.start, &mut self.end);
         let rest = t_limit - self.t0;
@@ -267,7 +273,9 @@ impl Flow for Chebyshev<'_> {
         self.values.borrow_mut().clear();
         self.counters.steps += 1;
         self.cut(phase, t);
-        if self.end.iter().any(|x| !x.is_finite()) {
+        // the recurrences carry whatever is not finite to their last terms
+        let last = [self.v_terms.last(), self.a_terms.last()].into_iter().flatten().flatten();
+        if self.start.iter().chain(last).any(|x| !x.is_finite()) {
             return Err(FlowError::NotFinite { t: self.t0 });
         }
         Ok(())
@@ -275,9 +283,7 @@ impl Flow for Chebyshev<'_> {
 
     fn cut(&mut self, _: &Phase, t: f64) {
         self.t1 = t;
-        let mut end = std::mem::take(&mut self.end);
-        self.write_state(t, &mut end);
-        self.end = end;
+        self.end_known = false;
     }
 
     fn window(&self) -> (f64, f64) {
@@ -285,11 +291,17 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn end_state(&mut self) -> &[f64] {
+        if !self.end_known {
+            let mut end = std::mem::take(&mut self.end);
+            self.write_state(self.t1, &mut end);
+            self.end = end;
+            self.end_known = true;
+        }
         &self.end
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {
-        if t == self.t1 {
+        if t == self.t1 && self.end_known {
             y.copy_from_slice(&self.end);
         } else {
             self.write_state(t, y);

@@ -198,10 +198,30 @@ pub fn panel_with<'a, 'b>(
     under: impl FnOnce(&mut Chart<'a, 'b>) -> Result<(), FigureError>,
 ) -> Result<Chart<'a, 'b>, FigureError> {
     let (x_style, y_style) = (TickStyle::new(&x), TickStyle::new(&y));
+    let x_ticks = Ticks { label: x_label, count: 8, text: &|v| x_style.text(*v) };
+    let y_ticks = Ticks { label: y_label, count: 6, text: &|v| y_style.text(*v) };
+    axes(area, (x, x_ticks), (y, y_ticks), ground, under)
+}
+
+/// The name of an axis and how it is divided.
+struct Ticks<'t> {
+    label: &'t str,
+    count: usize,
+    text: &'t dyn Fn(&f64) -> String,
+}
+
+/// Axes, grid and labels: the look of every panel.
+fn axes<'a, 'b>(
+    area: &'a Area<'b>,
+    (x, x_ticks): (std::ops::Range<f64>, Ticks),
+    (y, y_ticks): (std::ops::Range<f64>, Ticks),
+    ground: Ground,
+    under: impl FnOnce(&mut Chart<'a, 'b>) -> Result<(), FigureError>,
+) -> Result<Chart<'a, 'b>, FigureError> {
     let mut chart = ChartBuilder::on(area)
         .margin(px(6.0))
         .margin_right(px(24.0))
-        .x_label_area_size(px(if x_label.is_empty() { 20.0 } else { 40.0 }))
+        .x_label_area_size(px(if x_ticks.label.is_empty() { 20.0 } else { 40.0 }))
         .y_label_area_size(px(80.0))
         .build_cartesian_2d(x, y)
         .map_err(FigureError::draw)?;
@@ -213,15 +233,15 @@ pub fn panel_with<'a, 'b>(
         .light_line_style(TRANSPARENT)
         .bold_line_style(grid.stroke_width(px(1.0) as u32))
         .axis_style(line(INK, 1.0))
-        .x_labels(8)
-        .y_labels(6)
-        .x_label_formatter(&|v| x_style.text(*v))
-        .y_label_formatter(&|v| y_style.text(*v))
+        .x_labels(x_ticks.count)
+        .y_labels(y_ticks.count)
+        .x_label_formatter(&x_ticks.text)
+        .y_label_formatter(&y_ticks.text)
         .set_all_tick_mark_size(px(4.0))
         .label_style(text(13))
         .axis_desc_style(text(14))
-        .x_desc(x_label)
-        .y_desc(y_label)
+        .x_desc(x_ticks.label)
+        .y_desc(y_ticks.label)
         .draw()
         .map_err(FigureError::draw)?;
     Ok(chart)
@@ -236,7 +256,6 @@ pub fn loglog<'a, 'b>(
     y_label: &str,
 ) -> Result<Chart<'a, 'b>, FigureError> {
     let decades = |r: &std::ops::Range<f64>| (r.end - r.start).round() as usize + 1;
-    let (x_labels, y_labels) = (decades(&x), decades(&y));
     let power = |v: &f64| {
         let digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
         let exponent = v.round() as i32;
@@ -247,30 +266,10 @@ pub fn loglog<'a, 'b>(
         let raised: String = exponent.abs().to_string().chars().filter_map(raise).collect();
         format!("10{}{}", if exponent < 0 { "⁻" } else { "" }, raised)
     };
-    let mut chart = ChartBuilder::on(area)
-        .margin(px(6.0))
-        .margin_right(px(24.0))
-        .x_label_area_size(px(40.0))
-        .y_label_area_size(px(80.0))
-        .build_cartesian_2d(x, y)
-        .map_err(FigureError::draw)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(line(GRID, 1.0))
-        .axis_style(line(INK, 1.0))
-        .x_labels(x_labels)
-        .y_labels(y_labels)
-        .x_label_formatter(&power)
-        .y_label_formatter(&power)
-        .set_all_tick_mark_size(px(4.0))
-        .label_style(text(13))
-        .axis_desc_style(text(14))
-        .x_desc(x_label)
-        .y_desc(y_label)
-        .draw()
-        .map_err(FigureError::draw)?;
-    Ok(chart)
+    let ticks =
+        |range: &std::ops::Range<f64>, label| Ticks { label, count: decades(range), text: &power };
+    let (x_ticks, y_ticks) = (ticks(&x, x_label), ticks(&y, y_label));
+    axes(area, (x, x_ticks), (y, y_ticks), Ground::Grid, |_| Ok(()))
 }
 
 /// How the ticks of a range are written.
