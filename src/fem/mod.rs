@@ -11,7 +11,7 @@ pub use body::Body;
 pub use dofs::DofMap;
 pub use eigen::Modes;
 pub use element::Material;
-pub use load::Loads;
+pub use load::{Harmonic, Loads};
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 
 use thiserror::Error;

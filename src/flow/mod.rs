@@ -12,6 +12,7 @@ pub mod dop853;
 pub mod dopri5;
 pub mod modal;
 pub mod runge_kutta;
+pub mod spectrum;
 pub mod tableau;
 pub mod trigonometry;
 
@@ -179,14 +180,16 @@ pub fn by_name<'a>(
     nbm: &'a Nbm,
     tolerances: Tolerances,
 ) -> Box<dyn Flow + 'a> {
-    let exact = |flow: Box<dyn Flow + 'a>| -> Box<dyn Flow + 'a> {
-        Box::new(Choice::new(flow.name(), nbm, vec![flow], choice::Only))
-    };
     match integrator {
         Integrator::Dopri5 => Box::new(RungeKutta::new(nbm, &dopri5::DOPRI5, tolerances)),
         Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
-        Integrator::Modal => exact(Box::new(Modal::new(nbm))),
-        Integrator::Chebyshev => exact(Box::new(Chebyshev::new(nbm))),
+        Integrator::Modal => Box::new(exact(Box::new(Modal::new(nbm)), nbm)),
+        Integrator::Chebyshev => Box::new(exact(Box::new(Chebyshev::new(nbm)), nbm)),
         Integrator::Auto => Box::new(auto::auto(nbm, tolerances)),
     }
+}
+
+/// An exact flow, with the stand-in for phases with held nodes.
+pub fn exact<'a>(flow: Box<dyn Flow + 'a>, nbm: &'a Nbm) -> Choice<'a, choice::Only> {
+    Choice::new(flow.name(), nbm, vec![flow], choice::Only)
 }
