@@ -36,10 +36,12 @@
 //! ```
 
 pub mod contact;
+pub mod continuation;
 pub mod event;
 pub mod fem;
 pub mod flow;
 pub mod mesh;
+pub mod orbit;
 pub mod problem;
 pub mod report;
 pub mod scenario;

@@ -12,7 +12,7 @@ use std::rc::Rc;
 use nalgebra::{Complex, DVector};
 
 use super::spectrum::{
-    Forcing, ModalLoad, Motion, Spectra, Spectrum, Term, powers_in_closed_form,
+    Forcing, GAUSS10, ModalLoad, Motion, Spectra, Spectrum, Term, powers_in_closed_form,
 };
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Nbm, Phase};
@@ -232,15 +232,6 @@ impl<'a> Modal<'a> {
         }
     }
 }
-
-/// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
-const GAUSS10: [(f64, f64); 5] = [
-    (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
-    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
-    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
-    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
-    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
-];
 
 impl Flow for Modal<'_> {
     fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {

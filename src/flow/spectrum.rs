@@ -16,6 +16,15 @@ use super::trigonometry::sin_cos;
 use crate::contact::{ActiveSet, ContactError, Nbm, Phase};
 use crate::fem::{FemError, Harmonic, Loads, eigen};
 
+/// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
+pub const GAUSS10: [(f64, f64); 5] = [
+    (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
+    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
+    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
+    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
+    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
+];
+
 /// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
 /// treated by the response from rest, which has no small denominator.
 const RESONANCE: f64 = 1e-2;
@@ -220,6 +229,15 @@ impl Spectrum {
             (load.omega, load.phase, self.modes.iter().zip(forces).map(treat).collect())
         };
         loads.harmonics.iter().zip(&self.harmonics).map(of_load).collect()
+    }
+
+    /// Values of all monitors at modal displacements `q`.
+    pub fn monitors(&self, q: &[f64]) -> Vec<f64> {
+        let mut h = self.offsets.clone();
+        for (k, q) in q.iter().enumerate() {
+            h.iter_mut().zip(self.rows.column(k).iter()).for_each(|(h, r)| *h += r * q);
+        }
+        h
     }
 
     /// `q = ΦᵀM_α u`, `q̇ = ΦᵀM_α v`: `x` and the result hold displacements, then velocities.

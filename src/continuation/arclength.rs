@@ -1,0 +1,454 @@
+//! Pseudo-arclength continuation over charts.
+
+use super::newton::{correct, tangent};
+use super::Family;
+
+/// How a branch is followed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Stop when `λ` leaves this range.
+    pub range: (f64, f64),
+    /// First, least and largest step of arclength.
+    pub step: (f64, f64, f64),
+    /// Most points.
+    pub points: usize,
+    /// Locate changes of stability (each costs a dozen corrected points).
+    pub locate: bool,
+    /// Keep `λ` as the variable that is stepped (natural continuation): it ends at the first fold.
+    pub natural: bool,
+}
+
+/// What a point is besides a regular one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Special {
+    /// The first point.
+    Start,
+    /// `λ` turns back.
+    Fold,
+    /// A simple branch point: the determinant of the bordered Jacobian changes its sign.
+    BranchPoint,
+    /// The signature changes, from the first to the second.
+    Stability(Vec<i64>, Vec<i64>),
+    /// A border between two charts.
+    Border(String),
+    /// An end of the range of `λ`.
+    End,
+}
+
+/// Where a continuation stands: all that the next step depends on.
+#[derive(Debug, Clone)]
+pub struct Place<C> {
+    /// The point.
+    pub x: Vec<f64>,
+    /// Unit tangent in the direction of travel.
+    pub tangent: Vec<f64>,
+    /// Step of arclength to try next.
+    pub step: f64,
+    /// Chart.
+    pub chart: C,
+    /// Sign of the bordered determinant.
+    pub orientation: f64,
+    /// Signature.
+    pub signature: Vec<i64>,
+}
+
+/// A point of a branch, as it is handed out.
+#[derive(Debug, Clone)]
+pub struct Point<C> {
+    /// What it is, if special.
+    pub special: Option<Special>,
+    /// Newton steps it took.
+    pub iterations: usize,
+    /// Where to go on from. For a special point between two regular ones: where the step began.
+    pub place: Place<C>,
+    /// The point itself.
+    pub x: Vec<f64>,
+}
+
+/// Why a continuation ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stop {
+    /// `λ` reached an end of the range.
+    Range,
+    /// As many points as were asked for.
+    Points,
+    /// No step, however small, could be corrected.
+    Step {
+        /// `λ` there.
+        lambda: f64,
+    },
+    /// Behind a border nothing is admissible.
+    DeadEnd {
+        /// `λ` there.
+        lambda: f64,
+        /// The border.
+        border: String,
+    },
+    /// Whoever took the points had enough.
+    Interrupted,
+}
+
+impl std::fmt::Display for Stop {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Stop::Range => write!(f, "end of the range"),
+            Stop::Points => write!(f, "number of points reached"),
+            Stop::Step { lambda } => write!(f, "no smaller step converges at {lambda:.9}"),
+            Stop::DeadEnd { lambda, border } => {
+                write!(f, "no admissible continuation at {lambda:.9} behind: {border}")
+            }
+            Stop::Interrupted => write!(f, "interrupted"),
+        }
+    }
+}
+
+/// Whether to go on.
+pub type Go = std::ops::ControlFlow<()>;
+
+struct Walker<'f, F: Family, T> {
+    family: &'f mut F,
+    options: &'f Options,
+    place: Place<F::Chart>,
+    take: T,
+    count: usize,
+}
+
+/// One corrected step.
+struct Step {
+    x: Vec<f64>,
+    tangent: Vec<f64>,
+    orientation: f64,
+    iterations: usize,
+}
+
+/// Follow a branch from `place`; every point is handed to `take`.
+pub fn follow<F: Family>(
+    family: &mut F,
+    place: Place<F::Chart>,
+    options: &Options,
+    take: impl FnMut(&mut F, Point<F::Chart>) -> Go,
+) -> Result<Stop, F::Error> {
+    family.set_chart(&place.chart);
+    let mut walker = Walker { family, options, place, take, count: 0 };
+    loop {
+        if let Some(stop) = walker.advance()? {
+            return Ok(stop);
+        }
+        if walker.count >= options.points {
+            return Ok(Stop::Points);
+        }
+    }
+}
+
+impl<C: Clone> Place<C> {
+    /// Start at a solution, towards growing (`direction > 0`) or falling `λ`.
+    pub fn start<F: Family<Chart = C>>(
+        family: &mut F,
+        x: Vec<f64>,
+        direction: f64,
+        step: f64,
+    ) -> Result<Option<Place<C>>, F::Error> {
+        let mut c = vec![0.0; x.len()];
+        c[x.len() - 1] = direction.signum();
+        let Some((tangent, orientation)) = tangent(family, &x, &c)? else { return Ok(None) };
+        let signature = family.signature(&x)?;
+        Ok(Some(Place { chart: family.chart(), x, tangent, step, orientation, signature }))
+    }
+}
+
+impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
+    fn hand_out(&mut self, x: Vec<f64>, special: Option<Special>, iterations: usize) -> Option<Stop> {
+        self.count += 1;
+        let point = Point { special, iterations, place: self.place.clone(), x };
+        match (self.take)(self.family, point) {
+            Go::Continue(()) => None,
+            Go::Break(()) => Some(Stop::Interrupted),
+        }
+    }
+
+    /// The branch at arclength `s` from the present point.
+    fn at(&mut self, s: f64) -> Result<Option<Step>, F::Error> {
+        let Place { x, tangent: t, .. } = &self.place;
+        let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
+        let mut c: Vec<f64> = if self.options.natural {
+            vec![0.0; x.len()]
+        } else {
+            self.family.weights(x).iter().zip(t).map(|(w, t)| w * t).collect()
+        };
+        if self.options.natural {
+            c[x.len() - 1] = 1.0;
+        }
+        let gamma = c.iter().zip(&predicted).map(|(c, x)| c * x).sum();
+        let Some(found) = correct(self.family, &predicted, &c, gamma)? else { return Ok(None) };
+        let along: Vec<f64> = if self.options.natural {
+            c.iter().map(|c| c * t[x.len() - 1].signum()).collect()
+        } else {
+            c
+        };
+        let Some((tangent, orientation)) = tangent(self.family, &found.x, &along)? else { return Ok(None) };
+        Ok(Some(Step { x: found.x, tangent, orientation, iterations: found.iterations }))
+    }
+
+    fn lambda(x: &[f64]) -> f64 {
+        x[x.len() - 1]
+    }
+
+    /// A zero of `value` in `(0, s]`, where it is positive at 0 and negative at `s` (or the other way round): Illinois.
+    fn root(
+        &mut self,
+        (mut fa, s, mut fb): (f64, f64, f64),
+        mut value: impl FnMut(&mut F, &Step) -> Result<f64, F::Error>,
+    ) -> Result<Option<(f64, Step)>, F::Error> {
+        let (mut a, mut b) = (0.0, s);
+        let mut best = None;
+        let mut side = 0;
+        for _ in 0..60 {
+            let mut c = (a * fb - b * fa) / (fb - fa);
+            if !(c > a && c < b) {
+                c = 0.5 * (a + b);
+            }
+            let Some(step) = self.at(c)? else { return Ok(best) };
+            let f = value(self.family, &step)?;
+            best = Some((c, step));
+            if f == 0.0 || (b - a) <= 1e-13 * s {
+                break;
+            }
+            if (f > 0.0) == (fa > 0.0) {
+                if (c - a).abs() <= 1e-12 * s && side == 1 {
+                    break;
+                }
+                (a, fa) = (c, f);
+                if side == 1 {
+                    fb *= 0.5;
+                }
+                side = 1;
+            } else {
+                if (b - c).abs() <= 1e-12 * s && side == -1 {
+                    break;
+                }
+                (b, fb) = (c, f);
+                if side == -1 {
+                    fa *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        Ok(best)
+    }
+
+    /// One regular step, or the way to a border and over it.
+    fn advance(&mut self) -> Result<Option<Stop>, F::Error> {
+        let (_, least, largest) = self.options.step;
+        let mut s = self.place.step.clamp(least, largest);
+        loop {
+            let stop = Stop::Step { lambda: Self::lambda(&self.place.x) };
+            if s < least {
+                return Ok(Some(stop));
+            }
+            let Some(step) = self.at(s)? else {
+                s *= 0.5;
+                continue;
+            };
+            if self.turned_too_far(&step) && s > 4.0 * least {
+                s *= 0.5;
+                continue;
+            }
+            let borders = self.family.overstepped(&step.x)?;
+            if borders.is_empty() {
+                return self.accept(s, step);
+            }
+            if let Some(stop) = self.cross_first(s, &step, &borders)? {
+                return Ok(stop);
+            }
+            s *= 0.5;
+        }
+    }
+
+    fn turned_too_far(&self, step: &Step) -> bool {
+        let weights = self.family.weights(&step.x);
+        let cosine: f64 =
+            self.place.tangent.iter().zip(&step.tangent).zip(&weights).map(|((a, b), w)| w * a * b).sum();
+        cosine < 0.85
+    }
+
+    fn accept(&mut self, s: f64, step: Step) -> Result<Option<Stop>, F::Error> {
+        let (low, high) = self.options.range;
+        let lambda = Self::lambda(&step.x);
+        if lambda < low || lambda > high {
+            return self.end(if lambda < low { low } else { high });
+        }
+        let signature = self.family.signature(&step.x)?;
+        if let Some(stop) = self.between(s, &step, &signature)? {
+            return Ok(Some(stop));
+        }
+        let (_, least, largest) = self.options.step;
+        let factor = match step.iterations {
+            0..=3 => 1.5,
+            4..=5 => 1.0,
+            _ => 0.6,
+        };
+        self.place = Place {
+            step: (s * factor).clamp(least, largest),
+            chart: self.family.chart(),
+            tangent: step.tangent,
+            orientation: step.orientation,
+            signature,
+            x: step.x.clone(),
+        };
+        Ok(self.hand_out(step.x, None, step.iterations))
+    }
+
+    /// The end of the range: the point where the branch meets it.
+    fn end(&mut self, bound: f64) -> Result<Option<Stop>, F::Error> {
+        let mut c = vec![0.0; self.place.x.len()];
+        c[self.place.x.len() - 1] = 1.0;
+        let (x, t) = (&self.place.x, &self.place.tangent);
+        let s = (bound - Self::lambda(x)) / Self::lambda(t);
+        let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
+        if let Some(found) = correct(self.family, &predicted, &c, bound)?
+            && self.family.overstepped(&found.x)?.is_empty()
+        {
+            self.hand_out(found.x, Some(Special::End), found.iterations);
+        }
+        Ok(Some(Stop::Range))
+    }
+
+    /// Special points inside a step.
+    fn between(&mut self, s: f64, step: &Step, signature: &[i64]) -> Result<Option<Stop>, F::Error> {
+        let lambda_rate = |step: &Step| Self::lambda(&step.tangent);
+        let (before, after) = (Self::lambda(&self.place.tangent), lambda_rate(step));
+        let mut found = vec![];
+        let folds = before * after < 0.0;
+        if folds && let Some((s, p)) = self.root((before, s, after), |_, p| Ok(lambda_rate(p)))? {
+            found.push((s, p, Special::Fold));
+        }
+        if step.orientation * self.place.orientation < 0.0 {
+            let first = self.place.orientation;
+            let at = self.bisect(s, |_, p| Ok(p.orientation == first))?;
+            found.extend(at.map(|(s, p)| (s, p, Special::BranchPoint)));
+        } else if *signature != self.place.signature {
+            let first = self.place.signature.clone();
+            let special = Special::Stability(first.clone(), signature.to_vec());
+            // at a fold a multiplier passes +1: the same event, told once
+            let at = if folds || !self.options.locate {
+                None
+            } else {
+                self.bisect(s, |family, p| Ok(family.signature(&p.x)? == first))?
+            };
+            match at {
+                Some((s, p)) => found.push((s, p, special)),
+                None if folds => {}
+                None => found.push((
+                    s,
+                    Step { x: step.x.clone(), tangent: step.tangent.clone(), ..*step },
+                    special,
+                )),
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, p, special) in found {
+            if let Some(stop) = self.hand_out(p.x, Some(special), p.iterations) {
+                return Ok(Some(stop));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The last point of `(0, s)` at which `holds`, to a four-thousandth of the step.
+    fn bisect(
+        &mut self,
+        s: f64,
+        mut holds: impl FnMut(&mut F, &Step) -> Result<bool, F::Error>,
+    ) -> Result<Option<(f64, Step)>, F::Error> {
+        let (mut a, mut b) = (0.0, s);
+        let mut best = None;
+        for _ in 0..12 {
+            let c = 0.5 * (a + b);
+            let Some(step) = self.at(c)? else { break };
+            if holds(self.family, &step)? {
+                a = c;
+            } else {
+                b = c;
+            }
+            best = Some((c, step));
+        }
+        Ok(best)
+    }
+
+    /// Go to the first border within the step and over it. The outer option: whether a border was found.
+    #[allow(clippy::type_complexity)]
+    fn cross_first(
+        &mut self,
+        s: f64,
+        step: &Step,
+        borders: &[F::Border],
+    ) -> Result<Option<Option<Stop>>, F::Error> {
+        let mut first: Option<(f64, Step, F::Border)> = None;
+        for border in borders {
+            let (here, there) =
+                (self.family.margin(&self.place.x, border)?, self.family.margin(&step.x, border)?);
+            if !(here > 0.0 && there < 0.0) {
+                continue;
+            }
+            let at = self.root((here, s, there), |family, p| family.margin(&p.x, border))?;
+            if let Some((s, p)) = at
+                && first.as_ref().is_none_or(|(least, ..)| s < *least)
+            {
+                first = Some((s, p, border.clone()));
+            }
+        }
+        let Some((_, at, border)) = first else { return Ok(None) };
+        let (lambda, name) = (Self::lambda(&at.x), border.to_string());
+        let dead = Stop::DeadEnd { lambda, border: name.clone() };
+        let Some((chart, x)) = self.family.beyond(&at.x, &border) else { return Ok(Some(Some(dead))) };
+        let old_chart = self.family.chart();
+        self.family.set_chart(&chart);
+        let Some(place) = self.departure(chart, x, &at)? else {
+            self.family.set_chart(&old_chart);
+            return Ok(Some(Some(dead)));
+        };
+        self.place = place;
+        let x = self.place.x.clone();
+        Ok(Some(self.hand_out(x, Some(Special::Border(name)), at.iterations)))
+    }
+
+    /// The direction in which a new chart is admissible, tested with small steps to both sides.
+    fn departure(
+        &mut self,
+        chart: F::Chart,
+        x: Vec<f64>,
+        at: &Step,
+    ) -> Result<Option<Place<F::Chart>>, F::Error> {
+        let (_, least, largest) = self.options.step;
+        let mut c = vec![0.0; x.len()];
+        // a condition that is not orthogonal to the branch: its direction in the old chart, as far as both charts share unknowns
+        let shared = x.len().min(at.x.len()) - 1;
+        let weights = self.family.weights(&x);
+        for i in 0..shared {
+            c[i] = weights[i] * at.tangent[i];
+        }
+        c[x.len() - 1] = weights[x.len() - 1] * Self::lambda(&at.tangent);
+        let Some((t, orientation)) = tangent(self.family, &x, &c)? else { return Ok(None) };
+        let present = std::mem::replace(
+            &mut self.place,
+            Place { x, tangent: t, step: least, chart, orientation, signature: vec![] },
+        );
+        for scale in [1e-3, 1e-2, 1e-1, 1e-4, 3e-6] {
+            let s = (scale * largest).max(least);
+            for sign in [1.0, -1.0] {
+                let Some(trial) = self.at(sign * s)? else { continue };
+                if !self.family.overstepped(&trial.x)?.is_empty() {
+                    continue;
+                }
+                self.place.tangent.iter_mut().for_each(|t| *t *= sign);
+                // on the border itself stability is that of the new side
+                self.place.signature = self.family.signature(&trial.x)?;
+                self.place.orientation = self.at(s)?.map_or(orientation, |p| p.orientation);
+                self.place.step = present.step.min(0.25 * largest).max(s);
+                return Ok(Some(self.place.clone()));
+            }
+        }
+        self.place = present;
+        Ok(None)
+    }
+}

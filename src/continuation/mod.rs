@@ -1,0 +1,53 @@
+//! Following one-parameter families `R(X) = 0`, `X = (x, λ) ∈ ℝⁿ⁺¹`, whatever `R` stands for.
+//!
+//! [`correct`] is Newton's method on `R(X) = 0` beside one linear condition `cᵀX = γ`: `λ` fixed (natural), or the plane at
+//! an arclength (pseudo-arclength). [`follow`] walks along a branch: step control, folds, branch points and
+//! changes of stability located, and *borders*: where a family is smooth only piece by piece (a sequence of active sets), each piece
+//! is a chart; the branch is followed to the border, the chart is changed, and the direction is chosen by testing on which side the
+//! new chart is admissible. [`sequence`] solves at given values of `λ` one after the other, as the seed does.
+
+mod arclength;
+mod newton;
+mod sequence;
+
+pub use arclength::{Go, Options, Place, Point, Special, Stop, follow};
+pub use newton::{Corrected, approach, correct, least_singular_value, tangent};
+pub use sequence::{Guess, guesses};
+
+use faer::Mat;
+
+/// A residual with a parameter, piece by piece smooth.
+pub trait Family {
+    /// One smooth piece.
+    type Chart: Clone + std::fmt::Debug;
+    /// Where a piece ends.
+    type Border: Clone + std::fmt::Debug + std::fmt::Display;
+    /// Why a residual could not be evaluated.
+    type Error: std::error::Error;
+
+    /// `R` at `X = (x, λ)`, and its derivative `n × (n + 1)`.
+    fn linearise(&mut self, x: &[f64]) -> Result<(Vec<f64>, Mat<f64>), Self::Error>;
+    /// `R` alone.
+    fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, Self::Error> {
+        Ok(self.linearise(x)?.0)
+    }
+    /// Size of `R` that is rounding error at `X`.
+    fn rounding(&self, x: &[f64]) -> f64;
+    /// Weights `w` of the arclength `Σ wᵢ δXᵢ²`.
+    fn weights(&self, x: &[f64]) -> Vec<f64>;
+    /// The present chart.
+    fn chart(&self) -> Self::Chart;
+    /// Go to a chart.
+    fn set_chart(&mut self, chart: &Self::Chart);
+    /// The borders that a solution has overstepped; none: it is admissible.
+    fn overstepped(&mut self, x: &[f64]) -> Result<Vec<Self::Border>, Self::Error>;
+    /// Distance to a border: positive inside, zero on it.
+    fn margin(&mut self, x: &[f64], border: &Self::Border) -> Result<f64, Self::Error>;
+    /// The chart behind a border, and the point there; none if nothing is known behind it.
+    fn beyond(&mut self, x: &[f64], border: &Self::Border) -> Option<(Self::Chart, Vec<f64>)>;
+    /// Numbers that stay the same between bifurcations: of real multipliers above one, of real ones below minus one, of
+    /// complex ones outside the unit circle. Empty where stability is not asked for.
+    fn signature(&mut self, _x: &[f64]) -> Result<Vec<i64>, Self::Error> {
+        Ok(vec![])
+    }
+}

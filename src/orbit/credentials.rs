@@ -1,0 +1,214 @@
+//! What an orbit has to show before it is listed as one.
+//!
+//! The state is integrated over a whole period by the event-driven integrator, whatever found it: return error, admissibility at
+//! every step and stored state, energy balance, switches, nearness to grazing, multipliers.
+
+use std::f64::consts::TAU;
+
+use super::OrbitError;
+use super::chain::Propagator;
+use super::floquet::{Stability, stability};
+use super::reading::{Reading, read_with};
+use super::shooting::{Closure, norm};
+use crate::event::{Grazing, Observer, Sample, Switch};
+use crate::problem::State;
+
+/// Stored states of a check.
+const SAMPLES: usize = 400;
+/// Above this size multipliers are not computed.
+pub const MULTIPLIER_LIMIT: usize = 700;
+
+/// A periodic orbit with its credentials.
+#[derive(Debug, Clone)]
+pub struct Orbit {
+    /// How it closes.
+    pub closure: Closure,
+    /// Period.
+    pub period: f64,
+    /// Frame vector at `t = 0`.
+    pub z: Vec<f64>,
+    /// State at `t = 0`.
+    pub state: State,
+    /// Largest energy `H` over the period: for a reversible orbit, that at the far point.
+    pub energy: f64,
+    /// Largest contact displacement in magnitude.
+    pub amplitude: f64,
+    /// `‖x(T) − x(0)‖ / ‖x(0)‖`, in the norm of the energy.
+    pub residual: f64,
+    /// Newton steps that it took.
+    pub iterations: usize,
+    /// Switches over the period.
+    pub switches: Vec<Switch>,
+    /// Time during which any node touches.
+    pub contact_time: f64,
+    /// Largest penetration over the unit of length.
+    pub penetration: f64,
+    /// Largest tension over the pressure that a unit of length makes.
+    pub tension: f64,
+    /// Every switch was found by proof.
+    pub certified: bool,
+    /// Change of energy over the period that work, dissipation and the jumps do not explain, over the energy.
+    pub balance: f64,
+    /// Sum of the jumps over the energy (a reversible orbit gains what it loses).
+    pub jumps: f64,
+    /// Least distance from grazing: rates at switches and interior minima of gaps and pressures, as displacements over the unit of length.
+    pub grazing: f64,
+    /// Multipliers, unless the body is too large for them.
+    pub stability: Option<Stability>,
+}
+
+/// An orbit fails by more than these.
+const RESIDUAL: f64 = 1e-10;
+const VIOLATION: f64 = 1e-9;
+const BALANCE: f64 = 1e-8;
+
+impl Orbit {
+    /// Circular frequency.
+    pub fn omega(&self) -> f64 {
+        TAU / self.period
+    }
+
+    /// No penetration and no tension, between switches as well as at them.
+    pub fn is_admissible(&self) -> bool {
+        self.penetration <= VIOLATION && self.tension <= VIOLATION && self.certified
+    }
+
+    /// What speaks against the orbit; empty for an orbit.
+    pub fn flaws(&self) -> Vec<String> {
+        let mut flaws = vec![];
+        let mut limit = |what: &str, value: f64, most: f64| {
+            if value.is_nan() || value > most {
+                flaws.push(format!("{what} {value:.1e} exceeds {most:.0e}"));
+            }
+        };
+        limit("residual", self.residual, RESIDUAL);
+        limit("penetration", self.penetration, VIOLATION);
+        limit("tension", self.tension, VIOLATION);
+        limit("energy balance", self.balance, BALANCE);
+        if self.closure == Closure::Reversible {
+            limit("sum of energy jumps", self.jumps.abs(), BALANCE);
+        }
+        if !self.certified {
+            flaws.push("a switch was not found by proof".into());
+        }
+        flaws
+    }
+}
+
+/// Extremes over the stored states of a period.
+struct Scan<'a> {
+    body: &'a Propagator,
+    energy: f64,
+    amplitude: f64,
+    contact_time: f64,
+    grazing: f64,
+    /// Last two stored states: time, flags, monitors as displacements.
+    last: Vec<(f64, Vec<bool>, Vec<f64>)>,
+}
+
+impl Observer for Scan<'_> {
+    type Error = std::convert::Infallible;
+
+    fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
+        let nbm = &self.body.nbm;
+        let n_o = nbm.n_o();
+        let u_c = &s.u[n_o..];
+        self.energy = self.energy.max(s.energies.kinetic + s.energies.elastic);
+        self.amplitude = u_c.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
+        let monitor = |i: usize| match s.active.is_active(i) {
+            true => s.pressure[i] / nbm.n_c[(i, i)],
+            false => nbm.gap[i] - u_c[i],
+        };
+        let now: Vec<f64> = (0..nbm.n_contact()).map(monitor).collect();
+        if let Some((t, flags, _)) = self.last.last()
+            && flags.contains(&true)
+        {
+            self.contact_time += s.t - t;
+        }
+        if let [(_, f0, a), (_, f1, b)] = &self.last[..]
+            && f0 == f1
+            && f1 == s.active.flags()
+        {
+            for i in 0..now.len() {
+                if b[i] < a[i] && b[i] <= now[i] {
+                    self.grazing = self.grazing.min(b[i] / nbm.length_unit());
+                }
+            }
+        }
+        if self.last.len() == 2 {
+            self.last.remove(0);
+        }
+        self.last.push((s.t, s.active.flags().to_vec(), now));
+        Ok(())
+    }
+    fn switch(&mut self, _: &Switch) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn grazing(&mut self, _: &Grazing) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+/// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.
+pub fn examine(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    period: f64,
+    iterations: usize,
+    multipliers: bool,
+) -> Result<Orbit, OrbitError> {
+    let nbm = &body.nbm;
+    let state = body.state(z);
+    let mut scan = Scan {
+        body,
+        energy: 0.0,
+        amplitude: 0.0,
+        contact_time: 0.0,
+        grazing: f64::INFINITY,
+        last: vec![],
+    };
+    let reading: Reading = read_with(body, &state, period, SAMPLES, &mut scan)?;
+    let report = &reading.report;
+    let mut start = z.to_vec();
+    start.resize(2 * body.n(), 0.0);
+    let end = body.frame(&report.last);
+    let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
+    let unit = nbm.length_unit();
+    for s in &report.switches {
+        let scale = match s.kind {
+            crate::event::SwitchKind::Close => 1.0,
+            crate::event::SwitchKind::Open => nbm.n_c[(s.contact, s.contact)],
+        };
+        scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
+    }
+    let stiffness = (0..nbm.n_contact()).map(|i| nbm.n_c[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+    let energy = scan.energy.max(f64::MIN_POSITIVE);
+    let stability = if multipliers && body.n() <= MULTIPLIER_LIMIT {
+        Some(stability(body, closure, &start, &reading, period)?)
+    } else {
+        None
+    };
+    Ok(Orbit {
+        closure,
+        period,
+        energy: scan.energy,
+        amplitude: scan.amplitude,
+        residual: norm(&difference) / norm(&start).max(f64::MIN_POSITIVE),
+        iterations,
+        contact_time: scan.contact_time,
+        penetration: report.max_penetration.max(0.0) / unit,
+        tension: report.max_tension.max(0.0) / (stiffness * unit),
+        certified: report.is_certified(),
+        balance: report.energy_drift_total,
+        jumps: report.energy_jumps / energy,
+        grazing: scan.grazing,
+        stability,
+        switches: reading.report.switches,
+        z: z.to_vec(),
+        state,
+    })
+}

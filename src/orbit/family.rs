@@ -1,0 +1,430 @@
+//! Multi-segment shooting as a family: `X = (z, t_1 … t_m, ω)` over charts that are sequences of active sets (theory §8).
+//!
+//! The equations are the closure of the orbit and one condition a switch. A chart ends where a phase shrinks to nothing or a
+//! monitor touches zero inside a phase:
+//!
+//! - two switches of one node meet: the pair disappears; of two nodes: they change places;
+//! - a switch meets the start or the middle of a reversible orbit: it disappears with its mirror image; of a forced orbit: it goes round;
+//! - a monitor touches: a pair of switches (one switch, at a point of symmetry) appears, of length zero.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use faer::Mat;
+
+use super::OrbitError;
+use super::chain::{Chain, Propagator, Switches, Walk};
+use super::floquet;
+use super::reading::read;
+use super::shooting::{Closure, norm};
+use crate::continuation::Family;
+
+/// A family of orbits of one body.
+pub struct Segments<'a> {
+    /// The body; its harmonic loads follow the frequency.
+    pub body: &'a mut Propagator,
+    /// How orbits close.
+    pub closure: Closure,
+    /// The present chart.
+    pub chain: Chain,
+    /// Whether multipliers are watched.
+    pub watch: bool,
+}
+
+/// Where a chart ends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Border {
+    /// The phase of this number shrinks to nothing.
+    Phase {
+        /// Which.
+        phase: usize,
+        /// In words.
+        what: String,
+    },
+    /// A monitor touches zero inside a phase.
+    Touch {
+        /// Phase.
+        phase: usize,
+        /// Contact node.
+        contact: usize,
+        /// Where, as a fraction of the time to the end.
+        near: f64,
+        /// In words.
+        what: String,
+    },
+}
+
+impl fmt::Display for Border {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Border::Phase { what, .. } | Border::Touch { what, .. } => f.write_str(what),
+        }
+    }
+}
+
+/// Times this near to each other, over the time to the end, are in order.
+const ORDER: f64 = 1e-11;
+
+impl<'a> Segments<'a> {
+    /// The family through an orbit that the event-driven integrator has read.
+    pub fn new(body: &'a mut Propagator, closure: Closure, chain: Chain) -> Segments<'a> {
+        Segments { body, closure, chain, watch: true }
+    }
+
+    /// `X` of a state with its switching times.
+    pub fn unknowns(&self, z: &[f64], times: &[f64], omega: f64) -> Vec<f64> {
+        z.iter().chain(times).copied().chain([omega]).collect()
+    }
+
+    /// `z`, switching times and `ω` of an `X` in the present chart.
+    pub fn parts<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64], f64) {
+        let n = self.closure.unknowns(self.body.n());
+        (&x[..n], &x[n..x.len() - 1], x[x.len() - 1])
+    }
+
+    /// Time at which the closure is evaluated.
+    fn end(&self, omega: f64) -> f64 {
+        self.closure.end(TAU / omega)
+    }
+
+    fn set_frequency(&mut self, omega: f64) {
+        for h in &mut self.body.nbm.loads.harmonics {
+            h.omega = omega;
+        }
+    }
+
+    fn walk(&mut self, x: &[f64]) -> Result<Walk, OrbitError> {
+        let (z, times, omega) = self.parts(x);
+        let end = self.end(omega);
+        self.set_frequency(omega);
+        Ok(self.body.walk(&self.chain, z, times, end)?)
+    }
+
+    /// What makes an equation of event `j` a number of the size of `z`.
+    fn equation_scale(&self, j: usize) -> f64 {
+        let nbm = &self.body.nbm;
+        let i = self.chain.nodes[j];
+        let unit = nbm.length_unit();
+        let monitor = if self.chain.sets[j].is_active(i) { nbm.n_c[(i, i)] * unit } else { unit };
+        let rate = if self.chain.is_pair(j) { nbm.body.frequency_unit() } else { 1.0 };
+        1.0 / (monitor * rate)
+    }
+
+    fn assemble(&self, x: &[f64], walk: &Walk) -> Vec<f64> {
+        let (z, ..) = self.parts(x);
+        let events = walk.events.iter().enumerate();
+        let switches = events.map(|(j, e)| e.equation * self.equation_scale(j));
+        self.closure.residual(z, &walk.z_end).into_iter().chain(switches).collect()
+    }
+
+    fn node_name(&self, contact: usize) -> usize {
+        self.body.nbm.body.dofs.contact_nodes[contact]
+    }
+
+    /// The touch of a monitor nearest to `near`: time and value of the least value there.
+    fn touch(&self, walk: &Walk, phase: usize, contact: usize, near: f64) -> (f64, f64) {
+        let link = &walk.links[phase];
+        let (a, b) = link.span;
+        let near = near * walk.links[walk.links.len() - 1].span.1;
+        let h = |t: f64| link.monitor(contact, t).0;
+        // local minima on a grid, ends included where the orbit is symmetric
+        let steps = 64;
+        let at = |k: i32| a + (b - a) * f64::from(k) / f64::from(steps);
+        let values: Vec<f64> = (0..=steps).map(|k| h(at(k))).collect();
+        let symmetric_start = phase == 0 && self.closure == Closure::Reversible;
+        let symmetric_end = phase + 1 == walk.links.len() && self.closure == Closure::Reversible;
+        let is_minimum = |k: usize| {
+            let below_left = if k == 0 { symmetric_start } else { values[k] <= values[k - 1] };
+            let below_right = if k == steps as usize { symmetric_end } else { values[k] <= values[k + 1] };
+            below_left && below_right
+        };
+        let nearest = (0..=steps as usize)
+            .filter(|&k| is_minimum(k))
+            .min_by(|&p, &q| (at(p as i32) - near).abs().total_cmp(&(at(q as i32) - near).abs()));
+        let Some(k) = nearest else {
+            let t = near.clamp(a, b);
+            return (t, h(t));
+        };
+        if (k == 0 && symmetric_start) || (k == steps as usize && symmetric_end) {
+            return (at(k as i32), values[k]);
+        }
+        // the rate changes its sign between the neighbours
+        let (mut low, mut high) = (at(k as i32 - 1).max(a), at(k as i32 + 1).min(b));
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            if link.monitor(contact, middle).1 < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let t = 0.5 * (low + high);
+        (t, h(t))
+    }
+}
+
+impl Family for Segments<'_> {
+    type Chart = Chain;
+    type Border = Border;
+    type Error = OrbitError;
+
+    fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, OrbitError> {
+        let walk = self.walk(x)?;
+        Ok(self.assemble(x, &walk))
+    }
+
+    fn linearise(&mut self, x: &[f64]) -> Result<(Vec<f64>, Mat<f64>), OrbitError> {
+        let walk = self.walk(x)?;
+        let r = self.assemble(x, &walk);
+        let (n, m) = (self.closure.unknowns(self.body.n()), self.chain.events());
+        let start = Mat::<f64>::identity(n, n);
+        let tangent = self.body.tangent(&self.chain, &walk, start.as_ref(), Switches::Free)?;
+        let closure = self.closure.derivative(&tangent.end, n);
+        let mut j = Mat::zeros(n + m, n + m + 1);
+        for c in 0..n + m {
+            for i in 0..n {
+                j[(i, c)] = closure[(i, c)];
+            }
+            for i in 0..m {
+                j[(n + i, c)] = tangent.equations[(i, c)] * self.equation_scale(i);
+            }
+        }
+        let omega = x[n + m];
+        if self.body.nbm.loads.harmonics.is_empty() {
+            // only the end moves: dT_end/dω = −T_end/ω
+            let factor = -self.end(omega) / omega;
+            let offset = if self.closure == Closure::Reversible { n } else { 0 };
+            for i in 0..n {
+                j[(i, n + m)] = factor * walk.rate_end[offset + i];
+            }
+        } else {
+            let h = 1e-6 * omega;
+            let mut shifted = |s: f64| {
+                let mut y = x.to_vec();
+                y[n + m] += s;
+                self.residual(&y)
+            };
+            let (up, down) = (shifted(h)?, shifted(-h)?);
+            for i in 0..n + m {
+                j[(i, n + m)] = (up[i] - down[i]) / (2.0 * h);
+            }
+            self.set_frequency(omega);
+        }
+        Ok((r, j))
+    }
+
+    fn rounding(&self, x: &[f64]) -> f64 {
+        let n = self.closure.unknowns(self.body.n());
+        2e-14 * norm(&x[..n]).max(1e-300) * (1.0 + (n as f64).sqrt() * 0.1)
+    }
+
+    fn weights(&self, x: &[f64]) -> Vec<f64> {
+        let n = self.closure.unknowns(self.body.n());
+        let size = norm(&x[..n]).max(1e-300);
+        let last = x.len() - 1;
+        let weight = |i: usize| match i {
+            _ if i < n => 1.0 / (size * size),
+            _ if i == last => 4.0 / (x[last] * x[last]),
+            _ => 0.0,
+        };
+        (0..x.len()).map(weight).collect()
+    }
+
+    fn chart(&self) -> Chain {
+        self.chain.clone()
+    }
+
+    fn set_chart(&mut self, chart: &Chain) {
+        self.chain = chart.clone();
+    }
+
+    fn overstepped(&mut self, x: &[f64]) -> Result<Vec<Border>, OrbitError> {
+        let (z, times, omega) = self.parts(x);
+        let end = self.end(omega);
+        self.set_frequency(omega);
+        let at = |j: usize| match j {
+            0 => 0.0,
+            j if j <= times.len() => times[j - 1],
+            _ => end,
+        };
+        let mut borders = vec![];
+        for phase in 0..self.chain.sets.len() {
+            if !times.is_empty() && at(phase + 1) - at(phase) < -ORDER * end {
+                borders.push(Border::Phase { phase, what: self.describe(phase) });
+            }
+        }
+        if !borders.is_empty() {
+            return Ok(borders);
+        }
+        let reading = read(self.body, &self.body.state(z), end)?;
+        let same_time = |k: usize| {
+            k < reading.times.len().min(times.len())
+                && reading.chain.nodes[k] == self.chain.nodes[k]
+                && (reading.times[k] - times[k]).abs() <= 1e-7 * end
+        };
+        if reading.chain.sets[0] == self.chain.sets[0] {
+            let agree = (0..times.len()).take_while(|&k| same_time(k)).count();
+            if agree == times.len() && agree == reading.times.len() && reading.chain.sets == self.chain.sets {
+                return Ok(vec![]);
+            }
+            // the first switch that the chart does not know, and its partner
+            let Some(&t) = reading.times.get(agree) else {
+                return Ok(vec![self.unknown_border(agree.saturating_sub(1))]);
+            };
+            let contact = reading.chain.nodes[agree];
+            let partner = match reading.chain.nodes.get(agree + 1) {
+                Some(&next) if next == contact => Some(reading.times[agree + 1]),
+                _ if self.closure == Closure::Reversible && agree == times.len() => Some(end),
+                _ => None,
+            };
+            let middle = partner.map_or(t, |p| if p == end { end } else { 0.5 * (t + p) });
+            let what = format!("node {} touches", self.node_name(contact));
+            let near = middle / end;
+            return Ok(vec![Border::Touch { phase: agree.min(times.len()), contact, near, what }]);
+        }
+        let differs = |i: &usize| reading.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
+        let contact = (0..self.body.nbm.n_contact()).find(differs).unwrap_or(0);
+        let what = format!("node {} touches at the start", self.node_name(contact));
+        Ok(vec![Border::Touch { phase: 0, contact, near: 0.0, what }])
+    }
+
+    fn margin(&mut self, x: &[f64], border: &Border) -> Result<f64, OrbitError> {
+        let (_, times, omega) = self.parts(x);
+        let end = self.end(omega);
+        match border {
+            Border::Phase { phase, .. } => {
+                let a = if *phase == 0 { 0.0 } else { times[phase - 1] };
+                let b = times.get(*phase).copied().unwrap_or(end);
+                Ok((b - a) / end)
+            }
+            Border::Touch { phase, contact, near, .. } => {
+                let walk = self.walk(x)?;
+                let nbm = &self.body.nbm;
+                let unit = nbm.length_unit();
+                let active = self.chain.sets[*phase].is_active(*contact);
+                let scale = if active { unit * nbm.n_c[(*contact, *contact)] } else { unit };
+                Ok(self.touch(&walk, *phase, *contact, *near).1 / scale)
+            }
+        }
+    }
+
+    fn beyond(&mut self, x: &[f64], border: &Border) -> Option<(Chain, Vec<f64>)> {
+        let (z, times, omega) = self.parts(x);
+        let (z, mut times) = (z.to_vec(), times.to_vec());
+        let end = self.end(omega);
+        let Chain { mut sets, mut nodes } = self.chain.clone();
+        match border {
+            Border::Phase { phase, .. } => {
+                let (first, last) = (*phase == 0, *phase == nodes.len());
+                match self.closure {
+                    Closure::Reversible if first || last => {
+                        sets.remove(*phase);
+                        let event = if first { 0 } else { nodes.len() - 1 };
+                        nodes.remove(event);
+                        times.remove(event);
+                    }
+                    _ if first => {
+                        // the first switch becomes the last one of the period before
+                        sets.remove(0);
+                        sets.push(sets[0].clone());
+                        nodes.rotate_left(1);
+                        times.rotate_left(1);
+                        *times.last_mut()? = end;
+                    }
+                    _ if last => {
+                        sets.pop();
+                        sets.insert(0, sets[sets.len() - 1].clone());
+                        nodes.rotate_right(1);
+                        times.rotate_right(1);
+                        *times.first_mut()? = 0.0;
+                    }
+                    _ if sets[phase - 1] == sets[phase + 1] => {
+                        sets.drain(*phase..=*phase + 1);
+                        nodes.drain(phase - 1..=*phase);
+                        times.drain(phase - 1..=*phase);
+                    }
+                    _ => {
+                        // α → β → γ becomes α → β′ → γ: what the second switch changes goes first
+                        let (a, b, c) = (&sets[phase - 1], &sets[*phase], &sets[phase + 1]);
+                        let mut other = a.clone();
+                        for i in 0..self.body.nbm.n_contact() {
+                            if b.is_active(i) != c.is_active(i) {
+                                other.set(i, c.is_active(i));
+                            }
+                        }
+                        sets[*phase] = other;
+                        nodes.swap(phase - 1, *phase);
+                        let t = 0.5 * (times[phase - 1] + times[*phase]);
+                        (times[phase - 1], times[*phase]) = (t, t);
+                    }
+                }
+            }
+            Border::Touch { phase, contact, near, .. } => {
+                let walk = self.walk(x).ok()?;
+                let (t, _) = self.touch(&walk, *phase, *contact, *near);
+                let active = sets[*phase].is_active(*contact);
+                let changed = sets[*phase].with(*contact, !active);
+                let symmetric = self.closure == Closure::Reversible;
+                if symmetric && t == 0.0 && *phase == 0 {
+                    sets.insert(0, changed);
+                    nodes.insert(0, *contact);
+                    times.insert(0, 0.0);
+                } else if symmetric && *phase == nodes.len() && t >= end * (1.0 - 1e-12) {
+                    sets.push(changed);
+                    nodes.push(*contact);
+                    times.push(end);
+                } else {
+                    let back = sets[*phase].clone();
+                    sets.insert(phase + 1, changed);
+                    sets.insert(phase + 2, back);
+                    for _ in 0..2 {
+                        nodes.insert(*phase, *contact);
+                        times.insert(*phase, t);
+                    }
+                }
+            }
+        }
+        let chain = Chain { sets, nodes };
+        let mut all = z;
+        all.extend(times);
+        all.push(omega);
+        Some((chain, all))
+    }
+
+    fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, OrbitError> {
+        if !self.watch || self.body.n() > super::credentials::MULTIPLIER_LIMIT {
+            return Ok(vec![]);
+        }
+        let (z, _, omega) = self.parts(x);
+        let mut z = z.to_vec();
+        z.resize(2 * self.body.n(), 0.0);
+        self.set_frequency(omega);
+        let period = TAU / omega;
+        let reading = read(self.body, &self.body.state(&z), period)?;
+        let stability = floquet::stability(self.body, self.closure, &z, &reading, period)?;
+        Ok(stability.outside.iter().map(|&k| k as i64).collect())
+    }
+}
+
+impl Segments<'_> {
+    /// The chart has a switch that the integrator does not see: the phase before it is about to vanish.
+    fn unknown_border(&self, phase: usize) -> Border {
+        Border::Phase { phase, what: self.describe(phase) }
+    }
+
+    fn describe(&self, phase: usize) -> String {
+        let name = |event: usize| self.node_name(self.chain.nodes[event]);
+        let last = self.chain.nodes.len();
+        match phase {
+            0 => format!("switch of node {} meets the start of the period", name(0)),
+            p if p == last && self.closure == Closure::Reversible => {
+                format!("switch of node {} meets its mirror image and disappears", name(p - 1))
+            }
+            p if p == last => format!("switch of node {} meets the end of the period", name(p - 1)),
+            p if self.chain.sets[p - 1] == self.chain.sets[p + 1] => {
+                format!("node {} grazes: a pair of switches disappears", name(p))
+            }
+            p => format!("switches of nodes {} and {} change places", name(p - 1), name(p)),
+        }
+    }
+}

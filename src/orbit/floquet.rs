@@ -1,0 +1,129 @@
+//! Monodromy matrix, Floquet multipliers, stability.
+//!
+//! `M = ∂x(T)/∂x(0)`: propagators of the phases and saltation matrices, in the frame of [`super::chain`], where a motion without switches
+//! is a rotation. An autonomous orbit has the eigenvector `ẋ(0)` with multiplier +1; a conservative family has a
+//! second one, in a Jordan block with the first, which a numerical eigensolution knows to half the digits only. So `ẋ(0)` is taken out
+//! first, by an orthogonal similarity: what is left has a simple +1.
+
+use faer::Mat;
+
+use super::OrbitError;
+use super::chain::{Propagator, Switches};
+use super::reading::Reading;
+use super::shooting::{Closure, norm};
+
+/// A multiplier: real and imaginary part.
+pub type Multiplier = (f64, f64);
+
+/// How an orbit stands to its neighbours.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stability {
+    /// All multipliers, largest first. Those that belong to every orbit of a conservative family come first of all and are
+    /// counted by `trivial`.
+    pub multipliers: Vec<Multiplier>,
+    /// Number of multipliers +1 that come from time shift and family (0 for forced orbits).
+    pub trivial: usize,
+    /// Number of real multipliers above +1, of real ones below −1, of complex ones outside the unit circle.
+    pub outside: [usize; 3],
+    /// Largest modulus (trivial ones apart).
+    pub largest: f64,
+}
+
+impl Stability {
+    /// No multiplier is outside the unit circle.
+    pub fn is_stable(&self) -> bool {
+        self.outside == [0; 3]
+    }
+
+    /// Through which bifurcation an unstable orbit lost its stability, by the largest multiplier.
+    pub fn lost_by(&self) -> Option<&'static str> {
+        let (re, im) = *self.multipliers[self.trivial..].first()?;
+        if self.is_stable() {
+            return None;
+        }
+        Some(match (im != 0.0, re > 0.0) {
+            (true, _) => "Neimark-Sacker (complex pair)",
+            (false, true) => "fold or branch point (+1)",
+            (false, false) => "period doubling (-1)",
+        })
+    }
+}
+
+/// Multipliers further out than this are unstable.
+const OUTSIDE: f64 = 1e-6;
+
+/// The monodromy matrix in the frame, from the reading of a whole period.
+pub fn monodromy(
+    body: &Propagator,
+    z: &[f64],
+    reading: &Reading,
+    period: f64,
+) -> Result<Mat<f64>, OrbitError> {
+    let n = body.n();
+    let walk = body.walk(&reading.chain, z, &reading.times, period)?;
+    let start = Mat::<f64>::identity(2 * n, 2 * n);
+    Ok(body.tangent(&reading.chain, &walk, start.as_ref(), Switches::Saltation)?.end)
+}
+
+/// Stability of an orbit from its monodromy matrix.
+pub fn stability(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    reading: &Reading,
+    period: f64,
+) -> Result<Stability, OrbitError> {
+    let m = monodromy(body, z, reading, period)?;
+    let autonomous = closure != Closure::Forced;
+    let rest = if autonomous {
+        let mut full = z.to_vec();
+        full.resize(2 * body.n(), 0.0);
+        deflate(&m, &body.rate(&full, &reading.chain)?)
+    } else {
+        m
+    };
+    let values = rest.eigenvalues().map_err(|_| OrbitError::Eigen("Floquet multipliers"))?;
+    let mut values: Vec<Multiplier> = values.iter().map(|v| (v.re, v.im)).collect();
+    let mut trivial = vec![];
+    if autonomous {
+        let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
+        let nearest = (0..values.len()).min_by(|&a, &b| far(&values[a]).total_cmp(&far(&values[b])));
+        trivial.extend(nearest.map(|k| values.swap_remove(k)));
+        trivial.insert(0, (1.0, 0.0));
+    }
+    let size = |v: &Multiplier| v.0.hypot(v.1);
+    // conjugates have one modulus: the order must not depend on rounding
+    values.sort_by(|a, b| (size(b), b.0, b.1).partial_cmp(&(size(a), a.0, a.1)).unwrap_or(std::cmp::Ordering::Equal));
+    let largest = values.first().map_or(0.0, size);
+    let mut outside = [0; 3];
+    for v in values.iter().filter(|v| size(v) > 1.0 + OUTSIDE) {
+        let kind = match (v.1 != 0.0, v.0 > 0.0) {
+            (true, _) => 2,
+            (false, true) => 0,
+            (false, false) => 1,
+        };
+        outside[kind] += 1;
+    }
+    let count = trivial.len();
+    trivial.extend(values);
+    Ok(Stability { multipliers: trivial, trivial: count, outside, largest })
+}
+
+/// The block that is left of `M` when its eigenvector `p` (multiplier +1) is rotated to the first axis and struck out.
+fn deflate(m: &Mat<f64>, p: &[f64]) -> Mat<f64> {
+    let n = m.nrows();
+    let length = norm(p);
+    // Householder vector of p
+    let mut w: Vec<f64> = p.iter().map(|x| x / length).collect();
+    w[0] += if w[0] >= 0.0 { 1.0 } else { -1.0 };
+    let scale = norm(&w);
+    w.iter_mut().for_each(|x| *x /= scale);
+    // H M H with H = I − 2 w wᵀ
+    let mw: Vec<f64> = (0..n).map(|i| (0..n).map(|j| m[(i, j)] * w[j]).sum()).collect();
+    let wm: Vec<f64> = (0..n).map(|j| (0..n).map(|i| w[i] * m[(i, j)]).sum()).collect();
+    let wmw: f64 = w.iter().zip(&mw).map(|(a, b)| a * b).sum();
+    Mat::from_fn(n - 1, n - 1, |i, j| {
+        let (i, j) = (i + 1, j + 1);
+        m[(i, j)] - 2.0 * mw[i] * w[j] - 2.0 * w[i] * wm[j] + 4.0 * w[i] * wmw * w[j]
+    })
+}

@@ -1,0 +1,54 @@
+//! Periodic orbits of the nodal boundary equations: shooting, stability, families (theory §8).
+//!
+//! A state `x = (u_O, u̇_O)` is carried over one period by the event-driven integrator; a periodic orbit is a fixed point of that map.
+//!
+//! - [`chain`] — a motion through a given sequence of active sets, its tangent, saltation, switch conditions as equations;
+//! - [`reading`] — the sequence of active sets that the integrator finds from a state;
+//! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
+//! - [`family`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
+//! - [`floquet`] — monodromy matrix, multipliers, stability;
+//! - [`credentials`] — everything an orbit has to show before it is one;
+//! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
+
+pub mod chain;
+pub mod credentials;
+pub mod family;
+pub mod floquet;
+pub mod reading;
+pub mod search;
+pub mod shooting;
+
+pub use chain::{Chain, Propagator};
+pub use credentials::Orbit;
+pub use family::Segments;
+pub use floquet::Stability;
+pub use shooting::Closure;
+
+use crate::contact::ContactError;
+use crate::event::Outcome;
+use crate::flow::spectrum::SpectrumError;
+
+/// The period map could not be evaluated.
+#[derive(Debug, thiserror::Error)]
+pub enum OrbitError {
+    /// A phase has no operators.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// A phase has no modes.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// The integration ended early.
+    #[error("{0}")]
+    Incomplete(Outcome),
+    /// A node was held on the switching surface: the motion is not a chain of phases.
+    #[error("node {node} is held on the switching surface at t = {t:.9}")]
+    Held {
+        /// Time.
+        t: f64,
+        /// Mesh node.
+        node: usize,
+    },
+    /// An eigenvalue or singular value problem failed.
+    #[error("the {0} could not be computed")]
+    Eigen(&'static str),
+}

@@ -1,0 +1,67 @@
+//! What the event-driven integration says of a state: its sequence of active sets over a time.
+
+use std::rc::Rc;
+
+use super::OrbitError;
+use super::chain::{Chain, Propagator};
+use crate::event::{self, GrazingKind, Observer, Options, Report, RunError, Silent};
+use crate::flow::{self, Modal};
+use crate::problem::State;
+
+/// Switches nearer to each other than this, over the time of the run, are one event.
+const SAME_TIME: f64 = 1e-11;
+
+/// The sequence that the integrator found, with its report.
+#[derive(Debug)]
+pub struct Reading {
+    /// Active sets and nodes.
+    pub chain: Chain,
+    /// Switching times.
+    pub times: Vec<f64>,
+    /// The run.
+    pub report: Report,
+}
+
+/// Integrate from `x` at `t = 0` to `until` with the exact modal flow.
+pub fn read(body: &Propagator, x: &State, until: f64) -> Result<Reading, OrbitError> {
+    read_with(body, x, until, 0, &mut Silent)
+}
+
+/// The same with an observer and a number of stored states.
+pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
+    body: &Propagator,
+    x: &State,
+    until: f64,
+    samples: usize,
+    observer: &mut O,
+) -> Result<Reading, OrbitError> {
+    let options = Options { until, samples, switch_limit: 40.0, verify_lcp: false };
+    let modal = Modal::sharing(&body.nbm, Rc::clone(&body.spectra));
+    let mut flow = flow::exact(Box::new(modal), &body.nbm);
+    let report = event::run(&body.nbm, x, &options, &mut flow, observer).map_err(|e| match e {
+        RunError::Contact(e) => OrbitError::Contact(e),
+        RunError::Observer(never) => match never {},
+    })?;
+    if !report.outcome.is_complete() {
+        return Err(OrbitError::Incomplete(report.outcome));
+    }
+    if let Some(g) = report.grazings.iter().find(|g| g.kind == GrazingKind::Held) {
+        return Err(OrbitError::Held { t: g.t, node: g.node });
+    }
+    let first = report.switches.first().map_or(&report.active, |s| &s.before);
+    let mut chain = Chain { sets: vec![first.clone()], nodes: vec![] };
+    let mut times: Vec<f64> = vec![];
+    for s in &report.switches {
+        let together = times.last().is_some_and(|t| s.t - t <= SAME_TIME * until);
+        // a node that switches twice at one time is a grazing, not a group
+        if together && chain.nodes.last() != Some(&s.contact) {
+            let last = chain.sets.len() - 1;
+            chain.sets[last] = s.after.clone();
+        } else {
+            chain.sets.push(s.after.clone());
+            chain.nodes.push(s.contact);
+            times.push(s.t);
+        }
+    }
+    Ok(Reading { chain, times, report })
+}

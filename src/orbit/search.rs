@@ -1,0 +1,285 @@
+//! One orbit from a guess, with a verdict; all orbits from a set of starts.
+//!
+//! First one-shot Newton on the event-driven map. Where it stalls (a corner of the map, theory §8), multi-segment Newton with the
+//! sequence that it saw last. Where that fails too, the family is looked for with the frequency free, and followed towards the
+//! frequency that was asked for: it arrives, or the fold or grazing that lies between is located and named.
+
+use std::f64::consts::TAU;
+
+use super::OrbitError;
+use super::chain::{Chain, Propagator};
+use super::credentials::{Orbit, examine};
+use super::family::Segments;
+use super::shooting::{Closure, Settings, Shot, shoot};
+use crate::continuation::{
+    self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value,
+};
+
+/// What came of a search.
+#[derive(Debug, Clone)]
+pub enum Verdict {
+    /// An orbit with all its credentials.
+    Orbit(Box<Orbit>),
+    /// A periodic motion that does not touch the obstacle.
+    NoContact {
+        /// Its energy.
+        energy: f64,
+    },
+    /// A solution of the shooting equations that is no orbit.
+    Flawed {
+        /// What was found.
+        orbit: Box<Orbit>,
+        /// What speaks against it.
+        flaws: Vec<String>,
+    },
+    /// The family of the guess turns back before the frequency.
+    Fold {
+        /// Frequency of the fold.
+        omega: f64,
+        /// Energy there.
+        energy: f64,
+        /// Switches a period there.
+        switches: usize,
+        /// Smallest singular value of the shooting Jacobian at the fold over the largest.
+        singular_value: f64,
+    },
+    /// The family of the guess ends at a grazing contact before the frequency.
+    Grazing {
+        /// Frequency there.
+        omega: f64,
+        /// Which contact.
+        what: String,
+    },
+    /// Neither an orbit nor its family was found.
+    NotFound {
+        /// Least residual that was reached.
+        residual: f64,
+        /// Smallest singular value there over the largest.
+        singular_value: f64,
+        /// Why the map could not be evaluated at the guess, if so.
+        reason: Option<String>,
+    },
+}
+
+impl Verdict {
+    /// The orbit, if there is one.
+    pub fn orbit(&self) -> Option<&Orbit> {
+        if let Verdict::Orbit(o) = self { Some(o) } else { None }
+    }
+
+    /// One word.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Verdict::Orbit(_) => "orbit",
+            Verdict::NoContact { .. } => "no contact",
+            Verdict::Flawed { .. } => "flawed",
+            Verdict::Fold { .. } => "fold",
+            Verdict::Grazing { .. } => "grazing",
+            Verdict::NotFound { .. } => "not found",
+        }
+    }
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Verdict::Orbit(o) => write!(f, "orbit of energy {:.8}, residual {:.1e}", o.energy, o.residual),
+            Verdict::NoContact { energy } => {
+                write!(f, "the iteration ended in a motion of energy {energy:.6e} without contact")
+            }
+            Verdict::Flawed { flaws, .. } => {
+                write!(f, "the solution found is not an orbit: {}", flaws.join("; "))
+            }
+            Verdict::Fold { omega, energy, switches, singular_value } => write!(
+                f,
+                "fold: the family of orbits with {switches} switches a period that the guess leads to turns back at omega = {omega:.8} \
+                 (energy {energy:.6}, smallest singular value of the Jacobian {singular_value:.1e} of the largest)"
+            ),
+            Verdict::Grazing { omega, what } => {
+                write!(f, "grazing: the family of the guess ends at omega = {omega:.8}, where {what}")
+            }
+            Verdict::NotFound { reason: Some(reason), .. } => {
+                write!(f, "not found: the period map fails at the guess: {reason}")
+            }
+            Verdict::NotFound { residual, singular_value, .. } => write!(
+                f,
+                "not found: the guess is too far (least residual {residual:.1e}, smallest singular value {singular_value:.1e} of the \
+                 largest)"
+            ),
+        }
+    }
+}
+
+/// How much is done for an orbit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Newton's limits.
+    pub newton: Settings,
+    /// Compute multipliers.
+    pub multipliers: bool,
+    /// Look for the family where Newton's method stalls.
+    pub rescue: bool,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Effort { newton: Settings::default(), multipliers: true, rescue: true }
+    }
+}
+
+/// The orbit of frequency `omega` near the frame vector `z` (displacements only for a reversible one).
+pub fn find(
+    body: &mut Propagator,
+    closure: Closure,
+    z: &[f64],
+    omega: f64,
+    effort: &Effort,
+) -> Result<Verdict, OrbitError> {
+    for h in &mut body.nbm.loads.harmonics {
+        h.omega = omega;
+    }
+    let period = TAU / omega;
+    let shot = match shoot(body, closure, z, period, &effort.newton) {
+        Ok(shot) => shot,
+        Err(e @ (OrbitError::Incomplete(_) | OrbitError::Held { .. })) => {
+            let (residual, singular_value) = (f64::INFINITY, f64::NAN);
+            return Ok(Verdict::NotFound { residual, singular_value, reason: Some(e.to_string()) });
+        }
+        Err(e) => return Err(e),
+    };
+    if shot.converged {
+        return judge(body, closure, &shot.z, omega, shot.iterations, effort.multipliers);
+    }
+    if !effort.rescue || closure == Closure::Autonomous || shot.reading.chain.events() == 0 {
+        let reason = None;
+        let (residual, singular_value) = (shot.residual, f64::NAN);
+        return Ok(Verdict::NotFound { residual, singular_value, reason });
+    }
+    rescue(body, closure, shot, omega, effort)
+}
+
+/// Whether a solution of the shooting equations is an orbit.
+fn judge(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    omega: f64,
+    iterations: usize,
+    multipliers: bool,
+) -> Result<Verdict, OrbitError> {
+    let orbit = examine(body, closure, z, TAU / omega, iterations, multipliers)?;
+    if orbit.switches.is_empty() && closure != Closure::Forced {
+        return Ok(Verdict::NoContact { energy: orbit.energy });
+    }
+    let flaws = orbit.flaws();
+    let orbit = Box::new(orbit);
+    Ok(if flaws.is_empty() { Verdict::Orbit(orbit) } else { Verdict::Flawed { orbit, flaws } })
+}
+
+/// From a stalled one-shot iteration: multi-segment Newton, then the family.
+fn rescue(
+    body: &mut Propagator,
+    closure: Closure,
+    shot: Shot,
+    omega: f64,
+    effort: &Effort,
+) -> Result<Verdict, OrbitError> {
+    let iterations = shot.iterations;
+    let residual = shot.residual;
+    let mut family = Segments::new(body, closure, shot.reading.chain.clone());
+    family.watch = false;
+    let x = family.unknowns(&shot.z, &shot.reading.times, omega);
+    let mut natural = vec![0.0; x.len()];
+    natural[x.len() - 1] = 1.0;
+    if let Some(found) = tolerate(correct(&mut family, &x, &natural, omega))?.flatten()
+        && tolerate(family.overstepped(&found.x))?.is_some_and(|b| b.is_empty())
+    {
+        let z = family.parts(&found.x).0.to_vec();
+        return judge(body, closure, &z, omega, iterations + found.iterations, effort.multipliers);
+    }
+    let singular_value = tolerate(least_singular_value(&mut family, &x))?.flatten().unwrap_or(f64::NAN);
+    let not_found = Verdict::NotFound { residual, singular_value, reason: None };
+    let Some(near) = tolerate(approach(&mut family, &x))?.flatten() else { return Ok(not_found) };
+    if !tolerate(family.overstepped(&near.x))?.is_some_and(|b| b.is_empty()) {
+        return Ok(not_found);
+    }
+    let start = near.x[near.x.len() - 1];
+    if (start / omega - 1.0).abs() > 0.1 {
+        return Ok(not_found);
+    }
+    let verdict = tolerate(towards(&mut family, near.x, omega))?.flatten();
+    Ok(match verdict {
+        None => not_found,
+        Some(Arrival::Arrived(z)) => {
+            return judge(body, closure, &z, omega, iterations, effort.multipliers);
+        }
+        Some(Arrival::Fold { z, omega, singular_value }) => {
+            let there = examine(body, closure, &z, TAU / omega, 0, false)?;
+            let (energy, switches) = (there.energy, there.switches.len());
+            Verdict::Fold { omega, energy, switches, singular_value }
+        }
+        Some(Arrival::Grazing { omega, what }) => Verdict::Grazing { omega, what },
+    })
+}
+
+/// Errors of the map along the way are failures of the search, not of the program.
+fn tolerate<T>(result: Result<T, OrbitError>) -> Result<Option<T>, OrbitError> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(OrbitError::Incomplete(_) | OrbitError::Held { .. }) => Ok(None),
+        Err(e) => Err(e),
+    }
+}
+
+enum Arrival {
+    Arrived(Vec<f64>),
+    Fold { z: Vec<f64>, omega: f64, singular_value: f64 },
+    Grazing { omega: f64, what: String },
+}
+
+/// Follow a family from a solution to a frequency.
+fn towards(
+    family: &mut Segments,
+    x: Vec<f64>,
+    omega: f64,
+) -> Result<Option<Arrival>, OrbitError> {
+    let start = x[x.len() - 1];
+    let range = if start < omega { (0.0, omega) } else { (omega, f64::INFINITY) };
+    let step = (2e-3, 1e-8, 0.02);
+    let Some(place) = Place::start(family, x, omega - start, step.0)? else { return Ok(None) };
+    let options = Options { range, step, points: 200, locate: false, natural: false };
+    let mut arrival = None;
+    let stop = continuation::follow(family, place, &options, |family, point| {
+        let z = family.parts(&point.x).0.to_vec();
+        let omega = point.x[point.x.len() - 1];
+        match point.special {
+            Some(Special::End) => arrival = Some(Arrival::Arrived(z)),
+            Some(Special::Fold) => {
+                let singular_value =
+                    least_singular_value(family, &point.x).ok().flatten().unwrap_or(f64::NAN);
+                arrival = Some(Arrival::Fold { z, omega, singular_value });
+                return continuation::Go::Break(());
+            }
+            _ => {}
+        }
+        continuation::Go::Continue(())
+    })?;
+    if let (None, Stop::DeadEnd { lambda, border }) = (&arrival, &stop) {
+        arrival = Some(Arrival::Grazing { omega: *lambda, what: border.clone() });
+    }
+    Ok(arrival)
+}
+
+/// Whether two orbits are the same, started at whichever point of symmetry.
+pub fn same(a: &Orbit, b: &Orbit) -> bool {
+    (a.energy / b.energy - 1.0).abs() < 1e-7
+        && a.switches.len() == b.switches.len()
+        && (a.contact_time - b.contact_time).abs() < 1e-6 * a.period
+}
+
+/// The sequence of active sets over the closure's time, for a family through an orbit.
+pub fn chain_of(body: &Propagator, orbit: &Orbit) -> Result<(Chain, Vec<f64>), OrbitError> {
+    let end = orbit.closure.end(orbit.period);
+    let reading = super::reading::read(body, &orbit.state, end)?;
+    Ok((reading.chain, reading.times))
+}

@@ -1,0 +1,203 @@
+//! Newton's method on the event-driven map.
+//!
+//! Reversible: `u̇_O(0) = 0`, unknown `u_O(0)`, residual `u̇_O(T/2)`. Full period: unknown `x(0)`, residual `x(T) − x(0)`; for an
+//! autonomous system with the phase condition `ẋ(0)ᵀ δx = 0` in the sense of least squares. The derivative has one saltation matrix
+//! a switch. The map has corners where the sequence of switches changes, so every trial step of the line search reads the
+//! sequence anew.
+
+use faer::Mat;
+use faer::linalg::solvers::{Solve, SolveLstsq};
+
+use super::OrbitError;
+use super::chain::{Propagator, Switches, Walk};
+use super::reading::{Reading, read};
+
+/// When an orbit closes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Closure {
+    /// At rest at `t = 0` and `t = T/2` (undamped, no harmonic load).
+    Reversible,
+    /// `x(T) = x(0)` under loads of period `T`.
+    Forced,
+    /// `x(T) = x(0)`, autonomous, with a phase condition.
+    Autonomous,
+}
+
+impl Closure {
+    /// Where the residual is evaluated.
+    pub fn end(self, period: f64) -> f64 {
+        if self == Closure::Reversible { 0.5 * period } else { period }
+    }
+
+    /// Number of unknowns in `z` for a body of `n` displacements.
+    pub fn unknowns(self, n: usize) -> usize {
+        if self == Closure::Reversible { n } else { 2 * n }
+    }
+
+    /// The residual at the end of a walk from `z`.
+    pub fn residual(self, z: &[f64], z_end: &[f64]) -> Vec<f64> {
+        match self {
+            Closure::Reversible => z_end[z.len()..].to_vec(),
+            _ => z_end.iter().zip(z).map(|(e, s)| e - s).collect(),
+        }
+    }
+
+    /// Its derivative with respect to `z` from the columns that start as the unit vectors.
+    pub fn derivative(self, end: &Mat<f64>, unknowns: usize) -> Mat<f64> {
+        match self {
+            Closure::Reversible => Mat::from_fn(unknowns, end.ncols(), |i, j| end[(unknowns + i, j)]),
+            _ => Mat::from_fn(unknowns, end.ncols(), |i, j| end[(i, j)] - f64::from(u8::from(i == j))),
+        }
+    }
+}
+
+/// Limits of a Newton iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Most Newton steps.
+    pub iterations: usize,
+    /// The residual, over the size of the state, that counts as an orbit.
+    pub tolerance: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { iterations: 40, tolerance: 1e-11 }
+    }
+}
+
+/// How Newton's method ended.
+#[derive(Debug)]
+pub struct Shot {
+    /// Frame vector at `t = 0`: the best one.
+    pub z: Vec<f64>,
+    /// Residual over `‖z‖`.
+    pub residual: f64,
+    /// Newton steps.
+    pub iterations: usize,
+    /// Whether the tolerance was met.
+    pub converged: bool,
+    /// Sequence at `z`.
+    pub reading: Reading,
+}
+
+pub(super) fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The map at `z`.
+struct Image {
+    reading: Reading,
+    walk: Walk,
+    r: Vec<f64>,
+    size: f64,
+}
+
+fn image(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    period: f64,
+) -> Result<Image, OrbitError> {
+    let end = closure.end(period);
+    let reading = read(body, &body.state(z), end)?;
+    let walk = body.walk(&reading.chain, z, &reading.times, end)?;
+    let r = closure.residual(z, &walk.z_end);
+    let size = norm(&r) / norm(z).max(f64::MIN_POSITIVE);
+    Ok(Image { reading, walk, r, size })
+}
+
+/// `∂R/∂z` of the event-driven map.
+fn jacobian(body: &Propagator, closure: Closure, at: &Image) -> Result<Mat<f64>, OrbitError> {
+    let unknowns = closure.unknowns(body.n());
+    let start = Mat::<f64>::identity(unknowns, unknowns);
+    let tangent = body.tangent(&at.reading.chain, &at.walk, start.as_ref(), Switches::Saltation)?;
+    Ok(closure.derivative(&tangent.end, unknowns))
+}
+
+/// The derivative of the period map (or of the half-period residual) at a state, with the residual: for tests.
+pub fn linearised(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    period: f64,
+) -> Result<(Vec<f64>, Mat<f64>), OrbitError> {
+    let at = image(body, closure, z, period)?;
+    let j = jacobian(body, closure, &at)?;
+    Ok((at.r, j))
+}
+
+fn newton_step(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    at: &Image,
+) -> Result<Vec<f64>, OrbitError> {
+    let j = jacobian(body, closure, at)?;
+    let n = j.nrows();
+    let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -at.r[i] } else { 0.0 });
+    let step = if closure == Closure::Autonomous {
+        // the direction of the flow at t = 0: a shift in time is no news
+        let rate = body.rate(z, &at.reading.chain)?;
+        let length = norm(&rate).max(f64::MIN_POSITIVE);
+        let a = Mat::from_fn(n + 1, n, |i, k| if i < n { j[(i, k)] } else { rate[k] / length });
+        a.qr().solve_lstsq(b(n + 1))
+    } else {
+        j.partial_piv_lu().solve(b(n))
+    };
+    Ok((0..n).map(|i| step[(i, 0)]).collect())
+}
+
+/// Newton's method from the frame vector `z`. Evaluations that fail along the line search count as no progress; one that fails
+/// at the guess is an error.
+pub fn shoot(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    period: f64,
+    settings: &Settings,
+) -> Result<Shot, OrbitError> {
+    let mut z = z.to_vec();
+    let mut at = image(body, closure, &z, period)?;
+    let shot = |z, at: Image, iterations| Shot {
+        z,
+        residual: at.size,
+        iterations,
+        converged: at.size <= settings.tolerance,
+        reading: at.reading,
+    };
+    for iteration in 0..settings.iterations {
+        if at.size <= 1e-14 {
+            return Ok(shot(z, at, iteration));
+        }
+        let mut step = newton_step(body, closure, &z, &at)?;
+        if step.iter().any(|s| !s.is_finite()) {
+            return Ok(shot(z, at, iteration));
+        }
+        // a step much longer than the state leads anywhere
+        let excess = norm(&step) / norm(&z);
+        if excess > 0.5 {
+            step.iter_mut().for_each(|s| *s *= 0.5 / excess);
+        }
+        let mut best: Option<(Vec<f64>, Image)> = None;
+        let mut lambda = 1.0;
+        while lambda > 1e-3 {
+            let trial: Vec<f64> = z.iter().zip(&step).map(|(z, s)| z + lambda * s).collect();
+            if let Ok(there) = image(body, closure, &trial, period)
+                && there.size < (1.0 - 0.1 * lambda) * at.size
+            {
+                best = Some((trial, there));
+                break;
+            }
+            lambda *= 0.5;
+        }
+        let Some((better, there)) = best else { return Ok(shot(z, at, iteration)) };
+        // at the tolerance, go on only while it is worth it
+        let ended = there.size <= settings.tolerance && there.size > 0.1 * at.size;
+        (z, at) = (better, there);
+        if ended {
+            return Ok(shot(z, at, iteration + 1));
+        }
+    }
+    Ok(shot(z, at, settings.iterations))
+}

@@ -1,0 +1,81 @@
+//! Periodic orbits against finite differences, closed forms and the event-driven integrator.
+
+mod common;
+
+use common::{problem, random, shipped};
+use faer::Mat;
+use signorini::orbit::chain::Propagator;
+use signorini::orbit::search::{Effort, Verdict, find};
+use signorini::orbit::shooting::{Closure, linearised};
+use signorini::problem::Problem;
+
+fn half_plate() -> Propagator {
+    let text = "[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [10, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+        [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[support]]\nedge = 'bottom'\nfix = ['y']\n\
+        [contact]\nedge = 'right'\ngap = 1.0\n";
+    Propagator::new(problem(text).nbm).unwrap()
+}
+
+/// The derivative of the event-driven map, all saltations included, against central differences.
+#[test]
+fn derivative_of_the_period_map() {
+    let body = half_plate();
+    let n = body.n();
+    for (closure, period) in [(Closure::Reversible, 3.4), (Closure::Autonomous, 3.4)] {
+        let mut z = vec![0.0; closure.unknowns(n)];
+        z[0] = -1.3 * body.scale[0] / body.open.shapes[(n - 1, 0)].abs();
+        for (z, r) in z.iter_mut().zip(random(n, 5)) {
+            *z += 0.02 * r;
+        }
+        let (_, j) = linearised(&body, closure, &z, period).unwrap();
+        let mut worst = 0.0f64;
+        for k in 0..4 {
+            let d = random(z.len(), 77 + k);
+            let h = 1e-6;
+            let at = |s: f64| {
+                let y: Vec<f64> = z.iter().zip(&d).map(|(z, d)| z + s * d).collect();
+                linearised(&body, closure, &y, period).unwrap().0
+            };
+            let (up, down) = (at(h), at(-h));
+            let exact = &j * Mat::from_fn(d.len(), 1, |i, _| d[i]);
+            let scale = (0..up.len()).map(|i| exact[(i, 0)].abs()).fold(0.0, f64::max);
+            for i in 0..up.len() {
+                worst = worst.max(((up[i] - down[i]) / (2.0 * h) - exact[(i, 0)]).abs() / scale);
+            }
+        }
+        println!("{closure:?}: derivative against differences {worst:.1e}");
+        assert!(worst < 1e-6, "{worst:e}");
+    }
+}
+
+#[test]
+fn explore() {
+    let mut body = half_plate();
+    let n = body.n();
+    let text = std::env::var("OM").unwrap_or("1.8".into());
+    let omega: f64 = text.parse().unwrap();
+    let start = std::time::Instant::now();
+    for k in 0..30 {
+        let a = 1.0 + 0.1 * k as f64;
+        let mut z = vec![0.0; n];
+        // mode 1 at a multiple of grazing
+        let mut full = vec![0.0; body.nbm.n()];
+        let phase = signorini::contact::Phase::new(&body.nbm, signorini::contact::ActiveSet::open(body.nbm.n_contact())).unwrap();
+        let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, 0)]).collect();
+        phase.expand_velocity(&body.nbm, &shape, &mut full);
+        let lead = full[n..].iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });
+        z[0] = -a / lead * body.scale[0];
+        let t = std::time::Instant::now();
+        let v = find(&mut body, Closure::Reversible, &z, omega, &Effort::default()).unwrap();
+        print!("{a:.2} {:?} ", t.elapsed());
+        match &v {
+            Verdict::Orbit(o) => println!(
+                "orbit E {:.8} res {:.1e} sw {} graz {:.1e} it {} stable {:?} jumps {:.1e} {:?}",
+                o.energy, o.residual, o.switches.len(), o.grazing, o.iterations,
+                o.stability.as_ref().map(|s| (s.outside, s.largest, s.multipliers[1])), o.jumps, t.elapsed()
+            ),
+            other => println!("{other}"),
+        }
+    }
+    println!("{:?}", start.elapsed());
+}
