@@ -79,3 +79,69 @@ fn explore() {
     }
     println!("{:?}", start.elapsed());
 }
+
+#[test]
+fn explore_branch() {
+    use signorini::continuation::{Go, Options, Place, follow};
+    use signorini::orbit::Segments;
+    use signorini::orbit::search::chain_of;
+    let mut body = half_plate();
+    let n = body.n();
+    let omega: f64 = std::env::var("OM").unwrap_or("1.8".into()).parse().unwrap();
+    let a: f64 = std::env::var("AMP").unwrap_or("1.1".into()).parse().unwrap();
+    let dir: f64 = std::env::var("DIR").unwrap_or("1".into()).parse().unwrap();
+    let points: usize = std::env::var("POINTS").unwrap_or("100".into()).parse().unwrap();
+    let mut z = vec![0.0; n];
+    let mut full = vec![0.0; body.nbm.n()];
+    let phase = signorini::contact::Phase::new(&body.nbm, signorini::contact::ActiveSet::open(body.nbm.n_contact())).unwrap();
+    let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, 0)]).collect();
+    phase.expand_velocity(&body.nbm, &shape, &mut full);
+    let lead = full[n..].iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });
+    z[0] = -a / lead * body.scale[0];
+    let v = find(&mut body, Closure::Reversible, &z, omega, &Effort::default()).unwrap();
+    let orbit = v.orbit().unwrap().clone();
+    let (chain, times) = chain_of(&body, &orbit).unwrap();
+    println!("{chain:?} {times:?}");
+    let mut family = Segments::new(&mut body, Closure::Reversible, chain);
+    let x = family.unknowns(&orbit.z, &times, omega);
+    family.watch = std::env::var("WATCH").is_ok();
+    let place = Place::start(&mut family, x, dir, 0.005).unwrap().unwrap();
+    let options = Options { range: (1.58, 2.09), step: (0.005, 1e-7, 0.05), points, locate: false, natural: false };
+    let mut clock = std::time::Instant::now();
+    let stop = follow(&mut family, place, &options, |family, p| {
+        let z = family.parts(&p.x).0;
+        let e = 0.5 * z.iter().map(|z| z * z).sum::<f64>();
+        println!("{:.7} E {e:.6} step {:.1e} it {} events {} {:?} {:?}", p.x[p.x.len() - 1], p.place.step, p.iterations, family.chain.events(), p.special, clock.elapsed());
+        clock = std::time::Instant::now();
+        Go::Continue(())
+    });
+    println!("{stop:?}");
+}
+
+#[test]
+fn explore_seq() {
+    let mut body = half_plate();
+    let n = body.n();
+    let omega: f64 = std::env::var("OM").unwrap_or("1.8".into()).parse().unwrap();
+    let a: f64 = std::env::var("AMP").unwrap_or("1.1".into()).parse().unwrap();
+    let dw: f64 = std::env::var("DW").unwrap_or("0.005".into()).parse().unwrap();
+    let mut z = vec![0.0; n];
+    let mut full = vec![0.0; body.nbm.n()];
+    let phase = signorini::contact::Phase::new(&body.nbm, signorini::contact::ActiveSet::open(body.nbm.n_contact())).unwrap();
+    let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, 0)]).collect();
+    phase.expand_velocity(&body.nbm, &shape, &mut full);
+    let lead = full[n..].iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });
+    z[0] = -a / lead * body.scale[0];
+    let mut known: Vec<(f64, Vec<f64>)> = vec![];
+    for k in 0..60 {
+        let w = omega + dw * k as f64;
+        let t = std::time::Instant::now();
+        let guesses = signorini::continuation::guesses(&known, w);
+        let list: Vec<Vec<f64>> = if guesses.is_empty() { vec![z.clone()] } else { guesses.into_iter().map(|g| g.1).collect() };
+        for g in list {
+            let v = find(&mut body, Closure::Reversible, &g, w, &Effort{multipliers:false, ..Effort::default()}).unwrap();
+            println!("{w:.4} {} {:?}", match &v { Verdict::Orbit(o) => format!("orbit E {:.6} sw {} graz {:.1e} it {}", o.energy, o.switches.len(), o.grazing, o.iterations), o => o.to_string()}, t.elapsed());
+            if let Verdict::Orbit(o) = v { known.push((w, o.z.clone())); break; }
+        }
+    }
+}
