@@ -292,8 +292,9 @@ fn loads(scene: &Scene, nbm: &Nbm, modes: &OpenModes) -> Result<Loads, ProblemEr
     for (i, l) in scene.loads.iter().enumerate() {
         let Load { kind, amplitude, .. } = l;
         let vector = match amplitude {
-            Amplitude::Scalar(a) => vec![*a],
-            Amplitude::Vector(v) => v.clone(),
+            Some(Amplitude::Scalar(a)) => vec![*a],
+            Some(Amplitude::Vector(v)) => v.clone(),
+            None => vec![peak_amplitude(scene, i, nbm, modes)?],
         };
         let force = match kind {
             LoadKind::Gravity => load::gravity(body, &vector),
@@ -317,6 +318,34 @@ fn loads(scene: &Scene, nbm: &Nbm, modes: &OpenModes) -> Result<Loads, ProblemEr
         loads.push(force, l.omega, l.phase);
     }
     Ok(loads)
+}
+
+/// The amplitude `F` of a load `F M A*φ cos ωt` whose linear resonance peak `F / (2ξω²)` is `peak` times the modal amplitude that
+/// grazes the obstacle.
+fn peak_amplitude(
+    scene: &Scene,
+    i: usize,
+    nbm: &Nbm,
+    modes: &OpenModes,
+) -> Result<f64, ProblemError> {
+    let l = &scene.loads[i];
+    let mode = l.mode.unwrap_or(1);
+    let (omega, shape) = modes.get(scene, &format!("load[{i}].mode"), mode, nbm)?;
+    let (alpha, beta) = nbm.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    let grazing = grazing_scale(nbm, &shape).ok_or_else(|| {
+        let message = format!("mode {mode} never reaches the obstacle");
+        let help = "choose a mode that moves the contact edge, or give amplitude";
+        scene.error(Issue::new(format!("load[{i}].peak"), message, help))
+    })?;
+    Ok(l.peak.unwrap_or(0.0) * (alpha + beta * omega * omega) * omega * grazing)
+}
+
+/// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
+pub fn grazing_scale(nbm: &Nbm, shape: &[f64]) -> Option<f64> {
+    let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let contact = shape[nbm.n_o()..].iter().zip(&nbm.gap);
+    let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, g)| g / u);
+    factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
 fn initial_state(

@@ -145,3 +145,37 @@ fn explore_seq() {
         }
     }
 }
+
+#[test]
+fn explore_forced() {
+    use signorini::continuation::{Go, Options, Place, follow};
+    use signorini::orbit::Segments;
+    use signorini::orbit::search::chain_of;
+    let xi: f64 = std::env::var("XI").unwrap_or("0.02".into()).parse().unwrap();
+    let points: usize = std::env::var("POINTS").unwrap_or("300".into()).parse().unwrap();
+    let text = format!("[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [10, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+        [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[support]]\nedge = 'bottom'\nfix = ['y']\n\
+        [contact]\nedge = 'right'\ngap = 1.0\n[damping]\nratio = {xi}\nmode = 1\n[[load]]\nkind = 'mode'\nmode = 1\npeak = 3.0\nomega = 1.2\n");
+    let mut body = Propagator::new(problem(&text).nbm).unwrap();
+    let z = body.linear_response();
+    let v = find(&mut body, Closure::Forced, &z, 1.2, &Effort::default()).unwrap();
+    let orbit = v.orbit().expect(&v.to_string()).clone();
+    println!("{} {:?}", orbit.residual, orbit.stability.as_ref().map(|s| s.largest));
+    let (chain, times) = chain_of(&body, &orbit).unwrap();
+    let mut family = Segments::new(&mut body, Closure::Forced, chain);
+    let x = family.unknowns(&orbit.z, &times, 1.2);
+    family.watch = std::env::var("WATCH").is_ok();
+    let place = Place::start(&mut family, x, 1.0, 0.005).unwrap().unwrap();
+    let options = Options { range: (1.2, 2.1), step: (0.01, 1e-7, 0.05), points, locate: false, natural: false };
+    let mut clock = std::time::Instant::now();
+    let mut peak = (0.0, 0.0);
+    let stop = follow(&mut family, place, &options, |family, p| {
+        let z = family.parts(&p.x).0;
+        let e = 0.5 * z.iter().map(|z| z * z).sum::<f64>();
+        if e > peak.1 { peak = (p.x[p.x.len()-1], e); }
+        println!("{:.7} E {e:.6} step {:.1e} it {} events {} {:?} {:?} {:?}", p.x[p.x.len() - 1], p.place.step, p.iterations, family.chain.events(), p.special, p.place.signature, clock.elapsed());
+        clock = std::time::Instant::now();
+        Go::Continue(())
+    });
+    println!("{stop:?} peak {peak:?}");
+}

@@ -21,6 +21,7 @@ use std::rc::Rc;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
+use nalgebra::Complex;
 
 use crate::contact::{ActiveSet, Nbm};
 use crate::flow::spectrum::{GAUSS10, Motion, Spectra, Spectrum, SpectrumError};
@@ -129,6 +130,27 @@ impl Propagator {
         let mut z = vec![0.0; 2 * n];
         self.open.to_modes(&both, &mut z);
         z[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q *= s);
+        z
+    }
+
+    /// The frame vector at `t = 0` of the linear response of the open body to its harmonic and constant loads.
+    pub fn linear_response(&self) -> Vec<f64> {
+        let n = self.n();
+        let mut z = vec![0.0; 2 * n];
+        for (k, m) in self.open.modes.iter().enumerate() {
+            let (mut q, mut v) = (0.0, 0.0);
+            if m.omega > 0.0 {
+                q += self.open.constant[k] / (m.omega * m.omega);
+            }
+            for (load, forces) in self.nbm.loads.harmonics.iter().zip(&self.open.harmonics) {
+                let w = load.omega;
+                let stiffness = Complex::new((m.omega - w) * (m.omega + w), 2.0 * m.c * w);
+                let response = Complex::from_polar(forces[k], load.phase) / stiffness;
+                q += response.re;
+                v -= w * response.im;
+            }
+            (z[k], z[n + k]) = (self.scale[k] * q, v);
+        }
         z
     }
 

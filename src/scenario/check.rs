@@ -223,7 +223,8 @@ impl Scene {
                     }
                 }
             }
-            match (&l.amplitude, l.kind) {
+            let Some(amplitude) = self.amplitude_of(i)? else { continue };
+            match (amplitude, l.kind) {
                 (Amplitude::Scalar(a), _) if l.kind == LoadKind::Mode || self.dim() == 1 => {
                     finite(&key("amplitude"), *a)?;
                 }
@@ -308,6 +309,25 @@ impl Scene {
         Ok(())
     }
 
+    /// The amplitude of a load, or none where the peak of a resonance stands for it.
+    fn amplitude_of(&self, i: usize) -> Result<Option<&Amplitude>, Issue> {
+        let l = &self.loads[i];
+        let key = format!("load[{i}].peak");
+        let example = "peak = 3.0 with kind = \"mode\", omega and [damping], or amplitude = 0.1";
+        let fail = |message: &str| Err(Issue::new(key.clone(), message, example));
+        match (&l.amplitude, l.peak) {
+            (Some(_), Some(_)) => fail("stands beside amplitude: one of them is enough"),
+            (Some(a), None) => Ok(Some(a)),
+            (None, None) => Err(Issue::new(format!("load[{i}].amplitude"), "is missing", example)),
+            (None, Some(_)) if l.kind != LoadKind::Mode => fail("goes with kind = \"mode\" only"),
+            (None, Some(_)) if l.omega.is_none() => fail("is that of a harmonic load: omega is missing"),
+            (None, Some(_)) if self.damping.is_none() || self.contact.is_none() => {
+                fail("needs [damping] and [contact]: without them no peak and no grazing amplitude")
+            }
+            (None, Some(p)) => positive(&key, p).map(|()| None),
+        }
+    }
+
     fn check_orbit(&self) -> Check {
         let Some(o) = &self.orbit else { return Ok(()) };
         if o.omega.is_some() && o.period.is_some() {
@@ -326,6 +346,29 @@ impl Scene {
         if let Some([a, b]) = o.range {
             positive("orbit.range", a)?;
             positive("orbit.range", b)?;
+            if a >= b {
+                return Err(Issue::new(
+                    "orbit.range",
+                    format!("[{a}, {b}] is empty"),
+                    "give the lower frequency first",
+                ));
+            }
+        }
+        if o.harmonics == Some(0) {
+            return Err(Issue::new("orbit.harmonics", "needs at least one", "harmonics = 15"));
+        }
+        if let Some(ratios) = &o.ratios {
+            if ratios.is_empty() {
+                return Err(Issue::new("orbit.ratios", "is empty", "ratios = [0.01, 0.02]"));
+            }
+            ratios.iter().try_for_each(|&r| positive("orbit.ratios", r))?;
+            if self.damping.as_ref().is_none_or(|d| d.ratio.is_none()) {
+                return Err(Issue::new(
+                    "orbit.ratios",
+                    "stands in place of the ratio in [damping], and there is none",
+                    "[damping] with ratio = 0.02 and mode = 1",
+                ));
+            }
         }
         Ok(())
     }

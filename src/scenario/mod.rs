@@ -173,7 +173,10 @@ pub struct Load {
     /// The point (kind `point`); the load acts on the nearest node.
     pub at: Option<Vec<f64>>,
     /// Number or vector, as the kind needs.
-    pub amplitude: Amplitude,
+    pub amplitude: Option<Amplitude>,
+    /// Instead of the amplitude of a harmonic load of kind `mode`: the peak of the linear resonance of that mode, over the amplitude
+    /// that grazes the obstacle.
+    pub peak: Option<f64>,
     /// Harmonic `cos(ω t + phase)`; absent: constant.
     pub omega: Option<f64>,
     /// Phase of the harmonic.
@@ -292,6 +295,8 @@ pub struct Orbit {
     pub harmonics: Option<usize>,
     /// Range of continuation.
     pub range: Option<[f64; 2]>,
+    /// Damping ratios of `response`, in place of the scene's own.
+    pub ratios: Option<Vec<f64>>,
 }
 
 impl Scene {

@@ -168,7 +168,7 @@ fn equilibria(checks: &mut Vec<Check>) -> Result<(), String> {
     checks.push(Check::at_most("standing bar: speed after 60 units of time", speed, 1e-12));
     let mut lighter = standing;
     if let Some(load) = lighter.loads.first_mut() {
-        load.amplitude = signorini::scenario::Amplitude::Scalar(-0.3);
+        load.amplitude = Some(signorini::scenario::Amplitude::Scalar(-0.3));
     }
     let (_, report, _) = integrate(&lighter)?;
     let first = report.switches.first().is_some_and(|s| s.kind == event::SwitchKind::Open);
