@@ -179,3 +179,15 @@ fn explore_forced() {
     });
     println!("{stop:?} peak {peak:?}");
 }
+
+#[test]
+fn explore_all() {
+    let mut body = half_plate();
+    let starts = signorini::orbit::branch::starts(&body, 4.0, 16);
+    for omega in [1.8, 1.87, 1.9, 2.0] {
+        let t = std::time::Instant::now();
+        let all = signorini::orbit::branch::all(&mut body, Closure::Reversible, &starts, omega, &Effort::default(), |_| ()).unwrap();
+        println!("{omega} {} starts {:?}", starts.len(), t.elapsed());
+        for o in all { println!("   E {:.6} sw {} res {:.1e} graz {:.1e}", o.energy, o.switches.len(), o.residual, o.grazing); }
+    }
+}

@@ -14,7 +14,7 @@ use faer::Mat;
 
 use super::OrbitError;
 use super::chain::{Chain, Propagator, Switches, Walk};
-use super::floquet;
+use super::credentials::{Orbit, examine};
 use super::reading::read;
 use super::shooting::{Closure, norm};
 use crate::continuation::Family;
@@ -29,6 +29,8 @@ pub struct Segments<'a> {
     pub chain: Chain,
     /// Whether multipliers are watched.
     pub watch: bool,
+    /// The last solution that was examined.
+    examined: Option<(Vec<f64>, Orbit)>,
 }
 
 /// Where a chart ends.
@@ -68,7 +70,7 @@ const ORDER: f64 = 1e-11;
 impl<'a> Segments<'a> {
     /// The family through an orbit that the event-driven integrator has read.
     pub fn new(body: &'a mut Propagator, closure: Closure, chain: Chain) -> Segments<'a> {
-        Segments { body, closure, chain, watch: true }
+        Segments { body, closure, chain, watch: true, examined: None }
     }
 
     /// `X` of a state with its switching times.
@@ -395,18 +397,28 @@ impl Family for Segments<'_> {
         if !self.watch || self.body.n() > super::credentials::MULTIPLIER_LIMIT {
             return Ok(vec![]);
         }
-        let (z, _, omega) = self.parts(x);
-        let mut z = z.to_vec();
-        z.resize(2 * self.body.n(), 0.0);
-        self.set_frequency(omega);
-        let period = TAU / omega;
-        let reading = read(self.body, &self.body.state(&z), period)?;
-        let stability = floquet::stability(self.body, self.closure, &z, &reading, period)?;
-        Ok(stability.outside.iter().map(|&k| k as i64).collect())
+        let orbit = self.orbit(x)?;
+        let outside = orbit.stability.map_or([0; 3], |s| s.outside);
+        Ok(outside.iter().map(|&k| k as i64).collect())
     }
 }
 
 impl Segments<'_> {
+    /// The orbit of a solution, with its credentials.
+    pub fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
+        if let Some((known, orbit)) = &self.examined
+            && known == x
+        {
+            return Ok(orbit.clone());
+        }
+        let (z, _, omega) = self.parts(x);
+        let z = z.to_vec();
+        self.set_frequency(omega);
+        let orbit = examine(self.body, self.closure, &z, TAU / omega, 0, self.watch)?;
+        self.examined = Some((x.to_vec(), orbit.clone()));
+        Ok(orbit)
+    }
+
     /// The chart has a switch that the integrator does not see: the phase before it is about to vanish.
     fn unknown_border(&self, phase: usize) -> Border {
         Border::Phase { phase, what: self.describe(phase) }

@@ -8,8 +8,10 @@
 //! - [`family`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
+//! - [`branch`] — families of orbits: sequential, natural, by arclength, with all that a file keeps of them;
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
+pub mod branch;
 pub mod chain;
 pub mod credentials;
 pub mod family;

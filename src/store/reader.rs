@@ -156,7 +156,7 @@ impl Stored {
     }
 }
 
-fn open(path: &Path) -> Result<hdf5::File, StoreError> {
+pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
     if !path.is_file() {
         return Err(StoreError::unusable(path, "no such file"));
     }

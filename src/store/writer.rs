@@ -85,18 +85,8 @@ impl Writer {
         nbm: &Nbm,
         options: &WriterOptions,
     ) -> Result<Writer, StoreError> {
-        Self::check(path, options.force)?;
-        let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
-        write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
-        write_text(&file, "title", &scene.title)?;
-        write_text(&file, "scene", &scene.source.text)?;
-        write_text(&file, "scene_file", &scene.source.file.display().to_string())?;
-        write_text(&file, "command", &options.command)?;
-        write_text(&file, "created", &timestamp())?;
-        write_text(&file, "status", "running")?;
+        let file = create_file(path, scene, nbm, options)?;
         let dofs = nbm.body.dofs.clone();
-        write_mesh(&file, nbm)?;
-
         let (n, n_c) = (nbm.n(), nbm.n_contact());
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
         let g = file.create_group("trajectory")?;
@@ -163,11 +153,9 @@ impl Writer {
         &self.path
     }
 
-    /// `u_C` points along the outward normal; the file holds displacements along the axes.
-    fn along_axes(&self, x: &[f64]) -> Vec<f64> {
-        let mut x = x.to_vec();
-        x[self.dofs.n_o..].iter_mut().for_each(|x| *x *= self.dofs.contact_sign);
-        x
+    /// The file, for what else belongs into it.
+    pub(super) fn file(&self) -> &hdf5::File {
+        &self.file
     }
 
     /// Append and flush all rows that wait.
@@ -212,6 +200,33 @@ impl Writer {
         self.file.flush()?;
         Ok(())
     }
+}
+
+/// `u_C` points along the outward normal; files hold displacements along the axes.
+pub(super) fn along_axes(dofs: &DofMap, x: &[f64]) -> Vec<f64> {
+    let mut x = x.to_vec();
+    x[dofs.n_o..].iter_mut().for_each(|x| *x *= dofs.contact_sign);
+    x
+}
+
+/// A new file with everything that every file says of its origin, and the mesh.
+pub(super) fn create_file(
+    path: &Path,
+    scene: &Scene,
+    nbm: &Nbm,
+    options: &WriterOptions,
+) -> Result<hdf5::File, StoreError> {
+    Writer::check(path, options.force)?;
+    let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
+    write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
+    write_text(&file, "title", &scene.title)?;
+    write_text(&file, "scene", &scene.source.text)?;
+    write_text(&file, "scene_file", &scene.source.file.display().to_string())?;
+    write_text(&file, "command", &options.command)?;
+    write_text(&file, "created", &timestamp())?;
+    write_text(&file, "status", "running")?;
+    write_mesh(&file, nbm)?;
+    Ok(file)
 }
 
 fn write_mesh(file: &hdf5::File, nbm: &Nbm) -> Result<(), StoreError> {
@@ -275,7 +290,7 @@ impl Observer for Writer {
 
     fn sample(&mut self, s: &Sample) -> Result<(), StoreError> {
         self.t.push(&[s.t]);
-        let (u, v) = (self.along_axes(s.u), self.along_axes(s.v));
+        let (u, v) = (along_axes(&self.dofs, s.u), along_axes(&self.dofs, s.v));
         self.u.push(&u);
         self.v.push(&v);
         self.active.push(&flags(s.active));

@@ -1,0 +1,332 @@
+//! Families of orbits, point by point, with all that a file keeps of them.
+
+use std::f64::consts::TAU;
+
+use super::OrbitError;
+use super::chain::{Chain, Propagator};
+use super::credentials::Orbit;
+use super::family::Segments;
+use super::search::{Effort, Verdict, chain_of, find};
+use super::shooting::Closure;
+use crate::contact::{ActiveSet, Phase};
+use crate::continuation::{self, Go, Options, Place, Special, Stop, guesses};
+use crate::event::SwitchKind;
+use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
+
+/// An orbit as a file keeps it.
+pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitError> {
+    let nbm = &body.nbm;
+    let solution = nbm.solve_lcp(&orbit.state.u, &ActiveSet::open(nbm.n_contact()))?;
+    let phase = Phase::new(nbm, ActiveSet::new(solution.active))?;
+    let (mut u0, mut v0) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
+    phase.expand_displacement(nbm, &orbit.state.u, &mut u0);
+    phase.expand_velocity(nbm, &orbit.state.v, &mut v0);
+    let stability = orbit.stability.as_ref();
+    let switches = orbit.switches.iter();
+    Ok(OrbitRecord {
+        period: orbit.period,
+        energy: orbit.energy,
+        amplitude: orbit.amplitude,
+        residual: orbit.residual,
+        contact_time: orbit.contact_time,
+        grazing: orbit.grazing,
+        penetration: orbit.penetration,
+        tension: orbit.tension,
+        balance: orbit.balance,
+        u0,
+        v0,
+        multipliers: stability
+            .map_or(vec![], |s| s.multipliers.iter().map(|&(re, im)| [re, im]).collect()),
+        trivial: stability.map_or(0, |s| s.trivial),
+        stable: stability.map(|s| s.is_stable()),
+        jumps: switches.clone().map(|s| s.energy_jump).collect(),
+        switches: switches.map(|s| (s.t, s.node, s.kind == SwitchKind::Close)).collect(),
+    })
+}
+
+/// Where a continuation stands, as a file keeps it.
+fn place_record(place: &Place<Chain>) -> PlaceRecord {
+    PlaceRecord {
+        x: place.x.clone(),
+        tangent: place.tangent.clone(),
+        step: place.step,
+        orientation: place.orientation,
+        signature: place.signature.clone(),
+        sets: place.chart.sets.iter().map(|s| s.flags().to_vec()).collect(),
+        nodes: place.chart.nodes.clone(),
+    }
+}
+
+/// The place that a file kept.
+pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
+    Place {
+        x: record.x.clone(),
+        tangent: record.tangent.clone(),
+        step: record.step,
+        orientation: record.orientation,
+        signature: record.signature.clone(),
+        chart: Chain {
+            sets: record.sets.iter().map(|s| ActiveSet::new(s.clone())).collect(),
+            nodes: record.nodes.clone(),
+        },
+    }
+}
+
+/// What a special point is called in files: one word, then the numbers.
+fn special_name(special: &Special) -> String {
+    match special {
+        Special::Start => "start".into(),
+        Special::End => "end of range".into(),
+        Special::Fold => "fold".into(),
+        Special::BranchPoint => "branch point".into(),
+        Special::Border(what) => format!("border: {what}"),
+        Special::Stability(before, after) => {
+            let change = |k: usize| after.get(k).unwrap_or(&0) - before.get(k).unwrap_or(&0);
+            let what = match [change(0) != 0, change(1) != 0, change(2) != 0] {
+                [_, true, _] => "period doubling",
+                [_, _, true] => "Neimark-Sacker",
+                _ => "multiplier through +1",
+            };
+            format!("{what}: {before:?} to {after:?} outside")
+        }
+    }
+}
+
+/// Where a branch begins.
+pub enum Start {
+    /// At an orbit, towards growing (`> 0`) or falling frequency.
+    Orbit(Box<Orbit>, f64),
+    /// Where an earlier continuation stood.
+    Place(Place<Chain>),
+}
+
+/// Follow a family by arclength (or, with `natural`, by frequency).
+pub fn arclength(
+    body: &mut Propagator,
+    closure: Closure,
+    start: Start,
+    options: &Options,
+    mut take: impl FnMut(PointRecord) -> Go,
+) -> Result<Option<Stop>, OrbitError> {
+    let watch = true;
+    let (place, mut family) = match start {
+        Start::Place(place) => {
+            let mut family = Segments::new(body, closure, place.chart.clone());
+            family.watch = watch;
+            (place, family)
+        }
+        Start::Orbit(orbit, direction) => {
+            for h in &mut body.nbm.loads.harmonics {
+                h.omega = orbit.omega();
+            }
+            let (chain, times) = chain_of(body, &orbit)?;
+            let mut family = Segments::new(body, closure, chain);
+            family.watch = watch;
+            let x = family.unknowns(&orbit.z, &times, orbit.omega());
+            let Some(place) = Place::start(&mut family, x, direction, options.step.0)? else { return Ok(None) };
+            let point = point(&mut family, &place.x, Some(&Special::Start), Some(&place))?;
+            if take(point).is_break() {
+                return Ok(Some(Stop::Interrupted));
+            }
+            (place, family)
+        }
+    };
+    let mut failed = None;
+    let stop = continuation::follow(&mut family, place, options, |family, p| {
+        // a special point inside a step is no place to go on from: the step is made anew
+        let regular = matches!(p.special, None | Some(Special::Border(_)));
+        let place = regular.then_some(&p.place);
+        match point(family, &p.x, p.special.as_ref(), place) {
+            Ok(point) => take(point),
+            Err(e) => {
+                failed = Some(e);
+                Go::Break(())
+            }
+        }
+    })?;
+    match failed {
+        Some(e) => Err(e),
+        None => Ok(Some(stop)),
+    }
+}
+
+fn point(
+    family: &mut Segments,
+    x: &[f64],
+    special: Option<&Special>,
+    place: Option<&Place<Chain>>,
+) -> Result<PointRecord, OrbitError> {
+    let orbit = family.orbit(x)?;
+    let flaws = orbit.flaws();
+    let name = special.map_or("regular".into(), special_name);
+    let (orbit, special) = if flaws.is_empty() {
+        (Some(record(family.body, &orbit)?), name)
+    } else {
+        (None, format!("failed: {}", flaws.join("; ")))
+    };
+    Ok(PointRecord { omega: x[x.len() - 1], branch: 0, special, orbit, place: place.map(place_record) })
+}
+
+/// How a sequential continuation tries.
+pub struct Sequential<'a> {
+    /// Frequencies, in order.
+    pub grid: &'a [f64],
+    /// What to do for one orbit.
+    pub effort: Effort,
+    /// Guesses while nothing is known.
+    pub first: Vec<Vec<f64>>,
+}
+
+/// How often a step that fails is halved.
+const HALVINGS: u32 = 2;
+
+/// Sequential continuation: at each frequency from the secant, then the previous point, then over smaller steps in between; what does
+/// not exist is a gap with its verdict, what is far from the expectation a jump. `known` are the solutions of an earlier part.
+pub fn sequential(
+    body: &mut Propagator,
+    closure: Closure,
+    plan: &Sequential,
+    mut known: Vec<(f64, Vec<f64>)>,
+    mut take: impl FnMut(PointRecord, &Verdict) -> Go,
+) -> Result<(), OrbitError> {
+    for &omega in plan.grid {
+        let expected = guesses(&known, omega).into_iter().next().map(|g| g.1);
+        let verdict = try_at(body, closure, plan, &known, omega)?;
+        let point = match verdict.orbit() {
+            Some(orbit) => {
+                let distance = |a: &[f64]| {
+                    let d: f64 = a.iter().zip(&orbit.z).map(|(a, b)| (a - b).powi(2)).sum();
+                    (d / orbit.z.iter().map(|z| z * z).sum::<f64>()).sqrt()
+                };
+                let jumped = expected.as_deref().is_some_and(|e| distance(e) > 0.25);
+                let special = if known.is_empty() {
+                    "start"
+                } else if jumped {
+                    "jump"
+                } else {
+                    "regular"
+                };
+                known.push((omega, orbit.z.clone()));
+                let place = PlaceRecord { x: orbit.z.iter().copied().chain([omega]).collect(), ..PlaceRecord::default() };
+                let orbit = Some(record(body, orbit)?);
+                PointRecord { omega, branch: 0, special: special.into(), orbit, place: Some(place) }
+            }
+            None => PointRecord { omega, special: format!("gap: {}", verdict.word()), ..PointRecord::default() },
+        };
+        if take(point, &verdict).is_break() {
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+fn try_at(
+    body: &mut Propagator,
+    closure: Closure,
+    plan: &Sequential,
+    known: &[(f64, Vec<f64>)],
+    omega: f64,
+) -> Result<Verdict, OrbitError> {
+    let mut list: Vec<Vec<f64>> = guesses(known, omega).into_iter().map(|g| g.1).collect();
+    if list.is_empty() {
+        list.clone_from(&plan.first);
+    }
+    // quick attempts first, the search for the cause last
+    let quick = Effort { rescue: false, ..plan.effort };
+    for guess in &list {
+        let verdict = find(body, closure, guess, omega, &quick)?;
+        if verdict.orbit().is_some() {
+            return Ok(verdict);
+        }
+    }
+    if let Some((last, _)) = known.last() {
+        for halving in 1..=HALVINGS {
+            let parts = 1 << halving;
+            let mut near = known.to_vec();
+            let mut verdict = None;
+            for k in 1..=parts {
+                let w = last + (omega - last) * f64::from(k) / f64::from(parts);
+                let multipliers = k == parts && plan.effort.multipliers;
+                let found = guesses(&near, w).into_iter().map(|g| g.1).find_map(|guess| {
+                    let effort = Effort { multipliers, ..quick };
+                    find(body, closure, &guess, w, &effort).ok().filter(|v| v.orbit().is_some())
+                });
+                let Some(found) = found else { break };
+                near.extend(found.orbit().map(|o| (w, o.z.clone())));
+                verdict = (k == parts).then_some(found);
+            }
+            if let Some(verdict) = verdict {
+                return Ok(verdict);
+            }
+        }
+    }
+    let mut worst = None;
+    for guess in list.iter().rev() {
+        let verdict = find(body, closure, guess, omega, &plan.effort)?;
+        if verdict.orbit().is_some() {
+            return Ok(verdict);
+        }
+        // a fold or a grazing says more than that nothing was found
+        if worst.is_none() || !matches!(verdict, Verdict::NotFound { .. }) {
+            worst = Some(verdict);
+        }
+    }
+    Ok(worst.unwrap_or(Verdict::NoContact { energy: 0.0 }))
+}
+
+/// Frame vectors of the mode `mode` (from 1) of the open phase at `amplitude` times grazing (negative: the far point).
+pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<f64>> {
+    let n = body.n();
+    let k = mode.checked_sub(1).filter(|k| *k < n)?;
+    let open = Phase::new(&body.nbm, ActiveSet::open(body.nbm.n_contact())).ok()?;
+    let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, k)]).collect();
+    let mut full = vec![0.0; body.nbm.n()];
+    open.expand_velocity(&body.nbm, &shape, &mut full);
+    let scale = crate::problem::grazing_scale(&body.nbm, &full)?;
+    let mut z = vec![0.0; n];
+    z[k] = amplitude * scale * body.scale[k];
+    Some(z)
+}
+
+/// All different orbits of frequency `omega` that shooting reaches from `starts`, by energy; `tick` is called after every start.
+pub fn all(
+    body: &mut Propagator,
+    closure: Closure,
+    starts: &[Vec<f64>],
+    omega: f64,
+    effort: &Effort,
+    mut tick: impl FnMut(usize),
+) -> Result<Vec<Orbit>, OrbitError> {
+    let mut found: Vec<Orbit> = vec![];
+    let quick = Effort { multipliers: false, rescue: false, ..*effort };
+    for (k, start) in starts.iter().enumerate() {
+        if let Verdict::Orbit(orbit) = find(body, closure, start, omega, &quick)?
+            && !found.iter().any(|o| super::search::same(o, &orbit))
+        {
+            found.push(*orbit);
+        }
+        tick(k + 1);
+    }
+    found.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+    let examine = |o: &Orbit| super::credentials::examine(body, closure, &o.z, TAU / omega, o.iterations, effort.multipliers);
+    found.iter().map(examine).collect()
+}
+
+/// A set of starts for [`all`]: the first mode from grazing to `most` times grazing, alone and with each of the next modes that move the
+/// contact edge at a few shares of its amplitude.
+pub fn starts(body: &Propagator, most: f64, amplitudes: usize) -> Vec<Vec<f64>> {
+    let mut list = vec![];
+    for k in 0..amplitudes {
+        let a = 1.03 * (most / 1.03).powf(k as f64 / (amplitudes.max(2) - 1) as f64);
+        let Some(first) = mode_guess(body, 1, -a) else { continue };
+        list.push(first.clone());
+        for mode in 2..=4 {
+            for share in [-0.3, -0.1, 0.1, 0.3] {
+                if let Some(other) = mode_guess(body, mode, share) {
+                    list.push(first.iter().zip(&other).map(|(a, b)| a + b).collect());
+                }
+            }
+        }
+    }
+    list
+}
