@@ -2,13 +2,17 @@
 //!
 //! Exit codes: 0 done; 2 bad input; 3 the numerics failed; 1 anything else.
 
+mod backbone;
 mod error;
 mod export;
+mod family;
 mod inspect;
 mod load;
 mod modes;
+mod orbit;
 mod plot;
 mod precision;
+mod response;
 mod run;
 mod validate;
 
@@ -74,6 +78,12 @@ enum Command {
     Run(run::Arguments),
     /// Natural frequencies of the open body and of the closed body
     Modes(modes::Arguments),
+    /// Periodic orbits at one frequency by shooting, with Floquet multipliers
+    Orbit(orbit::Arguments),
+    /// A family of periodic orbits by continuation
+    Backbone(backbone::Arguments),
+    /// Forced response over a range of frequencies, for one or several damping ratios
+    Response(response::Arguments),
     /// Pictures (SVG and PNG) of what a file holds
     Plot(plot::Arguments),
     /// Results for ParaView (VTU/XDMF) or a spreadsheet (CSV)
@@ -96,6 +106,9 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Run(a) => run::run(a, &cli.global),
         Command::Modes(a) => modes::run(a, &cli.global),
+        Command::Orbit(a) => orbit::run(a, &cli.global),
+        Command::Backbone(a) => backbone::run(a, &cli.global),
+        Command::Response(a) => response::run(a, &cli.global),
         Command::Plot(a) => plot::run(a, &cli.global),
         Command::Export(a) => export::run(a, &cli.global),
         Command::Inspect(a) => inspect::run(a, &cli.global),

@@ -1,0 +1,299 @@
+//! `signorini orbit`
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use signorini::event::{self, Options};
+use signorini::flow;
+use signorini::orbit::search::{Effort, Verdict, find};
+use signorini::orbit::{Closure, Orbit, Propagator, branch};
+use signorini::problem::State;
+use signorini::report::summary::significant;
+use signorini::scenario::{Integrator, Scene};
+use signorini::store::{self, Writer, WriterOptions};
+
+use super::family::{self, Output};
+use super::{CliError, Global, load};
+
+/// Arguments of `orbit`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\n\
+    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini plot orbit.h5"
+)]
+pub struct Arguments {
+    /// The scene (TOML)
+    scene: PathBuf,
+    /// Circular frequency [default: that of the scene]
+    #[arg(long, value_name = "W", conflicts_with = "period")]
+    omega: Option<f64>,
+    /// Period instead
+    #[arg(long, value_name = "T")]
+    period: Option<f64>,
+    /// All different orbits that a set of starts leads to
+    #[arg(long)]
+    all: bool,
+    /// With --all: number of amplitudes of the first mode to start from
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    amplitudes: u32,
+    /// With --all: largest of these amplitudes, over grazing
+    #[arg(long, default_value_t = 4.0, value_name = "A")]
+    largest: f64,
+    /// Start from the best near-return of a stored trajectory (which also gives the period, unless one is given)
+    #[arg(long, value_name = "RUN.h5")]
+    near_return: Option<PathBuf>,
+    /// Shoot over the whole period with a phase condition, even where half of it would do
+    #[arg(long)]
+    full: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// One orbit, or all that can be found.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let start = Instant::now();
+    let scene = Scene::read(&arguments.scene)?;
+    let path = arguments.output.path(&scene, "orbit");
+    if !arguments.all {
+        Writer::check(&path, arguments.output.force)?;
+    }
+    let mut problem = load::of_scene(&scene)?;
+    let mut near_period = None;
+    if let Some(file) = &arguments.near_return {
+        let (period, state) = near_return(file, &scene, &problem.nbm)?;
+        near_period = Some(period);
+        problem.initial = state;
+    }
+    let mut closure = family::closure(&scene, &problem)?;
+    if arguments.full && closure == Closure::Reversible {
+        closure = Closure::Autonomous;
+    }
+    let period = arguments.period.or(near_period.filter(|_| arguments.omega.is_none()));
+    let omega = family::omega(&scene, arguments.omega, period)?;
+    let initial = problem.initial.clone();
+    let mut body = family::propagator(problem.nbm)?;
+    for h in &mut body.nbm.loads.harmonics {
+        h.omega = omega;
+    }
+    if arguments.all {
+        return all(arguments, global, &scene, &mut body, closure, omega, start);
+    }
+    let mut guesses = family::guesses(&scene, &initial, &body, closure);
+    if arguments.near_return.is_some() {
+        let unknowns = closure.unknowns(body.n());
+        guesses = vec![body.frame(&initial)[..unknowns].to_vec()];
+    }
+    let mut verdict: Option<Verdict> = None;
+    for guess in &guesses {
+        let effort = Effort { rescue: guesses.len() == 1, ..Effort::default() };
+        let found = find(&mut body, closure, guess, omega, &effort).map_err(numerics)?;
+        if found.orbit().is_some() {
+            verdict = Some(found);
+            break;
+        }
+    }
+    let verdict = match verdict {
+        Some(found) => found,
+        // the search for the cause, from the first guess
+        None => find(&mut body, closure, &guesses[0], omega, &Effort::default()).map_err(numerics)?,
+    };
+    let Verdict::Orbit(orbit) = &verdict else {
+        global.print(|| failure_json(&verdict, omega), String::new);
+        let advice = "try another frequency, another [initial] guess, or --all";
+        return Err(CliError::Reported(format!("no orbit at omega = {omega}: {verdict}\n  {advice}")));
+    };
+    write(&path, arguments.output.force, &scene, &body, orbit)?;
+    let wall = start.elapsed().as_secs_f64();
+    global.print(
+        || {
+            let mut json = orbit_json(&body, orbit);
+            json["wall_s"] = wall.into();
+            json["output"] = path.display().to_string().into();
+            json
+        },
+        || {
+            let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
+            let plot = format!("signorini plot {}", path.display());
+            format!("{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n", orbit_text(orbit), "time", "written to", path.display())
+        },
+    );
+    Ok(())
+}
+
+fn numerics(e: signorini::orbit::OrbitError) -> CliError {
+    CliError::Numerics(e.to_string())
+}
+
+fn failure_json(verdict: &Verdict, omega: f64) -> Value {
+    let mut json = json!({
+        "status": "failed", "converged": false, "omega": omega, "verdict": verdict.word(), "message": verdict.to_string(),
+    });
+    match verdict {
+        Verdict::Fold { omega, energy, switches, singular_value } => {
+            json["fold"] = json!({"omega": omega, "energy": energy, "switches": switches, "singular_value": singular_value});
+        }
+        Verdict::Grazing { omega, what } => json["grazing"] = json!({"omega": omega, "what": what}),
+        Verdict::NotFound { residual, .. } => json["residual"] = json!(residual),
+        _ => {}
+    }
+    json
+}
+
+fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
+    let switches: Vec<Value> = o
+        .switches
+        .iter()
+        .map(|s| json!({"t": s.t, "node": s.node, "kind": s.kind.name(), "energy_jump": s.energy_jump}))
+        .collect();
+    let stability = o.stability.as_ref();
+    json!({
+        "converged": true, "admissible": o.is_admissible(), "period": o.period, "omega": o.omega(), "energy": o.energy,
+        "amplitude": o.amplitude, "residual": o.residual, "newton_iterations": o.iterations, "switches": switches,
+        "contact_time": o.contact_time, "penetration": o.penetration, "tension": o.tension, "energy_balance": o.balance,
+        "grazing_distance": o.grazing, "n_o": body.n(),
+        "multipliers": stability.map(|s| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>()),
+        "trivial_multipliers": stability.map(|s| s.trivial), "largest_multiplier": stability.map(|s| s.largest),
+        "stable": stability.map(|s| s.is_stable()), "stability_lost_by": stability.and_then(|s| s.lost_by()),
+        "u0": o.state.u, "v0": o.state.v,
+    })
+}
+
+fn stability_text(o: &Orbit) -> String {
+    let Some(s) = &o.stability else {
+        return format!("not computed above {} displacements", signorini::orbit::credentials::MULTIPLIER_LIMIT);
+    };
+    let size = significant(s.largest, 8);
+    let trivial = if s.trivial > 0 { ", the two at +1 of the family apart" } else { "" };
+    match s.lost_by() {
+        None => format!("stable: all multipliers within the unit circle (largest {size}{trivial})"),
+        Some(by) => {
+            let [above, below, complex] = s.outside;
+            format!("unstable, largest multiplier {size}{trivial}: {by}; outside: {above} above +1, {below} below -1, {complex} complex")
+        }
+    }
+}
+
+fn orbit_text(o: &Orbit) -> String {
+    let mut out = String::new();
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<14}{text}");
+    };
+    line("orbit", format!("omega = {}, period {}", significant(o.omega(), 10), significant(o.period, 10)));
+    line("energy", format!("{} at most; largest contact displacement {}", significant(o.energy, 10), significant(o.amplitude, 7)));
+    line("residual", format!("{:.1e} after a period of the event-driven integrator, {} Newton steps", o.residual, o.iterations));
+    line(
+        "contact",
+        format!("{} switches; touches during {} of the period; {:.1e} from grazing", o.switches.len(), significant(o.contact_time / o.period, 4), o.grazing),
+    );
+    line("admissible", format!("penetration {:.1e}, tension {:.1e}, every switch proved", o.penetration, o.tension));
+    line("balance", format!("{:.1e} of the energy is not accounted for; the jumps add up to {:.1e}", o.balance, o.jumps.abs()));
+    line("stability", stability_text(o));
+    out
+}
+
+/// The orbit file: a run over one period, and `/orbit`.
+fn write(path: &std::path::Path, force: bool, scene: &Scene, body: &Propagator, orbit: &Orbit) -> Result<(), CliError> {
+    let command: Vec<String> = std::env::args().collect();
+    let options = WriterOptions { force, command: command.join(" ") };
+    let mut writer = Writer::create(path, scene, &body.nbm, &options)?;
+    let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
+    let tolerances = flow::Tolerances { rtol: 1e-12, atol: 1e-15 };
+    let mut flow = flow::by_name(Integrator::Modal, &body.nbm, tolerances);
+    let done = event::run(&body.nbm, &orbit.state, &run, flow.as_mut(), &mut writer);
+    done.map_err(|e| CliError::Other(format!("writing {}: {e}", path.display())))?;
+    writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.nbm)?;
+    Ok(writer.finish("complete")?)
+}
+
+fn all(
+    arguments: &Arguments,
+    global: &Global,
+    scene: &Scene,
+    body: &mut Propagator,
+    closure: Closure,
+    omega: f64,
+    start: Instant,
+) -> Result<(), CliError> {
+    let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
+    starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
+    if closure == Closure::Forced {
+        starts.insert(0, body.linear_response());
+    }
+    let bar = family::bar(global, scene, starts.len() as u64);
+    let found = branch::all(body, closure, &starts, omega, &Effort::default(), |k| {
+        if let Some(bar) = &bar {
+            bar.set_position(k as u64);
+        }
+    });
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let found = found.map_err(numerics)?;
+    let wall = start.elapsed().as_secs_f64();
+    global.print(
+        || {
+            let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();
+            json!({"omega": omega, "starts": starts.len(), "orbits": orbits, "wall_s": wall})
+        },
+        || {
+            let mut out = format!(
+                "{} different orbits at omega = {omega} from {} starts ({wall:.1} s); others may exist\n  {:>14} {:>9} {:>13} {:>10} {:>10}  {}\n",
+                found.len(), starts.len(), "energy", "switches", "contact time", "residual", "grazing", "stability"
+            );
+            for o in &found {
+                let stable = match &o.stability {
+                    None => "not computed".to_owned(),
+                    Some(s) if s.is_stable() => "stable".to_owned(),
+                    Some(s) => format!("unstable, {}", significant(s.largest, 5)),
+                };
+                let _ = writeln!(
+                    out,
+                    "  {:>14} {:>9} {:>13} {:>10.1e} {:>10.1e}  {stable}",
+                    significant(o.energy, 9), o.switches.len(), significant(o.contact_time, 7), o.residual, o.grazing
+                );
+            }
+            out
+        },
+    );
+    if found.is_empty() {
+        return Err(CliError::Reported(format!("no orbit found at omega = {omega}")));
+    }
+    Ok(())
+}
+
+/// The pair of stored states, at least a tenth of the time apart, that are nearest to each other: period and first state.
+fn near_return(path: &std::path::Path, scene: &Scene, nbm: &signorini::contact::Nbm) -> Result<(f64, State), CliError> {
+    let stored = store::Stored::read(path)?;
+    let n = nbm.n();
+    if stored.u.ncols() != n || stored.nodes.nrows() != nbm.body.mesh.n_nodes() {
+        return Err(CliError::Input(format!("{} was not made with the mesh of {}", path.display(), scene.stem())));
+    }
+    let rows = stored.t.len();
+    let unit = nbm.body.frequency_unit();
+    let distance = |a: usize, b: usize| -> f64 {
+        let du: f64 = stored.u.row(a).iter().zip(stored.u.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
+        let dv: f64 = stored.v.row(a).iter().zip(stored.v.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
+        du + dv / (unit * unit)
+    };
+    let last = stored.t.last().copied().unwrap_or(0.0);
+    let mut best: Option<(f64, usize, usize)> = None;
+    for a in 0..rows {
+        for b in a + 1..rows {
+            if stored.t[b] - stored.t[a] < 0.1 * last {
+                continue;
+            }
+            let d = distance(a, b);
+            if best.is_none_or(|(least, ..)| d < least) {
+                best = Some((d, a, b));
+            }
+        }
+    }
+    let (_, a, b) = best.ok_or_else(|| CliError::Input(format!("{} holds too few states", path.display())))?;
+    let n_o = nbm.n_o();
+    let state = |x: &ndarray::Array2<f64>| x.row(a).iter().take(n_o).copied().collect();
+    Ok((stored.t[b] - stored.t[a], State { u: state(&stored.u), v: state(&stored.v) }))
+}

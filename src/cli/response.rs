@@ -1,0 +1,165 @@
+//! `signorini response`
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+
+use signorini::continuation::{Go, Options, Stop};
+use signorini::orbit::branch::{self, Start, place_of};
+use signorini::orbit::search::{Effort, find};
+use signorini::orbit::Closure;
+use signorini::scenario::{Issue, Scene};
+use signorini::store::{PointRecord, StoredFamily};
+
+use super::backbone::summary;
+use super::family::{self, Ended, Job, Output};
+use super::{CliError, Global, load};
+
+/// Arguments of `response`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  signorini response scenarios/half-plate-response.toml -o response.h5\n  signorini response scenarios/half-plate-response.toml --ratios 0.01,0.05 --range 1.4,1.9 -o two.h5\n  signorini plot response.h5"
+)]
+pub struct Arguments {
+    /// The scene (TOML): damping and harmonic loads of one frequency
+    scene: PathBuf,
+    /// Damping ratios [default: ratios of [orbit], or the scene's own]
+    #[arg(long, value_delimiter = ',', value_name = "RATIOS")]
+    ratios: Option<Vec<f64>>,
+    /// Frequencies to cover [default: range of the scene's [orbit]]
+    #[arg(long, value_delimiter = ',', num_args = 1..=2, value_name = "LOW,HIGH")]
+    range: Option<Vec<f64>>,
+    /// Largest step of arclength (relative change of the state)
+    #[arg(long, default_value_t = 0.05)]
+    step: f64,
+    /// Most points a branch
+    #[arg(long, default_value_t = 2000)]
+    points: usize,
+    /// Locate changes of stability within a step
+    #[arg(long)]
+    locate: bool,
+    /// Go on with an unfinished file
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Stable and unstable branches of the forced response, one for each damping ratio.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let start = Instant::now();
+    let scene = Scene::read(&arguments.scene)?;
+    let path = arguments.output.path(&scene, "response");
+    family::check(&path, &arguments.output, arguments.resume)?;
+    if !(arguments.step > 0.0 && arguments.step <= 1.0) {
+        return Err(CliError::Input(format!("--step {}: give a number up to 1", arguments.step)));
+    }
+    let range = family::range(&scene, arguments.range.as_deref())?;
+    let scenes = with_ratios(&scene, arguments.ratios.as_deref())?;
+    let problem = load::of_scene(&scenes[0].1)?;
+    if family::closure(&scene, &problem)? != Closure::Forced {
+        let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
+        return Err(scene.error(Issue::new("load", "a forced response needs a harmonic load", help)).into());
+    }
+    let names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
+    let mut sink =
+        family::open(&path, &scene, &problem.nbm, arguments.output.force, arguments.resume, "response", &names)?;
+    let known = sink.known.take();
+    let resumed = known.as_ref().map_or(0, |k| k.points.len());
+    let known = &known;
+    let jobs: Vec<Job> = scenes
+        .iter()
+        .enumerate()
+        .map(|(index, (_, scene))| -> Job {
+            Box::new(move |take| one(arguments, scene, range, index, known.as_ref(), take))
+        })
+        .collect();
+    let bar = family::bar(global, &scene, 1000);
+    let result = family::run_jobs(&jobs, sink, &problem.nbm, range, bar.as_ref());
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let (ended, writer) = result?;
+    writer.finish("complete")?;
+    let stored = StoredFamily::read(&path)?;
+    summary(global, &scene, &stored, &ended, &path, resumed, start.elapsed().as_secs_f64());
+    let failed: Vec<&Ended> = ended.iter().filter(|e| !e.complete).collect();
+    match failed.first() {
+        None => Ok(()),
+        Some(e) => Err(CliError::Reported(format!(
+            "{}: {}; everything up to there is in {}",
+            stored.branches[e.branch], e.text, path.display()
+        ))),
+    }
+}
+
+/// The scene once for each damping ratio.
+pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, Scene)>, CliError> {
+    let of_scene = scene.orbit.as_ref().and_then(|o| o.ratios.as_deref());
+    let Some(list) = given.or(of_scene) else {
+        return Ok(vec![("forced response".into(), scene.clone())]);
+    };
+    if let Some(bad) = list.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
+        return Err(CliError::Input(format!("--ratios: {bad} is not a damping ratio; give positive numbers")));
+    }
+    let with = |&ratio: &f64| {
+        let mut scene = scene.clone();
+        match &mut scene.damping {
+            Some(d) if d.ratio.is_some() => d.ratio = Some(ratio),
+            _ => {
+                let help = "[damping] with ratio = 0.02 and mode = 1";
+                let issue = Issue::new("damping", "several ratios stand in place of one, and there is none", help);
+                return Err(CliError::from(scene.error(issue)));
+            }
+        }
+        Ok((format!("damping ratio {} %", 100.0 * ratio), scene))
+    };
+    list.iter().map(with).collect()
+}
+
+fn one(
+    arguments: &Arguments,
+    scene: &Scene,
+    range: (f64, f64),
+    index: usize,
+    stored: Option<&StoredFamily>,
+    take: &mut dyn FnMut(PointRecord) -> Go,
+) -> Result<Ended, CliError> {
+    let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
+    let problem = load::of_scene(scene)?;
+    let mut body = family::propagator(problem.nbm)?;
+    let earlier: Vec<&PointRecord> = stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
+    let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
+    if earlier.iter().any(|p| p.special == "end of range") {
+        return ended("end of the range (earlier run)".into(), true);
+    }
+    let from = match earlier.iter().rev().find_map(|p| p.place.as_ref()) {
+        Some(place) => Start::Place(place_of(place)),
+        None => {
+            for h in &mut body.nbm.loads.harmonics {
+                h.omega = range.0;
+            }
+            let guess = body.linear_response();
+            let verdict = find(&mut body, Closure::Forced, &guess, range.0, &Effort::default()).map_err(numerics)?;
+            match verdict.orbit() {
+                Some(orbit) => Start::Orbit(Box::new(orbit.clone()), 1.0),
+                None => return ended(format!("no orbit at omega = {}: {verdict}", range.0), false),
+            }
+        }
+    };
+    let options = Options {
+        range,
+        step: (0.2 * arguments.step, 1e-9, arguments.step),
+        points: arguments.points.saturating_sub(earlier.len()),
+        locate: arguments.locate,
+        natural: false,
+    };
+    if options.points == 0 {
+        return ended("number of points reached (earlier run)".into(), true);
+    }
+    match branch::arclength(&mut body, Closure::Forced, from, &options, take).map_err(numerics)? {
+        None => ended("the first tangent could not be computed".into(), false),
+        Some(stop) => ended(stop.to_string(), matches!(stop, Stop::Range)),
+    }
+}
