@@ -191,3 +191,25 @@ fn explore_all() {
         for o in all { println!("   E {:.6} sw {} res {:.1e} graz {:.1e}", o.energy, o.switches.len(), o.residual, o.grazing); }
     }
 }
+
+#[test]
+fn explore_border() {
+    use signorini::orbit::branch::place_of;
+    let f = signorini::store::StoredFamily::read(std::path::Path::new("out/rr.h5")).unwrap();
+    let text = std::fs::read_to_string("scenarios/half-plate-response.toml").unwrap();
+    for p in &f.points {
+        if !p.special.starts_with("failed") { continue; }
+        let ratio = [0.005, 0.01, 0.02, 0.05][p.branch];
+        let mut body = Propagator::new(problem(&text.replace("ratio = 0.02", &format!("ratio = {ratio}"))).nbm).unwrap();
+        let place = place_of(p.place.as_ref().unwrap());
+        let n = 2 * body.n();
+        for h in &mut body.nbm.loads.harmonics { h.omega = p.omega; }
+        let period = std::f64::consts::TAU / p.omega;
+        let z = &place.x[..n];
+        println!("{} {} {:?} {:?}", p.omega, p.special, place.chart.nodes, &place.x[n..]);
+        let r = signorini::orbit::reading::read(&body, &body.state(z), period).unwrap();
+        println!("  {:?} {:?} {:?}", r.chain.nodes, r.times, r.chain.sets);
+        println!("  {:?}", r.report.grazings);
+        for s in &r.report.switches { println!("     {} {} {:?} rate {:.1e}", s.t, s.node, s.kind, s.monitor_rate); }
+    }
+}

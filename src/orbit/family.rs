@@ -123,46 +123,66 @@ impl<'a> Segments<'a> {
         self.body.nbm.body.dofs.contact_nodes[contact]
     }
 
-    /// The touch of a monitor nearest to `near`: time and value of the least value there.
-    fn touch(&self, walk: &Walk, phase: usize, contact: usize, near: f64) -> (f64, f64) {
-        let link = &walk.links[phase];
-        let (a, b) = link.span;
+    /// The touch of a monitor nearest to `near`: phase, time and value of the minimum there. A minimum may lie in a
+    /// neighbouring phase, as long as the node stays what it is.
+    fn touch(&self, walk: &Walk, phase: usize, contact: usize, near: f64) -> Touch {
+        let sets = &self.chain.sets;
+        let active = sets[phase].is_active(contact);
         let near = near * walk.links[walk.links.len() - 1].span.1;
-        let h = |t: f64| link.monitor(contact, t).0;
-        // local minima on a grid, ends included where the orbit is symmetric
-        let steps = 64;
-        let at = |k: i32| a + (b - a) * f64::from(k) / f64::from(steps);
-        let values: Vec<f64> = (0..=steps).map(|k| h(at(k))).collect();
-        let symmetric_start = phase == 0 && self.closure == Closure::Reversible;
-        let symmetric_end = phase + 1 == walk.links.len() && self.closure == Closure::Reversible;
-        let is_minimum = |k: usize| {
-            let below_left = if k == 0 { symmetric_start } else { values[k] <= values[k - 1] };
-            let below_right = if k == steps as usize { symmetric_end } else { values[k] <= values[k + 1] };
-            below_left && below_right
-        };
-        let nearest = (0..=steps as usize)
-            .filter(|&k| is_minimum(k))
-            .min_by(|&p, &q| (at(p as i32) - near).abs().total_cmp(&(at(q as i32) - near).abs()));
-        let Some(k) = nearest else {
-            let t = near.clamp(a, b);
-            return (t, h(t));
-        };
-        if (k == 0 && symmetric_start) || (k == steps as usize && symmetric_end) {
-            return (at(k as i32), values[k]);
+        let at = |phase: usize, t: f64| Touch { phase, t, h: walk.links[phase].monitor(contact, t).0 };
+        let rate = |phase: usize, t: f64| walk.links[phase].monitor(contact, t).1;
+        let goes_on = |phase: usize| sets.get(phase).is_some_and(|s| s.is_active(contact) == active);
+        // downhill from `near`, in growing steps, until the rate changes its sign or the contact state ends
+        let mut phase = phase;
+        let (mut a, mut b) = walk.links[phase].span;
+        let (mut low, mut high) = (near.clamp(a.min(b), b), near.clamp(a.min(b), b));
+        let mut stride = 1e-4 * (b - a);
+        if rate(phase, low) < 0.0 {
+            while rate(phase, high) < 0.0 {
+                if high >= b {
+                    if !goes_on(phase + 1) {
+                        return at(phase, b);
+                    }
+                    phase += 1;
+                    b = walk.links[phase].span.1;
+                    low = high;
+                    continue;
+                }
+                (low, high) = (high, (high + stride).min(b));
+                stride *= 1.3;
+            }
+        } else {
+            while rate(phase, low) >= 0.0 {
+                if low <= a {
+                    if phase == 0 || !goes_on(phase - 1) {
+                        return at(phase, a);
+                    }
+                    phase -= 1;
+                    a = walk.links[phase].span.0;
+                    high = low;
+                    continue;
+                }
+                (low, high) = ((low - stride).max(a), low);
+                stride *= 1.3;
+            }
         }
-        // the rate changes its sign between the neighbours
-        let (mut low, mut high) = (at(k as i32 - 1).max(a), at(k as i32 + 1).min(b));
-        for _ in 0..80 {
+        for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if link.monitor(contact, middle).1 < 0.0 {
+            if rate(phase, middle) < 0.0 {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        let t = 0.5 * (low + high);
-        (t, h(t))
+        at(phase, 0.5 * (low + high))
     }
+}
+
+/// A minimum of a monitor.
+struct Touch {
+    phase: usize,
+    t: f64,
+    h: f64,
 }
 
 impl Family for Segments<'_> {
@@ -305,7 +325,7 @@ impl Family for Segments<'_> {
                 let unit = nbm.length_unit();
                 let active = self.chain.sets[*phase].is_active(*contact);
                 let scale = if active { unit * nbm.n_c[(*contact, *contact)] } else { unit };
-                Ok(self.touch(&walk, *phase, *contact, *near).1 / scale)
+                Ok(self.touch(&walk, *phase, *contact, *near).h / scale)
             }
         }
     }
@@ -363,25 +383,25 @@ impl Family for Segments<'_> {
             }
             Border::Touch { phase, contact, near, .. } => {
                 let walk = self.walk(x).ok()?;
-                let (t, _) = self.touch(&walk, *phase, *contact, *near);
-                let active = sets[*phase].is_active(*contact);
-                let changed = sets[*phase].with(*contact, !active);
+                let Touch { phase, t, .. } = self.touch(&walk, *phase, *contact, *near);
+                let active = sets[phase].is_active(*contact);
+                let changed = sets[phase].with(*contact, !active);
                 let symmetric = self.closure == Closure::Reversible;
-                if symmetric && t == 0.0 && *phase == 0 {
+                if symmetric && t == 0.0 && phase == 0 {
                     sets.insert(0, changed);
                     nodes.insert(0, *contact);
                     times.insert(0, 0.0);
-                } else if symmetric && *phase == nodes.len() && t >= end * (1.0 - 1e-12) {
+                } else if symmetric && phase == nodes.len() && t >= end * (1.0 - 1e-12) {
                     sets.push(changed);
                     nodes.push(*contact);
                     times.push(end);
                 } else {
-                    let back = sets[*phase].clone();
+                    let back = sets[phase].clone();
                     sets.insert(phase + 1, changed);
                     sets.insert(phase + 2, back);
                     for _ in 0..2 {
-                        nodes.insert(*phase, *contact);
-                        times.insert(*phase, t);
+                        nodes.insert(phase, *contact);
+                        times.insert(phase, t);
                     }
                 }
             }
