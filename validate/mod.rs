@@ -5,12 +5,16 @@
 
 #[path = "bar/case.rs"]
 mod bar;
+#[path = "bar-orbits/case.rs"]
+mod bar_orbits;
 #[path = "bouncing-bar/case.rs"]
 mod bouncing_bar;
 #[path = "hard/case.rs"]
 mod hard;
 #[path = "oscillator/case.rs"]
 mod oscillator;
+#[path = "oscillator-orbits/case.rs"]
+mod oscillator_orbits;
 #[path = "strip/case.rs"]
 mod strip;
 #[path = "zero-gap-bar/case.rs"]
@@ -80,8 +84,16 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 6] =
-    [bar::CASE, strip::CASE, oscillator::CASE, zero_gap_bar::CASE, bouncing_bar::CASE, hard::CASE];
+pub static CASES: [Case; 8] = [
+    bar::CASE,
+    strip::CASE,
+    oscillator::CASE,
+    zero_gap_bar::CASE,
+    bouncing_bar::CASE,
+    hard::CASE,
+    bar_orbits::CASE,
+    oscillator_orbits::CASE,
+];
 
 /// A scene of a case with another number of elements.
 fn scene(text: &str, elements: Option<&[usize]>) -> Result<Scene, String> {
