@@ -22,7 +22,8 @@
 //! printed eq. 4 has the sign inside the max reversed).
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
-//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`store`], [`report`].
+//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`store`], [`report`], [`continuation`],
+//! [`orbit`], [`hbm`].
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};

@@ -5,8 +5,20 @@ mod common;
 use std::path::Path;
 
 /// The modules in the order of the data.
-const ORDER: [&str; 10] = [
-    "mesh", "scenario", "fem", "contact", "problem", "flow", "event", "simulate", "store", "report",
+const ORDER: [&str; 13] = [
+    "mesh",
+    "scenario",
+    "fem",
+    "contact",
+    "problem",
+    "flow",
+    "event",
+    "simulate",
+    "store",
+    "report",
+    "continuation",
+    "orbit",
+    "hbm",
 ];
 
 fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {

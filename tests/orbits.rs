@@ -1,29 +1,53 @@
-//! Periodic orbits against finite differences, closed forms and the event-driven integrator.
+//! Periodic orbits against finite differences, the table of independent solutions, and the event-driven integrator.
 
 mod common;
 
+use std::f64::consts::TAU;
+
 use common::{problem, random, shipped};
 use faer::Mat;
+use signorini::continuation::{Go, Options, Stop};
+use signorini::orbit::branch::{Start, all, arclength, mode_guess, place_of, starts};
 use signorini::orbit::chain::Propagator;
+use signorini::orbit::credentials::examine;
+use signorini::orbit::reading::read;
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::shooting::{Closure, linearised};
+use signorini::orbit::{Orbit, floquet};
 use signorini::problem::Problem;
+use signorini::store::PointRecord;
 
 fn half_plate() -> Propagator {
-    let text = "[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [10, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
-        [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[support]]\nedge = 'bottom'\nfix = ['y']\n\
-        [contact]\nedge = 'right'\ngap = 1.0\n";
-    Propagator::new(problem(text).nbm).unwrap()
+    let scene = shipped("half-plate-orbit.toml");
+    Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap()
+}
+
+fn forced(ratio: f64) -> Propagator {
+    let mut scene = shipped("half-plate-response.toml");
+    scene.damping.as_mut().unwrap().ratio = Some(ratio);
+    Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap()
+}
+
+fn orbit_at(body: &mut Propagator, amplitude: f64, omega: f64) -> Orbit {
+    let guess = mode_guess(body, 1, amplitude).unwrap();
+    let verdict = find(body, Closure::Reversible, &guess, omega, &Effort::default()).unwrap();
+    verdict.orbit().unwrap_or_else(|| panic!("{verdict}")).clone()
 }
 
 /// The derivative of the event-driven map, all saltations included, against central differences.
 #[test]
 fn derivative_of_the_period_map() {
-    let body = half_plate();
-    let n = body.n();
-    for (closure, period) in [(Closure::Reversible, 3.4), (Closure::Autonomous, 3.4)] {
-        let mut z = vec![0.0; closure.unknowns(n)];
-        z[0] = -1.3 * body.scale[0] / body.open.shapes[(n - 1, 0)].abs();
+    for (mut body, closure, period) in [
+        (half_plate(), Closure::Reversible, 3.4),
+        (half_plate(), Closure::Autonomous, 3.4),
+        (forced(0.02), Closure::Forced, 3.7),
+    ] {
+        for h in &mut body.nbm.loads.harmonics {
+            h.omega = TAU / period;
+        }
+        let n = body.n();
+        let mut z = mode_guess(&body, 1, -1.3).unwrap();
+        z.resize(closure.unknowns(n), 0.0);
         for (z, r) in z.iter_mut().zip(random(n, 5)) {
             *z += 0.02 * r;
         }
@@ -44,172 +68,266 @@ fn derivative_of_the_period_map() {
             }
         }
         println!("{closure:?}: derivative against differences {worst:.1e}");
-        assert!(worst < 1e-6, "{worst:e}");
+        assert!(worst < 1e-6, "{closure:?}: {worst:e}");
     }
 }
 
+/// The orbits of an independent program: frequency, energies, switches of the first.
 #[test]
-fn explore() {
+fn orbits_of_the_table_are_found() {
     let mut body = half_plate();
-    let n = body.n();
-    let text = std::env::var("OM").unwrap_or("1.8".into());
-    let omega: f64 = text.parse().unwrap();
-    let start = std::time::Instant::now();
-    for k in 0..30 {
-        let a = 1.0 + 0.1 * k as f64;
-        let mut z = vec![0.0; n];
-        // mode 1 at a multiple of grazing
-        let mut full = vec![0.0; body.nbm.n()];
-        let phase = signorini::contact::Phase::new(&body.nbm, signorini::contact::ActiveSet::open(body.nbm.n_contact())).unwrap();
-        let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, 0)]).collect();
-        phase.expand_velocity(&body.nbm, &shape, &mut full);
-        let lead = full[n..].iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });
-        z[0] = -a / lead * body.scale[0];
-        let t = std::time::Instant::now();
-        let v = find(&mut body, Closure::Reversible, &z, omega, &Effort::default()).unwrap();
-        print!("{a:.2} {:?} ", t.elapsed());
-        match &v {
-            Verdict::Orbit(o) => println!(
-                "orbit E {:.8} res {:.1e} sw {} graz {:.1e} it {} stable {:?} jumps {:.1e} {:?}",
-                o.energy, o.residual, o.switches.len(), o.grazing, o.iterations,
-                o.stability.as_ref().map(|s| (s.outside, s.largest, s.multipliers[1])), o.jumps, t.elapsed()
-            ),
-            other => println!("{other}"),
+    let starts = starts(&body, 4.0, 16);
+    for (omega, energies, switches) in [
+        (1.80, &[1.04367, 0.74801, 0.87969, 1.12494][..], 8),
+        (1.87, &[1.88631], 18),
+        (1.90, &[2.99596, 3.06479], 16),
+        (2.00, &[7.16476, 8.90291], 8),
+    ] {
+        let found = all(&mut body, Closure::Reversible, &starts, omega, &Effort::default(), |_| ())
+            .unwrap();
+        for (k, energy) in energies.iter().enumerate() {
+            let orbit = found.iter().find(|o| (o.energy - energy).abs() < 1e-5);
+            let orbit = orbit.unwrap_or_else(|| panic!("energy {energy} at {omega} not found"));
+            println!(
+                "{omega}: energy {:.8}, {} switches, residual {:.1e}",
+                orbit.energy,
+                orbit.switches.len(),
+                orbit.residual
+            );
+            // the return error grows with the largest multiplier: 4·10³ for the orbit at 1.87
+            let largest = orbit.stability.as_ref().unwrap().largest;
+            assert!(
+                orbit.residual < 1e-11 * largest.max(1.0),
+                "{omega}: {energy}: {:e}",
+                orbit.residual
+            );
+            assert!(orbit.is_admissible() && orbit.flaws().is_empty());
+            assert!(k > 0 || orbit.switches.len() == switches, "{omega}: {}", orbit.switches.len());
         }
+        assert!(found.len() >= energies.len());
     }
-    println!("{:?}", start.elapsed());
 }
 
+/// Above 1.86998 the eight-switch orbit does not exist, and the verdict says so.
 #[test]
-fn explore_branch() {
-    use signorini::continuation::{Go, Options, Place, follow};
-    use signorini::orbit::Segments;
-    use signorini::orbit::search::chain_of;
+fn the_fold_before_187_is_located() {
     let mut body = half_plate();
-    let n = body.n();
-    let omega: f64 = std::env::var("OM").unwrap_or("1.8".into()).parse().unwrap();
-    let a: f64 = std::env::var("AMP").unwrap_or("1.1".into()).parse().unwrap();
-    let dir: f64 = std::env::var("DIR").unwrap_or("1".into()).parse().unwrap();
-    let points: usize = std::env::var("POINTS").unwrap_or("100".into()).parse().unwrap();
-    let mut z = vec![0.0; n];
-    let mut full = vec![0.0; body.nbm.n()];
-    let phase = signorini::contact::Phase::new(&body.nbm, signorini::contact::ActiveSet::open(body.nbm.n_contact())).unwrap();
-    let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, 0)]).collect();
-    phase.expand_velocity(&body.nbm, &shape, &mut full);
-    let lead = full[n..].iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });
-    z[0] = -a / lead * body.scale[0];
-    let v = find(&mut body, Closure::Reversible, &z, omega, &Effort::default()).unwrap();
-    let orbit = v.orbit().unwrap().clone();
-    let (chain, times) = chain_of(&body, &orbit).unwrap();
-    println!("{chain:?} {times:?}");
-    let mut family = Segments::new(&mut body, Closure::Reversible, chain);
-    let x = family.unknowns(&orbit.z, &times, omega);
-    family.watch = std::env::var("WATCH").is_ok();
-    let place = Place::start(&mut family, x, dir, 0.005).unwrap().unwrap();
-    let options = Options { range: (1.58, 2.09), step: (0.005, 1e-7, 0.05), points, locate: false, natural: false };
-    let mut clock = std::time::Instant::now();
-    let stop = follow(&mut family, place, &options, |family, p| {
-        let z = family.parts(&p.x).0;
-        let e = 0.5 * z.iter().map(|z| z * z).sum::<f64>();
-        println!("{:.7} E {e:.6} step {:.1e} it {} events {} {:?} {:?}", p.x[p.x.len() - 1], p.place.step, p.iterations, family.chain.events(), p.special, clock.elapsed());
-        clock = std::time::Instant::now();
+    let starts = starts(&body, 4.0, 12);
+    let quick = Effort { multipliers: false, rescue: false, ..Effort::default() };
+    let below = all(&mut body, Closure::Reversible, &starts, 1.8695, &quick, |_| ()).unwrap();
+    for o in &below {
+        println!("1.8695: energy {:.6}, {} switches", o.energy, o.switches.len());
+    }
+    let start = below
+        .iter()
+        .filter(|o| o.switches.len() == 8)
+        .min_by(|a, b| (a.energy - 1.82).abs().total_cmp(&(b.energy - 1.82).abs()))
+        .unwrap();
+    let verdict =
+        Some(find(&mut body, Closure::Reversible, &start.z, 1.87, &Effort::default()).unwrap());
+    println!("{}", verdict.as_ref().unwrap());
+    let Some(Verdict::Fold { omega, energy, switches, singular_value }) = verdict else {
+        panic!("no fold: {verdict:?}")
+    };
+    println!(
+        "fold at {omega:.8}, energy {energy:.5}, {switches} switches, singular value {singular_value:.1e}"
+    );
+    assert!((omega - 1.86998).abs() < 6e-6 && (energy - 1.82).abs() < 5e-3 && switches == 8);
+    assert!(singular_value < 1e-8);
+}
+
+/// Multipliers of a reversible orbit come in pairs μ, 1/μ; two of them are +1; their product is one.
+#[test]
+fn multipliers_of_a_reversible_orbit_are_reciprocal() {
+    let mut body = half_plate();
+    let orbit = orbit_at(&mut body, -1.2, 1.8);
+    let s = orbit.stability.as_ref().unwrap();
+    assert_eq!(s.trivial, 2);
+    assert!((s.multipliers[1].0 - 1.0).hypot(s.multipliers[1].1) < 1e-9);
+    for &(re, im) in &s.multipliers {
+        let square = re * re + im * im;
+        let (a, b) = (re / square, -im / square);
+        let nearest =
+            s.multipliers.iter().map(|m| (m.0 - a).hypot(m.1 - b)).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-6, "{re} {im}: {nearest:e}");
+    }
+    let z: Vec<f64> = orbit.z.iter().copied().chain(vec![0.0; body.n()]).collect();
+    let reading = read(&body, &orbit.state, orbit.period).unwrap();
+    let m = floquet::monodromy(&body, &z, &reading, orbit.period).unwrap();
+    assert!((m.determinant().abs() - 1.0).abs() < 1e-8);
+}
+
+/// The same orbit over half a period, and over the whole one with a phase condition.
+#[test]
+fn half_and_full_period_give_the_same_orbit() {
+    let mut body = half_plate();
+    let half = orbit_at(&mut body, -1.1, 1.8);
+    let mut z = half.z.clone();
+    z.resize(2 * body.n(), 0.0);
+    let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
+    let guess: Vec<f64> =
+        z.iter().zip(random(z.len(), 3)).map(|(z, r)| z + 1e-5 * size * r).collect();
+    let verdict = find(&mut body, Closure::Autonomous, &guess, 1.8, &Effort::default()).unwrap();
+    let full = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
+    println!("energies {} {}", half.energy, full.energy);
+    assert!((full.energy / half.energy - 1.0).abs() < 1e-8 && full.residual < 1e-10);
+}
+
+fn branch(body: &mut Propagator, start: Start, points: usize) -> (Vec<PointRecord>, Option<Stop>) {
+    let options = Options {
+        range: (1.586, 2.08),
+        step: (0.005, 1e-8, 0.05),
+        points,
+        locate: false,
+        natural: false,
+    };
+    let mut list = vec![];
+    let stop = arclength(body, Closure::Reversible, start, &options, |p| {
+        list.push(p);
         Go::Continue(())
     });
-    println!("{stop:?}");
+    (list, stop.unwrap())
 }
 
+/// Arclength through touches, swaps of two switches and folds: every point is an orbit, and re-integrates to itself.
 #[test]
-fn explore_seq() {
+fn a_branch_passes_grazings_and_swaps() {
     let mut body = half_plate();
-    let n = body.n();
-    let omega: f64 = std::env::var("OM").unwrap_or("1.8".into()).parse().unwrap();
-    let a: f64 = std::env::var("AMP").unwrap_or("1.1".into()).parse().unwrap();
-    let dw: f64 = std::env::var("DW").unwrap_or("0.005".into()).parse().unwrap();
-    let mut z = vec![0.0; n];
-    let mut full = vec![0.0; body.nbm.n()];
-    let phase = signorini::contact::Phase::new(&body.nbm, signorini::contact::ActiveSet::open(body.nbm.n_contact())).unwrap();
-    let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, 0)]).collect();
-    phase.expand_velocity(&body.nbm, &shape, &mut full);
-    let lead = full[n..].iter().fold(0.0f64, |m, x| if x.abs() > m.abs() { *x } else { m });
-    z[0] = -a / lead * body.scale[0];
-    let mut known: Vec<(f64, Vec<f64>)> = vec![];
-    for k in 0..60 {
-        let w = omega + dw * k as f64;
-        let t = std::time::Instant::now();
-        let guesses = signorini::continuation::guesses(&known, w);
-        let list: Vec<Vec<f64>> = if guesses.is_empty() { vec![z.clone()] } else { guesses.into_iter().map(|g| g.1).collect() };
-        for g in list {
-            let v = find(&mut body, Closure::Reversible, &g, w, &Effort{multipliers:false, ..Effort::default()}).unwrap();
-            println!("{w:.4} {} {:?}", match &v { Verdict::Orbit(o) => format!("orbit E {:.6} sw {} graz {:.1e} it {}", o.energy, o.switches.len(), o.grazing, o.iterations), o => o.to_string()}, t.elapsed());
-            if let Verdict::Orbit(o) = v { known.push((w, o.z.clone())); break; }
-        }
+    let orbit = orbit_at(&mut body, -1.1, 1.8);
+    let (points, stop) = branch(&mut body, Start::Orbit(Box::new(orbit), 1.0), 140);
+    assert_eq!(stop, Some(Stop::Points));
+    let count = |what: &str| points.iter().filter(|p| p.special.contains(what)).count();
+    println!(
+        "{} touches, {} swaps, {} folds",
+        count("touches"),
+        count("change places"),
+        count("fold")
+    );
+    assert!(count("touches") >= 1 && count("change places") >= 2 && count("fold") >= 1);
+    assert_eq!(count("failed"), 0);
+    for p in &points {
+        let orbit = p.orbit.as_ref().unwrap();
+        assert!(
+            orbit.residual < 1e-10 && orbit.penetration < 1e-9 && orbit.tension < 1e-9,
+            "{}",
+            p.omega
+        );
+        let Some(place) = &p.place else { continue };
+        let z = &place_of(place).x[..body.n()];
+        let again = examine(&body, Closure::Reversible, z, TAU / p.omega, 0, false).unwrap();
+        assert!((again.energy / orbit.energy - 1.0).abs() < 1e-12);
     }
 }
 
+/// What a file keeps of a point is enough to go on to the very same branch.
 #[test]
-fn explore_forced() {
-    use signorini::continuation::{Go, Options, Place, follow};
-    use signorini::orbit::Segments;
-    use signorini::orbit::search::chain_of;
-    let xi: f64 = std::env::var("XI").unwrap_or("0.02".into()).parse().unwrap();
-    let points: usize = std::env::var("POINTS").unwrap_or("300".into()).parse().unwrap();
-    let text = format!("[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [10, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
-        [[support]]\nedge = 'left'\nfix = ['x', 'y']\n[[support]]\nedge = 'bottom'\nfix = ['y']\n\
-        [contact]\nedge = 'right'\ngap = 1.0\n[damping]\nratio = {xi}\nmode = 1\n[[load]]\nkind = 'mode'\nmode = 1\npeak = 3.0\nomega = 1.2\n");
-    let mut body = Propagator::new(problem(&text).nbm).unwrap();
+fn a_continuation_goes_on_to_the_identical_branch() {
+    let mut body = half_plate();
+    let orbit = orbit_at(&mut body, -1.1, 1.8);
+    let (whole, _) = branch(&mut body, Start::Orbit(Box::new(orbit), 1.0), 30);
+    let mut fresh = half_plate();
+    let cut = (1..=20).rev().find(|&k| whole[k - 1].place.is_some()).unwrap();
+    let place = place_of(whole[cut - 1].place.as_ref().unwrap());
+    let (rest, _) = branch(&mut fresh, Start::Place(place), 30 - cut);
+    for (a, b) in whole[cut..].iter().zip(&rest) {
+        assert_eq!(a, b);
+    }
+    assert!(rest.len() >= 9, "{}", rest.len());
+}
+
+/// Where multipliers say stable a perturbed state returns to the forced orbit, where they say unstable it leaves it.
+#[test]
+fn stability_of_forced_orbits_is_what_perturbed_states_do() {
+    let mut body = forced(0.02);
+    for h in &mut body.nbm.loads.harmonics {
+        h.omega = 1.4;
+    }
     let z = body.linear_response();
-    let v = find(&mut body, Closure::Forced, &z, 1.2, &Effort::default()).unwrap();
-    let orbit = v.orbit().expect(&v.to_string()).clone();
-    println!("{} {:?}", orbit.residual, orbit.stability.as_ref().map(|s| s.largest));
-    let (chain, times) = chain_of(&body, &orbit).unwrap();
-    let mut family = Segments::new(&mut body, Closure::Forced, chain);
-    let x = family.unknowns(&orbit.z, &times, 1.2);
-    family.watch = std::env::var("WATCH").is_ok();
-    let place = Place::start(&mut family, x, 1.0, 0.005).unwrap().unwrap();
-    let options = Options { range: (1.2, 2.1), step: (0.01, 1e-7, 0.05), points, locate: false, natural: false };
-    let mut clock = std::time::Instant::now();
-    let mut peak = (0.0, 0.0);
-    let stop = follow(&mut family, place, &options, |family, p| {
-        let z = family.parts(&p.x).0;
-        let e = 0.5 * z.iter().map(|z| z * z).sum::<f64>();
-        if e > peak.1 { peak = (p.x[p.x.len()-1], e); }
-        println!("{:.7} E {e:.6} step {:.1e} it {} events {} {:?} {:?} {:?}", p.x[p.x.len() - 1], p.place.step, p.iterations, family.chain.events(), p.special, p.place.signature, clock.elapsed());
-        clock = std::time::Instant::now();
+    let verdict = find(&mut body, Closure::Forced, &z, 1.4, &Effort::default()).unwrap();
+    let orbit = verdict.orbit().unwrap().clone();
+    let options = Options {
+        range: (1.4, 1.8),
+        step: (0.01, 1e-9, 0.05),
+        points: 110,
+        locate: false,
+        natural: false,
+    };
+    let mut points = vec![];
+    arclength(&mut body, Closure::Forced, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
+        points.push(p);
         Go::Continue(())
-    });
-    println!("{stop:?} peak {peak:?}");
+    })
+    .unwrap();
+    let (mut stable, mut unstable) = (0, 0);
+    for p in
+        points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border")).step_by(22)
+    {
+        let Some(orbit) = &p.orbit else { continue };
+        for h in &mut body.nbm.loads.harmonics {
+            h.omega = p.omega;
+        }
+        let x = &p.place.as_ref().unwrap().x;
+        let z = &x[..2 * body.n()];
+        let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
+        let mut y: Vec<f64> =
+            z.iter().zip(random(z.len(), 9)).map(|(z, r)| z + 1e-5 * size * r).collect();
+        let distance =
+            |y: &[f64]| y.iter().zip(z).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / size;
+        let first = distance(&y);
+        let mut furthest = 0.0f64;
+        for _ in 0..200 {
+            let end = read(&body, &body.state(&y), TAU / p.omega).unwrap();
+            y = body.frame(&end.report.last);
+            furthest = furthest.max(distance(&y));
+        }
+        let trivial = orbit.trivial;
+        let largest =
+            orbit.multipliers[trivial..].iter().map(|m| m[0].hypot(m[1])).fold(0.0, f64::max);
+        let last = distance(&y);
+        println!(
+            "{:.5}: largest {largest:.4}, distance {first:.1e} to {last:.1e}, at most {furthest:.1e}",
+            p.omega
+        );
+        if orbit.stable == Some(true) {
+            stable += 1;
+            assert!(last < 0.1 * first || largest > 0.99, "{}: {last:e}", p.omega);
+        } else {
+            unstable += 1;
+            assert!(furthest > 10.0 * first || largest < 1.01, "{}: {furthest:e}", p.omega);
+        }
+    }
+    println!("{stable} stable, {unstable} unstable");
+    assert!(stable >= 3);
 }
 
+/// A single oscillator: two switches a period, energy in closed form.
 #[test]
-fn explore_all() {
+fn energy_of_the_oscillator_at_a_period() {
+    let scene = shipped("oscillator.toml");
+    let mut body = Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap();
+    let (g, a) = (0.5f64, 1.7f64);
+    let (wf, wc) = (0.75f64.sqrt(), 3f64.sqrt());
+    let t1 = (-g / a).acos() / wf;
+    let v = wf * (a * a - g * g).sqrt();
+    let period = 2.0 * (t1 + (v / wc).atan2(g / 2.0) / wc);
+    let verdict =
+        find(&mut body, Closure::Reversible, &[-1.5], TAU / period, &Effort::default()).unwrap();
+    let orbit = verdict.orbit().unwrap();
+    assert!((orbit.energy / (0.5 * a * a) - 1.0).abs() < 1e-12, "{}", orbit.energy);
+    assert_eq!(orbit.switches.len(), 2);
+}
+
+/// A guess that leads nowhere is said to do so; a body without contact nodes in reach gives no orbit.
+#[test]
+fn failures_are_verdicts() {
     let mut body = half_plate();
-    let starts = signorini::orbit::branch::starts(&body, 4.0, 16);
-    for omega in [1.8, 1.87, 1.9, 2.0] {
-        let t = std::time::Instant::now();
-        let all = signorini::orbit::branch::all(&mut body, Closure::Reversible, &starts, omega, &Effort::default(), |_| ()).unwrap();
-        println!("{omega} {} starts {:?}", starts.len(), t.elapsed());
-        for o in all { println!("   E {:.6} sw {} res {:.1e} graz {:.1e}", o.energy, o.switches.len(), o.residual, o.grazing); }
-    }
-}
-
-#[test]
-fn explore_border() {
-    use signorini::orbit::branch::place_of;
-    let f = signorini::store::StoredFamily::read(std::path::Path::new("out/rr.h5")).unwrap();
-    let text = std::fs::read_to_string("scenarios/half-plate-response.toml").unwrap();
-    for p in &f.points {
-        if !p.special.starts_with("failed") { continue; }
-        let ratio = [0.005, 0.01, 0.02, 0.05][p.branch];
-        let mut body = Propagator::new(problem(&text.replace("ratio = 0.02", &format!("ratio = {ratio}"))).nbm).unwrap();
-        let place = place_of(p.place.as_ref().unwrap());
-        let n = 2 * body.n();
-        for h in &mut body.nbm.loads.harmonics { h.omega = p.omega; }
-        let period = std::f64::consts::TAU / p.omega;
-        let z = &place.x[..n];
-        println!("{} {} {:?} {:?}", p.omega, p.special, place.chart.nodes, &place.x[n..]);
-        let r = signorini::orbit::reading::read(&body, &body.state(z), period).unwrap();
-        println!("  {:?} {:?} {:?}", r.chain.nodes, r.times, r.chain.sets);
-        println!("  {:?}", r.report.grazings);
-        for s in &r.report.switches { println!("     {} {} {:?} rate {:.1e}", s.t, s.node, s.kind, s.monitor_rate); }
-    }
+    let guess = mode_guess(&body, 1, -0.5).unwrap();
+    let verdict = find(&mut body, Closure::Reversible, &guess, 1.8, &Effort::default()).unwrap();
+    assert!(matches!(verdict, Verdict::NoContact { .. } | Verdict::NotFound { .. }), "{verdict}");
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [3]\nyoung = 1.0\ndensity = 1.0\n\
+                [[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 1.0\n";
+    let mut bar = Propagator::new(problem(text).nbm).unwrap();
+    let guess = mode_guess(&bar, 1, -8.0).unwrap();
+    let verdict = find(&mut bar, Closure::Reversible, &guess, 0.2, &Effort::default()).unwrap();
+    assert!(verdict.orbit().is_none() || verdict.orbit().unwrap().flaws().is_empty());
 }

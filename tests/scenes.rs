@@ -9,9 +9,11 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 6] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 8] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 13485),
     ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 92320),
+    ("half-plate-orbit", 8, 1.7132407257, 1.9918026789, 0.2211842615, 0),
+    ("half-plate-response", 40, 19.7903931430, 34.8704911655, 0.2314748540, 9860),
     ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 1993),
     ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4412),
     ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 43128),

@@ -74,10 +74,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let sequential = arguments.follow == Follow::Sequential;
     let names: Vec<String> = match arguments.follow {
         Follow::Sequential => vec!["shooting, sequential".into()],
-        _ => vec!["shooting, to higher frequencies".into(), "shooting, to lower frequencies".into()],
+        _ => {
+            vec!["shooting, to higher frequencies".into(), "shooting, to lower frequencies".into()]
+        }
     };
     let kind = format!("shooting {:?}", arguments.follow).to_lowercase();
-    let mut sink = family::open(&path, &scene, &problem.nbm, arguments.output.force, arguments.resume, &kind, &names)?;
+    let mut sink = family::open(
+        &path,
+        &scene,
+        &problem.nbm,
+        arguments.output.force,
+        arguments.resume,
+        &kind,
+        &names,
+    )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
     let jobs: Vec<Job> = if sequential {
@@ -88,7 +98,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let omega = family::omega(&scene, arguments.omega, None)?;
         let (scene, known) = (&scene, &known);
         let job = |direction: f64, index: usize| -> Job {
-            Box::new(move |take| arclength(arguments, scene, range, omega, (direction, index), known.as_ref(), take))
+            Box::new(move |take| {
+                arclength(arguments, scene, range, omega, (direction, index), known.as_ref(), take)
+            })
         };
         vec![job(1.0, 0), job(-1.0, 1)]
     };
@@ -123,9 +135,16 @@ pub fn summary(
     let specials: Vec<&PointRecord> = stored
         .points
         .iter()
-        .filter(|p| !["regular", "start", "end of range"].contains(&p.special.as_str()) && !p.special.starts_with("gap"))
+        .filter(|p| {
+            !["regular", "start", "end of range"].contains(&p.special.as_str())
+                && !p.special.starts_with("gap")
+        })
         .collect();
-    let stable = stored.points.iter().filter(|p| p.orbit.as_ref().is_some_and(|o| o.stable == Some(true))).count();
+    let stable = stored
+        .points
+        .iter()
+        .filter(|p| p.orbit.as_ref().is_some_and(|o| o.stable == Some(true)))
+        .count();
     global.print(
         || {
             let points: Vec<_> = stored
@@ -200,7 +219,11 @@ fn sequence(
         go
     })
     .map_err(numerics)?;
-    let text = if interrupted { "interrupted".into() } else { format!("{} frequencies from {low} to {high}", grid.len()) };
+    let text = if interrupted {
+        "interrupted".into()
+    } else {
+        format!("{} frequencies from {low} to {high}", grid.len())
+    };
     Ok(Ended { branch: 0, text, complete: !interrupted })
 }
 
@@ -217,7 +240,8 @@ fn arclength(
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    let earlier: Vec<&PointRecord> = stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
+    let earlier: Vec<&PointRecord> =
+        stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
     let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
     if earlier.iter().any(|p| p.special == "end of range") {
         return ended("end of the range (earlier run)".into(), true);
@@ -227,7 +251,8 @@ fn arclength(
         None => {
             let mut orbit = None;
             for guess in family::guesses(scene, &initial, &body, closure) {
-                let verdict = find(&mut body, closure, &guess, omega, &Effort::default()).map_err(numerics)?;
+                let verdict = find(&mut body, closure, &guess, omega, &Effort::default())
+                    .map_err(numerics)?;
                 if let Some(o) = verdict.orbit() {
                     orbit = Some(o.clone());
                     break;

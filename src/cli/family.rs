@@ -33,7 +33,9 @@ pub struct Output {
 impl Output {
     /// The path, by default `SCENE-COMMAND.h5`.
     pub fn path(&self, scene: &Scene, command: &str) -> PathBuf {
-        self.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}-{command}.h5", scene.stem())))
+        self.output
+            .clone()
+            .unwrap_or_else(|| PathBuf::from(format!("{}-{command}.h5", scene.stem())))
     }
 }
 
@@ -44,12 +46,20 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, CliError> {
         Err(scene.error(Issue::new(key, message, help)).into())
     };
     if nbm.n_contact() == 0 {
-        return fail("contact", "is missing: orbits are those of a body in contact", "add [contact]");
+        return fail(
+            "contact",
+            "is missing: orbits are those of a body in contact",
+            "add [contact]",
+        );
     }
     let mut frequencies = nbm.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {
-            return fail("load", "harmonic loads of different frequencies have no common period", "give all loads one omega");
+            return fail(
+                "load",
+                "harmonic loads of different frequencies have no common period",
+                "give all loads one omega",
+            );
         }
         return Ok(Closure::Forced);
     }
@@ -90,7 +100,9 @@ pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliErro
         Some(list) => {
             let text: Vec<String> = list.iter().map(f64::to_string).collect();
             let text = text.join(",");
-            return Err(CliError::Input(format!("--range {text}: give two frequencies, the lower one first: --range 1.6,2.0")));
+            return Err(CliError::Input(format!(
+                "--range {text}: give two frequencies, the lower one first: --range 1.6,2.0"
+            )));
         }
         None => {}
     }
@@ -102,9 +114,15 @@ pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliErro
 }
 
 /// Guesses at an orbit: the scene's initial state, or the first mode of the open body beyond grazing.
-pub fn guesses(scene: &Scene, problem_initial: &signorini::problem::State, body: &Propagator, closure: Closure) -> Vec<Vec<f64>> {
+pub fn guesses(
+    scene: &Scene,
+    problem_initial: &signorini::problem::State,
+    body: &Propagator,
+    closure: Closure,
+) -> Vec<Vec<f64>> {
     let s = &scene.initial;
-    let given = s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some();
+    let given =
+        s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some();
     let unknowns = closure.unknowns(body.n());
     let mut list = vec![];
     if given {
@@ -132,7 +150,8 @@ pub fn propagator(nbm: Nbm) -> Result<Propagator, CliError> {
 /// A bar for long work, with what it is about.
 pub fn bar(global: &Global, scene: &Scene, length: u64) -> Option<ProgressBar> {
     let style = "{prefix} [{bar:30}] {percent:>3} %  {elapsed} elapsed, {eta} left  {msg}";
-    let style = ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style =
+        ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar());
     (!global.quiet).then(|| {
         let bar = ProgressBar::new(length).with_style(style.progress_chars("=> "));
         bar.enable_steady_tick(Duration::from_millis(200));
@@ -151,7 +170,8 @@ pub struct Ended {
 }
 
 /// A branch to compute: it hands its points on.
-pub type Job<'a> = Box<dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Ended, CliError> + Send + Sync + 'a>;
+pub type Job<'a> =
+    Box<dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Ended, CliError> + Send + Sync + 'a>;
 
 /// The file of a family, new or gone on with.
 pub struct Sink {
@@ -242,7 +262,8 @@ pub fn run_jobs(
             }
             count += 1;
             if let Some(bar) = bar {
-                progress[point.branch] = progress[point.branch].max((point.omega - low) / (high - low));
+                progress[point.branch] =
+                    progress[point.branch].max((point.omega - low) / (high - low));
                 let mean = progress.iter().sum::<f64>() / progress.len() as f64;
                 bar.set_position((mean * bar.length().unwrap_or(1) as f64) as u64);
                 bar.set_message(format!("{count} points, omega = {:.4}", point.omega));
@@ -256,7 +277,9 @@ pub fn run_jobs(
         return Err(e.into());
     }
     if ended.len() != jobs.len() {
-        return Err(CliError::Other("a branch ended abnormally; what it found is in the file".into()));
+        return Err(CliError::Other(
+            "a branch ended abnormally; what it found is in the file".into(),
+        ));
     }
     let ended: Result<Vec<Ended>, CliError> = ended.into_iter().collect();
     Ok((ended?, writer))

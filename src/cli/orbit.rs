@@ -99,12 +99,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let verdict = match verdict {
         Some(found) => found,
         // the search for the cause, from the first guess
-        None => find(&mut body, closure, &guesses[0], omega, &Effort::default()).map_err(numerics)?,
+        None => {
+            find(&mut body, closure, &guesses[0], omega, &Effort::default()).map_err(numerics)?
+        }
     };
     let Verdict::Orbit(orbit) = &verdict else {
         global.print(|| failure_json(&verdict, omega), String::new);
         let advice = "try another frequency, another [initial] guess, or --all";
-        return Err(CliError::Reported(format!("no orbit at omega = {omega}: {verdict}\n  {advice}")));
+        return Err(CliError::Reported(format!(
+            "no orbit at omega = {omega}: {verdict}\n  {advice}"
+        )));
     };
     write(&path, arguments.output.force, &scene, &body, orbit)?;
     let wall = start.elapsed().as_secs_f64();
@@ -118,7 +122,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         || {
             let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
             let plot = format!("signorini plot {}", path.display());
-            format!("{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n", orbit_text(orbit), "time", "written to", path.display())
+            format!(
+                "{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
+                orbit_text(orbit),
+                "time",
+                "written to",
+                path.display()
+            )
         },
     );
     Ok(())
@@ -164,7 +174,10 @@ fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
 
 fn stability_text(o: &Orbit) -> String {
     let Some(s) = &o.stability else {
-        return format!("not computed above {} displacements", signorini::orbit::credentials::MULTIPLIER_LIMIT);
+        return format!(
+            "not computed above {} displacements",
+            signorini::orbit::credentials::MULTIPLIER_LIMIT
+        );
     };
     let size = significant(s.largest, 8);
     let trivial = if s.trivial > 0 { ", the two at +1 of the family apart" } else { "" };
@@ -172,7 +185,9 @@ fn stability_text(o: &Orbit) -> String {
         None => format!("stable: all multipliers within the unit circle (largest {size}{trivial})"),
         Some(by) => {
             let [above, below, complex] = s.outside;
-            format!("unstable, largest multiplier {size}{trivial}: {by}; outside: {above} above +1, {below} below -1, {complex} complex")
+            format!(
+                "unstable, largest multiplier {size}{trivial}: {by}; outside: {above} above +1, {below} below -1, {complex} complex"
+            )
         }
     }
 }
@@ -182,21 +197,61 @@ fn orbit_text(o: &Orbit) -> String {
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<14}{text}");
     };
-    line("orbit", format!("omega = {}, period {}", significant(o.omega(), 10), significant(o.period, 10)));
-    line("energy", format!("{} at most; largest contact displacement {}", significant(o.energy, 10), significant(o.amplitude, 7)));
-    line("residual", format!("{:.1e} after a period of the event-driven integrator, {} Newton steps", o.residual, o.iterations));
+    line(
+        "orbit",
+        format!("omega = {}, period {}", significant(o.omega(), 10), significant(o.period, 10)),
+    );
+    line(
+        "energy",
+        format!(
+            "{} at most; largest contact displacement {}",
+            significant(o.energy, 10),
+            significant(o.amplitude, 7)
+        ),
+    );
+    line(
+        "residual",
+        format!(
+            "{:.1e} after a period of the event-driven integrator, {} Newton steps",
+            o.residual, o.iterations
+        ),
+    );
     line(
         "contact",
-        format!("{} switches; touches during {} of the period; {:.1e} from grazing", o.switches.len(), significant(o.contact_time / o.period, 4), o.grazing),
+        format!(
+            "{} switches; touches during {} of the period; {:.1e} from grazing",
+            o.switches.len(),
+            significant(o.contact_time / o.period, 4),
+            o.grazing
+        ),
     );
-    line("admissible", format!("penetration {:.1e}, tension {:.1e}, every switch proved", o.penetration, o.tension));
-    line("balance", format!("{:.1e} of the energy is not accounted for; the jumps add up to {:.1e}", o.balance, o.jumps.abs()));
+    line(
+        "admissible",
+        format!(
+            "penetration {:.1e}, tension {:.1e}, every switch proved",
+            o.penetration, o.tension
+        ),
+    );
+    line(
+        "balance",
+        format!(
+            "{:.1e} of the energy is not accounted for; the jumps add up to {:.1e}",
+            o.balance,
+            o.jumps.abs()
+        ),
+    );
     line("stability", stability_text(o));
     out
 }
 
 /// The orbit file: a run over one period, and `/orbit`.
-fn write(path: &std::path::Path, force: bool, scene: &Scene, body: &Propagator, orbit: &Orbit) -> Result<(), CliError> {
+fn write(
+    path: &std::path::Path,
+    force: bool,
+    scene: &Scene,
+    body: &Propagator,
+    orbit: &Orbit,
+) -> Result<(), CliError> {
     let command: Vec<String> = std::env::args().collect();
     let options = WriterOptions { force, command: command.join(" ") };
     let mut writer = Writer::create(path, scene, &body.nbm, &options)?;
@@ -266,17 +321,27 @@ fn all(
 }
 
 /// The pair of stored states, at least a tenth of the time apart, that are nearest to each other: period and first state.
-fn near_return(path: &std::path::Path, scene: &Scene, nbm: &signorini::contact::Nbm) -> Result<(f64, State), CliError> {
+fn near_return(
+    path: &std::path::Path,
+    scene: &Scene,
+    nbm: &signorini::contact::Nbm,
+) -> Result<(f64, State), CliError> {
     let stored = store::Stored::read(path)?;
     let n = nbm.n();
     if stored.u.ncols() != n || stored.nodes.nrows() != nbm.body.mesh.n_nodes() {
-        return Err(CliError::Input(format!("{} was not made with the mesh of {}", path.display(), scene.stem())));
+        return Err(CliError::Input(format!(
+            "{} was not made with the mesh of {}",
+            path.display(),
+            scene.stem()
+        )));
     }
     let rows = stored.t.len();
     let unit = nbm.body.frequency_unit();
     let distance = |a: usize, b: usize| -> f64 {
-        let du: f64 = stored.u.row(a).iter().zip(stored.u.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
-        let dv: f64 = stored.v.row(a).iter().zip(stored.v.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
+        let du: f64 =
+            stored.u.row(a).iter().zip(stored.u.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
+        let dv: f64 =
+            stored.v.row(a).iter().zip(stored.v.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
         du + dv / (unit * unit)
     };
     let last = stored.t.last().copied().unwrap_or(0.0);
@@ -292,7 +357,8 @@ fn near_return(path: &std::path::Path, scene: &Scene, nbm: &signorini::contact::
             }
         }
     }
-    let (_, a, b) = best.ok_or_else(|| CliError::Input(format!("{} holds too few states", path.display())))?;
+    let (_, a, b) =
+        best.ok_or_else(|| CliError::Input(format!("{} holds too few states", path.display())))?;
     let n_o = nbm.n_o();
     let state = |x: &ndarray::Array2<f64>| x.row(a).iter().take(n_o).copied().collect();
     Ok((stored.t[b] - stored.t[a], State { u: state(&stored.u), v: state(&stored.v) }))

@@ -6,9 +6,9 @@ use std::time::Instant;
 use clap::Args;
 
 use signorini::continuation::{Go, Options, Stop};
+use signorini::orbit::Closure;
 use signorini::orbit::branch::{self, Start, place_of};
 use signorini::orbit::search::{Effort, find};
-use signorini::orbit::Closure;
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{PointRecord, StoredFamily};
 
@@ -60,11 +60,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let problem = load::of_scene(&scenes[0].1)?;
     if family::closure(&scene, &problem)? != Closure::Forced {
         let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
-        return Err(scene.error(Issue::new("load", "a forced response needs a harmonic load", help)).into());
+        return Err(scene
+            .error(Issue::new("load", "a forced response needs a harmonic load", help))
+            .into());
     }
     let names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
-    let mut sink =
-        family::open(&path, &scene, &problem.nbm, arguments.output.force, arguments.resume, "response", &names)?;
+    let mut sink = family::open(
+        &path,
+        &scene,
+        &problem.nbm,
+        arguments.output.force,
+        arguments.resume,
+        "response",
+        &names,
+    )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
     let known = &known;
@@ -89,7 +98,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         None => Ok(()),
         Some(e) => Err(CliError::Reported(format!(
             "{}: {}; everything up to there is in {}",
-            stored.branches[e.branch], e.text, path.display()
+            stored.branches[e.branch],
+            e.text,
+            path.display()
         ))),
     }
 }
@@ -101,7 +112,9 @@ pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, 
         return Ok(vec![("forced response".into(), scene.clone())]);
     };
     if let Some(bad) = list.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
-        return Err(CliError::Input(format!("--ratios: {bad} is not a damping ratio; give positive numbers")));
+        return Err(CliError::Input(format!(
+            "--ratios: {bad} is not a damping ratio; give positive numbers"
+        )));
     }
     let with = |&ratio: &f64| {
         let mut scene = scene.clone();
@@ -109,7 +122,11 @@ pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, 
             Some(d) if d.ratio.is_some() => d.ratio = Some(ratio),
             _ => {
                 let help = "[damping] with ratio = 0.02 and mode = 1";
-                let issue = Issue::new("damping", "several ratios stand in place of one, and there is none", help);
+                let issue = Issue::new(
+                    "damping",
+                    "several ratios stand in place of one, and there is none",
+                    help,
+                );
                 return Err(CliError::from(scene.error(issue)));
             }
         }
@@ -129,7 +146,8 @@ fn one(
     let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
     let problem = load::of_scene(scene)?;
     let mut body = family::propagator(problem.nbm)?;
-    let earlier: Vec<&PointRecord> = stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
+    let earlier: Vec<&PointRecord> =
+        stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
     let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
     if earlier.iter().any(|p| p.special == "end of range") {
         return ended("end of the range (earlier run)".into(), true);
@@ -141,7 +159,8 @@ fn one(
                 h.omega = range.0;
             }
             let guess = body.linear_response();
-            let verdict = find(&mut body, Closure::Forced, &guess, range.0, &Effort::default()).map_err(numerics)?;
+            let verdict = find(&mut body, Closure::Forced, &guess, range.0, &Effort::default())
+                .map_err(numerics)?;
             match verdict.orbit() {
                 Some(orbit) => Start::Orbit(Box::new(orbit.clone()), 1.0),
                 None => return ended(format!("no orbit at omega = {}: {verdict}", range.0), false),

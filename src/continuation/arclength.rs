@@ -1,7 +1,7 @@
 //! Pseudo-arclength continuation over charts.
 
-use super::newton::{correct, tangent};
 use super::Family;
+use super::newton::{correct, tangent};
 
 /// How a branch is followed.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,7 +157,12 @@ impl<C: Clone> Place<C> {
 }
 
 impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
-    fn hand_out(&mut self, x: Vec<f64>, special: Option<Special>, iterations: usize) -> Option<Stop> {
+    fn hand_out(
+        &mut self,
+        x: Vec<f64>,
+        special: Option<Special>,
+        iterations: usize,
+    ) -> Option<Stop> {
         self.count += 1;
         let point = Point { special, iterations, place: self.place.clone(), x };
         match (self.take)(self.family, point) {
@@ -185,7 +190,9 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         } else {
             c
         };
-        let Some((tangent, orientation)) = tangent(self.family, &found.x, &along)? else { return Ok(None) };
+        let Some((tangent, orientation)) = tangent(self.family, &found.x, &along)? else {
+            return Ok(None);
+        };
         Ok(Some(Step { x: found.x, tangent, orientation, iterations: found.iterations }))
     }
 
@@ -266,8 +273,14 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
 
     fn turned_too_far(&self, step: &Step) -> bool {
         let weights = self.family.weights(&step.x);
-        let cosine: f64 =
-            self.place.tangent.iter().zip(&step.tangent).zip(&weights).map(|((a, b), w)| w * a * b).sum();
+        let cosine: f64 = self
+            .place
+            .tangent
+            .iter()
+            .zip(&step.tangent)
+            .zip(&weights)
+            .map(|((a, b), w)| w * a * b)
+            .sum();
         cosine < 0.85
     }
 
@@ -314,7 +327,12 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
     }
 
     /// Special points inside a step.
-    fn between(&mut self, s: f64, step: &Step, signature: &[i64]) -> Result<Option<Stop>, F::Error> {
+    fn between(
+        &mut self,
+        s: f64,
+        step: &Step,
+        signature: &[i64],
+    ) -> Result<Option<Stop>, F::Error> {
         let lambda_rate = |step: &Step| Self::lambda(&step.tangent);
         let (before, after) = (Self::lambda(&self.place.tangent), lambda_rate(step));
         let mut found = vec![];
@@ -400,7 +418,9 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         let Some((_, at, border)) = first else { return Ok(None) };
         let (lambda, name) = (Self::lambda(&at.x), border.to_string());
         let dead = Stop::DeadEnd { lambda, border: name.clone() };
-        let Some((chart, x)) = self.family.beyond(&at.x, &border) else { return Ok(Some(Some(dead))) };
+        let Some((chart, x)) = self.family.beyond(&at.x, &border) else {
+            return Ok(Some(Some(dead)));
+        };
         let old_chart = self.family.chart();
         self.family.set_chart(&chart);
         let Some(place) = self.departure(chart, x, &at)? else {

@@ -84,7 +84,8 @@ pub fn tangent<F: Family>(
     let length = t.iter().zip(&weights).map(|(t, w)| w * t * t).sum::<f64>().sqrt();
     t.iter_mut().for_each(|t| *t /= length);
     let n = jacobian.nrows();
-    let a = Mat::from_fn(n + 1, n + 1, |i, j| if i < n { jacobian[(i, j)] } else { weights[j] * t[j] });
+    let a =
+        Mat::from_fn(n + 1, n + 1, |i, j| if i < n { jacobian[(i, j)] } else { weights[j] * t[j] });
     Ok(Some((t, determinant_sign(&a))))
 }
 

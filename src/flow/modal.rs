@@ -212,15 +212,20 @@ impl<'a> Modal<'a> {
         gain
     }
 
-    /// Set the end of the window; the state there is computed when it is asked for.
+    /// Set the end of the window; state, work and dissipation there are computed when they are asked for.
     fn set_end(&mut self, t: f64) {
         self.t1 = t;
         self.end_known = false;
-        let Some(phase) = self.phase.clone() else { return };
-        let gain = self.gain(&phase, t);
+    }
+
+    /// Compute what [`Self::set_end`] put off.
+    fn complete_end(&mut self) {
+        let Some(phase) = self.phase.clone().filter(|_| !self.end_known) else { return };
         let mut end = std::mem::take(&mut self.end);
-        self.write_integrals(gain, &mut end);
+        self.write_state(&phase, self.t1, &mut end);
+        self.write_integrals(self.gain(&phase, self.t1), &mut end);
         self.end = end;
+        self.end_known = true;
     }
 
     fn write_integrals(&self, gain: [f64; 2], y: &mut [f64]) {
@@ -258,6 +263,9 @@ impl Flow for Modal<'_> {
             return Err(failure);
         }
         let Some(modal) = self.phase.clone() else { return Err(FlowError::NoModes { t: self.t1 }) };
+        if self.layout.work.is_some() || self.layout.dissipated.is_some() {
+            self.complete_end();
+        }
         self.t0 = self.t1;
         let value = |i: Option<usize>| i.map_or(0.0, |i| self.end[i]);
         self.integrals = [value(self.layout.work), value(self.layout.dissipated)];
@@ -287,12 +295,7 @@ impl Flow for Modal<'_> {
     }
 
     fn end_state(&mut self) -> &[f64] {
-        if let (false, Some(phase)) = (self.end_known, self.phase.clone()) {
-            let mut end = std::mem::take(&mut self.end);
-            self.write_state(&phase, self.t1, &mut end);
-            self.end = end;
-            self.end_known = true;
-        }
+        self.complete_end();
         &self.end
     }
 

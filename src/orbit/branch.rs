@@ -123,7 +123,9 @@ pub fn arclength(
             let mut family = Segments::new(body, closure, chain);
             family.watch = watch;
             let x = family.unknowns(&orbit.z, &times, orbit.omega());
-            let Some(place) = Place::start(&mut family, x, direction, options.step.0)? else { return Ok(None) };
+            let Some(place) = Place::start(&mut family, x, direction, options.step.0)? else {
+                return Ok(None);
+            };
             let point = point(&mut family, &place.x, Some(&Special::Start), Some(&place))?;
             if take(point).is_break() {
                 return Ok(Some(Stop::Interrupted));
@@ -164,7 +166,13 @@ fn point(
     } else {
         (None, format!("failed: {}", flaws.join("; ")))
     };
-    Ok(PointRecord { omega: x[x.len() - 1], branch: 0, special, orbit, place: place.map(place_record) })
+    Ok(PointRecord {
+        omega: x[x.len() - 1],
+        branch: 0,
+        special,
+        orbit,
+        place: place.map(place_record),
+    })
 }
 
 /// How a sequential continuation tries.
@@ -207,11 +215,18 @@ pub fn sequential(
                     "regular"
                 };
                 known.push((omega, orbit.z.clone()));
-                let place = PlaceRecord { x: orbit.z.iter().copied().chain([omega]).collect(), ..PlaceRecord::default() };
+                let place = PlaceRecord {
+                    x: orbit.z.iter().copied().chain([omega]).collect(),
+                    ..PlaceRecord::default()
+                };
                 let orbit = Some(record(body, orbit)?);
                 PointRecord { omega, branch: 0, special: special.into(), orbit, place: Some(place) }
             }
-            None => PointRecord { omega, special: format!("gap: {}", verdict.word()), ..PointRecord::default() },
+            None => PointRecord {
+                omega,
+                special: format!("gap: {}", verdict.word()),
+                ..PointRecord::default()
+            },
         };
         if take(point, &verdict).is_break() {
             return Ok(());
@@ -308,7 +323,16 @@ pub fn all(
         tick(k + 1);
     }
     found.sort_by(|a, b| a.energy.total_cmp(&b.energy));
-    let examine = |o: &Orbit| super::credentials::examine(body, closure, &o.z, TAU / omega, o.iterations, effort.multipliers);
+    let examine = |o: &Orbit| {
+        super::credentials::examine(
+            body,
+            closure,
+            &o.z,
+            TAU / omega,
+            o.iterations,
+            effort.multipliers,
+        )
+    };
     found.iter().map(examine).collect()
 }
 

@@ -52,6 +52,9 @@ impl Chain {
     }
 }
 
+/// From the modes of one active set to those of another.
+type Transforms = HashMap<(ActiveSet, ActiveSet), Rc<Mat<f64>>>;
+
 /// A body with the modes of its phases, ready to carry states and tangents through chains.
 #[derive(Debug)]
 pub struct Propagator {
@@ -64,7 +67,7 @@ pub struct Propagator {
     /// `Ω`: its frequencies (those of rigid motions replaced by the body's unit of frequency).
     pub scale: Vec<f64>,
     open_set: ActiveSet,
-    transforms: RefCell<HashMap<(ActiveSet, ActiveSet), Rc<Mat<f64>>>>,
+    transforms: RefCell<Transforms>,
 }
 
 /// `A B` with one thread for small matrices.
@@ -269,8 +272,9 @@ impl Propagator {
                 }
             } else {
                 // the saltation matrix: δt = −∇h δu / ḣ
-                let delays: Vec<f64> =
-                    (0..k).map(|c| -dot(&link.row(chain.nodes[j]), b.col_as_slice(c)) / e.rate).collect();
+                let delays: Vec<f64> = (0..k)
+                    .map(|c| -dot(&link.row(chain.nodes[j]), b.col_as_slice(c)) / e.rate)
+                    .collect();
                 let next = &chain.sets[j + 1];
                 if let Some(t) = self.transform(place, next)? {
                     b = product(t.as_ref().as_ref(), b.as_ref());
@@ -478,7 +482,8 @@ pub struct Event {
 impl Event {
     fn row(&self, equations: &mut Mat<f64>, j: usize, b: &Mat<f64>, k: usize) {
         for c in 0..k {
-            let of_v = if self.by_v.is_empty() { 0.0 } else { dot(&self.by_v, b.col_as_slice(k + c)) };
+            let of_v =
+                if self.by_v.is_empty() { 0.0 } else { dot(&self.by_v, b.col_as_slice(k + c)) };
             equations[(j, c)] = dot(&self.by_u, b.col_as_slice(c)) + of_v;
         }
     }

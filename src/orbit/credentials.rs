@@ -14,7 +14,7 @@ use crate::event::{Grazing, Observer, Sample, Switch};
 use crate::problem::State;
 
 /// Stored states of a check.
-const SAMPLES: usize = 400;
+const SAMPLES: usize = 200;
 /// Above this size multipliers are not computed.
 pub const MULTIPLIER_LIMIT: usize = 700;
 

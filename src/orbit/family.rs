@@ -129,9 +129,11 @@ impl<'a> Segments<'a> {
         let sets = &self.chain.sets;
         let active = sets[phase].is_active(contact);
         let near = near * walk.links[walk.links.len() - 1].span.1;
-        let at = |phase: usize, t: f64| Touch { phase, t, h: walk.links[phase].monitor(contact, t).0 };
+        let at =
+            |phase: usize, t: f64| Touch { phase, t, h: walk.links[phase].monitor(contact, t).0 };
         let rate = |phase: usize, t: f64| walk.links[phase].monitor(contact, t).1;
-        let goes_on = |phase: usize| sets.get(phase).is_some_and(|s| s.is_active(contact) == active);
+        let goes_on =
+            |phase: usize| sets.get(phase).is_some_and(|s| s.is_active(contact) == active);
         // downhill from `near`, in growing steps, until the rate changes its sign or the contact state ends
         let mut phase = phase;
         let (mut a, mut b) = walk.links[phase].span;
@@ -286,7 +288,10 @@ impl Family for Segments<'_> {
         };
         if reading.chain.sets[0] == self.chain.sets[0] {
             let agree = (0..times.len()).take_while(|&k| same_time(k)).count();
-            if agree == times.len() && agree == reading.times.len() && reading.chain.sets == self.chain.sets {
+            if agree == times.len()
+                && agree == reading.times.len()
+                && reading.chain.sets == self.chain.sets
+            {
                 return Ok(vec![]);
             }
             // the first switch that the chart does not know, and its partner
@@ -304,7 +309,8 @@ impl Family for Segments<'_> {
             let near = middle / end;
             return Ok(vec![Border::Touch { phase: agree.min(times.len()), contact, near, what }]);
         }
-        let differs = |i: &usize| reading.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
+        let differs =
+            |i: &usize| reading.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
         let contact = (0..self.body.nbm.n_contact()).find(differs).unwrap_or(0);
         let what = format!("node {} touches at the start", self.node_name(contact));
         Ok(vec![Border::Touch { phase: 0, contact, near: 0.0, what }])

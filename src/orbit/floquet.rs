@@ -87,13 +87,16 @@ pub fn stability(
     let mut trivial = vec![];
     if autonomous {
         let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
-        let nearest = (0..values.len()).min_by(|&a, &b| far(&values[a]).total_cmp(&far(&values[b])));
+        let nearest =
+            (0..values.len()).min_by(|&a, &b| far(&values[a]).total_cmp(&far(&values[b])));
         trivial.extend(nearest.map(|k| values.swap_remove(k)));
         trivial.insert(0, (1.0, 0.0));
     }
     let size = |v: &Multiplier| v.0.hypot(v.1);
     // conjugates have one modulus: the order must not depend on rounding
-    values.sort_by(|a, b| (size(b), b.0, b.1).partial_cmp(&(size(a), a.0, a.1)).unwrap_or(std::cmp::Ordering::Equal));
+    values.sort_by(|a, b| {
+        (size(b), b.0, b.1).partial_cmp(&(size(a), a.0, a.1)).unwrap_or(std::cmp::Ordering::Equal)
+    });
     let largest = values.first().map_or(0.0, size);
     let mut outside = [0; 3];
     for v in values.iter().filter(|v| size(v) > 1.0 + OUTSIDE) {

@@ -83,7 +83,9 @@ impl Verdict {
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Verdict::Orbit(o) => write!(f, "orbit of energy {:.8}, residual {:.1e}", o.energy, o.residual),
+            Verdict::Orbit(o) => {
+                write!(f, "orbit of energy {:.8}, residual {:.1e}", o.energy, o.residual)
+            }
             Verdict::NoContact { energy } => {
                 write!(f, "the iteration ended in a motion of energy {energy:.6e} without contact")
             }
@@ -96,7 +98,10 @@ impl std::fmt::Display for Verdict {
                  (energy {energy:.6}, smallest singular value of the Jacobian {singular_value:.1e} of the largest)"
             ),
             Verdict::Grazing { omega, what } => {
-                write!(f, "grazing: the family of the guess ends at omega = {omega:.8}, where {what}")
+                write!(
+                    f,
+                    "grazing: the family of the guess ends at omega = {omega:.8}, where {what}"
+                )
             }
             Verdict::NotFound { reason: Some(reason), .. } => {
                 write!(f, "not found: the period map fails at the guess: {reason}")
@@ -197,7 +202,8 @@ fn rescue(
         let z = family.parts(&found.x).0.to_vec();
         return judge(body, closure, &z, omega, iterations + found.iterations, effort.multipliers);
     }
-    let singular_value = tolerate(least_singular_value(&mut family, &x))?.flatten().unwrap_or(f64::NAN);
+    let singular_value =
+        tolerate(least_singular_value(&mut family, &x))?.flatten().unwrap_or(f64::NAN);
     let not_found = Verdict::NotFound { residual, singular_value, reason: None };
     let Some(near) = tolerate(approach(&mut family, &x))?.flatten() else { return Ok(not_found) };
     if !tolerate(family.overstepped(&near.x))?.is_some_and(|b| b.is_empty()) {
@@ -238,11 +244,7 @@ enum Arrival {
 }
 
 /// Follow a family from a solution to a frequency.
-fn towards(
-    family: &mut Segments,
-    x: Vec<f64>,
-    omega: f64,
-) -> Result<Option<Arrival>, OrbitError> {
+fn towards(family: &mut Segments, x: Vec<f64>, omega: f64) -> Result<Option<Arrival>, OrbitError> {
     let start = x[x.len() - 1];
     let range = if start < omega { (0.0, omega) } else { (omega, f64::INFINITY) };
     let step = (2e-3, 1e-8, 0.02);

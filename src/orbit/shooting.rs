@@ -45,8 +45,12 @@ impl Closure {
     /// Its derivative with respect to `z` from the columns that start as the unit vectors.
     pub fn derivative(self, end: &Mat<f64>, unknowns: usize) -> Mat<f64> {
         match self {
-            Closure::Reversible => Mat::from_fn(unknowns, end.ncols(), |i, j| end[(unknowns + i, j)]),
-            _ => Mat::from_fn(unknowns, end.ncols(), |i, j| end[(i, j)] - f64::from(u8::from(i == j))),
+            Closure::Reversible => {
+                Mat::from_fn(unknowns, end.ncols(), |i, j| end[(unknowns + i, j)])
+            }
+            _ => Mat::from_fn(unknowns, end.ncols(), |i, j| {
+                end[(i, j)] - f64::from(u8::from(i == j))
+            }),
         }
     }
 }
@@ -93,12 +97,7 @@ struct Image {
     size: f64,
 }
 
-fn image(
-    body: &Propagator,
-    closure: Closure,
-    z: &[f64],
-    period: f64,
-) -> Result<Image, OrbitError> {
+fn image(body: &Propagator, closure: Closure, z: &[f64], period: f64) -> Result<Image, OrbitError> {
     let end = closure.end(period);
     let reading = read(body, &body.state(z), end)?;
     let walk = body.walk(&reading.chain, z, &reading.times, end)?;

@@ -320,7 +320,9 @@ impl Scene {
             (Some(a), None) => Ok(Some(a)),
             (None, None) => Err(Issue::new(format!("load[{i}].amplitude"), "is missing", example)),
             (None, Some(_)) if l.kind != LoadKind::Mode => fail("goes with kind = \"mode\" only"),
-            (None, Some(_)) if l.omega.is_none() => fail("is that of a harmonic load: omega is missing"),
+            (None, Some(_)) if l.omega.is_none() => {
+                fail("is that of a harmonic load: omega is missing")
+            }
             (None, Some(_)) if self.damping.is_none() || self.contact.is_none() => {
                 fail("needs [damping] and [contact]: without them no peak and no grazing amplitude")
             }

@@ -104,7 +104,8 @@ fn read_scalar(g: &Location, name: &str) -> Result<f64, StoreError> {
 }
 
 fn matrix<T: Clone>(rows: usize, columns: usize, values: Vec<T>) -> Result<Array2<T>, StoreError> {
-    Ok(Array2::from_shape_vec((rows, columns), values).map_err(|e| hdf5::Error::from(e.to_string()))?)
+    Ok(Array2::from_shape_vec((rows, columns), values)
+        .map_err(|e| hdf5::Error::from(e.to_string()))?)
 }
 
 const NUMBERS: [&str; 9] = [
@@ -142,11 +143,13 @@ fn write_orbit(g: &Group, o: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> 
     let multipliers = matrix(o.multipliers.len(), 2, flat)?;
     g.new_dataset_builder().with_data(&multipliers).create("multipliers")?;
     let s = g.create_group("switches")?;
-    let column = |f: &dyn Fn(&(f64, usize, bool)) -> f64| o.switches.iter().map(f).collect::<Vec<f64>>();
+    let column =
+        |f: &dyn Fn(&(f64, usize, bool)) -> f64| o.switches.iter().map(f).collect::<Vec<f64>>();
     s.new_dataset_builder().with_data(&column(&|s| s.0)).create("t")?;
     let nodes: Vec<i64> = o.switches.iter().map(|s| s.1 as i64).collect();
     s.new_dataset_builder().with_data(&nodes).create("node")?;
-    let kinds: Vec<Word> = o.switches.iter().map(|s| word(if s.2 { "close" } else { "open" })).collect();
+    let kinds: Vec<Word> =
+        o.switches.iter().map(|s| word(if s.2 { "close" } else { "open" })).collect();
     s.new_dataset_builder().with_data(&kinds).create("kind")?;
     s.new_dataset_builder().with_data(&o.jumps).create("energy_jump")?;
     Ok(())
@@ -230,8 +233,10 @@ impl FamilyWriter {
         write_text(&g, "kind", kind)?;
         write_text(&g, "branches", &names.join("\n"))?;
         // every row is flushed on its own: small chunks, no compression
-        let rows: Result<Vec<_>, _> =
-            ROWS.iter().map(|(name, units)| Table::create(&g, name, None, 64, false, units)).collect();
+        let rows: Result<Vec<_>, _> = ROWS
+            .iter()
+            .map(|(name, units)| Table::create(&g, name, None, 64, false, units))
+            .collect();
         let special = Table::create(&g, "special", None, 64, false, "words")?;
         let points = g.create_group("points")?;
         file.flush()?;
@@ -319,7 +324,6 @@ impl FamilyWriter {
         self.file.flush()?;
         Ok(())
     }
-
 }
 
 /// A stored family.
@@ -365,7 +369,11 @@ impl StoredFamily {
                         step: read_scalar(&c, "step")?,
                         orientation: read_scalar(&c, "orientation")?,
                         signature: c.dataset("signature")?.read_raw()?,
-                        sets: sets.rows().into_iter().map(|r| r.iter().map(|&a| a == 1).collect()).collect(),
+                        sets: sets
+                            .rows()
+                            .into_iter()
+                            .map(|r| r.iter().map(|&a| a == 1).collect())
+                            .collect(),
                         nodes: nodes.iter().map(|&n| n as usize).collect(),
                     })
                 }
@@ -385,7 +393,11 @@ impl StoredFamily {
             scene: text("scene"),
             status: text("status"),
             kind: read_text(&g, "kind").unwrap_or_default(),
-            branches: read_text(&g, "branches").unwrap_or_default().lines().map(str::to_owned).collect(),
+            branches: read_text(&g, "branches")
+                .unwrap_or_default()
+                .lines()
+                .map(str::to_owned)
+                .collect(),
             points: all,
         })
     }

@@ -192,17 +192,25 @@ fn run(effort: Effort) -> Outcome {
         let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
         let (free, closed) = (half(&problem.nbm, false)?, half(&problem.nbm, true)?);
         let exact = exact_orbits(&free, &closed);
-        checks.push(Check::at_least(format!("{n} elements: admissible orbits"), exact.len() as f64, 1.0));
+        checks.push(Check::at_least(
+            format!("{n} elements: admissible orbits"),
+            exact.len() as f64,
+            1.0,
+        ));
         let mut body = Propagator::new(problem.nbm).map_err(|e| e.to_string())?;
         let mut found = 0;
-        let (mut residual, mut distance, mut times, mut multiplier) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+        let (mut residual, mut distance, mut times, mut multiplier) =
+            (0.0f64, 0.0f64, 0.0f64, 0.0f64);
         for (u, contact) in &exact {
             let state = State { u: u.as_slice().to_vec(), v: vec![0.0; u.len()] };
             let z = body.frame(&state)[..u.len()].to_vec();
             let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
             // a start one part in a thousand away
-            let start: Vec<f64> =
-                z.iter().enumerate().map(|(k, z)| z + 1e-3 * size * (1.0 + k as f64).powi(-2) * (k as f64).cos()).collect();
+            let start: Vec<f64> = z
+                .iter()
+                .enumerate()
+                .map(|(k, z)| z + 1e-3 * size * (1.0 + k as f64).powi(-2) * (k as f64).cos())
+                .collect();
             let omega = std::f64::consts::TAU / T;
             let verdict = find(&mut body, Closure::Reversible, &start, omega, &Search::default());
             let verdict = verdict.map_err(|e| e.to_string())?;
@@ -218,13 +226,21 @@ fn run(effort: Effort) -> Outcome {
             let reference = multipliers(&free, &closed, u, *contact);
             if let Some(s) = &orbit.stability {
                 for m in &s.multipliers[s.trivial..] {
-                    let nearest = reference.iter().map(|r| (r.0 - m.0).hypot(r.1 - m.1)).fold(f64::INFINITY, f64::min);
+                    let nearest = reference
+                        .iter()
+                        .map(|r| (r.0 - m.0).hypot(r.1 - m.1))
+                        .fold(f64::INFINITY, f64::min);
                     multiplier = multiplier.max(nearest / m.0.hypot(m.1).max(1.0));
                 }
             }
         }
         let name = |what: &str| format!("{n} elements: {what}");
-        checks.push(Check::near(name("found by shooting"), f64::from(found), exact.len() as f64, 0.0));
+        checks.push(Check::near(
+            name("found by shooting"),
+            f64::from(found),
+            exact.len() as f64,
+            0.0,
+        ));
         checks.push(Check::at_most(name("largest residual"), residual, 1e-11));
         checks.push(Check::at_most(name("far point against the closed form"), distance, 1e-10));
         checks.push(Check::at_most(name("contact time"), times, 1e-9));

@@ -54,9 +54,16 @@ fn run(_: Effort) -> Outcome {
     let omega = TAU / period(start_energy);
     let z = vec![-(2.0f64 * start_energy).sqrt() * 1.01];
     let text = |e: signorini::orbit::OrbitError| e.to_string();
-    let verdict = find(&mut body, Closure::Reversible, &z, omega, &Search::default()).map_err(text)?;
+    let verdict =
+        find(&mut body, Closure::Reversible, &z, omega, &Search::default()).map_err(text)?;
     let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
-    let options = Options { range: (0.5, 1.5), step: (0.01, 1e-9, 0.1), points: 200, locate: false, natural: false };
+    let options = Options {
+        range: (0.5, 1.5),
+        step: (0.01, 1e-9, 0.1),
+        points: 200,
+        locate: false,
+        natural: false,
+    };
     let (mut worst, mut energies, mut grazed, mut linear) = (0.0f64, vec![], false, 0);
     // towards smaller energies the frequency falls
     arclength(&mut body, Closure::Reversible, Start::Orbit(Box::new(orbit), -1.0), &options, |p| {
