@@ -41,6 +41,7 @@ pub mod continuation;
 pub mod event;
 pub mod fem;
 pub mod flow;
+pub mod hbm;
 pub mod mesh;
 pub mod orbit;
 pub mod problem;

@@ -5,18 +5,18 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use signorini::report::export;
-use signorini::store::Stored;
+use signorini::report::{export, families};
+use signorini::store::{Content, Stored, StoredFamily, content};
 
 use super::{CliError, Global};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o plate-states"
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o plate-states\n  signorini export backbone.h5 --format csv"
 )]
 pub struct Arguments {
-    /// A file written by `run`
+    /// A file written by `run`, `orbit`, `backbone` or `response`
     file: PathBuf,
     /// What to write
     #[arg(long, value_enum, default_value = "csv")]
@@ -29,7 +29,8 @@ pub struct Arguments {
 /// Formats.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Format {
-    /// Contact displacements, pressures and energies, one row a stored state; switches in a second file
+    /// Contact displacements, pressures and energies, one row a stored state; switches in a second file. Of a family: one
+    /// row a point
     Csv,
     /// One VTU file a stored state and a PVD collection for ParaView
     Vtu,
@@ -39,13 +40,22 @@ enum Format {
 
 /// Write the files.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let stored = Stored::read(&arguments.file)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     super::check_folder(&stem)?;
-    let written = match arguments.format {
-        Format::Csv => export::csv(&stored, &stem),
-        Format::Vtu => export::vtu(&stored, &stem),
-        Format::Xdmf => export::xdmf(&stored, &stem),
+    let written = if content(&arguments.file)? == Content::Family {
+        if !matches!(arguments.format, Format::Csv) {
+            let message =
+                "a family of orbits is written as csv only; write one orbit with `signorini orbit`";
+            return Err(CliError::Input(message.into()));
+        }
+        families::csv(&StoredFamily::read(&arguments.file)?, &stem)
+    } else {
+        let stored = Stored::read(&arguments.file)?;
+        match arguments.format {
+            Format::Csv => export::csv(&stored, &stem),
+            Format::Vtu => export::vtu(&stored, &stem),
+            Format::Xdmf => export::xdmf(&stored, &stem),
+        }
     }
     .map_err(|e| CliError::Other(format!("writing {}: {e}", stem.display())))?;
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();

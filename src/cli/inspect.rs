@@ -1,19 +1,24 @@
 //! `signorini inspect`
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use signorini::store::Stored;
+use signorini::report::summary::significant;
+use signorini::store::{
+    Content, OrbitRecord, PointRecord, Stored, StoredFamily, content, read_origin,
+    read_stored_orbit,
+};
 
 use super::{CliError, Global};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml"
+    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5"
 )]
 pub struct Arguments {
     /// A file written by this program
@@ -25,7 +30,11 @@ pub struct Arguments {
 
 /// Say what a file holds.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    if content(&arguments.file)? == Content::Family {
+        return family(arguments, global);
+    }
     let s = Stored::read(&arguments.file)?;
+    let orbit = read_stored_orbit(&arguments.file)?;
     if arguments.scene && !global.json {
         print!("{}", s.scene);
         return Ok(());
@@ -34,12 +43,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let closings = s.switch_kind.iter().filter(|k| *k == "close").count();
     global.print(
         || {
-            json!({
+            let mut json = json!({
                 "title": s.title, "status": s.status, "version": s.version, "created": s.created,
                 "command": s.command, "scene": s.scene, "states": s.t.len(), "t": span,
                 "n_dof": s.u.ncols(), "n_contact": s.gap.len(), "nodes": s.nodes.nrows(),
                 "elements": s.elements.nrows(), "switches": s.switch_t.len(), "grazings": s.grazings,
-            })
+            });
+            if let Some(o) = &orbit {
+                json["orbit"] = orbit_json(o);
+            }
+            json
         },
         || {
             let mut out = String::new();
@@ -57,9 +70,173 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             if let [Some(a), Some(b)] = span {
                 line("trajectory", format!("{} states from t = {a} to {b}", s.t.len()));
             }
+            if let Some(o) = &orbit {
+                line("orbit", orbit_text(o));
+            }
             line("switches", format!("{} ({closings} close, {} open)", s.switch_t.len(), s.switch_t.len() - closings));
             line("grazings", s.grazings.to_string());
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
+            out
+        },
+    );
+    Ok(())
+}
+
+fn orbit_json(o: &OrbitRecord) -> Value {
+    json!({
+        "period": o.period, "omega": std::f64::consts::TAU / o.period, "energy": o.energy,
+        "amplitude": o.amplitude, "residual": o.residual, "contact_time": o.contact_time,
+        "grazing_distance": o.grazing, "stable": o.stable, "multipliers": o.multipliers.len(),
+        "trivial_multipliers": o.trivial, "switches": o.switches.len(),
+    })
+}
+
+fn orbit_text(o: &OrbitRecord) -> String {
+    let multipliers = match o.multipliers.len() {
+        0 => "no multipliers".to_owned(),
+        n => format!("{n} multipliers"),
+    };
+    format!(
+        "period {} (omega = {}), energy {}, residual {:.1e}, {}, {multipliers}",
+        significant(o.period, 10),
+        significant(std::f64::consts::TAU / o.period, 8),
+        significant(o.energy, 8),
+        o.residual,
+        match o.stable {
+            Some(true) => "stable",
+            Some(false) => "unstable",
+            None => "stability not computed",
+        }
+    )
+}
+
+/// What is special about a point, without its details.
+fn kind_of(special: &str) -> &str {
+    special.split(": ").next().unwrap_or(special)
+}
+
+/// How often each kind of point occurs, of those that `choose` names.
+fn counts<'p>(
+    points: &'p [PointRecord],
+    choose: impl Fn(&'p str) -> Option<&'p str>,
+) -> BTreeMap<&'p str, usize> {
+    let mut counts = BTreeMap::new();
+    for name in points.iter().filter_map(|p| choose(&p.special)) {
+        *counts.entry(name).or_default() += 1;
+    }
+    counts
+}
+
+fn list(counts: &BTreeMap<&str, usize>) -> String {
+    counts.iter().map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")
+}
+
+/// Least and largest of some numbers.
+fn bounds(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.filter(|v| v.is_finite()).fold(None, |b, v| match b {
+        None => Some([v, v]),
+        Some([least, most]) => Some([v.min(least), v.max(most)]),
+    })
+}
+
+/// Say what the file of a family holds.
+fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let f = StoredFamily::read(&arguments.file)?;
+    if arguments.scene && !global.json {
+        print!("{}", f.scene);
+        return Ok(());
+    }
+    let origin = read_origin(&arguments.file)?;
+    let points = &f.points;
+    let orbits: Vec<&OrbitRecord> = points.iter().filter_map(|p| p.orbit.as_ref()).collect();
+    let stability = |s: Option<bool>| orbits.iter().filter(|o| o.stable == s).count();
+    let (stable, unstable) = (stability(Some(true)), stability(Some(false)));
+    let gaps = counts(points, |s| s.strip_prefix("gap: "));
+    let specials =
+        counts(points, |s| (s != "regular" && !s.starts_with("gap")).then(|| kind_of(s)));
+    let missing = points.len() - orbits.len();
+    let omega = bounds(points.iter().map(|p| p.omega));
+    let energy = bounds(orbits.iter().map(|o| o.energy));
+    let amplitude = bounds(orbits.iter().map(|o| o.amplitude));
+    let residual = bounds(orbits.iter().map(|o| o.residual)).map(|b| b[1]);
+    let of_branch = |k: usize| {
+        let all = || points.iter().filter(move |p| p.branch == k);
+        let omega = bounds(all().map(|p| p.omega));
+        (all().count(), all().filter(|p| p.orbit.is_some()).count(), omega)
+    };
+    global.print(
+        || {
+            let branches: Vec<Value> = f
+                .branches
+                .iter()
+                .enumerate()
+                .map(|(k, name)| {
+                    let (points, orbits, omega) = of_branch(k);
+                    json!({"name": name, "points": points, "orbits": orbits, "omega": omega})
+                })
+                .collect();
+            json!({
+                "title": f.title, "status": f.status, "version": origin.version,
+                "created": origin.created, "command": origin.command, "scene": f.scene,
+                "kind": f.kind, "branches": branches, "points": points.len(),
+                "orbits": orbits.len(), "stable": stable, "unstable": unstable, "gaps": gaps,
+                "specials": specials, "omega": omega, "energy": energy, "amplitude": amplitude,
+                "largest_residual": residual, "nodes": origin.nodes, "elements": origin.elements,
+                "n_dof": origin.displacements, "n_contact": origin.contact_nodes,
+            })
+        },
+        || {
+            let mut out = String::new();
+            let mut line = |label: &str, text: String| {
+                let _ = writeln!(out, "  {label:<12}{text}");
+            };
+            let span = |[a, b]: [f64; 2]| format!("{} to {}", significant(a, 8), significant(b, 8));
+            line("title", f.title.clone());
+            line("status", f.status.clone());
+            line("made by", format!("signorini {} at {}", origin.version, origin.created));
+            line("command", origin.command.clone());
+            line(
+                "mesh",
+                format!(
+                    "{} nodes, {} elements, {} displacements, {} contact nodes",
+                    origin.nodes, origin.elements, origin.displacements, origin.contact_nodes
+                ),
+            );
+            line("family", format!("{}, {} points", f.kind, points.len()));
+            for (k, name) in f.branches.iter().enumerate() {
+                let (points, orbits, omega) = of_branch(k);
+                let range = omega.map_or(String::new(), |o| format!(", omega = {}", span(o)));
+                let text = format!("{name}: {orbits} orbits at {points} points{range}");
+                line(if k == 0 { "branches" } else { "" }, text);
+            }
+            let unknown = orbits.len() - stable - unstable;
+            let unknown = match unknown {
+                0 => String::new(),
+                n => format!(", {n} of unknown stability"),
+            };
+            line(
+                "orbits",
+                format!("{}: {stable} stable, {unstable} unstable{unknown}", orbits.len()),
+            );
+            let reasons =
+                if gaps.is_empty() { String::new() } else { format!(": {}", list(&gaps)) };
+            line("no orbit", format!("at {missing} points{reasons}"));
+            if !specials.is_empty() {
+                line("special", list(&specials));
+            }
+            if let Some(omega) = omega {
+                line("frequency", format!("omega = {}", span(omega)));
+            }
+            if let Some(energy) = energy {
+                line("energy", span(energy));
+            }
+            if let Some(amplitude) = amplitude {
+                line("amplitude", span(amplitude));
+            }
+            if let Some(residual) = residual {
+                line("residual", format!("{residual:.1e} at most"));
+            }
+            line("scene", format!("{} lines (print it with --scene)", f.scene.lines().count()));
             out
         },
     );

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
 
 static FONT: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
@@ -210,6 +211,15 @@ struct Ticks<'t> {
     text: &'t dyn Fn(&f64) -> String,
 }
 
+/// Around a panel.
+const MARGIN: f64 = 6.0;
+/// At its right end.
+const MARGIN_RIGHT: f64 = 24.0;
+/// For the ticks and the name of the horizontal axis.
+const X_LABELS: f64 = 40.0;
+/// For those of the vertical axis.
+const Y_LABELS: f64 = 80.0;
+
 /// Axes, grid and labels: the look of every panel.
 fn axes<'a, 'b>(
     area: &'a Area<'b>,
@@ -219,10 +229,10 @@ fn axes<'a, 'b>(
     under: impl FnOnce(&mut Chart<'a, 'b>) -> Result<(), FigureError>,
 ) -> Result<Chart<'a, 'b>, FigureError> {
     let mut chart = ChartBuilder::on(area)
-        .margin(px(6.0))
-        .margin_right(px(24.0))
-        .x_label_area_size(px(if x_ticks.label.is_empty() { 20.0 } else { 40.0 }))
-        .y_label_area_size(px(80.0))
+        .margin(px(MARGIN))
+        .margin_right(px(MARGIN_RIGHT))
+        .x_label_area_size(px(if x_ticks.label.is_empty() { 20.0 } else { X_LABELS }))
+        .y_label_area_size(px(Y_LABELS))
         .build_cartesian_2d(x, y)
         .map_err(FigureError::draw)?;
     under(&mut chart)?;
@@ -247,6 +257,14 @@ fn axes<'a, 'b>(
     Ok(chart)
 }
 
+/// `10ⁿ`.
+fn power_of_ten(exponent: i32) -> String {
+    let digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+    let raise = |c: char| digits.chars().nth(c.to_digit(10)? as usize);
+    let raised: String = exponent.abs().to_string().chars().filter_map(raise).collect();
+    format!("10{}{}", if exponent < 0 { "⁻" } else { "" }, raised)
+}
+
 /// A panel whose axes are decimal logarithms, labelled as powers of ten.
 pub fn loglog<'a, 'b>(
     area: &'a Area<'b>,
@@ -257,19 +275,100 @@ pub fn loglog<'a, 'b>(
 ) -> Result<Chart<'a, 'b>, FigureError> {
     let decades = |r: &std::ops::Range<f64>| (r.end - r.start).round() as usize + 1;
     let power = |v: &f64| {
-        let digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-        let exponent = v.round() as i32;
-        if (v - f64::from(exponent)).abs() > 1e-6 {
-            return String::new();
-        }
-        let raise = |c: char| digits.chars().nth(c.to_digit(10)? as usize);
-        let raised: String = exponent.abs().to_string().chars().filter_map(raise).collect();
-        format!("10{}{}", if exponent < 0 { "⁻" } else { "" }, raised)
+        let exponent = v.round();
+        let whole = (v - exponent).abs() <= 1e-6;
+        if whole { power_of_ten(exponent as i32) } else { String::new() }
     };
     let ticks =
         |range: &std::ops::Range<f64>, label| Ticks { label, count: decades(range), text: &power };
     let (x_ticks, y_ticks) = (ticks(&x, x_label), ticks(&y, y_label));
     axes(area, (x, x_ticks), (y, y_ticks), Ground::Grid, |_| Ok(()))
+}
+
+/// A panel whose vertical axis is a decimal logarithm: `y` and what is drawn are logarithms, the ticks are numbers.
+pub fn semilog<'a, 'b>(
+    area: &'a Area<'b>,
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+    x_label: &str,
+    y_label: &str,
+) -> Result<Chart<'a, 'b>, FigureError> {
+    let x_style = TickStyle::new(&x);
+    let x_ticks = Ticks { label: x_label, count: 8, text: &|v| x_style.text(*v) };
+    let y_ticks = Ticks { label: y_label, count: 0, text: &|_| String::new() };
+    let ticks = log_ticks(&y);
+    let under = |chart: &mut Chart<'a, 'b>| {
+        // on the whole area: a panel cuts off what lies beside it
+        let panel = chart.plotting_area();
+        let (x0, y0) = area.get_base_pixel();
+        let style = text(13).pos(Pos::new(HPos::Right, VPos::Center));
+        let stroke = |[a, b]: [i32; 2], height: i32, style: ShapeStyle| {
+            let path = PathElement::new(vec![(a, height), (b, height)], style);
+            area.draw(&path).map_err(FigureError::draw)
+        };
+        for (value, name) in &ticks {
+            let place = |x: f64| panel.map_coordinate(&(x, *value));
+            let (left, height) = (place(x.start).0 - x0, place(x.start).1 - y0);
+            let right = place(x.end).0 - x0;
+            if name.is_empty() {
+                stroke([left - px(2.5), left], height, line(INK, 0.7))?;
+                continue;
+            }
+            stroke([left, right], height, line(GRID, 1.0))?;
+            stroke([left - px(4.0), left], height, line(INK, 1.0))?;
+            area.draw(&Text::new(name.clone(), (left - px(8.0), height), style.clone()))
+                .map_err(FigureError::draw)?;
+        }
+        Ok(())
+    };
+    axes(area, (x.clone(), x_ticks), (y.clone(), y_ticks), Ground::Grid, under)
+}
+
+/// Ticks of a logarithmic axis from 1, 2, …, 9 times powers of ten, and their names: none for those that would crowd.
+fn log_ticks(range: &std::ops::Range<f64>) -> Vec<(f64, String)> {
+    let decades = range.end - range.start;
+    let named = |digit: i32, exponent: i32| match decades {
+        d if d <= 1.0 => digit <= 5,
+        d if d <= 2.5 => [1, 2, 5].contains(&digit),
+        d => digit == 1 && exponent.rem_euclid((d / 8.0).ceil() as i32) == 0,
+    };
+    let mut ticks = vec![];
+    for exponent in range.start.floor() as i32..=range.end.ceil() as i32 {
+        for digit in 1..10 {
+            let value = f64::from(exponent) + f64::from(digit).log10();
+            // between many decades nothing but the powers
+            if !range.contains(&value) || (digit > 1 && decades > 6.0) {
+                continue;
+            }
+            let name = match exponent {
+                _ if !named(digit, exponent) => String::new(),
+                -3..=4 => super::summary::significant(10f64.powi(exponent) * f64::from(digit), 1),
+                _ if digit == 1 => power_of_ten(exponent),
+                _ => format!("{digit}·{}", power_of_ten(exponent)),
+            };
+            ticks.push((value, name));
+        }
+    }
+    ticks
+}
+
+/// A panel with the same scale on both axes; the ranges are widened to fill it.
+pub fn equal_panel<'a, 'b>(
+    area: &'a Area<'b>,
+    x: std::ops::Range<f64>,
+    y: std::ops::Range<f64>,
+    x_label: &str,
+    y_label: &str,
+) -> Result<Chart<'a, 'b>, FigureError> {
+    let (w, h) = area.dim_in_pixel();
+    let width = f64::from(w as i32 - px(MARGIN + MARGIN_RIGHT + Y_LABELS)).max(1.0);
+    let height = f64::from(h as i32 - px(2.0 * MARGIN + X_LABELS)).max(1.0);
+    let scale = ((x.end - x.start) / width).max((y.end - y.start) / height);
+    let widened = |r: std::ops::Range<f64>, pixels: f64| {
+        let middle = 0.5 * (r.start + r.end);
+        middle - 0.5 * scale * pixels..middle + 0.5 * scale * pixels
+    };
+    panel(area, widened(x, width), widened(y, height), x_label, y_label)
 }
 
 /// How the ticks of a range are written.
@@ -326,19 +425,132 @@ pub enum Mark {
     Dashes,
     /// A filled patch.
     Patch,
+    /// A filled dot.
+    Dot,
+    /// An open circle.
+    Ring,
+    /// A filled triangle.
+    Triangle,
+    /// A filled diamond.
+    Diamond,
+    /// A cross.
+    Cross,
+    /// A short stroke, as on the edge of a panel.
+    Tick,
+    /// The name alone.
+    Nothing,
+}
+
+impl Mark {
+    /// Length of the sample in a legend.
+    fn sample(self) -> i32 {
+        match self {
+            Mark::Line | Mark::Dashes | Mark::Patch => px(24.0),
+            Mark::Nothing => 0,
+            _ => px(9.0),
+        }
+    }
+}
+
+/// A name in a legend, with its colour and mark.
+pub type Entry<'e> = (&'e str, RGBColor, Mark);
+
+/// A small mark at a pixel of an area; marks that are drawn as lines are left out.
+pub fn symbol(
+    area: &Area,
+    (x, y): (i32, i32),
+    mark: Mark,
+    colour: RGBColor,
+) -> Result<(), FigureError> {
+    let at = |corners: &[(f64, f64)]| -> Vec<(i32, i32)> {
+        corners.iter().map(|(dx, dy)| (x + px(*dx), y + px(*dy))).collect()
+    };
+    let filled = |corners: &[(f64, f64)]| {
+        // a white rim keeps neighbours and lines apart from it
+        let closed: Vec<_> = corners.iter().chain(&corners[..2]).copied().collect();
+        area.draw(&PathElement::new(at(&closed), line(WHITE, 1.6))).map_err(FigureError::draw)?;
+        area.draw(&Polygon::new(at(corners), colour.filled())).map_err(FigureError::draw)
+    };
+    let stroke = |ends: &[(f64, f64)], width: f64| {
+        area.draw(&PathElement::new(at(ends), line(colour, width))).map_err(FigureError::draw)
+    };
+    match mark {
+        Mark::Dot => {
+            area.draw(&Circle::new((x, y), px(2.2), colour.filled())).map_err(FigureError::draw)
+        }
+        Mark::Ring => {
+            area.draw(&Circle::new((x, y), px(2.1), WHITE.filled())).map_err(FigureError::draw)?;
+            area.draw(&Circle::new((x, y), px(2.1), line(colour, 1.0))).map_err(FigureError::draw)
+        }
+        Mark::Triangle => filled(&[(0.0, -5.2), (4.5, 3.2), (-4.5, 3.2)]),
+        Mark::Diamond => filled(&[(0.0, -4.8), (4.0, 0.0), (0.0, 4.8), (-4.0, 0.0)]),
+        Mark::Cross => {
+            stroke(&[(-4.0, -4.0), (4.0, 4.0)], 1.6)?;
+            stroke(&[(-4.0, 4.0), (4.0, -4.0)], 1.6)
+        }
+        Mark::Tick => stroke(&[(0.0, -4.0), (0.0, 4.0)], 1.2),
+        Mark::Line | Mark::Dashes | Mark::Patch | Mark::Nothing => Ok(()),
+    }
+}
+
+/// The pixels of a chart's panel, and where a point of it lies on them.
+pub fn flat<'b>(chart: &Chart<'_, 'b>) -> (Area<'b>, impl Fn((f64, f64)) -> (i32, i32)) {
+    let panel = chart.plotting_area();
+    let area = panel.strip_coord_spec();
+    let (x0, y0) = area.get_base_pixel();
+    let place = move |point: (f64, f64)| {
+        let (x, y) = panel.map_coordinate(&point);
+        (x - x0, y - y0)
+    };
+    (area, place)
+}
+
+/// Small marks at points of a chart.
+pub fn symbols(
+    chart: &Chart,
+    points: impl IntoIterator<Item = (f64, f64)>,
+    mark: Mark,
+    colour: RGBColor,
+) -> Result<(), FigureError> {
+    let (area, place) = flat(chart);
+    points.into_iter().try_for_each(|p| symbol(&area, place(p), mark, colour))
+}
+
+/// Entries of a legend in as many rows as they need.
+pub fn legend_rows<'e>(
+    area: &Area,
+    entries: &[Entry<'e>],
+) -> Result<Vec<Vec<Entry<'e>>>, FigureError> {
+    let width = area.dim_in_pixel().0 as i32 - px(32.0);
+    let mut rows: Vec<Vec<Entry>> = vec![];
+    let mut left = 0;
+    for entry in entries {
+        let (text, _) = area.estimate_text_size(entry.0, &text(13)).map_err(FigureError::draw)?;
+        let needed = text as i32 + entry.2.sample() + px(24.0);
+        match rows.last_mut() {
+            Some(row) if needed <= left => row.push(*entry),
+            _ => {
+                rows.push(vec![*entry]);
+                left = width;
+            }
+        }
+        left -= needed;
+    }
+    Ok(rows)
 }
 
 /// Names in a row at the right end of a strip above a panel.
-pub fn legend(strip: &Area, entries: &[(&str, RGBColor, Mark)]) -> Result<(), FigureError> {
+pub fn legend(strip: &Area, entries: &[Entry]) -> Result<(), FigureError> {
     let style = text(13);
     let (w, h) = strip.dim_in_pixel();
-    let (middle, sample, space) = (h as i32 / 2, px(24.0), px(18.0));
+    let (middle, space) = (h as i32 / 2, px(18.0));
     let mut x = w as i32 - px(16.0);
     for (name, colour, mark) in entries.iter().rev() {
+        let sample = mark.sample();
         let (width, _) = strip.estimate_text_size(name, &style).map_err(FigureError::draw)?;
         x -= width as i32;
         strip
-            .draw(&Text::new((*name).to_owned(), (x, middle - px(7.5)), style.clone()))
+            .draw(&Text::new((*name).to_owned(), (x, middle - px(5.2)), style.clone()))
             .map_err(FigureError::draw)?;
         x -= sample + px(6.0);
         if *mark == Mark::Patch {
@@ -348,8 +560,9 @@ pub fn legend(strip: &Area, entries: &[(&str, RGBColor, Mark)]) -> Result<(), Fi
         let pieces: &[(f64, f64)] = match mark {
             Mark::Line => &[(0.0, 1.0)],
             Mark::Dashes => &[(0.0, 0.25), (0.375, 0.625), (0.75, 1.0)],
-            Mark::Patch => &[],
+            _ => &[],
         };
+        symbol(strip, (x + sample / 2, middle), *mark, *colour)?;
         for &(a, b) in pieces {
             let at = |s: f64| (x + (s * f64::from(sample)) as i32, middle);
             strip

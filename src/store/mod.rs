@@ -3,12 +3,14 @@
 //! The file is written as the run goes: rows are collected until a chunk is full, appended and flushed, so that a
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
+mod content;
 mod orbits;
 mod problem;
 mod reader;
 mod table;
 mod writer;
 
+pub use content::{Content, Origin, content, read_origin, read_switch_rates};
 pub use orbits::{
     FamilyWriter, OrbitRecord, PlaceRecord, PointRecord, StoredFamily, read_stored_orbit,
 };

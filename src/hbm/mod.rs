@@ -1,0 +1,46 @@
+//! Harmonic balance of the nodal boundary equations: the seed's own method (theory §9).
+//!
+//! In the modal coordinates of the open phase, `u_O = Φ q`, every phase differs from the open one on few directions only:
+//!
+//! ```text
+//! q̈ + C₀ q̇ + Ω² q + Q n(θ) = f₀(θ),      θ = ωt,      n = P_α y + V_α ẏ + A_α ÿ − s_α(θ),     y = Q̂ᵀ q
+//! ```
+//!
+//! with `Q` of `r ≤ 3 n_C` columns. In the *force form* (the seed's eq. 7) `n` holds `M_α − M₀`, `C_α − C₀`, `K_α − K₀`; in the *acceleration
+//! form* the equation is first solved for `q̈` in every phase, `Q̂ = [Q, Ω²Q]` and there is no `A_α`.
+//!
+//! With `q = Σ_k a_k cos kθ + b_k sin kθ` the Galerkin equations are `D_k q_k + Q n_k = f_k`, `D_k = Ω² − k²ω² + ikωC₀`. Between two
+//! switches the integrand of `n_k` is a trigonometric polynomial, so its integral is a closed form ([`balance`]); the switches are the roots of the monitors
+//! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`
+//! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body.
+
+pub mod balance;
+pub mod newton;
+pub mod reduction;
+pub mod response;
+pub mod series;
+
+pub use balance::{Balance, Quadrature};
+pub use newton::{Failure, Solution};
+pub use reduction::{Form, Reduction};
+pub use series::{Basis, Series};
+
+use crate::contact::ContactError;
+use crate::flow::spectrum::SpectrumError;
+
+/// The equations could not be set up or evaluated.
+#[derive(Debug, thiserror::Error)]
+pub enum HbmError {
+    /// A phase has no operators.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// The open phase has no modes.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// A phase's mass matrix is singular on the interface.
+    #[error("the mass of a phase is singular on the contact interface")]
+    Singular,
+    /// More switches than a series of this length can have.
+    #[error("more than {0} switches along one period")]
+    Switches(usize),
+}

@@ -1,0 +1,222 @@
+//! Families of harmonic-balance solutions: the ladder of harmonics at a frequency, and the family for [`crate::continuation`].
+
+use faer::Mat;
+
+use super::HbmError;
+use super::balance::{Balance, Quadrature, project_in};
+use super::newton::{Failure, Settings, Solution, condensed_residual, solve};
+use super::reduction::Reduction;
+use super::series::Series;
+use crate::contact::{ActiveSet, Phase};
+use crate::continuation::Family;
+
+/// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Energy at the far point (`t = 0` of a reversible motion), or the largest over the period of a forced one.
+    pub energy: f64,
+    /// Largest contact displacement.
+    pub amplitude: f64,
+    /// Time in contact.
+    pub contact_time: f64,
+    /// Switches over the period: time, contact node, closes.
+    pub switches: Vec<(f64, usize, bool)>,
+}
+
+/// States along a period at which extremes are looked for.
+const SAMPLES: usize = 200;
+
+impl Summary {
+    /// Walk along a solution.
+    pub fn new(reduction: &Reduction, s: &Solution) -> Result<Summary, HbmError> {
+        let nbm = &reduction.nbm;
+        let n_o = nbm.n_o();
+        let (mut u, mut v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
+        let (mut energy, mut amplitude) = (0.0f64, 0.0f64);
+        let end = s.q.basis.end();
+        let mut phases = std::collections::HashMap::new();
+        for k in 0..=SAMPLES {
+            let theta = end * k as f64 / SAMPLES as f64;
+            let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
+            let set: &ActiveSet = &s.sets[j.min(s.sets.len() - 1)];
+            if !phases.contains_key(set) {
+                phases.insert(set.clone(), Phase::new(nbm, set.clone())?);
+            }
+            let phase = &phases[set];
+            let (q, dq) = s.q.at(theta);
+            let state = reduction.state(&q, &dq, s.omega);
+            phase.expand_displacement(nbm, &state.u, &mut u);
+            phase.expand_velocity(nbm, &state.v, &mut v);
+            if k == 0 || s.q.basis == super::Basis::Full {
+                energy = energy.max(nbm.kinetic(&v) + nbm.elastic(&u));
+            }
+            amplitude = u[n_o..].iter().fold(amplitude, |m, u| m.max(u.abs()));
+        }
+        let tau = std::f64::consts::TAU;
+        let mut switches: Vec<(f64, usize, bool)> =
+            s.crossings.iter().map(|c| (c.theta / s.omega, c.contact, c.closes)).collect();
+        let mirrored = s.q.basis == super::Basis::Cosine;
+        if mirrored {
+            let back: Vec<_> =
+                s.crossings.iter().rev().map(|c| ((tau - c.theta) / s.omega, c.contact, !c.closes)).collect();
+            switches.extend(back);
+        }
+        let mut contact_time = 0.0;
+        for (j, set) in s.sets.iter().enumerate() {
+            if set.count() > 0 {
+                let a = if j == 0 { 0.0 } else { s.crossings[j - 1].theta };
+                let b = s.crossings.get(j).map_or(end, |c| c.theta);
+                contact_time += (b - a) / s.omega * if mirrored { 2.0 } else { 1.0 };
+            }
+        }
+        Ok(Summary { energy, amplitude, contact_time, switches })
+    }
+}
+
+/// The start that the method knows: one harmonic, the first mode at `amplitude` times grazing.
+pub fn mode_start(reduction: &Reduction, amplitude: f64) -> Option<Series> {
+    let nbm = &reduction.nbm;
+    let n = reduction.n();
+    let open = Phase::new(nbm, ActiveSet::open(nbm.n_contact())).ok()?;
+    let shape: Vec<f64> = (0..n).map(|i| reduction.open.shapes[(i, 0)]).collect();
+    let mut full = vec![0.0; nbm.n()];
+    open.expand_velocity(nbm, &shape, &mut full);
+    let scale = crate::problem::grazing_scale(nbm, &full)?;
+    let mut q = Series::zeros(reduction.basis, 1, n);
+    // the far point at t = 0
+    q.of_mut(1)[0] = -amplitude * scale;
+    Some(q)
+}
+
+/// Raise the number of harmonics by one until `n_h`, from a solution with fewer.
+pub fn ladder(
+    reduction: &Reduction,
+    from: &Series,
+    n_h: usize,
+    omega: f64,
+    settings: &Settings,
+) -> Result<Result<Solution, Failure>, HbmError> {
+    let mut q = from.clone();
+    let mut last = Err(Failure::NoContact);
+    for k in from.n_h + 1..=n_h {
+        match solve(reduction, &q.with_harmonics(k), omega, settings)? {
+            Ok(s) => {
+                q = s.q.clone();
+                last = Ok(s);
+            }
+            // a step that fails is skipped once: the next number of harmonics may succeed
+            Err(failure) => {
+                q = q.with_harmonics(k);
+                last = Err(failure);
+            }
+        }
+    }
+    Ok(last)
+}
+
+/// Harmonic balance as a family: `X = (n, ω)` with the interface projections as unknowns, one chart.
+pub struct Harmonics<'a> {
+    /// The body; its harmonic loads follow the frequency.
+    pub reduction: &'a mut Reduction,
+    /// Number of harmonics.
+    pub n_h: usize,
+}
+
+/// Nothing lies between charts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoBorder {}
+
+impl std::fmt::Display for NoBorder {
+    fn fmt(&self, _: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {}
+    }
+}
+
+impl Harmonics<'_> {
+    fn series(&self, x: &[f64]) -> Series {
+        let mut n = Series::zeros(self.reduction.basis, self.n_h, self.reduction.q.ncols());
+        n.a.copy_from_slice(&x[..x.len() - 1]);
+        n
+    }
+
+    /// `X` of a solution.
+    pub fn unknowns(&mut self, s: &Solution) -> Result<Vec<f64>, HbmError> {
+        self.reduction.set_frequency(s.omega);
+        let y = project_in(self.reduction, &s.q);
+        let n = Balance::new(self.reduction, &s.q, &y, s.omega, Quadrature::EventResolved)?.n;
+        Ok(n.a.into_iter().chain([s.omega]).collect())
+    }
+
+    /// The solution at `X`.
+    pub fn solution(&mut self, x: &[f64]) -> Result<Solution, HbmError> {
+        let omega = x[x.len() - 1];
+        self.reduction.set_frequency(omega);
+        let n = self.series(x);
+        let (r, _, q, balance) = condensed_residual(self.reduction, &n, omega)?;
+        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let residual = size(&r) / size(&n.a).max(f64::MIN_POSITIVE);
+        Ok(Solution { omega, q, residual, iterations: 0, crossings: balance.crossings, sets: balance.sets })
+    }
+
+    /// Size that makes an unknown a number of the order of one.
+    fn unit(&self) -> f64 {
+        self.reduction.open.modes[0].omega.powi(2) * self.reduction.nbm.length_unit()
+    }
+}
+
+impl Family for Harmonics<'_> {
+    type Chart = ();
+    type Border = NoBorder;
+    type Error = HbmError;
+
+    fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, HbmError> {
+        let omega = x[x.len() - 1];
+        self.reduction.set_frequency(omega);
+        Ok(condensed_residual(self.reduction, &self.series(x), omega)?.0)
+    }
+
+    fn linearise(&mut self, x: &[f64]) -> Result<(Vec<f64>, Mat<f64>), HbmError> {
+        let omega = x[x.len() - 1];
+        let h = 1e-6 * omega;
+        let mut at = |s: f64| {
+            let mut y = x.to_vec();
+            y[x.len() - 1] += s;
+            self.residual(&y)
+        };
+        let (up, down) = (at(h)?, at(-h)?);
+        self.reduction.set_frequency(omega);
+        let (r, j, ..) = condensed_residual(self.reduction, &self.series(x), omega)?;
+        let m = r.len();
+        let whole = Mat::from_fn(m, m + 1, |i, c| {
+            if c < m { j[(i, c)] } else { (up[i] - down[i]) / (2.0 * h) }
+        });
+        Ok((r, whole))
+    }
+
+    fn rounding(&self, x: &[f64]) -> f64 {
+        let size = x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().sqrt();
+        1e-12 * size.max(self.unit())
+    }
+
+    fn weights(&self, x: &[f64]) -> Vec<f64> {
+        let size = x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().max(1e-2 * self.unit().powi(2));
+        let last = x.len() - 1;
+        (0..x.len()).map(|i| if i < last { 1.0 / size } else { 100.0 / (x[last] * x[last]) }).collect()
+    }
+
+    fn chart(&self) {}
+
+    fn set_chart(&mut self, (): &()) {}
+
+    fn overstepped(&mut self, _: &[f64]) -> Result<Vec<NoBorder>, HbmError> {
+        Ok(vec![])
+    }
+
+    fn margin(&mut self, _: &[f64], border: &NoBorder) -> Result<f64, HbmError> {
+        match *border {}
+    }
+
+    fn beyond(&mut self, _: &[f64], border: &NoBorder) -> Option<((), Vec<f64>)> {
+        match *border {}
+    }
+}

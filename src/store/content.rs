@@ -1,0 +1,74 @@
+//! What kind of results a file holds, and where it comes from.
+
+use std::path::Path;
+
+use super::reader::open;
+use super::{StoreError, read_text};
+
+/// Kinds of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// A run.
+    Run,
+    /// A run over one period, and the orbit.
+    Orbit,
+    /// A family of orbits.
+    Family,
+}
+
+/// The kind of a file.
+pub fn content(path: &Path) -> Result<Content, StoreError> {
+    let file = open(path)?;
+    Ok(match (file.link_exists("backbone"), file.link_exists("orbit")) {
+        (true, _) => Content::Family,
+        (_, true) => Content::Orbit,
+        _ => Content::Run,
+    })
+}
+
+/// Who made a file, and on which mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Origin {
+    /// Program version.
+    pub version: String,
+    /// Time of creation.
+    pub created: String,
+    /// Command line.
+    pub command: String,
+    /// Number of mesh nodes.
+    pub nodes: usize,
+    /// Number of elements.
+    pub elements: usize,
+    /// Number of displacements.
+    pub displacements: usize,
+    /// Number of contact nodes.
+    pub contact_nodes: usize,
+}
+
+/// Read the origin of any file.
+pub fn read_origin(path: &Path) -> Result<Origin, StoreError> {
+    let file = open(path)?;
+    let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/mesh".into() };
+    let mesh = file.group("mesh").map_err(missing)?;
+    let text = |name: &str| read_text(&file, name).unwrap_or_default();
+    let rows = |name: &str| -> Result<usize, StoreError> {
+        Ok(mesh.dataset(name)?.shape().first().copied().unwrap_or(0))
+    };
+    let map: Vec<i64> = mesh.dataset("dof_map")?.read_raw()?;
+    Ok(Origin {
+        version: text("signorini_version"),
+        created: text("created"),
+        command: text("command"),
+        nodes: rows("nodes")?,
+        elements: rows("elements")?,
+        displacements: map.iter().filter(|&&i| i >= 0).count(),
+        contact_nodes: rows("contact_nodes")?,
+    })
+}
+
+/// Rate of the monitor at every switch: for a node that closes, the negative of its velocity towards the obstacle just before.
+pub fn read_switch_rates(path: &Path) -> Result<Vec<f64>, StoreError> {
+    let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/switches".into() };
+    let rates = open(path)?.dataset("switches/monitor_rate").map_err(missing)?;
+    Ok(rates.read_raw()?)
+}
