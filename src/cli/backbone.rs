@@ -12,6 +12,7 @@ use signorini::orbit::search::{Effort, find};
 use signorini::scenario::Scene;
 use signorini::store::{PointRecord, StoredFamily};
 
+use super::balance::{self, Method};
 use super::family::{self, Ended, Job, Output};
 use super::{CliError, Global, load};
 
@@ -45,6 +46,8 @@ pub struct Arguments {
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
+    balance: balance::Arguments,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -72,13 +75,25 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let problem = load::of_scene(&scene)?;
     family::closure(&scene, &problem)?;
     let sequential = arguments.follow == Follow::Sequential;
+    let hbm = arguments.balance.method == Method::Hbm;
+    let harmonics = arguments.balance.list(&scene)?;
+    arguments.balance.settings()?;
+    if hbm && arguments.resume && !sequential {
+        return Err(CliError::Input("--resume goes with shooting, or with sequential harmonic balance".into()));
+    }
     let names: Vec<String> = match arguments.follow {
+        Follow::Sequential if hbm => balance::names(&harmonics),
+        _ if hbm => harmonics.iter().flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")]).collect(),
         Follow::Sequential => vec!["shooting, sequential".into()],
         _ => {
             vec!["shooting, to higher frequencies".into(), "shooting, to lower frequencies".into()]
         }
     };
-    let kind = format!("shooting {:?}", arguments.follow).to_lowercase();
+    let follow = format!("{:?}", arguments.follow).to_lowercase();
+    let kind = match hbm {
+        true => format!("hbm {follow}, {}", arguments.balance.kind()),
+        false => format!("shooting {follow}"),
+    };
     let mut sink = family::open(
         &path,
         &scene,
@@ -90,7 +105,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
-    let jobs: Vec<Job> = if sequential {
+    sink.writer.harmonics = harmonics.iter().copied().max().unwrap_or(0);
+    let jobs: Vec<Job> = if hbm && sequential {
+        let (known, scene, grid) = (&known, &scene, grid(arguments, range));
+        vec![Box::new(move |take| balance::sequence(&arguments.balance, scene, &grid, known.as_ref(), take))]
+    } else if hbm {
+        let omega = family::omega(&scene, arguments.omega, None)?;
+        let scene = &scene;
+        let options = options(arguments, range, arguments.points);
+        let job = |index: usize| -> Job {
+            let (n_h, direction) = (harmonics[index / 2], if index % 2 == 0 { 1.0 } else { -1.0 });
+            let options = options.clone();
+            Box::new(move |take| balance::arclength(&arguments.balance, scene, n_h, (omega, direction), &options, index, take))
+        };
+        (0..2 * harmonics.len()).map(job).collect()
+    } else if sequential {
         let known = &known;
         let scene = &scene;
         vec![Box::new(move |take| sequence(arguments, scene, range, known.as_ref(), take))]
@@ -171,7 +200,8 @@ pub fn summary(
             let before = if resumed > 0 { format!(" ({resumed} points of an earlier run)") } else { String::new() };
             line("points", format!("{} orbits, {stable} of them stable, {gaps} gaps{before}", orbits));
             for e in ended {
-                line(if e.branch == 0 { "branches" } else { "" }, format!("{}: {}", stored.branches[e.branch], e.text));
+                let name = if ended.len() == 1 { String::new() } else { format!("{}: ", stored.branches[e.branch]) };
+                line(if e.branch == 0 { "branches" } else { "" }, format!("{name}{}", e.text));
             }
             let most = 30;
             for (k, p) in specials.iter().take(most).enumerate() {
@@ -192,6 +222,22 @@ fn numerics(e: signorini::orbit::OrbitError) -> CliError {
     CliError::Numerics(e.to_string())
 }
 
+/// The frequencies of a sequential continuation.
+fn grid(arguments: &Arguments, (low, high): (f64, f64)) -> Vec<f64> {
+    let steps = ((high - low) / arguments.step + 1e-9).floor() as usize;
+    (0..=steps).map(|k| low + k as f64 * arguments.step).collect()
+}
+
+fn options(arguments: &Arguments, range: (f64, f64), points: usize) -> Options {
+    Options {
+        range,
+        step: (arguments.step, 1e-8, 0.05f64.max(arguments.step)),
+        points,
+        locate: arguments.locate,
+        natural: arguments.follow == Follow::Natural,
+    }
+}
+
 fn sequence(
     arguments: &Arguments,
     scene: &Scene,
@@ -203,8 +249,7 @@ fn sequence(
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    let steps = ((high - low) / arguments.step + 1e-9).floor() as usize;
-    let grid: Vec<f64> = (0..=steps).map(|k| low + k as f64 * arguments.step).collect();
+    let grid = grid(arguments, (low, high));
     let first = family::guesses(scene, &initial, &body, closure);
     let done = stored.map_or(0, |s| s.points.len());
     let known = stored.map_or(vec![], |s| {
@@ -266,13 +311,7 @@ fn arclength(
             Start::Orbit(Box::new(orbit), direction)
         }
     };
-    let options = Options {
-        range,
-        step: (arguments.step, 1e-8, 0.05f64.max(arguments.step)),
-        points: arguments.points.saturating_sub(earlier.len()),
-        locate: arguments.locate,
-        natural: arguments.follow == Follow::Natural,
-    };
+    let options = options(arguments, range, arguments.points.saturating_sub(earlier.len()));
     if options.points == 0 {
         return ended("number of points reached (earlier run)".into(), true);
     }

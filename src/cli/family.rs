@@ -242,7 +242,10 @@ pub fn run_jobs(
             let run = |(branch, job): (usize, &Job)| {
                 let sender = sender.clone();
                 let mut take = |mut point: PointRecord| {
-                    point.branch = branch;
+                    // a single job may hold several branches of its own
+                    if jobs.len() > 1 {
+                        point.branch = branch;
+                    }
                     match sender.send(point) {
                         Ok(()) => Go::Continue(()),
                         Err(_) => Go::Break(()),
@@ -262,8 +265,9 @@ pub fn run_jobs(
             }
             count += 1;
             if let Some(bar) = bar {
-                progress[point.branch] =
-                    progress[point.branch].max((point.omega - low) / (high - low));
+                let share = ((point.omega - low) / (high - low)).clamp(0.0, 1.0);
+                let of = point.branch.min(progress.len() - 1);
+                progress[of] = progress[of].max(share);
                 let mean = progress.iter().sum::<f64>() / progress.len() as f64;
                 bar.set_position((mean * bar.length().unwrap_or(1) as f64) as u64);
                 bar.set_message(format!("{count} points, omega = {:.4}", point.omega));

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 2 bad input; 3 the numerics failed; 1 anything else.
 
 mod backbone;
+mod balance;
 mod error;
 mod export;
 mod family;

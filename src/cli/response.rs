@@ -13,6 +13,7 @@ use signorini::scenario::{Issue, Scene};
 use signorini::store::{PointRecord, StoredFamily};
 
 use super::backbone::summary;
+use super::balance::{self, Method};
 use super::family::{self, Ended, Job, Output};
 use super::{CliError, Global, load};
 
@@ -30,7 +31,7 @@ pub struct Arguments {
     /// Frequencies to cover [default: range of the scene's [orbit]]
     #[arg(long, value_delimiter = ',', num_args = 1..=2, value_name = "LOW,HIGH")]
     range: Option<Vec<f64>>,
-    /// Largest step of arclength (relative change of the state)
+    /// Largest step of arclength (relative change of the state); a tenth of it is the step in frequency of harmonic balance
     #[arg(long, default_value_t = 0.05)]
     step: f64,
     /// Most points a branch
@@ -42,6 +43,8 @@ pub struct Arguments {
     /// Go on with an unfinished file
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    balance: balance::Arguments,
     #[command(flatten)]
     output: Output,
 }
@@ -64,23 +67,53 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             .error(Issue::new("load", "a forced response needs a harmonic load", help))
             .into());
     }
-    let names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
+    let hbm = arguments.balance.method == Method::Hbm;
+    let harmonics = arguments.balance.list(&scene)?;
+    if hbm && (arguments.resume || arguments.balance.aft.is_some()) {
+        return Err(CliError::Input("--resume and --aft do not go with a response by harmonic balance".into()));
+    }
+    let mut names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
+    let cases: Vec<(usize, usize)> = match hbm {
+        true => (0..scenes.len()).flat_map(|s| harmonics.iter().flat_map(move |&n| [(s, n), (s, n)])).collect(),
+        false => (0..scenes.len()).map(|s| (s, 0)).collect(),
+    };
+    let kind = if hbm { format!("hbm response, {}", arguments.balance.kind()) } else { "response".into() };
+    if hbm {
+        // the seed's sequential continuation, once to higher and once to lower frequencies
+        let way = |k: usize| if k % 2 == 0 { "up" } else { "down" };
+        names = cases.iter().enumerate().map(|(k, &(s, n))| format!("{}, N_h = {n}, {}", names[s], way(k))).collect();
+    }
     let mut sink = family::open(
         &path,
         &scene,
         &problem.nbm,
         arguments.output.force,
-        arguments.resume,
-        "response",
-        &names,
+        arguments.resume, &kind, &names,
     )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
     let known = &known;
-    let jobs: Vec<Job> = scenes
+    sink.writer.harmonics = harmonics.iter().copied().max().unwrap_or(0);
+    let scenes = &scenes;
+    let jobs: Vec<Job> = cases
         .iter()
         .enumerate()
-        .map(|(index, (_, scene))| -> Job {
+        .map(|(index, &(s, n_h))| -> Job {
+            let scene = &scenes[s].1;
+            if hbm {
+                let (low, high) = range;
+                let step = 0.1 * arguments.step;
+                let steps = ((high - low) / step + 1e-9).floor() as usize;
+                let mut grid: Vec<f64> = (0..=steps).map(|k| low + k as f64 * step).collect();
+                if index % 2 == 1 {
+                    grid.reverse();
+                }
+                let choice = balance::Arguments { harmonics: Some(vec![n_h]), ..arguments.balance.clone() };
+                return Box::new(move |take| {
+                    let ended = balance::sequence(&choice, scene, &grid, None, take)?;
+                    Ok(Ended { branch: index, ..ended })
+                });
+            }
             Box::new(move |take| one(arguments, scene, range, index, known.as_ref(), take))
         })
         .collect();
@@ -135,6 +168,11 @@ pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, 
     list.iter().map(with).collect()
 }
 
+fn options(arguments: &Arguments, range: (f64, f64), points: usize) -> Options {
+    let step = (0.2 * arguments.step, 1e-9, arguments.step);
+    Options { range, step, points, locate: arguments.locate, natural: false }
+}
+
 fn one(
     arguments: &Arguments,
     scene: &Scene,
@@ -167,13 +205,7 @@ fn one(
             }
         }
     };
-    let options = Options {
-        range,
-        step: (0.2 * arguments.step, 1e-9, arguments.step),
-        points: arguments.points.saturating_sub(earlier.len()),
-        locate: arguments.locate,
-        natural: false,
-    };
+    let options = options(arguments, range, arguments.points.saturating_sub(earlier.len()));
     if options.points == 0 {
         return ended("number of points reached (earlier run)".into(), true);
     }

@@ -11,7 +11,7 @@ use faer::Mat;
 
 use super::HbmError;
 use super::reduction::{PhaseOperator, Reduction};
-use super::series::{Basis, Function, Polynomial, Series, product_integral};
+use super::series::{Basis, Function, Integrals, Polynomial, Series};
 use crate::contact::ActiveSet;
 
 /// How the projections are computed.
@@ -183,16 +183,18 @@ fn event_resolved(reduction: &Reduction, q: &Series, y: &Series, omega: f64) -> 
         j if j <= crossings.len() => crossings[j - 1].theta,
         _ => basis.end(),
     };
+    let tables: Vec<Integrals> =
+        (0..=operators.len()).map(|j| Integrals::new(n_h, bound(j))).collect();
     for (j, op) in operators.iter().enumerate() {
         // the open phase has no interface terms
         if sets[j].count() == 0 {
             continue;
         }
-        let (a, b) = (bound(j), bound(j + 1));
+        let (a, b) = (&tables[j], &tables[j + 1]);
         let mut integral = vec![0.0; count * count];
         for k in 0..count {
             for l in 0..=k {
-                let x = product_integral(functions[k], functions[l], b) - product_integral(functions[k], functions[l], a);
+                let x = b.product(functions[k], functions[l]) - a.product(functions[k], functions[l]);
                 (integral[k * count + l], integral[l * count + k]) = (x, x);
             }
         }
@@ -210,18 +212,17 @@ fn event_resolved(reduction: &Reduction, q: &Series, y: &Series, omega: f64) -> 
         for (l, &(harmonic, is_sine)) in functions.iter().enumerate() {
             let (own, partner) = blocks(op, harmonic, is_sine, omega);
             let other = if is_sine { l.wrapping_sub(1) } else { l + 1 };
-            for k in 0..count {
-                let scale = 1.0 / weight(basis, functions[k]);
-                let x = scale * integral[k * count + l];
-                let z = partner.as_ref().map_or(0.0, |_| scale * integral[k * count + other]);
-                for c in 0..r_in {
-                    let column = l * r_in + c;
-                    for i in 0..r {
-                        let mut value = own[(i, c)] * x;
-                        if let Some(p) = &partner {
-                            value += p[(i, c)] * z;
-                        }
-                        derivative[(k * r + i, column)] += value;
+            for c in 0..r_in {
+                let column = derivative.col_as_slice_mut(l * r_in + c);
+                let of_own = own.col_as_slice(c);
+                let of_partner = partner.as_ref().map(|p| p.col_as_slice(c));
+                for (k, target) in column.chunks_exact_mut(r).enumerate() {
+                    let scale = 1.0 / weight(basis, functions[k]);
+                    let x = scale * integral[k * count + l];
+                    target.iter_mut().zip(of_own).for_each(|(t, o)| *t += x * o);
+                    if let Some(p) = of_partner {
+                        let z = scale * integral[k * count + other];
+                        target.iter_mut().zip(p).for_each(|(t, p)| *t += z * p);
                     }
                 }
             }
@@ -244,14 +245,14 @@ fn event_resolved(reduction: &Reduction, q: &Series, y: &Series, omega: f64) -> 
         if slope == 0.0 {
             continue;
         }
+        let step: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
         for l in 0..count {
             for c in 0..r_in {
                 let delay = -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
-                for k in 0..count {
+                let column = derivative.col_as_slice_mut(l * r_in + c);
+                for (k, target) in column.chunks_exact_mut(r).enumerate() {
                     let scale = f[k] * delay / weight(basis, functions[k]);
-                    for i in 0..r {
-                        derivative[(k * r + i, l * r_in + c)] += (before[i] - after[i]) * scale;
-                    }
+                    target.iter_mut().zip(&step).for_each(|(t, s)| *t += scale * s);
                 }
             }
         }

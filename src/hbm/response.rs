@@ -220,3 +220,135 @@ impl Family for Harmonics<'_> {
         match *border {}
     }
 }
+
+/// Where a point of a sequential continuation came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// From the points before it.
+    Continued,
+    /// From a solution with fewer harmonics at the same frequency.
+    Ladder,
+    /// From the first mode.
+    Started,
+}
+
+/// One point of a sequential continuation.
+#[derive(Debug)]
+pub struct Point {
+    /// Frequency.
+    pub omega: f64,
+    /// Number of harmonics.
+    pub n_h: usize,
+    /// The solution, or why there is none.
+    pub solution: Result<Solution, Failure>,
+    /// Where it came from.
+    pub origin: Origin,
+    /// Far from what the points before it let expect.
+    pub jumped: bool,
+}
+
+/// Starts of the first mode, over grazing.
+const STARTS: [f64; 10] = [1.02, 1.1, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 6.0];
+/// A point further than this from the expectation, relative, is a jump.
+const JUMP: f64 = 0.2;
+
+/// What sequential continuation knows of one number of harmonics: the last two solutions.
+#[derive(Debug, Default, Clone)]
+pub struct Track {
+    known: Vec<(f64, Series)>,
+}
+
+impl Track {
+    /// Add a solution.
+    pub fn push(&mut self, omega: f64, q: Series) {
+        self.known.push((omega, q));
+        if self.known.len() > 2 {
+            self.known.remove(0);
+        }
+    }
+
+    /// Guesses at `omega`, best first.
+    fn guesses(&self, omega: f64) -> Vec<Series> {
+        let flat: Vec<(f64, Vec<f64>)> = self.known.iter().map(|(w, q)| (*w, q.a.clone())).collect();
+        let Some((_, like)) = self.known.last() else { return vec![] };
+        crate::continuation::guesses(&flat, omega)
+            .into_iter()
+            .map(|(_, a)| Series { a, ..like.clone() })
+            .collect()
+    }
+}
+
+/// Sequential continuation over `grid` for several numbers of harmonics at once, as the seed does: the secant, the previous point,
+/// then the ladder from the next lower number. `tracks` hold what is known before the first frequency, one for each of
+/// `1` and `harmonics`.
+pub fn sequential(
+    reduction: &mut Reduction,
+    harmonics: &[usize],
+    grid: &[f64],
+    settings: &Settings,
+    tracks: &mut [Track],
+    mut take: impl FnMut(&Reduction, Point) -> crate::continuation::Go,
+) -> Result<(), HbmError> {
+    for &omega in grid {
+        reduction.set_frequency(omega);
+        let mut below: Option<Series> = None;
+        for (k, track) in tracks.iter_mut().enumerate() {
+            let n_h = if k == 0 { 1 } else { harmonics[k - 1] };
+            let guesses = track.guesses(omega);
+            let expected = guesses.first().cloned();
+            let mut found: Option<(Solution, Origin)> = None;
+            let mut failure = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
+            for guess in &guesses {
+                match solve(reduction, guess, omega, settings)? {
+                    Ok(s) => {
+                        found = Some((s, Origin::Continued));
+                        break;
+                    }
+                    Err(e) => failure = e,
+                }
+            }
+            if found.is_none()
+                && let Some(from) = below.as_ref()
+            {
+                let attempt = if from.n_h == n_h {
+                    solve(reduction, from, omega, settings)?
+                } else {
+                    ladder(reduction, from, n_h, omega, settings)?
+                };
+                match attempt {
+                    Ok(s) => found = Some((s, Origin::Ladder)),
+                    Err(e) => failure = e,
+                }
+            }
+            if found.is_none() && k == 0 {
+                let forced = reduction.basis == super::Basis::Full;
+                let zero = forced.then(|| Series::zeros(reduction.basis, 1, reduction.n()));
+                let modes = STARTS.iter().filter(|_| !forced).filter_map(|&a| mode_start(reduction, a));
+                let starts: Vec<Series> = zero.into_iter().chain(modes).collect();
+                for start in starts {
+                    if let Ok(s) = solve(reduction, &start, omega, settings)? {
+                        found = Some((s, Origin::Started));
+                        break;
+                    }
+                }
+            }
+            let point = match found {
+                Some((s, origin)) => {
+                    track.push(omega, s.q.clone());
+                    below = Some(s.q.clone());
+                    let jumped = expected.is_some_and(|e| {
+                        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+                        let d: f64 = e.a.iter().zip(&s.q.a).map(|(a, b)| (a - b).powi(2)).sum();
+                        d > JUMP * JUMP * square(&s.q.a)
+                    });
+                    Point { omega, n_h, solution: Ok(s), origin, jumped }
+                }
+                None => Point { omega, n_h, solution: Err(failure), origin: Origin::Ladder, jumped: false },
+            };
+            if k > 0 && take(reduction, point).is_break() {
+                return Ok(());
+            }
+        }
+    }
+    Ok(())
+}

@@ -196,17 +196,36 @@ impl Polynomial {
     }
 }
 
-/// `∫ f_i f_j dθ` of two basis functions from 0 to `θ`.
-pub fn product_integral((k, sine_k): Function, (l, sine_l): Function, theta: f64) -> f64 {
-    // ∫ cos mθ, ∫ sin mθ
-    let c = |m: f64| if m == 0.0 { theta } else { (m * theta).sin() / m };
-    let s = |m: f64| if m == 0.0 { 0.0 } else { (1.0 - (m * theta).cos()) / m };
-    let (k, l) = (k as f64, l as f64);
-    match (sine_k, sine_l) {
-        (false, false) => 0.5 * (c(k - l) + c(k + l)),
-        (true, true) => 0.5 * (c(k - l) - c(k + l)),
-        (true, false) => 0.5 * (s(k + l) + s(k - l)),
-        (false, true) => 0.5 * (s(k + l) - s(k - l)),
+/// Integrals of products of basis functions from 0 to `θ`, from a table of `∫ cos mθ` and `∫ sin mθ`.
+#[derive(Debug)]
+pub struct Integrals {
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+}
+
+impl Integrals {
+    /// The table for products of harmonics up to `n_h`.
+    pub fn new(n_h: usize, theta: f64) -> Integrals {
+        let (mut cos, mut sin) = (vec![theta], vec![0.0]);
+        for m in 1..=2 * n_h {
+            let m = m as f64;
+            let (s, c) = (m * theta).sin_cos();
+            cos.push(s / m);
+            sin.push((1.0 - c) / m);
+        }
+        Integrals { cos, sin }
+    }
+
+    /// `∫₀^θ f_i f_j dθ`.
+    pub fn product(&self, (k, sine_k): Function, (l, sine_l): Function) -> f64 {
+        let (c, s) = (|m: usize| self.cos[m], |m: usize| self.sin[m]);
+        let odd = |a: usize, b: usize| if a >= b { s(a - b) } else { -s(b - a) };
+        match (sine_k, sine_l) {
+            (false, false) => 0.5 * (c(k.abs_diff(l)) + c(k + l)),
+            (true, true) => 0.5 * (c(k.abs_diff(l)) - c(k + l)),
+            (true, false) => 0.5 * (s(k + l) + odd(k, l)),
+            (false, true) => 0.5 * (s(k + l) - odd(k, l)),
+        }
     }
 }
 
@@ -235,7 +254,7 @@ mod tests {
                     .sum::<f64>()
                     * h
                     / 3.0;
-                assert!((product_integral(f, g, theta) - simpson).abs() < 1e-10, "{f:?} {g:?}");
+                assert!((Integrals::new(4, theta).product(f, g) - simpson).abs() < 1e-10, "{f:?} {g:?}");
             }
         }
     }

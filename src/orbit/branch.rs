@@ -172,6 +172,7 @@ fn point(
         special,
         orbit,
         place: place.map(place_record),
+        series: None,
     })
 }
 
@@ -220,7 +221,7 @@ pub fn sequential(
                     ..PlaceRecord::default()
                 };
                 let orbit = Some(record(body, orbit)?);
-                PointRecord { omega, branch: 0, special: special.into(), orbit, place: Some(place) }
+                PointRecord { omega, branch: 0, special: special.into(), orbit, place: Some(place), series: None }
             }
             None => PointRecord {
                 omega,

@@ -7,6 +7,7 @@ mod content;
 mod orbits;
 mod problem;
 mod reader;
+mod series;
 mod table;
 mod writer;
 
@@ -16,6 +17,10 @@ pub use orbits::{
 };
 pub use problem::write_problem;
 pub use reader::{Stored, read_state};
+pub use series::{
+    CheckRow, Names, SeriesRecord, SeriesWriter, read_crosscheck, read_csv, read_series,
+    write_crosscheck,
+};
 pub use writer::{Writer, WriterOptions};
 
 use std::path::{Path, PathBuf};

@@ -10,6 +10,7 @@ use hdf5::{Group, Location};
 use ndarray::Array2;
 
 use super::reader::open;
+use super::series::{Names, SeriesRecord, SeriesWriter, read_series};
 use super::table::Table;
 use super::writer::{along_axes, create_file};
 use super::{StoreError, Writer, WriterOptions, read_text, write_text};
@@ -87,6 +88,8 @@ pub struct PointRecord {
     pub orbit: Option<OrbitRecord>,
     /// Where to go on.
     pub place: Option<PlaceRecord>,
+    /// The series, if harmonic balance made the point.
+    pub series: Option<SeriesRecord>,
 }
 
 fn word(text: &str) -> Word {
@@ -204,6 +207,9 @@ pub struct FamilyWriter {
     rows: Vec<Table<f64>>,
     special: Table<Word>,
     count: usize,
+    series: Option<SeriesWriter>,
+    /// Most harmonics that a series of this file may have.
+    pub harmonics: usize,
 }
 
 const ROWS: [(&str, &str); 9] = [
@@ -240,7 +246,7 @@ impl FamilyWriter {
         let special = Table::create(&g, "special", None, 64, false, "words")?;
         let points = g.create_group("points")?;
         file.flush()?;
-        Ok(FamilyWriter { file, points, rows: rows?, special, count: 0 })
+        Ok(FamilyWriter { file, points, rows: rows?, special, count: 0, series: None, harmonics: 0 })
     }
 
     /// A new file with the points of an unfinished one, to go on with.
@@ -255,6 +261,7 @@ impl FamilyWriter {
         let temporary = PathBuf::from(format!("{}.part", path.display()));
         let fresh = WriterOptions { force: true, ..options.clone() };
         let mut writer = Self::create(&temporary, scene, nbm, &fresh, kind, &known.branches)?;
+        writer.harmonics = known.harmonics;
         for point in &known.points {
             writer.push_as_stored(point, nbm)?;
         }
@@ -313,9 +320,27 @@ impl FamilyWriter {
         }
         self.special.push(&[word(&p.special)]);
         self.special.append()?;
+        if let Some(series) = &p.series {
+            if self.series.is_none() {
+                self.series = Some(SeriesWriter::create(&self.file, self.harmonics, nbm.n_o())?);
+            }
+            if let Some(writer) = &mut self.series {
+                writer.push(series, self.count)?;
+            }
+        }
         self.count += 1;
         self.file.flush()?;
         Ok(())
+    }
+
+    /// The file, for other groups.
+    pub(super) fn file(&self) -> &hdf5::File {
+        &self.file
+    }
+
+    /// Number of points so far.
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     /// Write the final status.
@@ -343,6 +368,8 @@ pub struct StoredFamily {
     pub branches: Vec<String>,
     /// All points, displacements along the axes.
     pub points: Vec<PointRecord>,
+    /// Most harmonics of `/hbm`.
+    pub harmonics: usize,
 }
 
 impl StoredFamily {
@@ -384,7 +411,21 @@ impl StoredFamily {
                 special: special.as_str().to_owned(),
                 orbit,
                 place,
+                series: None,
             });
+        }
+        let mut harmonics = 0;
+        if let Ok(hbm) = file.group("hbm") {
+            let shape = hbm.dataset("coefficients")?.shape();
+            let rows: Vec<i64> = hbm.dataset("point")?.read_raw()?;
+            harmonics = shape.get(1).map_or(0, |f| f / 2);
+            let n_o = shape.get(2).copied().unwrap_or(0);
+            let series = read_series(path, &Names::default(), n_o)?;
+            for (row, series) in rows.iter().zip(series) {
+                if let Some(point) = all.get_mut(*row as usize) {
+                    point.series = Some(series);
+                }
+            }
         }
         let text = |name: &str| read_text(&file, name).unwrap_or_default();
         Ok(StoredFamily {
@@ -399,6 +440,7 @@ impl StoredFamily {
                 .map(str::to_owned)
                 .collect(),
             points: all,
+            harmonics,
         })
     }
 }
