@@ -4,6 +4,7 @@
 
 mod backbone;
 mod balance;
+mod crosscheck;
 mod error;
 mod export;
 mod family;
@@ -85,6 +86,8 @@ enum Command {
     Backbone(backbone::Arguments),
     /// Forced response over a range of frequencies, for one or several damping ratios
     Response(response::Arguments),
+    /// Harmonic-balance results against the equations in time: is each point a true motion?
+    Crosscheck(crosscheck::Arguments),
     /// Pictures (SVG and PNG) of what a file holds
     Plot(plot::Arguments),
     /// Results for ParaView (VTU/XDMF) or a spreadsheet (CSV)
@@ -110,6 +113,7 @@ pub fn main() -> ExitCode {
         Command::Orbit(a) => orbit::run(a, &cli.global),
         Command::Backbone(a) => backbone::run(a, &cli.global),
         Command::Response(a) => response::run(a, &cli.global),
+        Command::Crosscheck(a) => crosscheck::run(a, &cli.global),
         Command::Plot(a) => plot::run(a, &cli.global),
         Command::Export(a) => export::run(a, &cli.global),
         Command::Inspect(a) => inspect::run(a, &cli.global),

@@ -328,6 +328,14 @@ pub struct Walk {
     pub rate_end: Vec<f64>,
 }
 
+impl Walk {
+    /// `u_O` at a time of the walk.
+    pub fn displacement(&self, t: f64) -> Vec<f64> {
+        let inside = self.links.iter().find(|l| t <= l.span.1);
+        inside.or(self.links.last()).map_or(vec![], |l| l.displacement(t))
+    }
+}
+
 /// One phase of a walk.
 #[derive(Debug)]
 pub struct Link {
@@ -371,6 +379,16 @@ impl Link {
         self.motion.at(&self.spectrum, t, &mut q, &mut v);
         let r = self.row(node);
         (dot(&r, &q) + self.spectrum.offsets[node], dot(&r, &v))
+    }
+
+    fn displacement(&self, t: f64) -> Vec<f64> {
+        let n = self.spectrum.modes.len();
+        let (mut both, mut v) = (vec![0.0; 2 * n], vec![0.0; n]);
+        self.motion.at(&self.spectrum, t, &mut both[..n], &mut v);
+        let mut x = vec![0.0; 2 * n];
+        self.spectrum.from_modes(&both, &mut x);
+        x.truncate(n);
+        x
     }
 
     /// Carry tangent columns over the phase: the homogeneous flow of every mode.

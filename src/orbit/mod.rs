@@ -9,10 +9,12 @@
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits: sequential, natural, by arclength, with all that a file keeps of them;
+//! - [`check`] — a series of another method against the equations in time;
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
 pub mod branch;
 pub mod chain;
+pub mod check;
 pub mod credentials;
 pub mod family;
 pub mod floquet;

@@ -1,0 +1,292 @@
+//! `signorini crosscheck`
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use signorini::orbit::check::{Candidate, check};
+use signorini::orbit::search::{Effort, Verdict};
+use signorini::orbit::{Closure, branch};
+use signorini::report::summary::significant;
+use signorini::scenario::Scene;
+use signorini::store::{
+    CheckRow, FamilyWriter, Names, PointRecord, SeriesRecord, WriterOptions, read_csv, read_series, write_crosscheck,
+};
+
+use super::family::{self, Output};
+use super::{CliError, Global, load};
+
+/// Arguments of `crosscheck`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "BACKBONE is a file of `backbone --method hbm`, a MATLAB v7.3 file (name its variables), or CSV with the columns\n\
+    point, omega, k, part (cos or sin), u_1, …, u_nO.\n\n\
+    Example:\n  signorini backbone scenarios/half-plate-orbit.toml --method hbm -o hbm.h5\n  signorini crosscheck hbm.h5 scenarios/half-plate-orbit.toml -o checked.h5\n  signorini plot checked.h5\n  signorini crosscheck theirs.mat scenarios/half-plate-orbit.toml --omega w --coefficients Q"
+)]
+pub struct Arguments {
+    /// Harmonic-balance results: own file, CSV, or MATLAB v7.3
+    backbone: PathBuf,
+    /// The scene that they are solutions of
+    scene: PathBuf,
+    /// Name of the variable that holds the frequencies (MATLAB)
+    #[arg(long, value_name = "NAME")]
+    omega: Option<String>,
+    /// Name of the variable that holds the coefficients: points × (2 N_h + 1) × n_O, order a_0, a_1, b_1, a_2, b_2, …
+    #[arg(long, value_name = "NAME")]
+    coefficients: Option<String>,
+    /// Do not look for the cause where shooting fails
+    #[arg(long)]
+    quick: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Check every point in time, and shoot from it.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let start = Instant::now();
+    let scene = Scene::read(&arguments.scene)?;
+    let path = arguments.output.path(&scene, "crosscheck");
+    family::check(&path, &arguments.output, false)?;
+    let problem = load::of_scene(&scene)?;
+    let closure = match family::closure(&scene, &problem)? {
+        Closure::Autonomous => Closure::Reversible,
+        other => other,
+    };
+    let series = read(arguments, problem.nbm.n_o())?;
+    if series.is_empty() {
+        return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
+    }
+    let bar = family::bar(global, &scene, series.len() as u64);
+    let results = check_all(arguments, &scene, closure, &series, || {
+        if let Some(bar) = &bar {
+            bar.inc(1);
+        }
+    });
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let results = results?;
+    let rows: Vec<CheckRow> = results.iter().map(|(row, _)| row.clone()).collect();
+    store(&path, arguments, &scene, &problem.nbm, &series, &results)?;
+    let wall = start.elapsed().as_secs_f64();
+    global.print(|| to_json(&rows, &path, wall), || to_text(&scene, &rows, &path, wall));
+    Ok(())
+}
+
+fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {
+    let path = &arguments.backbone;
+    let named = arguments.omega.is_some() || arguments.coefficients.is_some();
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+        if named {
+            return Err(CliError::Input("--omega and --coefficients name variables of a MATLAB file, not of CSV".into()));
+        }
+        return Ok(read_csv(path, n_o)?);
+    }
+    let own = Names::default();
+    let names = Names {
+        omega: arguments.omega.clone().unwrap_or(own.omega),
+        coefficients: arguments.coefficients.clone().unwrap_or(own.coefficients),
+    };
+    read_series(path, &names, n_o).map_err(|e| match e {
+        signorini::store::StoreError::Missing { .. } if !named => CliError::Input(format!(
+            "{e}; for a file of another program name its variables with --omega and --coefficients"
+        )),
+        e => e.into(),
+    })
+}
+
+type Result1 = (CheckRow, Option<PointRecord>);
+
+/// All points, side by side; the order of the results is that of the points.
+fn check_all(
+    arguments: &Arguments,
+    scene: &Scene,
+    closure: Closure,
+    series: &[SeriesRecord],
+    mut tick: impl FnMut(),
+) -> Result<Vec<Result1>, CliError> {
+    let threads = rayon::current_num_threads().max(1);
+    let (sender, receiver) = mpsc::channel::<(usize, Result<Result1, CliError>)>();
+    let mut results: Vec<Option<Result1>> = series.iter().map(|_| None).collect();
+    std::thread::scope(|scope| -> Result<(), CliError> {
+        for thread in 0..threads {
+            let sender = sender.clone();
+            scope.spawn(move || {
+                let body = load::of_scene(scene).and_then(|p| family::propagator(p.nbm));
+                let mut body = match body {
+                    Ok(body) => body,
+                    Err(e) => {
+                        let _ = sender.send((thread, Err(e)));
+                        return;
+                    }
+                };
+                for (k, s) in series.iter().enumerate().skip(thread).step_by(threads) {
+                    let result = one(arguments, &mut body, closure, s);
+                    if sender.send((k, result)).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        for (k, result) in receiver {
+            results[k] = Some(result?);
+            tick();
+        }
+        Ok(())
+    })?;
+    Ok(results.into_iter().flatten().collect())
+}
+
+fn one(
+    arguments: &Arguments,
+    body: &mut signorini::orbit::Propagator,
+    closure: Closure,
+    s: &SeriesRecord,
+) -> Result<Result1, CliError> {
+    let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
+    let candidate = Candidate { omega: s.omega, coefficients: s.coefficients.clone() };
+    let effort = Effort { rescue: !arguments.quick, ..Effort::default() };
+    let checked = check(body, closure, &candidate, &effort).map_err(numerics)?;
+    let orbit = checked.verdict.orbit();
+    let row = CheckRow {
+        omega: s.omega,
+        n_h: s.n_h,
+        energy: checked.energy,
+        residual: checked.residual,
+        return_error: checked.return_error,
+        verdict: checked.verdict.word().into(),
+        message: checked.verdict.to_string(),
+        moved: checked.moved,
+        orbit_energy: orbit.map_or(f64::NAN, |o| o.energy),
+        contact_change: checked.contact_change,
+        same_sequence: checked.same_sequence,
+    };
+    let point = match &checked.verdict {
+        Verdict::Orbit(orbit) => {
+            let record = branch::record(body, orbit).map_err(numerics)?;
+            Some(PointRecord { omega: s.omega, special: "regular".into(), orbit: Some(record), ..PointRecord::default() })
+        }
+        _ => None,
+    };
+    Ok((row, point))
+}
+
+fn store(
+    path: &Path,
+    arguments: &Arguments,
+    scene: &Scene,
+    nbm: &signorini::contact::Nbm,
+    series: &[SeriesRecord],
+    results: &[Result1],
+) -> Result<(), CliError> {
+    let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
+    harmonics.sort_unstable();
+    harmonics.dedup();
+    let names: Vec<String> = harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect();
+    let command: Vec<String> = std::env::args().collect();
+    let options = WriterOptions { force: arguments.output.force, command: command.join(" ") };
+    let mut writer = FamilyWriter::create(path, scene, nbm, &options, "crosscheck sequential", &names)?;
+    writer.harmonics = harmonics.last().copied().unwrap_or(0);
+    for ((row, point), s) in results.iter().zip(series) {
+        let mut point = point.clone().unwrap_or_else(|| PointRecord {
+            omega: row.omega,
+            special: format!("gap: {}", row.verdict),
+            ..PointRecord::default()
+        });
+        point.branch = harmonics.iter().position(|n| *n == row.n_h).unwrap_or(0);
+        point.series = Some(s.clone());
+        writer.push(&point, nbm)?;
+    }
+    let rows: Vec<CheckRow> = results.iter().map(|(row, _)| row.clone()).collect();
+    write_crosscheck(&writer, &rows)?;
+    Ok(writer.finish("complete")?)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.retain(|v| v.is_finite());
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// One line a number of harmonics: points, orbits, distances.
+fn by_harmonics(rows: &[CheckRow]) -> Vec<(usize, usize, usize, usize, f64, f64)> {
+    let mut harmonics: Vec<usize> = rows.iter().map(|r| r.n_h).collect();
+    harmonics.sort_unstable();
+    harmonics.dedup();
+    harmonics
+        .into_iter()
+        .map(|n| {
+            let of: Vec<&CheckRow> = rows.iter().filter(|r| r.n_h == n).collect();
+            let orbits: Vec<&&CheckRow> = of.iter().filter(|r| r.verdict == "orbit").collect();
+            let near = orbits.iter().filter(|r| r.moved < NEAR && r.same_sequence).count();
+            let moved = median(orbits.iter().map(|r| r.moved).collect());
+            let residual = median(of.iter().map(|r| r.residual).collect());
+            (n, of.len(), orbits.len(), near, moved, residual)
+        })
+        .collect()
+}
+
+/// A point whose orbit is nearer than this and has its sequence of switches is that orbit's approximation.
+const NEAR: f64 = 0.1;
+
+fn to_json(rows: &[CheckRow], path: &Path, wall: f64) -> Value {
+    let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
+    let points: Vec<Value> = rows
+        .iter()
+        .map(|r| {
+            json!({
+                "omega": r.omega, "harmonics": r.n_h, "hbm_energy": r.energy, "residual": number(r.residual),
+                "return_error": number(r.return_error), "verdict": r.verdict, "message": r.message, "moved": number(r.moved),
+                "orbit_energy": number(r.orbit_energy), "contact_change": number(r.contact_change),
+                "same_sequence": r.same_sequence,
+            })
+        })
+        .collect();
+    let summary: Vec<Value> = by_harmonics(rows)
+        .into_iter()
+        .map(|(n, points, orbits, near, moved, residual)| {
+            json!({"harmonics": n, "points": points, "orbits": orbits, "near": near, "median_moved": number(moved),
+                "median_residual": number(residual)})
+        })
+        .collect();
+    json!({"points": points, "summary": summary, "wall_s": wall, "output": path.display().to_string()})
+}
+
+fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
+    let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
+    let mut out = format!("{title}: harmonic balance against the equations in time\n");
+    let _ = writeln!(
+        out,
+        "  {:>9} {:>5} {:>12} {:>10} {:>10}  {:<11} {:>9} {:>12} {:>9}  sequence",
+        "omega", "N_h", "energy", "residual", "return", "verdict", "moved", "orbit energy", "contact"
+    );
+    for r in rows {
+        let _ = write!(
+            out,
+            "  {:>9} {:>5} {:>12} {:>10.1e} {:>10.1e}  {:<11}",
+            significant(r.omega, 6), r.n_h, significant(r.energy, 7), r.residual, r.return_error, r.verdict
+        );
+        let _ = match r.verdict == "orbit" {
+            true => writeln!(
+                out,
+                " {:>9.1e} {:>12} {:>+9.1e}  {}",
+                r.moved, significant(r.orbit_energy, 7), r.contact_change, if r.same_sequence { "same" } else { "other" }
+            ),
+            false => writeln!(out),
+        };
+    }
+    for (n, points, orbits, near, moved, residual) in by_harmonics(rows) {
+        let _ = writeln!(
+            out,
+            "  N_h = {n}: shooting finds an orbit from {orbits} of {points} points, {near} of them within {NEAR} and with the same switches; \
+             median distance {moved:.1e}, median residual in time {residual:.1e}"
+        );
+    }
+    let _ = writeln!(out, "  {wall:.1} s; written to {} (pictures: signorini plot {})", path.display(), path.display());
+    out
+}

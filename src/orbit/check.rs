@@ -1,0 +1,207 @@
+//! A periodic series against the equations in time: is it a true motion, or how far from one?
+
+use std::f64::consts::TAU;
+
+use super::OrbitError;
+use super::chain::Propagator;
+use super::reading::read;
+use super::search::{Effort, Verdict, find};
+use super::shooting::{Closure, norm};
+use crate::contact::{ActiveSet, Phase};
+use crate::event::SwitchKind;
+use crate::problem::State;
+
+/// A series `u_O(t) = Σ a_k cos kωt + b_k sin kωt` of another method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Frequency.
+    pub omega: f64,
+    /// `a_0, a_1, b_1, a_2, b_2, …`, each of length `n_O`.
+    pub coefficients: Vec<f64>,
+}
+
+/// What the time domain says of a candidate.
+#[derive(Debug, Clone)]
+pub struct Checked {
+    /// Energy at `t = 0`.
+    pub energy: f64,
+    /// Root mean square over the period of `ü_O − ü_O(u, u̇)` over that of `ü_O`, in the norm of the open phase's mass.
+    pub residual: f64,
+    /// `‖x(T) − x(0)‖ / ‖x(0)‖` of its initial state.
+    pub return_error: f64,
+    /// What shooting from it found.
+    pub verdict: Verdict,
+    /// How far shooting moved the state, relative to the orbit.
+    pub moved: f64,
+    /// Change of the contact time, over the period.
+    pub contact_change: f64,
+    /// Whether nodes switch in the same order.
+    pub same_sequence: bool,
+}
+
+/// Times at which the residual is taken.
+const SAMPLES: usize = 512;
+
+impl Candidate {
+    /// Displacements, velocities and accelerations at `t`.
+    pub fn at(&self, n: usize, t: f64) -> [Vec<f64>; 3] {
+        let [mut u, mut v, mut a] = [0; 3].map(|_| vec![0.0; n]);
+        for (f, c) in self.coefficients.chunks_exact(n).enumerate() {
+            let kw = f.div_ceil(2) as f64 * self.omega;
+            let (sin, cos) = (kw * t).sin_cos();
+            let is_sine = f > 0 && f % 2 == 0;
+            let (x, dx) = if is_sine { (sin, kw * cos) } else { (cos, -kw * sin) };
+            for i in 0..n {
+                u[i] += x * c[i];
+                v[i] += dx * c[i];
+                a[i] -= kw * kw * x * c[i];
+            }
+        }
+        [u, v, a]
+    }
+
+    /// Whether it starts at rest and is symmetric in time: no sine parts.
+    pub fn is_reversible(&self, n: usize) -> bool {
+        let size = |f: usize| norm(&self.coefficients[f * n..(f + 1) * n]);
+        let functions = self.coefficients.len() / n;
+        let sines: f64 = (2..functions).step_by(2).map(size).sum();
+        let all: f64 = (0..functions).map(size).sum();
+        sines <= 1e-12 * all
+    }
+}
+
+/// Confront a candidate with the equations in time, and shoot from it.
+pub fn check(
+    body: &mut Propagator,
+    closure: Closure,
+    candidate: &Candidate,
+    effort: &Effort,
+) -> Result<Checked, OrbitError> {
+    let n = body.n();
+    for h in &mut body.nbm.loads.harmonics {
+        h.omega = candidate.omega;
+    }
+    let closure = match closure {
+        Closure::Reversible if !candidate.is_reversible(n) => Closure::Autonomous,
+        other => other,
+    };
+    let period = TAU / candidate.omega;
+    let (residual, contact_time, sequence) = along(body, candidate, period)?;
+    let [u, v, _] = candidate.at(n, 0.0);
+    let state = State { u, v };
+    let nbm = &body.nbm;
+    let phase = Phase::new(nbm, ActiveSet::new(nbm.solve_lcp(&state.u, &ActiveSet::open(nbm.n_contact()))?.active))?;
+    let (mut full_u, mut full_v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
+    phase.expand_displacement(nbm, &state.u, &mut full_u);
+    phase.expand_velocity(nbm, &state.v, &mut full_v);
+    let energy = nbm.kinetic(&full_v) + nbm.elastic(&full_u);
+    let z = body.frame(&state);
+    let return_error = match read(body, &state, period) {
+        Ok(reading) => {
+            let end = body.frame(&reading.report.last);
+            let d: Vec<f64> = end.iter().zip(&z).map(|(a, b)| a - b).collect();
+            norm(&d) / norm(&z)
+        }
+        Err(OrbitError::Incomplete(_) | OrbitError::Held { .. }) => f64::NAN,
+        Err(e) => return Err(e),
+    };
+    let unknowns = closure.unknowns(n);
+    let verdict = find(body, closure, &z[..unknowns], candidate.omega, effort)?;
+    let (mut moved, mut contact_change, mut same_sequence) = (f64::NAN, f64::NAN, false);
+    if let Some(orbit) = verdict.orbit() {
+        let d: Vec<f64> = orbit.z.iter().zip(&z).map(|(a, b)| a - b).collect();
+        moved = norm(&d) / norm(&orbit.z);
+        contact_change = (orbit.contact_time - contact_time) / period;
+        let of_orbit: Vec<(usize, bool)> =
+            orbit.switches.iter().map(|s| (s.contact, s.kind == SwitchKind::Close)).collect();
+        same_sequence = of_orbit == sequence;
+    }
+    Ok(Checked { energy, residual, return_error, verdict, moved, contact_change, same_sequence })
+}
+
+/// Residual, contact time and switches along a candidate.
+#[allow(clippy::type_complexity)]
+fn along(
+    body: &Propagator,
+    candidate: &Candidate,
+    period: f64,
+) -> Result<(f64, f64, Vec<(usize, bool)>), OrbitError> {
+    let nbm = &body.nbm;
+    let n = body.n();
+    let mut scratch = nbm.scratch();
+    let mut phases: std::collections::HashMap<ActiveSet, Phase> = std::collections::HashMap::new();
+    let (mut defect, mut size, mut contact_time) = (0.0, 0.0, 0.0);
+    let mut set = ActiveSet::open(nbm.n_contact());
+    let mut last: Option<(f64, ActiveSet)> = None;
+    let mut sequence = vec![];
+    let set_at = |t: f64, start: &ActiveSet| -> Result<ActiveSet, OrbitError> {
+        let [u, ..] = candidate.at(n, t);
+        Ok(ActiveSet::new(nbm.solve_lcp(&u, start)?.active))
+    };
+    for k in 0..=SAMPLES {
+        let t = period * k as f64 / SAMPLES as f64;
+        let [u, v, a] = candidate.at(n, t);
+        set = ActiveSet::new(nbm.solve_lcp(&u, &set)?.active);
+        if let Some((before, previous)) = &last {
+            refine(&set_at, (*before, previous.clone()), (t, set.clone()), 0, &mut sequence)?;
+            // between two samples the trapezoidal rule of "any node touches"
+            let touching = [previous, &set].iter().filter(|s| s.count() > 0).count();
+            contact_time += 0.5 * touching as f64 * (t - before);
+        }
+        last = Some((t, set.clone()));
+        if !phases.contains_key(&set) {
+            phases.insert(set.clone(), Phase::new(nbm, set.clone())?);
+        }
+        let mut true_a = vec![0.0; n];
+        phases[&set].acceleration(nbm, t, &u, &v, &mut scratch, &mut true_a);
+        let mut both: Vec<f64> = a.iter().zip(&true_a).map(|(a, b)| a - b).collect();
+        both.extend(&a);
+        let mut modal = vec![0.0; 2 * n];
+        body.open.to_modes(&both, &mut modal);
+        defect += modal[..n].iter().map(|x| x * x).sum::<f64>();
+        size += modal[n..].iter().map(|x| x * x).sum::<f64>();
+    }
+    let sequence = sequence.into_iter().map(|(_, c, closes)| (c, closes)).collect();
+    Ok(((defect / size.max(f64::MIN_POSITIVE)).sqrt(), contact_time, sequence))
+}
+
+/// The order of the switches between two times at which the sets are known, by halving where several nodes changed.
+fn refine(
+    set_at: &dyn Fn(f64, &ActiveSet) -> Result<ActiveSet, OrbitError>,
+    (a, before): (f64, ActiveSet),
+    (b, after): (f64, ActiveSet),
+    depth: u32,
+    sequence: &mut Vec<(f64, usize, bool)>,
+) -> Result<(), OrbitError> {
+    let changes: Vec<usize> =
+        (0..before.flags().len()).filter(|&i| before.is_active(i) != after.is_active(i)).collect();
+    if changes.len() > 1 && depth < 40 {
+        let middle = 0.5 * (a + b);
+        let set = set_at(middle, &before)?;
+        refine(set_at, (a, before), (middle, set.clone()), depth + 1, sequence)?;
+        return refine(set_at, (middle, set), (b, after), depth + 1, sequence);
+    }
+    sequence.extend(changes.into_iter().map(|i| (0.5 * (a + b), i, after.is_active(i))));
+    Ok(())
+}
+
+/// The series of an orbit: Fourier coefficients of its motion, by integration over evenly spaced states.
+pub fn series_of_orbit(body: &Propagator, z: &[f64], omega: f64, n_h: usize) -> Result<Candidate, OrbitError> {
+    let n = body.n();
+    let period = TAU / omega;
+    let samples = 64 * n_h.max(8);
+    let reading = read(body, &body.state(z), period)?;
+    let walk = body.walk(&reading.chain, z, &reading.times, period)?;
+    let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
+    for k in 0..samples {
+        let t = period * k as f64 / samples as f64;
+        let u = walk.displacement(t);
+        for (f, c) in coefficients.chunks_exact_mut(n).enumerate() {
+            let angle = f.div_ceil(2) as f64 * omega * t;
+            let x = if f > 0 && f % 2 == 0 { angle.sin() } else { angle.cos() };
+            let weight = if f == 0 { 1.0 } else { 2.0 } / samples as f64;
+            c.iter_mut().zip(&u).for_each(|(c, u)| *c += weight * x * u);
+        }
+    }
+    Ok(Candidate { omega, coefficients })
+}
