@@ -11,6 +11,8 @@ mod bar_orbits;
 mod bouncing_bar;
 #[path = "hard/case.rs"]
 mod hard;
+#[path = "harmonic-balance/case.rs"]
+mod harmonic_balance;
 #[path = "oscillator/case.rs"]
 mod oscillator;
 #[path = "oscillator-orbits/case.rs"]
@@ -84,7 +86,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 8] = [
+pub static CASES: [Case; 9] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -93,6 +95,7 @@ pub static CASES: [Case; 8] = [
     hard::CASE,
     bar_orbits::CASE,
     oscillator_orbits::CASE,
+    harmonic_balance::CASE,
 ];
 
 /// A scene of a case with another number of elements.
