@@ -3,10 +3,13 @@
 //! Finds what only the mesh and the matrices can tell: rigid motions, prescribed contact edges, penetrating
 //! initial states. Every such finding is an [`Issue`] that names the key of the scene.
 
+use std::path::Path;
+
 use thiserror::Error;
 
+use crate::contact::boundary::BoundaryOperator;
 use crate::contact::{ActiveSet, ContactEdge, ContactError, Nbm, Phase, Rayleigh};
-use crate::fem::{Body, DofMap, FemError, Loads, Material, Modes, eigen, load};
+use crate::fem::{Body, Csr, DofMap, FemError, Loads, Material, Modes, eigen, load, read_matrix};
 use crate::mesh::Mesh;
 use crate::scenario::{
     Amplitude, Axis, BodyKind, Field, Issue, Load, LoadKind, MassKind, Scene, SceneError,
@@ -50,14 +53,24 @@ pub type StoredState = (Vec<f64>, Vec<f64>);
 impl Problem {
     /// Set up a scene. `stored` is the state of the file named in `[initial]`, if any.
     pub fn new(scene: &Scene, stored: Option<StoredState>) -> Result<Problem, ProblemError> {
-        let body = assemble(scene);
-        let edge = contact_edge(scene, &body)?;
-        if let Some(issue) = empty(scene, &body) {
-            return Err(scene.error(issue).into());
-        }
-        let mut nbm = Nbm::new(body, edge.as_ref()).map_err(|e| match e {
+        let given = match scene.body.kind {
+            BodyKind::Matrices => Some(given_body(scene)?),
+            _ => None,
+        };
+        let built = match given {
+            Some((body, operator, gap)) => Nbm::with_operator(body, operator, gap),
+            None => {
+                let body = assemble(scene);
+                let edge = contact_edge(scene, &body)?;
+                if let Some(issue) = empty(scene, &body) {
+                    return Err(scene.error(issue).into());
+                }
+                Nbm::new(body, edge.as_ref())
+            }
+        };
+        let mut nbm = built.map_err(|e| match e {
             ContactError::NotPMatrix { .. } => ProblemError::Scene(scene.error(Issue::new(
-                "contact.edge",
+                if scene.body.kind == BodyKind::Matrices { "contact.n_c" } else { "contact.edge" },
                 e.to_string(),
                 "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"",
             ))),
@@ -65,6 +78,9 @@ impl Problem {
         })?;
         let modes = OpenModes::for_scene(scene, &nbm)?;
         nbm.damping = damping(scene, &modes)?;
+        if let Some(name) = &scene.body.damping_matrix {
+            nbm.damping = Some(rayleigh_of(scene, &nbm, name)?);
+        }
         nbm.loads = loads(scene, &nbm, &modes)?;
         let initial = initial_state(scene, &nbm, &modes, stored)?;
         let problem = Problem { nbm, initial };
@@ -114,12 +130,149 @@ pub fn mesh(scene: &Scene) -> Mesh {
     match b.kind {
         BodyKind::Bar => Mesh::bar(b.size[0], b.elements[0]),
         BodyKind::Plate => Mesh::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1]),
+        BodyKind::Matrices => {
+            // as many points as displacements; the files are read when the problem is set up
+            let folder = folder(scene);
+            let rows = b.mass_matrix.as_ref().and_then(|name| read_matrix(folder, name).ok());
+            Mesh::bar(given_length(scene), rows.map_or(1, |m| m.n_rows()))
+        }
     }
+}
+
+/// Files are named relative to the scene.
+fn folder(scene: &Scene) -> &Path {
+    scene.source.file.parent().unwrap_or(Path::new(""))
+}
+
+/// Gaps of given contact displacements.
+fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
+    let Some(c) = &scene.contact else { return vec![] };
+    match (&c.gaps, &c.gap) {
+        (Some(list), _) => list.clone(),
+        (None, Some(gap)) => vec![gap.at([0.0, 0.0]); count],
+        (None, None) => vec![],
+    }
+}
+
+/// The unit of length of a body without geometry: its largest gap.
+fn given_length(scene: &Scene) -> f64 {
+    let count = scene.contact.as_ref().and_then(|c| c.displacements.as_ref()).map_or(0, Vec::len);
+    let largest = given_gaps(scene, count).iter().fold(0.0f64, |m, g| m.max(g.abs()));
+    if largest > 0.0 { largest } else { 1.0 }
+}
+
+/// A body and its boundary operator from files.
+fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), ProblemError> {
+    let folder = folder(scene);
+    let issue = |key: &str, message: String, help: &str| -> ProblemError {
+        scene.error(Issue::new(key, message, help)).into()
+    };
+    let read = |key: &str, name: &Option<String>| -> Result<Csr, ProblemError> {
+        let name = name.as_deref().unwrap_or("");
+        let help = "give a Matrix Market file, or FILE.h5:/dataset, relative to the scene";
+        read_matrix(folder, name).map_err(|e| issue(key, e, help))
+    };
+    let b = &scene.body;
+    let mass = read("body.mass_matrix", &b.mass_matrix)?;
+    let stiffness = read("body.stiffness_matrix", &b.stiffness_matrix)?;
+    let n = mass.n_rows();
+    for (key, a) in [("body.mass_matrix", &mass), ("body.stiffness_matrix", &stiffness)] {
+        if (a.n_rows(), a.n_cols()) != (n, n) {
+            let message = format!("is {} × {}, and the mass matrix {n} × {}", a.n_rows(), a.n_cols(), mass.n_cols());
+            return Err(issue(key, message, "give square matrices of one size"));
+        }
+        let largest = a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
+        let transposed = Csr::from_triplets(n, n, a.triplets().map(|(i, j, v)| (j, i, v)).collect());
+        let skew = Csr::combination(1.0, a, -1.0, &transposed).triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
+        if skew > 1e-10 * largest {
+            return Err(issue(key, format!("is not symmetric: entries differ by {skew:.1e}"), "give a symmetric matrix"));
+        }
+    }
+    let none = vec![];
+    let contact = scene.contact.as_ref();
+    let rows: &Vec<usize> = contact.and_then(|c| c.displacements.as_ref()).unwrap_or(&none);
+    if let Some(bad) = rows.iter().enumerate().find(|(k, i)| **i >= n || rows[..*k].contains(*i)) {
+        let message = format!("{} is no row of the matrices, or stands there twice", bad.1);
+        return Err(issue("contact.displacements", message, &format!("give rows from 0 to {}", n - 1)));
+    }
+    let gap = given_gaps(scene, rows.len());
+    if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
+        let message = format!("{} gaps for {} contact displacements", gap.len(), rows.len());
+        return Err(issue("contact.gaps", message, "give one finite number each"));
+    }
+    let body = Body::from_matrices(&mass, &stiffness, rows, given_length(scene)).map_err(|e| {
+        issue("body.stiffness_matrix", e.to_string(), "give positive definite matrices: a body that is held")
+    })?;
+    let (n_o, n_c) = (body.dofs.n_o, rows.len());
+    let (c_part, o_part) = match contact.and_then(|c| c.stress.as_ref()) {
+        Some(stress) => {
+            if stress.len() != n_c || stress.iter().flatten().any(|(i, _)| *i >= n) {
+                let message = "needs one list of [displacement, coefficient] for each contact displacement".to_owned();
+                return Err(issue("contact.stress", message, "stress = [[[66, 10.0], [62, -10.0]]]"));
+            }
+            let (mut c_part, mut o_part) = (vec![], vec![]);
+            for (k, terms) in stress.iter().enumerate() {
+                for &(i, v) in terms {
+                    match body.dofs.of(i + 1, 0).map_or(0, |(p, _)| p) {
+                        p if p < n_o => o_part.push((k, p, v)),
+                        p => c_part.push((k, p - n_o, v)),
+                    }
+                }
+            }
+            (Csr::from_triplets(n_c, n_c, c_part), Csr::from_triplets(n_c, n_o, o_part))
+        }
+        None if n_c == 0 => (Csr::from_triplets(0, 0, vec![]), Csr::from_triplets(0, n_o, vec![])),
+        None => {
+            let c = read("contact.n_c", &contact.and_then(|c| c.n_c.clone()))?;
+            let o = read("contact.n_o", &contact.and_then(|c| c.n_o.clone()))?;
+            for (key, a, wanted) in [("contact.n_c", &c, n_c), ("contact.n_o", &o, n_o)] {
+                if (a.n_rows(), a.n_cols()) != (n_c, wanted) {
+                    let message = format!("is {} × {}", a.n_rows(), a.n_cols());
+                    return Err(issue(key, message, &format!("give a {n_c} × {wanted} matrix")));
+                }
+            }
+            (c, o)
+        }
+    };
+    let mut dense = nalgebra::DMatrix::zeros(n_c, n_c);
+    c_part.triplets().for_each(|(i, j, v)| dense[(i, j)] = v);
+    Ok((body, BoundaryOperator { n_c: dense, n_o: o_part, area: vec![1.0; n_c] }, gap))
+}
+
+/// `α`, `β` of a damping matrix that is a combination of `M` and `K`.
+fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, ProblemError> {
+    let issue = |message: String| -> ProblemError {
+        let help = "give a C that is α M + β K, or [damping] in its place";
+        scene.error(Issue::new("body.damping_matrix", message, help)).into()
+    };
+    let c = read_matrix(folder(scene), name).map_err(&issue)?;
+    let n = nbm.n();
+    if (c.n_rows(), c.n_cols()) != (n, n) {
+        return Err(issue(format!("is {} × {}, the other matrices {n} × {n}", c.n_rows(), c.n_cols())));
+    }
+    let place = |i: usize| nbm.body.dofs.of(i + 1, 0).map_or(0, |(k, _)| k);
+    let c = Csr::from_triplets(n, n, c.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect());
+    let dense = |a: &Csr| -> Vec<f64> {
+        let mut d = vec![0.0; n * n];
+        a.triplets().for_each(|(i, j, v)| d[i * n + j] = v);
+        d
+    };
+    let (c, m, k) = (dense(&c), dense(&nbm.body.mass), dense(&nbm.body.stiffness));
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (mm, mk, kk, cm, ck) = (dot(&m, &m), dot(&m, &k), dot(&k, &k), dot(&c, &m), dot(&c, &k));
+    let det = mm * kk - mk * mk;
+    let (alpha, beta) = ((cm * kk - ck * mk) / det, (ck * mm - cm * mk) / det);
+    let rest: f64 = (0..n * n).map(|i| (c[i] - alpha * m[i] - beta * k[i]).powi(2)).sum();
+    let share = (rest / dot(&c, &c)).sqrt();
+    if share > 1e-8 || alpha < -1e-12 || beta < -1e-12 {
+        return Err(issue(format!("is not α M + β K with α, β ≥ 0: {share:.1e} of it is left over")));
+    }
+    Ok(Rayleigh { alpha: alpha.max(0.0), beta: beta.max(0.0) })
 }
 
 fn assemble(scene: &Scene) -> Body {
     let b = &scene.body;
-    let (young, density) = (b.young, b.density);
+    let (young, density) = (b.young.unwrap_or(1.0), b.density.unwrap_or(1.0));
     let material = match b.kind {
         BodyKind::Bar => Material::Bar { young, density, area: b.area.unwrap_or(1.0) },
         BodyKind::Plate => Material::Plate {
@@ -128,6 +281,7 @@ fn assemble(scene: &Scene) -> Body {
             density,
             thickness: b.thickness.unwrap_or(1.0),
         },
+        BodyKind::Matrices => Material::Bar { young: 1.0, density: 1.0, area: 1.0 },
     };
     let mesh = mesh(scene);
     let fixed: Vec<_> = scene
@@ -135,7 +289,7 @@ fn assemble(scene: &Scene) -> Body {
         .iter()
         .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
         .collect();
-    let dofs = DofMap::new(&mesh, &fixed, scene.contact.as_ref().map(|c| c.edge));
+    let dofs = DofMap::new(&mesh, &fixed, scene.contact.as_ref().and_then(|c| c.edge));
     Body::assemble(mesh, dofs, material, b.mass == MassKind::Lumped)
 }
 
@@ -153,21 +307,22 @@ fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
 
 fn contact_edge(scene: &Scene, body: &Body) -> Result<Option<ContactEdge>, ProblemError> {
     let Some(c) = &scene.contact else { return Ok(None) };
+    let (Some(edge), Some(field)) = (c.edge, c.gap.as_ref()) else { return Ok(None) };
     let nodes = &body.dofs.contact_nodes;
     if nodes.is_empty() {
-        let axis = ["x", "y"][c.edge.axis()];
+        let axis = ["x", "y"][edge.axis()];
         return Err(scene
             .error(Issue::new(
                 "contact.edge",
                 format!(
                     "all {axis} displacements of the edge \"{}\" are prescribed",
-                    c.edge.name()
+                    edge.name()
                 ),
                 "choose another edge, or free it in [[support]]",
             ))
             .into());
     }
-    let gap: Vec<f64> = nodes.iter().map(|&n| c.gap.at(body.mesh.nodes[n])).collect();
+    let gap: Vec<f64> = nodes.iter().map(|&n| field.at(body.mesh.nodes[n])).collect();
     if let Some(k) = gap.iter().position(|g| !g.is_finite()) {
         let [x, y] = body.mesh.nodes[nodes[k]];
         return Err(scene
@@ -178,7 +333,7 @@ fn contact_edge(scene: &Scene, body: &Body) -> Result<Option<ContactEdge>, Probl
             ))
             .into());
     }
-    Ok(Some(ContactEdge { edge: c.edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
+    Ok(Some(ContactEdge { edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
 }
 
 /// The modes of the open phase that a scene names, computed once and only if it names any.

@@ -83,15 +83,19 @@ const STORE_LIMIT: usize = 2_000_000;
 impl Nbm {
     /// Build the operators; `contact` absent gives a linear body (`n_C = 0`).
     pub fn new(body: Body, contact: Option<&ContactEdge>) -> Result<Nbm, ContactError> {
-        let n_o = body.dofs.n_o;
         let operator = match contact {
             Some(c) => boundary::assemble(&body, c.edge, c.lumped),
             None => BoundaryOperator {
                 n_c: DMatrix::zeros(0, 0),
-                n_o: Csr::from_triplets(0, n_o, vec![]),
+                n_o: Csr::from_triplets(0, body.dofs.n_o, vec![]),
                 area: vec![],
             },
         };
+        Nbm::with_operator(body, operator, contact.map_or(vec![], |c| c.gap.clone()))
+    }
+
+    /// The same with a boundary operator that is given.
+    pub fn with_operator(body: Body, operator: BoundaryOperator, gap: Vec<f64>) -> Result<Nbm, ContactError> {
         let BoundaryOperator { n_c, n_o, area } = operator;
         let size = area.len();
         let p_matrix = lcp::p_matrix(&n_c, &area);
@@ -135,7 +139,7 @@ impl Nbm {
             Correction::Solve
         };
         Ok(Nbm {
-            gap: contact.map_or(vec![], |c| c.gap.clone()),
+            gap,
             damping: None,
             loads: Loads::default(),
             p_matrix,

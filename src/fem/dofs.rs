@@ -61,6 +61,28 @@ impl DofMap {
         }
     }
 
+    /// The displacements of given matrices: node `i + 1` of a row of points carries row `i`; node 0 is fixed.
+    pub fn of_rows(n: usize, contact: &[usize]) -> DofMap {
+        let mut index = vec![None; n + 1];
+        let mut n_o = 0;
+        for i in (0..n).filter(|i| !contact.contains(i)) {
+            index[i + 1] = Some(n_o);
+            n_o += 1;
+        }
+        for (k, &i) in contact.iter().enumerate() {
+            index[i + 1] = Some(n_o + k);
+        }
+        DofMap {
+            dim: 1,
+            n_o,
+            n_c: contact.len(),
+            contact_nodes: contact.iter().map(|i| i + 1).collect(),
+            contact_axis: 0,
+            contact_sign: 1.0,
+            index,
+        }
+    }
+
     /// Length of `u`.
     pub fn n(&self) -> usize {
         self.n_o + self.n_c

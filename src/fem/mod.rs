@@ -4,6 +4,7 @@ pub mod body;
 pub mod dofs;
 pub mod eigen;
 pub mod element;
+mod files;
 pub mod load;
 pub mod sparse;
 
@@ -12,6 +13,7 @@ pub use dofs::DofMap;
 pub use eigen::Modes;
 pub use element::Material;
 pub use load::{Harmonic, Loads};
+pub use files::read_matrix;
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 
 use thiserror::Error;

@@ -41,7 +41,7 @@ impl Scene {
     /// Space dimension of the displacement.
     pub fn dim(&self) -> usize {
         match self.body.kind {
-            BodyKind::Bar => 1,
+            BodyKind::Bar | BodyKind::Matrices => 1,
             BodyKind::Plate => 2,
         }
     }
@@ -59,13 +59,35 @@ impl Scene {
 
     fn check_body(&self) -> Check {
         let b = &self.body;
+        if b.kind == BodyKind::Matrices {
+            return self.check_matrices();
+        }
+        let files = [
+            ("body.mass_matrix", b.mass_matrix.is_some()),
+            ("body.stiffness_matrix", b.stiffness_matrix.is_some()),
+            ("body.damping_matrix", b.damping_matrix.is_some()),
+        ];
+        if let Some((key, _)) = files.iter().find(|f| f.1) {
+            let message = "belongs to kind = \"matrices\", this body has elements";
+            return Err(Issue::new(*key, message, "remove the key or change body.kind"));
+        }
+        for (key, value) in [("young", b.young), ("density", b.density)] {
+            if value.is_none() {
+                return Err(Issue::new(format!("body.{key}"), "is missing", format!("{key} = 1.0")));
+            }
+        }
+        for (key, is_empty) in [("size", b.size.is_empty()), ("elements", b.elements.is_empty())] {
+            if is_empty {
+                return Err(Issue::new(format!("body.{key}"), "is missing", "see the scene reference in the README"));
+            }
+        }
         let (size, elements) =
             if self.dim() == 1 { ("[1.0]", "[20]") } else { ("[1.0, 0.5]", "[20, 10]") };
         length("body.size", b.size.len(), self.dim(), size)?;
         length("body.elements", b.elements.len(), self.dim(), elements)?;
         b.size.iter().try_for_each(|&v| positive("body.size", v))?;
-        positive("body.young", b.young)?;
-        positive("body.density", b.density)?;
+        positive("body.young", b.young.unwrap_or(f64::NAN))?;
+        positive("body.density", b.density.unwrap_or(f64::NAN))?;
         if b.elements.contains(&0) {
             return Err(Issue::new("body.elements", "needs at least one element", elements));
         }
@@ -86,6 +108,7 @@ impl Scene {
             BodyKind::Bar if b.thickness.is_some() => misplaced("body.thickness", "plate"),
             BodyKind::Bar => positive("body.area", b.area.unwrap_or(1.0)),
             BodyKind::Plate if b.area.is_some() => misplaced("body.area", "bar"),
+            BodyKind::Matrices => Ok(()),
             BodyKind::Plate => {
                 positive("body.thickness", b.thickness.unwrap_or(1.0))?;
                 let nu = b.poisson.ok_or_else(|| {
@@ -135,7 +158,92 @@ impl Scene {
 
     fn check_contact(&self) -> Check {
         let Some(c) = &self.contact else { return Ok(()) };
-        self.check_edge("contact.edge", c.edge)
+        if self.body.kind == BodyKind::Matrices {
+            return self.check_given_contact();
+        }
+        for (key, given) in [
+            ("gaps", c.gaps.is_some()),
+            ("displacements", c.displacements.is_some()),
+            ("n_c", c.n_c.is_some()),
+            ("n_o", c.n_o.is_some()),
+            ("stress", c.stress.is_some()),
+        ] {
+            if given {
+                let message = "belongs to body.kind = \"matrices\"";
+                return Err(Issue::new(format!("contact.{key}"), message, "give edge and gap"));
+            }
+        }
+        if c.gap.is_none() {
+            return Err(Issue::new("contact.gap", "is missing", "gap = 1.0, or an expression of x and y"));
+        }
+        match c.edge {
+            Some(edge) => self.check_edge("contact.edge", edge),
+            None => Err(Issue::new("contact.edge", "is missing", "edge = \"right\"")),
+        }
+    }
+
+    /// A body whose matrices come from files.
+    fn check_matrices(&self) -> Check {
+        let b = &self.body;
+        for (key, given) in [
+            ("size", !b.size.is_empty()),
+            ("elements", !b.elements.is_empty()),
+            ("young", b.young.is_some()),
+            ("density", b.density.is_some()),
+            ("poisson", b.poisson.is_some()),
+            ("thickness", b.thickness.is_some()),
+            ("area", b.area.is_some()),
+        ] {
+            if given {
+                let message = "belongs to a body of elements, this one comes from files";
+                return Err(Issue::new(format!("body.{key}"), message, "remove the key or change body.kind"));
+            }
+        }
+        for (key, file) in [("mass_matrix", &b.mass_matrix), ("stiffness_matrix", &b.stiffness_matrix)] {
+            if file.is_none() {
+                let help = format!("{key} = \"M.mtx\" (Matrix Market), or \"FILE.h5:/dataset\"");
+                return Err(Issue::new(format!("body.{key}"), "is missing", help));
+            }
+        }
+        if !self.supports.is_empty() {
+            return Err(Issue::new("support", "has no edges here", "leave prescribed displacements out of the matrices"));
+        }
+        if let Some(i) = self.loads.iter().position(|l| l.kind != LoadKind::Mode) {
+            let message = "needs a mesh, and this body comes from files";
+            return Err(Issue::new(format!("load[{i}].kind"), message, "give kind = \"mode\""));
+        }
+        if self.initial.displacement.is_some() || self.initial.velocity.is_some() {
+            let message = "expressions of x and y need a mesh";
+            return Err(Issue::new("initial", message, "give mode and amplitude, or file"));
+        }
+        if b.damping_matrix.is_some() && self.damping.is_some() {
+            let message = "stands beside body.damping_matrix";
+            return Err(Issue::new("damping", message, "one of them is enough"));
+        }
+        Ok(())
+    }
+
+    fn check_given_contact(&self) -> Check {
+        let Some(c) = &self.contact else { return Ok(()) };
+        let issue = |key: &str, message: &str, help: &str| Err(Issue::new(format!("contact.{key}"), message, help));
+        if c.edge.is_some() {
+            return issue("edge", "there are no edges: the body comes from files", "give displacements = [66, 67]");
+        }
+        if c.displacements.as_ref().is_none_or(Vec::is_empty) {
+            return issue("displacements", "is missing", "displacements = [66, 67], rows of the matrices counted from 0");
+        }
+        match (&c.gap, &c.gaps) {
+            (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
+            _ => return issue("gap", "give a number gap, or a list gaps, and no expression", "gap = 1.0"),
+        }
+        match (&c.n_c, &c.n_o, &c.stress) {
+            (Some(_), Some(_), None) | (None, None, Some(_)) => Ok(()),
+            _ => issue(
+                "n_c",
+                "the boundary operator is n_c and n_o, or a nodal one as stress",
+                "n_c = \"N_C.mtx\", n_o = \"N_O.mtx\"",
+            ),
+        }
     }
 
     fn check_damping(&self) -> Check {
@@ -271,7 +379,7 @@ impl Scene {
                 count_from_one("initial.mode", m)?;
                 finite("initial.amplitude", a)?;
                 let scalable = match &self.contact {
-                    Some(c) => !matches!(c.gap, Field::Constant(0.0)),
+                    Some(c) => !matches!(c.gap, Some(Field::Constant(0.0))),
                     None => true,
                 };
                 if !scalable {

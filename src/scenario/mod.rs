@@ -59,18 +59,20 @@ pub struct Source {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Bar or plate.
+    /// Bar, plate, or matrices from files.
     pub kind: BodyKind,
     /// `[L]` or `[L, H]`.
+    #[serde(default)]
     pub size: Vec<f64>,
     /// `[n]` or `[nx, ny]`.
+    #[serde(default)]
     pub elements: Vec<usize>,
     /// Young's modulus E.
-    pub young: f64,
+    pub young: Option<f64>,
     /// Poisson's ratio ν (plate).
     pub poisson: Option<f64>,
     /// Mass density ρ.
-    pub density: f64,
+    pub density: Option<f64>,
     /// Thickness h (plate), 1 by default.
     pub thickness: Option<f64>,
     /// Cross-section A (bar), 1 by default.
@@ -78,6 +80,12 @@ pub struct Body {
     /// Consistent or row-sum lumped mass.
     #[serde(default)]
     pub mass: MassKind,
+    /// File of `M` over all displacements (kind `matrices`): Matrix Market, or `FILE.h5:/dataset`.
+    pub mass_matrix: Option<String>,
+    /// File of `K`.
+    pub stiffness_matrix: Option<String>,
+    /// File of `C`, which must be a combination of `M` and `K`.
+    pub damping_matrix: Option<String>,
 }
 
 /// Kinds of body.
@@ -88,6 +96,8 @@ pub enum BodyKind {
     Bar,
     /// Rectangular plate in its plane (plane stress), four-node elements.
     Plate,
+    /// `M`, `K` and the boundary operator from files.
+    Matrices,
 }
 
 /// How a mass matrix is integrated.
@@ -125,10 +135,20 @@ pub enum Axis {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// The edge.
-    pub edge: Edge,
+    /// The edge (not for kind `matrices`).
+    pub edge: Option<Edge>,
     /// Distance to the obstacle along the outward normal.
-    pub gap: Field,
+    pub gap: Option<Field>,
+    /// The same, one number a contact displacement (kind `matrices`).
+    pub gaps: Option<Vec<f64>>,
+    /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
+    pub displacements: Option<Vec<usize>>,
+    /// File of `N_C` (kind `matrices`), `n_C × n_C` in the order of `displacements`.
+    pub n_c: Option<String>,
+    /// File of `N_O`, `n_C × n_O`, the other displacements in their order.
+    pub n_o: Option<String>,
+    /// Or a nodal operator: for each contact displacement the terms `[displacement, coefficient]` of its contact stress.
+    pub stress: Option<Vec<Vec<(usize, f64)>>>,
     /// `G`: consistent or lumped.
     #[serde(default)]
     pub boundary_mass: MassKind,

@@ -23,7 +23,7 @@ fn run(effort: Effort) -> Outcome {
             let kind = if free { "free edges, ν = 0" } else { "rollers" };
             if free {
                 strip.supports.truncate(2); // the roller below stops the rigid motion along y
-                (strip.body.young, strip.body.poisson) = (1.0, Some(0.0));
+                (strip.body.young, strip.body.poisson) = (Some(1.0), Some(0.0));
             }
             let name = format!("{nx} × {ny}, {kind}");
             let (problem, report, states) = integrate(&strip)?;

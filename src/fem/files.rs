@@ -1,0 +1,112 @@
+//! Matrices from files: Matrix Market (`.mtx`, coordinate or array, real, general or symmetric), or a dense HDF5 dataset
+//! (`FILE.h5:/path`, also of MATLAB v7.3 files).
+
+use std::path::Path;
+
+use super::Csr;
+
+/// Read a matrix; the message says what is wrong with the file.
+pub fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
+    match name.split_once(":/") {
+        Some((file, dataset)) => read_hdf5(&folder.join(file), dataset),
+        None => {
+            let path = folder.join(name);
+            let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+            parse_matrix_market(&text).map_err(|e| format!("{}: {e}", path.display()))
+        }
+    }
+}
+
+fn read_hdf5(path: &Path, dataset: &str) -> Result<Csr, String> {
+    let fail = |e: hdf5::Error| format!("{}:/{dataset}: {e}", path.display());
+    if !path.is_file() {
+        return Err(format!("{}: no such file", path.display()));
+    }
+    let data = hdf5::File::open(path).and_then(|f| f.dataset(dataset)).map_err(fail)?;
+    let a: ndarray::Array2<f64> = data.read_2d().map_err(fail)?;
+    let (rows, columns) = a.dim();
+    let entries = a.indexed_iter().filter(|(_, v)| **v != 0.0).map(|((i, j), v)| (i, j, *v));
+    Ok(Csr::from_triplets(rows, columns, entries.collect()))
+}
+
+/// Parse the text of a Matrix Market file.
+pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
+    let mut lines = text.lines().enumerate();
+    let (_, header) = lines.next().ok_or("is empty")?;
+    let words: Vec<String> = header.split_whitespace().map(str::to_lowercase).collect();
+    let kind = match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["%%matrixmarket", "matrix", format, "real" | "integer", symmetry] => {
+            let is_dense = match format {
+                "coordinate" => false,
+                "array" => true,
+                other => return Err(format!("format \"{other}\" is neither coordinate nor array")),
+            };
+            match symmetry {
+                "general" => (is_dense, false),
+                "symmetric" => (is_dense, true),
+                other => return Err(format!("symmetry \"{other}\" is neither general nor symmetric")),
+            }
+        }
+        _ => return Err("does not begin with %%MatrixMarket matrix coordinate|array real general|symmetric".into()),
+    };
+    let (is_dense, is_symmetric) = kind;
+    let mut data = lines.filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('%'));
+    let (_, sizes) = data.next().ok_or("has no sizes")?;
+    let sizes: Option<Vec<usize>> = sizes.split_whitespace().map(|w| w.parse().ok()).collect();
+    let sizes = sizes.ok_or("its sizes are not whole numbers")?;
+    let (rows, columns) = match (is_dense, &sizes[..]) {
+        (false, [rows, columns, _]) | (true, [rows, columns]) => (*rows, *columns),
+        _ => return Err("its line of sizes has the wrong length".into()),
+    };
+    let mut entries = vec![];
+    let mut place = (0, 0);
+    for (k, line) in data {
+        let bad = || format!("line {}: \"{line}\" is no entry of a {rows} × {columns} matrix", k + 1);
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let (i, j, word) = match (is_dense, &words[..]) {
+            (false, [i, j, v]) => {
+                let index = |w: &str| w.parse::<usize>().ok().and_then(|i| i.checked_sub(1));
+                (index(i).ok_or_else(bad)?, index(j).ok_or_else(bad)?, *v)
+            }
+            (true, [v]) => {
+                let (i, j) = place;
+                // column by column; of a symmetric matrix the lower triangle
+                place = if i + 1 < rows { (i + 1, j) } else { (if is_symmetric { j + 1 } else { 0 }, j + 1) };
+                (i, j, *v)
+            }
+            _ => return Err(bad()),
+        };
+        let value: f64 = word.parse().map_err(|_| bad())?;
+        if i >= rows || j >= columns || !value.is_finite() {
+            return Err(bad());
+        }
+        entries.push((i, j, value));
+        if is_symmetric && i != j {
+            entries.push((j, i, value));
+        }
+    }
+    if !is_dense && entries.is_empty() {
+        return Err("holds no entries".into());
+    }
+    Ok(Csr::from_triplets(rows, columns, entries))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_of_matrix_market() {
+        let general = "%%MatrixMarket matrix coordinate real general\n% a comment\n2 3 2\n1 1 2.5\n2 3 -1e-3\n";
+        let a = parse_matrix_market(general).unwrap();
+        assert_eq!((a.n_rows(), a.n_cols()), (2, 3));
+        assert_eq!(a.triplets().collect::<Vec<_>>(), vec![(0, 0, 2.5), (1, 2, -1e-3)]);
+        let symmetric = "%%MatrixMarket matrix array real symmetric\n2 2\n1\n2\n3\n";
+        let a = parse_matrix_market(symmetric).unwrap();
+        assert_eq!(a.triplets().collect::<Vec<_>>(), vec![(0, 0, 1.0), (0, 1, 2.0), (1, 0, 2.0), (1, 1, 3.0)]);
+        for bad in ["", "hello", "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1\n",
+            "%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1.0\n"] {
+            assert!(parse_matrix_market(bad).is_err(), "{bad}");
+        }
+    }
+}
