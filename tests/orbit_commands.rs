@@ -1,0 +1,204 @@
+//! orbit, backbone, response, crosscheck from the command line: keys, exit codes, files, resumed runs.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use common::root;
+use serde_json::Value;
+use signorini::store::StoredFamily;
+use tempfile::TempDir;
+
+const SCENE: &str = "scenarios/half-plate-orbit.toml";
+const RESPONSE: &str = "scenarios/half-plate-response.toml";
+
+fn signorini(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_signorini")).current_dir(root()).args(arguments).output().unwrap()
+}
+
+fn json(arguments: &[&str], code: i32) -> Value {
+    let output = signorini(&[arguments, &["--json", "-q"]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{text}\n{error}");
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+fn path(folder: &TempDir, name: &str) -> (PathBuf, String) {
+    let path = folder.path().join(name);
+    let text = path.display().to_string();
+    (path, text)
+}
+
+#[test]
+fn an_orbit_has_its_keys_and_starts_the_next() {
+    let folder = TempDir::new().unwrap();
+    let (file, name) = path(&folder, "orbit.h5");
+    let orbit = json(&["orbit", SCENE, "-o", &name], 0);
+    for key in ["period", "omega", "energy", "residual", "newton_iterations", "contact_time", "multipliers", "stable"] {
+        assert!(!orbit[key].is_null(), "{key}");
+    }
+    assert_eq!(orbit["converged"], true);
+    assert_eq!(orbit["admissible"], true);
+    assert!((orbit["energy"].as_f64().unwrap() - 1.04367).abs() < 1e-5);
+    assert_eq!(orbit["switches"].as_array().unwrap().len(), 8);
+    assert!(orbit["residual"].as_f64().unwrap() < 1e-11);
+    // the file is a run over one period, and an initial state
+    let inspected = json(&["inspect", &name], 0);
+    assert!(inspected["switches"].as_u64().unwrap() == 8);
+    assert!(signorini::store::read_stored_orbit(&file).unwrap().is_some());
+    let text = std::fs::read_to_string(root().join(SCENE)).unwrap();
+    let from_file = text.replace("mode = 1\namplitude = -1.1", "file = \"orbit.h5\"").replace("omega = 1.80", "omega = 1.801");
+    std::fs::write(folder.path().join("next.toml"), from_file).unwrap();
+    let next = json(&["orbit", &folder.path().join("next.toml").display().to_string(), "-o", &path(&folder, "next.h5").1], 0);
+    assert!(next["converged"] == true);
+    // and pictures of it
+    let plots = json(&["plot", &name, "--only", "portrait,multipliers,shapes"], 0);
+    assert_eq!(plots["written"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn a_fold_is_a_verdict_and_exit_code_3() {
+    let folder = TempDir::new().unwrap();
+    // the eight-switch orbit just below the fold, then a frequency above it
+    let found = json(&["orbit", SCENE, "--omega", "1.8695", "--all", "--amplitudes", "12"], 0);
+    let orbits = found["orbits"].as_array().unwrap();
+    let eight = orbits.iter().find(|o| {
+        o["switches"].as_array().unwrap().len() == 8 && (o["energy"].as_f64().unwrap() - 1.81).abs() < 0.01
+    });
+    assert!(eight.is_some() && orbits.len() >= 4, "{} orbits", orbits.len());
+    let u0: Vec<f64> = eight.unwrap()["u0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    assert_eq!(u0.len(), 66);
+    let result = json(&["orbit", SCENE, "--omega", "2.3", "-o", &path(&folder, "none.h5").1], 3);
+    assert_eq!(result["converged"], false);
+    assert!(!result["verdict"].as_str().unwrap().is_empty());
+    assert!(!folder.path().join("none.h5").exists());
+}
+
+fn points(file: &Path) -> Vec<signorini::store::PointRecord> {
+    StoredFamily::read(file).unwrap().points
+}
+
+/// Killed in the middle, then gone on with: the same file as without the interruption.
+#[test]
+fn a_killed_backbone_resumes_to_the_identical_branch() {
+    let folder = TempDir::new().unwrap();
+    for follow in ["arclength", "sequential"] {
+        let (whole, whole_name) = path(&folder, &format!("{follow}-whole.h5"));
+        let (cut, cut_name) = path(&folder, &format!("{follow}-cut.h5"));
+        let range = if follow == "sequential" { "1.78,1.84" } else { "1.7,1.9" };
+        let base = ["backbone", SCENE, "--follow", follow, "--range", range, "--points", "60"];
+        let json_whole = json(&[&base[..], &["-o", &whole_name]].concat(), 0);
+        assert!(json_whole["points"].as_array().unwrap().len() >= 12);
+        let mut child = Command::new(env!("CARGO_BIN_EXE_signorini"))
+            .current_dir(root())
+            .args([&base[..], &["-o", &cut_name, "-q"]].concat())
+            .spawn()
+            .unwrap();
+        // as soon as a few points are on disk
+        for _ in 0..400 {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+            if std::fs::metadata(&cut).is_ok_and(|m| m.len() > 150_000) {
+                break;
+            }
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let before = points(&cut).len();
+        json(&[&base[..], &["-o", &cut_name, "--resume"]].concat(), 0);
+        let (a, b) = (points(&whole), points(&cut));
+        println!("{follow}: {before} of {} points before the kill", a.len());
+        for branch in 0..2 {
+            let of = |list: &[signorini::store::PointRecord]| -> Vec<signorini::store::PointRecord> {
+                list.iter().filter(|p| p.branch == branch).cloned().collect()
+            };
+            let (a, b) = (of(&a), of(&b));
+            assert_eq!(a.len(), b.len(), "{follow}, branch {branch}");
+            for (a, b) in a.iter().zip(&b) {
+                assert_eq!((a.omega, &a.special), (b.omega, &b.special));
+                assert_eq!(a.orbit.as_ref().map(|o| (&o.u0, o.energy)), b.orbit.as_ref().map(|o| (&o.u0, o.energy)));
+            }
+        }
+        // another scene or other options are refused
+        let other = ["backbone", SCENE, "--follow", "natural", "-o", &cut_name, "--resume"];
+        let refused = json(&other, 2);
+        assert!(refused["error"].as_str().unwrap().contains("other options"), "{refused}");
+    }
+}
+
+#[test]
+fn harmonic_balance_is_cross_checked() {
+    let folder = TempDir::new().unwrap();
+    let (file, name) = path(&folder, "hbm.h5");
+    let range = ["--range", "1.74,1.80"];
+    let hbm = json(&[&["backbone", SCENE, "--method", "hbm", "--harmonics", "3,7", "-o", &name], &range[..]].concat(), 0);
+    assert_eq!(hbm["branches"].as_array().unwrap().len(), 2);
+    let stored = points(&file);
+    assert!(stored.iter().filter(|p| p.series.is_some()).count() >= 20);
+    let (checked, checked_name) = path(&folder, "checked.h5");
+    let result = json(&["crosscheck", &name, SCENE, "-o", &checked_name], 0);
+    let summary = result["summary"].as_array().unwrap();
+    assert_eq!(summary.len(), 2);
+    assert!(summary.iter().all(|s| s["points"].as_u64().unwrap() >= 10 && s["orbits"].as_u64().unwrap() >= 1), "{summary:?}");
+    let rows = signorini::store::read_crosscheck(&checked).unwrap().unwrap();
+    assert_eq!(rows.len(), result["points"].as_array().unwrap().len());
+    json(&["plot", &checked_name], 0);
+    // resumed with nothing left to do
+    json(&[&["backbone", SCENE, "--method", "hbm", "--harmonics", "3,7", "-o", &name, "--resume"], &range[..]].concat(), 0);
+    assert_eq!(points(&file).len(), stored.len());
+}
+
+#[test]
+fn a_response_has_a_branch_for_each_ratio() {
+    let folder = TempDir::new().unwrap();
+    let (file, name) = path(&folder, "response.h5");
+    json(&["response", RESPONSE, "--ratios", "0.05", "--range", "1.6,1.85", "-o", &name], 0);
+    let peak = points(&file).iter().filter_map(|p| p.orbit.as_ref().map(|o| (o.energy, p.omega))).fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m });
+    println!("5 %: peak at {}", peak.1);
+    assert!((peak.1 - 1.751).abs() < 0.01);
+    let conservative = json(&["response", SCENE, "-o", &path(&folder, "no.h5").1], 2);
+    assert!(conservative["error"].as_str().unwrap().contains("harmonic load"));
+}
+
+/// Results of other programs, and matrices in place of a mesh.
+#[test]
+fn foreign_results_and_foreign_matrices() {
+    let folder = TempDir::new().unwrap();
+    let run = |results: &[&str], scene: &str, out: &str| {
+        json(&[&["crosscheck"], results, &[scene, "--quick", "-o", &path(&folder, out).1]].concat(), 0)
+    };
+    let csv = run(&["validate/foreign/half-plate.csv"], SCENE, "a.h5");
+    let mat = run(&["validate/foreign/half-plate.mat", "--omega", "w", "--coefficients", "Q"], SCENE, "b.h5");
+    let matrices = run(&["validate/foreign/half-plate.csv"], "validate/foreign/half-plate.toml", "c.h5");
+    let (a, b, c) = (&csv["points"], &mat["points"], &matrices["points"]);
+    assert!(a.as_array().unwrap().len() >= 5);
+    for (k, p) in a.as_array().unwrap().iter().enumerate() {
+        for other in [&b[k], &c[k]] {
+            let (x, y) = (p["hbm_energy"].as_f64().unwrap(), other["hbm_energy"].as_f64().unwrap());
+            assert!((x / y - 1.0).abs() < 1e-9, "{x} {y}");
+            assert_eq!(p["verdict"], other["verdict"]);
+        }
+    }
+    let wrong = signorini(&["crosscheck", "validate/foreign/half-plate.mat", SCENE, "-o", &path(&folder, "d.h5").1]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("--coefficients"));
+}
+
+#[test]
+fn misuse_is_explained() {
+    for (arguments, words) in [
+        (&["orbit", "scenarios/bar.toml"][..], "omega"),
+        (&["backbone", "scenarios/oscillator.toml"], "range"),
+        (&["orbit", SCENE, "--omega=-1"], "positive"),
+        (&["backbone", SCENE, "--range", "2.0,1.0"], "lower one first"),
+        (&["backbone", SCENE, "--method", "hbm", "--harmonics", "0"], "from 1"),
+        (&["response", RESPONSE, "--ratios", "0"], "damping ratio"),
+        (&["backbone", SCENE, "--method", "hbm", "--aft", "2"], "samples"),
+    ] {
+        let output = signorini(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(error.contains(words), "{arguments:?}: {error}");
+    }
+}
