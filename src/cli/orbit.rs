@@ -257,7 +257,8 @@ fn write(
     let mut writer = Writer::create(path, scene, &body.nbm, &options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
     let tolerances = flow::Tolerances { rtol: 1e-12, atol: 1e-15 };
-    let mut flow = flow::by_name(Integrator::Modal, &body.nbm, tolerances);
+    let integrator = if body.is_large() { Integrator::Chebyshev } else { Integrator::Modal };
+    let mut flow = flow::by_name(integrator, &body.nbm, tolerances);
     let done = event::run(&body.nbm, &orbit.state, &run, flow.as_mut(), &mut writer);
     done.map_err(|e| CliError::Other(format!("writing {}: {e}", path.display())))?;
     writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.nbm)?;

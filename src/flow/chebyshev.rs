@@ -79,6 +79,54 @@ fn coefficients(t: f64, omega: f64, terms: usize) -> Coefficients {
     out
 }
 
+/// Carry a perturbation `(δu, δu̇)` over the time `tau` of a phase, without modes: `δu ← C δu + S δu̇`, `δu̇ ← C δu̇ − A S δu`. Returns the
+/// number of products.
+pub fn propagate(
+    nbm: &Nbm,
+    phase: &Phase,
+    tau: f64,
+    scratch: &mut Scratch,
+    (du, dv): (&mut Vec<f64>, &mut Vec<f64>),
+) -> u64 {
+    let n = du.len();
+    let omega = nbm.body.frequency_bound();
+    let terms = bessel(tau * omega).len() / 2 + 2;
+    let f = coefficients(tau, omega, terms);
+    let scale = 2.0 / (omega * omega);
+    let mut last = [vec![0.0; n], vec![0.0; n]];
+    let mut now = [du.clone(), dv.clone()];
+    // C δu + S δu̇, C δu̇, S δu
+    let [mut u, mut v, mut w] = [0; 3].map(|_| vec![0.0; n]);
+    let mut next = [vec![0.0; n], vec![0.0; n]];
+    for k in 0..terms {
+        let (c, s) = (f.c[k], f.s[k]);
+        for i in 0..n {
+            u[i] += c * now[0][i] + s * now[1][i];
+            v[i] += c * now[1][i];
+            w[i] += s * now[0][i];
+        }
+        if k + 1 == terms {
+            break;
+        }
+        let [y0, y1] = &mut next;
+        phase.stiffness_products(nbm, [&now[0], &now[1]], scratch, [y0, y1]);
+        for p in 0..2 {
+            for i in 0..n {
+                let x = scale * next[p][i] - now[p][i];
+                let y = if k == 0 { x } else { 2.0 * x - last[p][i] };
+                (last[p][i], next[p][i]) = (now[p][i], y);
+            }
+        }
+        std::mem::swap(&mut now, &mut next);
+    }
+    let zero = vec![0.0; n];
+    let [y0, y1] = &mut next;
+    phase.stiffness_products(nbm, [&w, &zero], scratch, [y0, y1]);
+    v.iter_mut().zip(&next[0]).for_each(|(v, y)| *v -= y);
+    (*du, *dv) = (u, v);
+    2 * terms as u64
+}
+
 /// Monitor values and slopes at one time.
 type Values = (f64, Rc<(Vec<f64>, Vec<f64>)>);
 

@@ -17,7 +17,7 @@ pub mod tableau;
 pub mod trigonometry;
 
 pub use bernstein::Bernstein;
-pub use chebyshev::Chebyshev;
+pub use chebyshev::{Chebyshev, propagate};
 pub use choice::Choice;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};

@@ -27,6 +27,8 @@ use crate::contact::{ActiveSet, Nbm};
 use crate::flow::spectrum::{GAUSS10, Motion, Spectra, Spectrum, SpectrumError};
 use crate::problem::State;
 
+/// Above this size orbits are shot without the modes of the phases.
+const LARGE: usize = 800;
 /// Below this size one thread does it.
 const SMALL: usize = 300;
 
@@ -93,6 +95,11 @@ impl Propagator {
     /// Number of displacements `u_O`.
     pub fn n(&self) -> usize {
         self.nbm.n_o()
+    }
+
+    /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads.
+    pub fn is_large(&self) -> bool {
+        self.n() > LARGE && self.nbm.damping.is_none() && self.nbm.loads.harmonics.is_empty()
     }
 
     /// From modal coordinates of one set to those of another: `Φ_bᵀ M_b Φ_a`; none if they are the same.

@@ -5,6 +5,7 @@
 //! - [`chain`] — a motion through a given sequence of active sets, its tangent, saltation, switch conditions as equations;
 //! - [`reading`] — the sequence of active sets that the integrator finds from a state;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
+//! - [`krylov`] — the same with tangent products for large bodies;
 //! - [`family`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
@@ -18,6 +19,7 @@ pub mod check;
 pub mod credentials;
 pub mod family;
 pub mod floquet;
+pub mod krylov;
 pub mod reading;
 pub mod search;
 pub mod shooting;
@@ -52,6 +54,9 @@ pub enum OrbitError {
         /// Mesh node.
         node: usize,
     },
+    /// Only reversible orbits are shot without the modes of all phases.
+    #[error("a body of {0} displacements is too large for full-period shooting; shoot a reversible orbit (start at rest)")]
+    Large(usize),
     /// An eigenvalue or singular value problem failed.
     #[error("the {0} could not be computed")]
     Eigen(&'static str),

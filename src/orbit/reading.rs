@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use crate::event::{self, GrazingKind, Observer, Options, Report, RunError, Silent};
-use crate::flow::{self, Modal};
+use crate::flow::{self, Chebyshev, Flow, Modal};
 use crate::problem::State;
 
 /// Switches nearer to each other than this, over the time of the run, are one event.
@@ -22,7 +22,7 @@ pub struct Reading {
     pub report: Report,
 }
 
-/// Integrate from `x` at `t = 0` to `until` with the exact modal flow.
+/// Integrate from `x` at `t = 0` to `until` with an exact flow: by modes, or without for large bodies.
 pub fn read(body: &Propagator, x: &State, until: f64) -> Result<Reading, OrbitError> {
     read_with(body, x, until, 0, &mut Silent)
 }
@@ -36,8 +36,12 @@ pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
     observer: &mut O,
 ) -> Result<Reading, OrbitError> {
     let options = Options { until, samples, switch_limit: 40.0, verify_lcp: false };
-    let modal = Modal::sharing(&body.nbm, Rc::clone(&body.spectra));
-    let mut flow = flow::exact(Box::new(modal), &body.nbm);
+    let exact: Box<dyn Flow> = if body.is_large() {
+        Box::new(Chebyshev::new(&body.nbm))
+    } else {
+        Box::new(Modal::sharing(&body.nbm, Rc::clone(&body.spectra)))
+    };
+    let mut flow = flow::exact(exact, &body.nbm);
     let report = event::run(&body.nbm, x, &options, &mut flow, observer).map_err(|e| match e {
         RunError::Contact(e) => OrbitError::Contact(e),
         RunError::Observer(never) => match never {},

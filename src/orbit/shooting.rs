@@ -10,6 +10,7 @@ use faer::linalg::solvers::{Solve, SolveLstsq};
 
 use super::OrbitError;
 use super::chain::{Propagator, Switches, Walk};
+use super::krylov;
 use super::reading::{Reading, read};
 
 /// When an orbit closes.
@@ -92,25 +93,37 @@ pub(super) fn norm(x: &[f64]) -> f64 {
 /// The map at `z`.
 struct Image {
     reading: Reading,
-    walk: Walk,
+    /// None for a large body, which has the modes of no phase.
+    walk: Option<Walk>,
     r: Vec<f64>,
     size: f64,
+    end: f64,
 }
+
+/// Most tangent products of a Newton step.
+const MOST_PRODUCTS: usize = 1500;
 
 fn image(body: &Propagator, closure: Closure, z: &[f64], period: f64) -> Result<Image, OrbitError> {
     let end = closure.end(period);
     let reading = read(body, &body.state(z), end)?;
-    let walk = body.walk(&reading.chain, z, &reading.times, end)?;
-    let r = closure.residual(z, &walk.z_end);
+    let walk = match body.is_large() {
+        true => None,
+        false => Some(body.walk(&reading.chain, z, &reading.times, end)?),
+    };
+    let r = match &walk {
+        Some(walk) => closure.residual(z, &walk.z_end),
+        None => closure.residual(z, &body.frame(&reading.report.last)),
+    };
     let size = norm(&r) / norm(z).max(f64::MIN_POSITIVE);
-    Ok(Image { reading, walk, r, size })
+    Ok(Image { reading, walk, r, size, end })
 }
 
 /// `∂R/∂z` of the event-driven map.
 fn jacobian(body: &Propagator, closure: Closure, at: &Image) -> Result<Mat<f64>, OrbitError> {
     let unknowns = closure.unknowns(body.n());
     let start = Mat::<f64>::identity(unknowns, unknowns);
-    let tangent = body.tangent(&at.reading.chain, &at.walk, start.as_ref(), Switches::Saltation)?;
+    let Some(walk) = &at.walk else { return Err(OrbitError::Large(body.n())) };
+    let tangent = body.tangent(&at.reading.chain, walk, start.as_ref(), Switches::Saltation)?;
     Ok(closure.derivative(&tangent.end, unknowns))
 }
 
@@ -132,6 +145,12 @@ fn newton_step(
     z: &[f64],
     at: &Image,
 ) -> Result<Vec<f64>, OrbitError> {
+    if body.is_large() && closure == Closure::Reversible {
+        // the last digits of the linear system matter near the solution only
+        let accuracy = (0.1 * at.size).clamp(1e-6, 1e-2);
+        let (_, tangent) = krylov::half_period(body, z, at.end)?;
+        return Ok(tangent.step(&at.r, accuracy, MOST_PRODUCTS).0);
+    }
     let j = jacobian(body, closure, at)?;
     let n = j.nrows();
     let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -at.r[i] } else { 0.0 });

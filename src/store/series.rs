@@ -91,11 +91,12 @@ pub fn read_series(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesR
     let all: ArrayD<f64> = data.read_dyn()?;
     let p = omega.len();
     let shape = all.shape().to_vec();
-    // MATLAB stores the dimensions in reverse; a single point may have lost its dimension
+    // MATLAB stores the dimensions in reverse, and says so; a single point may have lost its dimension
+    let of_matlab = data.attr("MATLAB_class").is_ok();
     let wanted = |s: &[usize]| match *s {
-        [a, f, n] if a == p && n == n_o && f % 2 == 1 => Some((false, f)),
+        [a, f, n] if !of_matlab && a == p && n == n_o && f % 2 == 1 => Some((false, f)),
         [n, f, a] if a == p && n == n_o && f % 2 == 1 => Some((true, f)),
-        [f, n] if p == 1 && n == n_o && f % 2 == 1 => Some((false, f)),
+        [f, n] if !of_matlab && p == 1 && n == n_o && f % 2 == 1 => Some((false, f)),
         [n, f] if p == 1 && n == n_o && f % 2 == 1 => Some((true, f)),
         _ => None,
     };

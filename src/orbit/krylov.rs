@@ -1,0 +1,171 @@
+//! Newton–Krylov shooting for large bodies: tangent products instead of matrices.
+//!
+//! A perturbation of `u_O(0)` is carried over the half period by the Chebyshev form of the homogeneous flow in every phase and by
+//! saltation at every switch; `∂R/∂z · d` costs about as much as the motion itself, and no phase needs modes. The linear systems are solved by
+//! GMRES, preconditioned by the half-period map of the open body, which is diagonal in the frame: `∂(q̇ + …) = −sin(ω_i T/2)`.
+
+use crate::contact::{Phase, Scratch};
+use crate::event::{Grazing, Observer, Sample, Switch};
+use crate::flow::propagate;
+use crate::problem::State;
+
+use super::OrbitError;
+use super::chain::Propagator;
+use super::reading::{Reading, read_with};
+use super::shooting::norm;
+
+/// A switch with the state at it.
+struct Jump {
+    phase: Phase,
+    t: f64,
+    /// Monitor of the switching node in that phase.
+    monitor: usize,
+    rate: f64,
+    /// `ü⁻ − ü⁺`
+    jump: Vec<f64>,
+}
+
+/// The tangent of the half-period map along one motion.
+pub struct HalfPeriod<'a> {
+    body: &'a Propagator,
+    jumps: Vec<Jump>,
+    last: Phase,
+    end: f64,
+}
+
+/// States as they are stored: every switch is followed by one.
+#[derive(Default)]
+struct States(Vec<(f64, State)>, usize);
+
+impl Observer for States {
+    type Error = std::convert::Infallible;
+    fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
+        let cut = |x: &[f64]| x[..self.1].to_vec();
+        self.0.push((s.t, State { u: cut(s.u), v: cut(s.v) }));
+        Ok(())
+    }
+    fn switch(&mut self, _: &Switch) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn grazing(&mut self, _: &Grazing) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+/// Integrate over half a period, and prepare the tangent.
+pub fn half_period<'a>(
+    body: &'a Propagator,
+    z: &[f64],
+    end: f64,
+) -> Result<(Reading, HalfPeriod<'a>), OrbitError> {
+    let nbm = &body.nbm;
+    let mut states = States(vec![], body.n());
+    let reading = read_with(body, &body.state(z), end, 0, &mut states)?;
+    let mut scratch = nbm.scratch();
+    let n = body.n();
+    let mut jumps = vec![];
+    let mut acceleration = |phase: &Phase, t: f64, x: &State| {
+        let mut a = vec![0.0; n];
+        phase.acceleration(nbm, t, &x.u, &x.v, &mut scratch, &mut a);
+        a
+    };
+    for s in &reading.report.switches {
+        let Some((_, x)) = states.0.iter().find(|(t, _)| *t == s.t) else { continue };
+        let before = Phase::new(nbm, s.before.clone())?;
+        let after = Phase::new(nbm, s.after.clone())?;
+        let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
+        let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        let monitor = before.monitors.iter().position(|m| m.node == s.contact).unwrap_or(0);
+        let rate = before.monitor_rates_at(nbm, &x.v)[monitor];
+        jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
+    }
+    let last = Phase::new(nbm, reading.report.active.clone())?;
+    Ok((reading, HalfPeriod { body, jumps, last, end }))
+}
+
+impl HalfPeriod<'_> {
+    /// `∂q̇(T/2)/∂z · d`, frame vectors of length `n`.
+    pub fn product(&self, d: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+        let (body, nbm) = (self.body, &self.body.nbm);
+        let State { u: mut du, v: mut dv } = body.state(d);
+        let mut t = 0.0;
+        for j in &self.jumps {
+            if j.t > t {
+                propagate(nbm, &j.phase, j.t - t, scratch, (&mut du, &mut dv));
+                t = j.t;
+            }
+            let delay = -j.phase.monitor_rates_at(nbm, &du)[j.monitor] / j.rate;
+            dv.iter_mut().zip(&j.jump).for_each(|(v, a)| *v += a * delay);
+        }
+        if self.end > t {
+            propagate(nbm, &self.last, self.end - t, scratch, (&mut du, &mut dv));
+        }
+        body.frame(&State { u: du, v: dv })[d.len()..].to_vec()
+    }
+
+    /// The Newton step `−J⁻¹ r` to a relative accuracy, with the number of products; GMRES without restart.
+    pub fn step(&self, r: &[f64], accuracy: f64, most: usize) -> (Vec<f64>, usize) {
+        let n = r.len();
+        let mut scratch = self.body.nbm.scratch();
+        // −sin(ω T/2), kept away from zero at resonances
+        let modes = self.body.open.modes.iter();
+        let diagonal: Vec<f64> = modes
+            .map(|m| {
+                let s = -(m.omega * self.end).sin();
+                if s.abs() < 0.1 { 0.1f64.copysign(s) } else { s }
+            })
+            .collect();
+        let size = norm(r);
+        let mut basis: Vec<Vec<f64>> = vec![r.iter().map(|x| -x / size).collect()];
+        let mut triangle: Vec<Vec<f64>> = vec![];
+        let mut rotations: Vec<(f64, f64)> = vec![];
+        let mut g = vec![size];
+        while basis.len() <= most.min(n) {
+            let k = basis.len() - 1;
+            let x: Vec<f64> = basis[k].iter().zip(&diagonal).map(|(b, d)| b / d).collect();
+            let mut w = self.product(&x, &mut scratch);
+            let mut column = vec![0.0; k + 2];
+            for _ in 0..2 {
+                for (i, b) in basis.iter().enumerate() {
+                    let c: f64 = b.iter().zip(&w).map(|(b, w)| b * w).sum();
+                    column[i] += c;
+                    w.iter_mut().zip(b).for_each(|(w, b)| *w -= c * b);
+                }
+            }
+            column[k + 1] = norm(&w);
+            for (i, &(c, s)) in rotations.iter().enumerate() {
+                (column[i], column[i + 1]) = (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
+            }
+            let length = column[k].hypot(column[k + 1]);
+            let (c, s) = (column[k] / length, column[k + 1] / length);
+            column[k] = length;
+            let last = g[k];
+            g[k] = c * last;
+            g.push(-s * last);
+            rotations.push((c, s));
+            let next = column[k + 1];
+            column.truncate(k + 1);
+            triangle.push(column);
+            if g[k + 1].abs() <= accuracy * size || next <= 1e-14 * size {
+                break;
+            }
+            let length = norm(&w);
+            basis.push(w.iter().map(|w| w / length).collect());
+        }
+        let m = triangle.len();
+        let mut y = vec![0.0; m];
+        for i in (0..m).rev() {
+            let sum: f64 = (i + 1..m).map(|j| triangle[j][i] * y[j]).sum();
+            y[i] = (g[i] - sum) / triangle[i][i];
+        }
+        let mut step = vec![0.0; n];
+        for (y, b) in y.iter().zip(&basis) {
+            step.iter_mut().zip(b).for_each(|(s, b)| *s += y * b);
+        }
+        step.iter_mut().zip(&diagonal).for_each(|(s, d)| *s /= d);
+        (step, m)
+    }
+}
