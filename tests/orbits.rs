@@ -331,3 +331,30 @@ fn failures_are_verdicts() {
     let verdict = find(&mut bar, Closure::Reversible, &guess, 0.2, &Effort::default()).unwrap();
     assert!(verdict.orbit().is_none() || verdict.orbit().unwrap().flaws().is_empty());
 }
+
+/// Tangent products without modes against the dense derivative, and the Newton step that GMRES makes of them.
+#[test]
+fn tangent_products_are_the_dense_derivative() {
+    use signorini::orbit::krylov::half_period;
+    let body = half_plate();
+    let n = body.n();
+    let period = 3.4;
+    let mut z = mode_guess(&body, 1, -1.3).unwrap();
+    for (z, r) in z.iter_mut().zip(random(n, 5)) {
+        *z += 0.02 * r;
+    }
+    let (r, j) = linearised(&body, Closure::Reversible, &z, period).unwrap();
+    let (_, tangent) = half_period(&body, &z, 0.5 * period).unwrap();
+    let d = random(n, 8);
+    let exact = &j * Mat::from_fn(n, 1, |i, _| d[i]);
+    let product = tangent.product(&d, &mut body.nbm.scratch());
+    let scale = (0..n).map(|i| exact[(i, 0)].abs()).fold(0.0, f64::max);
+    let worst = (0..n).map(|i| (product[i] - exact[(i, 0)]).abs()).fold(0.0, f64::max) / scale;
+    let (step, products) = tangent.step(&r, 1e-10, n);
+    let back = &j * Mat::from_fn(n, 1, |i, _| step[i]);
+    let size = r.iter().map(|r| r * r).sum::<f64>().sqrt();
+    let defect = (0..n).map(|i| (back[(i, 0)] + r[i]).powi(2)).sum::<f64>().sqrt() / size;
+    println!("products differ by {worst:.1e}; step after {products} products: defect {defect:.1e}");
+    assert!(worst < 1e-10, "{worst:e}");
+    assert!(defect < 1e-8, "{defect:e}");
+}

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use signorini::report::{export, families};
-use signorini::store::{Content, Stored, StoredFamily, content};
+use signorini::report::{crosscheck, export, families};
+use signorini::store::{Content, Stored, StoredFamily, content, read_crosscheck};
 
 use super::{CliError, Global};
 
@@ -16,7 +16,7 @@ use super::{CliError, Global};
     after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o plate-states\n  signorini export backbone.h5 --format csv"
 )]
 pub struct Arguments {
-    /// A file written by `run`, `orbit`, `backbone` or `response`
+    /// A file written by `run`, `orbit`, `backbone`, `response` or `crosscheck`
     file: PathBuf,
     /// What to write
     #[arg(long, value_enum, default_value = "csv")]
@@ -29,8 +29,8 @@ pub struct Arguments {
 /// Formats.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Format {
-    /// Contact displacements, pressures and energies, one row a stored state; switches in a second file. Of a family: one
-    /// row a point
+    /// Contact displacements, pressures and energies, one row a stored state; switches in a second file. Of a family
+    /// or a cross-check: one row a point
     Csv,
     /// One VTU file a stored state and a PVD collection for ParaView
     Vtu,
@@ -48,7 +48,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 "a family of orbits is written as csv only; write one orbit with `signorini orbit`";
             return Err(CliError::Input(message.into()));
         }
-        families::csv(&StoredFamily::read(&arguments.file)?, &stem)
+        match read_crosscheck(&arguments.file)? {
+            Some(rows) => crosscheck::csv(&rows, &stem),
+            None => families::csv(&StoredFamily::read(&arguments.file)?, &stem),
+        }
     } else {
         let stored = Stored::read(&arguments.file)?;
         match arguments.format {

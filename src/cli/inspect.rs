@@ -7,9 +7,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
-    Content, OrbitRecord, PointRecord, Stored, StoredFamily, content, read_origin,
+    Content, OrbitRecord, PointRecord, Stored, StoredFamily, content, read_crosscheck, read_origin,
     read_stored_orbit,
 };
 
@@ -18,7 +19,7 @@ use super::{CliError, Global};
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5"
+    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5"
 )]
 pub struct Arguments {
     /// A file written by this program
@@ -139,6 +140,28 @@ fn bounds(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     })
 }
 
+fn tally_json(t: &Tally) -> Value {
+    let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
+    json!({
+        "harmonics": t.n_h, "points": t.points, "orbits": t.orbits, "same_sequence": t.same_sequence,
+        "verdicts": t.verdicts, "median_moved": number(t.median_moved),
+        "median_residual": number(t.median_residual),
+    })
+}
+
+fn tally_text(t: &Tally) -> String {
+    let mut parts = vec![format!(
+        "{} points: {} orbits ({} with the same switches)",
+        t.points, t.orbits, t.same_sequence
+    )];
+    parts.extend(t.verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}")));
+    let moved = match t.median_moved.is_finite() {
+        true => format!("median distance {:.1e}, ", t.median_moved),
+        false => String::new(),
+    };
+    format!("{}; {moved}median residual in time {:.1e}", parts.join(", "), t.median_residual)
+}
+
 /// Say what the file of a family holds.
 fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let f = StoredFamily::read(&arguments.file)?;
@@ -151,7 +174,8 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let orbits: Vec<&OrbitRecord> = points.iter().filter_map(|p| p.orbit.as_ref()).collect();
     let stability = |s: Option<bool>| orbits.iter().filter(|o| o.stable == s).count();
     let (stable, unstable) = (stability(Some(true)), stability(Some(false)));
-    let gaps = counts(points, |s| s.strip_prefix("gap: "));
+    let gaps = counts(points, |s| s.strip_prefix("gap: ").map(kind_of));
+    let tallies = read_crosscheck(&arguments.file)?.map(|rows| by_harmonics(&rows));
     let specials =
         counts(points, |s| (s != "regular" && !s.starts_with("gap")).then(|| kind_of(s)));
     let missing = points.len() - orbits.len();
@@ -175,7 +199,7 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                     json!({"name": name, "points": points, "orbits": orbits, "omega": omega})
                 })
                 .collect();
-            json!({
+            let mut json = json!({
                 "title": f.title, "status": f.status, "version": origin.version,
                 "created": origin.created, "command": origin.command, "scene": f.scene,
                 "kind": f.kind, "branches": branches, "points": points.len(),
@@ -183,7 +207,11 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 "specials": specials, "omega": omega, "energy": energy, "amplitude": amplitude,
                 "largest_residual": residual, "nodes": origin.nodes, "elements": origin.elements,
                 "n_dof": origin.displacements, "n_contact": origin.contact_nodes,
-            })
+            });
+            if let Some(tallies) = &tallies {
+                json["crosscheck"] = tallies.iter().map(tally_json).collect();
+            }
+            json
         },
         || {
             let mut out = String::new();
@@ -221,6 +249,9 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             let reasons =
                 if gaps.is_empty() { String::new() } else { format!(": {}", list(&gaps)) };
             line("no orbit", format!("at {missing} points{reasons}"));
+            for t in tallies.iter().flatten() {
+                line(&format!("N_h = {}", t.n_h), tally_text(t));
+            }
             if !specials.is_empty() {
                 line("special", list(&specials));
             }

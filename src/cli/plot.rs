@@ -6,9 +6,10 @@ use clap::Args;
 use serde_json::json;
 
 use signorini::report::families;
+use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::store::{
-    Content, Stored, StoredFamily, content, read_stored_orbit, read_switch_rates,
+    Content, Stored, StoredFamily, content, read_crosscheck, read_stored_orbit, read_switch_rates,
 };
 
 use super::{CliError, Global};
@@ -16,64 +17,146 @@ use super::{CliError, Global};
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot checked.h5\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
 )]
 pub struct Arguments {
-    /// A file written by `run`, `orbit`, `backbone` or `response`
-    file: PathBuf,
-    /// Beginning of the pictures' names [default: the file's name without its ending]
+    /// A file of this program; several files of families (`backbone`, `response`, `crosscheck`) give one picture of energy
+    /// against frequency
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Beginning of the pictures' names [default: the file's name without its ending; for several files `overlay`]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
     /// Only these pictures: contact, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
-    /// multipliers (of a family)
+    /// multipliers (of a family), crosscheck (of a cross-check)
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
     /// Fractions of the stored time (of an orbit: of its period) at which shapes are drawn
     #[arg(long, value_delimiter = ',', value_name = "FRACTIONS")]
     at: Vec<f64>,
+    /// Several files: limits of the energy
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
+    energy: Vec<f64>,
+    /// Several files: limits of the frequency
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
+    frequency: Vec<f64>,
+    /// Several files: a cross with a name, for example 1.8,1.04,A; may be given again
+    #[arg(long, value_name = "OMEGA,ENERGY,LABEL")]
+    point: Vec<String>,
 }
 
 /// Draw the pictures.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let kind = content(&arguments.file)?;
-    let known = match kind {
-        Content::Run => pictures::names(),
-        Content::Orbit => [pictures::names(), families::orbit_names()].concat(),
-        Content::Family => families::family_names(),
-    };
-    if let Some(unknown) = arguments.only.iter().find(|o| !known.contains(&o.as_str())) {
-        return Err(CliError::Input(format!(
-            "no picture \"{unknown}\" of {}; there are {}",
-            arguments.file.display(),
-            known.join(", ")
-        )));
-    }
-    if let Some(bad) = arguments.at.iter().find(|f| !(0.0..=1.0).contains(*f)) {
-        return Err(CliError::Input(format!("--at {bad}: give fractions between 0 and 1")));
-    }
-    let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
-    super::check_folder(&stem)?;
-    let written = match kind {
-        Content::Family if !arguments.at.is_empty() => {
-            let message =
-                "--at: a family of orbits has no shapes; write one orbit with `signorini orbit`";
-            return Err(CliError::Input(message.into()));
-        }
-        Content::Family => {
-            let family = StoredFamily::read(&arguments.file)?;
-            families::save_family(&family, &stem, &arguments.only)?
-        }
-        _ => of_run(arguments, &stem)?,
+    let written = match &arguments.files[..] {
+        [file] => of_file(arguments, file)?,
+        _ => of_files(arguments)?,
     };
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
     global.print(|| json!({"written": names}), || names.join("\n") + "\n");
     Ok(())
 }
 
+/// The pictures of one file.
+fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError> {
+    for (name, given) in [
+        ("energy", !arguments.energy.is_empty()),
+        ("frequency", !arguments.frequency.is_empty()),
+        ("point", !arguments.point.is_empty()),
+    ] {
+        if given {
+            let message = format!("--{name} belongs to the picture of several files; there is one");
+            return Err(CliError::Input(message));
+        }
+    }
+    let kind = content(file)?;
+    let checked = if kind == Content::Family { read_crosscheck(file)? } else { None };
+    let known = match kind {
+        Content::Run => pictures::names(),
+        Content::Orbit => [pictures::names(), families::orbit_names()].concat(),
+        Content::Family if checked.is_some() => families::check_names(),
+        Content::Family => families::family_names(),
+    };
+    if let Some(unknown) = arguments.only.iter().find(|o| !known.contains(&o.as_str())) {
+        return Err(CliError::Input(format!(
+            "no picture \"{unknown}\" of {}; there are {}",
+            file.display(),
+            known.join(", ")
+        )));
+    }
+    if let Some(bad) = arguments.at.iter().find(|f| !(0.0..=1.0).contains(*f)) {
+        return Err(CliError::Input(format!("--at {bad}: give fractions between 0 and 1")));
+    }
+    let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
+    super::check_folder(&stem)?;
+    if kind != Content::Family {
+        return of_run(arguments, file, &stem);
+    }
+    if !arguments.at.is_empty() {
+        let message =
+            "--at: a family of orbits has no shapes; write one orbit with `signorini orbit`";
+        return Err(CliError::Input(message.into()));
+    }
+    let family = StoredFamily::read(file)?;
+    Ok(match checked {
+        Some(rows) => families::save_check(&family, &rows, &stem, &arguments.only)?,
+        None => families::save_family(&family, &stem, &arguments.only)?,
+    })
+}
+
+/// One picture of several families.
+fn of_files(arguments: &Arguments) -> Result<Vec<PathBuf>, CliError> {
+    let input = |message: String| Err(CliError::Input(message));
+    if let Some(name) = arguments.only.iter().find(|o| *o != "overlay") {
+        return input(format!("no picture \"{name}\" of several files; there is overlay"));
+    }
+    if !arguments.at.is_empty() {
+        return input("--at: the picture of several files has no shapes".into());
+    }
+    let limits = |name: &str, values: &[f64]| match *values {
+        [] => Ok(None),
+        [low, high] if low.is_finite() && high.is_finite() && low < high => Ok(Some(low..high)),
+        _ => Err(CliError::Input(format!("--{name}: give two numbers, the lower one first"))),
+    };
+    let options = overlay::Options {
+        energy: limits("energy", &arguments.energy)?,
+        frequency: limits("frequency", &arguments.frequency)?,
+        points: arguments.point.iter().map(|p| point(p)).collect::<Result<_, _>>()?,
+    };
+    let mut all = vec![];
+    for file in &arguments.files {
+        if content(file)? != Content::Family {
+            return input(format!(
+                "{}: several files are drawn in one picture if they all hold families (of `backbone`, `response`, `crosscheck`)",
+                file.display()
+            ));
+        }
+        all.push(StoredFamily::read(file)?);
+    }
+    let stem = arguments.output.clone().unwrap_or_else(|| PathBuf::from("overlay"));
+    super::check_folder(&stem)?;
+    Ok(overlay::save(&all, &options, &stem)?)
+}
+
+/// A place that is marked.
+fn point(text: &str) -> Result<(f64, f64, String), CliError> {
+    let number = |s: &str| s.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
+    let parts: Vec<&str> = text.splitn(3, ',').collect();
+    let place = match parts[..] {
+        [omega, energy, label] => number(omega).zip(number(energy)).map(|place| (place, label)),
+        _ => None,
+    };
+    match place {
+        Some(((omega, energy), label)) => Ok((omega, energy, label.trim().to_owned())),
+        None => Err(CliError::Input(format!(
+            "--point {text}: give a frequency, an energy and a name, for example 1.8,1.04,A"
+        ))),
+    }
+}
+
 /// The pictures of a run, and those of its orbit if it is one.
-fn of_run(arguments: &Arguments, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let stored = Stored::read(&arguments.file)?;
-    let orbit = read_stored_orbit(&arguments.file)?;
+fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let stored = Stored::read(file)?;
+    let orbit = read_stored_orbit(file)?;
     let mut options = Options::default();
     if !arguments.at.is_empty() {
         options.fractions = arguments.at.clone();
@@ -92,7 +175,7 @@ fn of_run(arguments: &Arguments, stem: &Path) -> Result<Vec<PathBuf>, CliError> 
     let of_orbit: Vec<String> = only.iter().filter(|o| !wanted(o)).cloned().collect();
     match orbit {
         Some(orbit) if only.is_empty() || !of_orbit.is_empty() => {
-            let rates = read_switch_rates(&arguments.file)?;
+            let rates = read_switch_rates(file)?;
             written.extend(families::save_orbit(&stored, &orbit, &rates, stem, &of_orbit)?);
         }
         _ => {}

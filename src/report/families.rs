@@ -8,19 +8,21 @@ use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 
+use super::crosscheck::crosscheck;
 use super::figure::{
     self, Area, Chart, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel, flat, legend,
-    legend_rows, line, panel, px, range, semilog, symbol, symbols, text, viridis,
+    legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
 };
-use crate::store::{OrbitRecord, PointRecord, Stored, StoredFamily};
+use crate::store::{CheckRow, OrbitRecord, PointRecord, Stored, StoredFamily};
 
-type Drawn = Result<(), FigureError>;
+pub(super) type Drawn = Result<(), FigureError>;
 
 /// What a picture is drawn from.
 #[derive(Clone, Copy)]
 enum Source<'s> {
     Orbit(&'s Stored, &'s OrbitRecord, &'s [f64]),
     Family(&'s StoredFamily),
+    Check(&'s StoredFamily, &'s [CheckRow]),
 }
 
 /// A picture's name and how it is drawn.
@@ -29,7 +31,7 @@ type Picture = (&'static str, fn(Source) -> Result<String, FigureError>);
 const OF_ORBIT: [Picture; 2] = [
     ("portrait", |s| match s {
         Source::Orbit(stored, _, rates) => portrait(stored, rates),
-        Source::Family(_) => Err(FigureError::Empty("a family has no portrait")),
+        _ => Err(FigureError::Empty("a family has no portrait")),
     }),
     ("multipliers", multipliers),
 ];
@@ -37,7 +39,15 @@ const OF_ORBIT: [Picture; 2] = [
 const OF_FAMILY: [Picture; 2] = [
     ("backbone", |s| match s {
         Source::Family(family) => backbone(family),
-        Source::Orbit(..) => Err(FigureError::Empty("one orbit is no backbone")),
+        _ => Err(FigureError::Empty("this is no backbone")),
+    }),
+    ("multipliers", multipliers),
+];
+
+const OF_CHECK: [Picture; 2] = [
+    ("crosscheck", |s| match s {
+        Source::Check(family, rows) => crosscheck(family, rows),
+        _ => Err(FigureError::Empty("there is no cross-check")),
     }),
     ("multipliers", multipliers),
 ];
@@ -52,6 +62,11 @@ pub fn family_names() -> Vec<&'static str> {
     OF_FAMILY.iter().map(|p| p.0).collect()
 }
 
+/// Names of the pictures of a cross-check.
+pub fn check_names() -> Vec<&'static str> {
+    OF_CHECK.iter().map(|p| p.0).collect()
+}
+
 /// Draw the named pictures of an orbit (all that make sense if `only` is empty) as `STEM-NAME.svg` and `.png`;
 /// `rates` are those of the monitors at the switches.
 pub fn save_orbit(
@@ -61,16 +76,37 @@ pub fn save_orbit(
     stem: &Path,
     only: &[String],
 ) -> Result<Vec<PathBuf>, FigureError> {
-    save(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only)
+    save(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(written, _)| written)
 }
 
-/// Draw the named pictures of a family, likewise.
+/// Draw the named pictures of a family, likewise; without any orbit there is nothing to draw.
 pub fn save_family(
     family: &StoredFamily,
     stem: &Path,
     only: &[String],
 ) -> Result<Vec<PathBuf>, FigureError> {
-    save(&OF_FAMILY, Source::Family(family), stem, only)
+    something(save(&OF_FAMILY, Source::Family(family), stem, only)?)
+}
+
+/// Draw the named pictures of a cross-check, likewise.
+pub fn save_check(
+    family: &StoredFamily,
+    rows: &[CheckRow],
+    stem: &Path,
+    only: &[String],
+) -> Result<Vec<PathBuf>, FigureError> {
+    something(save(&OF_CHECK, Source::Check(family, rows), stem, only)?)
+}
+
+/// What was written, and why the first picture that is not there was left out.
+type Saved = (Vec<PathBuf>, Option<FigureError>);
+
+/// A file of which nothing can be drawn says why.
+fn something((written, reason): Saved) -> Result<Vec<PathBuf>, FigureError> {
+    match reason {
+        Some(reason) if written.is_empty() => Err(reason),
+        _ => Ok(written),
+    }
 }
 
 fn save(
@@ -78,41 +114,44 @@ fn save(
     source: Source,
     stem: &Path,
     only: &[String],
-) -> Result<Vec<PathBuf>, FigureError> {
-    let mut written = vec![];
+) -> Result<Saved, FigureError> {
+    let (mut written, mut reason) = (vec![], None);
     for (name, draw) in pictures {
         if !only.is_empty() && !only.iter().any(|o| o == name) {
             continue;
         }
         let svg = match draw(source) {
             Ok(svg) => svg,
-            Err(FigureError::Empty(_)) if only.is_empty() => continue,
+            Err(e @ FigureError::Empty(_)) if only.is_empty() => {
+                reason = reason.or(Some(e));
+                continue;
+            }
             Err(e) => return Err(e),
         };
         written.extend(figure::save(&named(stem, &format!("-{name}")), &svg)?);
     }
-    Ok(written)
+    Ok((written, reason))
 }
 
-fn named(stem: &Path, ending: &str) -> PathBuf {
+pub(super) fn named(stem: &Path, ending: &str) -> PathBuf {
     let mut name = stem.as_os_str().to_owned();
     name.push(ending);
     PathBuf::from(name)
 }
 
-fn title(area: &Area, title: &str, what: &str) -> Drawn {
+pub(super) fn title(area: &Area, title: &str, what: &str) -> Drawn {
     let title: String = title.chars().filter(|c| !c.is_control()).take(90).collect();
     let name = if title.is_empty() { String::new() } else { format!("{title}: ") };
     area.draw(&Text::new(format!("{name}{what}"), (px(12.0), px(8.0)), text(16)))
         .map_err(FigureError::draw)
 }
 
-fn draw_line(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
+pub(super) fn draw_line(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
     let path = PathElement::new(points, style);
     chart.draw_series(std::iter::once(path)).map(|_| ()).map_err(FigureError::draw)
 }
 
-fn draw_dashes(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
+pub(super) fn draw_dashes(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
     let dashes = DashedLineSeries::new(points, px(5.0), px(3.5), style);
     chart.draw_series(dashes).map(|_| ()).map_err(FigureError::draw)
 }
@@ -121,15 +160,18 @@ fn draw_dashes(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) ->
 
 /// One orbit after the other at given frequencies: neighbours need not belong together.
 fn is_sequential(family: &StoredFamily) -> bool {
-    family.kind.contains(" sequential")
+    family.kind.contains(" sequential") || family.kind.starts_with("hbm response")
 }
 
 /// The points of a branch in their order; points of different branches are interleaved in the file.
-fn of_branch(family: &StoredFamily, branch: usize) -> impl Iterator<Item = &PointRecord> {
+pub(super) fn of_branch(
+    family: &StoredFamily,
+    branch: usize,
+) -> impl Iterator<Item = &PointRecord> {
     family.points.iter().filter(move |p| p.branch == branch)
 }
 
-fn branches(family: &StoredFamily) -> Vec<usize> {
+pub(super) fn branches(family: &StoredFamily) -> Vec<usize> {
     family.points.iter().map(|p| p.branch).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
@@ -167,7 +209,7 @@ fn branch_names(family: &StoredFamily) -> (String, Vec<String>) {
     if !first[..cut].ends_with(", ") && !names.iter().all(begins) {
         return (String::new(), names);
     }
-    let prefix = first[..cut].trim_end_matches([' ', ',']).to_owned();
+    let prefix = first[..cut].trim_end_matches([' ', ',', '=']).to_owned();
     (prefix, names.iter().map(|n| n[cut..].to_owned()).collect())
 }
 
@@ -193,17 +235,21 @@ fn stays_unstable(special: &str) -> bool {
 }
 
 /// A quantity of an orbit, if it has it.
-type Value<'v> = &'v dyn Fn(&OrbitRecord) -> Option<f64>;
+pub(super) type Value<'v> = &'v dyn Fn(&OrbitRecord) -> Option<f64>;
 
 /// A piece of a branch of one stability.
-struct Piece {
-    stable: Option<bool>,
-    points: Vec<(f64, f64)>,
+pub(super) struct Piece {
+    pub(super) stable: Option<bool>,
+    pub(super) points: Vec<(f64, f64)>,
 }
 
 /// A branch in pieces that may be drawn as lines.
-fn pieces(family: &StoredFamily, branch: usize, value: Value) -> Vec<Piece> {
+pub(super) fn pieces(family: &StoredFamily, branch: usize, value: Value) -> Vec<Piece> {
     let mut pieces: Vec<Piece> = vec![];
+    // the orbits of a cross-check were found one by one
+    if family.kind.contains("crosscheck") {
+        return pieces;
+    }
     let mut before: Option<(&PointRecord, f64)> = None;
     let mut goes_on = false;
     for p in of_branch(family, branch) {
@@ -351,7 +397,7 @@ fn family_head<'b>(
         _ => what.to_owned(),
     };
     title(root, &family.title, &what)?;
-    let (_, mut sheet) = root.split_vertically(px(32.0));
+    let (_, sheet) = root.split_vertically(px(32.0));
     let lead = format!("{prefix}:");
     let mut entries: Vec<Entry> = vec![];
     if names.len() > 1 {
@@ -362,11 +408,7 @@ fn family_head<'b>(
         let named = all.iter().zip(&names);
         entries.extend(named.map(|(&b, name)| (name.as_str(), colour(family, b), mark)));
     }
-    for row in legend_rows(root, &entries)? {
-        let (strip, rest) = sheet.split_vertically(px(20.0));
-        legend(&strip, &row)?;
-        sheet = rest;
-    }
+    let sheet = legend_above(sheet, &entries)?;
 
     let orbits = || family.points.iter().filter_map(|p| p.orbit.as_ref());
     let any = |stable: Option<bool>| orbits().any(|o| o.stable == stable);
@@ -397,16 +439,11 @@ fn family_head<'b>(
         entries.push(("no orbit found", ink, Mark::Tick));
     }
     entries.extend_from_slice(extra);
-    for row in legend_rows(root, &entries)? {
-        let (strip, rest) = sheet.split_vertically(px(20.0));
-        legend(&strip, &row)?;
-        sheet = rest;
-    }
-    Ok(sheet)
+    legend_above(sheet, &entries)
 }
 
 /// Values that differ by more than this factor need a logarithmic axis.
-const LOGARITHMIC: f64 = 50.0;
+pub(super) const LOGARITHMIC: f64 = 50.0;
 /// The same for multipliers, of which most are near 1.
 const LOGARITHMIC_MULTIPLIERS: f64 = 8.0;
 
@@ -461,7 +498,7 @@ fn has_orbits(family: &StoredFamily) -> Drawn {
 /// Energy and largest contact displacement over the frequency.
 fn backbone(family: &StoredFamily) -> Result<String, FigureError> {
     has_orbits(family)?;
-    let what = if family.kind == "response" { "forced response" } else { "backbone" };
+    let what = if family.kind.contains("response") { "forced response" } else { "backbone" };
     figure::svg((980, 800), |root| {
         let sheet = family_head(root, family, what, Look::Full, &[])?;
         let (_, height) = sheet.dim_in_pixel();
@@ -486,7 +523,7 @@ fn largest_multiplier(o: &OrbitRecord) -> f64 {
 fn multipliers(source: Source) -> Result<String, FigureError> {
     match source {
         Source::Orbit(stored, orbit, _) => orbit_multipliers(stored, orbit),
-        Source::Family(family) => family_multipliers(family),
+        Source::Family(family) | Source::Check(family, _) => family_multipliers(family),
     }
 }
 

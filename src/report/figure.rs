@@ -297,31 +297,71 @@ pub fn semilog<'a, 'b>(
     let x_ticks = Ticks { label: x_label, count: 8, text: &|v| x_style.text(*v) };
     let y_ticks = Ticks { label: y_label, count: 0, text: &|_| String::new() };
     let ticks = log_ticks(&y);
-    let under = |chart: &mut Chart<'a, 'b>| {
-        // on the whole area: a panel cuts off what lies beside it
-        let panel = chart.plotting_area();
-        let (x0, y0) = area.get_base_pixel();
-        let style = text(13).pos(Pos::new(HPos::Right, VPos::Center));
-        let stroke = |[a, b]: [i32; 2], height: i32, style: ShapeStyle| {
-            let path = PathElement::new(vec![(a, height), (b, height)], style);
-            area.draw(&path).map_err(FigureError::draw)
-        };
-        for (value, name) in &ticks {
-            let place = |x: f64| panel.map_coordinate(&(x, *value));
-            let (left, height) = (place(x.start).0 - x0, place(x.start).1 - y0);
-            let right = place(x.end).0 - x0;
-            if name.is_empty() {
-                stroke([left - px(2.5), left], height, line(INK, 0.7))?;
-                continue;
-            }
-            stroke([left, right], height, line(GRID, 1.0))?;
-            stroke([left - px(4.0), left], height, line(INK, 1.0))?;
-            area.draw(&Text::new(name.clone(), (left - px(8.0), height), style.clone()))
-                .map_err(FigureError::draw)?;
-        }
-        Ok(())
-    };
+    let under = |chart: &mut Chart<'a, 'b>| row_ticks(area, chart, &ticks);
     axes(area, (x.clone(), x_ticks), (y.clone(), y_ticks), Ground::Grid, under)
+}
+
+/// A panel whose horizontal ticks are at given places and have given names; the vertical axis is a decimal logarithm
+/// as in [`semilog`] if `logarithmic`.
+pub fn columns<'a, 'b>(
+    area: &'a Area<'b>,
+    x: (std::ops::Range<f64>, &[(f64, String)]),
+    (y, logarithmic): (std::ops::Range<f64>, bool),
+    x_label: &str,
+    y_label: &str,
+) -> Result<Chart<'a, 'b>, FigureError> {
+    let y_style = TickStyle::new(&y);
+    let x_ticks = Ticks { label: x_label, count: 0, text: &|_| String::new() };
+    let count = if logarithmic { 0 } else { 6 };
+    let y_ticks = Ticks { label: y_label, count, text: &|v| y_style.text(*v) };
+    let ticks = if logarithmic { log_ticks(&y) } else { vec![] };
+    let under = |chart: &mut Chart<'a, 'b>| {
+        row_ticks(area, chart, &ticks)?;
+        column_ticks(area, chart, x.1)
+    };
+    axes(area, (x.0.clone(), x_ticks), (y.clone(), y_ticks), Ground::Grid, under)
+}
+
+/// A straight stroke on the pixels of an area.
+fn stroke(area: &Area, ends: [(i32, i32); 2], style: ShapeStyle) -> Result<(), FigureError> {
+    area.draw(&PathElement::new(ends.to_vec(), style)).map_err(FigureError::draw)
+}
+
+/// Ticks of the vertical axis with their grid, on the whole area: a panel cuts off what lies beside it.
+fn row_ticks(area: &Area, chart: &Chart, ticks: &[(f64, String)]) -> Result<(), FigureError> {
+    let (panel, x) = (chart.plotting_area(), chart.x_range());
+    let (x0, y0) = area.get_base_pixel();
+    let style = text(13).pos(Pos::new(HPos::Right, VPos::Center));
+    for (value, name) in ticks {
+        let place = |x: f64| panel.map_coordinate(&(x, *value));
+        let (left, height) = (place(x.start).0 - x0, place(x.start).1 - y0);
+        let right = place(x.end).0 - x0;
+        if name.is_empty() {
+            stroke(area, [(left - px(2.5), height), (left, height)], line(INK, 0.7))?;
+            continue;
+        }
+        stroke(area, [(left, height), (right, height)], line(GRID, 1.0))?;
+        stroke(area, [(left - px(4.0), height), (left, height)], line(INK, 1.0))?;
+        area.draw(&Text::new(name.clone(), (left - px(8.0), height), style.clone()))
+            .map_err(FigureError::draw)?;
+    }
+    Ok(())
+}
+
+/// The same for the horizontal axis.
+fn column_ticks(area: &Area, chart: &Chart, ticks: &[(f64, String)]) -> Result<(), FigureError> {
+    let (panel, y) = (chart.plotting_area(), chart.y_range());
+    let (x0, y0) = area.get_base_pixel();
+    let style = text(13).pos(Pos::new(HPos::Center, VPos::Top));
+    for (value, name) in ticks {
+        let place = |y: f64| panel.map_coordinate(&(*value, y));
+        let (at, bottom, top) = (place(y.start).0 - x0, place(y.start).1 - y0, place(y.end).1 - y0);
+        stroke(area, [(at, bottom), (at, top)], line(GRID, 1.0))?;
+        stroke(area, [(at, bottom), (at, bottom + px(4.0))], line(INK, 1.0))?;
+        area.draw(&Text::new(name.clone(), (at, bottom + px(7.0)), style.clone()))
+            .map_err(FigureError::draw)?;
+    }
+    Ok(())
 }
 
 /// Ticks of a logarithmic axis from 1, 2, …, 9 times powers of ten, and their names: none for those that would crowd.
@@ -421,6 +461,8 @@ impl TickStyle {
 pub enum Mark {
     /// A full line.
     Line,
+    /// A thin line.
+    Thin,
     /// A dashed line.
     Dashes,
     /// A filled patch.
@@ -435,6 +477,8 @@ pub enum Mark {
     Diamond,
     /// A cross.
     Cross,
+    /// A small cross, where many lie side by side.
+    Speck,
     /// A short stroke, as on the edge of a panel.
     Tick,
     /// The name alone.
@@ -445,7 +489,7 @@ impl Mark {
     /// Length of the sample in a legend.
     fn sample(self) -> i32 {
         match self {
-            Mark::Line | Mark::Dashes | Mark::Patch => px(24.0),
+            Mark::Line | Mark::Thin | Mark::Dashes | Mark::Patch => px(24.0),
             Mark::Nothing => 0,
             _ => px(9.0),
         }
@@ -488,8 +532,12 @@ pub fn symbol(
             stroke(&[(-4.0, -4.0), (4.0, 4.0)], 1.6)?;
             stroke(&[(-4.0, 4.0), (4.0, -4.0)], 1.6)
         }
+        Mark::Speck => {
+            stroke(&[(-2.4, -2.4), (2.4, 2.4)], 1.1)?;
+            stroke(&[(-2.4, 2.4), (2.4, -2.4)], 1.1)
+        }
         Mark::Tick => stroke(&[(0.0, -4.0), (0.0, 4.0)], 1.2),
-        Mark::Line | Mark::Dashes | Mark::Patch | Mark::Nothing => Ok(()),
+        Mark::Line | Mark::Thin | Mark::Dashes | Mark::Patch | Mark::Nothing => Ok(()),
     }
 }
 
@@ -539,6 +587,17 @@ pub fn legend_rows<'e>(
     Ok(rows)
 }
 
+/// Draw a legend on top of an area, in as many rows as it needs; what is left of the area.
+pub fn legend_above<'b>(area: Area<'b>, entries: &[Entry]) -> Result<Area<'b>, FigureError> {
+    let mut area = area;
+    for row in legend_rows(&area, entries)? {
+        let (strip, rest) = area.split_vertically(px(20.0));
+        legend(&strip, &row)?;
+        area = rest;
+    }
+    Ok(area)
+}
+
 /// Names in a row at the right end of a strip above a panel.
 pub fn legend(strip: &Area, entries: &[Entry]) -> Result<(), FigureError> {
     let style = text(13);
@@ -558,15 +617,16 @@ pub fn legend(strip: &Area, entries: &[Entry]) -> Result<(), FigureError> {
             strip.draw(&Rectangle::new(corners, colour.filled())).map_err(FigureError::draw)?;
         }
         let pieces: &[(f64, f64)] = match mark {
-            Mark::Line => &[(0.0, 1.0)],
+            Mark::Line | Mark::Thin => &[(0.0, 1.0)],
             Mark::Dashes => &[(0.0, 0.25), (0.375, 0.625), (0.75, 1.0)],
             _ => &[],
         };
         symbol(strip, (x + sample / 2, middle), *mark, *colour)?;
+        let width = if *mark == Mark::Thin { 0.9 } else { 1.8 };
         for &(a, b) in pieces {
             let at = |s: f64| (x + (s * f64::from(sample)) as i32, middle);
             strip
-                .draw(&PathElement::new(vec![at(a), at(b)], line(*colour, 1.8)))
+                .draw(&PathElement::new(vec![at(a), at(b)], line(*colour, width)))
                 .map_err(FigureError::draw)?;
         }
         x -= space;

@@ -1,8 +1,10 @@
 //! Summaries and pictures: plain data in, no solver known.
 
+pub mod crosscheck;
 pub mod export;
 pub mod families;
 pub mod figure;
+pub mod overlay;
 pub mod pictures;
 pub mod precision;
 pub mod summary;

@@ -459,9 +459,9 @@ fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> 
         for (panel, &r) in panels.iter().zip(rows) {
             let fraction = (stored.t[r] - time.start) / (time.end - time.start);
             let label = format!(
-                "t = {} ({:.0} %)",
+                "t = {} ({} %)",
                 super::summary::significant(stored.t[r], 5),
-                100.0 * fraction
+                percent(fraction)
             );
             panel
                 .draw(&Text::new(label, (px(8.0), px(2.0)), text(13)))
@@ -497,6 +497,12 @@ fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> 
         }
         colour_bar(&bar, 0.0..largest, "‖u‖", viridis)
     })
+}
+
+/// A fraction in percent with one decimal where it has one.
+fn percent(fraction: f64) -> String {
+    let text = format!("{:.1}", 100.0 * fraction);
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
 /// Three significant digits, no trailing zeros.
