@@ -5,13 +5,14 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test validate bench pictures clean
+.PHONY: help setup build demo test validate bench pictures figures clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
 	@echo 'make test      the whole test suite'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
+	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/'
 	@echo 'make pictures  the pictures of the README'
 	@echo 'make setup     what the build needs besides Rust (done by all of the above)'
 
@@ -45,6 +46,20 @@ pictures: build
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
 	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision
 	cp out/plate-precision.png docs/precision.png
+
+# figure 1: forced responses, backbones by harmonic balance, orbits in time; figure 2: the orbit at A over one period
+PLATE := scenarios/half-plate-orbit.toml
+figures: build
+	@mkdir -p out docs
+	$(BIN) backbone $(PLATE) --method hbm --harmonics 1,3,7,15,31 -o out/hbm.h5 --force
+	$(BIN) crosscheck out/hbm.h5 $(PLATE) -o out/checked.h5 --force | tail -7
+	$(BIN) response scenarios/half-plate-response.toml -o out/response.h5 --force
+	$(BIN) orbit $(PLATE) --omega 1.87 --amplitude -1.35 -o out/orbit-a.h5 --force
+	$(BIN) plot out/checked.h5 --only crosscheck -o out/half-plate
+	$(BIN) plot out/response.h5 out/hbm.h5 out/checked.h5 --frequency 1.55,2.0 --energy 0.1,10 --point 1.87,1.791246,A -o out/figure1
+	$(BIN) plot out/orbit-a.h5 --only shapes,portrait,multipliers --at 0,0.125,0.25,0.375,0.5,0.625,0.75,0.875 -o out/figure2
+	cp out/half-plate-crosscheck.png docs/crosscheck.png
+	cp out/figure1.png docs/figure1.png
 
 clean:
 	rm -rf out target

@@ -68,6 +68,10 @@ fn a_fold_is_a_verdict_and_exit_code_3() {
         o["switches"].as_array().unwrap().len() == 8 && (o["energy"].as_f64().unwrap() - 1.81).abs() < 0.01
     });
     assert!(eight.is_some() && orbits.len() >= 4, "{} orbits", orbits.len());
+    let fold = json(&["orbit", SCENE, "--omega", "1.87", "--amplitude", "-1.5", "-o", &path(&folder, "fold.h5").1], 3);
+    assert_eq!(fold["verdict"], "fold");
+    assert!((fold["fold"]["omega"].as_f64().unwrap() - 1.869_976_7).abs() < 1e-6, "{fold}");
+    assert!(fold["fold"]["singular_value"].as_f64().unwrap() < 1e-8);
     let u0: Vec<f64> = eight.unwrap()["u0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
     assert_eq!(u0.len(), 66);
     let result = json(&["orbit", SCENE, "--omega", "2.3", "-o", &path(&folder, "none.h5").1], 3);

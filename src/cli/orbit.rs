@@ -29,7 +29,7 @@ pub struct Arguments {
     /// The scene (TOML)
     scene: PathBuf,
     /// Circular frequency [default: that of the scene]
-    #[arg(long, value_name = "W", conflicts_with = "period")]
+    #[arg(long, value_name = "W", conflicts_with = "period", allow_negative_numbers = true)]
     omega: Option<f64>,
     /// Period instead
     #[arg(long, value_name = "T")]
@@ -43,6 +43,10 @@ pub struct Arguments {
     /// With --all: largest of these amplitudes, over grazing
     #[arg(long, default_value_t = 4.0, value_name = "A")]
     largest: f64,
+    /// Start from the first mode of the open body at this amplitude over grazing (negative: away from the obstacle), in place of the
+    /// scene's initial state
+    #[arg(long, value_name = "A", allow_negative_numbers = true, conflicts_with = "near_return")]
+    amplitude: Option<f64>,
     /// Start from the best near-return of a stored trajectory (which also gives the period, unless one is given)
     #[arg(long, value_name = "RUN.h5")]
     near_return: Option<PathBuf>,
@@ -86,6 +90,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if arguments.near_return.is_some() {
         let unknowns = closure.unknowns(body.n());
         guesses = vec![body.frame(&initial)[..unknowns].to_vec()];
+    }
+    if let Some(amplitude) = arguments.amplitude {
+        let mut guess = branch::mode_guess(&body, 1, amplitude)
+            .ok_or_else(|| CliError::Input("--amplitude: the first mode never reaches the obstacle".into()))?;
+        guess.resize(closure.unknowns(body.n()), 0.0);
+        guesses = vec![guess];
     }
     let mut verdict: Option<Verdict> = None;
     for guess in &guesses {

@@ -180,12 +180,10 @@ pub fn read_state(
             .iter()
             .enumerate()
             .all(|(i, p)| (0..2).all(|c| (p[c] - stored[(i, c)]).abs() <= 1e-9 * size));
-    if !same {
-        return Err(StoreError::unusable(path, "its mesh is not the mesh of this scene"));
-    }
+    let cells = if same { None } else { Some(cells_of(&file, &stored, nodes, dim, path)?) };
     let map: Array2<i64> = file.dataset("mesh/dof_map")?.read_2d()?;
     let damaged = |what: &str| StoreError::unusable(path, format!("damaged: {what}"));
-    if map.dim() != (nodes.len(), 2) {
+    if map.dim() != (stored.nrows(), 2) {
         return Err(damaged("/mesh/dof_map"));
     }
     let (u, v) = if let (Ok(u), Ok(v)) = (file.dataset("orbit/u0"), file.dataset("orbit/v0")) {
@@ -208,15 +206,60 @@ pub fn read_state(
         return Err(damaged("/mesh/dof_map"));
     }
     let nodal = |x: &[f64]| {
-        let mut field = vec![0.0; dim * nodes.len()];
-        for n in 0..nodes.len() {
+        let mut field = vec![0.0; dim * stored.nrows()];
+        for n in 0..stored.nrows() {
             for c in 0..dim {
                 if let Some(&value) = usize::try_from(map[(n, c)]).ok().and_then(|i| x.get(i)) {
                     field[dim * n + c] = value;
                 }
             }
         }
-        field
+        let Some(cells) = &cells else { return field };
+        let at = |cell: &Cell, c: usize| cell.iter().map(|(n, w)| w * field[dim * n + c]).sum::<f64>();
+        cells.iter().flat_map(|cell| (0..dim).map(move |c| at(cell, c))).collect()
     };
     Ok((nodal(&u), nodal(&v)))
+}
+
+/// Corners of the element that a point lies in, with their weights.
+type Cell = Vec<(usize, f64)>;
+
+/// Where the nodes of a scene lie in a stored mesh of the same rectangle: a state on another mesh is interpolated.
+fn cells_of(
+    file: &hdf5::File,
+    stored: &Array2<f64>,
+    nodes: &[[f64; 2]],
+    dim: usize,
+    path: &Path,
+) -> Result<Vec<Cell>, StoreError> {
+    let other = || StoreError::unusable(path, "its body is not the body of this scene: the meshes cover different regions");
+    let bounds = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+            [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
+        })
+    };
+    let a = bounds(&mut nodes.iter().copied());
+    let b = bounds(&mut stored.rows().into_iter().map(|r| [r[0], r[1]]));
+    let size = (a[2] - a[0]).max(a[3] - a[1]);
+    let elements: Array2<i64> = file.dataset("mesh/elements")?.read_2d()?;
+    let corners = if dim == 1 { 2 } else { 4 };
+    let fits = |i: &i64| usize::try_from(*i).is_ok_and(|i| i < stored.nrows());
+    let near = a.iter().zip(&b).all(|(x, y)| (x - y).abs() <= 1e-9 * size);
+    if stored.ncols() != 2 || elements.ncols() != corners || !near || !elements.iter().all(fits) {
+        return Err(other());
+    }
+    let slack = 1e-9 * size;
+    let cell = |p: &[f64; 2]| -> Option<Cell> {
+        elements.rows().into_iter().find_map(|e| {
+            let nodes: Vec<usize> = e.iter().map(|&i| i as usize).collect();
+            let b = bounds(&mut nodes.iter().map(|&n| [stored[(n, 0)], stored[(n, 1)]]));
+            let inside = (0..dim).all(|c| p[c] >= b[c] - slack && p[c] <= b[c + 2] + slack);
+            let weight = |n: usize| -> f64 {
+                let share = |c: usize| 1.0 - (p[c] - stored[(n, c)]).abs() / (b[c + 2] - b[c]);
+                (0..dim).map(share).product()
+            };
+            inside.then(|| nodes.iter().map(|&n| (n, weight(n))).collect())
+        })
+    };
+    nodes.iter().map(|p| cell(p).ok_or_else(other)).collect()
 }
