@@ -178,14 +178,26 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
     let n = mass.n_rows();
     for (key, a) in [("body.mass_matrix", &mass), ("body.stiffness_matrix", &stiffness)] {
         if (a.n_rows(), a.n_cols()) != (n, n) {
-            let message = format!("is {} × {}, and the mass matrix {n} × {}", a.n_rows(), a.n_cols(), mass.n_cols());
+            let message = format!(
+                "is {} × {}, and the mass matrix {n} × {}",
+                a.n_rows(),
+                a.n_cols(),
+                mass.n_cols()
+            );
             return Err(issue(key, message, "give square matrices of one size"));
         }
         let largest = a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
-        let transposed = Csr::from_triplets(n, n, a.triplets().map(|(i, j, v)| (j, i, v)).collect());
-        let skew = Csr::combination(1.0, a, -1.0, &transposed).triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
+        let transposed =
+            Csr::from_triplets(n, n, a.triplets().map(|(i, j, v)| (j, i, v)).collect());
+        let skew = Csr::combination(1.0, a, -1.0, &transposed)
+            .triplets()
+            .fold(0.0f64, |m, e| m.max(e.2.abs()));
         if skew > 1e-10 * largest {
-            return Err(issue(key, format!("is not symmetric: entries differ by {skew:.1e}"), "give a symmetric matrix"));
+            return Err(issue(
+                key,
+                format!("is not symmetric: entries differ by {skew:.1e}"),
+                "give a symmetric matrix",
+            ));
         }
     }
     let none = vec![];
@@ -193,7 +205,11 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
     let rows: &Vec<usize> = contact.and_then(|c| c.displacements.as_ref()).unwrap_or(&none);
     if let Some(bad) = rows.iter().enumerate().find(|(k, i)| **i >= n || rows[..*k].contains(*i)) {
         let message = format!("{} is no row of the matrices, or stands there twice", bad.1);
-        return Err(issue("contact.displacements", message, &format!("give rows from 0 to {}", n - 1)));
+        return Err(issue(
+            "contact.displacements",
+            message,
+            &format!("give rows from 0 to {}", n - 1),
+        ));
     }
     let gap = given_gaps(scene, rows.len());
     if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
@@ -201,14 +217,24 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
         return Err(issue("contact.gaps", message, "give one finite number each"));
     }
     let body = Body::from_matrices(&mass, &stiffness, rows, given_length(scene)).map_err(|e| {
-        issue("body.stiffness_matrix", e.to_string(), "give positive definite matrices: a body that is held")
+        issue(
+            "body.stiffness_matrix",
+            e.to_string(),
+            "give positive definite matrices: a body that is held",
+        )
     })?;
     let (n_o, n_c) = (body.dofs.n_o, rows.len());
     let (c_part, o_part) = match contact.and_then(|c| c.stress.as_ref()) {
         Some(stress) => {
             if stress.len() != n_c || stress.iter().flatten().any(|(i, _)| *i >= n) {
-                let message = "needs one list of [displacement, coefficient] for each contact displacement".to_owned();
-                return Err(issue("contact.stress", message, "stress = [[[66, 10.0], [62, -10.0]]]"));
+                let message =
+                    "needs one list of [displacement, coefficient] for each contact displacement"
+                        .to_owned();
+                return Err(issue(
+                    "contact.stress",
+                    message,
+                    "stress = [[[66, 10.0], [62, -10.0]]]",
+                ));
             }
             let (mut c_part, mut o_part) = (vec![], vec![]);
             for (k, terms) in stress.iter().enumerate() {
@@ -248,10 +274,15 @@ fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, Problem
     let c = read_matrix(folder(scene), name).map_err(&issue)?;
     let n = nbm.n();
     if (c.n_rows(), c.n_cols()) != (n, n) {
-        return Err(issue(format!("is {} × {}, the other matrices {n} × {n}", c.n_rows(), c.n_cols())));
+        return Err(issue(format!(
+            "is {} × {}, the other matrices {n} × {n}",
+            c.n_rows(),
+            c.n_cols()
+        )));
     }
     let place = |i: usize| nbm.body.dofs.of(i + 1, 0).map_or(0, |(k, _)| k);
-    let c = Csr::from_triplets(n, n, c.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect());
+    let c =
+        Csr::from_triplets(n, n, c.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect());
     let dense = |a: &Csr| -> Vec<f64> {
         let mut d = vec![0.0; n * n];
         a.triplets().for_each(|(i, j, v)| d[i * n + j] = v);
@@ -265,7 +296,9 @@ fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, Problem
     let rest: f64 = (0..n * n).map(|i| (c[i] - alpha * m[i] - beta * k[i]).powi(2)).sum();
     let share = (rest / dot(&c, &c)).sqrt();
     if share > 1e-8 || alpha < -1e-12 || beta < -1e-12 {
-        return Err(issue(format!("is not α M + β K with α, β ≥ 0: {share:.1e} of it is left over")));
+        return Err(issue(format!(
+            "is not α M + β K with α, β ≥ 0: {share:.1e} of it is left over"
+        )));
     }
     Ok(Rayleigh { alpha: alpha.max(0.0), beta: beta.max(0.0) })
 }
@@ -314,10 +347,7 @@ fn contact_edge(scene: &Scene, body: &Body) -> Result<Option<ContactEdge>, Probl
         return Err(scene
             .error(Issue::new(
                 "contact.edge",
-                format!(
-                    "all {axis} displacements of the edge \"{}\" are prescribed",
-                    edge.name()
-                ),
+                format!("all {axis} displacements of the edge \"{}\" are prescribed", edge.name()),
                 "choose another edge, or free it in [[support]]",
             ))
             .into());

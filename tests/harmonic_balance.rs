@@ -15,7 +15,8 @@ use signorini::orbit::{Closure, Propagator, branch};
 use signorini::problem::Problem;
 
 fn half_plate(form: Form) -> Reduction {
-    Reduction::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().nbm, form).unwrap()
+    Reduction::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().nbm, form)
+        .unwrap()
 }
 
 fn forced(form: Form, omega: f64) -> Reduction {
@@ -26,7 +27,11 @@ fn forced(form: Form, omega: f64) -> Reduction {
 }
 
 /// Solutions for several numbers of harmonics at the last frequency of a sequential continuation.
-fn backbone(r: &mut Reduction, harmonics: &[usize], grid: &[f64]) -> Vec<(f64, usize, Result<Solution, Failure>)> {
+fn backbone(
+    r: &mut Reduction,
+    harmonics: &[usize],
+    grid: &[f64],
+) -> Vec<(f64, usize, Result<Solution, Failure>)> {
     let mut tracks = vec![Track::default(); harmonics.len() + 1];
     let mut list = vec![];
     sequential(r, harmonics, grid, &Settings::default(), &mut tracks, |_, p| {
@@ -62,7 +67,8 @@ fn jacobian_is_exact() {
     ] {
         let n_h = 5;
         let mut q = Series::zeros(r.basis, n_h, r.n());
-        q.of_mut(1)[0] = -1.4 / r.open.shapes.col_as_slice(0).iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        q.of_mut(1)[0] =
+            -1.4 / r.open.shapes.col_as_slice(0).iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let q = perturbed(&q, 0.05, 3);
         let mut worst = 0.0f64;
         for k in 0..3 {
@@ -110,7 +116,9 @@ fn condensed_and_whole_newton_steps_are_the_same() {
             let settings = Settings { full, iterations: 1, tolerance: f64::INFINITY, ..settings };
             solve(&r, &guess, omega, &settings).unwrap()
         };
-        let (Ok(a), Ok(b)) = (step(false), step(true)) else { panic!("{:?} {:?}", r.form, r.basis) };
+        let (Ok(a), Ok(b)) = (step(false), step(true)) else {
+            panic!("{:?} {:?}", r.form, r.basis)
+        };
         let size = a.q.a.iter().map(|x| x * x).sum::<f64>().sqrt();
         let d = a.q.a.iter().zip(&b.q.a).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / size;
         println!("{:?} {:?}: condensed and whole differ by {d:.1e}", r.form, r.basis);
@@ -122,7 +130,8 @@ fn condensed_and_whole_newton_steps_are_the_same() {
 #[test]
 fn energies_of_the_table() {
     let mut r = half_plate(Form::Force);
-    let table = [(1, 0.95187), (3, 1.51672), (5, 1.63183), (7, 1.58760), (11, 1.66398), (15, 1.66325)];
+    let table =
+        [(1, 0.95187), (3, 1.51672), (5, 1.63183), (7, 1.58760), (11, 1.66398), (15, 1.66325)];
     // the base of the ladder is continued from the linear mode
     let mut path = grid(1.586, 1.866);
     path.push(1.87);
@@ -136,7 +145,11 @@ fn energies_of_the_table() {
         let s = solve(&r, &q, 1.87, &Settings::default()).unwrap().unwrap();
         let summary = Summary::new(&r, &s).unwrap();
         if let Some((_, energy)) = table.iter().find(|t| t.0 == n_h) {
-            println!("N_h = {n_h}: energy {:.6}, {} switches", summary.energy, summary.switches.len());
+            println!(
+                "N_h = {n_h}: energy {:.6}, {} switches",
+                summary.energy,
+                summary.switches.len()
+            );
             assert!((summary.energy / energy - 1.0).abs() < 1e-4, "{n_h}: {}", summary.energy);
             assert_eq!(summary.switches.len(), 8);
         }
@@ -147,11 +160,14 @@ fn energies_of_the_table() {
 #[test]
 fn thirty_one_harmonics_beside_true_orbits() {
     let r = half_plate(Form::Acceleration);
-    let mut body = Propagator::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().nbm).unwrap();
+    let mut body =
+        Propagator::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().nbm)
+            .unwrap();
     let starts = branch::starts(&body, 4.0, 16);
     for (omega, of_orbit, of_series) in [(1.80, 1.04367, 1.03947), (2.00, 7.16476, 7.16212)] {
         let effort = Effort { multipliers: false, ..Effort::default() };
-        let all = branch::all(&mut body, Closure::Reversible, &starts, omega, &effort, |_| ()).unwrap();
+        let all =
+            branch::all(&mut body, Closure::Reversible, &starts, omega, &effort, |_| ()).unwrap();
         let orbit = all.iter().find(|o| (o.energy - of_orbit).abs() < 1e-5).unwrap();
         let series = series_of_orbit(&body, &orbit.z, omega, 31).unwrap();
         let n = r.n();
@@ -162,7 +178,10 @@ fn thirty_one_harmonics_beside_true_orbits() {
         }
         let s = solve(&r, &q, omega, &Settings::default()).unwrap().unwrap();
         let energy = Summary::new(&r, &s).unwrap().energy;
-        println!("{omega}: energy {energy:.6} beside the orbit's {:.6}, {} steps", orbit.energy, s.iterations);
+        println!(
+            "{omega}: energy {energy:.6} beside the orbit's {:.6}, {} steps",
+            orbit.energy, s.iterations
+        );
         assert!((energy / of_series - 1.0).abs() < 1e-4);
     }
 }
@@ -201,7 +220,8 @@ fn a_forced_response_converges_to_the_orbit() {
             let mut r = forced(form, omega);
             let grid: Vec<f64> = (0..=40).map(|k| 1.42 + 0.005 * f64::from(k)).collect();
             let points = backbone(&mut r, &[n_h], &grid);
-            let s = points.last().unwrap().2.as_ref().unwrap_or_else(|e| panic!("{form:?} {n_h}: {e}"));
+            let s =
+                points.last().unwrap().2.as_ref().unwrap_or_else(|e| panic!("{form:?} {n_h}: {e}"));
             let (q, dq) = s.q.at(0.0);
             let z = body.frame(&r.state(&q, &dq, omega));
             let verdict = find(&mut body, Closure::Forced, &z, omega, &Effort::default()).unwrap();
@@ -227,11 +247,17 @@ fn crosscheck_knows_true_motions() {
     let orbit = verdict.orbit().unwrap().clone();
     let truth = series_of_orbit(&body, &orbit.z, 1.8, 200).unwrap();
     let checked = check(&mut body, Closure::Reversible, &truth, &Effort::default()).unwrap();
-    println!("orbit's own series: residual {:.1e}, return {:.1e}, moved {:.1e}", checked.residual, checked.return_error, checked.moved);
+    println!(
+        "orbit's own series: residual {:.1e}, return {:.1e}, moved {:.1e}",
+        checked.residual, checked.return_error, checked.moved
+    );
     assert!(checked.moved < 1e-4 && checked.same_sequence && checked.contact_change.abs() < 5e-3);
     assert!((checked.verdict.orbit().unwrap().energy / orbit.energy - 1.0).abs() < 1e-9);
     let n = body.n();
-    let lie = Candidate { omega: 1.8, coefficients: truth.coefficients[..3 * n].iter().map(|c| 0.3 * c).collect() };
+    let lie = Candidate {
+        omega: 1.8,
+        coefficients: truth.coefficients[..3 * n].iter().map(|c| 0.3 * c).collect(),
+    };
     let checked = check(&mut body, Closure::Reversible, &lie, &Effort::default()).unwrap();
     assert!(checked.verdict.orbit().is_none() || checked.moved > 0.1, "{}", checked.verdict);
 }
@@ -246,7 +272,11 @@ fn samples_approximate_the_event_resolved_balance() {
     let energy = Summary::new(&r, exact).unwrap().energy;
     let mut errors = vec![];
     for samples in [256, 4096] {
-        let settings = Settings { quadrature: Quadrature::Sampled(samples), tolerance: 1e-3, ..Settings::default() };
+        let settings = Settings {
+            quadrature: Quadrature::Sampled(samples),
+            tolerance: 1e-3,
+            ..Settings::default()
+        };
         let Ok(sampled) = solve(&r, &exact.q, *omega, &settings).unwrap() else { continue };
         let e = (Summary::new(&r, &sampled).unwrap().energy / energy - 1.0).abs();
         println!("{samples} samples: energy off by {e:.1e}, residual {:.1e}", sampled.residual);

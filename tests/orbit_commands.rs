@@ -14,7 +14,11 @@ const SCENE: &str = "scenarios/half-plate-orbit.toml";
 const RESPONSE: &str = "scenarios/half-plate-response.toml";
 
 fn signorini(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_signorini")).current_dir(root()).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_signorini"))
+        .current_dir(root())
+        .args(arguments)
+        .output()
+        .unwrap()
 }
 
 fn json(arguments: &[&str], code: i32) -> Value {
@@ -36,7 +40,16 @@ fn an_orbit_has_its_keys_and_starts_the_next() {
     let folder = TempDir::new().unwrap();
     let (file, name) = path(&folder, "orbit.h5");
     let orbit = json(&["orbit", SCENE, "-o", &name], 0);
-    for key in ["period", "omega", "energy", "residual", "newton_iterations", "contact_time", "multipliers", "stable"] {
+    for key in [
+        "period",
+        "omega",
+        "energy",
+        "residual",
+        "newton_iterations",
+        "contact_time",
+        "multipliers",
+        "stable",
+    ] {
         assert!(!orbit[key].is_null(), "{key}");
     }
     assert_eq!(orbit["converged"], true);
@@ -49,9 +62,19 @@ fn an_orbit_has_its_keys_and_starts_the_next() {
     assert!(inspected["switches"].as_u64().unwrap() == 8);
     assert!(signorini::store::read_stored_orbit(&file).unwrap().is_some());
     let text = std::fs::read_to_string(root().join(SCENE)).unwrap();
-    let from_file = text.replace("mode = 1\namplitude = -1.1", "file = \"orbit.h5\"").replace("omega = 1.80", "omega = 1.801");
+    let from_file = text
+        .replace("mode = 1\namplitude = -1.1", "file = \"orbit.h5\"")
+        .replace("omega = 1.80", "omega = 1.801");
     std::fs::write(folder.path().join("next.toml"), from_file).unwrap();
-    let next = json(&["orbit", &folder.path().join("next.toml").display().to_string(), "-o", &path(&folder, "next.h5").1], 0);
+    let next = json(
+        &[
+            "orbit",
+            &folder.path().join("next.toml").display().to_string(),
+            "-o",
+            &path(&folder, "next.h5").1,
+        ],
+        0,
+    );
     assert!(next["converged"] == true);
     // and pictures of it
     let plots = json(&["plot", &name, "--only", "portrait,multipliers,shapes"], 0);
@@ -65,14 +88,28 @@ fn a_fold_is_a_verdict_and_exit_code_3() {
     let found = json(&["orbit", SCENE, "--omega", "1.8695", "--all", "--amplitudes", "12"], 0);
     let orbits = found["orbits"].as_array().unwrap();
     let eight = orbits.iter().find(|o| {
-        o["switches"].as_array().unwrap().len() == 8 && (o["energy"].as_f64().unwrap() - 1.81).abs() < 0.01
+        o["switches"].as_array().unwrap().len() == 8
+            && (o["energy"].as_f64().unwrap() - 1.81).abs() < 0.01
     });
     assert!(eight.is_some() && orbits.len() >= 4, "{} orbits", orbits.len());
-    let fold = json(&["orbit", SCENE, "--omega", "1.87", "--amplitude", "-1.5", "-o", &path(&folder, "fold.h5").1], 3);
+    let fold = json(
+        &[
+            "orbit",
+            SCENE,
+            "--omega",
+            "1.87",
+            "--amplitude",
+            "-1.5",
+            "-o",
+            &path(&folder, "fold.h5").1,
+        ],
+        3,
+    );
     assert_eq!(fold["verdict"], "fold");
     assert!((fold["fold"]["omega"].as_f64().unwrap() - 1.869_976_7).abs() < 1e-6, "{fold}");
     assert!(fold["fold"]["singular_value"].as_f64().unwrap() < 1e-8);
-    let u0: Vec<f64> = eight.unwrap()["u0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    let u0: Vec<f64> =
+        eight.unwrap()["u0"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
     assert_eq!(u0.len(), 66);
     let result = json(&["orbit", SCENE, "--omega", "2.3", "-o", &path(&folder, "none.h5").1], 3);
     assert_eq!(result["converged"], false);
@@ -114,14 +151,18 @@ fn a_killed_backbone_resumes_to_the_identical_branch() {
         let (a, b) = (points(&whole), points(&cut));
         println!("{follow}: {before} of {} points before the kill", a.len());
         for branch in 0..2 {
-            let of = |list: &[signorini::store::PointRecord]| -> Vec<signorini::store::PointRecord> {
-                list.iter().filter(|p| p.branch == branch).cloned().collect()
-            };
+            let of =
+                |list: &[signorini::store::PointRecord]| -> Vec<signorini::store::PointRecord> {
+                    list.iter().filter(|p| p.branch == branch).cloned().collect()
+                };
             let (a, b) = (of(&a), of(&b));
             assert_eq!(a.len(), b.len(), "{follow}, branch {branch}");
             for (a, b) in a.iter().zip(&b) {
                 assert_eq!((a.omega, &a.special), (b.omega, &b.special));
-                assert_eq!(a.orbit.as_ref().map(|o| (&o.u0, o.energy)), b.orbit.as_ref().map(|o| (&o.u0, o.energy)));
+                assert_eq!(
+                    a.orbit.as_ref().map(|o| (&o.u0, o.energy)),
+                    b.orbit.as_ref().map(|o| (&o.u0, o.energy))
+                );
             }
         }
         // another scene or other options are refused
@@ -136,7 +177,11 @@ fn harmonic_balance_is_cross_checked() {
     let folder = TempDir::new().unwrap();
     let (file, name) = path(&folder, "hbm.h5");
     let range = ["--range", "1.74,1.80"];
-    let hbm = json(&[&["backbone", SCENE, "--method", "hbm", "--harmonics", "3,7", "-o", &name], &range[..]].concat(), 0);
+    let hbm = json(
+        &[&["backbone", SCENE, "--method", "hbm", "--harmonics", "3,7", "-o", &name], &range[..]]
+            .concat(),
+        0,
+    );
     assert_eq!(hbm["branches"].as_array().unwrap().len(), 2);
     let stored = points(&file);
     assert!(stored.iter().filter(|p| p.series.is_some()).count() >= 20);
@@ -144,12 +189,24 @@ fn harmonic_balance_is_cross_checked() {
     let result = json(&["crosscheck", &name, SCENE, "-o", &checked_name], 0);
     let summary = result["summary"].as_array().unwrap();
     assert_eq!(summary.len(), 2);
-    assert!(summary.iter().all(|s| s["points"].as_u64().unwrap() >= 10 && s["orbits"].as_u64().unwrap() >= 1), "{summary:?}");
+    assert!(
+        summary
+            .iter()
+            .all(|s| s["points"].as_u64().unwrap() >= 10 && s["orbits"].as_u64().unwrap() >= 1),
+        "{summary:?}"
+    );
     let rows = signorini::store::read_crosscheck(&checked).unwrap().unwrap();
     assert_eq!(rows.len(), result["points"].as_array().unwrap().len());
     json(&["plot", &checked_name], 0);
     // resumed with nothing left to do
-    json(&[&["backbone", SCENE, "--method", "hbm", "--harmonics", "3,7", "-o", &name, "--resume"], &range[..]].concat(), 0);
+    json(
+        &[
+            &["backbone", SCENE, "--method", "hbm", "--harmonics", "3,7", "-o", &name, "--resume"],
+            &range[..],
+        ]
+        .concat(),
+        0,
+    );
     assert_eq!(points(&file).len(), stored.len());
 }
 
@@ -158,7 +215,10 @@ fn a_response_has_a_branch_for_each_ratio() {
     let folder = TempDir::new().unwrap();
     let (file, name) = path(&folder, "response.h5");
     json(&["response", RESPONSE, "--ratios", "0.05", "--range", "1.6,1.85", "-o", &name], 0);
-    let peak = points(&file).iter().filter_map(|p| p.orbit.as_ref().map(|o| (o.energy, p.omega))).fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m });
+    let peak = points(&file)
+        .iter()
+        .filter_map(|p| p.orbit.as_ref().map(|o| (o.energy, p.omega)))
+        .fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m });
     println!("5 %: peak at {}", peak.1);
     assert!((peak.1 - 1.751).abs() < 0.01);
     let conservative = json(&["response", SCENE, "-o", &path(&folder, "no.h5").1], 2);
@@ -170,11 +230,19 @@ fn a_response_has_a_branch_for_each_ratio() {
 fn foreign_results_and_foreign_matrices() {
     let folder = TempDir::new().unwrap();
     let run = |results: &[&str], scene: &str, out: &str| {
-        json(&[&["crosscheck"], results, &[scene, "--quick", "-o", &path(&folder, out).1]].concat(), 0)
+        json(
+            &[&["crosscheck"], results, &[scene, "--quick", "-o", &path(&folder, out).1]].concat(),
+            0,
+        )
     };
     let csv = run(&["validate/foreign/half-plate.csv"], SCENE, "a.h5");
-    let mat = run(&["validate/foreign/half-plate.mat", "--omega", "w", "--coefficients", "Q"], SCENE, "b.h5");
-    let matrices = run(&["validate/foreign/half-plate.csv"], "validate/foreign/half-plate.toml", "c.h5");
+    let mat = run(
+        &["validate/foreign/half-plate.mat", "--omega", "w", "--coefficients", "Q"],
+        SCENE,
+        "b.h5",
+    );
+    let matrices =
+        run(&["validate/foreign/half-plate.csv"], "validate/foreign/half-plate.toml", "c.h5");
     let (a, b, c) = (&csv["points"], &mat["points"], &matrices["points"]);
     assert!(a.as_array().unwrap().len() >= 5);
     for (k, p) in a.as_array().unwrap().iter().enumerate() {
@@ -184,7 +252,13 @@ fn foreign_results_and_foreign_matrices() {
             assert_eq!(p["verdict"], other["verdict"]);
         }
     }
-    let wrong = signorini(&["crosscheck", "validate/foreign/half-plate.mat", SCENE, "-o", &path(&folder, "d.h5").1]);
+    let wrong = signorini(&[
+        "crosscheck",
+        "validate/foreign/half-plate.mat",
+        SCENE,
+        "-o",
+        &path(&folder, "d.h5").1,
+    ]);
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("--coefficients"));
 }

@@ -79,11 +79,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let harmonics = arguments.balance.list(&scene)?;
     arguments.balance.settings()?;
     if hbm && arguments.resume && !sequential {
-        return Err(CliError::Input("--resume goes with shooting, or with sequential harmonic balance".into()));
+        return Err(CliError::Input(
+            "--resume goes with shooting, or with sequential harmonic balance".into(),
+        ));
     }
     let names: Vec<String> = match arguments.follow {
         Follow::Sequential if hbm => balance::names(&harmonics),
-        _ if hbm => harmonics.iter().flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")]).collect(),
+        _ if hbm => harmonics
+            .iter()
+            .flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")])
+            .collect(),
         Follow::Sequential => vec!["shooting, sequential".into()],
         _ => {
             vec!["shooting, to higher frequencies".into(), "shooting, to lower frequencies".into()]
@@ -108,15 +113,28 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     sink.writer.harmonics = harmonics.iter().copied().max().unwrap_or(0);
     let jobs: Vec<Job> = if hbm && sequential {
         let (known, scene, grid) = (&known, &scene, grid(arguments, range));
-        vec![Box::new(move |take| balance::sequence(&arguments.balance, scene, &grid, known.as_ref(), take))]
+        vec![Box::new(move |take| {
+            balance::sequence(&arguments.balance, scene, &grid, known.as_ref(), take)
+        })]
     } else if hbm {
         let omega = family::omega(&scene, arguments.omega, None)?;
         let scene = &scene;
         let options = options(arguments, range, arguments.points);
         let job = |index: usize| -> Job {
-            let (n_h, direction) = (harmonics[index / 2], if index % 2 == 0 { 1.0 } else { -1.0 });
+            let (n_h, direction) =
+                (harmonics[index / 2], if index.is_multiple_of(2) { 1.0 } else { -1.0 });
             let options = options.clone();
-            Box::new(move |take| balance::arclength(&arguments.balance, scene, n_h, (omega, direction), &options, index, take))
+            Box::new(move |take| {
+                balance::arclength(
+                    &arguments.balance,
+                    scene,
+                    n_h,
+                    (omega, direction),
+                    &options,
+                    index,
+                    take,
+                )
+            })
         };
         (0..2 * harmonics.len()).map(job).collect()
     } else if sequential {

@@ -61,8 +61,12 @@ impl Arguments {
         list.sort_unstable();
         list.dedup();
         match list.first() {
-            None | Some(0) => Err(CliError::Input("--harmonics: give numbers from 1, for example 1,3,7,15".into())),
-            _ if list.iter().any(|n| *n > 500) => Err(CliError::Input("--harmonics: at most 500".into())),
+            None | Some(0) => Err(CliError::Input(
+                "--harmonics: give numbers from 1, for example 1,3,7,15".into(),
+            )),
+            _ if list.iter().any(|n| *n > 500) => {
+                Err(CliError::Input("--harmonics: at most 500".into()))
+            }
             _ => Ok(list),
         }
     }
@@ -158,7 +162,8 @@ fn point(
     let mut orbit = orbit_record(reduction, s)?;
     let mut special = special;
     if let Some(body) = shooter {
-        let closure = if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::Forced };
+        let closure =
+            if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::Forced };
         let (q, dq) = s.q.at(0.0);
         let z = body.frame(&reduction.state(&q, &dq, s.omega));
         let effort = Effort { rescue: false, ..Effort::default() };
@@ -214,24 +219,35 @@ pub fn sequence(
     }
     let mut failure = None;
     let mut interrupted = false;
-    sequential(&mut reduction, &harmonics, &grid[done.min(grid.len())..], &settings, &mut tracks, |reduction, p| {
-        let branch = harmonics.iter().position(|n| *n == p.n_h).unwrap_or(0);
-        let record = match &p.solution {
-            Err(e) => Ok(PointRecord { omega: p.omega, special: format!("gap: {e}"), ..PointRecord::default() }),
-            Ok(s) => point(reduction, s, special(&p), shooter.as_mut()),
-        };
-        match record {
-            Ok(mut record) => {
-                record.branch = branch;
-                interrupted = take(record).is_break();
-                if interrupted { Go::Break(()) } else { Go::Continue(()) }
+    sequential(
+        &mut reduction,
+        &harmonics,
+        &grid[done.min(grid.len())..],
+        &settings,
+        &mut tracks,
+        |reduction, p| {
+            let branch = harmonics.iter().position(|n| *n == p.n_h).unwrap_or(0);
+            let record = match &p.solution {
+                Err(e) => Ok(PointRecord {
+                    omega: p.omega,
+                    special: format!("gap: {e}"),
+                    ..PointRecord::default()
+                }),
+                Ok(s) => point(reduction, s, special(&p), shooter.as_mut()),
+            };
+            match record {
+                Ok(mut record) => {
+                    record.branch = branch;
+                    interrupted = take(record).is_break();
+                    if interrupted { Go::Break(()) } else { Go::Continue(()) }
+                }
+                Err(e) => {
+                    failure = Some(e);
+                    Go::Break(())
+                }
             }
-            Err(e) => {
-                failure = Some(e);
-                Go::Break(())
-            }
-        }
-    })
+        },
+    )
     .map_err(numerics)?;
     if let Some(e) = failure {
         return Err(e);
@@ -284,11 +300,15 @@ pub fn arclength(
             found
         }
     };
-    let Some(start) = start else { return ended(format!("no solution to start from at omega = {from}"), false) };
+    let Some(start) = start else {
+        return ended(format!("no solution to start from at omega = {from}"), false);
+    };
     let mut family = Harmonics { reduction: &mut reduction, n_h };
     let x = family.unknowns(&start).map_err(numerics)?;
     let place = Place::start(&mut family, x, direction, options.step.0).map_err(numerics)?;
-    let Some(place) = place else { return ended("the first tangent could not be computed".into(), false) };
+    let Some(place) = place else {
+        return ended("the first tangent could not be computed".into(), false);
+    };
     let mut failure = None;
     let stop = continuation::follow(&mut family, place, options, |family, p| {
         let special = match &p.special {
@@ -298,7 +318,10 @@ pub fn arclength(
             Some(Special::End) => "end of range".into(),
             Some(_) => "regular".into(),
         };
-        let record = family.solution(&p.x).map_err(numerics).and_then(|s| point(family.reduction, &s, special, shooter.as_mut()));
+        let record = family
+            .solution(&p.x)
+            .map_err(numerics)
+            .and_then(|s| point(family.reduction, &s, special, shooter.as_mut()));
         match record {
             Ok(mut record) => {
                 record.branch = index;

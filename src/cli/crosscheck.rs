@@ -14,7 +14,8 @@ use signorini::orbit::{Closure, branch};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{
-    CheckRow, FamilyWriter, Names, PointRecord, SeriesRecord, WriterOptions, read_csv, read_series, write_crosscheck,
+    CheckRow, FamilyWriter, Names, PointRecord, SeriesRecord, WriterOptions, read_csv, read_series,
+    write_crosscheck,
 };
 
 use super::family::{self, Output};
@@ -82,7 +83,9 @@ fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError
     let named = arguments.omega.is_some() || arguments.coefficients.is_some();
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         if named {
-            return Err(CliError::Input("--omega and --coefficients name variables of a MATLAB file, not of CSV".into()));
+            return Err(CliError::Input(
+                "--omega and --coefficients name variables of a MATLAB file, not of CSV".into(),
+            ));
         }
         return Ok(read_csv(path, n_o)?);
     }
@@ -169,7 +172,12 @@ fn one(
     let point = match &checked.verdict {
         Verdict::Orbit(orbit) => {
             let record = branch::record(body, orbit).map_err(numerics)?;
-            Some(PointRecord { omega: s.omega, special: "regular".into(), orbit: Some(record), ..PointRecord::default() })
+            Some(PointRecord {
+                omega: s.omega,
+                special: "regular".into(),
+                orbit: Some(record),
+                ..PointRecord::default()
+            })
         }
         _ => None,
     };
@@ -187,10 +195,12 @@ fn store(
     let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
     harmonics.sort_unstable();
     harmonics.dedup();
-    let names: Vec<String> = harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect();
+    let names: Vec<String> =
+        harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect();
     let command: Vec<String> = std::env::args().collect();
     let options = WriterOptions { force: arguments.output.force, command: command.join(" ") };
-    let mut writer = FamilyWriter::create(path, scene, nbm, &options, "crosscheck sequential", &names)?;
+    let mut writer =
+        FamilyWriter::create(path, scene, nbm, &options, "crosscheck sequential", &names)?;
     writer.harmonics = harmonics.last().copied().unwrap_or(0);
     for ((row, point), s) in results.iter().zip(series) {
         let mut point = point.clone().unwrap_or_else(|| PointRecord {
@@ -263,19 +273,35 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
     let _ = writeln!(
         out,
         "  {:>9} {:>5} {:>12} {:>10} {:>10}  {:<11} {:>9} {:>12} {:>9}  sequence",
-        "omega", "N_h", "energy", "residual", "return", "verdict", "moved", "orbit energy", "contact"
+        "omega",
+        "N_h",
+        "energy",
+        "residual",
+        "return",
+        "verdict",
+        "moved",
+        "orbit energy",
+        "contact"
     );
     for r in rows {
         let _ = write!(
             out,
             "  {:>9} {:>5} {:>12} {:>10.1e} {:>10.1e}  {:<11}",
-            significant(r.omega, 6), r.n_h, significant(r.energy, 7), r.residual, r.return_error, r.verdict
+            significant(r.omega, 6),
+            r.n_h,
+            significant(r.energy, 7),
+            r.residual,
+            r.return_error,
+            r.verdict
         );
         let _ = match r.verdict == "orbit" {
             true => writeln!(
                 out,
                 " {:>9.1e} {:>12} {:>+9.1e}  {}",
-                r.moved, significant(r.orbit_energy, 7), r.contact_change, if r.same_sequence { "same" } else { "other" }
+                r.moved,
+                significant(r.orbit_energy, 7),
+                r.contact_change,
+                if r.same_sequence { "same" } else { "other" }
             ),
             false => writeln!(out),
         };
@@ -287,6 +313,11 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
              median distance {moved:.1e}, median residual in time {residual:.1e}"
         );
     }
-    let _ = writeln!(out, "  {wall:.1} s; written to {} (pictures: signorini plot {})", path.display(), path.display());
+    let _ = writeln!(
+        out,
+        "  {wall:.1} s; written to {} (pictures: signorini plot {})",
+        path.display(),
+        path.display()
+    );
     out
 }

@@ -92,8 +92,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         guesses = vec![body.frame(&initial)[..unknowns].to_vec()];
     }
     if let Some(amplitude) = arguments.amplitude {
-        let mut guess = branch::mode_guess(&body, 1, amplitude)
-            .ok_or_else(|| CliError::Input("--amplitude: the first mode never reaches the obstacle".into()))?;
+        let mut guess = branch::mode_guess(&body, 1, amplitude).ok_or_else(|| {
+            CliError::Input("--amplitude: the first mode never reaches the obstacle".into())
+        })?;
         guess.resize(closure.unknowns(body.n()), 0.0);
         guesses = vec![guess];
     }

@@ -70,25 +70,36 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let hbm = arguments.balance.method == Method::Hbm;
     let harmonics = arguments.balance.list(&scene)?;
     if hbm && (arguments.resume || arguments.balance.aft.is_some()) {
-        return Err(CliError::Input("--resume and --aft do not go with a response by harmonic balance".into()));
+        return Err(CliError::Input(
+            "--resume and --aft do not go with a response by harmonic balance".into(),
+        ));
     }
     let mut names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
     let cases: Vec<(usize, usize)> = match hbm {
-        true => (0..scenes.len()).flat_map(|s| harmonics.iter().flat_map(move |&n| [(s, n), (s, n)])).collect(),
+        true => (0..scenes.len())
+            .flat_map(|s| harmonics.iter().flat_map(move |&n| [(s, n), (s, n)]))
+            .collect(),
         false => (0..scenes.len()).map(|s| (s, 0)).collect(),
     };
-    let kind = if hbm { format!("hbm response, {}", arguments.balance.kind()) } else { "response".into() };
+    let kind =
+        if hbm { format!("hbm response, {}", arguments.balance.kind()) } else { "response".into() };
     if hbm {
         // the seed's sequential continuation, once to higher and once to lower frequencies
-        let way = |k: usize| if k % 2 == 0 { "up" } else { "down" };
-        names = cases.iter().enumerate().map(|(k, &(s, n))| format!("{}, N_h = {n}, {}", names[s], way(k))).collect();
+        let way = |k: usize| if k.is_multiple_of(2) { "up" } else { "down" };
+        names = cases
+            .iter()
+            .enumerate()
+            .map(|(k, &(s, n))| format!("{}, N_h = {n}, {}", names[s], way(k)))
+            .collect();
     }
     let mut sink = family::open(
         &path,
         &scene,
         &problem.nbm,
         arguments.output.force,
-        arguments.resume, &kind, &names,
+        arguments.resume,
+        &kind,
+        &names,
     )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
@@ -108,7 +119,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 if index % 2 == 1 {
                     grid.reverse();
                 }
-                let choice = balance::Arguments { harmonics: Some(vec![n_h]), ..arguments.balance.clone() };
+                let choice =
+                    balance::Arguments { harmonics: Some(vec![n_h]), ..arguments.balance.clone() };
                 return Box::new(move |take| {
                     let ended = balance::sequence(&choice, scene, &grid, None, take)?;
                     Ok(Ended { branch: index, ..ended })

@@ -95,7 +95,11 @@ impl Nbm {
     }
 
     /// The same with a boundary operator that is given.
-    pub fn with_operator(body: Body, operator: BoundaryOperator, gap: Vec<f64>) -> Result<Nbm, ContactError> {
+    pub fn with_operator(
+        body: Body,
+        operator: BoundaryOperator,
+        gap: Vec<f64>,
+    ) -> Result<Nbm, ContactError> {
         let BoundaryOperator { n_c, n_o, area } = operator;
         let size = area.len();
         let p_matrix = lcp::p_matrix(&n_c, &area);

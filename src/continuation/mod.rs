@@ -4,7 +4,7 @@
 //! an arclength (pseudo-arclength). [`follow`] walks along a branch: step control, folds, branch points and
 //! changes of stability located, and *borders*: where a family is smooth only piece by piece (a sequence of active sets), each piece
 //! is a chart; the branch is followed to the border, the chart is changed, and the direction is chosen by testing on which side the
-//! new chart is admissible. [`sequence`] solves at given values of `λ` one after the other, as the seed does.
+//! new chart is admissible. [`guesses`] serve to solve at given values of `λ` one after the other, as the seed does.
 
 mod arclength;
 mod newton;

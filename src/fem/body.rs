@@ -68,7 +68,12 @@ impl Body {
     }
 
     /// A body of given matrices. Its mesh is a row of points, one a displacement, that files and pictures can name.
-    pub fn from_matrices(mass: &Csr, stiffness: &Csr, contact: &[usize], length: f64) -> Result<Body, FemError> {
+    pub fn from_matrices(
+        mass: &Csr,
+        stiffness: &Csr,
+        contact: &[usize],
+        length: f64,
+    ) -> Result<Body, FemError> {
         let n = mass.n_rows();
         let modes = eigen::all(stiffness, mass, 1e-300)?;
         let highest = modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
@@ -79,7 +84,11 @@ impl Body {
         let dofs = DofMap::of_rows(n, contact);
         let place = |i: usize| dofs.of(i + 1, 0).map_or(0, |(k, _)| k);
         let permuted = |a: &Csr| {
-            Csr::from_triplets(n, n, a.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect())
+            Csr::from_triplets(
+                n,
+                n,
+                a.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect(),
+            )
         };
         Ok(Body {
             mass: permuted(mass),

@@ -11,7 +11,8 @@ pub fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
         Some((file, dataset)) => read_hdf5(&folder.join(file), dataset),
         None => {
             let path = folder.join(name);
-            let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+            let text =
+                std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
             parse_matrix_market(&text).map_err(|e| format!("{}: {e}", path.display()))
         }
     }
@@ -44,10 +45,17 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
             match symmetry {
                 "general" => (is_dense, false),
                 "symmetric" => (is_dense, true),
-                other => return Err(format!("symmetry \"{other}\" is neither general nor symmetric")),
+                other => {
+                    return Err(format!("symmetry \"{other}\" is neither general nor symmetric"));
+                }
             }
         }
-        _ => return Err("does not begin with %%MatrixMarket matrix coordinate|array real general|symmetric".into()),
+        _ => {
+            return Err(
+                "does not begin with %%MatrixMarket matrix coordinate|array real general|symmetric"
+                    .into(),
+            );
+        }
     };
     let (is_dense, is_symmetric) = kind;
     let mut data = lines.filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('%'));
@@ -61,7 +69,8 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
     let mut entries = vec![];
     let mut place = (0, 0);
     for (k, line) in data {
-        let bad = || format!("line {}: \"{line}\" is no entry of a {rows} × {columns} matrix", k + 1);
+        let bad =
+            || format!("line {}: \"{line}\" is no entry of a {rows} × {columns} matrix", k + 1);
         let words: Vec<&str> = line.split_whitespace().collect();
         let (i, j, word) = match (is_dense, &words[..]) {
             (false, [i, j, v]) => {
@@ -71,7 +80,11 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
             (true, [v]) => {
                 let (i, j) = place;
                 // column by column; of a symmetric matrix the lower triangle
-                place = if i + 1 < rows { (i + 1, j) } else { (if is_symmetric { j + 1 } else { 0 }, j + 1) };
+                place = if i + 1 < rows {
+                    (i + 1, j)
+                } else {
+                    (if is_symmetric { j + 1 } else { 0 }, j + 1)
+                };
                 (i, j, *v)
             }
             _ => return Err(bad()),
@@ -103,9 +116,16 @@ mod tests {
         assert_eq!(a.triplets().collect::<Vec<_>>(), vec![(0, 0, 2.5), (1, 2, -1e-3)]);
         let symmetric = "%%MatrixMarket matrix array real symmetric\n2 2\n1\n2\n3\n";
         let a = parse_matrix_market(symmetric).unwrap();
-        assert_eq!(a.triplets().collect::<Vec<_>>(), vec![(0, 0, 1.0), (0, 1, 2.0), (1, 0, 2.0), (1, 1, 3.0)]);
-        for bad in ["", "hello", "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1\n",
-            "%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1.0\n"] {
+        assert_eq!(
+            a.triplets().collect::<Vec<_>>(),
+            vec![(0, 0, 1.0), (0, 1, 2.0), (1, 0, 2.0), (1, 1, 3.0)]
+        );
+        for bad in [
+            "",
+            "hello",
+            "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1\n",
+            "%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1.0\n",
+        ] {
             assert!(parse_matrix_market(bad).is_err(), "{bad}");
         }
     }

@@ -12,8 +12,8 @@ pub use body::Body;
 pub use dofs::DofMap;
 pub use eigen::Modes;
 pub use element::Material;
-pub use load::{Harmonic, Loads};
 pub use files::read_matrix;
+pub use load::{Harmonic, Loads};
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 
 use thiserror::Error;

@@ -56,7 +56,8 @@ pub fn project_in(reduction: &Reduction, q: &Series) -> Series {
     let mut y = Series::zeros(q.basis, q.n_h, r);
     for i in 0..q.basis.len(q.n_h) {
         for c in 0..r {
-            let d: f64 = reduction.q_in.col_as_slice(c).iter().zip(q.of(i)).map(|(a, b)| a * b).sum();
+            let d: f64 =
+                reduction.q_in.col_as_slice(c).iter().zip(q.of(i)).map(|(a, b)| a * b).sum();
             y.of_mut(i)[c] = d;
         }
     }
@@ -74,17 +75,25 @@ fn weight(basis: Basis, (k, _): Function) -> f64 {
 fn blocks(op: &PhaseOperator, l: usize, is_sine: bool, omega: f64) -> (Mat<f64>, Option<Mat<f64>>) {
     let lw = l as f64 * omega;
     let own = match &op.a {
-        Some(a) => Mat::from_fn(op.p.nrows(), op.p.ncols(), |i, j| op.p[(i, j)] - lw * lw * a[(i, j)]),
+        Some(a) => {
+            Mat::from_fn(op.p.nrows(), op.p.ncols(), |i, j| op.p[(i, j)] - lw * lw * a[(i, j)])
+        }
         None => op.p.clone(),
     };
     // (cos lθ)′ = −l sin lθ, (sin lθ)′ = l cos lθ
     let sign = if is_sine { lw } else { -lw };
-    let partner = op.v.as_ref().filter(|_| l > 0).map(|v| Mat::from_fn(v.nrows(), v.ncols(), |i, j| sign * v[(i, j)]));
+    let partner =
+        op.v.as_ref()
+            .filter(|_| l > 0)
+            .map(|v| Mat::from_fn(v.nrows(), v.ncols(), |i, j| sign * v[(i, j)]));
     (own, partner)
 }
 
-/// The switches along a series: sets, and what changes them.
-fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<(Vec<ActiveSet>, Vec<Crossing>, Vec<f64>), HbmError> {
+/// Active sets along a series, the switches between them, and the slope of the monitor at each.
+type Path = (Vec<ActiveSet>, Vec<Crossing>, Vec<f64>);
+
+/// The switches along a series.
+fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError> {
     let nbm = &reduction.nbm;
     let n_c = nbm.n_contact();
     let (q0, dq0) = q.at(0.0);
@@ -100,7 +109,8 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<(Vec<ActiveSet>
         for i in 0..n_c {
             let h: Vec<f64> = (0..basis.len(n_h))
                 .map(|f| {
-                    let dot: f64 = y.of(f).iter().enumerate().map(|(c, y)| op.rows[(i, c)] * y).sum();
+                    let dot: f64 =
+                        y.of(f).iter().enumerate().map(|(c, y)| op.rows[(i, c)] * y).sum();
                     dot + if f == 0 { op.offsets[i] } else { 0.0 }
                 })
                 .collect();
@@ -127,7 +137,13 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<(Vec<ActiveSet>
 }
 
 /// `n` at `θ` in a phase.
-fn interface(op: &PhaseOperator, reduction: &Reduction, y: &Series, omega: f64, theta: f64) -> Vec<f64> {
+fn interface(
+    op: &PhaseOperator,
+    reduction: &Reduction,
+    y: &Series,
+    omega: f64,
+    theta: f64,
+) -> Vec<f64> {
     let mut n: Vec<f64> = op.s.iter().map(|s| -s).collect();
     for (load, part) in reduction.nbm.loads.harmonics.iter().zip(&op.loads) {
         let c = (theta + load.phase).cos();
@@ -169,14 +185,20 @@ impl Balance {
     }
 }
 
-fn event_resolved(reduction: &Reduction, q: &Series, y: &Series, omega: f64) -> Result<Balance, HbmError> {
+fn event_resolved(
+    reduction: &Reduction,
+    q: &Series,
+    y: &Series,
+    omega: f64,
+) -> Result<Balance, HbmError> {
     let (sets, crossings, slopes) = walk(reduction, q, y)?;
     let (basis, n_h) = (y.basis, y.n_h);
     let functions = basis.functions(n_h);
     let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
     let mut n = Series::zeros(basis, n_h, r);
     let mut derivative = Mat::<f64>::zeros(count * r, count * r_in);
-    let operators: Result<Vec<Rc<PhaseOperator>>, HbmError> = sets.iter().map(|s| reduction.phase(s)).collect();
+    let operators: Result<Vec<Rc<PhaseOperator>>, HbmError> =
+        sets.iter().map(|s| reduction.phase(s)).collect();
     let operators = operators?;
     let bound = |j: usize| match j {
         0 => 0.0,
@@ -194,7 +216,8 @@ fn event_resolved(reduction: &Reduction, q: &Series, y: &Series, omega: f64) -> 
         let mut integral = vec![0.0; count * count];
         for k in 0..count {
             for l in 0..=k {
-                let x = b.product(functions[k], functions[l]) - a.product(functions[k], functions[l]);
+                let x =
+                    b.product(functions[k], functions[l]) - a.product(functions[k], functions[l]);
                 (integral[k * count + l], integral[l * count + k]) = (x, x);
             }
         }
@@ -286,7 +309,11 @@ fn sampled(
         if t > 0 {
             for contact in 0..nbm.n_contact() {
                 if now.is_active(contact) != set.is_active(contact) {
-                    crossings.push(Crossing { theta: theta - 0.5 * h, contact, closes: now.is_active(contact) });
+                    crossings.push(Crossing {
+                        theta: theta - 0.5 * h,
+                        contact,
+                        closes: now.is_active(contact),
+                    });
                     sets.push(now.clone());
                 }
             }
@@ -314,7 +341,8 @@ fn sampled(
                         value += p[(i, c)] * f[other];
                     }
                     for k in 0..count {
-                        derivative[(k * r + i, l * r_in + c)] += value * f[k] * h / weight(basis, functions[k]);
+                        derivative[(k * r + i, l * r_in + c)] +=
+                            value * f[k] * h / weight(basis, functions[k]);
                     }
                 }
             }

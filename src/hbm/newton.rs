@@ -33,7 +33,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { quadrature: Quadrature::EventResolved, iterations: 25, tolerance: 1e-12, full: false }
+        Settings {
+            quadrature: Quadrature::EventResolved,
+            iterations: 25,
+            tolerance: 1e-12,
+            full: false,
+        }
     }
 }
 
@@ -202,7 +207,13 @@ impl Linear {
     }
 
     /// `N′ Ĝ`: columns of `N′` taken together as `Ĝ` takes them.
-    fn times_g(&self, reduction: &Reduction, derivative: &Mat<f64>, basis: Basis, n_h: usize) -> Mat<f64> {
+    fn times_g(
+        &self,
+        reduction: &Reduction,
+        derivative: &Mat<f64>,
+        basis: Basis,
+        n_h: usize,
+    ) -> Mat<f64> {
         let (r, r_in) = (reduction.q.ncols(), reduction.q_in.ncols());
         let count = basis.len(n_h);
         let mut out = Mat::<f64>::zeros(derivative.nrows(), count * r);
@@ -314,7 +325,13 @@ pub fn solve(
     Ok(Ok(Solution { omega, q, residual: size, iterations, crossings, sets }))
 }
 
-fn condensed_step(reduction: &Reduction, linear: &Linear, q: &Series, y: &Series, balance: &Balance) -> Vec<f64> {
+fn condensed_step(
+    reduction: &Reduction,
+    linear: &Linear,
+    q: &Series,
+    y: &Series,
+    balance: &Balance,
+) -> Vec<f64> {
     let (basis, n_h) = (q.basis, q.n_h);
     let mut a = linear.times_g(reduction, &balance.derivative, basis, n_h);
     let size = a.nrows();
@@ -332,7 +349,13 @@ fn condensed_step(reduction: &Reduction, linear: &Linear, q: &Series, y: &Series
 }
 
 /// The Newton step of the whole system.
-fn full_step(reduction: &Reduction, linear: &Linear, q: &Series, balance: &Balance, r: &Series) -> Vec<f64> {
+fn full_step(
+    reduction: &Reduction,
+    linear: &Linear,
+    q: &Series,
+    balance: &Balance,
+    r: &Series,
+) -> Vec<f64> {
     let (n, count) = (q.n, q.basis.len(q.n_h));
     let (rank, r_in) = (reduction.q.ncols(), reduction.q_in.ncols());
     let mut a = Mat::<f64>::zeros(n * count, n * count);

@@ -185,7 +185,9 @@ impl Reduction {
             nbm.body.stiffness.mul_sub(&d, &mut force);
             project(phase, &force)
         };
-        let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a - b).collect() };
+        let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> {
+            a.iter().zip(&b).map(|(a, b)| a - b).collect()
+        };
         let s = difference(constant(&phase), constant(&open));
         let loads: Vec<Vec<f64>> = nbm
             .loads
@@ -207,7 +209,8 @@ impl Reduction {
         match self.form {
             Form::Force => {
                 let damped = nbm.damping.is_some();
-                let v = damped.then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
+                let v = damped
+                    .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
                 Ok(PhaseOperator { p: s_k, v, a: Some(s_m), s, loads, rows, offsets })
             }
             Form::Acceleration => {
@@ -220,7 +223,8 @@ impl Reduction {
                 let keep = &identity - &t;
                 // QᵀΩ² and Qᵀ on y = Q̂ᵀ q
                 let n = self.n();
-                let square = Mat::from_fn(r, n, |c, i| self.open.modes[i].omega.powi(2) * self.q[(i, c)]);
+                let square =
+                    Mat::from_fn(r, n, |c, i| self.open.modes[i].omega.powi(2) * self.q[(i, c)]);
                 let of_square = &square * &self.q_in;
                 let of_q = self.q.transpose() * &self.q_in;
                 let p = &keep * &s_k * &of_q - &t * &of_square;
@@ -234,7 +238,8 @@ impl Reduction {
                     (0..r).map(|i| x[(i, 0)] - y[(i, 0)]).collect()
                 };
                 let s = lift(&s, &self.open.constant);
-                let loads = loads.iter().zip(&self.open.harmonics).map(|(d, f0)| lift(d, f0)).collect();
+                let loads =
+                    loads.iter().zip(&self.open.harmonics).map(|(d, f0)| lift(d, f0)).collect();
                 Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets })
             }
         }

@@ -57,8 +57,12 @@ impl Summary {
             s.crossings.iter().map(|c| (c.theta / s.omega, c.contact, c.closes)).collect();
         let mirrored = s.q.basis == super::Basis::Cosine;
         if mirrored {
-            let back: Vec<_> =
-                s.crossings.iter().rev().map(|c| ((tau - c.theta) / s.omega, c.contact, !c.closes)).collect();
+            let back: Vec<_> = s
+                .crossings
+                .iter()
+                .rev()
+                .map(|c| ((tau - c.theta) / s.omega, c.contact, !c.closes))
+                .collect();
             switches.extend(back);
         }
         let mut contact_time = 0.0;
@@ -155,7 +159,14 @@ impl Harmonics<'_> {
         let (r, _, q, balance) = condensed_residual(self.reduction, &n, omega)?;
         let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let residual = size(&r) / size(&n.a).max(f64::MIN_POSITIVE);
-        Ok(Solution { omega, q, residual, iterations: 0, crossings: balance.crossings, sets: balance.sets })
+        Ok(Solution {
+            omega,
+            q,
+            residual,
+            iterations: 0,
+            crossings: balance.crossings,
+            sets: balance.sets,
+        })
     }
 
     /// Size that makes an unknown a number of the order of one.
@@ -187,9 +198,14 @@ impl Family for Harmonics<'_> {
         self.reduction.set_frequency(omega);
         let (r, j, ..) = condensed_residual(self.reduction, &self.series(x), omega)?;
         let m = r.len();
-        let whole = Mat::from_fn(m, m + 1, |i, c| {
-            if c < m { j[(i, c)] } else { (up[i] - down[i]) / (2.0 * h) }
-        });
+        let whole =
+            Mat::from_fn(
+                m,
+                m + 1,
+                |i, c| {
+                    if c < m { j[(i, c)] } else { (up[i] - down[i]) / (2.0 * h) }
+                },
+            );
         Ok((r, whole))
     }
 
@@ -199,9 +215,12 @@ impl Family for Harmonics<'_> {
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {
-        let size = x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().max(1e-2 * self.unit().powi(2));
+        let size =
+            x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().max(1e-2 * self.unit().powi(2));
         let last = x.len() - 1;
-        (0..x.len()).map(|i| if i < last { 1.0 / size } else { 100.0 / (x[last] * x[last]) }).collect()
+        (0..x.len())
+            .map(|i| if i < last { 1.0 / size } else { 100.0 / (x[last] * x[last]) })
+            .collect()
     }
 
     fn chart(&self) {}
@@ -269,7 +288,8 @@ impl Track {
 
     /// Guesses at `omega`, best first.
     fn guesses(&self, omega: f64) -> Vec<Series> {
-        let flat: Vec<(f64, Vec<f64>)> = self.known.iter().map(|(w, q)| (*w, q.a.clone())).collect();
+        let flat: Vec<(f64, Vec<f64>)> =
+            self.known.iter().map(|(w, q)| (*w, q.a.clone())).collect();
         let Some((_, like)) = self.known.last() else { return vec![] };
         crate::continuation::guesses(&flat, omega)
             .into_iter()
@@ -323,7 +343,8 @@ pub fn sequential(
             if found.is_none() && k == 0 {
                 let forced = reduction.basis == super::Basis::Full;
                 let zero = forced.then(|| Series::zeros(reduction.basis, 1, reduction.n()));
-                let modes = STARTS.iter().filter(|_| !forced).filter_map(|&a| mode_start(reduction, a));
+                let modes =
+                    STARTS.iter().filter(|_| !forced).filter_map(|&a| mode_start(reduction, a));
                 let starts: Vec<Series> = zero.into_iter().chain(modes).collect();
                 for start in starts {
                     if let Ok(s) = solve(reduction, &start, omega, settings)? {
@@ -343,7 +364,13 @@ pub fn sequential(
                     });
                     Point { omega, n_h, solution: Ok(s), origin, jumped }
                 }
-                None => Point { omega, n_h, solution: Err(failure), origin: Origin::Ladder, jumped: false },
+                None => Point {
+                    omega,
+                    n_h,
+                    solution: Err(failure),
+                    origin: Origin::Ladder,
+                    jumped: false,
+                },
             };
             if k > 0 && take(reduction, point).is_break() {
                 return Ok(());

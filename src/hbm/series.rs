@@ -248,13 +248,22 @@ mod tests {
                 let simpson: f64 = (0..=n)
                     .map(|i| {
                         let t = f64::from(i) * h;
-                        let w = if i == 0 || i == n { 1.0 } else if i % 2 == 1 { 4.0 } else { 2.0 };
+                        let w = if i == 0 || i == n {
+                            1.0
+                        } else if i % 2 == 1 {
+                            4.0
+                        } else {
+                            2.0
+                        };
                         w * value(f, t) * value(g, t)
                     })
                     .sum::<f64>()
                     * h
                     / 3.0;
-                assert!((Integrals::new(4, theta).product(f, g) - simpson).abs() < 1e-10, "{f:?} {g:?}");
+                assert!(
+                    (Integrals::new(4, theta).product(f, g) - simpson).abs() < 1e-10,
+                    "{f:?} {g:?}"
+                );
             }
         }
     }

@@ -221,7 +221,14 @@ pub fn sequential(
                     ..PlaceRecord::default()
                 };
                 let orbit = Some(record(body, orbit)?);
-                PointRecord { omega, branch: 0, special: special.into(), orbit, place: Some(place), series: None }
+                PointRecord {
+                    omega,
+                    branch: 0,
+                    special: special.into(),
+                    orbit,
+                    place: Some(place),
+                    series: None,
+                }
             }
             None => PointRecord {
                 omega,

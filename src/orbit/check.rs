@@ -90,7 +90,10 @@ pub fn check(
     let [u, v, _] = candidate.at(n, 0.0);
     let state = State { u, v };
     let nbm = &body.nbm;
-    let phase = Phase::new(nbm, ActiveSet::new(nbm.solve_lcp(&state.u, &ActiveSet::open(nbm.n_contact()))?.active))?;
+    let phase = Phase::new(
+        nbm,
+        ActiveSet::new(nbm.solve_lcp(&state.u, &ActiveSet::open(nbm.n_contact()))?.active),
+    )?;
     let (mut full_u, mut full_v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
     phase.expand_displacement(nbm, &state.u, &mut full_u);
     phase.expand_velocity(nbm, &state.v, &mut full_v);
@@ -186,7 +189,12 @@ fn refine(
 }
 
 /// The series of an orbit: Fourier coefficients of its motion, by integration over evenly spaced states.
-pub fn series_of_orbit(body: &Propagator, z: &[f64], omega: f64, n_h: usize) -> Result<Candidate, OrbitError> {
+pub fn series_of_orbit(
+    body: &Propagator,
+    z: &[f64],
+    omega: f64,
+    n_h: usize,
+) -> Result<Candidate, OrbitError> {
     let n = body.n();
     let period = TAU / omega;
     let samples = 64 * n_h.max(8);

@@ -137,7 +137,8 @@ impl HalfPeriod<'_> {
             }
             column[k + 1] = norm(&w);
             for (i, &(c, s)) in rotations.iter().enumerate() {
-                (column[i], column[i + 1]) = (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
+                (column[i], column[i + 1]) =
+                    (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
             }
             let length = column[k].hypot(column[k + 1]);
             let (c, s) = (column[k] / length, column[k + 1] / length);

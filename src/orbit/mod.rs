@@ -55,7 +55,9 @@ pub enum OrbitError {
         node: usize,
     },
     /// Only reversible orbits are shot without the modes of all phases.
-    #[error("a body of {0} displacements is too large for full-period shooting; shoot a reversible orbit (start at rest)")]
+    #[error(
+        "a body of {0} displacements is too large for full-period shooting; shoot a reversible orbit (start at rest)"
+    )]
     Large(usize),
     /// An eigenvalue or singular value problem failed.
     #[error("the {0} could not be computed")]

@@ -155,7 +155,11 @@ pub fn find(
     if shot.converged {
         return judge(body, closure, &shot.z, omega, shot.iterations, effort.multipliers);
     }
-    if !effort.rescue || body.is_large() || closure == Closure::Autonomous || shot.reading.chain.events() == 0 {
+    if !effort.rescue
+        || body.is_large()
+        || closure == Closure::Autonomous
+        || shot.reading.chain.events() == 0
+    {
         let reason = None;
         let (residual, singular_value) = (shot.residual, f64::NAN);
         return Ok(Verdict::NotFound { residual, singular_value, reason });

@@ -73,12 +73,20 @@ impl Scene {
         }
         for (key, value) in [("young", b.young), ("density", b.density)] {
             if value.is_none() {
-                return Err(Issue::new(format!("body.{key}"), "is missing", format!("{key} = 1.0")));
+                return Err(Issue::new(
+                    format!("body.{key}"),
+                    "is missing",
+                    format!("{key} = 1.0"),
+                ));
             }
         }
         for (key, is_empty) in [("size", b.size.is_empty()), ("elements", b.elements.is_empty())] {
             if is_empty {
-                return Err(Issue::new(format!("body.{key}"), "is missing", "see the scene reference in the README"));
+                return Err(Issue::new(
+                    format!("body.{key}"),
+                    "is missing",
+                    "see the scene reference in the README",
+                ));
             }
         }
         let (size, elements) =
@@ -174,7 +182,11 @@ impl Scene {
             }
         }
         if c.gap.is_none() {
-            return Err(Issue::new("contact.gap", "is missing", "gap = 1.0, or an expression of x and y"));
+            return Err(Issue::new(
+                "contact.gap",
+                "is missing",
+                "gap = 1.0, or an expression of x and y",
+            ));
         }
         match c.edge {
             Some(edge) => self.check_edge("contact.edge", edge),
@@ -196,17 +208,27 @@ impl Scene {
         ] {
             if given {
                 let message = "belongs to a body of elements, this one comes from files";
-                return Err(Issue::new(format!("body.{key}"), message, "remove the key or change body.kind"));
+                return Err(Issue::new(
+                    format!("body.{key}"),
+                    message,
+                    "remove the key or change body.kind",
+                ));
             }
         }
-        for (key, file) in [("mass_matrix", &b.mass_matrix), ("stiffness_matrix", &b.stiffness_matrix)] {
+        for (key, file) in
+            [("mass_matrix", &b.mass_matrix), ("stiffness_matrix", &b.stiffness_matrix)]
+        {
             if file.is_none() {
                 let help = format!("{key} = \"M.mtx\" (Matrix Market), or \"FILE.h5:/dataset\"");
                 return Err(Issue::new(format!("body.{key}"), "is missing", help));
             }
         }
         if !self.supports.is_empty() {
-            return Err(Issue::new("support", "has no edges here", "leave prescribed displacements out of the matrices"));
+            return Err(Issue::new(
+                "support",
+                "has no edges here",
+                "leave prescribed displacements out of the matrices",
+            ));
         }
         if let Some(i) = self.loads.iter().position(|l| l.kind != LoadKind::Mode) {
             let message = "needs a mesh, and this body comes from files";
@@ -225,16 +247,32 @@ impl Scene {
 
     fn check_given_contact(&self) -> Check {
         let Some(c) = &self.contact else { return Ok(()) };
-        let issue = |key: &str, message: &str, help: &str| Err(Issue::new(format!("contact.{key}"), message, help));
+        let issue = |key: &str, message: &str, help: &str| {
+            Err(Issue::new(format!("contact.{key}"), message, help))
+        };
         if c.edge.is_some() {
-            return issue("edge", "there are no edges: the body comes from files", "give displacements = [66, 67]");
+            return issue(
+                "edge",
+                "there are no edges: the body comes from files",
+                "give displacements = [66, 67]",
+            );
         }
         if c.displacements.as_ref().is_none_or(Vec::is_empty) {
-            return issue("displacements", "is missing", "displacements = [66, 67], rows of the matrices counted from 0");
+            return issue(
+                "displacements",
+                "is missing",
+                "displacements = [66, 67], rows of the matrices counted from 0",
+            );
         }
         match (&c.gap, &c.gaps) {
             (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
-            _ => return issue("gap", "give a number gap, or a list gaps, and no expression", "gap = 1.0"),
+            _ => {
+                return issue(
+                    "gap",
+                    "give a number gap, or a list gaps, and no expression",
+                    "gap = 1.0",
+                );
+            }
         }
         match (&c.n_c, &c.n_o, &c.stress) {
             (Some(_), Some(_), None) | (None, None, Some(_)) => Ok(()),

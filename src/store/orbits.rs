@@ -246,7 +246,15 @@ impl FamilyWriter {
         let special = Table::create(&g, "special", None, 64, false, "words")?;
         let points = g.create_group("points")?;
         file.flush()?;
-        Ok(FamilyWriter { file, points, rows: rows?, special, count: 0, series: None, harmonics: 0 })
+        Ok(FamilyWriter {
+            file,
+            points,
+            rows: rows?,
+            special,
+            count: 0,
+            series: None,
+            harmonics: 0,
+        })
     }
 
     /// A new file with the points of an unfinished one, to go on with.

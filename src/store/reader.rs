@@ -215,7 +215,8 @@ pub fn read_state(
             }
         }
         let Some(cells) = &cells else { return field };
-        let at = |cell: &Cell, c: usize| cell.iter().map(|(n, w)| w * field[dim * n + c]).sum::<f64>();
+        let at =
+            |cell: &Cell, c: usize| cell.iter().map(|(n, w)| w * field[dim * n + c]).sum::<f64>();
         cells.iter().flat_map(|cell| (0..dim).map(move |c| at(cell, c))).collect()
     };
     Ok((nodal(&u), nodal(&v)))
@@ -232,7 +233,12 @@ fn cells_of(
     dim: usize,
     path: &Path,
 ) -> Result<Vec<Cell>, StoreError> {
-    let other = || StoreError::unusable(path, "its body is not the body of this scene: the meshes cover different regions");
+    let other = || {
+        StoreError::unusable(
+            path,
+            "its body is not the body of this scene: the meshes cover different regions",
+        )
+    };
     let bounds = |points: &mut dyn Iterator<Item = [f64; 2]>| {
         points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
             [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]

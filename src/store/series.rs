@@ -83,10 +83,18 @@ impl Default for Names {
 }
 
 /// Read series from an HDF5 file (own, or MATLAB v7.3) for a body of `n_o` displacements.
-pub fn read_series(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
+pub fn read_series(
+    path: &Path,
+    names: &Names,
+    n_o: usize,
+) -> Result<Vec<SeriesRecord>, StoreError> {
     let file = open(path)?;
-    let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: format!("variable {what}") };
-    let omega: Vec<f64> = file.dataset(&names.omega).map_err(|_| missing(&names.omega))?.read_raw()?;
+    let missing = |what: &str| StoreError::Missing {
+        path: path.to_owned(),
+        what: format!("variable {what}"),
+    };
+    let omega: Vec<f64> =
+        file.dataset(&names.omega).map_err(|_| missing(&names.omega))?.read_raw()?;
     let data = file.dataset(&names.coefficients).map_err(|_| missing(&names.coefficients))?;
     let all: ArrayD<f64> = data.read_dyn()?;
     let p = omega.len();
@@ -109,7 +117,11 @@ pub fn read_series(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesR
             ),
         ));
     };
-    let own: Option<Vec<i64>> = file.dataset("hbm/harmonics").and_then(|d| d.read_raw()).ok().filter(|h: &Vec<i64>| h.len() == p);
+    let own: Option<Vec<i64>> = file
+        .dataset("hbm/harmonics")
+        .and_then(|d| d.read_raw())
+        .ok()
+        .filter(|h: &Vec<i64>| h.len() == p);
     let flat: Vec<f64> = all.iter().copied().collect();
     let at = |i: usize, f: usize, n: usize| match reversed {
         false => flat[(i * functions + f) * n_o + n],
@@ -119,18 +131,24 @@ pub fn read_series(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesR
         .map(|i| {
             let n_h = own.as_ref().map_or((functions - 1) / 2, |h| h[i] as usize);
             let used = (2 * n_h + 1).min(functions);
-            let coefficients = (0..used).flat_map(|f| (0..n_o).map(move |n| (f, n))).map(|(f, n)| at(i, f, n)).collect();
+            let coefficients = (0..used)
+                .flat_map(|f| (0..n_o).map(move |n| (f, n)))
+                .map(|(f, n)| at(i, f, n))
+                .collect();
             SeriesRecord { omega: omega[i], n_h, coefficients }
         })
         .collect())
 }
+
+/// One row of a CSV: harmonic, whether it is the sine, values.
+type Function = (usize, bool, Vec<f64>);
 
 /// Read series from CSV: a header, then one row a function: `point, omega, k, part, u_1, …, u_nO` with `part` `cos` or `sin`. Rows
 /// that are not there are zero.
 pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
     let text = std::fs::read_to_string(path).map_err(|e| StoreError::unusable(path, e))?;
     let bad = |line: usize, why: String| StoreError::unusable(path, format!("line {line}: {why}"));
-    let mut points: Vec<(String, f64, Vec<(usize, bool, Vec<f64>)>)> = vec![];
+    let mut points: Vec<(String, f64, Vec<Function>)> = vec![];
     for (k, line) in text.lines().enumerate().skip(1) {
         let number = k + 1;
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
@@ -139,11 +157,20 @@ pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         if cells.len() != 4 + n_o {
             let found = cells.len().saturating_sub(4);
-            return Err(bad(number, format!("{found} displacements, the scene has {n_o} (columns: point, omega, k, part, u_1, …, u_{n_o})")));
+            return Err(bad(
+                number,
+                format!(
+                    "{found} displacements, the scene has {n_o} (columns: point, omega, k, part, u_1, …, u_{n_o})"
+                ),
+            ));
         }
         let parse = |s: &str| s.parse::<f64>().ok().filter(|x| x.is_finite());
-        let omega = parse(cells[1]).filter(|w| *w > 0.0).ok_or_else(|| bad(number, format!("omega \"{}\" is not a positive number", cells[1])))?;
-        let harmonic: usize = cells[2].parse().map_err(|_| bad(number, format!("k \"{}\" is not a whole number", cells[2])))?;
+        let omega = parse(cells[1]).filter(|w| *w > 0.0).ok_or_else(|| {
+            bad(number, format!("omega \"{}\" is not a positive number", cells[1]))
+        })?;
+        let harmonic: usize = cells[2]
+            .parse()
+            .map_err(|_| bad(number, format!("k \"{}\" is not a whole number", cells[2])))?;
         let is_sine = match cells[3] {
             "cos" => false,
             "sin" => true,
@@ -215,8 +242,10 @@ pub fn write_crosscheck(family: &FamilyWriter, rows: &[CheckRow]) -> Result<(), 
     column("contact_change", &|r| r.contact_change)?;
     column("same_sequence", &|r| f64::from(u8::from(r.same_sequence)))?;
     use hdf5::types::FixedAscii;
-    let words: Vec<FixedAscii<32>> =
-        rows.iter().map(|r| FixedAscii::from_ascii(r.verdict.as_bytes()).unwrap_or_default()).collect();
+    let words: Vec<FixedAscii<32>> = rows
+        .iter()
+        .map(|r| FixedAscii::from_ascii(r.verdict.as_bytes()).unwrap_or_default())
+        .collect();
     g.new_dataset_builder().with_data(&words).create("verdict")?;
     Ok(())
 }
@@ -228,7 +257,17 @@ pub fn read_crosscheck(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError>
     let Ok(g) = file.group("crosscheck") else { return Ok(None) };
     let column = |name: &str| -> Result<Vec<f64>, StoreError> { Ok(g.dataset(name)?.read_raw()?) };
     let words: Vec<FixedAscii<32>> = g.dataset("verdict")?.read_raw()?;
-    let names = ["omega", "harmonics", "hbm_energy", "residual", "return_error", "moved", "orbit_energy", "contact_change", "same_sequence"];
+    let names = [
+        "omega",
+        "harmonics",
+        "hbm_energy",
+        "residual",
+        "return_error",
+        "moved",
+        "orbit_energy",
+        "contact_change",
+        "same_sequence",
+    ];
     let columns: Result<Vec<Vec<f64>>, StoreError> = names.iter().map(|n| column(n)).collect();
     let c = columns?;
     Ok(Some(

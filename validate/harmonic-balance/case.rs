@@ -64,7 +64,8 @@ fn end_coefficients(r: &Reduction, s: &Solution, count: usize) -> Result<Vec<f64
 
 /// The solution next to the continuum's motion.
 fn bar_solution(n: usize, n_h: usize) -> Result<(Reduction, Solution), String> {
-    let problem = Problem::new(&scene(include_str!("bar.toml"), Some(&[n]))?, None).map_err(|e| e.to_string())?;
+    let problem = Problem::new(&scene(include_str!("bar.toml"), Some(&[n]))?, None)
+        .map_err(|e| e.to_string())?;
     let r = Reduction::new(problem.nbm, Form::Acceleration).map_err(|e| e.to_string())?;
     // u(x, t) of the continuum, sampled over half a period
     let v = 1.0 / (2.0 * T - 6.0);
@@ -106,10 +107,18 @@ fn bar(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     };
     let meshes: &[usize] = if effort.short { &[10, 20] } else { &[10, 20, 40] };
     for &n in meshes {
-        checks.push(Check::at_most(format!("bar, N_h = 7, {n} elements: coefficients c₀…c₈"), error(n, 7)?, 0.2));
+        checks.push(Check::at_most(
+            format!("bar, N_h = 7, {n} elements: coefficients c₀…c₈"),
+            error(n, 7)?,
+            0.2,
+        ));
     }
     for n_h in [1, 3, 7] {
-        checks.push(Check::at_most(format!("bar, 20 elements, N_h = {n_h}: coefficients"), error(20, n_h)?, 0.6));
+        checks.push(Check::at_most(
+            format!("bar, 20 elements, N_h = {n_h}: coefficients"),
+            error(20, n_h)?,
+            0.6,
+        ));
     }
     Ok(())
 }
@@ -126,12 +135,15 @@ fn orders(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let omega = 1.8;
     let mut body = Propagator::new(half_plate(Form::Force)?.nbm).map_err(|e| e.to_string())?;
     let guess = branch::mode_guess(&body, 1, -1.1).ok_or("no mode")?;
-    let verdict = find(&mut body, Closure::Reversible, &guess, omega, &Search::default()).map_err(text)?;
+    let verdict =
+        find(&mut body, Closure::Reversible, &guess, omega, &Search::default()).map_err(text)?;
     let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
     let harmonics: &[usize] = if effort.short { &[31, 63] } else { &[31, 63, 127] };
     let most = harmonics[harmonics.len() - 1];
     let series = series_of_orbit(&body, &orbit.z, omega, most).map_err(text)?;
-    for (form, name, order) in [(Form::Force, "force", 0.8), (Form::Acceleration, "acceleration", 1.8)] {
+    for (form, name, order) in
+        [(Form::Force, "force", 0.8), (Form::Acceleration, "acceleration", 1.8)]
+    {
         let r = half_plate(form)?;
         let n = r.n();
         let mut distances = vec![];
@@ -149,7 +161,11 @@ fn orders(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
             let d: f64 = z.iter().zip(&orbit.z).map(|(a, b)| (a - b).powi(2)).sum();
             let size: f64 = orbit.z.iter().map(|z| z * z).sum();
             distances.push((d / size).sqrt());
-            checks.push(Check::at_most(format!("{name} form, N_h = {n_h}: distance to the orbit"), distances[distances.len() - 1], 0.3));
+            checks.push(Check::at_most(
+                format!("{name} form, N_h = {n_h}: distance to the orbit"),
+                distances[distances.len() - 1],
+                0.3,
+            ));
         }
         let last = distances.len() - 1;
         let ratio = harmonics[last] as f64 / harmonics[0] as f64;
@@ -171,7 +187,11 @@ fn sampling(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
         Go::Continue(())
     })
     .map_err(|e| e.to_string())?;
-    checks.push(Check::at_least("event-resolved, N_h = 7: points", solutions.len() as f64, 0.9 * grid.len() as f64));
+    checks.push(Check::at_least(
+        "event-resolved, N_h = 7: points",
+        solutions.len() as f64,
+        0.9 * grid.len() as f64,
+    ));
     for samples in [256, 1024] {
         let settings = Settings { quadrature: Quadrature::Sampled(samples), ..Settings::default() };
         let (mut failed, mut worst) = (0, 0.0f64);
@@ -188,7 +208,11 @@ fn sampling(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
         let share = f64::from(failed) / solutions.len() as f64;
         // the prototype saw 14–50 %
         checks.push(Check::at_least(format!("{samples} samples: share of failures"), share, 0.02));
-        checks.push(Check::at_least(format!("{samples} samples: error of the energy where \"converged\""), worst, 1e-6));
+        checks.push(Check::at_least(
+            format!("{samples} samples: error of the energy where \"converged\""),
+            worst,
+            1e-6,
+        ));
     }
     Ok(())
 }
