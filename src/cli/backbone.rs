@@ -105,12 +105,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         &problem.nbm,
         arguments.output.force,
         arguments.resume,
-        &kind,
-        &names,
+        (&kind, &names, if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 }),
     )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
-    sink.writer.harmonics = harmonics.iter().copied().max().unwrap_or(0);
     let jobs: Vec<Job> = if hbm && sequential {
         let (known, scene, grid) = (&known, &scene, grid(arguments, range));
         vec![Box::new(move |take| {

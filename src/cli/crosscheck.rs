@@ -199,9 +199,9 @@ fn store(
         harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect();
     let command: Vec<String> = std::env::args().collect();
     let options = WriterOptions { force: arguments.output.force, command: command.join(" ") };
-    let mut writer =
-        FamilyWriter::create(path, scene, nbm, &options, "crosscheck sequential", &names)?;
-    writer.harmonics = harmonics.last().copied().unwrap_or(0);
+    let most = harmonics.last().copied().unwrap_or(0);
+    let kind = "crosscheck sequential";
+    let mut writer = FamilyWriter::create(path, scene, nbm, &options, kind, &names, most)?;
     for ((row, point), s) in results.iter().zip(series) {
         let mut point = point.clone().unwrap_or_else(|| PointRecord {
             omega: row.omega,

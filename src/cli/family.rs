@@ -188,16 +188,15 @@ pub fn open(
     nbm: &Nbm,
     force: bool,
     resume: bool,
-    kind: &str,
-    names: &[String],
+    (kind, names, harmonics): (&str, &[String], usize),
 ) -> Result<Sink, CliError> {
     let command: Vec<String> = std::env::args().collect();
     let options = WriterOptions { force, command: command.join(" ") };
     if !resume || !path.exists() {
-        let writer = FamilyWriter::create(path, scene, nbm, &options, kind, names)?;
+        let writer = FamilyWriter::create(path, scene, nbm, &options, kind, names, harmonics)?;
         return Ok(Sink { writer, known: None });
     }
-    let mut known = StoredFamily::read(path)?;
+    let mut known = StoredFamily::recover(path)?;
     let differs = |what: &str| {
         Err(CliError::Input(format!(
             "{} was made {what}; give the same command again, or another -o",
@@ -210,6 +209,7 @@ pub fn open(
     if known.kind != kind || known.branches != names {
         return differs("with other options");
     }
+    known.harmonics = harmonics;
     // special points inside a step that was not finished come again
     let mut last_place: HashMap<usize, usize> = HashMap::new();
     for (k, p) in known.points.iter().enumerate() {

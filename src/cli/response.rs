@@ -98,13 +98,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         &problem.nbm,
         arguments.output.force,
         arguments.resume,
-        &kind,
-        &names,
+        (&kind, &names, if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 }),
     )?;
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
     let known = &known;
-    sink.writer.harmonics = harmonics.iter().copied().max().unwrap_or(0);
     let scenes = &scenes;
     let jobs: Vec<Job> = cases
         .iter()

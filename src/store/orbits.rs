@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
+use super::journal::{self, Journal, bits};
 use super::reader::open;
 use super::series::{Names, SeriesRecord, SeriesWriter, read_series};
 use super::table::Table;
@@ -20,52 +22,70 @@ use crate::scenario::Scene;
 type Word = FixedAscii<64>;
 
 /// An orbit as it is stored.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct OrbitRecord {
     /// Period.
+    #[serde(with = "bits::one")]
     pub period: f64,
     /// Largest energy over the period.
+    #[serde(with = "bits::one")]
     pub energy: f64,
     /// Largest contact displacement.
+    #[serde(with = "bits::one")]
     pub amplitude: f64,
     /// Return error.
+    #[serde(with = "bits::one")]
     pub residual: f64,
     /// Time in contact.
+    #[serde(with = "bits::one")]
     pub contact_time: f64,
     /// Distance from grazing.
+    #[serde(with = "bits::one")]
     pub grazing: f64,
     /// Largest penetration over the unit of length.
+    #[serde(with = "bits::one")]
     pub penetration: f64,
     /// Largest tension, likewise.
+    #[serde(with = "bits::one")]
     pub tension: f64,
     /// Energy that is not accounted for, over the energy.
+    #[serde(with = "bits::one")]
     pub balance: f64,
     /// All displacements at `t = 0`, `u_C` along the outward normal.
+    #[serde(with = "bits::many")]
     pub u0: Vec<f64>,
     /// All velocities.
+    #[serde(with = "bits::many")]
     pub v0: Vec<f64>,
     /// Multipliers: real and imaginary parts. Empty: not computed.
+    #[serde(with = "bits::pairs")]
     pub multipliers: Vec<[f64; 2]>,
     /// How many of them belong to the family.
     pub trivial: usize,
     /// Whether it is stable, if that is known.
     pub stable: Option<bool>,
     /// Switches: time, mesh node, whether it closes.
+    #[serde(with = "bits::switches")]
     pub switches: Vec<(f64, usize, bool)>,
     /// Energy jumps at the switches.
+    #[serde(with = "bits::many")]
     pub jumps: Vec<f64>,
 }
 
 /// Where a continuation stood.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlaceRecord {
     /// Unknowns, the parameter last.
+    #[serde(with = "bits::many")]
     pub x: Vec<f64>,
     /// Tangent.
+    #[serde(with = "bits::many")]
     pub tangent: Vec<f64>,
     /// Step.
+    #[serde(with = "bits::one")]
     pub step: f64,
     /// Sign of the bordered determinant.
+    #[serde(with = "bits::one")]
     pub orientation: f64,
     /// Signature.
     pub signature: Vec<i64>,
@@ -76,9 +96,10 @@ pub struct PlaceRecord {
 }
 
 /// One row of `/backbone`.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointRecord {
     /// Frequency.
+    #[serde(with = "bits::one")]
     pub omega: f64,
     /// Which branch (one for each damping ratio, number of harmonics, …).
     pub branch: usize,
@@ -208,8 +229,8 @@ pub struct FamilyWriter {
     special: Table<Word>,
     count: usize,
     series: Option<SeriesWriter>,
-    /// Most harmonics that a series of this file may have.
-    pub harmonics: usize,
+    harmonics: usize,
+    journal: Option<Journal>,
 }
 
 const ROWS: [(&str, &str); 9] = [
@@ -225,8 +246,30 @@ const ROWS: [(&str, &str); 9] = [
 ];
 
 impl FamilyWriter {
-    /// Create the file; `names` are those of the branches.
+    /// Create the file; `names` are those of the branches, `harmonics` the most that a series of it may have.
     pub fn create(
+        path: &Path,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+        kind: &str,
+        names: &[String],
+        harmonics: usize,
+    ) -> Result<FamilyWriter, StoreError> {
+        let mut writer = Self::without_journal(path, scene, nbm, options, kind, names)?;
+        writer.harmonics = harmonics;
+        let empty = StoredFamily {
+            scene: scene.source.text.clone(),
+            kind: kind.into(),
+            branches: names.to_vec(),
+            harmonics,
+            ..StoredFamily::default()
+        };
+        writer.journal = Some(Journal::create(path, &empty)?);
+        Ok(writer)
+    }
+
+    fn without_journal(
         path: &Path,
         scene: &Scene,
         nbm: &Nbm,
@@ -254,6 +297,7 @@ impl FamilyWriter {
             count: 0,
             series: None,
             harmonics: 0,
+            journal: None,
         })
     }
 
@@ -268,12 +312,14 @@ impl FamilyWriter {
     ) -> Result<FamilyWriter, StoreError> {
         let temporary = PathBuf::from(format!("{}.part", path.display()));
         let fresh = WriterOptions { force: true, ..options.clone() };
-        let mut writer = Self::create(&temporary, scene, nbm, &fresh, kind, &known.branches)?;
+        let mut writer =
+            Self::without_journal(&temporary, scene, nbm, &fresh, kind, &known.branches)?;
         writer.harmonics = known.harmonics;
         for point in &known.points {
             writer.push_as_stored(point, nbm)?;
         }
         std::fs::rename(&temporary, path).map_err(|e| StoreError::unusable(path, e))?;
+        writer.journal = Some(Journal::create(path, known)?);
         Ok(writer)
     }
 
@@ -289,6 +335,14 @@ impl FamilyWriter {
 
     /// Append a point; it is on disk when this returns.
     pub fn push(&mut self, p: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
+        if let Some(journal) = &mut self.journal {
+            let mut as_stored = p.clone();
+            if let Some(o) = &mut as_stored.orbit {
+                o.u0 = along_axes(&nbm.body.dofs, &o.u0);
+                o.v0 = along_axes(&nbm.body.dofs, &o.v0);
+            }
+            journal.append(&as_stored)?;
+        }
         let g = self.points.create_group(&format!("{:04}", self.count))?;
         scalar(&g, "omega", p.omega)?;
         if let Some(o) = &p.orbit {
@@ -355,6 +409,10 @@ impl FamilyWriter {
     pub fn finish(self, status: &str) -> Result<(), StoreError> {
         write_text(&self.file, "status", status)?;
         self.file.flush()?;
+        if let Some(journal) = self.journal {
+            drop(self.file);
+            journal.remove();
+        }
         Ok(())
     }
 }
@@ -381,6 +439,14 @@ pub struct StoredFamily {
 }
 
 impl StoredFamily {
+    /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill.
+    pub fn recover(path: &Path) -> Result<StoredFamily, StoreError> {
+        match journal::read(path) {
+            Some(family) => Ok(family),
+            None => Self::read(path),
+        }
+    }
+
     /// Read a family.
     pub fn read(path: &Path) -> Result<StoredFamily, StoreError> {
         let file = open(path)?;

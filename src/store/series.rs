@@ -6,19 +6,23 @@ use std::path::Path;
 
 use hdf5::Dataset;
 use ndarray::{Array3, ArrayD};
+use serde::{Deserialize, Serialize};
 
+use super::journal::bits;
 use super::reader::open;
 use super::table::Table;
 use super::{FamilyWriter, StoreError, write_text};
 
 /// One series.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SeriesRecord {
     /// Frequency.
+    #[serde(with = "bits::one")]
     pub omega: f64,
     /// Number of harmonics.
     pub n_h: usize,
     /// `a_0, a_1, b_1, …`, each of length `n_O`.
+    #[serde(with = "bits::many")]
     pub coefficients: Vec<f64>,
 }
 
