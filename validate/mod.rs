@@ -9,6 +9,8 @@ mod bar;
 mod bar_orbits;
 #[path = "bouncing-bar/case.rs"]
 mod bouncing_bar;
+#[path = "forced/case.rs"]
+mod forced;
 #[path = "hard/case.rs"]
 mod hard;
 #[path = "harmonic-balance/case.rs"]
@@ -25,7 +27,7 @@ mod zero_gap_bar;
 use std::convert::Infallible;
 use std::path::Path;
 
-use signorini::event::{Grazing, Observer, Report, Sample, Switch};
+use signorini::event::{Observer, Report, Sample};
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
@@ -86,7 +88,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 9] = [
+pub static CASES: [Case; 10] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -96,6 +98,7 @@ pub static CASES: [Case; 9] = [
     bar_orbits::CASE,
     oscillator_orbits::CASE,
     harmonic_balance::CASE,
+    forced::CASE,
 ];
 
 /// A scene of a case with another number of elements.
@@ -131,15 +134,6 @@ impl Observer for Trajectory {
         self.t.push(s.t);
         self.u.push(s.u.to_vec());
         self.pressure.push(s.pressure.to_vec());
-        Ok(())
-    }
-    fn switch(&mut self, _: &Switch) -> Result<(), Infallible> {
-        Ok(())
-    }
-    fn grazing(&mut self, _: &Grazing) -> Result<(), Infallible> {
-        Ok(())
-    }
-    fn progress(&mut self, _: f64) -> Result<(), Infallible> {
         Ok(())
     }
 }

@@ -234,11 +234,17 @@ pub trait Observer {
     /// A stored state.
     fn sample(&mut self, sample: &Sample) -> Result<(), Self::Error>;
     /// A switch.
-    fn switch(&mut self, switch: &Switch) -> Result<(), Self::Error>;
+    fn switch(&mut self, _switch: &Switch) -> Result<(), Self::Error> {
+        Ok(())
+    }
     /// A grazing.
-    fn grazing(&mut self, grazing: &Grazing) -> Result<(), Self::Error>;
+    fn grazing(&mut self, _grazing: &Grazing) -> Result<(), Self::Error> {
+        Ok(())
+    }
     /// Time reached.
-    fn progress(&mut self, t: f64) -> Result<(), Self::Error>;
+    fn progress(&mut self, _t: f64) -> Result<(), Self::Error> {
+        Ok(())
+    }
 }
 
 /// An observer that keeps nothing.
@@ -248,15 +254,6 @@ pub struct Silent;
 impl Observer for Silent {
     type Error = std::convert::Infallible;
     fn sample(&mut self, _: &Sample) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn switch(&mut self, _: &Switch) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn grazing(&mut self, _: &Grazing) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
         Ok(())
     }
 }

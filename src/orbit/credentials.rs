@@ -10,7 +10,7 @@ use super::chain::Propagator;
 use super::floquet::{Stability, stability};
 use super::reading::{Reading, read_with};
 use super::shooting::{Closure, norm};
-use crate::event::{Grazing, Observer, Sample, Switch};
+use crate::event::{Observer, Sample, Switch};
 use crate::problem::State;
 
 /// Stored states of a check.
@@ -139,15 +139,6 @@ impl Observer for Scan<'_> {
             self.last.remove(0);
         }
         self.last.push((s.t, s.active.flags().to_vec(), now));
-        Ok(())
-    }
-    fn switch(&mut self, _: &Switch) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn grazing(&mut self, _: &Grazing) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
         Ok(())
     }
 }

@@ -5,7 +5,7 @@
 //! GMRES, preconditioned by the half-period map of the open body, which is diagonal in the frame: `∂(q̇ + …) = −sin(ω_i T/2)`.
 
 use crate::contact::{Phase, Scratch};
-use crate::event::{Grazing, Observer, Sample, Switch};
+use crate::event::{Observer, Sample};
 use crate::flow::propagate;
 use crate::problem::State;
 
@@ -42,15 +42,6 @@ impl Observer for States {
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         let cut = |x: &[f64]| x[..self.1].to_vec();
         self.0.push((s.t, State { u: cut(s.u), v: cut(s.v) }));
-        Ok(())
-    }
-    fn switch(&mut self, _: &Switch) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn grazing(&mut self, _: &Grazing) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
         Ok(())
     }
 }

@@ -170,13 +170,4 @@ impl signorini::event::Observer for Collector {
         self.active.push(s.active.clone());
         Ok(())
     }
-    fn switch(&mut self, _: &signorini::event::Switch) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn grazing(&mut self, _: &signorini::event::Grazing) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    fn progress(&mut self, _: f64) -> Result<(), Self::Error> {
-        Ok(())
-    }
 }

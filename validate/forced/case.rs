@@ -1,0 +1,133 @@
+//! Forced, damped half plate: peaks, and stability told by 200 periods of time integration.
+//!
+//! `F₀ = 3·2ξω₁²q_gr` (a linear peak of three times grazing), `C = βK` with ξ at mode 1, ω from 1.2 to 2.1. Peaks of an independent
+//! harmonic balance with eleven harmonics: 1.751 (5 %), 1.707 (2 %), 1.666 (1 %), 1.645 (0.5 %), ±0.01. From every tenth point of the
+//! branch a state 10⁻⁵ away is integrated for 200 periods: it must come back where the multipliers say stable, and leave where they say
+//! unstable (within 1 % of the unit circle 200 periods decide nothing; there either is accepted).
+
+use std::f64::consts::TAU;
+
+use signorini::continuation::{Go, Options};
+use signorini::orbit::branch::{Start, arclength};
+use signorini::orbit::reading::read;
+use signorini::orbit::search::{Effort as Search, find};
+use signorini::orbit::{Closure, Propagator};
+use signorini::problem::Problem;
+use signorini::store::PointRecord;
+
+use super::{Case, Check, Effort, Outcome, scene};
+
+pub const CASE: Case = Case {
+    name: "forced",
+    title: "forced half plate: peaks of four damping ratios, stability against 200 periods in time",
+    source: "peaks: independent harmonic balance with eleven harmonics",
+    run,
+};
+
+const PEAKS: [(f64, f64); 4] = [(0.05, 1.751), (0.02, 1.707), (0.01, 1.666), (0.005, 1.645)];
+
+fn body(ratio: f64) -> Result<Propagator, String> {
+    let mut scene = scene(include_str!("../../scenarios/half-plate-response.toml"), None)?;
+    if let Some(damping) = &mut scene.damping {
+        damping.ratio = Some(ratio);
+    }
+    let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
+    Propagator::new(problem.nbm).map_err(|e| e.to_string())
+}
+
+fn set_frequency(body: &mut Propagator, omega: f64) {
+    body.nbm.loads.harmonics.iter_mut().for_each(|h| h.omega = omega);
+}
+
+fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
+    let text = |e: signorini::orbit::OrbitError| e.to_string();
+    let low = 1.2;
+    set_frequency(body, low);
+    let z = body.linear_response();
+    let verdict = find(body, Closure::Forced, &z, low, &Search::default()).map_err(text)?;
+    let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
+    let options = Options {
+        range: (low, 2.1),
+        step: (0.01, 1e-9, 0.05),
+        points: 2000,
+        locate: false,
+        natural: false,
+    };
+    let mut points = vec![];
+    arclength(body, Closure::Forced, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
+        points.push(p);
+        Go::Continue(())
+    })
+    .map_err(text)?;
+    Ok(points)
+}
+
+/// Whether a disturbed state behaves as the multipliers say; none where they are too near to the unit circle.
+fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, String> {
+    let (Some(orbit), Some(place)) = (&p.orbit, &p.place) else { return Ok(None) };
+    set_frequency(body, p.omega);
+    let z = &place.x[..2 * body.n()];
+    let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let size = norm(z);
+    let distance =
+        |y: &[f64]| y.iter().zip(z).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / size;
+    let noise: Vec<f64> = (0..z.len()).map(|i| (i as f64 * 1.618 + 0.3).sin()).collect();
+    let scale = 1e-5 * size / norm(&noise);
+    let mut y: Vec<f64> = z.iter().zip(&noise).map(|(z, n)| z + scale * n).collect();
+    let (mut furthest, mut last) = (0.0f64, 0.0);
+    for _ in 0..200 {
+        let end = read(body, &body.state(&y), TAU / p.omega).map_err(|e| e.to_string())?;
+        y = body.frame(&end.report.last);
+        last = distance(&y);
+        furthest = furthest.max(last);
+    }
+    let moduli = orbit.multipliers[orbit.trivial..].iter().map(|m| m[0].hypot(m[1]));
+    let largest = moduli.fold(0.0, f64::max);
+    Ok(match orbit.stable {
+        _ if (largest - 1.0).abs() < 0.01 => None,
+        Some(true) => Some(last < 1e-6),
+        Some(false) => Some(furthest > 1e-4),
+        None => None,
+    })
+}
+
+fn run(effort: Effort) -> Outcome {
+    let mut checks = vec![];
+    let ratios = if effort.short { &PEAKS[..1] } else { &PEAKS[..] };
+    let every = if effort.short { 40 } else { 10 };
+    for &(ratio, expected) in ratios {
+        let mut body = body(ratio)?;
+        let points = branch(&mut body)?;
+        let name = |what: &str| format!("ξ = {} %: {what}", 100.0 * ratio);
+        let energies = points.iter().filter_map(|p| p.orbit.as_ref().map(|o| (o.energy, p.omega)));
+        let peak = energies.fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m }).1;
+        checks.push(Check {
+            what: name("frequency of the peak"),
+            measured: peak,
+            accepted: (expected - 0.01, expected + 0.01),
+        });
+        let last = points.last().map_or(0.0, |p| p.omega);
+        checks.push(Check::near(name("end of the branch"), last, 2.1, 1e-12));
+        let failed = points.iter().filter(|p| p.orbit.is_none()).count();
+        checks.push(Check::near(name("points that are no orbits"), failed as f64, 0.0, 0.0));
+        let (mut right, mut wrong, mut unstable) = (0, 0, 0);
+        let regular =
+            points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border"));
+        for p in regular.step_by(every) {
+            match behaves(&mut body, p)? {
+                Some(true) => right += 1,
+                Some(false) => wrong += 1,
+                None => {}
+            }
+            unstable += usize::from(p.orbit.as_ref().is_some_and(|o| o.stable == Some(false)));
+        }
+        checks.push(Check::at_least(
+            name("points that do as their multipliers say"),
+            f64::from(right),
+            3.0,
+        ));
+        checks.push(Check::near(name("points that do not"), f64::from(wrong), 0.0, 0.0));
+        checks.push(Check::at_least(name("unstable ones among them"), unstable as f64, 0.0));
+    }
+    Ok(checks)
+}
