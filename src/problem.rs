@@ -522,6 +522,11 @@ fn peak_amplitude(
         let help = "choose a mode that moves the contact edge, or give amplitude";
         scene.error(Issue::new(format!("load[{i}].peak"), message, help))
     })?;
+    if nbm.gap.iter().any(|g| *g <= 0.0) {
+        let help = "give amplitude, or a positive gap";
+        let message = "counts in grazing amplitudes, and the gap is not positive everywhere";
+        return Err(scene.error(Issue::new(format!("load[{i}].peak"), message, help)).into());
+    }
     Ok(l.peak.unwrap_or(0.0) * (alpha + beta * omega * omega) * omega * grazing)
 }
 

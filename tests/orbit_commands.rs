@@ -220,7 +220,7 @@ fn a_response_has_a_branch_for_each_ratio() {
     json(&["response", RESPONSE, "--ratios", "0.05", "--range", "1.6,1.85", "-o", &name], 0);
     let peak = points(&file)
         .iter()
-        .filter_map(|p| p.orbit.as_ref().map(|o| (o.energy, p.omega)))
+        .filter_map(|p| p.orbit.as_ref().map(|o| (o.amplitude, p.omega)))
         .fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m });
     println!("5 %: peak at {}", peak.1);
     assert!((peak.1 - 1.751).abs() < 0.01);
@@ -266,6 +266,42 @@ fn foreign_results_and_foreign_matrices() {
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("--coefficients"));
 }
 
+/// A CSV whose columns are not what they should be is refused with its line; a point that is no motion does not take the others with it.
+#[test]
+fn foreign_csv_is_read_with_care() {
+    let folder = TempDir::new().unwrap();
+    let scene = root().join("validate/bar-orbits/scene.toml").display().to_string();
+    let zeros = vec!["0"; 19].join(",");
+    let header = format!(
+        "point,omega,k,part,{}",
+        (1..=19).map(|i| format!("u_{i}")).collect::<Vec<_>>().join(",")
+    );
+    let ramp: Vec<String> = (1..=19).map(|i| (-2.2 * f64::from(i) / 20.0).to_string()).collect();
+    let good = format!("1,1.7952,1,cos,{}", ramp.join(","));
+    let write = |name: &str, lines: &[&str]| {
+        let (file, text) = path(&folder, name);
+        std::fs::write(file, lines.join("\n")).unwrap();
+        text
+    };
+    for (lines, words) in [
+        (vec![good.as_str(), good.as_str()], "header"),
+        (vec![&header, &good, &good], "twice"),
+        (vec![&header, &good, &good.replace("1,1.7952,1,cos", "1,1.8,2,cos")], "omega"),
+        (vec![&header, &good.replace(",1,cos", ",1000000,cos")], "harmonics"),
+        (vec![&header, "1,1.7952,1,cos,0"], "displacements"),
+    ] {
+        let file = write("bad.csv", &lines);
+        let output = signorini(&["crosscheck", &file, &scene, "-o", &path(&folder, "bad.h5").1]);
+        assert_eq!(output.status.code(), Some(2), "{lines:?}");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(error.contains(words), "{error}");
+    }
+    let rest = format!("2,1.7952,1,cos,{zeros}");
+    let file = write("mixed.csv", &[&header, &good, &rest]);
+    let result = json(&["crosscheck", &file, &scene, "-o", &path(&folder, "mixed.h5").1], 0);
+    assert_eq!(result["points"].as_array().unwrap().len(), 2);
+}
+
 #[test]
 fn misuse_is_explained() {
     for (arguments, words) in [
@@ -276,6 +312,12 @@ fn misuse_is_explained() {
         (&["backbone", SCENE, "--method", "hbm", "--harmonics", "0"], "from 1"),
         (&["response", RESPONSE, "--ratios", "0"], "damping ratio"),
         (&["backbone", SCENE, "--method", "hbm", "--aft", "2"], "samples"),
+        (&["backbone", SCENE, "--step=1e-12"], "1e-6"),
+        (&["response", RESPONSE, "--step=1e-12"], "1e-4"),
+        (&["backbone", SCENE, "--follow", "arclength", "--omega", "1.5"], "outside of the range"),
+        (&["orbit", SCENE, "--all", "-o", "nowhere.h5"], "writes no file"),
+        (&["orbit", SCENE, "--amplitude", "nan"], "finite"),
+        (&["backbone", SCENE, "--points", "0"], "from 1"),
     ] {
         let output = signorini(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

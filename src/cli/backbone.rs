@@ -9,7 +9,7 @@ use serde_json::json;
 use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::branch::{self, Sequential, Start, place_of};
 use signorini::orbit::search::{Effort, find};
-use signorini::scenario::Scene;
+use signorini::scenario::{Issue, Scene};
 use signorini::store::{PointRecord, StoredFamily};
 
 use super::balance::{self, Method};
@@ -28,7 +28,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Follow::Sequential)]
     follow: Follow,
     /// Frequencies to cover [default: range of the scene's [orbit]]
-    #[arg(long, value_delimiter = ',', num_args = 1..=2, value_name = "LOW,HIGH")]
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
     range: Option<Vec<f64>>,
     /// Step in frequency (sequential), or first step of arclength
     #[arg(long, default_value_t = 0.005)]
@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "W")]
     omega: Option<f64>,
     /// Arclength and natural: most points a branch
-    #[arg(long, default_value_t = 400)]
+    #[arg(long, default_value_t = 400, value_parser = family::at_least_one)]
     points: usize,
     /// Arclength: locate changes of stability within a step
     #[arg(long)]
@@ -68,13 +68,36 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
     family::check(&path, &arguments.output, arguments.resume)?;
-    if !(arguments.step > 0.0 && arguments.step.is_finite()) {
-        return Err(CliError::Input(format!("--step {}: give a positive number", arguments.step)));
-    }
     let range = family::range(&scene, arguments.range.as_deref())?;
+    if !(arguments.step >= 1e-6 && arguments.step.is_finite()) {
+        return Err(CliError::Input(format!("--step {}: give a number from 1e-6", arguments.step)));
+    }
+    if arguments.follow == Follow::Sequential && (range.1 - range.0) / arguments.step > 1e6 {
+        let message = format!(
+            "--step {}: more than a million frequencies between {} and {}",
+            arguments.step, range.0, range.1
+        );
+        return Err(CliError::Input(message));
+    }
     let problem = load::of_scene(&scene)?;
-    family::closure(&scene, &problem)?;
+    let closure = family::closure(&scene, &problem)?;
     let sequential = arguments.follow == Follow::Sequential;
+    if !sequential {
+        if closure == signorini::orbit::Closure::Autonomous {
+            let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
+            let issue =
+                Issue::new("initial", "families by arclength start from a state at rest", help);
+            return Err(scene.error(issue).into());
+        }
+        let omega = family::omega(&scene, arguments.omega, None)?;
+        if !(range.0..=range.1).contains(&omega) {
+            let message = format!(
+                "the orbit to start from, at omega = {omega}, is outside of the range {} to {}",
+                range.0, range.1
+            );
+            return Err(CliError::Input(format!("{message}; give --omega or --range")));
+        }
+    }
     let hbm = arguments.balance.method == Method::Hbm;
     let harmonics = arguments.balance.list(&scene)?;
     arguments.balance.settings()?;
@@ -96,8 +119,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     let follow = format!("{:?}", arguments.follow).to_lowercase();
     let kind = match hbm {
-        true => format!("hbm {follow}, {}", arguments.balance.kind()),
-        false => format!("shooting {follow}"),
+        true => format!("hbm {follow}, {}, step {}", arguments.balance.kind(), arguments.step),
+        false => format!("shooting {follow}, step {}", arguments.step),
     };
     let mut sink = family::open(
         &path,

@@ -14,8 +14,8 @@ use signorini::orbit::{Closure, branch};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{
-    CheckRow, FamilyWriter, Names, PointRecord, SeriesRecord, WriterOptions, read_csv, read_series,
-    write_crosscheck,
+    CheckRow, FamilyWriter, Names, PointRecord, SeriesRecord, StoredFamily, WriterOptions,
+    read_csv, read_series, write_crosscheck,
 };
 
 use super::family::{self, Output};
@@ -58,6 +58,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         other => other,
     };
     let series = read(arguments, problem.nbm.n_o())?;
+    let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
+    if own.is_some_and(|f| f.scene != scene.source.text) {
+        eprintln!(
+            "signorini: WARNING: {} was made from another scene than {}; if it is another body, the verdicts mean nothing",
+            arguments.backbone.display(),
+            arguments.scene.display()
+        );
+    }
     if series.is_empty() {
         return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
     }
@@ -154,7 +162,26 @@ fn one(
     let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
     let candidate = Candidate { omega: s.omega, coefficients: s.coefficients.clone() };
     let effort = Effort { rescue: !arguments.quick, ..Effort::default() };
-    let checked = check(body, closure, &candidate, &effort).map_err(numerics)?;
+    let checked = match check(body, closure, &candidate, &effort) {
+        Ok(checked) => checked,
+        // one point that cannot be judged must not take the others with it
+        Err(e) => {
+            let row = CheckRow {
+                omega: s.omega,
+                n_h: s.n_h,
+                energy: f64::NAN,
+                residual: f64::NAN,
+                return_error: f64::NAN,
+                verdict: "failed".into(),
+                message: e.to_string(),
+                moved: f64::NAN,
+                orbit_energy: f64::NAN,
+                contact_change: f64::NAN,
+                same_sequence: false,
+            };
+            return Ok((row, None));
+        }
+    };
     let orbit = checked.verdict.orbit();
     let row = CheckRow {
         omega: s.omega,

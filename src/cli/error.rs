@@ -24,6 +24,17 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// The message alone.
+    pub fn text(&self) -> String {
+        match self {
+            CliError::Scene(e) => e.to_string(),
+            CliError::Input(text)
+            | CliError::Numerics(text)
+            | CliError::Reported(text)
+            | CliError::Other(text) => text.clone(),
+        }
+    }
+
     /// Print the error on standard error, and as an object on standard output if that is what the
     /// user reads and nothing was printed there yet; its exit code.
     pub fn report(self, json: bool) -> ExitCode {

@@ -39,6 +39,11 @@ impl Output {
     }
 }
 
+/// A number of points.
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())
+}
+
 /// How periodic motions of a scene close.
 pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, CliError> {
     let nbm = &problem.nbm;
@@ -280,13 +285,19 @@ pub fn run_jobs(
     if let Some(e) = failure {
         return Err(e.into());
     }
-    if ended.len() != jobs.len() {
-        return Err(CliError::Other(
-            "a branch ended abnormally; what it found is in the file".into(),
-        ));
+    let ended: Result<Vec<Ended>, CliError> = if ended.len() == jobs.len() {
+        ended.into_iter().collect()
+    } else {
+        Err(CliError::Other("a branch ended abnormally; what it found is in the file".into()))
+    };
+    match ended {
+        Ok(ended) => Ok((ended, writer)),
+        Err(e) => {
+            // the reason of the failure matters more than a failure to record it
+            let _ = writer.finish(&format!("failed: {}", e.text()));
+            Err(e)
+        }
     }
-    let ended: Result<Vec<Ended>, CliError> = ended.into_iter().collect();
-    Ok((ended?, writer))
 }
 
 /// Refuse what could only fail later.

@@ -64,6 +64,19 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let path = arguments.output.path(&scene, "orbit");
     if !arguments.all {
         Writer::check(&path, arguments.output.force)?;
+    } else if arguments.output.output.is_some() || arguments.amplitude.is_some() {
+        let message = "--all writes no file and has its own starts: leave out -o and --amplitude, then shoot the orbit you want \
+                       with --amplitude or [initial]";
+        return Err(CliError::Input(message.into()));
+    }
+    if [arguments.amplitude, Some(arguments.largest)]
+        .into_iter()
+        .flatten()
+        .any(|a| !a.is_finite() || a == 0.0)
+    {
+        return Err(CliError::Input(
+            "--amplitude and --largest: give finite numbers that are not zero".into(),
+        ));
     }
     let mut problem = load::of_scene(&scene)?;
     let mut near_period = None;
@@ -84,7 +97,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         h.omega = omega;
     }
     if arguments.all {
-        return all(arguments, global, &scene, &mut body, closure, omega, start);
+        let own = family::guesses(&scene, &initial, &body, closure);
+        return all(arguments, global, &scene, &mut body, (closure, omega), own, start);
     }
     let mut guesses = family::guesses(&scene, &initial, &body, closure);
     if arguments.near_return.is_some() {
@@ -281,15 +295,14 @@ fn all(
     global: &Global,
     scene: &Scene,
     body: &mut Propagator,
-    closure: Closure,
-    omega: f64,
+    (closure, omega): (Closure, f64),
+    own: Vec<Vec<f64>>,
     start: Instant,
 ) -> Result<(), CliError> {
     let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
     starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
-    if closure == Closure::Forced {
-        starts.insert(0, body.linear_response());
-    }
+    // the scene's own state comes first
+    starts.splice(0..0, own);
     let bar = family::bar(global, scene, starts.len() as u64);
     let found = branch::all(body, closure, &starts, omega, &Effort::default(), |k| {
         if let Some(bar) = &bar {

@@ -29,13 +29,13 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "RATIOS")]
     ratios: Option<Vec<f64>>,
     /// Frequencies to cover [default: range of the scene's [orbit]]
-    #[arg(long, value_delimiter = ',', num_args = 1..=2, value_name = "LOW,HIGH")]
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
     range: Option<Vec<f64>>,
     /// Largest step of arclength (relative change of the state); a tenth of it is the step in frequency of harmonic balance
     #[arg(long, default_value_t = 0.05)]
     step: f64,
     /// Most points a branch
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 2000, value_parser = family::at_least_one)]
     points: usize,
     /// Locate changes of stability within a step
     #[arg(long)]
@@ -55,8 +55,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "response");
     family::check(&path, &arguments.output, arguments.resume)?;
-    if !(arguments.step > 0.0 && arguments.step <= 1.0) {
-        return Err(CliError::Input(format!("--step {}: give a number up to 1", arguments.step)));
+    if !(arguments.step >= 1e-4 && arguments.step <= 1.0) {
+        return Err(CliError::Input(format!(
+            "--step {}: give a number from 1e-4 to 1",
+            arguments.step
+        )));
     }
     let range = family::range(&scene, arguments.range.as_deref())?;
     let scenes = with_ratios(&scene, arguments.ratios.as_deref())?;

@@ -185,6 +185,18 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         }
         let gamma = c.iter().zip(&predicted).map(|(c, x)| c * x).sum();
         let Some(found) = correct(self.family, &predicted, &c, gamma)? else { return Ok(None) };
+        // a solution far from the prediction belongs to another branch
+        let weights = self.family.weights(&predicted);
+        let off: f64 = found
+            .x
+            .iter()
+            .zip(&predicted)
+            .zip(&weights)
+            .map(|((a, b), w)| w * (a - b).powi(2))
+            .sum();
+        if off.sqrt() > 2.0 * s.abs() {
+            return Ok(None);
+        }
         let along: Vec<f64> = if self.options.natural {
             c.iter().map(|c| c * t[x.len() - 1].signum()).collect()
         } else {
@@ -246,7 +258,7 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
     /// One regular step, or the way to a border and over it.
     fn advance(&mut self) -> Result<Option<Stop>, F::Error> {
         let (_, least, largest) = self.options.step;
-        let mut s = self.place.step.clamp(least, largest);
+        let mut s = self.place.step.min(largest).max(least);
         loop {
             let stop = Stop::Step { lambda: Self::lambda(&self.place.x) };
             if s < least {
@@ -301,7 +313,7 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
             _ => 0.6,
         };
         self.place = Place {
-            step: (s * factor).clamp(least, largest),
+            step: (s * factor).min(largest).max(least),
             chart: self.family.chart(),
             tangent: step.tangent,
             orientation: step.orientation,

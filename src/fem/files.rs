@@ -62,11 +62,14 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
     let (_, sizes) = data.next().ok_or("has no sizes")?;
     let sizes: Option<Vec<usize>> = sizes.split_whitespace().map(|w| w.parse().ok()).collect();
     let sizes = sizes.ok_or("its sizes are not whole numbers")?;
-    let (rows, columns) = match (is_dense, &sizes[..]) {
-        (false, [rows, columns, _]) | (true, [rows, columns]) => (*rows, *columns),
+    let (rows, columns, count) = match (is_dense, &sizes[..]) {
+        (false, [rows, columns, count]) => (*rows, *columns, *count),
+        (true, [n, _]) if is_symmetric => (*n, *n, n * (n + 1) / 2),
+        (true, [rows, columns]) => (*rows, *columns, rows * columns),
         _ => return Err("its line of sizes has the wrong length".into()),
     };
     let mut entries = vec![];
+    let mut found = 0;
     let mut place = (0, 0);
     for (k, line) in data {
         let bad =
@@ -93,13 +96,14 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
         if i >= rows || j >= columns || !value.is_finite() {
             return Err(bad());
         }
+        found += 1;
         entries.push((i, j, value));
         if is_symmetric && i != j {
             entries.push((j, i, value));
         }
     }
-    if !is_dense && entries.is_empty() {
-        return Err("holds no entries".into());
+    if found != count {
+        return Err(format!("holds {found} entries and promises {count}: is it complete?"));
     }
     Ok(Csr::from_triplets(rows, columns, entries))
 }
@@ -125,6 +129,8 @@ mod tests {
             "hello",
             "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1\n",
             "%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1.0\n",
+            "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1.0\n",
+            "%%MatrixMarket matrix array real general\n2 2\n1.0\n2.0\n3.0\n",
         ] {
             assert!(parse_matrix_market(bad).is_err(), "{bad}");
         }

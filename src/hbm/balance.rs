@@ -116,7 +116,8 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
                 .collect();
             let h = Polynomial::new(basis, n_h, &h);
             let end = first.map_or(basis.end(), |f| f.0);
-            let slack = 1e-13 * h.size;
+            // a monitor may vanish altogether (at rest on the obstacle)
+            let slack = 1e-13 * h.size + 1e-15 * reduction.nbm.length_unit();
             if let Some(t) = h.first_crossing(theta, end, slack)
                 && t < end
             {

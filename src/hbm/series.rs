@@ -173,7 +173,7 @@ impl Polynomial {
         if polynomial.min() - e.error + slack > 0.0 {
             return None;
         }
-        if depth > 44 {
+        if depth > 30 {
             return (at_b.0 < -slack).then_some(b);
         }
         let middle = 0.5 * (a + b);

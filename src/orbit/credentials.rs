@@ -95,6 +95,21 @@ impl Orbit {
     }
 }
 
+/// The top of the parabola through three values, if the middle one is the largest; else the middle one.
+fn peak(t: [f64; 3], y: [f64; 3]) -> f64 {
+    if y[1] < y[0] || y[1] < y[2] {
+        return y[1];
+    }
+    let (a, b) = ((y[1] - y[0]) / (t[1] - t[0]), (y[2] - y[1]) / (t[2] - t[1]));
+    let curvature = (b - a) / (t[2] - t[0]);
+    if curvature.is_nan() || curvature >= 0.0 {
+        return y[1];
+    }
+    // Newton form about the middle: y₁ + slope (t − t₁) + curvature (t − t₁)²
+    let slope = a + curvature * (t[1] - t[0]);
+    y[1] - slope * slope / (4.0 * curvature)
+}
+
 /// Extremes over the stored states of a period.
 struct Scan<'a> {
     body: &'a Propagator,
@@ -104,6 +119,8 @@ struct Scan<'a> {
     grazing: f64,
     /// Last two stored states: time, flags, monitors as displacements.
     last: Vec<(f64, Vec<bool>, Vec<f64>)>,
+    /// Energy and contact displacements there.
+    sizes: Vec<(f64, Vec<f64>)>,
 }
 
 impl Observer for Scan<'_> {
@@ -113,7 +130,8 @@ impl Observer for Scan<'_> {
         let nbm = &self.body.nbm;
         let n_o = nbm.n_o();
         let u_c = &s.u[n_o..];
-        self.energy = self.energy.max(s.energies.kinetic + s.energies.elastic);
+        let energy = s.energies.kinetic + s.energies.elastic;
+        self.energy = self.energy.max(energy);
         self.amplitude = u_c.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match s.active.is_active(i) {
             true => s.pressure[i] / nbm.n_c[(i, i)],
@@ -125,10 +143,18 @@ impl Observer for Scan<'_> {
         {
             self.contact_time += s.t - t;
         }
-        if let [(_, f0, a), (_, f1, b)] = &self.last[..]
+        if let [(t0, f0, a), (t1, f1, b)] = &self.last[..]
             && f0 == f1
             && f1 == s.active.flags()
         {
+            if let [(e0, u0), (e1, u1)] = &self.sizes[..] {
+                let times = [*t0, *t1, s.t];
+                self.energy = self.energy.max(peak(times, [*e0, *e1, energy]));
+                for i in 0..u_c.len() {
+                    let sizes = [u0[i].abs(), u1[i].abs(), u_c[i].abs()];
+                    self.amplitude = self.amplitude.max(peak(times, sizes));
+                }
+            }
             for i in 0..now.len() {
                 if b[i] < a[i] && b[i] <= now[i] {
                     self.grazing = self.grazing.min(b[i] / nbm.length_unit());
@@ -137,7 +163,9 @@ impl Observer for Scan<'_> {
         }
         if self.last.len() == 2 {
             self.last.remove(0);
+            self.sizes.remove(0);
         }
+        self.sizes.push((energy, u_c.to_vec()));
         self.last.push((s.t, s.active.flags().to_vec(), now));
         Ok(())
     }
@@ -161,6 +189,7 @@ pub fn examine(
         contact_time: 0.0,
         grazing: f64::INFINITY,
         last: vec![],
+        sizes: vec![],
     };
     let reading: Reading = read_with(body, &state, period, SAMPLES, &mut scan)?;
     let report = &reading.report;
@@ -179,7 +208,12 @@ pub fn examine(
     let stiffness = (0..nbm.n_contact()).map(|i| nbm.n_c[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
     let energy = scan.energy.max(f64::MIN_POSITIVE);
     let stability = if multipliers && body.n() <= MULTIPLIER_LIMIT {
-        Some(stability(body, closure, &start, &reading, period)?)
+        match stability(body, closure, &start, &reading, period) {
+            Ok(known) => Some(known),
+            // at a grazing, or at rest on the obstacle, the monodromy matrix is not finite
+            Err(OrbitError::Eigen(_)) => None,
+            Err(e) => return Err(e),
+        }
     } else {
         None
     };

@@ -106,6 +106,9 @@ impl std::fmt::Display for Verdict {
             Verdict::NotFound { reason: Some(reason), .. } => {
                 write!(f, "not found: the period map fails at the guess: {reason}")
             }
+            Verdict::NotFound { residual, singular_value, .. } if singular_value.is_nan() => {
+                write!(f, "not found: the guess is too far (least residual {residual:.1e})")
+            }
             Verdict::NotFound { residual, singular_value, .. } => write!(
                 f,
                 "not found: the guess is too far (least residual {residual:.1e}, smallest singular value {singular_value:.1e} of the \

@@ -169,6 +169,7 @@ pub fn read_state(
     path: &Path,
     nodes: &[[f64; 2]],
     dim: usize,
+    interpolate: bool,
 ) -> Result<(Vec<f64>, Vec<f64>), StoreError> {
     let file = open(path)?;
     let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
@@ -180,6 +181,9 @@ pub fn read_state(
             .iter()
             .enumerate()
             .all(|(i, p)| (0..2).all(|c| (p[c] - stored[(i, c)]).abs() <= 1e-9 * size));
+    if !same && !interpolate {
+        return Err(StoreError::unusable(path, "its body has other displacements than this scene"));
+    }
     let cells = if same { None } else { Some(cells_of(&file, &stored, nodes, dim, path)?) };
     let map: Array2<i64> = file.dataset("mesh/dof_map")?.read_2d()?;
     let damaged = |what: &str| StoreError::unusable(path, format!("damaged: {what}"));

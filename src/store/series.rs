@@ -144,6 +144,9 @@ pub fn read_series(
         .collect())
 }
 
+/// Most harmonics of a series.
+const MOST_HARMONICS: usize = 500;
+
 /// One row of a CSV: harmonic, whether it is the sine, values.
 type Function = (usize, bool, Vec<f64>);
 
@@ -152,6 +155,10 @@ type Function = (usize, bool, Vec<f64>);
 pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
     let text = std::fs::read_to_string(path).map_err(|e| StoreError::unusable(path, e))?;
     let bad = |line: usize, why: String| StoreError::unusable(path, format!("line {line}: {why}"));
+    let header: Vec<&str> = text.lines().next().unwrap_or("").split(',').map(str::trim).collect();
+    if header.len() < 4 || header[..4] != ["point", "omega", "k", "part"] {
+        return Err(bad(1, "the header must begin with point, omega, k, part".into()));
+    }
     let mut points: Vec<(String, f64, Vec<Function>)> = vec![];
     for (k, line) in text.lines().enumerate().skip(1) {
         let number = k + 1;
@@ -182,8 +189,31 @@ pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError
         };
         let values: Option<Vec<f64>> = cells[4..].iter().map(|c| parse(c)).collect();
         let values = values.ok_or_else(|| bad(number, "a displacement is not a number".into()))?;
+        if harmonic > MOST_HARMONICS {
+            return Err(bad(number, format!("k = {harmonic}: at most {MOST_HARMONICS} harmonics")));
+        }
+        if harmonic == 0 && is_sine && values.iter().any(|v| *v != 0.0) {
+            return Err(bad(number, "there is no sine of harmonic 0".into()));
+        }
+        if values.iter().any(|v| v.abs() > 1e100) {
+            return Err(bad(number, "a displacement is beyond all reason".into()));
+        }
         match points.last_mut() {
-            Some(last) if last.0 == cells[0] => last.2.push((harmonic, is_sine, values)),
+            Some(last) if last.0 == cells[0] => {
+                if last.1 != omega {
+                    return Err(bad(
+                        number,
+                        format!("point {} has omega {} and {omega}", cells[0], last.1),
+                    ));
+                }
+                if last.2.iter().any(|r| (r.0, r.1) == (harmonic, is_sine)) {
+                    return Err(bad(
+                        number,
+                        format!("harmonic {harmonic} {} stands there twice", cells[3]),
+                    ));
+                }
+                last.2.push((harmonic, is_sine, values));
+            }
             _ => points.push((cells[0].to_owned(), omega, vec![(harmonic, is_sine, values)])),
         }
     }

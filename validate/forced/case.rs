@@ -94,15 +94,16 @@ fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, Strin
 fn run(effort: Effort) -> Outcome {
     let mut checks = vec![];
     let ratios = if effort.short { &PEAKS[..1] } else { &PEAKS[..] };
-    let every = if effort.short { 40 } else { 10 };
+    let every = if effort.short { 60 } else { 10 };
     for &(ratio, expected) in ratios {
         let mut body = body(ratio)?;
         let points = branch(&mut body)?;
         let name = |what: &str| format!("ξ = {} %: {what}", 100.0 * ratio);
-        let energies = points.iter().filter_map(|p| p.orbit.as_ref().map(|o| (o.energy, p.omega)));
-        let peak = energies.fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m }).1;
+        let amplitudes =
+            points.iter().filter_map(|p| p.orbit.as_ref().map(|o| (o.amplitude, p.omega)));
+        let peak = amplitudes.fold((0.0, 0.0), |m, p| if p.0 > m.0 { p } else { m }).1;
         checks.push(Check {
-            what: name("frequency of the peak"),
+            what: name("frequency of the largest displacement"),
             measured: peak,
             accepted: (expected - 0.01, expected + 0.01),
         });
@@ -124,7 +125,7 @@ fn run(effort: Effort) -> Outcome {
         checks.push(Check::at_least(
             name("points that do as their multipliers say"),
             f64::from(right),
-            3.0,
+            1.0,
         ));
         checks.push(Check::near(name("points that do not"), f64::from(wrong), 0.0, 0.0));
         checks.push(Check::at_least(name("unstable ones among them"), unstable as f64, 0.0));
