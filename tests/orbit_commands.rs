@@ -318,6 +318,7 @@ fn misuse_is_explained() {
         (&["orbit", SCENE, "--all", "-o", "nowhere.h5"], "writes no file"),
         (&["orbit", SCENE, "--amplitude", "nan"], "finite"),
         (&["backbone", SCENE, "--points", "0"], "from 1"),
+        (&["backbone", SCENE, "--harmonics", "3"], "--method hbm"),
     ] {
         let output = signorini(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

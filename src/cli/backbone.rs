@@ -99,6 +99,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         }
     }
     let hbm = arguments.balance.method == Method::Hbm;
+    arguments.balance.check_method()?;
     let harmonics = arguments.balance.list(&scene)?;
     arguments.balance.settings()?;
     if hbm && arguments.resume && !sequential {
@@ -122,6 +123,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         true => format!("hbm {follow}, {}, step {}", arguments.balance.kind(), arguments.step),
         false => format!("shooting {follow}, step {}", arguments.step),
     };
+    let from = arguments.omega.map_or(String::new(), |w| format!(", from {w}"));
+    let kind = format!("{kind}{from}");
     let mut sink = family::open(
         &path,
         &scene,

@@ -71,6 +71,20 @@ impl Arguments {
         }
     }
 
+    /// Refuse options of harmonic balance where it is not asked for.
+    pub fn check_method(&self) -> Result<(), CliError> {
+        let given = [
+            ("--harmonics", self.harmonics.is_some()),
+            ("--aft", self.aft.is_some()),
+            ("--shoot", self.shoot),
+            ("--form", self.form != FormName::Force),
+        ];
+        match given.iter().find(|(_, given)| *given && self.method != Method::Hbm) {
+            Some((name, _)) => Err(CliError::Input(format!("{name} goes with --method hbm"))),
+            None => Ok(()),
+        }
+    }
+
     /// Newton's settings.
     pub fn settings(&self) -> Result<Settings, CliError> {
         let quadrature = match self.aft {

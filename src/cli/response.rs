@@ -71,6 +71,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             .into());
     }
     let hbm = arguments.balance.method == Method::Hbm;
+    arguments.balance.check_method()?;
     let harmonics = arguments.balance.list(&scene)?;
     if hbm && (arguments.resume || arguments.balance.aft.is_some()) {
         return Err(CliError::Input(

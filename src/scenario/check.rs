@@ -1,6 +1,6 @@
 //! Checks that need nothing but the scene itself.
 
-use super::{Amplitude, Axis, BodyKind, Edge, Field, Integrator, Issue, LoadKind, Scene};
+use super::{Amplitude, Axis, BodyKind, Edge, Field, Integrator, Issue, LoadKind, MassKind, Scene};
 
 type Check = Result<(), Issue>;
 
@@ -214,6 +214,17 @@ impl Scene {
                     "remove the key or change body.kind",
                 ));
             }
+        }
+        let lumped = [
+            ("body.mass", b.mass == MassKind::Lumped),
+            (
+                "contact.boundary_mass",
+                self.contact.as_ref().is_some_and(|c| c.boundary_mass == MassKind::Lumped),
+            ),
+        ];
+        if let Some((key, _)) = lumped.iter().find(|l| l.1) {
+            let message = "there are no elements to lump: the matrices are what they are";
+            return Err(Issue::new(*key, message, "remove the key"));
         }
         for (key, file) in
             [("mass_matrix", &b.mass_matrix), ("stiffness_matrix", &b.stiffness_matrix)]
