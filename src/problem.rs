@@ -38,6 +38,18 @@ pub struct State {
     pub v: Vec<f64>,
 }
 
+impl State {
+    /// All displacements and velocities `u = A* u_O + d*`, `v = A* u̇_O`, with the active set of the complementarity problem at `u_O`.
+    pub fn full(&self, nbm: &Nbm) -> Result<(Vec<f64>, Vec<f64>), ContactError> {
+        let solution = nbm.solve_lcp(&self.u, &ActiveSet::open(nbm.n_contact()))?;
+        let phase = Phase::new(nbm, ActiveSet::new(solution.active))?;
+        let (mut u, mut v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
+        phase.expand_displacement(nbm, &self.u, &mut u);
+        phase.expand_velocity(nbm, &self.v, &mut v);
+        Ok((u, v))
+    }
+}
+
 /// The body, its loads and its initial state.
 #[derive(Debug)]
 pub struct Problem {

@@ -2,7 +2,6 @@
 
 use clap::{Args, ValueEnum};
 
-use signorini::contact::{ActiveSet, Phase};
 use signorini::continuation::{self, Go, Options, Place, Special, Stop};
 use signorini::hbm::newton::{Settings, solve};
 use signorini::hbm::response::{Harmonics, Origin, Point, Summary, Track, sequential};
@@ -10,7 +9,7 @@ use signorini::hbm::{Basis, Form, HbmError, Quadrature, Reduction, Series, Solut
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::scenario::Scene;
-use signorini::store::{OrbitRecord, PointRecord, SeriesRecord, StoredFamily};
+use signorini::store::{OrbitRecord, PointRecord, SeriesRecord, StoredFamily, place_of_function};
 
 use super::family::{self, Ended};
 use super::{CliError, load};
@@ -120,8 +119,8 @@ fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
     let n = reduction.n();
     let n_h = s.q.n_h;
     let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
-    for (i, (k, is_sine)) in s.q.basis.functions(n_h).into_iter().enumerate() {
-        let f = if k == 0 { 0 } else { 2 * k - 1 + usize::from(is_sine) };
+    for (i, function) in s.q.basis.functions(n_h).into_iter().enumerate() {
+        let f = place_of_function(function);
         let state = reduction.state(s.q.of(i), &vec![0.0; n], 1.0);
         coefficients[f * n..(f + 1) * n].copy_from_slice(&state.u);
     }
@@ -132,8 +131,8 @@ fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
 pub fn series_of(reduction: &Reduction, record: &SeriesRecord) -> Series {
     let n = reduction.n();
     let mut q = Series::zeros(reduction.basis, record.n_h, n);
-    for (i, (k, is_sine)) in reduction.basis.functions(record.n_h).into_iter().enumerate() {
-        let f = if k == 0 { 0 } else { 2 * k - 1 + usize::from(is_sine) };
+    for (i, function) in reduction.basis.functions(record.n_h).into_iter().enumerate() {
+        let f = place_of_function(function);
         q.of_mut(i).copy_from_slice(&reduction.modal(&record.coefficients[f * n..(f + 1) * n]));
     }
     q
@@ -144,12 +143,7 @@ fn orbit_record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, CliE
     let summary = Summary::new(reduction, s).map_err(numerics)?;
     let (q, dq) = s.q.at(0.0);
     let state = reduction.state(&q, &dq, s.omega);
-    let contact = |e: signorini::contact::ContactError| CliError::Numerics(e.to_string());
-    let set = nbm.solve_lcp(&state.u, &ActiveSet::open(nbm.n_contact())).map_err(contact)?.active;
-    let phase = Phase::new(nbm, ActiveSet::new(set)).map_err(contact)?;
-    let (mut u0, mut v0) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
-    phase.expand_displacement(nbm, &state.u, &mut u0);
-    phase.expand_velocity(nbm, &state.v, &mut v0);
+    let (u0, v0) = state.full(nbm).map_err(|e| CliError::Numerics(e.to_string()))?;
     let node = |c: usize| nbm.body.dofs.contact_nodes[c];
     Ok(OrbitRecord {
         period: Reduction::period(s.omega),

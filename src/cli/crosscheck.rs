@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use signorini::orbit::check::{Candidate, check};
 use signorini::orbit::search::{Effort, Verdict};
 use signorini::orbit::{Closure, branch};
+use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{
@@ -244,33 +245,6 @@ fn store(
     Ok(writer.finish("complete")?)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// One line a number of harmonics: points, orbits, distances.
-fn by_harmonics(rows: &[CheckRow]) -> Vec<(usize, usize, usize, usize, f64, f64)> {
-    let mut harmonics: Vec<usize> = rows.iter().map(|r| r.n_h).collect();
-    harmonics.sort_unstable();
-    harmonics.dedup();
-    harmonics
-        .into_iter()
-        .map(|n| {
-            let of: Vec<&CheckRow> = rows.iter().filter(|r| r.n_h == n).collect();
-            let orbits: Vec<&&CheckRow> = of.iter().filter(|r| r.verdict == "orbit").collect();
-            let near = orbits.iter().filter(|r| r.moved < NEAR && r.same_sequence).count();
-            let moved = median(orbits.iter().map(|r| r.moved).collect());
-            let residual = median(of.iter().map(|r| r.residual).collect());
-            (n, of.len(), orbits.len(), near, moved, residual)
-        })
-        .collect()
-}
-
-/// A point whose orbit is nearer than this and has its sequence of switches is that orbit's approximation.
-const NEAR: f64 = 0.1;
-
 fn to_json(rows: &[CheckRow], path: &Path, wall: f64) -> Value {
     let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
     let points: Vec<Value> = rows
@@ -286,9 +260,9 @@ fn to_json(rows: &[CheckRow], path: &Path, wall: f64) -> Value {
         .collect();
     let summary: Vec<Value> = by_harmonics(rows)
         .into_iter()
-        .map(|(n, points, orbits, near, moved, residual)| {
-            json!({"harmonics": n, "points": points, "orbits": orbits, "near": near, "median_moved": number(moved),
-                "median_residual": number(residual)})
+        .map(|t| {
+            json!({"harmonics": t.n_h, "points": t.points, "orbits": t.orbits, "near": t.near,
+                "median_moved": number(t.median_moved), "median_residual": number(t.median_residual)})
         })
         .collect();
     json!({"points": points, "summary": summary, "wall_s": wall, "output": path.display().to_string()})
@@ -333,11 +307,12 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
             false => writeln!(out),
         };
     }
-    for (n, points, orbits, near, moved, residual) in by_harmonics(rows) {
+    for Tally { n_h, points, orbits, near, median_moved, median_residual, .. } in by_harmonics(rows)
+    {
         let _ = writeln!(
             out,
-            "  N_h = {n}: shooting finds an orbit from {orbits} of {points} points, {near} of them within {NEAR} and with the same switches; \
-             median distance {moved:.1e}, median residual in time {residual:.1e}"
+            "  N_h = {n_h}: shooting finds an orbit from {orbits} of {points} points, {near} of them within {NEAR} and with the same switches; \
+             median distance {median_moved:.1e}, median residual in time {median_residual:.1e}"
         );
     }
     let _ = writeln!(

@@ -8,12 +8,11 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use signorini::event::{self, Options};
-use signorini::flow;
 use signorini::orbit::search::{Effort, Verdict, find};
-use signorini::orbit::{Closure, Orbit, Propagator, branch};
+use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
 use signorini::problem::State;
 use signorini::report::summary::significant;
-use signorini::scenario::{Integrator, Scene};
+use signorini::scenario::Scene;
 use signorini::store::{self, Writer, WriterOptions};
 
 use super::family::{self, Output};
@@ -93,9 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let omega = family::omega(&scene, arguments.omega, period)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    for h in &mut body.nbm.loads.harmonics {
-        h.omega = omega;
-    }
+    body.nbm.loads.set_frequency(omega);
     if arguments.all {
         let own = family::guesses(&scene, &initial, &body, closure);
         return all(arguments, global, &scene, &mut body, (closure, omega), own, start);
@@ -281,10 +278,7 @@ fn write(
     let options = WriterOptions { force, command: command.join(" ") };
     let mut writer = Writer::create(path, scene, &body.nbm, &options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
-    let tolerances = flow::Tolerances { rtol: 1e-12, atol: 1e-15 };
-    let integrator = if body.is_large() { Integrator::Chebyshev } else { Integrator::Modal };
-    let mut flow = flow::by_name(integrator, &body.nbm, tolerances);
-    let done = event::run(&body.nbm, &orbit.state, &run, flow.as_mut(), &mut writer);
+    let done = event::run(&body.nbm, &orbit.state, &run, &mut reading::flow(body), &mut writer);
     done.map_err(|e| CliError::Other(format!("writing {}: {e}", path.display())))?;
     writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.nbm)?;
     Ok(writer.finish("complete")?)

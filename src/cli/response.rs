@@ -207,9 +207,7 @@ fn one(
     let from = match earlier.iter().rev().find_map(|p| p.place.as_ref()) {
         Some(place) => Start::Place(place_of(place)),
         None => {
-            for h in &mut body.nbm.loads.harmonics {
-                h.omega = range.0;
-            }
+            body.nbm.loads.set_frequency(range.0);
             let guess = body.linear_response();
             let verdict = find(&mut body, Closure::Forced, &guess, range.0, &Effort::default())
                 .map_err(numerics)?;

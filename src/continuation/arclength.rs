@@ -1,7 +1,7 @@
 //! Pseudo-arclength continuation over charts.
 
 use super::Family;
-use super::newton::{correct, tangent};
+use super::newton::{correct, tangent, tangent_of};
 
 /// How a branch is followed.
 #[derive(Debug, Clone, PartialEq)]
@@ -202,7 +202,9 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         } else {
             c
         };
-        let Some((tangent, orientation)) = tangent(self.family, &found.x, &along)? else {
+        let Some((tangent, orientation)) =
+            tangent_of(self.family, &found.x, &found.jacobian, &along)
+        else {
             return Ok(None);
         };
         Ok(Some(Step { x: found.x, tangent, orientation, iterations: found.iterations }))

@@ -17,9 +17,12 @@ pub struct Corrected {
     pub iterations: usize,
     /// `‖R‖` there.
     pub residual: f64,
+    /// `∂R/∂X` there, `n × (n + 1)`.
+    pub jacobian: Mat<f64>,
 }
 
-pub(super) fn norm(x: &[f64]) -> f64 {
+/// `‖x‖₂`
+pub(crate) fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
@@ -50,7 +53,7 @@ pub fn correct<F: Family>(
         let on_plane = plane.abs() <= 1e-12 * scale * norm(&x).max(1.0);
         let stalled = residual <= 30.0 * rounding && residual > 0.25 * last;
         if on_plane && (residual <= rounding || stalled) {
-            return Ok(Some(Corrected { x, iterations, residual }));
+            return Ok(Some(Corrected { x, iterations, residual, jacobian }));
         }
         if !residual.is_finite() || (iterations > 2 && residual > 10.0 * last) {
             return Ok(None);
@@ -73,20 +76,30 @@ pub fn tangent<F: Family>(
     x: &[f64],
     c: &[f64],
 ) -> Result<Option<(Vec<f64>, f64)>, F::Error> {
-    let (r, jacobian) = family.linearise(x)?;
-    let mut rhs = vec![0.0; r.len() + 1];
-    rhs[r.len()] = 1.0;
-    let mut t = bordered(&jacobian, c, &rhs);
+    let (_, jacobian) = family.linearise(x)?;
+    Ok(tangent_of(family, x, &jacobian, c))
+}
+
+/// The same where the Jacobian is at hand.
+pub(super) fn tangent_of<F: Family>(
+    family: &F,
+    x: &[f64],
+    jacobian: &Mat<f64>,
+    c: &[f64],
+) -> Option<(Vec<f64>, f64)> {
+    let n = jacobian.nrows();
+    let mut rhs = vec![0.0; n + 1];
+    rhs[n] = 1.0;
+    let mut t = bordered(jacobian, c, &rhs);
     if t.iter().any(|t| !t.is_finite()) {
-        return Ok(None);
+        return None;
     }
     let weights = family.weights(x);
     let length = t.iter().zip(&weights).map(|(t, w)| w * t * t).sum::<f64>().sqrt();
     t.iter_mut().for_each(|t| *t /= length);
-    let n = jacobian.nrows();
     let a =
         Mat::from_fn(n + 1, n + 1, |i, j| if i < n { jacobian[(i, j)] } else { weights[j] * t[j] });
-    Ok(Some((t, determinant_sign(&a))))
+    Some((t, determinant_sign(&a)))
 }
 
 /// Sign of a determinant, from the factors.

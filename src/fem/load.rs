@@ -29,6 +29,11 @@ impl Loads {
         self.constant.is_none() && self.harmonics.is_empty()
     }
 
+    /// Give all harmonic loads one frequency.
+    pub fn set_frequency(&mut self, omega: f64) {
+        self.harmonics.iter_mut().for_each(|h| h.omega = omega);
+    }
+
     /// Add a load; without `omega` it is constant.
     pub fn push(&mut self, force: Vec<f64>, omega: Option<f64>, phase: f64) {
         match omega {

@@ -17,6 +17,7 @@ use super::balance::{Balance, Crossing, Quadrature, project_in};
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use crate::contact::ActiveSet;
+use crate::continuation::norm;
 
 /// Limits and choices of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -241,10 +242,6 @@ impl Linear {
         self.divide(&mut x);
         project_in(reduction, &x)
     }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The residual `D q + Q n − f` and its size over that of its terms, in the norm of the modes' displacements.

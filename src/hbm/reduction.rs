@@ -145,9 +145,7 @@ impl Reduction {
 
     /// Set the frequency of the harmonic loads.
     pub fn set_frequency(&mut self, omega: f64) {
-        for h in &mut self.nbm.loads.harmonics {
-            h.omega = omega;
-        }
+        self.nbm.loads.set_frequency(omega);
     }
 
     /// A phase on the reduced directions.

@@ -8,7 +8,7 @@ use super::newton::{Failure, Settings, Solution, condensed_residual, solve};
 use super::reduction::Reduction;
 use super::series::Series;
 use crate::contact::{ActiveSet, Phase};
-use crate::continuation::Family;
+use crate::continuation::{Family, norm};
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,8 +157,7 @@ impl Harmonics<'_> {
         self.reduction.set_frequency(omega);
         let n = self.series(x);
         let (r, _, q, balance) = condensed_residual(self.reduction, &n, omega)?;
-        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let residual = size(&r) / size(&n.a).max(f64::MIN_POSITIVE);
+        let residual = norm(&r) / norm(&n.a).max(f64::MIN_POSITIVE);
         Ok(Solution {
             omega,
             q,
@@ -210,8 +209,7 @@ impl Family for Harmonics<'_> {
     }
 
     fn rounding(&self, x: &[f64]) -> f64 {
-        let size = x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().sqrt();
-        1e-12 * size.max(self.unit())
+        1e-12 * norm(&x[..x.len() - 1]).max(self.unit())
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {

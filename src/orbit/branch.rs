@@ -15,12 +15,7 @@ use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
 
 /// An orbit as a file keeps it.
 pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitError> {
-    let nbm = &body.nbm;
-    let solution = nbm.solve_lcp(&orbit.state.u, &ActiveSet::open(nbm.n_contact()))?;
-    let phase = Phase::new(nbm, ActiveSet::new(solution.active))?;
-    let (mut u0, mut v0) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
-    phase.expand_displacement(nbm, &orbit.state.u, &mut u0);
-    phase.expand_velocity(nbm, &orbit.state.v, &mut v0);
+    let (u0, v0) = orbit.state.full(&body.nbm)?;
     let stability = orbit.stability.as_ref();
     let switches = orbit.switches.iter();
     Ok(OrbitRecord {
@@ -116,9 +111,7 @@ pub fn arclength(
             (place, family)
         }
         Start::Orbit(orbit, direction) => {
-            for h in &mut body.nbm.loads.harmonics {
-                h.omega = orbit.omega();
-            }
+            body.nbm.loads.set_frequency(orbit.omega());
             let (chain, times) = chain_of(body, &orbit)?;
             let mut family = Segments::new(body, closure, chain);
             family.watch = watch;

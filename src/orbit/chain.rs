@@ -279,9 +279,9 @@ impl Propagator {
                 }
             } else {
                 // the saltation matrix: δt = −∇h δu / ḣ
-                let delays: Vec<f64> = (0..k)
-                    .map(|c| -dot(&link.row(chain.nodes[j]), b.col_as_slice(c)) / e.rate)
-                    .collect();
+                let gradient = link.row(chain.nodes[j]);
+                let delays: Vec<f64> =
+                    (0..k).map(|c| -dot(&gradient, b.col_as_slice(c)) / e.rate).collect();
                 let next = &chain.sets[j + 1];
                 if let Some(t) = self.transform(place, next)? {
                     b = product(t.as_ref().as_ref(), b.as_ref());

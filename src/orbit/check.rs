@@ -6,8 +6,9 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::reading::read;
 use super::search::{Effort, Verdict, find};
-use super::shooting::{Closure, norm};
+use super::shooting::Closure;
 use crate::contact::{ActiveSet, Phase};
+use crate::continuation::norm;
 use crate::event::SwitchKind;
 use crate::problem::State;
 
@@ -78,9 +79,7 @@ pub fn check(
     effort: &Effort,
 ) -> Result<Checked, OrbitError> {
     let n = body.n();
-    for h in &mut body.nbm.loads.harmonics {
-        h.omega = candidate.omega;
-    }
+    body.nbm.loads.set_frequency(candidate.omega);
     let closure = match closure {
         Closure::Reversible if !candidate.is_reversible(n) => Closure::Autonomous,
         other => other,
@@ -89,15 +88,8 @@ pub fn check(
     let (residual, contact_time, sequence) = along(body, candidate, period)?;
     let [u, v, _] = candidate.at(n, 0.0);
     let state = State { u, v };
-    let nbm = &body.nbm;
-    let phase = Phase::new(
-        nbm,
-        ActiveSet::new(nbm.solve_lcp(&state.u, &ActiveSet::open(nbm.n_contact()))?.active),
-    )?;
-    let (mut full_u, mut full_v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
-    phase.expand_displacement(nbm, &state.u, &mut full_u);
-    phase.expand_velocity(nbm, &state.v, &mut full_v);
-    let energy = nbm.kinetic(&full_v) + nbm.elastic(&full_u);
+    let (full_u, full_v) = state.full(&body.nbm)?;
+    let energy = body.nbm.kinetic(&full_v) + body.nbm.elastic(&full_u);
     let z = body.frame(&state);
     let return_error = match read(body, &state, period) {
         Ok(reading) => {

@@ -9,7 +9,8 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::floquet::{Stability, stability};
 use super::reading::{Reading, read_with};
-use super::shooting::{Closure, norm};
+use super::shooting::Closure;
+use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
 use crate::problem::State;
 

@@ -16,8 +16,8 @@ use super::OrbitError;
 use super::chain::{Chain, Propagator, Switches, Walk};
 use super::credentials::{Orbit, examine};
 use super::reading::read;
-use super::shooting::{Closure, norm};
-use crate::continuation::Family;
+use super::shooting::Closure;
+use crate::continuation::{Family, norm};
 
 /// A family of orbits of one body.
 pub struct Segments<'a> {
@@ -90,9 +90,7 @@ impl<'a> Segments<'a> {
     }
 
     fn set_frequency(&mut self, omega: f64) {
-        for h in &mut self.body.nbm.loads.harmonics {
-            h.omega = omega;
-        }
+        self.body.nbm.loads.set_frequency(omega);
     }
 
     fn walk(&mut self, x: &[f64]) -> Result<Walk, OrbitError> {

@@ -10,7 +10,8 @@ use faer::Mat;
 use super::OrbitError;
 use super::chain::{Propagator, Switches};
 use super::reading::Reading;
-use super::shooting::{Closure, norm};
+use super::shooting::Closure;
+use crate::continuation::norm;
 
 /// A multiplier: real and imaginary part.
 pub type Multiplier = (f64, f64);

@@ -12,7 +12,7 @@ use crate::problem::State;
 use super::OrbitError;
 use super::chain::Propagator;
 use super::reading::{Reading, read_with};
-use super::shooting::norm;
+use crate::continuation::norm;
 
 /// A switch with the state at it.
 struct Jump {

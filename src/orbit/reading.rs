@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use crate::event::{self, GrazingKind, Observer, Options, Report, RunError, Silent};
-use crate::flow::{self, Chebyshev, Flow, Modal};
+use crate::flow::{self, Chebyshev, Choice, Flow, Modal, choice};
 use crate::problem::State;
 
 /// Switches nearer to each other than this, over the time of the run, are one event.
@@ -22,7 +22,17 @@ pub struct Reading {
     pub report: Report,
 }
 
-/// Integrate from `x` at `t = 0` to `until` with an exact flow: by modes, or without for large bodies.
+/// The exact flow of a body: by the modes of its phases, or without for large ones.
+pub fn flow(body: &Propagator) -> Choice<'_, choice::Only> {
+    let exact: Box<dyn Flow> = if body.is_large() {
+        Box::new(Chebyshev::new(&body.nbm))
+    } else {
+        Box::new(Modal::sharing(&body.nbm, Rc::clone(&body.spectra)))
+    };
+    flow::exact(exact, &body.nbm)
+}
+
+/// Integrate from `x` at `t = 0` to `until` with the body's exact flow.
 pub fn read(body: &Propagator, x: &State, until: f64) -> Result<Reading, OrbitError> {
     read_with(body, x, until, 0, &mut Silent)
 }
@@ -36,12 +46,7 @@ pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
     observer: &mut O,
 ) -> Result<Reading, OrbitError> {
     let options = Options { until, samples, switch_limit: 40.0, verify_lcp: false };
-    let exact: Box<dyn Flow> = if body.is_large() {
-        Box::new(Chebyshev::new(&body.nbm))
-    } else {
-        Box::new(Modal::sharing(&body.nbm, Rc::clone(&body.spectra)))
-    };
-    let mut flow = flow::exact(exact, &body.nbm);
+    let mut flow = flow(body);
     let report = event::run(&body.nbm, x, &options, &mut flow, observer).map_err(|e| match e {
         RunError::Contact(e) => OrbitError::Contact(e),
         RunError::Observer(never) => match never {},

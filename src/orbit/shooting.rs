@@ -12,6 +12,7 @@ use super::OrbitError;
 use super::chain::{Propagator, Switches, Walk};
 use super::krylov;
 use super::reading::{Reading, read};
+use crate::continuation::norm;
 
 /// When an orbit closes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,10 +85,6 @@ pub struct Shot {
     pub converged: bool,
     /// Sequence at `z`.
     pub reading: Reading,
-}
-
-pub(super) fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The map at `z`.

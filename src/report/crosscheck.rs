@@ -14,6 +14,9 @@ use super::figure::{
 };
 use crate::store::{CheckRow, StoredFamily};
 
+/// A point whose orbit is nearer than this and has its sequence of switches is that orbit's approximation.
+pub const NEAR: f64 = 0.1;
+
 /// What the cross-check of one number of harmonics gave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
@@ -25,6 +28,8 @@ pub struct Tally {
     pub orbits: usize,
     /// How many of those orbits have the switches of the series.
     pub same_sequence: usize,
+    /// How many of these are nearer than [`NEAR`].
+    pub near: usize,
     /// The other verdicts, and how often each was given.
     pub verdicts: BTreeMap<String, usize>,
     /// Median relative distance to the orbit; NaN: there is none.
@@ -64,6 +69,7 @@ pub fn by_harmonics(rows: &[CheckRow]) -> Vec<Tally> {
             points: of().count(),
             orbits: orbits().count(),
             same_sequence: orbits().filter(|r| r.same_sequence).count(),
+            near: orbits().filter(|r| r.same_sequence && r.moved < NEAR).count(),
             verdicts,
             median_moved: median(orbits().map(|r| r.moved)),
             median_residual: median(of().map(|r| r.residual)),

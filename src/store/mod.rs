@@ -19,8 +19,8 @@ pub use orbits::{
 pub use problem::write_problem;
 pub use reader::{Stored, read_state};
 pub use series::{
-    CheckRow, Names, SeriesRecord, SeriesWriter, read_crosscheck, read_csv, read_series,
-    write_crosscheck,
+    CheckRow, Names, SeriesRecord, SeriesWriter, place_of_function, read_crosscheck, read_csv,
+    read_series, write_crosscheck,
 };
 pub use writer::{Writer, WriterOptions};
 

@@ -13,6 +13,11 @@ use super::reader::open;
 use super::table::Table;
 use super::{FamilyWriter, StoreError, write_text};
 
+/// Where a function (harmonic, whether it is the sine) stands in `a_0, a_1, b_1, a_2, b_2, …`.
+pub fn place_of_function((k, is_sine): (usize, bool)) -> usize {
+    if k == 0 { 0 } else { 2 * k - 1 + usize::from(is_sine) }
+}
+
 /// One series.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SeriesRecord {
@@ -223,7 +228,7 @@ pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError
             let n_h = rows.iter().map(|r| r.0).max().unwrap_or(0);
             let mut coefficients = vec![0.0; (2 * n_h + 1) * n_o];
             for (k, is_sine, values) in rows {
-                let f = if k == 0 { 0 } else { 2 * k - 1 + usize::from(is_sine) };
+                let f = place_of_function((k, is_sine));
                 coefficients[f * n_o..(f + 1) * n_o].copy_from_slice(&values);
             }
             SeriesRecord { omega, n_h, coefficients }

@@ -35,14 +35,10 @@ fn body(ratio: f64) -> Result<Propagator, String> {
     Propagator::new(problem.nbm).map_err(|e| e.to_string())
 }
 
-fn set_frequency(body: &mut Propagator, omega: f64) {
-    body.nbm.loads.harmonics.iter_mut().for_each(|h| h.omega = omega);
-}
-
 fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
     let text = |e: signorini::orbit::OrbitError| e.to_string();
     let low = 1.2;
-    set_frequency(body, low);
+    body.nbm.loads.set_frequency(low);
     let z = body.linear_response();
     let verdict = find(body, Closure::Forced, &z, low, &Search::default()).map_err(text)?;
     let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
@@ -65,7 +61,7 @@ fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
 /// Whether a disturbed state behaves as the multipliers say; none where they are too near to the unit circle.
 fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, String> {
     let (Some(orbit), Some(place)) = (&p.orbit, &p.place) else { return Ok(None) };
-    set_frequency(body, p.omega);
+    body.nbm.loads.set_frequency(p.omega);
     let z = &place.x[..2 * body.n()];
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(z);
