@@ -6,8 +6,9 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use signorini::continuation::{Go, Options, Stop};
-use signorini::orbit::branch::{self, Sequential, Start, place_of};
+use signorini::continuation::{Go, Options};
+use signorini::orbit::Propagator;
+use signorini::orbit::branch::{self, Sequential, Start};
 use signorini::orbit::search::{Effort, find};
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{PointRecord, StoredFamily};
@@ -136,7 +137,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let known = sink.known.take();
     let resumed = known.as_ref().map_or(0, |k| k.points.len());
     let jobs: Vec<Job> = if hbm && sequential {
-        let (known, scene, grid) = (&known, &scene, grid(arguments, range));
+        let (known, scene, grid) = (&known, &scene, family::grid(range, arguments.step));
         vec![Box::new(move |take| {
             balance::sequence(&arguments.balance, scene, &grid, known.as_ref(), take)
         })]
@@ -264,12 +265,6 @@ fn numerics(e: signorini::orbit::OrbitError) -> CliError {
     CliError::Numerics(e.to_string())
 }
 
-/// The frequencies of a sequential continuation.
-fn grid(arguments: &Arguments, (low, high): (f64, f64)) -> Vec<f64> {
-    let steps = ((high - low) / arguments.step + 1e-9).floor() as usize;
-    (0..=steps).map(|k| low + k as f64 * arguments.step).collect()
-}
-
 fn options(arguments: &Arguments, range: (f64, f64), points: usize) -> Options {
     Options {
         range,
@@ -291,7 +286,7 @@ fn sequence(
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    let grid = grid(arguments, (low, high));
+    let grid = family::grid((low, high), arguments.step);
     let first = family::guesses(scene, &initial, &body, closure);
     let done = stored.map_or(0, |s| s.points.len());
     let known = stored.map_or(vec![], |s| {
@@ -327,38 +322,18 @@ fn arclength(
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    let earlier: Vec<&PointRecord> =
-        stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
-    let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
-    if earlier.iter().any(|p| p.special == "end of range") {
-        return ended("end of the range (earlier run)".into(), true);
-    }
-    let from = match earlier.iter().rev().find_map(|p| p.place.as_ref()) {
-        Some(place) => Start::Place(place_of(place)),
-        None => {
-            let mut orbit = None;
-            for guess in family::guesses(scene, &initial, &body, closure) {
-                let verdict = find(&mut body, closure, &guess, omega, &Effort::default())
-                    .map_err(numerics)?;
-                if let Some(o) = verdict.orbit() {
-                    orbit = Some(o.clone());
-                    break;
-                }
+    let options = options(arguments, range, arguments.points);
+    let start = |body: &mut Propagator| {
+        for guess in family::guesses(scene, &initial, body, closure) {
+            let verdict =
+                find(body, closure, &guess, omega, &Effort::default()).map_err(numerics)?;
+            if let Some(orbit) = verdict.orbit() {
+                return Ok(Ok(Start::Orbit(Box::new(orbit.clone()), direction)));
             }
-            let Some(orbit) = orbit else {
-                return Err(CliError::Numerics(format!(
-                    "no orbit to start from at omega = {omega}; look for one with `signorini orbit --all`"
-                )));
-            };
-            Start::Orbit(Box::new(orbit), direction)
         }
+        Err(CliError::Numerics(format!(
+            "no orbit to start from at omega = {omega}; look for one with `signorini orbit --all`"
+        )))
     };
-    let options = options(arguments, range, arguments.points.saturating_sub(earlier.len()));
-    if options.points == 0 {
-        return ended("number of points reached (earlier run)".into(), true);
-    }
-    match branch::arclength(&mut body, closure, from, &options, take).map_err(numerics)? {
-        None => ended("the first tangent could not be computed".into(), false),
-        Some(stop) => ended(stop.to_string(), matches!(stop, Stop::Range | Stop::Points)),
-    }
+    family::follow_branch(&mut body, closure, options, (index, stored, true), start, take)
 }

@@ -11,8 +11,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use signorini::contact::Nbm;
-use signorini::continuation::Go;
-use signorini::orbit::{Closure, Propagator, branch};
+use signorini::continuation::{Go, Options, Stop};
+use signorini::orbit::branch::{self, Start};
+use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{FamilyWriter, PointRecord, StoredFamily, Writer, WriterOptions};
@@ -298,6 +299,50 @@ pub fn run_jobs(
             Err(e)
         }
     }
+}
+
+/// Follow one branch by arclength: from where an earlier run stood, or from what `start` finds (or why it finds nothing). With
+/// `points_suffice` a branch is complete when it has as many points as were asked for.
+pub fn follow_branch(
+    body: &mut Propagator,
+    closure: Closure,
+    mut options: Options,
+    (index, stored, points_suffice): (usize, Option<&StoredFamily>, bool),
+    start: impl FnOnce(&mut Propagator) -> Result<Result<Start, String>, CliError>,
+    take: &mut dyn FnMut(PointRecord) -> Go,
+) -> Result<Ended, CliError> {
+    let earlier: Vec<&PointRecord> =
+        stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
+    let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
+    if earlier.iter().any(|p| p.special == "end of range") {
+        return ended("end of the range (earlier run)".into(), true);
+    }
+    let from = match earlier.iter().rev().find_map(|p| p.place.as_ref()) {
+        Some(place) => Start::Place(branch::place_of(place)),
+        None => match start(body)? {
+            Ok(start) => start,
+            Err(why) => return ended(why, false),
+        },
+    };
+    options.points = options.points.saturating_sub(earlier.len());
+    if options.points == 0 {
+        return ended("number of points reached (earlier run)".into(), true);
+    }
+    let stop = branch::arclength(body, closure, from, &options, take)
+        .map_err(|e| CliError::Numerics(e.to_string()))?;
+    match stop {
+        None => ended("the first tangent could not be computed".into(), false),
+        Some(stop) => {
+            let complete = stop == Stop::Range || (points_suffice && stop == Stop::Points);
+            ended(stop.to_string(), complete)
+        }
+    }
+}
+
+/// The frequencies of a sequential continuation.
+pub fn grid((low, high): (f64, f64), step: f64) -> Vec<f64> {
+    let steps = ((high - low) / step + 1e-9).floor() as usize;
+    (0..=steps).map(|k| low + k as f64 * step).collect()
 }
 
 /// Refuse what could only fail later.

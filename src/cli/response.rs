@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use clap::Args;
 
-use signorini::continuation::{Go, Options, Stop};
-use signorini::orbit::Closure;
-use signorini::orbit::branch::{self, Start, place_of};
+use signorini::continuation::{Go, Options};
+use signorini::orbit::branch::Start;
 use signorini::orbit::search::{Effort, find};
+use signorini::orbit::{Closure, Propagator};
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{PointRecord, StoredFamily};
 
@@ -114,10 +114,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         .map(|(index, &(s, n_h))| -> Job {
             let scene = &scenes[s].1;
             if hbm {
-                let (low, high) = range;
-                let step = 0.1 * arguments.step;
-                let steps = ((high - low) / step + 1e-9).floor() as usize;
-                let mut grid: Vec<f64> = (0..=steps).map(|k| low + k as f64 * step).collect();
+                let mut grid = family::grid(range, 0.1 * arguments.step);
                 if index % 2 == 1 {
                     grid.reverse();
                 }
@@ -195,34 +192,19 @@ fn one(
     stored: Option<&StoredFamily>,
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<Ended, CliError> {
-    let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
     let problem = load::of_scene(scene)?;
     let mut body = family::propagator(problem.nbm)?;
-    let earlier: Vec<&PointRecord> =
-        stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
-    let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
-    if earlier.iter().any(|p| p.special == "end of range") {
-        return ended("end of the range (earlier run)".into(), true);
-    }
-    let from = match earlier.iter().rev().find_map(|p| p.place.as_ref()) {
-        Some(place) => Start::Place(place_of(place)),
-        None => {
-            body.nbm.loads.set_frequency(range.0);
-            let guess = body.linear_response();
-            let verdict = find(&mut body, Closure::Forced, &guess, range.0, &Effort::default())
-                .map_err(numerics)?;
-            match verdict.orbit() {
-                Some(orbit) => Start::Orbit(Box::new(orbit.clone()), 1.0),
-                None => return ended(format!("no orbit at omega = {}: {verdict}", range.0), false),
-            }
-        }
+    let options = options(arguments, range, arguments.points);
+    let start = |body: &mut Propagator| {
+        body.nbm.loads.set_frequency(range.0);
+        let guess = body.linear_response();
+        let verdict = find(body, Closure::Forced, &guess, range.0, &Effort::default())
+            .map_err(|e| CliError::Numerics(e.to_string()))?;
+        Ok(match verdict.orbit() {
+            Some(orbit) => Ok(Start::Orbit(Box::new(orbit.clone()), 1.0)),
+            None => Err(format!("no orbit at omega = {}: {verdict}", range.0)),
+        })
     };
-    let options = options(arguments, range, arguments.points.saturating_sub(earlier.len()));
-    if options.points == 0 {
-        return ended("number of points reached (earlier run)".into(), true);
-    }
-    match branch::arclength(&mut body, Closure::Forced, from, &options, take).map_err(numerics)? {
-        None => ended("the first tangent could not be computed".into(), false),
-        Some(stop) => ended(stop.to_string(), matches!(stop, Stop::Range)),
-    }
+    let place = (index, stored, false);
+    family::follow_branch(&mut body, Closure::Forced, options, place, start, take)
 }
