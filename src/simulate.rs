@@ -1,6 +1,6 @@
 //! One call from a scene to a report: what `signorini run` does, for library users.
 
-use crate::event::{self, Observer, Options, Report, RunError};
+use crate::event::{self, Observer, Options, Report, Resumed, RunError};
 use crate::flow::{self, Tolerances};
 use crate::problem::Problem;
 use crate::scenario::{Issue, Run, Scene, SceneError};
@@ -21,12 +21,37 @@ pub fn simulate<O: Observer>(
     verify_lcp: bool,
     observer: &mut O,
 ) -> Result<Report, SimulateError<O::Error>> {
+    run(scene, problem, verify_lcp, None, observer)
+}
+
+/// Go on with an interrupted run as its scene's `[run]` table says.
+pub fn go_on<O: Observer>(
+    scene: &Scene,
+    problem: &Problem,
+    verify_lcp: bool,
+    resumed: Resumed,
+    observer: &mut O,
+) -> Result<Report, SimulateError<O::Error>> {
+    run(scene, problem, verify_lcp, Some(resumed), observer)
+}
+
+fn run<O: Observer>(
+    scene: &Scene,
+    problem: &Problem,
+    verify_lcp: bool,
+    resumed: Option<Resumed>,
+    observer: &mut O,
+) -> Result<Report, SimulateError<O::Error>> {
     let (run, until) = run_table(scene)?;
     let options =
         Options { until, samples: run.samples, switch_limit: run.switch_limit, verify_lcp };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
     let mut flow = flow::by_name(run.integrator, &problem.nbm, tolerances);
-    Ok(event::run(&problem.nbm, &problem.initial, &options, flow.as_mut(), observer)?)
+    let (nbm, flow) = (&problem.nbm, flow.as_mut());
+    Ok(match resumed {
+        None => event::run(nbm, &problem.initial, &options, flow, observer)?,
+        Some(resumed) => event::resume(nbm, resumed, &options, flow, observer)?,
+    })
 }
 
 /// A simulation could not be carried out.

@@ -11,11 +11,15 @@ use signorini::orbit::Propagator;
 use signorini::orbit::branch::{self, Sequential, Start};
 use signorini::orbit::search::{Effort, find};
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{PointRecord, StoredFamily};
+use signorini::store::{
+    BranchEnd, EndReason, FamilyKind, FamilyPlan, Grid, PointMethod, PointRecord, StoredFamily,
+    Walk, fingerprint,
+};
 
 use super::balance::{self, Method};
-use super::family::{self, Ended, Job, Output};
-use super::{CliError, Global, load};
+use super::family::{self, Job, Known, Legs, Opened, Output};
+use super::progress::Bar;
+use super::{CliError, Global, interrupt, load, plain};
 
 /// Arguments of `backbone`.
 #[derive(Debug, Args)]
@@ -29,11 +33,12 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Follow::Sequential)]
     follow: Follow,
     /// Frequencies to cover [default: range of the scene's [orbit]]
-    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     range: Option<Vec<f64>>,
-    /// Step in frequency (sequential), or first step of arclength
-    #[arg(long, default_value_t = 0.005)]
-    step: f64,
+    /// Sequential: step in frequency [default: a four-hundredth of the highest frequency, rounded]; arclength and natural: first step,
+    /// relative [default: 0.005]
+    #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
+    step: Option<f64>,
     /// Arclength and natural: the frequency of the orbit to start from [default: that of the scene's [orbit]]
     #[arg(long, value_name = "W")]
     omega: Option<f64>,
@@ -43,7 +48,7 @@ pub struct Arguments {
     /// Arclength: locate changes of stability within a step
     #[arg(long)]
     locate: bool,
-    /// Go on with an unfinished file
+    /// Go on with an unfinished file, or widen the range of a finished one; everything else must be as it was
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -63,133 +68,171 @@ enum Follow {
     Natural,
 }
 
+impl Arguments {
+    /// The step: of frequency on a grid, where the default is a round share of the frequency itself; of arclength otherwise.
+    fn step(&self, range: (f64, f64)) -> Result<f64, CliError> {
+        let refuse = |why: String| Err(CliError::Input(why));
+        if self.follow != Follow::Sequential {
+            let step = self.step.unwrap_or(0.005);
+            return match (1e-6..=1.0).contains(&step) {
+                true => Ok(step),
+                false => refuse(format!(
+                    "--step {}: give a number from 1e-6 to 1, the first step of arclength (a relative change)",
+                    plain(step)
+                )),
+            };
+        }
+        let step = self.step.unwrap_or_else(|| family::round_number(range.1 / 400.0));
+        if !(step > 0.0 && step.is_finite()) {
+            return refuse(format!("--step {}: give a positive number", plain(step)));
+        }
+        if (range.1 - range.0) / step > 1e6 {
+            return refuse(format!(
+                "--step {}: more than a million frequencies between {} and {}; give at least {}",
+                plain(step),
+                plain(range.0),
+                plain(range.1),
+                plain(1e-6 * (range.1 - range.0))
+            ));
+        }
+        Ok(step)
+    }
+
+    /// How points follow one another.
+    fn walk(&self, scene: &Scene, range: (f64, f64)) -> Result<Walk, CliError> {
+        let step = self.step(range)?;
+        if self.follow == Follow::Sequential {
+            return Ok(Walk::Grid(Grid { origin: range.0, step }));
+        }
+        let start = family::omega(scene, self.omega, None)?;
+        if !(range.0..=range.1).contains(&start) {
+            let message = format!(
+                "the orbit to start from, at omega = {start}, is outside of the range {} to {}",
+                range.0, range.1
+            );
+            return Err(CliError::Input(format!("{message}; give --omega or --range")));
+        }
+        let natural = self.follow == Follow::Natural;
+        Ok(Walk::Branch { start, step, locate: self.locate, natural })
+    }
+
+    fn names(&self, harmonics: &[usize]) -> Vec<String> {
+        let hbm = self.balance.method == Method::Hbm;
+        match self.follow {
+            Follow::Sequential if hbm => balance::names(harmonics),
+            Follow::Sequential => vec!["shooting, sequential".into()],
+            _ if hbm => harmonics
+                .iter()
+                .flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")])
+                .collect(),
+            _ => vec![
+                "shooting, to higher frequencies".into(),
+                "shooting, to lower frequencies".into(),
+            ],
+        }
+    }
+}
+
 /// Follow a family of orbits.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let start = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
-    family::check(&path, &arguments.output, arguments.resume)?;
+    let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
     let range = family::range(&scene, arguments.range.as_deref())?;
-    if !(arguments.step >= 1e-6 && arguments.step.is_finite()) {
-        return Err(CliError::Input(format!("--step {}: give a number from 1e-6", arguments.step)));
-    }
-    if arguments.follow == Follow::Sequential && (range.1 - range.0) / arguments.step > 1e6 {
-        let message = format!(
-            "--step {}: more than a million frequencies between {} and {}",
-            arguments.step, range.0, range.1
-        );
-        return Err(CliError::Input(message));
-    }
-    let problem = load::of_scene(&scene)?;
-    let closure = family::closure(&scene, &problem)?;
-    let sequential = arguments.follow == Follow::Sequential;
-    if !sequential {
-        if closure == signorini::orbit::Closure::Autonomous {
-            let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
-            let issue =
-                Issue::new("initial", "families by arclength start from a state at rest", help);
-            return Err(scene.error(issue).into());
-        }
-        let omega = family::omega(&scene, arguments.omega, None)?;
-        if !(range.0..=range.1).contains(&omega) {
-            let message = format!(
-                "the orbit to start from, at omega = {omega}, is outside of the range {} to {}",
-                range.0, range.1
-            );
-            return Err(CliError::Input(format!("{message}; give --omega or --range")));
-        }
-    }
-    let hbm = arguments.balance.method == Method::Hbm;
     arguments.balance.check_method()?;
     let harmonics = arguments.balance.list(&scene)?;
     arguments.balance.settings()?;
-    if hbm && arguments.resume && !sequential {
-        return Err(CliError::Input(
-            "--resume goes with shooting, or with sequential harmonic balance".into(),
-        ));
+    let walk = arguments.walk(&scene, range)?;
+    let problem = load::of_scene(&scene)?;
+    family::check_frequency(&problem, range.0)?;
+    let closure = family::closure(&scene, &problem)?;
+    if arguments.follow != Follow::Sequential && closure == signorini::orbit::Closure::Autonomous {
+        let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
+        let issue = Issue::new("initial", "families by arclength start from a state at rest", help);
+        return Err(scene.error(issue).into());
     }
-    let names: Vec<String> = match arguments.follow {
-        Follow::Sequential if hbm => balance::names(&harmonics),
-        _ if hbm => harmonics
-            .iter()
-            .flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")])
-            .collect(),
-        Follow::Sequential => vec!["shooting, sequential".into()],
-        _ => {
-            vec!["shooting, to higher frequencies".into(), "shooting, to lower frequencies".into()]
+    let hbm = arguments.balance.method == Method::Hbm;
+    let asked = family::Asked {
+        path: &path,
+        scene: &scene,
+        nbm: &problem.nbm,
+        plan: FamilyPlan {
+            identity: FamilyKind {
+                method: arguments.balance.method(),
+                walk,
+                problem: fingerprint(&problem),
+            },
+            range: [range.0, range.1],
+            branches: arguments.names(&harmonics),
+            harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
+        },
+        points: arguments.points,
+        options,
+    };
+    let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {
+        Opened::Whole(stored) => {
+            let (ends, resumed) = (stored.ends.clone(), stored.points.len());
+            (*stored, ends, resumed)
+        }
+        Opened::Writing(writer, known) => {
+            interrupt::watch();
+            // a grid that was widened counts from where it began
+            let walk = writer.plan().identity.walk;
+            let jobs = jobs(arguments, &scene, (walk, range), &harmonics, &known);
+            let bar = Bar::new(global, &scene);
+            let result = family::run_jobs(&jobs, *writer, &problem.nbm, range, bar.as_ref());
+            if let Some(bar) = &bar {
+                bar.clear();
+            }
+            let ends = result?;
+            (StoredFamily::read(&path)?, ends, known.len())
         }
     };
-    let follow = format!("{:?}", arguments.follow).to_lowercase();
-    let kind = match hbm {
-        true => format!("hbm {follow}, {}, step {}", arguments.balance.kind(), arguments.step),
-        false => format!("shooting {follow}, step {}", arguments.step),
-    };
-    let from = arguments.omega.map_or(String::new(), |w| format!(", from {w}"));
-    let kind = format!("{kind}{from}");
-    let mut sink = family::open(
-        &path,
-        &scene,
-        &problem.nbm,
-        arguments.output.force,
-        arguments.resume,
-        (&kind, &names, if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 }),
-    )?;
-    let known = sink.known.take();
-    let resumed = known.as_ref().map_or(0, |k| k.points.len());
-    let jobs: Vec<Job> = if hbm && sequential {
-        let (known, scene, grid) = (&known, &scene, family::grid(range, arguments.step));
-        vec![Box::new(move |take| {
-            balance::sequence(&arguments.balance, scene, &grid, known.as_ref(), take)
-        })]
-    } else if hbm {
-        let omega = family::omega(&scene, arguments.omega, None)?;
-        let scene = &scene;
-        let options = options(arguments, range, arguments.points);
-        let job = |index: usize| -> Job {
-            let (n_h, direction) =
-                (harmonics[index / 2], if index.is_multiple_of(2) { 1.0 } else { -1.0 });
-            let options = options.clone();
-            Box::new(move |take| {
-                balance::arclength(
-                    &arguments.balance,
-                    scene,
-                    n_h,
-                    (omega, direction),
-                    &options,
-                    index,
-                    take,
-                )
-            })
-        };
-        (0..2 * harmonics.len()).map(job).collect()
-    } else if sequential {
-        let known = &known;
-        let scene = &scene;
-        vec![Box::new(move |take| sequence(arguments, scene, range, known.as_ref(), take))]
-    } else {
-        let omega = family::omega(&scene, arguments.omega, None)?;
-        let (scene, known) = (&scene, &known);
-        let job = |direction: f64, index: usize| -> Job {
-            Box::new(move |take| {
-                arclength(arguments, scene, range, omega, (direction, index), known.as_ref(), take)
-            })
-        };
-        vec![job(1.0, 0), job(-1.0, 1)]
-    };
-    let bar = family::bar(global, &scene, 1000);
-    let result = family::run_jobs(&jobs, sink, &problem.nbm, range, bar.as_ref());
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
-    let (ended, writer) = result?;
-    writer.finish("complete")?;
-    let stored = StoredFamily::read(&path)?;
     let wall = start.elapsed().as_secs_f64();
-    summary(global, &scene, &stored, &ended, &path, resumed, wall);
+    summary(global, &scene, &stored, &ends, &path, resumed, wall)?;
     if stored.points.iter().all(|p| p.orbit.is_none()) {
         return Err(CliError::Reported("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`".into()));
     }
     Ok(())
+}
+
+/// The branches, each as a job.
+fn jobs<'a>(
+    arguments: &'a Arguments,
+    scene: &'a Scene,
+    (walk, range): (Walk, (f64, f64)),
+    harmonics: &'a [usize],
+    known: &'a Known,
+) -> Vec<Job<'a>> {
+    let hbm = arguments.balance.method == Method::Hbm;
+    match walk {
+        Walk::Grid(grid) if hbm => vec![Box::new(move |take| {
+            let all = known.all();
+            balance::sequence(&arguments.balance, scene, (grid, range, false), &all, take)
+        })],
+        Walk::Grid(grid) => vec![Box::new(move |take| sequence(scene, grid, range, known, take))],
+        Walk::Branch { start, step, .. } => {
+            let options = options(arguments, range, step);
+            let count = if hbm { 2 * harmonics.len() } else { 2 };
+            let job = |index: usize| -> Job {
+                let direction = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+                let options = options.clone();
+                match hbm.then(|| harmonics[index / 2]) {
+                    Some(n_h) => Box::new(move |take| {
+                        let (options, from) = (options.clone(), (n_h, start, direction));
+                        let place = (index, known);
+                        balance::arclength(&arguments.balance, scene, from, options, place, take)
+                    }),
+                    None => Box::new(move |take| {
+                        arclength(scene, start, options.clone(), (direction, index), known, take)
+                    }),
+                }
+            };
+            (0..count).map(job).collect()
+        }
+        _ => vec![],
+    }
 }
 
 /// The text and JSON of a family.
@@ -197,18 +240,20 @@ pub fn summary(
     global: &Global,
     scene: &Scene,
     stored: &StoredFamily,
-    ended: &[Ended],
+    ended: &[BranchEnd],
     path: &std::path::Path,
     resumed: usize,
     wall: f64,
-) {
+) -> Result<(), CliError> {
     let orbits = stored.points.iter().filter(|p| p.orbit.is_some()).count();
-    let gaps = stored.points.iter().filter(|p| p.special.starts_with("gap")).count();
+    let gaps: Vec<&PointRecord> =
+        stored.points.iter().filter(|p| p.special.starts_with("gap")).collect();
+    let jumps = stored.points.iter().filter(|p| p.special == "jump").count();
     let specials: Vec<&PointRecord> = stored
         .points
         .iter()
         .filter(|p| {
-            !["regular", "start", "end of range"].contains(&p.special.as_str())
+            !["regular", "start", "end of range", "jump"].contains(&p.special.as_str())
                 && !p.special.starts_with("gap")
         })
         .collect();
@@ -237,11 +282,13 @@ pub fn summary(
                 "output": path.display().to_string()})
         },
         || {
-            let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
+            let title = super::title(scene);
             let mut out = format!("{title}\n");
             let mut line = |label: &str, text: String| out.push_str(&format!("  {label:<14}{text}\n"));
             let before = if resumed > 0 { format!(" ({resumed} points of an earlier run)") } else { String::new() };
-            line("points", format!("{} orbits, {stable} of them stable, {gaps} gaps{before}", orbits));
+            let known = stored.points.iter().filter_map(|p| p.orbit.as_ref()).any(|o| o.stable.is_some());
+            let stable = if known { format!(", {stable} of them stable") } else { String::new() };
+            line("found", format!("{orbits} orbits{stable}{}{before}", on_a_grid(stored, gaps.len(), jumps)));
             for e in ended {
                 let name = if ended.len() == 1 { String::new() } else { format!("{}: ", stored.branches[e.branch]) };
                 line(if e.branch == 0 { "branches" } else { "" }, format!("{name}{}", e.text));
@@ -258,71 +305,89 @@ pub fn summary(
             line("written to", format!("{} (pictures: signorini plot {})", path.display(), path.display()));
             out
         },
-    );
+    )
+}
+
+/// What a grid of frequencies left open, and what to do about it.
+fn on_a_grid(stored: &StoredFamily, gaps: usize, jumps: usize) -> String {
+    let Some(Walk::Grid(_)) = stored.identity.as_ref().map(|i| i.walk) else { return String::new() };
+    if gaps + jumps == 0 {
+        return String::new();
+    }
+    let shooting = stored.identity.as_ref().is_some_and(|i| i.method == PointMethod::Shooting);
+    let hint = match shooting {
+        true => {
+            "; the branch folds back there, or another crosses it: --follow arclength goes around"
+        }
+        false => "; more harmonics, or --follow arclength, may close them",
+    };
+    format!(", {gaps} frequencies without one, {jumps} jumps to another branch{hint}")
 }
 
 fn numerics(e: signorini::orbit::OrbitError) -> CliError {
     CliError::Numerics(e.to_string())
 }
 
-fn options(arguments: &Arguments, range: (f64, f64), points: usize) -> Options {
+fn options(arguments: &Arguments, range: (f64, f64), step: f64) -> Options {
     Options {
         range,
-        step: (arguments.step, 1e-8, 0.05f64.max(arguments.step)),
-        points,
+        step: (step, 1e-8, 0.05f64.max(step)),
+        points: arguments.points,
         locate: arguments.locate,
         natural: arguments.follow == Follow::Natural,
     }
 }
 
 fn sequence(
-    arguments: &Arguments,
     scene: &Scene,
-    (low, high): (f64, f64),
-    stored: Option<&StoredFamily>,
+    grid: Grid,
+    range: (f64, f64),
+    known: &Known,
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Ended, CliError> {
+) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    let grid = family::grid((low, high), arguments.step);
     let first = family::guesses(scene, &initial, &body, closure);
-    let done = stored.map_or(0, |s| s.points.len());
-    let known = stored.map_or(vec![], |s| {
-        let places = s.points.iter().filter_map(|p| p.place.as_ref());
-        places.map(|p| (p.x[p.x.len() - 1], p.x[..p.x.len() - 1].to_vec())).collect()
-    });
-    let plan = Sequential { grid: &grid[done.min(grid.len())..], effort: Effort::default(), first };
+    let earlier = known.branch(0);
     let mut interrupted = false;
-    branch::sequential(&mut body, closure, &plan, known, |point, _| {
-        let go = take(point);
-        interrupted = go.is_break();
-        go
-    })
-    .map_err(numerics)?;
-    let text = if interrupted {
-        "interrupted".into()
-    } else {
-        format!("{} frequencies from {low} to {high}", grid.len())
-    };
-    Ok(Ended { branch: 0, text, complete: !interrupted })
+    let legs = Legs::new(grid, range, false, &earlier);
+    for (places, before) in legs.each(&earlier) {
+        let frequencies = legs.frequencies(places);
+        let of_place = |x: &[f64]| (x[x.len() - 1], x[..x.len() - 1].to_vec());
+        let known = before.iter().filter_map(|p| p.place.as_ref());
+        let known = known.filter(|p| !p.x.is_empty()).map(|p| of_place(&p.x)).collect();
+        let plan =
+            Sequential { grid: &frequencies, effort: Effort::default(), first: first.clone() };
+        let mut next = places.iter();
+        branch::sequential(&mut body, closure, &plan, known, |point, _| {
+            let index = next.next().copied().unwrap_or_default();
+            let go = take(PointRecord { index, ..point });
+            interrupted = go.is_break();
+            go
+        })
+        .map_err(numerics)?;
+        if interrupted {
+            return Ok(family::ended(0, EndReason::Interrupted, "interrupted", false));
+        }
+    }
+    let text = format!("{} frequencies from {} to {}", grid.within(range).count(), range.0, range.1);
+    Ok(family::ended(0, EndReason::Range, text, true))
 }
 
 fn arclength(
-    arguments: &Arguments,
     scene: &Scene,
-    range: (f64, f64),
     omega: f64,
+    options: Options,
     (direction, index): (f64, usize),
-    stored: Option<&StoredFamily>,
+    known: &Known,
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Ended, CliError> {
+) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
-    let options = options(arguments, range, arguments.points);
     let start = |body: &mut Propagator| {
         for guess in family::guesses(scene, &initial, body, closure) {
             let verdict =
@@ -335,5 +400,5 @@ fn arclength(
             "no orbit to start from at omega = {omega}; look for one with `signorini orbit --all`"
         )))
     };
-    family::follow_branch(&mut body, closure, options, (index, stored, true), start, take)
+    family::follow_branch(&mut body, closure, options, (index, known, true), start, take)
 }

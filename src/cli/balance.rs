@@ -2,16 +2,19 @@
 
 use clap::{Args, ValueEnum};
 
-use signorini::continuation::{self, Go, Options, Place, Special, Stop};
+use signorini::continuation::{self, Go, Options, Place, Special};
 use signorini::hbm::newton::{Settings, solve};
 use signorini::hbm::response::{Harmonics, Origin, Point, Summary, Track, sequential};
 use signorini::hbm::{Basis, Form, HbmError, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::scenario::Scene;
-use signorini::store::{OrbitRecord, PointRecord, SeriesRecord, StoredFamily, place_of_function};
+use signorini::store::{
+    BranchEnd, EndReason, Grid, OrbitRecord, PlaceRecord, PointMethod, PointRecord, SeriesRecord,
+    place_of_function,
+};
 
-use super::family::{self, Ended};
+use super::family::{self, Known, Legs};
 use super::{CliError, load};
 
 /// How families are computed.
@@ -26,7 +29,7 @@ pub enum Method {
 /// What is projected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FormName {
-    /// The balance of forces, as the seed's paper has it
+    /// The balance of forces, as in the paper of Urman and Legrand
     Force,
     /// The equation solved for the acceleration: converges faster
     Acceleration,
@@ -88,8 +91,10 @@ impl Arguments {
     pub fn settings(&self) -> Result<Settings, CliError> {
         let quadrature = match self.aft {
             None => Quadrature::EventResolved,
-            Some(n) if n >= 8 => Quadrature::Sampled(n),
-            Some(n) => return Err(CliError::Input(format!("--aft {n}: give at least 8 samples"))),
+            Some(n) if (8..=1_000_000).contains(&n) => Quadrature::Sampled(n),
+            Some(n) => {
+                return Err(CliError::Input(format!("--aft {n}: give 8 to 1000000 samples")));
+            }
         };
         Ok(Settings { quadrature, ..Settings::default() })
     }
@@ -102,11 +107,16 @@ impl Arguments {
         Reduction::new(nbm, form).map_err(numerics)
     }
 
-    /// Words for the file.
-    pub fn kind(&self) -> String {
-        let form = if self.form == FormName::Force { "force form" } else { "acceleration form" };
-        let aft = self.aft.map_or(String::new(), |n| format!(", {n} samples"));
-        format!("{form}{aft}")
+    /// How a point is computed, for the file.
+    pub fn method(&self) -> PointMethod {
+        match self.method {
+            Method::Shooting => PointMethod::Shooting,
+            Method::Hbm => PointMethod::HarmonicBalance {
+                acceleration: self.form == FormName::Acceleration,
+                samples: self.aft,
+                shot: self.shoot,
+            },
+        }
     }
 }
 
@@ -125,17 +135,6 @@ fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
         coefficients[f * n..(f + 1) * n].copy_from_slice(&state.u);
     }
     SeriesRecord { omega: s.omega, n_h, coefficients }
-}
-
-/// Modal series of stored coefficients.
-pub fn series_of(reduction: &Reduction, record: &SeriesRecord) -> Series {
-    let n = reduction.n();
-    let mut q = Series::zeros(reduction.basis, record.n_h, n);
-    for (i, function) in reduction.basis.functions(record.n_h).into_iter().enumerate() {
-        let f = place_of_function(function);
-        q.of_mut(i).copy_from_slice(&reduction.modal(&record.coefficients[f * n..(f + 1) * n]));
-    }
-    q
 }
 
 fn orbit_record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, CliError> {
@@ -188,7 +187,13 @@ fn point(
         }
     }
     let series = Some(series_record(reduction, s));
-    Ok(PointRecord { omega: s.omega, branch: 0, special, orbit: Some(orbit), place: None, series })
+    Ok(PointRecord {
+        omega: s.omega,
+        special,
+        orbit: Some(orbit),
+        series,
+        ..PointRecord::default()
+    })
 }
 
 /// Names of the branches of a sequential continuation.
@@ -196,14 +201,53 @@ pub fn names(harmonics: &[usize]) -> Vec<String> {
     harmonics.iter().map(|n| format!("N_h = {n}")).collect()
 }
 
-/// Sequential continuation over a grid, all numbers of harmonics at once.
+/// Where a sequential continuation stands: the solution in modal coordinates, and what its ladder began with.
+fn place_record(p: &Point, s: &Solution) -> PlaceRecord {
+    PlaceRecord {
+        x: s.q.a.iter().copied().chain([p.omega]).collect(),
+        base: p.base.as_ref().map_or(vec![], |q| q.a.clone()),
+        ..PlaceRecord::default()
+    }
+}
+
+/// The series of a place.
+fn series_of_place(basis: Basis, n_h: usize, n: usize, a: &[f64]) -> Option<Series> {
+    let mut q = Series::zeros(basis, n_h, n);
+    (a.len() == q.a.len()).then(|| {
+        q.a.copy_from_slice(a);
+        q
+    })
+}
+
+/// What the points of an earlier run let the continuation know, in the order of the walk.
+fn tracks_of(reduction: &Reduction, harmonics: &[usize], known: &[&PointRecord]) -> Vec<Track> {
+    let mut tracks = vec![Track::default(); harmonics.len() + 1];
+    let (basis, n) = (reduction.basis, reduction.n());
+    for p in known {
+        let Some(place) = &p.place else { continue };
+        let (a, omega) = place.x.split_at(place.x.len().saturating_sub(1));
+        let &[omega] = omega else { continue };
+        let Some(&n_h) = harmonics.get(p.branch) else { continue };
+        if p.branch == 0
+            && let Some(base) = series_of_place(basis, 1, n, &place.base)
+        {
+            tracks[0].push(omega, base);
+        }
+        if let Some(q) = series_of_place(basis, n_h, n, a) {
+            tracks[p.branch + 1].push(omega, q);
+        }
+    }
+    tracks
+}
+
+/// Sequential continuation over a grid, all numbers of harmonics at once. `known` are the points of an earlier run.
 pub fn sequence(
     arguments: &Arguments,
     scene: &Scene,
-    grid: &[f64],
-    stored: Option<&StoredFamily>,
+    (grid, range, downwards): (Grid, (f64, f64), bool),
+    known: &[&PointRecord],
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Ended, CliError> {
+) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
     family::closure(scene, &problem)?;
     let harmonics = arguments.list(scene)?;
@@ -213,40 +257,35 @@ pub fn sequence(
         false => None,
     };
     let mut reduction = arguments.reduction(problem.nbm)?;
-    let mut tracks = vec![Track::default(); harmonics.len() + 1];
-    let mut done = 0;
-    if let Some(stored) = stored {
-        // whole frequencies only: the ladder begins anew at each
-        done = stored.points.len() / harmonics.len();
-        for p in &stored.points[..done * harmonics.len()] {
-            let Some(series) = &p.series else { continue };
-            if let Some(k) = harmonics.iter().position(|n| *n == series.n_h) {
-                tracks[k + 1].push(p.omega, series_of(&reduction, series));
-            }
-        }
-    }
     let mut failure = None;
     let mut interrupted = false;
-    sequential(
-        &mut reduction,
-        &harmonics,
-        &grid[done.min(grid.len())..],
-        &settings,
-        &mut tracks,
-        |reduction, p| {
-            let branch = harmonics.iter().position(|n| *n == p.n_h).unwrap_or(0);
+    let legs = Legs::new(grid, range, downwards, known);
+    for (places, before) in legs.each(known) {
+        let mut tracks = tracks_of(&reduction, &harmonics, &before);
+        let frequencies = legs.frequencies(places);
+        let mut count = 0;
+        let each = |reduction: &Reduction, p: Point| {
+            let branch = count % harmonics.len();
+            let index = places[count / harmonics.len()];
+            count += 1;
             let record = match &p.solution {
                 Err(e) => Ok(PointRecord {
                     omega: p.omega,
                     special: format!("gap: {e}"),
+                    // the ladder may have stood all the same
+                    place: p.base.as_ref().map(|base| PlaceRecord {
+                        x: vec![p.omega],
+                        base: base.a.clone(),
+                        ..PlaceRecord::default()
+                    }),
                     ..PointRecord::default()
                 }),
-                Ok(s) => point(reduction, s, special(&p), shooter.as_mut()),
+                Ok(s) => point(reduction, s, special(&p), shooter.as_mut())
+                    .map(|record| PointRecord { place: Some(place_record(&p, s)), ..record }),
             };
             match record {
-                Ok(mut record) => {
-                    record.branch = branch;
-                    interrupted = take(record).is_break();
+                Ok(record) => {
+                    interrupted = take(PointRecord { branch, index, ..record }).is_break();
                     if interrupted { Go::Break(()) } else { Go::Continue(()) }
                 }
                 Err(e) => {
@@ -254,14 +293,20 @@ pub fn sequence(
                     Go::Break(())
                 }
             }
-        },
-    )
-    .map_err(numerics)?;
+        };
+        sequential(&mut reduction, &harmonics, &frequencies, &settings, &mut tracks, each)
+            .map_err(numerics)?;
+        if interrupted || failure.is_some() {
+            break;
+        }
+    }
     if let Some(e) = failure {
         return Err(e);
     }
-    let text = format!("{} frequencies, {} numbers of harmonics", grid.len(), harmonics.len());
-    Ok(Ended { branch: 0, text, complete: !interrupted })
+    let all = grid.within(range).count();
+    let text = format!("{all} frequencies, {} numbers of harmonics", harmonics.len());
+    let reason = if interrupted { EndReason::Interrupted } else { EndReason::Range };
+    Ok(family::ended(0, reason, text, !interrupted))
 }
 
 fn special(p: &Point) -> String {
@@ -272,78 +317,100 @@ fn special(p: &Point) -> String {
     }
 }
 
-/// A branch by arclength from the linear response (forced) or from the first solution that is found.
-#[allow(clippy::too_many_arguments)]
+/// The solution that a branch by arclength starts from: the linear response (forced), or the first one that is found.
+fn first_solution(
+    reduction: &mut Reduction,
+    n_h: usize,
+    from: f64,
+) -> Result<Option<Solution>, CliError> {
+    reduction.set_frequency(from);
+    let settings = Settings::default();
+    if reduction.basis == Basis::Full {
+        let zero = Series::zeros(Basis::Full, n_h, reduction.n());
+        return Ok(solve(reduction, &zero, from, &settings).map_err(numerics)?.ok());
+    }
+    let mut found = None;
+    let mut tracks = vec![Track::default(); 2];
+    sequential(reduction, &[n_h], &[from], &settings, &mut tracks, |_, p| {
+        found = p.solution.ok();
+        Go::Continue(())
+    })
+    .map_err(numerics)?;
+    Ok(found)
+}
+
+/// A branch by arclength.
 pub fn arclength(
     arguments: &Arguments,
     scene: &Scene,
-    n_h: usize,
-    (from, direction): (f64, f64),
-    options: &Options,
-    index: usize,
+    (n_h, from, direction): (usize, f64, f64),
+    options: Options,
+    (index, known): (usize, &Known),
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Ended, CliError> {
+) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
     let mut shooter = match arguments.shoot {
         true => Some(family::propagator(load::of_scene(scene)?.nbm)?),
         false => None,
     };
     let mut reduction = arguments.reduction(problem.nbm)?;
-    reduction.set_frequency(from);
-    let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
-    let settings = Settings::default();
-    let start = match reduction.basis {
-        Basis::Full => {
-            let zero = Series::zeros(Basis::Full, n_h, reduction.n());
-            solve(&reduction, &zero, from, &settings).map_err(numerics)?.ok()
-        }
-        Basis::Cosine => {
-            let mut found = None;
-            let mut tracks = vec![Track::default(); 2];
-            sequential(&mut reduction, &[n_h], &[from], &settings, &mut tracks, |_, p| {
-                found = p.solution.ok();
-                Go::Continue(())
-            })
-            .map_err(numerics)?;
-            found
-        }
-    };
-    let Some(start) = start else {
-        return ended(format!("no solution to start from at omega = {from}"), false);
-    };
-    let mut family = Harmonics { reduction: &mut reduction, n_h };
-    let x = family.unknowns(&start).map_err(numerics)?;
-    let place = Place::start(&mut family, x, direction, options.step.0).map_err(numerics)?;
-    let Some(place) = place else {
-        return ended("the first tangent could not be computed".into(), false);
-    };
-    let mut failure = None;
-    let stop = continuation::follow(&mut family, place, options, |family, p| {
-        let special = match &p.special {
-            None => "regular".to_owned(),
-            Some(Special::Fold) => "fold".into(),
-            Some(Special::BranchPoint) => "branch point".into(),
-            Some(Special::End) => "end of range".into(),
-            Some(_) => "regular".into(),
+    family::go_on(index, known, options, true, take, |place, options, take| {
+        let place = match place {
+            Some(p) => Place {
+                x: p.x.clone(),
+                tangent: p.tangent.clone(),
+                step: p.step,
+                chart: (),
+                orientation: p.orientation,
+                signature: p.signature.clone(),
+            },
+            None => {
+                let Some(start) = first_solution(&mut reduction, n_h, from)? else {
+                    return Ok(Err(format!("no solution to start from at omega = {from}")));
+                };
+                let mut family = Harmonics { reduction: &mut reduction, n_h };
+                let x = family.unknowns(&start).map_err(numerics)?;
+                let place = Place::start(&mut family, x, direction, options.step.0);
+                match place.map_err(numerics)? {
+                    Some(place) => place,
+                    None => return Ok(Err("the first tangent could not be computed".into())),
+                }
+            }
         };
-        let record = family
-            .solution(&p.x)
-            .map_err(numerics)
-            .and_then(|s| point(family.reduction, &s, special, shooter.as_mut()));
-        match record {
-            Ok(mut record) => {
-                record.branch = index;
-                take(record)
+        let mut family = Harmonics { reduction: &mut reduction, n_h };
+        let mut failure = None;
+        let stop = continuation::follow(&mut family, place, options, |family, p| {
+            let special = match &p.special {
+                Some(Special::Fold) => "fold",
+                Some(Special::BranchPoint) => "branch point",
+                Some(Special::End) => "end of range",
+                _ => "regular",
+            };
+            // a special point inside a step is no place to go on from: the step is made anew
+            let place = p.special.is_none().then(|| PlaceRecord {
+                x: p.place.x.clone(),
+                tangent: p.place.tangent.clone(),
+                step: p.place.step,
+                orientation: p.place.orientation,
+                signature: p.place.signature.clone(),
+                ..PlaceRecord::default()
+            });
+            let record = family
+                .solution(&p.x)
+                .map_err(numerics)
+                .and_then(|s| point(family.reduction, &s, special.into(), shooter.as_mut()));
+            match record {
+                Ok(record) => take(PointRecord { place, ..record }),
+                Err(e) => {
+                    failure = Some(e);
+                    Go::Break(())
+                }
             }
-            Err(e) => {
-                failure = Some(e);
-                Go::Break(())
-            }
+        })
+        .map_err(numerics)?;
+        match failure {
+            Some(e) => Err(e),
+            None => Ok(Ok(stop)),
         }
     })
-    .map_err(numerics)?;
-    match failure {
-        Some(e) => Err(e),
-        None => ended(stop.to_string(), matches!(stop, Stop::Range | Stop::Points)),
-    }
 }

@@ -1,5 +1,6 @@
 //! `signorini crosscheck`
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -8,6 +9,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
+use signorini::contact::Nbm;
 use signorini::orbit::check::{Candidate, check};
 use signorini::orbit::search::{Effort, Verdict};
 use signorini::orbit::{Closure, branch};
@@ -15,12 +17,13 @@ use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{
-    CheckRow, FamilyWriter, Names, PointRecord, SeriesRecord, StoredFamily, WriterOptions,
-    read_csv, read_series, write_crosscheck,
+    CheckRow, FamilyKind, FamilyPlan, FamilyWriter, Names, PointMethod, PointRecord, SeriesRecord,
+    StoredFamily, Walk, fingerprint, read_crosscheck, read_csv, read_series,
 };
 
-use super::family::{self, Output};
-use super::{CliError, Global, load};
+use super::family::{self, Opened, Output};
+use super::progress::Bar;
+use super::{CliError, Global, interrupt, load};
 
 /// Arguments of `crosscheck`.
 #[derive(Debug, Args)]
@@ -43,6 +46,9 @@ pub struct Arguments {
     /// Do not look for the cause where shooting fails
     #[arg(long)]
     quick: bool,
+    /// Go on with an unfinished file
+    #[arg(long)]
+    resume: bool,
     #[command(flatten)]
     output: Output,
 }
@@ -52,7 +58,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let start = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "crosscheck");
-    family::check(&path, &arguments.output, false)?;
+    let options =
+        arguments.output.rules(&scene, &path, arguments.resume, &[&arguments.backbone])?;
     let problem = load::of_scene(&scene)?;
     let closure = match family::closure(&scene, &problem)? {
         Closure::Autonomous => Closure::Reversible,
@@ -70,21 +77,65 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if series.is_empty() {
         return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
     }
-    let bar = family::bar(global, &scene, series.len() as u64);
-    let results = check_all(arguments, &scene, closure, &series, || {
-        if let Some(bar) = &bar {
-            bar.inc(1);
-        }
-    });
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
+    for (k, s) in series.iter().enumerate() {
+        family::check_frequency(&problem, s.omega).map_err(|e| {
+            let text = e.text();
+            CliError::Input(format!("{}, point {k}: {text}", arguments.backbone.display()))
+        })?;
     }
-    let results = results?;
-    let rows: Vec<CheckRow> = results.iter().map(|(row, _)| row.clone()).collect();
-    store(&path, arguments, &scene, &problem.nbm, &series, &results)?;
+    let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
+    harmonics.sort_unstable();
+    harmonics.dedup();
+    let frequencies = || series.iter().map(|s| s.omega);
+    let (low, high) =
+        (frequencies().fold(f64::INFINITY, f64::min), frequencies().fold(0.0, f64::max));
+    let asked = family::Asked {
+        path: &path,
+        scene: &scene,
+        nbm: &problem.nbm,
+        plan: FamilyPlan {
+            identity: FamilyKind {
+                method: PointMethod::Check { quick: arguments.quick },
+                walk: Walk::Given,
+                problem: fingerprint(&problem) ^ fingerprint_of_series(&series),
+            },
+            range: [low, high],
+            branches: harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect(),
+            harmonics: harmonics.last().copied().unwrap_or(0),
+        },
+        points: series.len(),
+        options,
+    };
+    let resumed = match family::open(&asked, arguments.resume)? {
+        Opened::Whole(stored) => stored.points.len(),
+        Opened::Writing(writer, known) => {
+            interrupt::watch();
+            let bar = Bar::new(global, &scene);
+            let branch = |n_h: usize| harmonics.iter().position(|n| *n == n_h).unwrap_or(0);
+            let done: BTreeSet<i64> = known.all().iter().map(|p| p.index).collect();
+            let left: Vec<usize> =
+                (0..series.len()).filter(|k| !done.contains(&(*k as i64))).collect();
+            let result = check_all(
+                arguments,
+                &scene,
+                (closure, &series, &left),
+                (*writer, &problem.nbm),
+                branch,
+                bar.as_ref(),
+            );
+            if let Some(bar) = &bar {
+                bar.clear();
+            }
+            result?;
+            known.len()
+        }
+    };
+    let rows = read_crosscheck(&path)?.unwrap_or_default();
     let wall = start.elapsed().as_secs_f64();
-    global.print(|| to_json(&rows, &path, wall), || to_text(&scene, &rows, &path, wall));
-    Ok(())
+    global.print(
+        || to_json(&rows, &path, resumed, wall),
+        || to_text(&scene, &rows, &path, wall),
+    )
 }
 
 fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {
@@ -111,20 +162,18 @@ fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError
     })
 }
 
-type Result1 = (CheckRow, Option<PointRecord>);
-
-/// All points, side by side; the order of the results is that of the points.
+/// All points that are left, side by side; each is written as soon as it is there.
 fn check_all(
     arguments: &Arguments,
     scene: &Scene,
-    closure: Closure,
-    series: &[SeriesRecord],
-    mut tick: impl FnMut(),
-) -> Result<Vec<Result1>, CliError> {
-    let threads = rayon::current_num_threads().max(1);
-    let (sender, receiver) = mpsc::channel::<(usize, Result<Result1, CliError>)>();
-    let mut results: Vec<Option<Result1>> = series.iter().map(|_| None).collect();
-    std::thread::scope(|scope| -> Result<(), CliError> {
+    (closure, series, left): (Closure, &[SeriesRecord], &[usize]),
+    (mut writer, nbm): (FamilyWriter, &Nbm),
+    branch: impl Fn(usize) -> usize,
+    bar: Option<&Bar>,
+) -> Result<(), CliError> {
+    let threads = rayon::current_num_threads().clamp(1, left.len().max(1));
+    let (sender, receiver) = mpsc::sync_channel::<Result<(usize, PointRecord), CliError>>(64);
+    let checked = std::thread::scope(|scope| -> Result<(), CliError> {
         for thread in 0..threads {
             let sender = sender.clone();
             scope.spawn(move || {
@@ -132,26 +181,56 @@ fn check_all(
                 let mut body = match body {
                     Ok(body) => body,
                     Err(e) => {
-                        let _ = sender.send((thread, Err(e)));
+                        let _ = sender.send(Err(e));
                         return;
                     }
                 };
-                for (k, s) in series.iter().enumerate().skip(thread).step_by(threads) {
-                    let result = one(arguments, &mut body, closure, s);
-                    if sender.send((k, result)).is_err() {
+                for &k in left.iter().skip(thread).step_by(threads) {
+                    let result = one(arguments, &mut body, closure, &series[k]);
+                    if sender.send(result.map(|p| (k, p))).is_err() || interrupt::signal().is_some()
+                    {
                         return;
                     }
                 }
             });
         }
         drop(sender);
-        for (k, result) in receiver {
-            results[k] = Some(result?);
-            tick();
+        for (count, result) in receiver.iter().enumerate() {
+            let (k, point) = result?;
+            let (index, branch) = (k as i64, branch(series[k].n_h));
+            writer.push(&PointRecord { index, branch, ..point }, nbm)?;
+            if let Some(bar) = bar {
+                let share = (count + 1) as f64 / left.len() as f64;
+                bar.set(share, format!("{} of {} points", count + 1, left.len()));
+            }
         }
+        drop(receiver);
         Ok(())
-    })?;
-    Ok(results.into_iter().flatten().collect())
+    });
+    let path = writer.path().to_owned();
+    if let Err(e) = checked {
+        // the reason of the failure matters more than a failure to record it
+        let _ = writer.finish(&format!("failed: {}", e.text()), &[], nbm);
+        return Err(e);
+    }
+    if let Some(signal) = interrupt::signal() {
+        let count = writer.count();
+        writer.finish("interrupted", &[], nbm)?;
+        let text = format!(
+            "interrupted; {count} points are in {}: go on with the same command and --resume",
+            path.display()
+        );
+        return Err(CliError::Interrupted(signal, text));
+    }
+    Ok(writer.finish("complete", &[], nbm)?)
+}
+
+/// All numbers of the series, as one.
+fn fingerprint_of_series(series: &[SeriesRecord]) -> u64 {
+    let bits = series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]));
+    bits.fold(series.len() as u64, |h, x| {
+        (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 fn one(
@@ -159,7 +238,7 @@ fn one(
     body: &mut signorini::orbit::Propagator,
     closure: Closure,
     s: &SeriesRecord,
-) -> Result<Result1, CliError> {
+) -> Result<PointRecord, CliError> {
     let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
     let candidate = Candidate { omega: s.omega, coefficients: s.coefficients.clone() };
     let effort = Effort { rescue: !arguments.quick, ..Effort::default() };
@@ -180,7 +259,13 @@ fn one(
                 contact_change: f64::NAN,
                 same_sequence: false,
             };
-            return Ok((row, None));
+            return Ok(PointRecord {
+                omega: s.omega,
+                special: format!("gap: {}", row.verdict),
+                series: Some(s.clone()),
+                check: Some(row),
+                ..PointRecord::default()
+            });
         }
     };
     let orbit = checked.verdict.orbit();
@@ -197,55 +282,23 @@ fn one(
         contact_change: checked.contact_change,
         same_sequence: checked.same_sequence,
     };
-    let point = match &checked.verdict {
+    let (special, orbit) = match &checked.verdict {
         Verdict::Orbit(orbit) => {
-            let record = branch::record(body, orbit).map_err(numerics)?;
-            Some(PointRecord {
-                omega: s.omega,
-                special: "regular".into(),
-                orbit: Some(record),
-                ..PointRecord::default()
-            })
+            ("regular".to_owned(), Some(branch::record(body, orbit).map_err(numerics)?))
         }
-        _ => None,
+        _ => (format!("gap: {}", row.verdict), None),
     };
-    Ok((row, point))
+    Ok(PointRecord {
+        omega: s.omega,
+        special,
+        orbit,
+        series: Some(s.clone()),
+        check: Some(row),
+        ..PointRecord::default()
+    })
 }
 
-fn store(
-    path: &Path,
-    arguments: &Arguments,
-    scene: &Scene,
-    nbm: &signorini::contact::Nbm,
-    series: &[SeriesRecord],
-    results: &[Result1],
-) -> Result<(), CliError> {
-    let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
-    harmonics.sort_unstable();
-    harmonics.dedup();
-    let names: Vec<String> =
-        harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect();
-    let command: Vec<String> = std::env::args().collect();
-    let options = WriterOptions { force: arguments.output.force, command: command.join(" ") };
-    let most = harmonics.last().copied().unwrap_or(0);
-    let kind = "crosscheck sequential";
-    let mut writer = FamilyWriter::create(path, scene, nbm, &options, kind, &names, most)?;
-    for ((row, point), s) in results.iter().zip(series) {
-        let mut point = point.clone().unwrap_or_else(|| PointRecord {
-            omega: row.omega,
-            special: format!("gap: {}", row.verdict),
-            ..PointRecord::default()
-        });
-        point.branch = harmonics.iter().position(|n| *n == row.n_h).unwrap_or(0);
-        point.series = Some(s.clone());
-        writer.push(&point, nbm)?;
-    }
-    let rows: Vec<CheckRow> = results.iter().map(|(row, _)| row.clone()).collect();
-    write_crosscheck(&writer, &rows)?;
-    Ok(writer.finish("complete")?)
-}
-
-fn to_json(rows: &[CheckRow], path: &Path, wall: f64) -> Value {
+fn to_json(rows: &[CheckRow], path: &Path, resumed: usize, wall: f64) -> Value {
     let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
     let points: Vec<Value> = rows
         .iter()
@@ -265,11 +318,11 @@ fn to_json(rows: &[CheckRow], path: &Path, wall: f64) -> Value {
                 "median_moved": number(t.median_moved), "median_residual": number(t.median_residual)})
         })
         .collect();
-    json!({"points": points, "summary": summary, "wall_s": wall, "output": path.display().to_string()})
+    json!({"points": points, "summary": summary, "resumed": resumed, "wall_s": wall, "output": path.display().to_string()})
 }
 
 fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
-    let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
+    let title = super::title(scene);
     let mut out = format!("{title}: harmonic balance against the equations in time\n");
     let _ = writeln!(
         out,

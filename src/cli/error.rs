@@ -19,6 +19,8 @@ pub enum CliError {
     Numerics(String),
     /// The numerics failed, and the command's own object says so already: exit code 3.
     Reported(String),
+    /// A signal ended it, and what was there is saved: exit code 128 and the signal's number.
+    Interrupted(u8, String),
     /// Anything else: exit code 1.
     Other(String),
 }
@@ -31,6 +33,7 @@ impl CliError {
             CliError::Input(text)
             | CliError::Numerics(text)
             | CliError::Reported(text)
+            | CliError::Interrupted(_, text)
             | CliError::Other(text) => text.clone(),
         }
     }
@@ -46,10 +49,13 @@ impl CliError {
                 eprintln!("signorini: {text}");
                 return ExitCode::from(3);
             }
+            CliError::Interrupted(signal, text) => (128 + signal, text, None),
             CliError::Other(text) => (1, text, None),
         };
         if json {
-            println!("{}", json!({"status": "error", "exit_code": code, "error": text}));
+            let object = json!({"status": "error", "exit_code": code, "error": text});
+            // standard error says it too
+            let _ = super::print(&format!("{object}\n"));
         }
         match scene {
             Some(e) => eprintln!("{:?}", miette::Report::new(*e)),
@@ -77,7 +83,9 @@ impl From<ProblemError> for CliError {
 impl From<StoreError> for CliError {
     fn from(e: StoreError) -> Self {
         match e {
-            StoreError::Hdf5(_) => CliError::Other(e.to_string()),
+            StoreError::Hdf5(_) | StoreError::DiskFull { .. } | StoreError::Write { .. } => {
+                CliError::Other(e.to_string())
+            }
             _ => CliError::Input(e.to_string()),
         }
     }
@@ -87,6 +95,7 @@ impl From<FigureError> for CliError {
     fn from(e: FigureError) -> Self {
         match e {
             FigureError::Empty(_) => CliError::Input(e.to_string()),
+            FigureError::Store(e) => e.into(),
             _ => CliError::Other(e.to_string()),
         }
     }

@@ -6,7 +6,9 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::{crosscheck, export, families};
-use signorini::store::{Content, Stored, StoredFamily, content, read_crosscheck};
+use signorini::store::{
+    Content, Outputs, Stored, StoredFamily, beside, content, read_crosscheck, replace,
+};
 
 use super::{CliError, Global};
 
@@ -24,6 +26,9 @@ pub struct Arguments {
     /// Beginning of the files' names [default: the file's name without its ending]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
+    /// Overwrite an existing table of signorini's
+    #[arg(long)]
+    force: bool,
 }
 
 /// Formats.
@@ -41,17 +46,21 @@ enum Format {
 /// Write the files.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
-    super::check_folder(&stem)?;
+    let outputs = Outputs::new(arguments.force).reads(arguments.file.clone());
     let written = if content(&arguments.file)? == Content::Family {
         if !matches!(arguments.format, Format::Csv) {
             let message =
                 "a family of orbits is written as csv only; write one orbit with `signorini orbit`";
             return Err(CliError::Input(message.into()));
         }
-        match read_crosscheck(&arguments.file)? {
-            Some(rows) => crosscheck::csv(&rows, &stem),
-            None => families::csv(&StoredFamily::read(&arguments.file)?, &stem),
-        }
+        let path = beside(&stem, ".csv");
+        outputs.check_derived(&path)?;
+        let text = match read_crosscheck(&arguments.file)? {
+            Some(rows) => crosscheck::csv(&rows),
+            None => families::csv(&StoredFamily::read(&arguments.file)?),
+        };
+        replace(&path, text.as_bytes())?;
+        vec![path]
     } else {
         let stored = Stored::read(&arguments.file)?;
         match arguments.format {
@@ -59,8 +68,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             Format::Vtu => export::vtu(&stored, &stem),
             Format::Xdmf => export::xdmf(&stored, &stem),
         }
-    }
-    .map_err(|e| CliError::Other(format!("writing {}: {e}", stem.display())))?;
+        .map_err(|e| CliError::Other(format!("writing {}: {e}", stem.display())))?
+    };
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
     global.print(
         || json!({"written": names}),
@@ -70,6 +79,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             }
             _ => names.join("\n") + "\n",
         },
-    );
-    Ok(())
+    )
 }

@@ -1,13 +1,11 @@
 //! What `orbit`, `backbone` and `response` share: how a scene closes, its frequency and guess, and branches computed side by side
 //! into one file.
 
-use std::collections::HashMap;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
-use std::time::Duration;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use signorini::contact::Nbm;
@@ -16,9 +14,13 @@ use signorini::orbit::branch::{self, Start};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{FamilyWriter, PointRecord, StoredFamily, Writer, WriterOptions};
+use signorini::store::{
+    BranchEnd, EndReason, FamilyPlan, FamilyWriter, Grid, Outputs, PlaceRecord, PointRecord,
+    StoredFamily, Walk, WriterOptions,
+};
 
-use super::{CliError, Global};
+use super::progress::Bar;
+use super::{CliError, interrupt, plain};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -26,7 +28,7 @@ pub struct Output {
     /// Where to write the results [default: the scene's name with the command's, in this folder]
     #[arg(short, long, value_name = "OUT.h5")]
     pub output: Option<PathBuf>,
-    /// Overwrite an existing file
+    /// Overwrite an existing file of signorini's
     #[arg(long)]
     pub force: bool,
 }
@@ -38,11 +40,66 @@ impl Output {
             .clone()
             .unwrap_or_else(|| PathBuf::from(format!("{}-{command}.h5", scene.stem())))
     }
+
+    /// The rules for what this command writes; refused at once where `path` cannot be written.
+    pub fn rules(
+        &self,
+        scene: &Scene,
+        path: &Path,
+        resume: bool,
+        more: &[&Path],
+    ) -> Result<WriterOptions, CliError> {
+        writer_options(scene, path, self.force, resume, more)
+    }
+}
+
+/// How the file `path` of a command is written that reads a scene, the files that it names, and `more`.
+pub fn writer_options(
+    scene: &Scene,
+    path: &Path,
+    force: bool,
+    resume: bool,
+    more: &[&Path],
+) -> Result<WriterOptions, CliError> {
+    let outputs = Outputs::new(force)
+        .reads(scene.source.file.clone())
+        .reads_all(scene.files())
+        .reads_all(more.iter().map(|p| p.to_path_buf()));
+    outputs.with_force(force || resume).check(path)?;
+    let command: Vec<String> = std::env::args().collect();
+    Ok(WriterOptions { outputs, command: command.join(" ") })
 }
 
 /// A number of points.
 pub fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())
+}
+
+/// The number with one digit, 1, 2 or 5, that is nearest to a positive one.
+pub fn round_number(x: f64) -> f64 {
+    let decade = 10f64.powf(x.log10().floor());
+    let off = |n: &f64| (n * decade / x).ln().abs();
+    let nearest = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    let n = nearest.unwrap_or(1.0);
+    // decimal, so that a grid of it prints as it was meant
+    format!("{n}e{}", decade.log10().round()).parse().unwrap_or(n * decade)
+}
+
+/// Most natural periods in one period of an orbit.
+const MOST_NATURAL_PERIODS: f64 = 1e4;
+
+/// Refuse a frequency at which one period would take for ever.
+pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
+    let unit = problem.nbm.body.frequency_unit();
+    match unit / omega <= MOST_NATURAL_PERIODS {
+        true => Ok(()),
+        false => Err(CliError::Input(format!(
+            "omega = {}: one period would hold {} natural periods of the body; give at least {}",
+            plain(omega),
+            plain((unit / omega).round()),
+            plain(unit / MOST_NATURAL_PERIODS)
+        ))),
+    }
 }
 
 /// How periodic motions of a scene close.
@@ -104,7 +161,7 @@ pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliErro
     match given {
         Some(&[a, b]) if a > 0.0 && b > a && b.is_finite() => return Ok((a, b)),
         Some(list) => {
-            let text: Vec<String> = list.iter().map(f64::to_string).collect();
+            let text: Vec<String> = list.iter().map(|x| plain(*x)).collect();
             let text = text.join(",");
             return Err(CliError::Input(format!(
                 "--range {text}: give two frequencies, the lower one first: --range 1.6,2.0"
@@ -153,97 +210,263 @@ pub fn propagator(nbm: Nbm) -> Result<Propagator, CliError> {
     Propagator::new(nbm).map_err(|e| CliError::Numerics(e.to_string()))
 }
 
-/// A bar for long work, with what it is about.
-pub fn bar(global: &Global, scene: &Scene, length: u64) -> Option<ProgressBar> {
-    let style = "{prefix} [{bar:30}] {percent:>3} %  {elapsed} elapsed, {eta} left  {msg}";
-    let style =
-        ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar());
-    (!global.quiet).then(|| {
-        let bar = ProgressBar::new(length).with_style(style.progress_chars("=> "));
-        bar.enable_steady_tick(Duration::from_millis(200));
-        bar.with_prefix(scene.stem())
+/// A branch to compute: it hands its points on.
+pub type Job<'a> =
+    Box<dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<BranchEnd, CliError> + Send + Sync + 'a>;
+
+/// The end of a branch.
+pub fn ended(branch: usize, reason: EndReason, text: impl Into<String>, complete: bool) -> BranchEnd {
+    BranchEnd { branch, reason, text: text.into(), complete }
+}
+
+/// What a family is asked for.
+pub struct Asked<'a> {
+    /// Where it is written.
+    pub path: &'a Path,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Operators.
+    pub nbm: &'a Nbm,
+    /// Its kind, range and branches.
+    pub plan: FamilyPlan,
+    /// Most points of a branch that is followed by arclength.
+    pub points: usize,
+    /// How files are written.
+    pub options: WriterOptions,
+}
+
+/// What an earlier run left.
+#[derive(Default)]
+pub struct Known {
+    points: Vec<PointRecord>,
+    ends: Vec<BranchEnd>,
+}
+
+impl Known {
+    /// The points of a branch, in the order of the walk.
+    pub fn branch(&self, branch: usize) -> Vec<&PointRecord> {
+        let mut points: Vec<&PointRecord> =
+            self.points.iter().filter(|p| p.branch == branch).collect();
+        points.sort_by_key(|p| p.index);
+        points
+    }
+
+    /// All points, in the order of the walk.
+    pub fn all(&self) -> Vec<&PointRecord> {
+        let mut points: Vec<&PointRecord> = self.points.iter().collect();
+        points.sort_by_key(|p| (p.index, p.branch));
+        points
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    fn end(&self, branch: usize) -> Option<&BranchEnd> {
+        self.ends.iter().find(|e| e.branch == branch)
+    }
+}
+
+/// The file of a family.
+pub enum Opened {
+    /// There is something to do: the writer, and what is there already.
+    Writing(Box<FamilyWriter>, Known),
+    /// Everything that is asked for is in the file, which stays untouched.
+    Whole(Box<StoredFamily>),
+}
+
+/// Open the file of a family: a new one, or one to go on with (`resume`). What is there must be of the same scene and kind, and its
+/// range must lie within the one that is asked for.
+pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
+    let Asked { path, scene, nbm, plan, options, .. } = asked;
+    if !resume || !StoredFamily::is_begun(path) {
+        let writer = FamilyWriter::create(path, scene, nbm, options, plan)?;
+        return Ok(Opened::Writing(Box::new(writer), Known::default()));
+    }
+    // an input, or a file of someone else, is no family to go on with
+    options.outputs.with_force(true).check(path)?;
+    let (mut stored, warning) = StoredFamily::recover(path)?;
+    if let Some(text) = warning {
+        eprintln!("signorini: WARNING: {text}");
+    }
+    let plan = continued(asked, &stored)?;
+    let whole = stored.status == "complete" && stored.range == plan.range;
+    let count = stored.points.len();
+    let ends = std::mem::take(&mut stored.ends);
+    let (points, ends) = standing(asked, &plan, std::mem::take(&mut stored.points), ends);
+    let known = Known { points, ends };
+    if whole && known.len() == count && nothing_left(asked, &plan, &known) {
+        return Ok(Opened::Whole(Box::new(StoredFamily::read(path)?)));
+    }
+    let writer = FamilyWriter::resume(path, scene, nbm, options, &plan, &known.points)?;
+    Ok(Opened::Writing(Box::new(writer), known))
+}
+
+/// The plan of a family that is gone on with, or why it cannot be.
+fn continued(asked: &Asked, stored: &StoredFamily) -> Result<FamilyPlan, CliError> {
+    let plan = &asked.plan;
+    let refuse = |why: String| {
+        Err(CliError::Input(format!(
+            "{} cannot be gone on with: {why}; give the same command again, or another -o",
+            asked.path.display()
+        )))
+    };
+    if stored.scene != asked.scene.source.text {
+        return refuse("it was made from another scene".into());
+    }
+    let Some(identity) = &stored.identity else {
+        return refuse("it is of an earlier version of signorini".into());
+    };
+    if let Some(difference) = identity.difference(&plan.identity) {
+        return refuse(format!("it was made with other options: {difference}"));
+    }
+    if stored.branches != plan.branches {
+        let (a, b) = (stored.branches.join("; "), plan.branches.join("; "));
+        return refuse(format!("it was made with other options: its branches are {a}; not {b}"));
+    }
+    let ([low, high], [from, to]) = (plan.range, stored.range);
+    let rounding = 1e-9 * high;
+    if from < low - rounding || to > high + rounding {
+        return refuse(format!("it covers {from} to {to}, and {low} to {high} is less"));
+    }
+    // the grid counts from where it began
+    Ok(FamilyPlan { identity: identity.clone(), ..plan.clone() })
+}
+
+/// Of an earlier run's points those that stand: whole steps without a hole.
+fn standing(
+    asked: &Asked,
+    plan: &FamilyPlan,
+    mut points: Vec<PointRecord>,
+    ends: Vec<BranchEnd>,
+) -> (Vec<PointRecord>, Vec<BranchEnd>) {
+    let branches = 0..plan.branches.len();
+    match plan.identity.walk {
+        // all harmonics of a frequency belong together: the ladder begins anew at each
+        Walk::Grid(_) | Walk::Response(_) => {
+            let at_once = matches!(plan.identity.walk, Walk::Grid(_));
+            let mut kept: Vec<BTreeSet<i64>> = branches
+                .clone()
+                .map(|b| points.iter().filter(|p| p.branch == b).map(|p| p.index).collect())
+                .collect();
+            if at_once {
+                let mut all = kept.iter().skip(1).fold(kept[0].clone(), |a, b| &a & b);
+                all = without_holes(&all);
+                kept.iter_mut().for_each(|k| k.clone_from(&all));
+            } else {
+                kept.iter_mut().for_each(|k| *k = without_holes(k));
+            }
+            points.retain(|p| kept.get(p.branch).is_some_and(|k| k.contains(&p.index)));
+            (points, ends)
+        }
+        Walk::Branch { .. } | Walk::Upwards { .. } => {
+            let mut stay = vec![];
+            for branch in branches {
+                let mut own: Vec<PointRecord> =
+                    points.iter().filter(|p| p.branch == branch).cloned().collect();
+                own.sort_by_key(|p| p.index);
+                let end = ends.iter().find(|e| e.branch == branch).filter(|e| match e.reason {
+                    EndReason::Range => own.last().is_some_and(|p| {
+                        plan.range.iter().any(|bound| (p.omega - bound).abs() <= 1e-9 * bound)
+                    }),
+                    EndReason::Points => count_of(&own) >= asked.points,
+                    EndReason::Stuck => true,
+                    EndReason::Interrupted => false,
+                });
+                if end.is_none() {
+                    // special points of a step that was not finished come again, and so does the end of a narrower range
+                    let last = own.iter().rposition(|p| p.place.is_some());
+                    own.truncate(last.map_or(0, |k| k + 1));
+                }
+                stay.push((own, end.cloned()));
+            }
+            let ends = stay.iter().filter_map(|(_, end)| end.clone()).collect();
+            (stay.into_iter().flat_map(|(own, _)| own).collect(), ends)
+        }
+        Walk::Given => (points, ends),
+    }
+}
+
+/// The longest run of successive numbers that holds the first one (they are counted from 0).
+fn without_holes(all: &BTreeSet<i64>) -> BTreeSet<i64> {
+    let Some(first) = all.iter().min_by_key(|k| k.abs()).copied() else { return BTreeSet::new() };
+    let up = (first..).take_while(|k| all.contains(k));
+    let down = (1..).map(|d| first - d).take_while(|k| all.contains(k));
+    up.chain(down).collect()
+}
+
+/// Points of a branch as `--points` counts them: the start is none.
+fn count_of(points: &[PointRecord]) -> usize {
+    points.iter().filter(|p| p.special != "start").count()
+}
+
+fn nothing_left(asked: &Asked, plan: &FamilyPlan, known: &Known) -> bool {
+    let range = (plan.range[0], plan.range[1]);
+    (0..plan.branches.len()).all(|branch| match plan.identity.walk {
+        Walk::Grid(grid) => Legs::new(grid, range, false, &known.branch(branch)).is_empty(),
+        Walk::Response(grid) => {
+            Legs::new(grid, range, branch % 2 == 1, &known.branch(branch)).is_empty()
+        }
+        Walk::Branch { .. } | Walk::Upwards { .. } => known.end(branch).is_some(),
+        Walk::Given => known.len() == asked.points,
     })
 }
 
-/// What a branch says at its end.
-pub struct Ended {
-    /// Number of the branch.
-    pub branch: usize,
-    /// In words.
-    pub text: String,
-    /// Whether it did what it was asked to do.
-    pub complete: bool,
+/// What is left to do on a grid: onwards from the last point that is known, and back from the first (a range that was widened).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Legs {
+    grid: Grid,
+    sign: i64,
+    /// Places on the branch, in the order of the walk.
+    pub onwards: Vec<i64>,
+    /// Places before the first one that is known, nearest first.
+    pub back: Vec<i64>,
 }
 
-/// A branch to compute: it hands its points on.
-pub type Job<'a> =
-    Box<dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Ended, CliError> + Send + Sync + 'a>;
+impl Legs {
+    /// The legs of a branch that is walked upwards, or downwards (its places are then the falling numbers of the grid).
+    pub fn new(grid: Grid, range: (f64, f64), downwards: bool, known: &[&PointRecord]) -> Legs {
+        let sign = if downwards { -1 } else { 1 };
+        let mut wanted: Vec<i64> = grid.within(range).map(|k| sign * k).collect();
+        wanted.sort_unstable();
+        let (first, last) = (known.first().map(|p| p.index), known.last().map(|p| p.index));
+        let onwards = wanted.iter().copied().filter(|k| last.is_none_or(|l| *k > l)).collect();
+        let back = wanted.iter().rev().copied().filter(|k| first.is_some_and(|f| *k < f)).collect();
+        Legs { grid, sign, onwards, back }
+    }
 
-/// The file of a family, new or gone on with.
-pub struct Sink {
-    /// The writer.
-    pub writer: FamilyWriter,
-    /// What an earlier run left.
-    pub known: Option<StoredFamily>,
+    fn is_empty(&self) -> bool {
+        self.onwards.is_empty() && self.back.is_empty()
+    }
+
+    /// Frequencies of places.
+    pub fn frequencies(&self, places: &[i64]) -> Vec<f64> {
+        places.iter().map(|k| self.grid.at(self.sign * k)).collect()
+    }
+
+    /// Both legs that are not empty, each with what is known before it, in the order of that walk.
+    pub fn each<'p>(&self, known: &[&'p PointRecord]) -> Vec<(&[i64], Vec<&'p PointRecord>)> {
+        let forth = known.to_vec();
+        let back = known.iter().rev().copied().collect();
+        [(&self.onwards[..], forth), (&self.back[..], back)]
+            .into_iter()
+            .filter(|(places, _)| !places.is_empty())
+            .collect()
+    }
 }
 
-/// Open the file of a family. A resumed file must be of the same scene and kind.
-pub fn open(
-    path: &Path,
-    scene: &Scene,
-    nbm: &Nbm,
-    force: bool,
-    resume: bool,
-    (kind, names, harmonics): (&str, &[String], usize),
-) -> Result<Sink, CliError> {
-    let command: Vec<String> = std::env::args().collect();
-    let options = WriterOptions { force, command: command.join(" ") };
-    if !resume || !path.exists() {
-        let writer = FamilyWriter::create(path, scene, nbm, &options, kind, names, harmonics)?;
-        return Ok(Sink { writer, known: None });
-    }
-    let mut known = StoredFamily::recover(path)?;
-    let differs = |what: &str| {
-        Err(CliError::Input(format!(
-            "{} was made {what}; give the same command again, or another -o",
-            path.display()
-        )))
-    };
-    if known.scene != scene.source.text {
-        return differs("from another scene");
-    }
-    if known.kind != kind || known.branches != names {
-        return differs("with other options");
-    }
-    known.harmonics = harmonics;
-    // special points inside a step that was not finished come again
-    let mut last_place: HashMap<usize, usize> = HashMap::new();
-    for (k, p) in known.points.iter().enumerate() {
-        if p.place.is_some() || p.special.starts_with("gap") || p.special == "end of range" {
-            last_place.insert(p.branch, k);
-        }
-    }
-    let mut k = 0;
-    known.points.retain(|p| {
-        let keep = last_place.get(&p.branch).is_some_and(|last| k <= *last);
-        k += 1;
-        keep
-    });
-    let writer = FamilyWriter::resume(path, scene, nbm, &options, kind, &known)?;
-    Ok(Sink { writer, known: Some(known) })
-}
-
-/// Compute branches side by side; every point is written as soon as it is there.
+/// Compute branches side by side; every point is written as soon as it is there. At the end the file has its status.
 pub fn run_jobs(
     jobs: &[Job],
-    sink: Sink,
+    writer: FamilyWriter,
     nbm: &Nbm,
     (low, high): (f64, f64),
-    bar: Option<&ProgressBar>,
-) -> Result<(Vec<Ended>, FamilyWriter), CliError> {
-    let mut writer = sink.writer;
+    bar: Option<&Bar>,
+) -> Result<Vec<BranchEnd>, CliError> {
+    let mut writer = writer;
     let (sender, receiver) = mpsc::sync_channel::<PointRecord>(64);
-    let (ended, failure) = std::thread::scope(|scope| {
+    let (ends, failure) = std::thread::scope(|scope| {
         let workers = scope.spawn(move || {
             let run = |(branch, job): (usize, &Job)| {
                 let sender = sender.clone();
@@ -253,8 +476,8 @@ pub fn run_jobs(
                         point.branch = branch;
                     }
                     match sender.send(point) {
-                        Ok(()) => Go::Continue(()),
-                        Err(_) => Go::Break(()),
+                        Ok(()) if interrupt::signal().is_none() => Go::Continue(()),
+                        _ => Go::Break(()),
                     }
                 };
                 job(&mut take)
@@ -275,27 +498,40 @@ pub fn run_jobs(
                 let of = point.branch.min(progress.len() - 1);
                 progress[of] = progress[of].max(share);
                 let mean = progress.iter().sum::<f64>() / progress.len() as f64;
-                bar.set_position((mean * bar.length().unwrap_or(1) as f64) as u64);
-                bar.set_message(format!("{count} points, omega = {:.4}", point.omega));
+                bar.set(mean, format!("{count} points, omega = {:.4}", point.omega));
             }
         }
         drop(receiver);
-        let ended = workers.join().unwrap_or_else(|_| vec![]);
-        (ended, failure)
+        let ends = workers.join().unwrap_or_else(|_| vec![]);
+        (ends, failure)
     });
+    let path = writer.path().to_owned();
     if let Some(e) = failure {
+        // what was written before stays; the journal holds it too
         return Err(e.into());
     }
-    let ended: Result<Vec<Ended>, CliError> = if ended.len() == jobs.len() {
-        ended.into_iter().collect()
+    let ends: Result<Vec<BranchEnd>, CliError> = if ends.len() == jobs.len() {
+        ends.into_iter().collect()
     } else {
         Err(CliError::Other("a branch ended abnormally; what it found is in the file".into()))
     };
-    match ended {
-        Ok(ended) => Ok((ended, writer)),
-        Err(e) => {
+    match (ends, interrupt::signal()) {
+        (Ok(ends), Some(signal)) => {
+            let count = writer.count();
+            writer.finish("interrupted", &ends, nbm)?;
+            let text = format!(
+                "interrupted; {count} points are in {}: go on with the same command and --resume",
+                path.display()
+            );
+            Err(CliError::Interrupted(signal, text))
+        }
+        (Ok(ends), None) => {
+            writer.finish("complete", &ends, nbm)?;
+            Ok(ends)
+        }
+        (Err(e), _) => {
             // the reason of the failure matters more than a failure to record it
-            let _ = writer.finish(&format!("failed: {}", e.text()));
+            let _ = writer.finish(&format!("failed: {}", e.text()), &[], nbm);
             Err(e)
         }
     }
@@ -306,46 +542,65 @@ pub fn run_jobs(
 pub fn follow_branch(
     body: &mut Propagator,
     closure: Closure,
-    mut options: Options,
-    (index, stored, points_suffice): (usize, Option<&StoredFamily>, bool),
+    options: Options,
+    (index, known, points_suffice): (usize, &Known, bool),
     start: impl FnOnce(&mut Propagator) -> Result<Result<Start, String>, CliError>,
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Ended, CliError> {
-    let earlier: Vec<&PointRecord> =
-        stored.map_or(vec![], |s| s.points.iter().filter(|p| p.branch == index).collect());
-    let ended = |text: String, complete: bool| Ok(Ended { branch: index, text, complete });
-    if earlier.iter().any(|p| p.special == "end of range") {
-        return ended("end of the range (earlier run)".into(), true);
+) -> Result<BranchEnd, CliError> {
+    go_on(index, known, options, points_suffice, take, |place, options, take| {
+        let from = match place {
+            Some(place) => Start::Place(branch::place_of(place)),
+            None => match start(body)? {
+                Ok(start) => start,
+                Err(why) => return Ok(Err(why)),
+            },
+        };
+        let stop = branch::arclength(body, closure, from, options, take)
+            .map_err(|e| CliError::Numerics(e.to_string()))?;
+        Ok(stop.ok_or_else(|| "the first tangent could not be computed".into()))
+    })
+}
+
+/// Why a branch was not followed at all, in words, or how following it ended.
+pub type Followed = Result<Result<Stop, String>, CliError>;
+
+/// Go on along a branch: `follow` starts from the last place that is known (or from nothing) and hands its points on.
+pub fn go_on(
+    index: usize,
+    known: &Known,
+    mut options: Options,
+    points_suffice: bool,
+    take: &mut dyn FnMut(PointRecord) -> Go,
+    follow: impl FnOnce(Option<&PlaceRecord>, &Options, &mut dyn FnMut(PointRecord) -> Go) -> Followed,
+) -> Result<BranchEnd, CliError> {
+    if let Some(end) = known.end(index) {
+        return Ok(end.clone());
     }
-    let from = match earlier.iter().rev().find_map(|p| p.place.as_ref()) {
-        Some(place) => Start::Place(branch::place_of(place)),
-        None => match start(body)? {
-            Ok(start) => start,
-            Err(why) => return ended(why, false),
-        },
-    };
-    options.points = options.points.saturating_sub(earlier.len());
+    let earlier = known.branch(index);
+    let regular = earlier.iter().filter(|p| p.special != "start").count();
+    options.points = options.points.saturating_sub(regular);
     if options.points == 0 {
-        return ended("number of points reached (earlier run)".into(), true);
+        let text = "number of points reached (earlier run)";
+        return Ok(ended(index, EndReason::Points, text, points_suffice));
     }
-    let stop = branch::arclength(body, closure, from, &options, take)
-        .map_err(|e| CliError::Numerics(e.to_string()))?;
-    match stop {
-        None => ended("the first tangent could not be computed".into(), false),
-        Some(stop) => {
+    let mut next = earlier.last().map_or(0, |p| p.index + 1);
+    let mut numbered = |mut point: PointRecord| {
+        point.index = next;
+        next += 1;
+        take(point)
+    };
+    let place = earlier.iter().rev().find_map(|p| p.place.as_ref());
+    Ok(match follow(place, &options, &mut numbered)? {
+        Err(why) => ended(index, EndReason::Stuck, why, false),
+        Ok(stop) => {
+            let reason = match stop {
+                Stop::Range => EndReason::Range,
+                Stop::Points => EndReason::Points,
+                Stop::Interrupted => EndReason::Interrupted,
+                Stop::Step { .. } | Stop::DeadEnd { .. } => EndReason::Stuck,
+            };
             let complete = stop == Stop::Range || (points_suffice && stop == Stop::Points);
-            ended(stop.to_string(), complete)
+            ended(index, reason, stop.to_string(), complete)
         }
-    }
-}
-
-/// The frequencies of a sequential continuation.
-pub fn grid((low, high): (f64, f64), step: f64) -> Vec<f64> {
-    let steps = ((high - low) / step + 1e-9).floor() as usize;
-    (0..=steps).map(|k| low + k as f64 * step).collect()
-}
-
-/// Refuse what could only fail later.
-pub fn check(path: &Path, output: &Output, resume: bool) -> Result<(), CliError> {
-    Writer::check(path, output.force || resume).map_err(CliError::from)
+    })
 }

@@ -37,8 +37,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let s = Stored::read(&arguments.file)?;
     let orbit = read_stored_orbit(&arguments.file)?;
     if arguments.scene && !global.json {
-        print!("{}", s.scene);
-        return Ok(());
+        return super::print(&s.scene);
     }
     let span = [s.t.first().copied(), s.t.last().copied()];
     let closings = s.switch_kind.iter().filter(|k| *k == "close").count();
@@ -79,8 +78,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
             out
         },
-    );
-    Ok(())
+    )
 }
 
 fn orbit_json(o: &OrbitRecord) -> Value {
@@ -166,8 +164,7 @@ fn tally_text(t: &Tally) -> String {
 fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let f = StoredFamily::read(&arguments.file)?;
     if arguments.scene && !global.json {
-        print!("{}", f.scene);
-        return Ok(());
+        return super::print(&f.scene);
     }
     let origin = read_origin(&arguments.file)?;
     let points = &f.points;
@@ -270,6 +267,5 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             line("scene", format!("{} lines (print it with --scene)", f.scene.lines().count()));
             out
         },
-    );
-    Ok(())
+    )
 }

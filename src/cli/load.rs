@@ -17,6 +17,7 @@ pub fn problem(path: &Path) -> Result<(Scene, Problem), CliError> {
 
 /// Set up the problem of a scene that is read already.
 pub fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
+    super::resources::check_body(scene)?;
     let stored = match &scene.initial.file {
         None => None,
         Some(file) => {

@@ -9,11 +9,14 @@ mod error;
 mod export;
 mod family;
 mod inspect;
+mod interrupt;
 mod load;
 mod modes;
 mod orbit;
 mod plot;
 mod precision;
+mod progress;
+mod resources;
 mod response;
 mod run;
 mod validate;
@@ -51,26 +54,54 @@ pub struct Global {
     /// Number of threads (all cores by default); results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
+    /// Start even what seems too large for this machine's memory or disk, or for a lifetime
+    #[arg(long, global = true)]
+    pub force_large: bool,
 }
 
 impl Global {
     /// Print an object in JSON mode, a text otherwise.
-    fn print(&self, json: impl FnOnce() -> serde_json::Value, text: impl FnOnce() -> String) {
+    fn print(
+        &self,
+        json: impl FnOnce() -> serde_json::Value,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), CliError> {
         if self.json {
-            println!("{}", json());
+            print(&format!("{}\n", json()))
         } else if !self.quiet {
-            print!("{}", text());
+            print(&text())
+        } else {
+            Ok(())
         }
     }
 }
 
-/// The folder of an output must exist.
-fn check_folder(output: &std::path::Path) -> Result<(), CliError> {
-    match output.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
-        None => Ok(()),
-        Some(folder) => {
-            Err(CliError::Input(format!("{}: no such folder; create it first", folder.display())))
+/// Write to standard output. Who closed it wants no more; a disk that is full is an error like any other.
+fn print(text: &str) -> Result<(), CliError> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(CliError::Other(format!("writing to standard output: {e}")))
         }
+        _ => Ok(()),
+    }
+}
+
+/// What a scene is called in a summary. A terminal obeys control characters: they are left out.
+fn title(scene: &signorini::scenario::Scene) -> String {
+    match scene.title.is_empty() {
+        true => scene.stem(),
+        false => scene.title.chars().filter(|c| !c.is_control()).collect(),
+    }
+}
+
+/// A number as one writes it: no row of three hundred zeros.
+fn plain(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        size if (1e-4..1e9).contains(&size) => x.to_string(),
+        _ => format!("{x:e}"),
     }
 }
 
@@ -106,6 +137,9 @@ pub fn main() -> ExitCode {
     if let Some(n) = cli.global.threads {
         // fails only if called twice
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global();
+    }
+    if cli.global.force_large {
+        resources::force();
     }
     let result = match &cli.command {
         Command::Run(a) => run::run(a, &cli.global),

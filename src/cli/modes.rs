@@ -58,6 +58,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             }
             text
         },
-    );
-    Ok(())
+    )
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
-use signorini::event::{self, Options};
+use signorini::event::{self, Options, RunError};
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
 use signorini::problem::State;
@@ -16,6 +16,7 @@ use signorini::scenario::Scene;
 use signorini::store::{self, Writer, WriterOptions};
 
 use super::family::{self, Output};
+use super::progress::Bar;
 use super::{CliError, Global, load};
 
 /// Arguments of `orbit`.
@@ -31,7 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "W", conflicts_with = "period", allow_negative_numbers = true)]
     omega: Option<f64>,
     /// Period instead
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     period: Option<f64>,
     /// All different orbits that a set of starts leads to
     #[arg(long)]
@@ -40,7 +41,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=1000))]
     amplitudes: u32,
     /// With --all: largest of these amplitudes, over grazing
-    #[arg(long, default_value_t = 4.0, value_name = "A")]
+    #[arg(long, default_value_t = 4.0, value_name = "A", allow_negative_numbers = true)]
     largest: f64,
     /// Start from the first mode of the open body at this amplitude over grazing (negative: away from the obstacle), in place of the
     /// scene's initial state
@@ -61,21 +62,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let start = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "orbit");
+    let near: Vec<&std::path::Path> = arguments.near_return.iter().map(|p| p.as_path()).collect();
+    let mut options = WriterOptions::default();
     if !arguments.all {
-        Writer::check(&path, arguments.output.force)?;
+        options = arguments.output.rules(&scene, &path, false, &near)?;
     } else if arguments.output.output.is_some() || arguments.amplitude.is_some() {
         let message = "--all writes no file and has its own starts: leave out -o and --amplitude, then shoot the orbit you want \
                        with --amplitude or [initial]";
         return Err(CliError::Input(message.into()));
     }
-    if [arguments.amplitude, Some(arguments.largest)]
-        .into_iter()
-        .flatten()
-        .any(|a| !a.is_finite() || a == 0.0)
-    {
-        return Err(CliError::Input(
-            "--amplitude and --largest: give finite numbers that are not zero".into(),
-        ));
+    if arguments.amplitude.is_some_and(|a| !is_amplitude(a.abs())) {
+        let message = "--amplitude: give a finite number that is not zero, in multiples of grazing";
+        return Err(CliError::Input(message.into()));
+    }
+    if !(is_amplitude(arguments.largest) && arguments.largest > 1.0) {
+        let message = "--largest: give a number above 1: the amplitudes go from grazing up to it";
+        return Err(CliError::Input(message.into()));
     }
     let mut problem = load::of_scene(&scene)?;
     let mut near_period = None;
@@ -90,6 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     }
     let period = arguments.period.or(near_period.filter(|_| arguments.omega.is_none()));
     let omega = family::omega(&scene, arguments.omega, period)?;
+    family::check_frequency(&problem, omega)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.nbm)?;
     body.nbm.loads.set_frequency(omega);
@@ -126,13 +129,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         }
     };
     let Verdict::Orbit(orbit) = &verdict else {
-        global.print(|| failure_json(&verdict, omega), String::new);
+        global.print(|| failure_json(&verdict, omega), String::new)?;
         let advice = "try another frequency, another [initial] guess, or --all";
         return Err(CliError::Reported(format!(
             "no orbit at omega = {omega}: {verdict}\n  {advice}"
         )));
     };
-    write(&path, arguments.output.force, &scene, &body, orbit)?;
+    write(&path, &options, &scene, &body, orbit)?;
     let wall = start.elapsed().as_secs_f64();
     global.print(
         || {
@@ -142,7 +145,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             json
         },
         || {
-            let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
+            let title = super::title(&scene);
             let plot = format!("signorini plot {}", path.display());
             format!(
                 "{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
@@ -152,8 +155,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 path.display()
             )
         },
-    );
-    Ok(())
+    )
+}
+
+/// Amplitudes that a motion can have, over grazing.
+fn is_amplitude(a: f64) -> bool {
+    a > 0.0 && a <= 1e6
 }
 
 fn numerics(e: signorini::orbit::OrbitError) -> CliError {
@@ -269,19 +276,29 @@ fn orbit_text(o: &Orbit) -> String {
 /// The orbit file: a run over one period, and `/orbit`.
 fn write(
     path: &std::path::Path,
-    force: bool,
+    options: &WriterOptions,
     scene: &Scene,
     body: &Propagator,
     orbit: &Orbit,
 ) -> Result<(), CliError> {
-    let command: Vec<String> = std::env::args().collect();
-    let options = WriterOptions { force, command: command.join(" ") };
-    let mut writer = Writer::create(path, scene, &body.nbm, &options)?;
+    let mut writer = Writer::create(path, scene, &body.nbm, options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
     let done = event::run(&body.nbm, &orbit.state, &run, &mut reading::flow(body), &mut writer);
-    done.map_err(|e| CliError::Other(format!("writing {}: {e}", path.display())))?;
+    let report = done.map_err(|e| match e {
+        RunError::Observer(e) => CliError::from(e),
+        RunError::Contact(e) => CliError::Numerics(e.to_string()),
+    })?;
     writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.nbm)?;
-    Ok(writer.finish("complete")?)
+    if report.outcome.is_complete() {
+        return Ok(writer.finish("complete")?);
+    }
+    // the orbit is found and stored; the states along it are not all there
+    writer.finish(&format!("failed: {}", report.outcome))?;
+    Err(CliError::Reported(format!(
+        "the orbit was found, but its run over one period ended early ({}); what there is stands in {}",
+        report.outcome,
+        path.display()
+    )))
 }
 
 fn all(
@@ -297,14 +314,15 @@ fn all(
     starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
     // the scene's own state comes first
     starts.splice(0..0, own);
-    let bar = family::bar(global, scene, starts.len() as u64);
+    let bar = Bar::new(global, scene);
+    let count = starts.len();
     let found = branch::all(body, closure, &starts, omega, &Effort::default(), |k| {
         if let Some(bar) = &bar {
-            bar.set_position(k as u64);
+            bar.set(k as f64 / count as f64, format!("{k} of {count} starts"));
         }
     });
     if let Some(bar) = &bar {
-        bar.finish_and_clear();
+        bar.clear();
     }
     let found = found.map_err(numerics)?;
     let wall = start.elapsed().as_secs_f64();
@@ -332,7 +350,7 @@ fn all(
             }
             out
         },
-    );
+    )?;
     if found.is_empty() {
         return Err(CliError::Reported(format!("no orbit found at omega = {omega}")));
     }

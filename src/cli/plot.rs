@@ -6,10 +6,11 @@ use clap::Args;
 use serde_json::json;
 
 use signorini::report::families;
+use signorini::report::figure::{self, Drawing};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::store::{
-    Content, Stored, StoredFamily, content, read_crosscheck, read_stored_orbit, read_switch_rates,
+    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, read_stored_orbit, read_switch_rates,
 };
 
 use super::{CliError, Global};
@@ -47,17 +48,18 @@ pub struct Arguments {
 
 /// Draw the pictures.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let written = match &arguments.files[..] {
+    let drawings = match &arguments.files[..] {
         [file] => of_file(arguments, file)?,
-        _ => of_files(arguments)?,
+        _ => vec![of_files(arguments)?],
     };
+    let outputs = Outputs::new(false).reads_all(arguments.files.iter().cloned());
+    let written = figure::save(&drawings, &outputs)?;
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-    global.print(|| json!({"written": names}), || names.join("\n") + "\n");
-    Ok(())
+    global.print(|| json!({"written": names}), || names.join("\n") + "\n")
 }
 
 /// The pictures of one file.
-fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError> {
+fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError> {
     for (name, given) in [
         ("energy", !arguments.energy.is_empty()),
         ("frequency", !arguments.frequency.is_empty()),
@@ -87,7 +89,6 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
         return Err(CliError::Input(format!("--at {bad}: give fractions between 0 and 1")));
     }
     let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
-    super::check_folder(&stem)?;
     if kind != Content::Family {
         return of_run(arguments, file, &stem);
     }
@@ -98,13 +99,13 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError>
     }
     let family = StoredFamily::read(file)?;
     Ok(match checked {
-        Some(rows) => families::save_check(&family, &rows, &stem, &arguments.only)?,
-        None => families::save_family(&family, &stem, &arguments.only)?,
+        Some(rows) => families::pictures_of_check(&family, &rows, &stem, &arguments.only)?,
+        None => families::pictures_of_family(&family, &stem, &arguments.only)?,
     })
 }
 
 /// One picture of several families.
-fn of_files(arguments: &Arguments) -> Result<Vec<PathBuf>, CliError> {
+fn of_files(arguments: &Arguments) -> Result<Drawing, CliError> {
     let input = |message: String| Err(CliError::Input(message));
     if let Some(name) = arguments.only.iter().find(|o| *o != "overlay") {
         return input(format!("no picture \"{name}\" of several files; there is overlay"));
@@ -133,8 +134,7 @@ fn of_files(arguments: &Arguments) -> Result<Vec<PathBuf>, CliError> {
         all.push(StoredFamily::read(file)?);
     }
     let stem = arguments.output.clone().unwrap_or_else(|| PathBuf::from("overlay"));
-    super::check_folder(&stem)?;
-    Ok(overlay::save(&all, &options, &stem)?)
+    Ok(overlay::picture(&all, &options, &stem)?)
 }
 
 /// A place that is marked.
@@ -154,7 +154,7 @@ fn point(text: &str) -> Result<(f64, f64, String), CliError> {
 }
 
 /// The pictures of a run, and those of its orbit if it is one.
-fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
+fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<Drawing>, CliError> {
     let stored = Stored::read(file)?;
     let orbit = read_stored_orbit(file)?;
     let mut options = Options::default();
@@ -168,17 +168,17 @@ fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf
     let of_orbit = families::orbit_names();
     let wanted = |o: &&String| !of_orbit.contains(&o.as_str());
     let of_run: Vec<String> = only.iter().filter(wanted).cloned().collect();
-    let mut written = vec![];
+    let mut drawn = vec![];
     if only.is_empty() || !of_run.is_empty() {
-        written = pictures::save_all(&stored, stem, &of_run, &options)?;
+        drawn = pictures::draw_all(&stored, stem, &of_run, &options)?;
     }
     let of_orbit: Vec<String> = only.iter().filter(|o| !wanted(o)).cloned().collect();
     match orbit {
         Some(orbit) if only.is_empty() || !of_orbit.is_empty() => {
             let rates = read_switch_rates(file)?;
-            written.extend(families::save_orbit(&stored, &orbit, &rates, stem, &of_orbit)?);
+            drawn.extend(families::pictures_of_orbit(&stored, &orbit, &rates, stem, &of_orbit)?);
         }
         _ => {}
     }
-    Ok(written)
+    Ok(drawn)
 }

@@ -12,11 +12,11 @@ use signorini::contact::ActiveSet;
 use signorini::event::{self, Options, Report, Silent};
 use signorini::flow::{Flow, Tolerances, by_name};
 use signorini::problem::Problem;
-use signorini::report::figure;
+use signorini::report::figure::{self, Drawing};
 use signorini::report::precision::{Point, Study};
 use signorini::scenario::Integrator;
 use signorini::simulate::run_table;
-use signorini::store::write_problem;
+use signorini::store::{Outputs, beside, replace, write_problem};
 
 use super::{CliError, Global, load};
 
@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Beginning of the names of the CSV, SVG and PNG [default: the scene's name with -precision]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
+    /// Overwrite an existing table of signorini's (its pictures are drawn anew in any case)
+    #[arg(long)]
+    force: bool,
     /// How often each solution is timed (the median counts)
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     repeats: u32,
@@ -120,7 +123,7 @@ impl Bench<'_> {
         Ok(Point {
             method: name.to_owned(),
             rtol,
-            error: self.error(&self.state(&report.last.u, &report.last.v)),
+            error: Some(self.error(&self.state(&report.last.u, &report.last.v))),
             switch_error: self.switch_error(&times),
             switches: times.len(),
             wall_s: walls[walls.len() / 2],
@@ -137,7 +140,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}-precision", scene.stem())));
-    super::check_folder(&stem)?;
+    let outputs = Outputs::new(arguments.force)
+        .reads(scene.source.file.clone())
+        .reads_all(scene.files());
+    let csv = beside(&stem, ".csv");
+    for path in [&csv, &beside(&stem, ".svg"), &beside(&stem, ".png")] {
+        outputs.check_derived(path)?;
+    }
     // flows borrow the problem for as long as the program runs
     let problem: &'static Problem = Box::leak(Box::new(problem));
     let nbm = &problem.nbm;
@@ -195,11 +204,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         points.push(bench.point(name, None, warm, &|| make(integrator, tight))?);
     }
     // the reference cannot be its own judge: between the exact flows each is the other's
-    let other = points.iter().find(|p| p.method == "chebyshev").map(|p| (p.error, p.switch_error));
-    if let (true, Some((error, switch_error))) = (by_modes, other) {
-        for point in points.iter_mut().filter(|p| p.method.starts_with("modal")) {
-            (point.error, point.switch_error) = (error, switch_error);
-        }
+    let own = if by_modes { "modal" } else { "chebyshev" };
+    let other = points.iter().find(|p| by_modes && p.method == "chebyshev");
+    let (error, switch_error) = other.map_or((None, None), |p| (p.error, p.switch_error));
+    for point in points.iter_mut().filter(|p| p.method.starts_with(own)) {
+        (point.error, point.switch_error) = (error, switch_error);
     }
     if let Some(Peer::Scipy) = arguments.peer {
         bar.set_message("SciPy");
@@ -213,7 +222,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     let study = Study {
-        title: if scene.title.is_empty() { scene.stem() } else { scene.title.clone() },
+        title: super::title(&scene),
         n_o: nbm.n_o(),
         reference: match (by_modes, conservative) {
             (true, true) => "the modal flow, its own against chebyshev".into(),
@@ -222,17 +231,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         footer: format!("signorini {}, one thread of {}", env!("CARGO_PKG_VERSION"), machine()),
         points,
     };
-    let csv = stem.with_extension("csv");
-    std::fs::write(&csv, study.csv())
-        .map_err(|e| CliError::Other(format!("writing {}: {e}", csv.display())))?;
-    let pictures = figure::save(&stem, &study.picture()?)?;
+    let drawing = Drawing { stem, svg: study.picture()? };
+    replace(&csv, study.csv().as_bytes())?;
+    let pictures = figure::save(&[drawing], &outputs)?;
     let written: Vec<String> =
         std::iter::once(&csv).chain(&pictures).map(|p| p.display().to_string()).collect();
     global.print(
         || json!({"study": study, "written": written}),
         || format!("{}  written: {}\n", study.text(), written.join(", ")),
-    );
-    Ok(())
+    )
 }
 
 /// The processor's name.
@@ -285,7 +292,7 @@ fn scipy(bench: &Bench) -> Result<Vec<Point>, CliError> {
             Ok(Point {
                 method: format!("scipy {}", v["method"].as_str().unwrap_or("?")),
                 rtol: v["rtol"].as_f64(),
-                error: bench.error(&bench.state(&numbers(&v["u"]), &numbers(&v["v"]))),
+                error: Some(bench.error(&bench.state(&numbers(&v["u"]), &numbers(&v["v"])))),
                 switch_error: bench.switch_error(&times),
                 switches: times.len(),
                 wall_s: v["wall_s"].as_f64().unwrap_or(f64::NAN),

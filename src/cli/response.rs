@@ -10,12 +10,15 @@ use signorini::orbit::branch::Start;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{PointRecord, StoredFamily};
+use signorini::store::{
+    BranchEnd, FamilyKind, FamilyPlan, Grid, PointRecord, StoredFamily, Walk, fingerprint,
+};
 
 use super::backbone::summary;
 use super::balance::{self, Method};
-use super::family::{self, Ended, Job, Output};
-use super::{CliError, Global, load};
+use super::family::{self, Job, Known, Opened, Output};
+use super::progress::Bar;
+use super::{CliError, Global, interrupt, load, plain};
 
 /// Arguments of `response`.
 #[derive(Debug, Args)]
@@ -26,13 +29,14 @@ pub struct Arguments {
     /// The scene (TOML): damping and harmonic loads of one frequency
     scene: PathBuf,
     /// Damping ratios [default: ratios of [orbit], or the scene's own]
-    #[arg(long, value_delimiter = ',', value_name = "RATIOS")]
+    #[arg(long, value_delimiter = ',', value_name = "RATIOS", allow_hyphen_values = true)]
     ratios: Option<Vec<f64>>,
     /// Frequencies to cover [default: range of the scene's [orbit]]
-    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     range: Option<Vec<f64>>,
-    /// Largest step of arclength (relative change of the state); a tenth of it is the step in frequency of harmonic balance
-    #[arg(long, default_value_t = 0.05)]
+    /// Largest step of arclength (relative change of the state); the steps in frequency of harmonic balance follow it in proportion (at
+    /// 0.05: a four-hundredth of the highest frequency, rounded)
+    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     step: f64,
     /// Most points a branch
     #[arg(long, default_value_t = 2000, value_parser = family::at_least_one)]
@@ -40,7 +44,7 @@ pub struct Arguments {
     /// Locate changes of stability within a step
     #[arg(long)]
     locate: bool,
-    /// Go on with an unfinished file
+    /// Go on with an unfinished file, or to a higher end of the range of a finished one; everything else must be as it was
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -54,16 +58,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let start = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "response");
-    family::check(&path, &arguments.output, arguments.resume)?;
+    let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
     if !(arguments.step >= 1e-4 && arguments.step <= 1.0) {
         return Err(CliError::Input(format!(
             "--step {}: give a number from 1e-4 to 1",
-            arguments.step
+            plain(arguments.step)
         )));
     }
     let range = family::range(&scene, arguments.range.as_deref())?;
     let scenes = with_ratios(&scene, arguments.ratios.as_deref())?;
     let problem = load::of_scene(&scenes[0].1)?;
+    family::check_frequency(&problem, range.0)?;
     if family::closure(&scene, &problem)? != Closure::Forced {
         let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
         return Err(scene
@@ -73,9 +78,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let hbm = arguments.balance.method == Method::Hbm;
     arguments.balance.check_method()?;
     let harmonics = arguments.balance.list(&scene)?;
-    if hbm && (arguments.resume || arguments.balance.aft.is_some()) {
+    if hbm && arguments.balance.aft.is_some() {
         return Err(CliError::Input(
-            "--resume and --aft do not go with a response by harmonic balance".into(),
+            "--aft does not go with a response by harmonic balance".into(),
         ));
     }
     let mut names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
@@ -85,10 +90,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             .collect(),
         false => (0..scenes.len()).map(|s| (s, 0)).collect(),
     };
-    let kind =
-        if hbm { format!("hbm response, {}", arguments.balance.kind()) } else { "response".into() };
     if hbm {
-        // the seed's sequential continuation, once to higher and once to lower frequencies
+        // sequential continuation, once to higher and once to lower frequencies
         let way = |k: usize| if k.is_multiple_of(2) { "up" } else { "down" };
         names = cases
             .iter()
@@ -96,49 +99,73 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             .map(|(k, &(s, n))| format!("{}, N_h = {n}, {}", names[s], way(k)))
             .collect();
     }
-    let mut sink = family::open(
-        &path,
-        &scene,
-        &problem.nbm,
-        arguments.output.force,
-        arguments.resume,
-        (&kind, &names, if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 }),
-    )?;
-    let known = sink.known.take();
-    let resumed = known.as_ref().map_or(0, |k| k.points.len());
-    let known = &known;
-    let scenes = &scenes;
-    let jobs: Vec<Job> = cases
-        .iter()
-        .enumerate()
-        .map(|(index, &(s, n_h))| -> Job {
-            let scene = &scenes[s].1;
-            if hbm {
-                let mut grid = family::grid(range, 0.1 * arguments.step);
-                if index % 2 == 1 {
-                    grid.reverse();
+    let walk = match hbm {
+        true => Walk::Response(arguments.grid(range)?),
+        false => {
+            Walk::Upwards { start: range.0, step: arguments.step, locate: arguments.locate }
+        }
+    };
+    let asked = family::Asked {
+        path: &path,
+        scene: &scene,
+        nbm: &problem.nbm,
+        plan: FamilyPlan {
+            identity: FamilyKind {
+                method: arguments.balance.method(),
+                walk,
+                problem: fingerprint(&problem),
+            },
+            range: [range.0, range.1],
+            branches: names,
+            harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
+        },
+        points: arguments.points,
+        options,
+    };
+    let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {
+        Opened::Whole(stored) => {
+            let (ends, resumed) = (stored.ends.clone(), stored.points.len());
+            (*stored, ends, resumed)
+        }
+        Opened::Writing(writer, known) => {
+            interrupt::watch();
+            // a grid that was widened counts from where it began
+            let walk = writer.plan().identity.walk;
+            let (known, scenes) = (&known, &scenes);
+            let job = |(index, &(s, n_h)): (usize, &(usize, usize))| -> Job {
+                let scene = &scenes[s].1;
+                match walk.grid() {
+                    Some(grid) => {
+                        let choice = balance::Arguments {
+                            harmonics: Some(vec![n_h]),
+                            ..arguments.balance.clone()
+                        };
+                        Box::new(move |take| {
+                            // the one branch of this job
+                            let of_job = |p: &PointRecord| PointRecord { branch: 0, ..p.clone() };
+                            let earlier: Vec<PointRecord> =
+                                known.branch(index).into_iter().map(of_job).collect();
+                            let earlier: Vec<&PointRecord> = earlier.iter().collect();
+                            let way = (grid, range, index % 2 == 1);
+                            let end = balance::sequence(&choice, scene, way, &earlier, take)?;
+                            Ok(BranchEnd { branch: index, ..end })
+                        })
+                    }
+                    None => Box::new(move |take| one(arguments, scene, range, index, known, take)),
                 }
-                let choice =
-                    balance::Arguments { harmonics: Some(vec![n_h]), ..arguments.balance.clone() };
-                return Box::new(move |take| {
-                    let ended = balance::sequence(&choice, scene, &grid, None, take)?;
-                    Ok(Ended { branch: index, ..ended })
-                });
+            };
+            let jobs: Vec<Job> = cases.iter().enumerate().map(job).collect();
+            let bar = Bar::new(global, &scene);
+            let result = family::run_jobs(&jobs, *writer, &problem.nbm, range, bar.as_ref());
+            if let Some(bar) = &bar {
+                bar.clear();
             }
-            Box::new(move |take| one(arguments, scene, range, index, known.as_ref(), take))
-        })
-        .collect();
-    let bar = family::bar(global, &scene, 1000);
-    let result = family::run_jobs(&jobs, sink, &problem.nbm, range, bar.as_ref());
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
-    let (ended, writer) = result?;
-    writer.finish("complete")?;
-    let stored = StoredFamily::read(&path)?;
-    summary(global, &scene, &stored, &ended, &path, resumed, start.elapsed().as_secs_f64());
-    let failed: Vec<&Ended> = ended.iter().filter(|e| !e.complete).collect();
-    match failed.first() {
+            let ends = result?;
+            (StoredFamily::read(&path)?, ends, known.len())
+        }
+    };
+    summary(global, &scene, &stored, &ends, &path, resumed, start.elapsed().as_secs_f64())?;
+    match ends.iter().find(|e| !e.complete) {
         None => Ok(()),
         Some(e) => Err(CliError::Reported(format!(
             "{}: {}; everything up to there is in {}",
@@ -146,6 +173,23 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             e.text,
             path.display()
         ))),
+    }
+}
+
+impl Arguments {
+    /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
+    fn grid(&self, range: (f64, f64)) -> Result<Grid, CliError> {
+        // 0.005 at frequencies of the order of one
+        let step = family::round_number(range.1 / 400.0) * (self.step / 0.05);
+        if (range.1 - range.0) / step > 1e6 {
+            return Err(CliError::Input(format!(
+                "--step {}: more than a million frequencies between {} and {}",
+                plain(self.step),
+                plain(range.0),
+                plain(range.1)
+            )));
+        }
+        Ok(Grid { origin: range.0, step })
     }
 }
 
@@ -189,9 +233,9 @@ fn one(
     scene: &Scene,
     range: (f64, f64),
     index: usize,
-    stored: Option<&StoredFamily>,
+    known: &Known,
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Ended, CliError> {
+) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
     let mut body = family::propagator(problem.nbm)?;
     let options = options(arguments, range, arguments.points);
@@ -205,6 +249,6 @@ fn one(
             None => Err(format!("no orbit at omega = {}: {verdict}", range.0)),
         })
     };
-    let place = (index, stored, false);
+    let place = (index, known, false);
     family::follow_branch(&mut body, Closure::Forced, options, place, start, take)
 }

@@ -1,23 +1,24 @@
 //! `signorini run`
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
-use signorini::event::{Grazing, Observer, Outcome, Sample, Switch};
+use signorini::continuation::Go;
+use signorini::event::{Checkpoint, Grazing, Observer, Outcome, RunError, Sample, Switch};
 use signorini::report::summary;
 use signorini::scenario::Scene;
-use signorini::simulate::{SimulateError, run_table, simulate};
-use signorini::store::{StoreError, Writer, WriterOptions};
+use signorini::simulate::{SimulateError, go_on, run_table, simulate};
+use signorini::store::{StoreError, Stored, Writer, fingerprint};
 
-use super::{CliError, Global, load};
+use super::progress::Bar;
+use super::{CliError, Global, family, interrupt, load, resources};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini run scenarios/plate.toml -o plate.h5\n  signorini run scenarios/plate.toml --json | jq .switches"
+    after_help = "Example:\n  signorini run scenarios/plate.toml -o plate.h5\n  signorini run scenarios/plate.toml --json | jq .switches\n  signorini run scenarios/plate.toml -o plate.h5 --resume"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -25,22 +26,23 @@ pub struct Arguments {
     /// Where to write the results [default: the scene's name with .h5, in this folder]
     #[arg(short, long, value_name = "OUT.h5")]
     output: Option<PathBuf>,
-    /// Overwrite an existing file
+    /// Overwrite an existing file of signorini's
     #[arg(long)]
     force: bool,
+    /// Go on with an interrupted run from its last flushed state
+    #[arg(long)]
+    resume: bool,
     /// Compare every stored contact solution with enumeration and an interior-point method
     #[arg(long)]
     verify_lcp: bool,
 }
 
-/// The writer with a progress bar beside it.
+/// The writer with a progress bar beside it; a signal ends the run where its file is whole.
 struct Progress {
     writer: Writer,
-    bar: Option<ProgressBar>,
+    bar: Option<Bar>,
     until: f64,
 }
-
-const TICKS: f64 = 1000.0;
 
 impl Observer for Progress {
     type Error = StoreError;
@@ -53,21 +55,19 @@ impl Observer for Progress {
     fn grazing(&mut self, g: &Grazing) -> Result<(), StoreError> {
         self.writer.grazing(g)
     }
-    fn progress(&mut self, t: f64) -> Result<(), StoreError> {
+    fn progress(&mut self, t: f64) -> Result<Go, StoreError> {
         if let Some(bar) = &self.bar {
-            bar.set_position((TICKS * t / self.until) as u64);
+            bar.set(t / self.until, String::new());
         }
-        self.writer.progress(t)
+        let go = self.writer.progress(t)?;
+        Ok(if interrupt::signal().is_some() { Go::Break(()) } else { go })
     }
-}
-
-fn progress_bar(scene: &Scene) -> ProgressBar {
-    let style = "{msg} [{bar:30}] {percent:>3} %  {elapsed} elapsed, {eta} left";
-    let style =
-        ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(TICKS as u64).with_style(style.progress_chars("=> "));
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar.with_message(scene.stem())
+    fn keeps_checkpoints(&self) -> bool {
+        self.writer.keeps_checkpoints()
+    }
+    fn phase(&mut self, checkpoint: Checkpoint) {
+        self.writer.phase(checkpoint);
+    }
 }
 
 /// Integrate and store.
@@ -77,60 +77,94 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let (_, until) = run_table(&scene)?;
     let output =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.h5", scene.stem())));
-    let same = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    if same(&output, &arguments.scene) {
-        return Err(CliError::Input(format!("-o {} is the scene itself", output.display())));
+    let (force, resume) = (arguments.force, arguments.resume);
+    let options = family::writer_options(&scene, &output, force, resume, &[])?;
+    if resume && output.exists() && !Writer::is_interrupted(&output) {
+        return not_interrupted(&output, global);
     }
-    Writer::check(&output, arguments.force)?;
     let problem = load::of_scene(&scene)?;
-    let command: Vec<String> = std::env::args().collect();
-    let options = WriterOptions { force: arguments.force, command: command.join(" ") };
-    let writer = Writer::create(&output, &scene, &problem.nbm, &options)?;
-    // indicatif draws on standard error, and only on a terminal
-    let bar = (!global.quiet).then(|| progress_bar(&scene));
-    let mut observer = Progress { writer, bar, until };
-    let result = simulate(&scene, &problem, arguments.verify_lcp, &mut observer);
+    resources::check_run(&scene, &problem, until, &output)?;
+    let id = fingerprint(&problem);
+    interrupt::watch();
+    let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
+        true => {
+            let (writer, resumed) = Writer::resume(&output, &scene, &problem.nbm, &options, id)?;
+            (writer, Some(resumed))
+        }
+        false => (Writer::create(&output, &scene, &problem.nbm, &options)?, None),
+    };
+    writer.keep_checkpoints(id);
+    let from = resumed.as_ref().map(|r| r.checkpoint.t);
+    let mut observer = Progress { writer, bar: Bar::new(global, &scene), until };
+    let verify = arguments.verify_lcp;
+    let result = match resumed {
+        None => simulate(&scene, &problem, verify, &mut observer),
+        Some(resumed) => go_on(&scene, &problem, verify, resumed, &mut observer),
+    };
     if let Some(bar) = &observer.bar {
-        bar.finish_and_clear();
+        bar.clear();
     }
+    let at = observer.writer.at().to_owned();
     let report = match result {
         Ok(report) => report,
+        Err(SimulateError::Run(RunError::Observer(e))) => {
+            let kept = "everything up to the last flush is in";
+            let text = format!("{e}\n  {kept} {}", at.display());
+            return Err(match CliError::from(e) {
+                CliError::Input(_) => CliError::Input(text),
+                _ => CliError::Other(text),
+            });
+        }
         Err(e) => {
             let text = e.to_string();
             // the reason of the failure matters more than a failure to record it
             let _ = observer.writer.finish(&format!("failed: {text}"));
             return Err(match e {
                 SimulateError::Scene(e) => e.into(),
-                SimulateError::Run(signorini::event::RunError::Observer(e)) => {
-                    CliError::Other(format!("writing {}: {e}", output.display()))
-                }
                 SimulateError::Run(_) => CliError::Numerics(text),
             });
         }
     };
-    let status = match report.outcome.is_complete() {
-        true => "complete".to_owned(),
-        false => format!("failed: {}", report.outcome),
+    let status = match report.outcome {
+        Outcome::EndTime => "complete".to_owned(),
+        Outcome::Interrupted { .. } => "interrupted".to_owned(),
+        _ => format!("failed: {}", report.outcome),
     };
     observer.writer.finish(&status)?;
+    if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, interrupt::signal()) {
+        let text = format!(
+            "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
+            summary::significant(*t, 7),
+            summary::significant(until, 7),
+            output.display()
+        );
+        return Err(CliError::Interrupted(signal, text));
+    }
     let wall = start.elapsed().as_secs_f64();
     global.print(
         || {
             let mut json = summary::run_json(&scene, &problem.nbm, &report, wall);
             json["output"] = output.display().to_string().into();
+            if let Some(t) = from {
+                json["resumed_from"] = t.into();
+            }
             json
         },
         || {
-            let title = if scene.title.is_empty() { scene.stem() } else { scene.title.clone() };
+            let title = super::title(&scene);
             let text = summary::run_text(&scene, &problem.nbm, &report, wall);
             let plot = format!("signorini plot {}", output.display());
+            let from = from.map_or(String::new(), |t| {
+                let t = summary::significant(t, 7);
+                format!("  {:<14}from t = {t} of an interrupted run\n", "gone on")
+            });
             format!(
-                "{title}\n{text}  {:<14}{} (pictures: {plot})\n",
+                "{title}\n{text}{from}  {:<14}{} (pictures: {plot})\n",
                 "written to",
                 output.display()
             )
         },
-    );
+    )?;
     if report.outcome.is_complete() {
         return Ok(());
     }
@@ -148,4 +182,19 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         summary::significant(report.t_end, 10),
         output.display()
     )))
+}
+
+/// What stands there was not interrupted: there is nothing to go on with.
+fn not_interrupted(output: &Path, global: &Global) -> Result<(), CliError> {
+    let status = Stored::read(output)?.status;
+    if status != "complete" {
+        return Err(CliError::Input(format!(
+            "{} cannot be gone on with (its status is \"{status}\", and it has no checkpoint); --force starts anew",
+            output.display()
+        )));
+    }
+    global.print(
+        || serde_json::json!({"output": output.display().to_string(), "status": "complete"}),
+        || format!("{} is complete: nothing is left to do\n", output.display()),
+    )
 }

@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     }
     if arguments.list {
         let row = |c: &Case| json!({"name": c.name, "title": c.title, "source": c.source});
-        global.print(
+        return global.print(
             || CASES.iter().map(row).collect(),
             || {
                 CASES
@@ -107,7 +107,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                     .collect()
             },
         );
-        return Ok(());
     }
     let chosen: Vec<&'static Case> = CASES
         .iter()
@@ -129,7 +128,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             let text: String = done.iter().map(|d| d.text() + "\n").collect();
             format!("{text}{count} checks in {} cases, {} cases failed\n", done.len(), failed.len())
         },
-    );
+    )?;
     if failed.is_empty() {
         return Ok(());
     }

@@ -51,6 +51,10 @@ fn first_crossing(
             continue;
         }
         let c = e.polynomial.coefficients();
+        if !e.polynomial.min().is_finite() {
+            // nothing can be proved here, and no halving helps
+            return root(a, true);
+        }
         let (start, end) = (c[0] + slack, c[c.len() - 1] + slack);
         // the values at both ends are the monitor's own
         if start < 0.0 {
@@ -137,6 +141,10 @@ pub fn near_miss(
     let mut pending = vec![(a, b)];
     while let Some((a, b)) = pending.pop() {
         let e = flow.enclose(index, a, b);
+        // what is no number is near nothing; the search for switches says so
+        if e.polynomial.min().is_nan() {
+            return None;
+        }
         let bound = least.map_or(level, |(_, h)| h.min(level));
         let slope = e.polynomial.derivative();
         let monotone = slope.min() > e.slope_error || slope.max() < -e.slope_error;
@@ -226,6 +234,14 @@ mod tests {
         assert_eq!(earliest(&flow, &[1e-15], (0.0, 1.0), RESOLUTION), None);
         let back = Given(vec![Bernstein::new(&[0.0, 0.5, -1.0])]);
         assert!((earliest(&back, &[1e-15], (0.0, 1.0), RESOLUTION).unwrap().t - 0.5).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_free_of_roots() {
+        let flow = Given(vec![Bernstein::new(&[1.0, f64::NAN, 1.0]), parabola(-1.0, -2.0, 0.0)]);
+        let root = earliest(&flow, &[1e-16; 2], (0.0, 1.0), RESOLUTION).unwrap();
+        assert!(root.index == 0 && root.tangent);
+        assert_eq!(near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9), None);
     }
 
     #[test]

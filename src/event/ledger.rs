@@ -47,6 +47,26 @@ impl Ledger {
         Ledger { start: total, end: total, scale: total.abs(), ..Ledger::default() }
     }
 
+    /// All that it knows, to be kept.
+    pub(super) fn numbers(&self) -> [f64; 8] {
+        [
+            self.start,
+            self.end,
+            self.scale,
+            self.jumps,
+            self.held_exchange,
+            self.phase_defect,
+            self.worst_in_phase,
+            self.worst,
+        ]
+    }
+
+    /// The ledger that had these numbers.
+    pub(super) fn of_numbers(x: [f64; 8]) -> Ledger {
+        let [start, end, scale, jumps, held_exchange, phase_defect, worst_in_phase, worst] = x;
+        Ledger { start, end, scale, jumps, held_exchange, phase_defect, worst_in_phase, worst }
+    }
+
     fn defect(&self, e: &Energies) -> f64 {
         e.total() - self.start - self.jumps - self.held_exchange - e.external + e.dissipated
     }

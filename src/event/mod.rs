@@ -3,11 +3,13 @@
 //! `u_O` and `u̇_O` are continuous across a switch; the active set, and with it `M_α`, `K_α` and the acceleration, jump.
 //! The complementarity problem is solved anew at every switch; the rules for degenerate sets are in [`classify`].
 
+mod checkpoint;
 pub mod classify;
 pub mod find;
 pub mod ledger;
 pub mod record;
 
+pub use checkpoint::{Checkpoint, Resumed};
 pub use ledger::{Energies, Ledger};
 pub use record::{
     Grazing, GrazingKind, LcpCheck, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
@@ -16,7 +18,7 @@ pub use record::{
 use std::collections::VecDeque;
 
 use crate::contact::{ActiveSet, ContactError, MonitorKind, Nbm, Phase, Scratch, oracle};
-use crate::flow::{Flow, Layout};
+use crate::flow::{Flow, FlowError, Layout};
 use crate::problem::State;
 use classify::{ClassifyError, Decision, Surface};
 use find::Root;
@@ -47,6 +49,13 @@ pub enum RunError<E> {
 
 /// Near misses within this fraction of a monitor's scale are recorded.
 const NEAR_MISS: f64 = 1e-9;
+/// A monitor whose near miss was recorded must rise to so many times that level before the next one is: a body at rest
+/// on the obstacle is one near miss, not one a step.
+const DEPARTURE: f64 = 10.0;
+/// A slack above this fraction of a monitor's scale is no rounding error: it is reported, and ends the certificate.
+const LOOSE: f64 = 1e-9;
+/// With an exact flow no slack grows beyond this fraction: what lies further below zero is found, whatever was decided.
+const LOOSEST: f64 = 1e-6;
 /// Units of rounding error in the time.
 const TIME_UNITS: f64 = 8.0 * f64::EPSILON;
 
@@ -63,6 +72,19 @@ pub fn run<O: Observer>(
     Ok(run.report(outcome))
 }
 
+/// Go on with a run from where it stood, as if it had never been interrupted.
+pub fn resume<O: Observer>(
+    nbm: &Nbm,
+    resumed: Resumed,
+    options: &Options,
+    flow: &mut dyn Flow,
+    observer: &mut O,
+) -> Result<Report, RunError<O::Error>> {
+    let mut run = Run::resume(nbm, resumed, options, flow, observer)?;
+    let outcome = run.integrate()?;
+    Ok(run.report(outcome))
+}
+
 struct Run<'a, O: Observer> {
     nbm: &'a Nbm,
     options: &'a Options,
@@ -72,6 +94,12 @@ struct Run<'a, O: Observer> {
     scratch: Scratch,
     phase: Phase,
     slack: Vec<f64>,
+    /// Rounding errors of the monitors: what the slack begins with.
+    rounding: Vec<f64>,
+    /// Contact nodes whose near misses are recorded.
+    armed: Vec<bool>,
+    /// Stored states so far.
+    stored: usize,
     /// Time of the state `y`.
     t: f64,
     y: Vec<f64>,
@@ -89,8 +117,10 @@ struct Run<'a, O: Observer> {
     missed: usize,
     uncertified: usize,
     undecided: usize,
+    loosened: usize,
     max_penetration: f64,
     max_tension: f64,
+    violation: f64,
     lcp_check: Option<LcpCheck>,
     early: Option<Outcome>,
 }
@@ -107,41 +137,10 @@ impl<'a, O: Observer> Run<'a, O> {
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
-        let layout = Layout::new(nbm);
-        let mut y = vec![0.0; layout.len()];
-        y[..layout.n_o].copy_from_slice(&initial.u);
-        y[layout.n_o..2 * layout.n_o].copy_from_slice(&initial.v);
-        let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
-        let mut run = Run {
-            nbm,
-            options,
-            flow,
-            observer,
-            layout,
-            scratch: nbm.scratch(),
-            phase,
-            slack: vec![],
-            t: 0.0,
-            y,
-            u: vec![0.0; nbm.n()],
-            v: vec![0.0; nbm.n()],
-            largest_u: nbm.length_unit(),
-            potential_start: 0.0,
-            next_sample: 0,
-            last_stored: f64::NEG_INFINITY,
-            ledger: Ledger::default(),
-            recent: VecDeque::new(),
-            phases: 1,
-            switches: vec![],
-            grazings: vec![],
-            missed: 0,
-            uncertified: 0,
-            undecided: 0,
-            max_penetration: 0.0,
-            max_tension: 0.0,
-            lcp_check: options.verify_lcp.then(LcpCheck::default),
-            early: None,
-        };
+        let mut run = Self::blank(nbm, options, flow, observer)?;
+        let n_o = run.layout.n_o;
+        run.y[..n_o].copy_from_slice(&initial.u);
+        run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
         let solution = nbm.solve_lcp(run.layout.u(&run.y), &ActiveSet::open(nbm.n_contact()))?;
         let set = ActiveSet::new(solution.active);
         match run.decide(&set, &solution.degenerate)? {
@@ -161,7 +160,120 @@ impl<'a, O: Observer> Run<'a, O> {
         run.ledger = Ledger::new(energies);
         run.store_sample()?;
         run.next_sample = 1;
+        run.tell_checkpoint();
         Ok(run)
+    }
+
+    /// A run at the beginning of the phase of a checkpoint.
+    fn resume(
+        nbm: &'a Nbm,
+        resumed: Resumed,
+        options: &'a Options,
+        flow: &'a mut dyn Flow,
+        observer: &'a mut O,
+    ) -> Done<Self, O> {
+        let Resumed { checkpoint: c, switches, grazings } = resumed;
+        let mut run = Self::blank(nbm, options, flow, observer)?;
+        (run.t, run.y) = (c.t, c.y);
+        run.phase = Phase::with_held(nbm, ActiveSet::new(c.active), c.held)?;
+        run.armed = c.armed;
+        run.recent = c.recent.into();
+        run.ledger = Ledger::of_numbers(c.ledger);
+        let [largest_u, potential_start, last_stored, penetration, tension, violation] = c.extremes;
+        (run.largest_u, run.potential_start, run.last_stored) =
+            (largest_u, potential_start, last_stored);
+        let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
+        run.begin_phase();
+        // what the beginning of the phase counts is in these numbers already
+        (run.max_penetration, run.max_tension, run.violation) = (penetration, tension, violation);
+        (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
+        (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
+        run.stored = c.rows[0];
+        (run.switches, run.grazings) = (switches, grazings);
+        run.expand();
+        run.tell_checkpoint();
+        Ok(run)
+    }
+
+    /// A run without a state.
+    fn blank(
+        nbm: &'a Nbm,
+        options: &'a Options,
+        flow: &'a mut dyn Flow,
+        observer: &'a mut O,
+    ) -> Done<Self, O> {
+        let layout = Layout::new(nbm);
+        let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
+        let y = vec![0.0; layout.len()];
+        Ok(Run {
+            nbm,
+            options,
+            flow,
+            observer,
+            layout,
+            scratch: nbm.scratch(),
+            phase,
+            slack: vec![],
+            rounding: vec![],
+            armed: vec![true; nbm.n_contact()],
+            stored: 0,
+            t: 0.0,
+            y,
+            u: vec![0.0; nbm.n()],
+            v: vec![0.0; nbm.n()],
+            largest_u: nbm.length_unit(),
+            potential_start: 0.0,
+            next_sample: 0,
+            last_stored: f64::NEG_INFINITY,
+            ledger: Ledger::default(),
+            recent: VecDeque::new(),
+            phases: 1,
+            switches: vec![],
+            grazings: vec![],
+            missed: 0,
+            uncertified: 0,
+            undecided: 0,
+            loosened: 0,
+            max_penetration: 0.0,
+            max_tension: 0.0,
+            violation: 0.0,
+            lcp_check: options.verify_lcp.then(LcpCheck::default),
+            early: None,
+        })
+    }
+
+    /// Tell the observer where the run can go on from: the beginning of the present phase.
+    fn tell_checkpoint(&mut self) {
+        if !self.observer.keeps_checkpoints() {
+            return;
+        }
+        let checkpoint = Checkpoint {
+            t: self.t,
+            y: self.y.clone(),
+            active: self.phase.set.flags().to_vec(),
+            held: self.phase.held.clone(),
+            armed: self.armed.clone(),
+            recent: self.recent.iter().copied().collect(),
+            ledger: self.ledger.numbers(),
+            extremes: [
+                self.largest_u,
+                self.potential_start,
+                self.last_stored,
+                self.max_penetration,
+                self.max_tension,
+                self.violation,
+            ],
+            counts: [
+                self.next_sample,
+                self.phases,
+                self.missed,
+                self.uncertified,
+                self.undecided,
+                self.loosened,
+            ],
+            rows: [self.stored, self.switches.len(), self.grazings.len()],
+        };
+        self.observer.phase(checkpoint);
     }
 
     fn integrate(&mut self) -> Done<Outcome, O> {
@@ -182,9 +294,24 @@ impl<'a, O: Observer> Run<'a, O> {
                     return Ok(outcome);
                 }
             }
-            self.observer.progress(self.flow.window().1).map_err(RunError::Observer)?;
+            let (_, reached) = self.flow.window();
+            if self.observer.progress(reached).map_err(RunError::Observer)?.is_break()
+                && reached < self.options.until
+            {
+                return Ok(self.stop_at(reached));
+            }
         }
         Ok(Outcome::EndTime)
+    }
+
+    /// Leave the run at the end of the window.
+    fn stop_at(&mut self, t: f64) -> Outcome {
+        if t > self.t {
+            self.t = t;
+            self.y.copy_from_slice(self.flow.end_state());
+            self.expand();
+        }
+        Outcome::Interrupted { t: self.t }
     }
 
     /// Differences of times near `t` below this are rounding errors.
@@ -289,11 +416,17 @@ impl<'a, O: Observer> Run<'a, O> {
             if !matches!(monitor.kind, MonitorKind::Gap | MonitorKind::Pressure) {
                 continue;
             }
-            let level = self.slack[index] * (NEAR_MISS / crate::contact::lcp::UNITS);
+            let contact = monitor.node;
+            let level = self.rounding[index] * (NEAR_MISS / crate::contact::lcp::UNITS);
+            if !self.armed[contact] {
+                let end = self.flow.enclose(index, window.1, window.1);
+                self.armed[contact] = end.polynomial.coefficients()[0] > DEPARTURE * level;
+                continue;
+            }
             if let Some((t, distance)) =
                 find::near_miss(self.flow, index, level, window, resolution)
             {
-                let contact = monitor.node;
+                self.armed[contact] = false;
                 self.push_grazing(t, contact, distance, GrazingKind::NearMiss)?;
             }
         }
@@ -302,6 +435,9 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Solve the complementarity problem at the switch, decide the degenerate nodes, change the phase.
     fn switch(&mut self, root: Root) -> Done<Option<Outcome>, O> {
+        if self.y.iter().any(|x| !x.is_finite()) {
+            return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
+        }
         let present = self.phase.set.clone();
         let solution = self.nbm.solve_lcp(self.layout.u(&self.y), &present)?;
         let degenerate = self.degenerate(&root, &solution.degenerate);
@@ -387,7 +523,8 @@ impl<'a, O: Observer> Run<'a, O> {
             let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
             self.undecided += usize::from(root.tangent);
             self.push_grazing(self.t, contact, h, kind)?;
-            self.slack[root.index] = 4.0 * self.slack[root.index].max(-h);
+            let slack = 4.0 * self.slack[root.index].max(-h);
+            self.set_slack(root.index, slack);
             return Ok(());
         }
         self.note_grazing(&decision, h)?;
@@ -396,6 +533,9 @@ impl<'a, O: Observer> Run<'a, O> {
             let k = self.phase.monitors.iter().position(|m| m.node == i);
             k.map_or(0.0, |k| rates[k])
         };
+        for contact in 0..self.nbm.n_contact() {
+            self.armed[contact] |= decision.set.is_active(contact) != present.is_active(contact);
+        }
         let mut before = present;
         let mut kinetic = self.nbm.kinetic(&self.v);
         let mut jump = 0.0;
@@ -434,7 +574,9 @@ impl<'a, O: Observer> Run<'a, O> {
             self.recent.push_back((change.t, change.node));
             self.switches.push(change);
         }
-        self.store_sample()
+        self.store_sample()?;
+        self.tell_checkpoint();
+        Ok(())
     }
 
     /// Values of the gap and pressure monitors at the present state.
@@ -477,13 +619,23 @@ impl<'a, O: Observer> Run<'a, O> {
     fn begin_phase(&mut self) {
         self.flow.begin(&self.phase, self.t, &self.y);
         self.uncertified += usize::from(!self.flow.is_exact());
-        self.slack = self.phase.monitor_rounding(self.nbm, 2.0 * self.largest_u);
+        self.rounding = self.phase.monitor_rounding(self.nbm, 2.0 * self.largest_u);
+        self.slack = self.rounding.clone();
         let h = self.monitor_values();
-        for ((slack, h), m) in self.slack.iter_mut().zip(&h).zip(&self.phase.monitors) {
-            if matches!(m.kind, MonitorKind::Gap | MonitorKind::Pressure) {
-                *slack = slack.max(-2.0 * h);
+        for k in 0..self.phase.monitors.len() {
+            if matches!(self.phase.monitors[k].kind, MonitorKind::Gap | MonitorKind::Pressure) {
+                self.set_slack(k, self.slack[k].max(-2.0 * h[k]));
             }
         }
+    }
+
+    /// How far a monitor may lie below zero without being a switch. More than rounding explains is told.
+    fn set_slack(&mut self, index: usize, slack: f64) {
+        let scale = self.rounding[index] / crate::contact::lcp::UNITS;
+        self.loosened += usize::from(slack > LOOSE * scale && self.slack[index] <= LOOSE * scale);
+        let most = if self.flow.is_exact() { LOOSEST * scale } else { f64::INFINITY };
+        // not a number is no slack at all
+        self.slack[index] = if slack <= most { slack } else { most };
     }
 
     /// Full displacement and velocity of the present state.
@@ -504,12 +656,14 @@ impl<'a, O: Observer> Run<'a, O> {
 
     fn note_violations(&mut self) {
         let h = self.monitor_values();
-        for (h, m) in h.iter().zip(&self.phase.monitors) {
+        for (k, (h, m)) in h.iter().zip(&self.phase.monitors).enumerate() {
             match m.kind {
                 MonitorKind::Gap => self.max_penetration = self.max_penetration.max(-h),
                 MonitorKind::Pressure => self.max_tension = self.max_tension.max(-h),
-                _ => {}
+                _ => continue,
             }
+            let scale = self.rounding[k] / crate::contact::lcp::UNITS;
+            self.violation = self.violation.max(-h / scale);
         }
     }
 
@@ -520,6 +674,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let mut pressure = vec![0.0; self.nbm.n_contact()];
         self.phase.pressures(self.nbm, self.layout.u(&self.y), &mut pressure);
         self.last_stored = self.t;
+        self.stored += 1;
         let sample = Sample {
             t: self.t,
             u: &self.u,
@@ -590,6 +745,7 @@ impl<'a, O: Observer> Run<'a, O> {
             uncertified_phases: self.uncertified,
             undecided: self.undecided,
             flow_note: self.flow.note(),
+            loosened: self.loosened,
             missed: self.missed,
             energy_start: self.ledger.start(),
             energy_end: self.ledger.end(),
@@ -600,6 +756,7 @@ impl<'a, O: Observer> Run<'a, O> {
             energy_drift_total: self.ledger.drift_total(),
             max_penetration: self.max_penetration,
             max_tension: self.max_tension,
+            violation: self.violation,
             counters: self.flow.counters(),
             lcp_check: self.lcp_check,
         }

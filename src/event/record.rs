@@ -1,5 +1,8 @@
 //! What a run tells: samples, switches, grazings, outcome.
 
+use std::ops::ControlFlow;
+
+use super::checkpoint::Checkpoint;
 use super::ledger::Energies;
 use crate::contact::ActiveSet;
 use crate::flow::{Counters, FlowError};
@@ -106,6 +109,13 @@ impl GrazingKind {
             GrazingKind::Undecided => "tangent to time resolution",
         }
     }
+
+    /// The kind of a name in a file (of which a file keeps 31 letters).
+    pub fn of_name(name: &str) -> Option<GrazingKind> {
+        use GrazingKind::*;
+        let all = [NearMiss, Decided, Ambiguous, Held, Undecided];
+        all.into_iter().find(|k| k.name() == name)
+    }
 }
 
 /// How a run ended.
@@ -123,6 +133,11 @@ pub enum Outcome {
         window: f64,
         /// Mesh nodes involved.
         nodes: Vec<usize>,
+    },
+    /// Whoever watches wanted no more.
+    Interrupted {
+        /// Time.
+        t: f64,
     },
     /// The smooth flow could not be continued.
     Flow(FlowError),
@@ -150,6 +165,7 @@ impl std::fmt::Display for Outcome {
                 f,
                 "accumulation of switches at t = {t:.9}, nodes {nodes:?}: {count} switches within {window:.3e}"
             ),
+            Outcome::Interrupted { t } => write!(f, "interrupted at t = {t:.9}"),
             Outcome::Flow(e) => write!(f, "{e}"),
             Outcome::Unresolved { t, nodes } => {
                 write!(f, "no admissible continuation at t = {t:.9}, nodes {nodes:?}")
@@ -194,6 +210,9 @@ pub struct Report {
     pub undecided: usize,
     /// What the flow has to say of its choices.
     pub flow_note: Option<String>,
+    /// Monitors that began a phase, or were left by a touch, further below zero than rounding explains: the search for their next
+    /// switch is the blinder for it.
+    pub loosened: usize,
     /// Switches that the search had missed and only the complementarity problem showed (none, or a defect).
     pub missed: usize,
     /// `H` at the start.
@@ -214,16 +233,26 @@ pub struct Report {
     pub max_penetration: f64,
     /// Largest tension there.
     pub max_tension: f64,
+    /// The larger of both, each over the size of what it is a rounding error of.
+    pub violation: f64,
     /// Work done.
     pub counters: Counters,
     /// Present if the solutions were to be verified.
     pub lcp_check: Option<LcpCheck>,
 }
 
+/// Violations of the contact conditions up to here, relative, are rounding errors.
+const VIOLATION: f64 = 1e-9;
+
 impl Report {
-    /// Every switch was found by proof: exact flow in every phase, no undecided tangency.
+    /// Every switch was found by proof: exact flow in every phase, no undecided tangency, nothing missed, no monitor loosened, and the
+    /// contact conditions hold to rounding.
     pub fn is_certified(&self) -> bool {
-        self.uncertified_phases == 0 && self.undecided == 0 && self.missed == 0
+        self.uncertified_phases == 0
+            && self.undecided == 0
+            && self.missed == 0
+            && self.loosened == 0
+            && self.violation <= VIOLATION
     }
 }
 
@@ -241,10 +270,16 @@ pub trait Observer {
     fn grazing(&mut self, _grazing: &Grazing) -> Result<(), Self::Error> {
         Ok(())
     }
-    /// Time reached.
-    fn progress(&mut self, _t: f64) -> Result<(), Self::Error> {
-        Ok(())
+    /// Time reached; whether to go on.
+    fn progress(&mut self, _t: f64) -> Result<ControlFlow<()>, Self::Error> {
+        Ok(ControlFlow::Continue(()))
     }
+    /// Whether [`Observer::phase`] is of use.
+    fn keeps_checkpoints(&self) -> bool {
+        false
+    }
+    /// A phase begins: all that is needed to go on from here.
+    fn phase(&mut self, _checkpoint: Checkpoint) {}
 }
 
 /// An observer that keeps nothing.

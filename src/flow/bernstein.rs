@@ -120,14 +120,16 @@ impl Bernstein {
         Bernstein { degree: self.degree - 1, c }
     }
 
-    /// Lower bound on `[0, 1]`.
+    /// Lower bound on `[0, 1]`; not a number if a coefficient is none (of which nothing is proved).
     pub fn min(&self) -> f64 {
-        self.coefficients().iter().copied().fold(f64::INFINITY, f64::min)
+        let least = |m: f64, &x: &f64| if x < m || x.is_nan() { x } else { m };
+        self.coefficients().iter().fold(f64::INFINITY, least)
     }
 
-    /// Upper bound on `[0, 1]`.
+    /// Upper bound on `[0, 1]`; not a number if a coefficient is none.
     pub fn max(&self) -> f64 {
-        self.coefficients().iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        let largest = |m: f64, &x: &f64| if x > m || x.is_nan() { x } else { m };
+        self.coefficients().iter().fold(f64::NEG_INFINITY, largest)
     }
 }
 
@@ -157,6 +159,17 @@ impl Nested {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bounds_of_what_is_no_number_are_none() {
+        for k in 0..4 {
+            let mut f = [1.0, 2.0, 3.0, 4.0];
+            f[k] = f64::NAN;
+            let p = Bernstein::new(&f);
+            assert!(p.min().is_nan() && p.max().is_nan(), "{k}");
+        }
+        assert!(Bernstein::constant(f64::NAN).min().is_nan());
+    }
 
     #[test]
     fn nested_form_restriction_and_derivative_agree() {

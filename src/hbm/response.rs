@@ -262,6 +262,8 @@ pub struct Point {
     pub origin: Origin,
     /// Far from what the points before it let expect.
     pub jumped: bool,
+    /// With the lowest number of harmonics: the solution of one harmonic that the ladder at this frequency begins with.
+    pub base: Option<Series>,
 }
 
 /// Starts of the first mode, over grazing.
@@ -310,6 +312,7 @@ pub fn sequential(
     for &omega in grid {
         reduction.set_frequency(omega);
         let mut below: Option<Series> = None;
+        let mut base: Option<Series> = None;
         for (k, track) in tracks.iter_mut().enumerate() {
             let n_h = if k == 0 { 1 } else { harmonics[k - 1] };
             let guesses = track.guesses(omega);
@@ -360,7 +363,7 @@ pub fn sequential(
                         let d: f64 = e.a.iter().zip(&s.q.a).map(|(a, b)| (a - b).powi(2)).sum();
                         d > JUMP * JUMP * square(&s.q.a)
                     });
-                    Point { omega, n_h, solution: Ok(s), origin, jumped }
+                    Point { omega, n_h, solution: Ok(s), origin, jumped, base: base.take() }
                 }
                 None => Point {
                     omega,
@@ -368,8 +371,12 @@ pub fn sequential(
                     solution: Err(failure),
                     origin: Origin::Ladder,
                     jumped: false,
+                    base: base.take(),
                 },
             };
+            if k == 0 {
+                base.clone_from(&below);
+            }
             if k > 0 && take(reduction, point).is_break() {
                 return Ok(());
             }

@@ -49,6 +49,7 @@ fn place_record(place: &Place<Chain>) -> PlaceRecord {
         signature: place.signature.clone(),
         sets: place.chart.sets.iter().map(|s| s.flags().to_vec()).collect(),
         nodes: place.chart.nodes.clone(),
+        base: vec![],
     }
 }
 
@@ -161,11 +162,10 @@ fn point(
     };
     Ok(PointRecord {
         omega: x[x.len() - 1],
-        branch: 0,
         special,
         orbit,
         place: place.map(place_record),
-        series: None,
+        ..PointRecord::default()
     })
 }
 
@@ -216,11 +216,10 @@ pub fn sequential(
                 let orbit = Some(record(body, orbit)?);
                 PointRecord {
                     omega,
-                    branch: 0,
                     special: special.into(),
                     orbit,
                     place: Some(place),
-                    series: None,
+                    ..PointRecord::default()
                 }
             }
             None => PointRecord {

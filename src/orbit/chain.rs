@@ -29,8 +29,6 @@ use crate::problem::State;
 
 /// Above this size orbits are shot without the modes of the phases.
 const LARGE: usize = 800;
-/// Below this size one thread does it.
-const SMALL: usize = 300;
 
 /// The sequence of active sets: `sets[j]` holds between event `j − 1` and event `j`; `nodes[j]` is the contact node whose monitor
 /// reaches zero at event `j` (the first one where several switch at one time).
@@ -72,11 +70,10 @@ pub struct Propagator {
     transforms: RefCell<Transforms>,
 }
 
-/// `A B` with one thread for small matrices.
+/// `A B`, on one thread: results must not depend on how many there are.
 pub(super) fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
-    let par = if a.nrows() < SMALL { Par::Seq } else { Par::rayon(0) };
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, par);
+    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
     c
 }
 

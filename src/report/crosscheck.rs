@@ -2,12 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::io;
-use std::path::{Path, PathBuf};
 
 use plotters::prelude::RGBColor;
 
-use super::families::{Drawn, LOGARITHMIC, draw_line, named, title};
+use super::families::{Drawn, LOGARITHMIC, draw_line, title};
 use super::figure::{
     self, Area, Entry, FigureError, INK, LINES, Mark, columns, legend, legend_above, line, panel,
     px, range, semilog, symbols, viridis,
@@ -389,8 +387,8 @@ fn shares(area: &Area, tallies: &[Tally]) -> Drawn {
     over_harmonics(area, tallies, &curves, (0.0..105.0, false), "% of the points")
 }
 
-/// `STEM.csv`: a row a point of harmonic balance; what a point without an orbit does not have is empty.
-pub fn csv(rows: &[CheckRow], stem: &Path) -> io::Result<Vec<PathBuf>> {
+/// A row a point of harmonic balance; what a point without an orbit does not have is empty.
+pub fn csv(rows: &[CheckRow]) -> String {
     let mut out = String::from(
         "omega,harmonics,hbm_energy,residual,return_error,verdict,moved,orbit_energy,contact_change,same_sequence\n",
     );
@@ -407,9 +405,7 @@ pub fn csv(rows: &[CheckRow], stem: &Path) -> io::Result<Vec<PathBuf>> {
             false => writeln!(out, ",,,,"),
         };
     }
-    let path = named(stem, ".csv");
-    std::fs::write(&path, out)?;
-    Ok(vec![path])
+    out
 }
 
 #[cfg(test)]

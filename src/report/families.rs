@@ -3,14 +3,13 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 
 use super::crosscheck::crosscheck;
 use super::figure::{
-    self, Area, Chart, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel, flat, legend,
+    self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel, flat, legend,
     legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
 };
 use crate::store::{CheckRow, OrbitRecord, PointRecord, Stored, StoredFamily};
@@ -67,60 +66,60 @@ pub fn check_names() -> Vec<&'static str> {
     OF_CHECK.iter().map(|p| p.0).collect()
 }
 
-/// Draw the named pictures of an orbit (all that make sense if `only` is empty) as `STEM-NAME.svg` and `.png`;
+/// Draw the named pictures of an orbit (all that make sense if `only` is empty) to be written as `STEM-NAME.svg` and `.png`;
 /// `rates` are those of the monitors at the switches.
-pub fn save_orbit(
+pub fn pictures_of_orbit(
     stored: &Stored,
     orbit: &OrbitRecord,
     rates: &[f64],
     stem: &Path,
     only: &[String],
-) -> Result<Vec<PathBuf>, FigureError> {
-    save(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(written, _)| written)
+) -> Result<Vec<Drawing>, FigureError> {
+    draw(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(drawn, _)| drawn)
 }
 
 /// Draw the named pictures of a family, likewise; without any orbit there is nothing to draw.
-pub fn save_family(
+pub fn pictures_of_family(
     family: &StoredFamily,
     stem: &Path,
     only: &[String],
-) -> Result<Vec<PathBuf>, FigureError> {
-    something(save(&OF_FAMILY, Source::Family(family), stem, only)?)
+) -> Result<Vec<Drawing>, FigureError> {
+    something(draw(&OF_FAMILY, Source::Family(family), stem, only)?)
 }
 
 /// Draw the named pictures of a cross-check, likewise.
-pub fn save_check(
+pub fn pictures_of_check(
     family: &StoredFamily,
     rows: &[CheckRow],
     stem: &Path,
     only: &[String],
-) -> Result<Vec<PathBuf>, FigureError> {
-    something(save(&OF_CHECK, Source::Check(family, rows), stem, only)?)
+) -> Result<Vec<Drawing>, FigureError> {
+    something(draw(&OF_CHECK, Source::Check(family, rows), stem, only)?)
 }
 
-/// What was written, and why the first picture that is not there was left out.
-type Saved = (Vec<PathBuf>, Option<FigureError>);
+/// What was drawn, and why the first picture that is not there was left out.
+type Drawings = (Vec<Drawing>, Option<FigureError>);
 
 /// A file of which nothing can be drawn says why.
-fn something((written, reason): Saved) -> Result<Vec<PathBuf>, FigureError> {
+fn something((drawn, reason): Drawings) -> Result<Vec<Drawing>, FigureError> {
     match reason {
-        Some(reason) if written.is_empty() => Err(reason),
-        _ => Ok(written),
+        Some(reason) if drawn.is_empty() => Err(reason),
+        _ => Ok(drawn),
     }
 }
 
-fn save(
+fn draw(
     pictures: &[Picture],
     source: Source,
     stem: &Path,
     only: &[String],
-) -> Result<Saved, FigureError> {
-    let (mut written, mut reason) = (vec![], None);
-    for (name, draw) in pictures {
+) -> Result<Drawings, FigureError> {
+    let (mut drawn, mut reason) = (vec![], None);
+    for (name, picture) in pictures {
         if !only.is_empty() && !only.iter().any(|o| o == name) {
             continue;
         }
-        let svg = match draw(source) {
+        let svg = match picture(source) {
             Ok(svg) => svg,
             Err(e @ FigureError::Empty(_)) if only.is_empty() => {
                 reason = reason.or(Some(e));
@@ -128,9 +127,9 @@ fn save(
             }
             Err(e) => return Err(e),
         };
-        written.extend(figure::save(&named(stem, &format!("-{name}")), &svg)?);
+        drawn.push(Drawing { stem: named(stem, &format!("-{name}")), svg });
     }
-    Ok((written, reason))
+    Ok((drawn, reason))
 }
 
 pub(super) fn named(stem: &Path, ending: &str) -> PathBuf {
@@ -713,8 +712,8 @@ fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureError> {
 
 // The table.
 
-/// `STEM.csv`: a row a point of a family; a point without an orbit has empty cells.
-pub fn csv(family: &StoredFamily, stem: &Path) -> io::Result<Vec<PathBuf>> {
+/// A row a point of a family; a point without an orbit has empty cells.
+pub fn csv(family: &StoredFamily) -> String {
     let mut out = String::from(
         "omega,energy,amplitude,residual,contact_time,grazing_distance,switches,stable,branch,special\n",
     );
@@ -732,9 +731,7 @@ pub fn csv(family: &StoredFamily, stem: &Path) -> io::Result<Vec<PathBuf>> {
         }
         let _ = writeln!(out, ",{},{}", p.branch, quoted(&p.special));
     }
-    let path = named(stem, ".csv");
-    std::fs::write(&path, out)?;
-    Ok(vec![path])
+    out
 }
 
 /// A cell of a CSV file.

@@ -3,13 +3,15 @@
 //! plotters draws the SVG; the PNG is rasterised from that same SVG with the font that the program carries, so both
 //! show the same and neither needs fonts of the system.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
+
+use crate::store::{MARK, Outputs, StoreError, beside, replace};
 
 static FONT: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
 const FAMILY: &str = "sans-serif";
@@ -30,14 +32,9 @@ pub enum FigureError {
     /// Drawing failed.
     #[error("drawing: {0}")]
     Draw(String),
-    /// Writing failed.
-    #[error("{}: {source}", path.display())]
-    Write {
-        /// File.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    /// Writing failed, or is not allowed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// There is nothing to draw.
     #[error("nothing to draw: {0}")]
     Empty(&'static str),
@@ -122,21 +119,45 @@ pub fn svg(
     Ok(out.replacen(&fine, &format!("width=\"{}\" height=\"{}\"", size.0, size.1), 1))
 }
 
-/// Write `STEM.svg` and `STEM.png`; returns both paths.
-pub fn save(stem: &Path, svg: &str) -> Result<[PathBuf; 2], FigureError> {
-    let with = |ending: &str| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
-    let (svg_path, png_path) = (with(".svg"), with(".png"));
-    let write = |path: &Path, bytes: &[u8]| {
-        std::fs::write(path, bytes)
-            .map_err(|source| FigureError::Write { path: path.to_owned(), source })
-    };
-    write(&svg_path, svg.as_bytes())?;
-    write(&png_path, &png(svg)?)?;
-    Ok([svg_path, png_path])
+/// A picture that is drawn and not yet written.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// Its name without the ending.
+    pub stem: PathBuf,
+    /// What is on it.
+    pub svg: String,
+}
+
+/// Write `STEM.svg` and `STEM.png` of all drawings, or, where one of them may not be written, none; returns the paths.
+pub fn save(drawings: &[Drawing], outputs: &Outputs) -> Result<Vec<PathBuf>, FigureError> {
+    let mut files = vec![];
+    for Drawing { stem, svg } in drawings {
+        let marked = match svg.find('>') {
+            Some(end) => format!("{}\n{MARK}{}", &svg[..=end], &svg[end + 1..]),
+            None => svg.clone(),
+        };
+        files.push((beside(stem, ".svg"), marked.into_bytes()));
+        files.push((beside(stem, ".png"), marked_png(png(svg)?)));
+    }
+    files.iter().try_for_each(|(path, _)| outputs.check_derived(path))?;
+    files.iter().try_for_each(|(path, bytes)| replace(path, bytes))?;
+    Ok(files.into_iter().map(|f| f.0).collect())
+}
+
+/// A PNG that says which program made it: a chunk of text behind the header.
+fn marked_png(png: Vec<u8>) -> Vec<u8> {
+    /// Signature and header.
+    const HEAD: usize = 8 + 25;
+    let text = b"tEXtSoftware\0signorini";
+    if png.len() < HEAD {
+        return png;
+    }
+    let mut out = png[..HEAD].to_vec();
+    out.extend(((text.len() - 4) as u32).to_be_bytes());
+    out.extend(text);
+    out.extend(crc32fast::hash(text).to_be_bytes());
+    out.extend(&png[HEAD..]);
+    out
 }
 
 fn png(svg: &str) -> Result<Vec<u8>, FigureError> {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -12,7 +12,7 @@ use super::families::{
     Drawn, LOGARITHMIC, branches, draw_dashes, draw_line, of_branch, pieces, title,
 };
 use super::figure::{
-    self, Chart, Entry, FigureError, INK, LINES, Mark, flat, legend_above, line, panel, px, range,
+    self, Drawing, Chart, Entry, FigureError, INK, LINES, Mark, flat, legend_above, line, panel, px, range,
     semilog, symbol, symbols, text,
 };
 use crate::store::StoredFamily;
@@ -146,13 +146,13 @@ fn points(family: &StoredFamily, branch: usize) -> impl Iterator<Item = (f64, f6
         .filter_map(move |p| p.orbit.as_ref().and_then(|o| energy(o.energy)).map(|e| (p.omega, e)))
 }
 
-/// Draw the families as `STEM.svg` and `STEM.png`.
-pub fn save(
+/// Draw the families, to be written as `STEM.svg` and `STEM.png`.
+pub fn picture(
     families: &[StoredFamily],
     options: &Options,
     stem: &Path,
-) -> Result<Vec<PathBuf>, FigureError> {
-    Ok(figure::save(stem, &overlay(families, options)?)?.to_vec())
+) -> Result<Drawing, FigureError> {
+    Ok(Drawing { stem: stem.to_owned(), svg: overlay(families, options)? })
 }
 
 fn overlay(families: &[StoredFamily], options: &Options) -> Result<String, FigureError> {

@@ -1,15 +1,15 @@
 //! The pictures of a stored run: contact, energy, gap map, deformed shapes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use plotters::prelude::*;
 
 use super::figure::{
-    self, Area, Chart, FigureError, Ground, INK, LINES, Mark, SHADE, colour_bar, legend, line,
+    self, Drawing, Area, Chart, FigureError, Ground, INK, LINES, Mark, SHADE, colour_bar, legend, line,
     panel, panel_with, px, range, text, viridis,
 };
 use crate::scenario::Scene;
-use crate::store::Stored;
+use crate::store::{Stored, beside};
 
 type Drawn = Result<(), FigureError>;
 
@@ -44,14 +44,14 @@ pub fn names() -> Vec<&'static str> {
     PICTURES.iter().map(|p| p.name).collect()
 }
 
-/// Draw the named pictures (all that make sense if `only` is empty) as `STEM-NAME.svg` and `.png`.
-pub fn save_all(
+/// Draw the named pictures (all that make sense if `only` is empty), to be written as `STEM-NAME.svg` and `.png`.
+pub fn draw_all(
     stored: &Stored,
     stem: &Path,
     only: &[String],
     options: &Options,
-) -> Result<Vec<PathBuf>, FigureError> {
-    let mut written = vec![];
+) -> Result<Vec<Drawing>, FigureError> {
+    let mut drawn = vec![];
     for picture in &PICTURES {
         if !only.is_empty() && !only.iter().any(|o| o == picture.name) {
             continue;
@@ -61,11 +61,9 @@ pub fn save_all(
             Err(FigureError::Empty(_)) if only.is_empty() => continue,
             Err(e) => return Err(e),
         };
-        let mut name = stem.as_os_str().to_owned();
-        name.push(format!("-{}", picture.name));
-        written.extend(figure::save(Path::new(&name), &svg)?);
+        drawn.push(Drawing { stem: beside(stem, &format!("-{}", picture.name)), svg });
     }
-    Ok(written)
+    Ok(drawn)
 }
 
 fn time_range(stored: &Stored) -> std::ops::Range<f64> {

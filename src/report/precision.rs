@@ -13,9 +13,9 @@ pub struct Point {
     pub method: String,
     /// Relative tolerance, where the method has one.
     pub rtol: Option<f64>,
-    /// Relative error of the final state against the reference.
-    pub error: f64,
-    /// Largest error of a switching time over the end time; not a number where the switches differ.
+    /// Relative error of the final state against the reference; none for the reference itself.
+    pub error: Option<f64>,
+    /// Largest error of a switching time over the end time; none where the switches differ, and for the reference.
     pub switch_error: Option<f64>,
     /// Number of switches.
     pub switches: usize,
@@ -61,12 +61,16 @@ impl Study {
         );
         for p in &self.points {
             let rtol = p.rtol.map_or("exact".into(), |r| format!("{r:.0e}"));
-            let switch = p.switch_error.map_or("differ".into(), |e| format!("{e:.1e}"));
+            let error = p.error.map_or("reference".into(), |e| format!("{e:.1e}"));
+            let switch = match (p.error, p.switch_error) {
+                (None, _) => "reference".into(),
+                (_, Some(e)) => format!("{e:.1e}"),
+                (_, None) => "differ".into(),
+            };
             let _ = writeln!(
                 out,
-                "  {:<22}{rtol:>9}{:>12.1e}{switch:>14}{:>10}{:>9.3} ms{:>12}",
+                "  {:<22}{rtol:>9}{error:>12}{switch:>14}{:>10}{:>9.3} ms{:>12}",
                 p.method,
-                p.error,
                 p.switches,
                 1e3 * p.wall_s,
                 p.work
@@ -82,10 +86,10 @@ impl Study {
             let or_empty = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
             let _ = writeln!(
                 out,
-                "{},{},{:e},{},{},{:e},{}",
+                "{},{},{},{},{},{:e},{}",
                 p.method,
                 or_empty(p.rtol),
-                p.error,
+                or_empty(p.error),
                 or_empty(p.switch_error),
                 p.switches,
                 p.wall_s,
@@ -103,7 +107,9 @@ impl Study {
                 methods.push(&p.method);
             }
         }
-        let drawn: Vec<&Point> = self.points.iter().filter(|p| p.error < 1.0).collect();
+        // the reference has no error to be drawn at
+        let error = |p: &Point| p.error.unwrap_or(f64::INFINITY);
+        let drawn: Vec<&Point> = self.points.iter().filter(|p| error(p) < 1.0).collect();
         if drawn.is_empty() {
             return Err(FigureError::Empty("no solution comes near the reference"));
         }
@@ -114,7 +120,7 @@ impl Study {
             let high = values().fold(f64::NEG_INFINITY, f64::max).ceil();
             low..high.max(low + 1.0)
         };
-        let x = bounds(&|p| log(p.error));
+        let x = bounds(&|p| log(error(p)));
         let y = bounds(&|p| p.wall_s.log10());
         figure::svg((980, 600), |root| {
             let title = format!("{}: time against error, {} unknowns", self.title, self.n_o);
@@ -130,6 +136,9 @@ impl Study {
                 loglog(&sheet, x, y, "relative error of the final state", "wall time in s")?;
             let mut entries = vec![];
             for (k, method) in methods.iter().enumerate() {
+                if !drawn.iter().any(|p| p.method == *method) {
+                    continue;
+                }
                 let colour = if k < LINES.len() {
                     LINES[k]
                 } else {
@@ -138,7 +147,7 @@ impl Study {
                 let mut at: Vec<(f64, f64)> = drawn
                     .iter()
                     .filter(|p| p.method == *method)
-                    .map(|p| (log(p.error), p.wall_s.log10()))
+                    .map(|p| (log(error(p)), p.wall_s.log10()))
                     .collect();
                 at.sort_by(|a, b| b.0.total_cmp(&a.0));
                 let peer = method.starts_with("scipy");

@@ -358,6 +358,26 @@ impl Scene {
         run.until.or(run.periods.and_then(|n| self.period().map(|t| n * t)))
     }
 
+    /// All files that it names, relative to its own folder.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let folder = self.source.file.parent().unwrap_or(Path::new(""));
+        let contact = self.contact.as_ref();
+        let matrices = [
+            self.body.mass_matrix.as_ref(),
+            self.body.stiffness_matrix.as_ref(),
+            self.body.damping_matrix.as_ref(),
+            contact.and_then(|c| c.n_c.as_ref()),
+            contact.and_then(|c| c.n_o.as_ref()),
+        ];
+        // FILE.h5:/dataset
+        let file = |name: &String| match name.split_once(":/") {
+            Some((file, _)) => folder.join(file),
+            None => folder.join(name),
+        };
+        let matrices = matrices.into_iter().flatten().map(file);
+        matrices.chain(self.initial.file.iter().map(|f| folder.join(f))).collect()
+    }
+
     /// The file name without folder and ending.
     pub fn stem(&self) -> String {
         let stem = self.source.file.file_stem();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::reader::open;
+use super::reader::{open, reading};
 use super::{StoreError, read_text};
 
 /// Kinds of files.
@@ -47,6 +47,10 @@ pub struct Origin {
 
 /// Read the origin of any file.
 pub fn read_origin(path: &Path) -> Result<Origin, StoreError> {
+    reading(path, || read_origin_of(path))
+}
+
+fn read_origin_of(path: &Path) -> Result<Origin, StoreError> {
     let file = open(path)?;
     let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/mesh".into() };
     let mesh = file.group("mesh").map_err(missing)?;
@@ -69,6 +73,8 @@ pub fn read_origin(path: &Path) -> Result<Origin, StoreError> {
 /// Rate of the monitor at every switch: for a node that closes, the negative of its velocity towards the obstacle just before.
 pub fn read_switch_rates(path: &Path) -> Result<Vec<f64>, StoreError> {
     let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/switches".into() };
-    let rates = open(path)?.dataset("switches/monitor_rate").map_err(missing)?;
-    Ok(rates.read_raw()?)
+    reading(path, || {
+        let rates = open(path)?.dataset("switches/monitor_rate").map_err(missing)?;
+        Ok(rates.read_raw()?)
+    })
 }

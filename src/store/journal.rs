@@ -1,7 +1,9 @@
 //! The journal of a family that is being computed: one line a point, beside the HDF5 file.
 //!
 //! A process can be killed while the HDF5 library writes its metadata, and then the file does not open. A line that was cut off
-//! is told by its missing end, and everything before it stands. Numbers are kept by their bits: what is read is what was written.
+//! is told by its missing end, and everything before it stands. Every line begins with a checksum of itself and of the line before
+//! it: one that was changed, or whose predecessor was taken away, is told too. Numbers are kept by their bits: what is read
+//! is what was written.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -9,65 +11,84 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::orbits::{PointRecord, StoredFamily};
-use super::{StoreError, orbits};
+use super::family::StoredFamily;
+use super::kind::FamilyKind;
+use super::orbits::PointRecord;
+use super::output::{beside, check_room};
+use super::StoreError;
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
 struct Header {
     scene: String,
-    kind: String,
+    identity: FamilyKind,
     branches: Vec<String>,
     harmonics: usize,
+    #[serde(with = "bits::many")]
+    range: Vec<f64>,
 }
 
 /// An open journal.
 pub(super) struct Journal {
     path: PathBuf,
     file: File,
+    sum: u32,
 }
 
 fn name_of(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".journal");
-    PathBuf::from(name)
+    beside(path, ".journal")
 }
 
-fn fail(path: &Path, e: impl std::fmt::Display) -> StoreError {
-    StoreError::unusable(path, e)
+/// The checksum of a line behind one with the checksum `before`.
+pub(super) fn checksum(before: u32, text: &str) -> u32 {
+    let mut hash = crc32fast::Hasher::new();
+    hash.update(&before.to_le_bytes());
+    hash.update(text.as_bytes());
+    hash.finalize()
 }
 
-fn line<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, StoreError> {
-    let mut text = serde_json::to_vec(value).map_err(|e| fail(path, e))?;
-    text.push(b'\n');
-    Ok(text)
+/// A line with its checksum, which becomes the one of the line before.
+fn line<T: Serialize>(path: &Path, sum: &mut u32, value: &T) -> Result<String, StoreError> {
+    let text = serde_json::to_string(value)
+        .map_err(|e| StoreError::write(path, std::io::Error::other(e)))?;
+    *sum = checksum(*sum, &text);
+    Ok(format!("{sum:08x} {text}\n"))
 }
 
 impl Journal {
     /// A new journal for the file `path`, with the points that are known already; an old one is replaced at once.
     pub fn create(path: &Path, family: &StoredFamily) -> Result<Journal, StoreError> {
         let name = name_of(path);
+        let fail = |e| StoreError::write(&name, e);
+        let identity = family.identity.clone().ok_or_else(|| {
+            StoreError::write(&name, std::io::Error::other("a family without its kind"))
+        })?;
         let header = Header {
             scene: family.scene.clone(),
-            kind: family.kind.clone(),
+            identity,
             branches: family.branches.clone(),
             harmonics: family.harmonics,
+            range: family.range.to_vec(),
         };
-        let mut text = line(&name, &header)?;
+        let mut sum = 0;
+        let mut text = line(&name, &mut sum, &header)?;
         for point in &family.points {
-            text.extend(line(&name, point)?);
+            text.push_str(&line(&name, &mut sum, point)?);
         }
-        let fresh = PathBuf::from(format!("{}.new", name.display()));
-        std::fs::write(&fresh, text).map_err(|e| fail(&fresh, e))?;
-        std::fs::rename(&fresh, &name).map_err(|e| fail(&name, e))?;
-        let file = OpenOptions::new().append(true).open(&name).map_err(|e| fail(&name, e))?;
-        Ok(Journal { path: name, file })
+        let fresh = beside(&name, ".new");
+        std::fs::write(&fresh, text).and_then(|()| std::fs::rename(&fresh, &name)).map_err(|e| {
+            let _ = std::fs::remove_file(&fresh);
+            fail(e)
+        })?;
+        let file = OpenOptions::new().append(true).open(&name).map_err(fail)?;
+        Ok(Journal { path: name, file, sum })
     }
 
     /// Append a point.
     pub fn append(&mut self, point: &PointRecord) -> Result<(), StoreError> {
-        let text = line(&self.path, point)?;
-        self.file.write_all(&text).map_err(|e| fail(&self.path, e))
+        let text = line(&self.path, &mut self.sum, point)?;
+        check_room(&self.path, text.len() as u64)?;
+        self.file.write_all(text.as_bytes()).map_err(|e| StoreError::write(&self.path, e))
     }
 
     /// The family is complete: the HDF5 file holds everything.
@@ -77,22 +98,51 @@ impl Journal {
     }
 }
 
-/// The unfinished family of the file `path`, if there is a journal of it.
-pub(super) fn read(path: &Path) -> Option<orbits::StoredFamily> {
-    let text = std::fs::read_to_string(name_of(path)).ok()?;
-    let mut lines = text.split_inclusive('\n').filter(|l| l.ends_with('\n'));
-    let header: Header = serde_json::from_str(lines.next()?).ok()?;
-    let points = lines.map_while(|l| serde_json::from_str(l).ok()).collect();
-    Some(StoredFamily {
+/// The unfinished family of the file `path`, if there is a journal of it, and the number of the first line that is damaged.
+pub(super) fn read(path: &Path) -> Option<(StoredFamily, Option<usize>)> {
+    // a damaged line need not be text
+    let bytes = std::fs::read(name_of(path)).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
+    let mut sum = 0;
+    let mut number = 0;
+    let mut next = |line: &str| -> Option<String> {
+        number += 1;
+        let (found, text) = line.strip_suffix('\n')?.split_once(' ')?;
+        sum = checksum(sum, text);
+        (u32::from_str_radix(found, 16) == Ok(sum)).then(|| text.to_owned())
+    };
+    let mut lines = text.split_inclusive('\n').peekable();
+    let header: Header = serde_json::from_str(&next(lines.next()?)?).ok()?;
+    let &[low, high] = &header.range[..] else { return None };
+    let mut points: Vec<PointRecord> = vec![];
+    let mut damaged = None;
+    while let Some(line) = lines.next() {
+        let Some(point) = next(line).and_then(|text| serde_json::from_str(&text).ok()) else {
+            // the last line of a process that was killed is no damage
+            let cut_off = !line.ends_with('\n') && lines.peek().is_none();
+            damaged = (!cut_off).then_some(points.len() + 2);
+            break;
+        };
+        points.push(point);
+    }
+    let family = StoredFamily {
         path: path.to_owned(),
         scene: header.scene,
-        kind: header.kind,
+        kind: header.identity.to_string(),
+        identity: Some(header.identity),
+        range: [low, high],
         branches: header.branches,
         harmonics: header.harmonics,
         status: "running".into(),
         points,
         ..StoredFamily::default()
-    })
+    };
+    Some((family, damaged))
+}
+
+/// Whether there is a journal of the file `path`.
+pub(super) fn exists(path: &Path) -> bool {
+    name_of(path).exists()
 }
 
 /// Numbers by their bits.

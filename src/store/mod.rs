@@ -3,9 +3,13 @@
 //! The file is written as the run goes: rows are collected until a chunk is full, appended and flushed, so that a
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
+mod checkpoint;
 mod content;
+mod family;
 mod journal;
+mod kind;
 mod orbits;
+mod output;
 mod problem;
 mod reader;
 mod series;
@@ -13,14 +17,15 @@ mod table;
 mod writer;
 
 pub use content::{Content, Origin, content, read_origin, read_switch_rates};
-pub use orbits::{
-    FamilyWriter, OrbitRecord, PlaceRecord, PointRecord, StoredFamily, read_stored_orbit,
-};
+pub use family::{FamilyPlan, FamilyWriter, StoredFamily};
+pub use kind::{BranchEnd, EndReason, FamilyKind, Grid, PointMethod, Walk, fingerprint};
+pub use orbits::{OrbitRecord, PlaceRecord, PointRecord, read_stored_orbit};
+pub use output::{MARK, Outputs, beside, replace, room};
 pub use problem::write_problem;
 pub use reader::{Stored, read_state};
 pub use series::{
     CheckRow, Names, SeriesRecord, SeriesWriter, place_of_function, read_crosscheck, read_csv,
-    read_series, write_crosscheck,
+    read_series,
 };
 pub use writer::{Writer, WriterOptions};
 
@@ -33,6 +38,38 @@ pub enum StoreError {
     /// The file exists.
     #[error("{} exists already; choose another name with -o or overwrite it with --force", .0.display())]
     Exists(PathBuf),
+    /// The file is one of those that are read.
+    #[error("{} is an input of this command ({}); choose another name with -o", path.display(), input.display())]
+    IsInput {
+        /// The output.
+        path: PathBuf,
+        /// The input that it is.
+        input: PathBuf,
+    },
+    /// The file was made by someone else.
+    #[error("{} was not made by signorini, and stays as it is; choose another name with -o, or remove it yourself", .0.display())]
+    Foreign(PathBuf),
+    /// Another process writes the file.
+    #[error("{} is being written by another process; wait for it, or choose another name with -o", .0.display())]
+    Busy(PathBuf),
+    /// No room.
+    #[error("{}: the disk is full: {} are needed, {} are there", path.display(), in_bytes(*needed), in_bytes(*there))]
+    DiskFull {
+        /// Path.
+        path: PathBuf,
+        /// Bytes that are to be written.
+        needed: u64,
+        /// Bytes that are free.
+        there: u64,
+    },
+    /// The system refused to write.
+    #[error("writing {}: {source}", path.display())]
+    Write {
+        /// Path.
+        path: PathBuf,
+        /// Its words.
+        source: std::io::Error,
+    },
     /// The file or folder cannot be used.
     #[error("{}: {reason}", path.display())]
     Unusable {
@@ -58,6 +95,25 @@ impl StoreError {
     fn unusable(path: &Path, reason: impl std::fmt::Display) -> Self {
         StoreError::Unusable { path: path.to_owned(), reason: reason.to_string() }
     }
+
+    fn write(path: &Path, source: std::io::Error) -> Self {
+        StoreError::Write { path: path.to_owned(), source }
+    }
+}
+
+/// A number of bytes as one says it.
+pub fn in_bytes(n: u64) -> String {
+    let mut x = n as f64;
+    let mut units = ["bytes", "kB", "MB", "GB", "TB"].into_iter();
+    let mut unit = units.next().unwrap_or_default();
+    for larger in units {
+        if x < 1000.0 {
+            break;
+        }
+        x /= 1000.0;
+        unit = larger;
+    }
+    if unit == "bytes" { format!("{n} bytes") } else { format!("{x:.1} {unit}") }
 }
 
 pub(crate) fn write_text(

@@ -1,25 +1,20 @@
-//! Orbits and families of orbits in HDF5: `/orbit`, `/backbone`.
-//!
-//! `/backbone` has one row a point; what a point is in full, and where the continuation stood there, is in
-//! `/backbone/points/NNNN`. Every point is on disk before the next one is computed: a killed continuation goes on from the last.
+//! Orbits in HDF5: `/orbit`, and the full record of a point of a family.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
-use super::journal::{self, Journal, bits};
-use super::reader::open;
-use super::series::{Names, SeriesRecord, SeriesWriter, read_series};
-use super::table::Table;
-use super::writer::{along_axes, create_file};
-use super::{StoreError, Writer, WriterOptions, read_text, write_text};
+use super::journal::bits;
+use super::reader::{open, reading};
+use super::series::{CheckRow, SeriesRecord};
+use super::writer::along_axes;
+use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::Nbm;
-use crate::scenario::Scene;
 
-type Word = FixedAscii<64>;
+pub(super) type Word = FixedAscii<64>;
 
 /// An orbit as it is stored.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -93,6 +88,9 @@ pub struct PlaceRecord {
     pub sets: Vec<Vec<bool>>,
     /// Contact node of each event.
     pub nodes: Vec<usize>,
+    /// Harmonic balance: the solution of one harmonic that the ladder at this frequency began with.
+    #[serde(with = "bits::many")]
+    pub base: Vec<f64>,
 }
 
 /// One row of `/backbone`.
@@ -103,6 +101,9 @@ pub struct PointRecord {
     pub omega: f64,
     /// Which branch (one for each damping ratio, number of harmonics, …).
     pub branch: usize,
+    /// Place on the branch: the number of the frequency on a grid (falling where the branch is walked downwards), or the count from its
+    /// start. With the branch it is the point's name: no two points of a file share both.
+    pub index: i64,
     /// `regular`, or what is special.
     pub special: String,
     /// The orbit; none: a point that was asked for and does not exist.
@@ -111,23 +112,25 @@ pub struct PointRecord {
     pub place: Option<PlaceRecord>,
     /// The series, if harmonic balance made the point.
     pub series: Option<SeriesRecord>,
+    /// What a cross-check found.
+    pub check: Option<CheckRow>,
 }
 
-fn word(text: &str) -> Word {
+pub(super) fn word(text: &str) -> Word {
     let text: String = text.chars().filter(char::is_ascii).take(63).collect();
     Word::from_ascii(text.as_bytes()).unwrap_or_default()
 }
 
-fn scalar(g: &Location, name: &str, value: f64) -> Result<(), StoreError> {
+pub(super) fn scalar(g: &Location, name: &str, value: f64) -> Result<(), StoreError> {
     g.new_attr::<f64>().create(name)?.write_scalar(&value)?;
     Ok(())
 }
 
-fn read_scalar(g: &Location, name: &str) -> Result<f64, StoreError> {
+pub(super) fn read_scalar(g: &Location, name: &str) -> Result<f64, StoreError> {
     Ok(g.attr(name)?.read_scalar()?)
 }
 
-fn matrix<T: Clone>(rows: usize, columns: usize, values: Vec<T>) -> Result<Array2<T>, StoreError> {
+pub(super) fn matrix<T: Clone>(rows: usize, columns: usize, values: Vec<T>) -> Result<Array2<T>, StoreError> {
     Ok(Array2::from_shape_vec((rows, columns), values)
         .map_err(|e| hdf5::Error::from(e.to_string()))?)
 }
@@ -144,7 +147,7 @@ const NUMBERS: [&str; 9] = [
     "energy_balance",
 ];
 
-fn write_orbit(g: &Group, o: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> {
+pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> {
     let dofs = &nbm.body.dofs;
     let numbers = [
         o.period,
@@ -179,7 +182,7 @@ fn write_orbit(g: &Group, o: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> 
     Ok(())
 }
 
-fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
+pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
     let mut n = [0.0; 9];
     for (x, name) in n.iter_mut().zip(NUMBERS) {
         *x = read_scalar(g, name)?;
@@ -214,6 +217,42 @@ fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
     })
 }
 
+pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreError> {
+    let c = g.create_group("continuation")?;
+    scalar(&c, "step", place.step)?;
+    scalar(&c, "orientation", place.orientation)?;
+    c.new_dataset_builder().with_data(&place.x).create("x")?;
+    c.new_dataset_builder().with_data(&place.tangent).create("tangent")?;
+    c.new_dataset_builder().with_data(&place.signature).create("signature")?;
+    let n_c = place.sets.first().map_or(0, Vec::len);
+    let flags = place.sets.iter().flatten().map(|&a| u8::from(a)).collect();
+    let sets = matrix(place.sets.len(), n_c, flags)?;
+    c.new_dataset_builder().with_data(&sets).create("active")?;
+    let nodes: Vec<i64> = place.nodes.iter().map(|&n| n as i64).collect();
+    c.new_dataset_builder().with_data(&nodes).create("node")?;
+    if !place.base.is_empty() {
+        c.new_dataset_builder().with_data(&place.base).create("base")?;
+    }
+    Ok(())
+}
+
+pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
+    let Ok(c) = g.group("continuation") else { return Ok(None) };
+    let sets: Array2<u8> = c.dataset("active")?.read_2d()?;
+    let nodes: Vec<i64> = c.dataset("node")?.read_raw()?;
+    let base = c.dataset("base").and_then(|d| d.read_raw());
+    Ok(Some(PlaceRecord {
+        x: c.dataset("x")?.read_raw()?,
+        tangent: c.dataset("tangent")?.read_raw()?,
+        step: read_scalar(&c, "step")?,
+        orientation: read_scalar(&c, "orientation")?,
+        signature: c.dataset("signature")?.read_raw()?,
+        sets: sets.rows().into_iter().map(|r| r.iter().map(|&a| a == 1).collect()).collect(),
+        nodes: nodes.iter().map(|&n| n as usize).collect(),
+        base: base.unwrap_or_default(),
+    }))
+}
+
 impl Writer {
     /// Write `/orbit` beside the trajectory of its period.
     pub fn orbit(&mut self, orbit: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> {
@@ -221,309 +260,13 @@ impl Writer {
     }
 }
 
-/// The open file of a family.
-pub struct FamilyWriter {
-    file: hdf5::File,
-    points: Group,
-    rows: Vec<Table<f64>>,
-    special: Table<Word>,
-    count: usize,
-    series: Option<SeriesWriter>,
-    harmonics: usize,
-    journal: Option<Journal>,
-}
-
-const ROWS: [(&str, &str); 9] = [
-    ("omega", "1/time"),
-    ("energy", "energy"),
-    ("amplitude", "length"),
-    ("residual", "relative"),
-    ("contact_time", "time"),
-    ("grazing_distance", "relative"),
-    ("switches", "number a period"),
-    ("stable", "1 stable, 0 unstable, -1 not computed"),
-    ("branch", "number"),
-];
-
-impl FamilyWriter {
-    /// Create the file; `names` are those of the branches, `harmonics` the most that a series of it may have.
-    pub fn create(
-        path: &Path,
-        scene: &Scene,
-        nbm: &Nbm,
-        options: &WriterOptions,
-        kind: &str,
-        names: &[String],
-        harmonics: usize,
-    ) -> Result<FamilyWriter, StoreError> {
-        let mut writer = Self::without_journal(path, scene, nbm, options, kind, names)?;
-        writer.harmonics = harmonics;
-        let empty = StoredFamily {
-            scene: scene.source.text.clone(),
-            kind: kind.into(),
-            branches: names.to_vec(),
-            harmonics,
-            ..StoredFamily::default()
-        };
-        writer.journal = Some(Journal::create(path, &empty)?);
-        Ok(writer)
-    }
-
-    fn without_journal(
-        path: &Path,
-        scene: &Scene,
-        nbm: &Nbm,
-        options: &WriterOptions,
-        kind: &str,
-        names: &[String],
-    ) -> Result<FamilyWriter, StoreError> {
-        let file = create_file(path, scene, nbm, options)?;
-        let g = file.create_group("backbone")?;
-        write_text(&g, "kind", kind)?;
-        write_text(&g, "branches", &names.join("\n"))?;
-        // every row is flushed on its own: small chunks, no compression
-        let rows: Result<Vec<_>, _> = ROWS
-            .iter()
-            .map(|(name, units)| Table::create(&g, name, None, 64, false, units))
-            .collect();
-        let special = Table::create(&g, "special", None, 64, false, "words")?;
-        let points = g.create_group("points")?;
-        file.flush()?;
-        Ok(FamilyWriter {
-            file,
-            points,
-            rows: rows?,
-            special,
-            count: 0,
-            series: None,
-            harmonics: 0,
-            journal: None,
-        })
-    }
-
-    /// A new file with the points of an unfinished one, to go on with.
-    pub fn resume(
-        path: &Path,
-        scene: &Scene,
-        nbm: &Nbm,
-        options: &WriterOptions,
-        kind: &str,
-        known: &StoredFamily,
-    ) -> Result<FamilyWriter, StoreError> {
-        let temporary = PathBuf::from(format!("{}.part", path.display()));
-        let fresh = WriterOptions { force: true, ..options.clone() };
-        let mut writer =
-            Self::without_journal(&temporary, scene, nbm, &fresh, kind, &known.branches)?;
-        writer.harmonics = known.harmonics;
-        for point in &known.points {
-            writer.push_as_stored(point, nbm)?;
-        }
-        std::fs::rename(&temporary, path).map_err(|e| StoreError::unusable(path, e))?;
-        writer.journal = Some(Journal::create(path, known)?);
-        Ok(writer)
-    }
-
-    /// Stored displacements are along the axes already; the map between is its own inverse.
-    fn push_as_stored(&mut self, point: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
-        let mut point = point.clone();
-        if let Some(o) = &mut point.orbit {
-            o.u0 = along_axes(&nbm.body.dofs, &o.u0);
-            o.v0 = along_axes(&nbm.body.dofs, &o.v0);
-        }
-        self.push(&point, nbm)
-    }
-
-    /// Append a point; it is on disk when this returns.
-    pub fn push(&mut self, p: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
-        if let Some(journal) = &mut self.journal {
-            let mut as_stored = p.clone();
-            if let Some(o) = &mut as_stored.orbit {
-                o.u0 = along_axes(&nbm.body.dofs, &o.u0);
-                o.v0 = along_axes(&nbm.body.dofs, &o.v0);
-            }
-            journal.append(&as_stored)?;
-        }
-        let g = self.points.create_group(&format!("{:04}", self.count))?;
-        scalar(&g, "omega", p.omega)?;
-        if let Some(o) = &p.orbit {
-            write_orbit(&g, o, nbm)?;
-        }
-        if let Some(place) = &p.place {
-            let c = g.create_group("continuation")?;
-            scalar(&c, "step", place.step)?;
-            scalar(&c, "orientation", place.orientation)?;
-            c.new_dataset_builder().with_data(&place.x).create("x")?;
-            c.new_dataset_builder().with_data(&place.tangent).create("tangent")?;
-            c.new_dataset_builder().with_data(&place.signature).create("signature")?;
-            let n_c = place.sets.first().map_or(0, Vec::len);
-            let flags = place.sets.iter().flatten().map(|&a| u8::from(a)).collect();
-            let sets = matrix(place.sets.len(), n_c, flags)?;
-            c.new_dataset_builder().with_data(&sets).create("active")?;
-            let nodes: Vec<i64> = place.nodes.iter().map(|&n| n as i64).collect();
-            c.new_dataset_builder().with_data(&nodes).create("node")?;
-        }
-        let nan = f64::NAN;
-        let o = p.orbit.as_ref();
-        let of = |f: &dyn Fn(&OrbitRecord) -> f64| o.map_or(nan, f);
-        let row = [
-            p.omega,
-            of(&|o| o.energy),
-            of(&|o| o.amplitude),
-            of(&|o| o.residual),
-            of(&|o| o.contact_time),
-            of(&|o| o.grazing),
-            of(&|o| o.switches.len() as f64),
-            of(&|o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))),
-            p.branch as f64,
-        ];
-        for (table, x) in self.rows.iter_mut().zip(row) {
-            table.push(&[x]);
-            table.append()?;
-        }
-        self.special.push(&[word(&p.special)]);
-        self.special.append()?;
-        if let Some(series) = &p.series {
-            if self.series.is_none() {
-                self.series = Some(SeriesWriter::create(&self.file, self.harmonics, nbm.n_o())?);
-            }
-            if let Some(writer) = &mut self.series {
-                writer.push(series, self.count)?;
-            }
-        }
-        self.count += 1;
-        self.file.flush()?;
-        Ok(())
-    }
-
-    /// The file, for other groups.
-    pub(super) fn file(&self) -> &hdf5::File {
-        &self.file
-    }
-
-    /// Number of points so far.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Write the final status.
-    pub fn finish(self, status: &str) -> Result<(), StoreError> {
-        write_text(&self.file, "status", status)?;
-        self.file.flush()?;
-        if let Some(journal) = self.journal {
-            drop(self.file);
-            journal.remove();
-        }
-        Ok(())
-    }
-}
-
-/// A stored family.
-#[derive(Debug, Clone, Default)]
-pub struct StoredFamily {
-    /// Path.
-    pub path: PathBuf,
-    /// Scene title.
-    pub title: String,
-    /// Scene text.
-    pub scene: String,
-    /// `running`, `complete`, …
-    pub status: String,
-    /// What kind of family.
-    pub kind: String,
-    /// Names of the branches.
-    pub branches: Vec<String>,
-    /// All points, displacements along the axes.
-    pub points: Vec<PointRecord>,
-    /// Most harmonics of `/hbm`.
-    pub harmonics: usize,
-}
-
-impl StoredFamily {
-    /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill.
-    pub fn recover(path: &Path) -> Result<StoredFamily, StoreError> {
-        match journal::read(path) {
-            Some(family) => Ok(family),
-            None => Self::read(path),
-        }
-    }
-
-    /// Read a family.
-    pub fn read(path: &Path) -> Result<StoredFamily, StoreError> {
-        let file = open(path)?;
-        let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
-        let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
-        let special: Vec<Word> = g.dataset("special")?.read_raw()?;
-        let branch: Vec<f64> = g.dataset("branch")?.read_raw()?;
-        let points = g.group("points")?;
-        let mut all = vec![];
-        for (k, (special, branch)) in special.iter().zip(&branch).enumerate() {
-            let p = points.group(&format!("{k:04}"))?;
-            let orbit = if p.link_exists("u0") { Some(read_orbit(&p)?) } else { None };
-            let place = match p.group("continuation") {
-                Err(_) => None,
-                Ok(c) => {
-                    let sets: Array2<u8> = c.dataset("active")?.read_2d()?;
-                    let nodes: Vec<i64> = c.dataset("node")?.read_raw()?;
-                    Some(PlaceRecord {
-                        x: c.dataset("x")?.read_raw()?,
-                        tangent: c.dataset("tangent")?.read_raw()?,
-                        step: read_scalar(&c, "step")?,
-                        orientation: read_scalar(&c, "orientation")?,
-                        signature: c.dataset("signature")?.read_raw()?,
-                        sets: sets
-                            .rows()
-                            .into_iter()
-                            .map(|r| r.iter().map(|&a| a == 1).collect())
-                            .collect(),
-                        nodes: nodes.iter().map(|&n| n as usize).collect(),
-                    })
-                }
-            };
-            all.push(PointRecord {
-                omega: read_scalar(&p, "omega")?,
-                branch: *branch as usize,
-                special: special.as_str().to_owned(),
-                orbit,
-                place,
-                series: None,
-            });
-        }
-        let mut harmonics = 0;
-        if let Ok(hbm) = file.group("hbm") {
-            let shape = hbm.dataset("coefficients")?.shape();
-            let rows: Vec<i64> = hbm.dataset("point")?.read_raw()?;
-            harmonics = shape.get(1).map_or(0, |f| f / 2);
-            let n_o = shape.get(2).copied().unwrap_or(0);
-            let series = read_series(path, &Names::default(), n_o)?;
-            for (row, series) in rows.iter().zip(series) {
-                if let Some(point) = all.get_mut(*row as usize) {
-                    point.series = Some(series);
-                }
-            }
-        }
-        let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        Ok(StoredFamily {
-            path: path.to_owned(),
-            title: text("title"),
-            scene: text("scene"),
-            status: text("status"),
-            kind: read_text(&g, "kind").unwrap_or_default(),
-            branches: read_text(&g, "branches")
-                .unwrap_or_default()
-                .lines()
-                .map(str::to_owned)
-                .collect(),
-            points: all,
-            harmonics,
-        })
-    }
-}
-
 /// The orbit of a file, if it holds one.
 pub fn read_stored_orbit(path: &Path) -> Result<Option<OrbitRecord>, StoreError> {
-    let file = open(path)?;
-    match file.group("orbit") {
-        Ok(g) => Ok(Some(read_orbit(&g)?)),
-        Err(_) => Ok(None),
-    }
+    reading(path, || {
+        let file = open(path)?;
+        match file.group("orbit") {
+            Ok(g) => Ok(Some(read_orbit(&g)?)),
+            Err(_) => Ok(None),
+        }
+    })
 }

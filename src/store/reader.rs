@@ -63,6 +63,10 @@ pub struct Stored {
 impl Stored {
     /// Read a whole run.
     pub fn read(path: &Path) -> Result<Stored, StoreError> {
+        reading(path, || Self::read_all(path))
+    }
+
+    fn read_all(path: &Path) -> Result<Stored, StoreError> {
         let file = open(path)?;
         let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
         let mesh = file.group("mesh").map_err(|_| missing("/mesh"))?;
@@ -122,6 +126,8 @@ impl Stored {
         let tables = [self.u.nrows(), self.v.nrows(), self.active.nrows(), self.pressure.nrows()];
         let checks = [
             (self.nodes.ncols() == 2 && nodes > 0, "/mesh/nodes"),
+            (self.nodes.iter().all(|x| x.is_finite()), "/mesh/nodes"),
+            (self.gap.iter().all(|g| g.is_finite()), "/mesh/gap"),
             ([2, 4].contains(&self.elements.ncols()), "/mesh/elements"),
             (self.elements.iter().all(|&e| below(e, nodes)), "/mesh/elements"),
             (self.dof_map.dim() == (nodes, 2), "/mesh/dof_map"),
@@ -156,6 +162,22 @@ impl Stored {
     }
 }
 
+/// What the library says of a file that is read means that the file is damaged, or of another kind.
+pub(super) fn reading<T>(
+    path: &Path,
+    read: impl FnOnce() -> Result<T, StoreError>,
+) -> Result<T, StoreError> {
+    read().map_err(|e| match e {
+        StoreError::Hdf5(e) => {
+            let text = e.to_string();
+            // the innermost cause stands behind the last colon of the first line
+            let line = text.lines().next().unwrap_or_default().to_owned();
+            StoreError::unusable(path, format!("damaged, or not what it should be ({line})"))
+        }
+        e => e,
+    })
+}
+
 pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
     if !path.is_file() {
         return Err(StoreError::unusable(path, "no such file"));
@@ -166,6 +188,15 @@ pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
 /// The state that a file offers as an initial one: of `/orbit` if there is one, else the last of `/trajectory`; as nodal
 /// fields (displacement, velocity) of `dim` components for a mesh with the same nodes.
 pub fn read_state(
+    path: &Path,
+    nodes: &[[f64; 2]],
+    dim: usize,
+    interpolate: bool,
+) -> Result<(Vec<f64>, Vec<f64>), StoreError> {
+    reading(path, || read_state_of(path, nodes, dim, interpolate))
+}
+
+fn read_state_of(
     path: &Path,
     nodes: &[[f64; 2]],
     dim: usize,
@@ -205,6 +236,9 @@ pub fn read_state(
         };
         (last("trajectory/u")?, last("trajectory/v")?)
     };
+    if !u.iter().chain(&v).all(|x| x.is_finite()) {
+        return Err(damaged("a state that is not finite"));
+    }
     let fits = |i: &i64| *i == -1 || usize::try_from(*i).is_ok_and(|i| i < u.len().min(v.len()));
     if !map.iter().all(fits) {
         return Err(damaged("/mesh/dof_map"));

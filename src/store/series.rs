@@ -2,6 +2,7 @@
 //!
 //! `coefficients[p, 2N_h+1, n_O]` in the order `a_0, a_1, b_1, a_2, b_2, …` of `u_O(t) = Σ a_k cos kωt + b_k sin kωt`.
 
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use hdf5::Dataset;
@@ -9,9 +10,9 @@ use ndarray::{Array3, ArrayD};
 use serde::{Deserialize, Serialize};
 
 use super::journal::bits;
-use super::reader::open;
+use super::reader::{open, reading};
 use super::table::Table;
-use super::{FamilyWriter, StoreError, write_text};
+use super::{StoreError, write_text};
 
 /// Where a function (harmonic, whether it is the sine) stands in `a_0, a_1, b_1, a_2, b_2, …`.
 pub fn place_of_function((k, is_sine): (usize, bool)) -> usize {
@@ -97,11 +98,20 @@ pub fn read_series(
     names: &Names,
     n_o: usize,
 ) -> Result<Vec<SeriesRecord>, StoreError> {
+    reading(path, || read_series_of(path, names, n_o))
+}
+
+fn read_series_of(
+    path: &Path,
+    names: &Names,
+    n_o: usize,
+) -> Result<Vec<SeriesRecord>, StoreError> {
     let file = open(path)?;
     let missing = |what: &str| StoreError::Missing {
         path: path.to_owned(),
         what: format!("variable {what}"),
     };
+    let unusable = |why: String| StoreError::unusable(path, why);
     let omega: Vec<f64> =
         file.dataset(&names.omega).map_err(|_| missing(&names.omega))?.read_raw()?;
     let data = file.dataset(&names.coefficients).map_err(|_| missing(&names.coefficients))?;
@@ -118,59 +128,95 @@ pub fn read_series(
         _ => None,
     };
     let Some((reversed, functions)) = wanted(&shape) else {
-        return Err(StoreError::unusable(
-            path,
-            format!(
-                "{} has the shape {shape:?}; {p} frequencies and {n_o} displacements u_O need [{p}, 2 N_h + 1, {n_o}]",
-                names.coefficients
-            ),
-        ));
+        return Err(unusable(format!(
+            "{} has the shape {shape:?}; {p} frequencies and {n_o} displacements u_O need [{p}, 2 N_h + 1, {n_o}]",
+            names.coefficients
+        )));
     };
-    let own: Option<Vec<i64>> = file
-        .dataset("hbm/harmonics")
-        .and_then(|d| d.read_raw())
-        .ok()
-        .filter(|h: &Vec<i64>| h.len() == p);
+    let most = (functions - 1) / 2;
+    if most > MOST_HARMONICS {
+        return Err(unusable(format!("{most} harmonics: at most {MOST_HARMONICS}")));
+    }
+    if let Some(i) = omega.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
+        let what = format!("{}, point {i}: {} is not a positive frequency", names.omega, omega[i]);
+        return Err(unusable(what));
+    }
+    let own = match file.dataset("hbm/harmonics") {
+        Err(_) => vec![most as i64; p],
+        Ok(data) => data.read_raw::<i64>()?,
+    };
+    // the frequencies of other programs may stand beside an own table of another length
+    let own = if own.len() == p { own } else { vec![most as i64; p] };
+    if let Some((i, n)) = own.iter().enumerate().find(|(_, n)| !(0..=most as i64).contains(*n)) {
+        let what = format!("/hbm/harmonics, point {i}: {n} harmonics, and the coefficients have {most}");
+        return Err(unusable(what));
+    }
     let flat: Vec<f64> = all.iter().copied().collect();
     let at = |i: usize, f: usize, n: usize| match reversed {
         false => flat[(i * functions + f) * n_o + n],
         true => flat[(n * functions + f) * p + i],
     };
-    Ok((0..p)
+    (0..p)
         .map(|i| {
-            let n_h = own.as_ref().map_or((functions - 1) / 2, |h| h[i] as usize);
-            let used = (2 * n_h + 1).min(functions);
-            let coefficients = (0..used)
+            let n_h = own[i] as usize;
+            let coefficients: Vec<f64> = (0..2 * n_h + 1)
                 .flat_map(|f| (0..n_o).map(move |n| (f, n)))
                 .map(|(f, n)| at(i, f, n))
                 .collect();
-            SeriesRecord { omega: omega[i], n_h, coefficients }
+            match coefficients.iter().find(|c| !is_reasonable(**c)) {
+                Some(c) => Err(unusable(format!("{}, point {i}: {c}", names.coefficients))),
+                None => Ok(SeriesRecord { omega: omega[i], n_h, coefficients }),
+            }
         })
-        .collect())
+        .collect()
+}
+
+/// A coefficient that a motion can have: finite, and no overflow in its square.
+fn is_reasonable(x: f64) -> bool {
+    x.is_finite() && x.abs() <= 1e100
 }
 
 /// Most harmonics of a series.
 const MOST_HARMONICS: usize = 500;
 
-/// One row of a CSV: harmonic, whether it is the sine, values.
-type Function = (usize, bool, Vec<f64>);
+/// The rows of one point of a CSV.
+struct CsvPoint {
+    label: String,
+    /// Line of its first row.
+    line: usize,
+    omega: f64,
+    /// Values and line of each function.
+    rows: BTreeMap<(usize, bool), (usize, Vec<f64>)>,
+}
 
-/// Read series from CSV: a header, then one row a function: `point, omega, k, part, u_1, …, u_nO` with `part` `cos` or `sin`. Rows
-/// that are not there are zero.
+/// Read series from CSV: a header, then one row a function: `point, omega, k, part, u_1, …, u_nO` with `part` `cos` or `sin`. The rows
+/// may stand in any order; points come in the order of their first rows. A point has the cosine of every harmonic from 0 to its
+/// last, and either all sines or none (a motion that is symmetric in time). Cells are parted by commas, semicolons or tabs.
 pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
-    let text = std::fs::read_to_string(path).map_err(|e| StoreError::unusable(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| StoreError::unusable(path, e))?;
     let bad = |line: usize, why: String| StoreError::unusable(path, format!("line {line}: {why}"));
-    let header: Vec<&str> = text.lines().next().unwrap_or("").split(',').map(str::trim).collect();
-    if header.len() < 4 || header[..4] != ["point", "omega", "k", "part"] {
-        return Err(bad(1, "the header must begin with point, omega, k, part".into()));
+    let text = std::str::from_utf8(&bytes).map_err(|e| {
+        let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+        bad(line, "is no text in UTF-8".into())
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let is_content = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let mut lines = text.lines().enumerate().filter(|(_, line)| is_content(line));
+    let (first, header) = lines.next().ok_or_else(|| bad(1, "the file is empty".into()))?;
+    let separator = [',', ';', '\t'].into_iter().find(|s| header.contains(*s)).unwrap_or(',');
+    let cells_of = |line: &'_ str| -> Vec<String> {
+        line.split(separator).map(|c| c.trim().trim_matches('"').to_owned()).collect()
+    };
+    let names = cells_of(header);
+    if names.len() < 4 || names[..4] != ["point", "omega", "k", "part"] {
+        let why = "the header must begin with point, omega, k, part (separated by commas)";
+        return Err(bad(first + 1, why.into()));
     }
-    let mut points: Vec<(String, f64, Vec<Function>)> = vec![];
-    for (k, line) in text.lines().enumerate().skip(1) {
+    let mut points: Vec<CsvPoint> = vec![];
+    let mut place_of: HashMap<String, usize> = HashMap::new();
+    for (k, line) in lines {
         let number = k + 1;
-        if line.trim().is_empty() || line.trim_start().starts_with('#') {
-            continue;
-        }
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let cells = cells_of(line);
         if cells.len() != 4 + n_o {
             let found = cells.len().saturating_sub(4);
             return Err(bad(
@@ -181,91 +227,122 @@ pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError
             ));
         }
         let parse = |s: &str| s.parse::<f64>().ok().filter(|x| x.is_finite());
-        let omega = parse(cells[1]).filter(|w| *w > 0.0).ok_or_else(|| {
+        let omega = parse(&cells[1]).filter(|w| *w > 0.0).ok_or_else(|| {
             bad(number, format!("omega \"{}\" is not a positive number", cells[1]))
         })?;
         let harmonic: usize = cells[2]
             .parse()
             .map_err(|_| bad(number, format!("k \"{}\" is not a whole number", cells[2])))?;
-        let is_sine = match cells[3] {
+        let is_sine = match cells[3].as_str() {
             "cos" => false,
             "sin" => true,
             other => return Err(bad(number, format!("part \"{other}\" is neither cos nor sin"))),
         };
-        let values: Option<Vec<f64>> = cells[4..].iter().map(|c| parse(c)).collect();
-        let values = values.ok_or_else(|| bad(number, "a displacement is not a number".into()))?;
+        let values: Result<Vec<f64>, StoreError> = cells[4..]
+            .iter()
+            .map(|c| {
+                let comma = separator != ',' && c.contains(',');
+                let hint = if comma { " (write a point, no comma, before the decimals)" } else { "" };
+                parse(c).ok_or_else(|| bad(number, format!("\"{c}\" is not a finite number{hint}")))
+            })
+            .collect();
+        let values = values?;
         if harmonic > MOST_HARMONICS {
             return Err(bad(number, format!("k = {harmonic}: at most {MOST_HARMONICS} harmonics")));
         }
-        if harmonic == 0 && is_sine && values.iter().any(|v| *v != 0.0) {
-            return Err(bad(number, "there is no sine of harmonic 0".into()));
+        if harmonic == 0 && is_sine {
+            if values.iter().any(|v| *v != 0.0) {
+                return Err(bad(number, "there is no sine of harmonic 0".into()));
+            }
+            continue;
         }
-        if values.iter().any(|v| v.abs() > 1e100) {
+        if !values.iter().all(|v| is_reasonable(*v)) {
             return Err(bad(number, "a displacement is beyond all reason".into()));
         }
-        match points.last_mut() {
-            Some(last) if last.0 == cells[0] => {
-                if last.1 != omega {
-                    return Err(bad(
-                        number,
-                        format!("point {} has omega {} and {omega}", cells[0], last.1),
-                    ));
-                }
-                if last.2.iter().any(|r| (r.0, r.1) == (harmonic, is_sine)) {
-                    return Err(bad(
-                        number,
-                        format!("harmonic {harmonic} {} stands there twice", cells[3]),
-                    ));
-                }
-                last.2.push((harmonic, is_sine, values));
-            }
-            _ => points.push((cells[0].to_owned(), omega, vec![(harmonic, is_sine, values)])),
+        let place = *place_of.entry(cells[0].clone()).or_insert_with(|| {
+            let (label, rows) = (cells[0].clone(), BTreeMap::new());
+            points.push(CsvPoint { label, line: number, omega, rows });
+            points.len() - 1
+        });
+        let point = &mut points[place];
+        if point.omega != omega {
+            let why = format!("point {} has omega {} and {omega}", cells[0], point.omega);
+            return Err(bad(number, why));
+        }
+        if let Some((line, _)) = point.rows.insert((harmonic, is_sine), (number, values)) {
+            let why = format!(
+                "harmonic {harmonic} {} of point {} stands there twice, first in line {line}",
+                cells[3], cells[0]
+            );
+            return Err(bad(number, why));
         }
     }
-    Ok(points
-        .into_iter()
-        .map(|(_, omega, rows)| {
-            let n_h = rows.iter().map(|r| r.0).max().unwrap_or(0);
-            let mut coefficients = vec![0.0; (2 * n_h + 1) * n_o];
-            for (k, is_sine, values) in rows {
-                let f = place_of_function((k, is_sine));
-                coefficients[f * n_o..(f + 1) * n_o].copy_from_slice(&values);
+    points.into_iter().map(|p| p.series(n_o).map_err(|(line, why)| bad(line, why))).collect()
+}
+
+impl CsvPoint {
+    /// The series, if no row is missing.
+    fn series(self, n_o: usize) -> Result<SeriesRecord, (usize, String)> {
+        let n_h = self.rows.keys().map(|r| r.0).max().unwrap_or(0);
+        let has_sines = self.rows.keys().any(|r| r.1);
+        let mut coefficients = vec![0.0; (2 * n_h + 1) * n_o];
+        for function in (0..=n_h).flat_map(|k| [(k, false), (k, true)]) {
+            let (k, is_sine) = function;
+            if is_sine && (k == 0 || !has_sines) {
+                continue;
             }
-            SeriesRecord { omega, n_h, coefficients }
-        })
-        .collect())
+            let Some((_, values)) = self.rows.get(&function) else {
+                let part = if is_sine { "sin" } else { "cos" };
+                let why = format!(
+                    "point {} has harmonics up to {n_h} and no row k = {k}, {part}; write zeros where a coefficient is zero",
+                    self.label
+                );
+                return Err((self.line, why));
+            };
+            let f = place_of_function(function);
+            coefficients[f * n_o..(f + 1) * n_o].copy_from_slice(values);
+        }
+        Ok(SeriesRecord { omega: self.omega, n_h, coefficients })
+    }
 }
 
 /// One row of a cross-check.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CheckRow {
     /// Frequency.
+    #[serde(with = "bits::one")]
     pub omega: f64,
     /// Harmonics.
     pub n_h: usize,
     /// Energy of the series.
+    #[serde(with = "bits::one")]
     pub energy: f64,
     /// Residual of the series in time.
+    #[serde(with = "bits::one")]
     pub residual: f64,
     /// Return error of its initial state.
+    #[serde(with = "bits::one")]
     pub return_error: f64,
     /// Verdict in one word.
     pub verdict: String,
     /// Verdict in words.
     pub message: String,
     /// How far shooting moved the state, relative (NaN: no orbit).
+    #[serde(with = "bits::one")]
     pub moved: f64,
     /// Energy of the orbit.
+    #[serde(with = "bits::one")]
     pub orbit_energy: f64,
     /// Change of the contact time over the period.
+    #[serde(with = "bits::one")]
     pub contact_change: f64,
     /// Whether the sequence of switches stayed.
     pub same_sequence: bool,
 }
 
 /// Write `/crosscheck` into the file of a family.
-pub fn write_crosscheck(family: &FamilyWriter, rows: &[CheckRow]) -> Result<(), StoreError> {
-    let g = family.file().create_group("crosscheck")?;
+pub(super) fn write_crosscheck(file: &hdf5::File, rows: &[CheckRow]) -> Result<(), StoreError> {
+    let g = file.create_group("crosscheck")?;
     let column = |name: &str, f: &dyn Fn(&CheckRow) -> f64| -> Result<(), StoreError> {
         let values: Vec<f64> = rows.iter().map(f).collect();
         g.new_dataset_builder().with_data(&values).create(name)?;
@@ -291,10 +368,13 @@ pub fn write_crosscheck(family: &FamilyWriter, rows: &[CheckRow]) -> Result<(), 
 
 /// Read `/crosscheck`, if the file holds one.
 pub fn read_crosscheck(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> {
+    reading(path, || read_crosscheck_of(path))
+}
+
+fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> {
     use hdf5::types::FixedAscii;
     let file = open(path)?;
     let Ok(g) = file.group("crosscheck") else { return Ok(None) };
-    let column = |name: &str| -> Result<Vec<f64>, StoreError> { Ok(g.dataset(name)?.read_raw()?) };
     let words: Vec<FixedAscii<32>> = g.dataset("verdict")?.read_raw()?;
     let names = [
         "omega",
@@ -307,8 +387,15 @@ pub fn read_crosscheck(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError>
         "contact_change",
         "same_sequence",
     ];
-    let columns: Result<Vec<Vec<f64>>, StoreError> = names.iter().map(|n| column(n)).collect();
-    let c = columns?;
+    let mut c: Vec<Vec<f64>> = vec![];
+    for name in names {
+        let column: Vec<f64> = g.dataset(name)?.read_raw()?;
+        if column.len() != words.len() {
+            let what = format!("damaged: /crosscheck/{name} has {} rows of {}", column.len(), words.len());
+            return Err(StoreError::unusable(path, what));
+        }
+        c.push(column);
+    }
     Ok(Some(
         (0..words.len())
             .map(|i| CheckRow {

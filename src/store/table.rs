@@ -40,6 +40,23 @@ impl<T: H5Type + Clone> Table<T> {
         Ok(Table { dataset, columns, chunk, rows: 0, waiting: 0, pending: vec![] })
     }
 
+    /// Go on with a table of a file, behind its first `rows` rows.
+    pub fn reopen(group: &Group, name: &str, rows: usize) -> Result<Self, StoreError> {
+        let dataset = group.dataset(name)?;
+        let shape = dataset.shape();
+        let short = || hdf5::Error::from(format!("{name} has fewer rows than its checkpoint says"));
+        if shape.first().is_none_or(|r| *r < rows) {
+            return Err(short().into());
+        }
+        let columns = shape.get(1).copied();
+        match columns {
+            Some(n) => dataset.resize((rows, n))?,
+            None => dataset.resize(rows)?,
+        }
+        let chunk = dataset.chunk().and_then(|c| c.first().copied()).unwrap_or(1);
+        Ok(Table { dataset, columns, chunk, rows, waiting: 0, pending: vec![] })
+    }
+
     pub fn push(&mut self, row: &[T]) {
         debug_assert_eq!(row.len(), self.columns.unwrap_or(1));
         self.pending.extend_from_slice(row);
@@ -48,6 +65,15 @@ impl<T: H5Type + Clone> Table<T> {
 
     pub fn is_full(&self) -> bool {
         self.waiting >= self.chunk
+    }
+
+    /// Bytes of what waits, and of the chunk that it may begin.
+    pub fn waiting_bytes(&self) -> u64 {
+        if self.waiting == 0 {
+            return 0;
+        }
+        let rows = self.waiting + self.chunk;
+        (rows * self.columns.unwrap_or(1).max(1) * size_of::<T>()) as u64
     }
 
     /// Append what waits.

@@ -1,14 +1,20 @@
 //! Writing a trajectory while it is computed.
 
-use std::path::{Path, PathBuf};
+use std::ops::ControlFlow;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hdf5::types::FixedAscii;
 
+use super::checkpoint;
+use super::output::{Outputs, Staged, check_room};
+use super::reader::reading;
 use super::table::Table;
 use super::{StoreError, write_text};
 use crate::contact::{ActiveSet, Nbm};
-use crate::event::{Grazing, Observer, Sample, Switch};
+use crate::event::{
+    Checkpoint, Grazing, GrazingKind, Observer, Resumed, Sample, Switch, SwitchKind,
+};
 use crate::fem::DofMap;
 use crate::scenario::Scene;
 
@@ -22,15 +28,15 @@ const FLUSH_EVERY: Duration = Duration::from_secs(2);
 /// How a file is made.
 #[derive(Debug, Clone, Default)]
 pub struct WriterOptions {
-    /// Overwrite an existing file.
-    pub force: bool,
+    /// What may be written where.
+    pub outputs: Outputs,
     /// The command line, for the record.
     pub command: String,
 }
 
 /// The open file of a run.
 pub struct Writer {
-    path: PathBuf,
+    staged: Staged,
     file: hdf5::File,
     dofs: DofMap,
     u: Table<f64>,
@@ -51,6 +57,8 @@ pub struct Writer {
     grazing_distance: Table<f64>,
     grazing_kind: Table<Word>,
     flushed: Instant,
+    problem: u64,
+    checkpoint: Option<Checkpoint>,
 }
 
 const ENERGY: [&str; 6] = ["t", "kinetic", "elastic", "external", "dissipated", "jumps"];
@@ -64,20 +72,6 @@ fn flags(set: &ActiveSet) -> Vec<u8> {
 }
 
 impl Writer {
-    /// Refuse early what could only fail later: an existing file, a folder that is not there.
-    pub fn check(path: &Path, force: bool) -> Result<(), StoreError> {
-        if path.exists() && !force {
-            return Err(StoreError::Exists(path.to_owned()));
-        }
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-        match folder {
-            Some(folder) if !folder.is_dir() => {
-                Err(StoreError::unusable(folder, "no such folder; create it first"))
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Create the file with everything that is known before the run.
     pub fn create(
         path: &Path,
@@ -85,7 +79,20 @@ impl Writer {
         nbm: &Nbm,
         options: &WriterOptions,
     ) -> Result<Writer, StoreError> {
-        let file = create_file(path, scene, nbm, options)?;
+        let staged = Staged::begin(&options.outputs, path)?;
+        // a file that could not even be begun is of no use, and an old one stands untouched
+        Self::begin(staged, scene, nbm, options)
+    }
+
+    fn begin(
+        staged: Staged,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+    ) -> Result<Writer, StoreError> {
+        let file = check_room(staged.at(), size_of_mesh(nbm))
+            .and_then(|()| create_file(staged.at(), scene, nbm, options))
+            .inspect_err(|_| staged.discard())?;
         let dofs = nbm.body.dofs.clone();
         let (n, n_c) = (nbm.n(), nbm.n_contact());
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
@@ -124,7 +131,7 @@ impl Writer {
         let grazing_kind = Table::create(&g, "kind", None, few, false, "words")?;
         file.flush()?;
         Ok(Writer {
-            path: path.to_owned(),
+            staged,
             file,
             dofs,
             u,
@@ -145,12 +152,97 @@ impl Writer {
             grazing_distance,
             grazing_kind,
             flushed: Instant::now(),
+            problem: 0,
+            checkpoint: None,
         })
     }
 
-    /// The file's path.
-    pub fn path(&self) -> &Path {
-        &self.path
+    /// From now on the run can be gone on with after an interruption, as long as `problem`, the fingerprint of what is integrated, is
+    /// the same.
+    pub fn keep_checkpoints(&mut self, problem: u64) {
+        self.problem = problem;
+        self.checkpoint = None;
+    }
+
+    /// Open the file of a run that was interrupted, cut back to its checkpoint, and what the run needs to go on.
+    pub fn resume(
+        path: &Path,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+        problem: u64,
+    ) -> Result<(Writer, Resumed), StoreError> {
+        let mut staged = Staged::begin(&options.outputs.with_force(true), path)?;
+        // a run over an old file was writing beside it
+        if !checkpoint::name_of(staged.at()).exists() {
+            staged.in_place();
+        }
+        let at = staged.at().to_owned();
+        let (checkpoint, of) = checkpoint::read(&at)?;
+        let refuse = |why: &str| StoreError::unusable(&at, format!("cannot be gone on with: {why}; --force starts anew"));
+        if of != problem || checkpoint.y.len() < 2 * nbm.n_o() || checkpoint.armed.len() != nbm.n_contact() {
+            return Err(refuse("the files that the scene names have changed since"));
+        }
+        let opened = || -> Result<(Writer, Resumed), StoreError> {
+            let file = hdf5::File::open_rw(&at)?;
+            if super::read_text(&file, "scene").as_deref() != Some(&scene.source.text) {
+                return Err(refuse("it was made from another scene"));
+            }
+            let [states, switches, grazings] = checkpoint.rows;
+            let g = file.group("trajectory")?;
+            let column = |name: &str| Table::<f64>::reopen(&g, name, states);
+            let (t, u, v, pressure) = (column("t")?, column("u")?, column("v")?, column("pressure")?);
+            let active = Table::reopen(&g, "active", states)?;
+            let g = file.group("energy")?;
+            let energy: Result<Vec<_>, _> =
+                ENERGY.iter().map(|name| Table::reopen(&g, name, states)).collect();
+            let s = file.group("switches")?;
+            let g = file.group("grazings")?;
+            write_text(&file, "status", "running")?;
+            let writer = Writer {
+                dofs: nbm.body.dofs.clone(),
+                u,
+                v,
+                t,
+                active,
+                pressure,
+                energy: energy?,
+                switch_t: Table::reopen(&s, "t", switches)?,
+                switch_node: Table::reopen(&s, "node", switches)?,
+                switch_kind: Table::reopen(&s, "kind", switches)?,
+                switch_rate: Table::reopen(&s, "monitor_rate", switches)?,
+                switch_jump: Table::reopen(&s, "energy_jump", switches)?,
+                switch_before: Table::reopen(&s, "active_before", switches)?,
+                switch_after: Table::reopen(&s, "active_after", switches)?,
+                grazing_t: Table::reopen(&g, "t", grazings)?,
+                grazing_node: Table::reopen(&g, "node", grazings)?,
+                grazing_distance: Table::reopen(&g, "distance", grazings)?,
+                grazing_kind: Table::reopen(&g, "kind", grazings)?,
+                flushed: Instant::now(),
+                problem,
+                checkpoint: Some(checkpoint.clone()),
+                file: file.clone(),
+                staged,
+            };
+            let resumed = Resumed {
+                switches: read_switches(&file, nbm)?,
+                grazings: read_grazings(&file, nbm)?,
+                checkpoint: checkpoint.clone(),
+            };
+            Ok((writer, resumed))
+        };
+        reading(&at, opened)
+    }
+
+    /// Whether there is a run at `path` that can be gone on with.
+    pub fn is_interrupted(path: &Path) -> bool {
+        let beside = super::output::beside(path, ".part");
+        [path, &beside].iter().any(|p| checkpoint::name_of(p).exists())
+    }
+
+    /// The file as it is named now: beside an old one until it is whole.
+    pub fn at(&self) -> &Path {
+        self.staged.at()
     }
 
     /// The file, for what else belongs into it.
@@ -160,6 +252,7 @@ impl Writer {
 
     /// Append and flush all rows that wait.
     fn flush(&mut self) -> Result<(), StoreError> {
+        check_room(self.staged.at(), self.waiting())?;
         for table in [&mut self.t, &mut self.u, &mut self.v, &mut self.pressure] {
             table.append()?;
         }
@@ -168,7 +261,21 @@ impl Writer {
         self.append_events()?;
         self.file.flush()?;
         self.flushed = Instant::now();
-        Ok(())
+        match &self.checkpoint {
+            Some(c) => checkpoint::write(self.staged.at(), self.problem, c),
+            None => Ok(()),
+        }
+    }
+
+    /// Bytes of all rows that wait.
+    fn waiting(&self) -> u64 {
+        let numbers = [&self.t, &self.u, &self.v, &self.pressure];
+        let more = [&self.switch_t, &self.switch_rate, &self.switch_jump, &self.grazing_t, &self.grazing_distance];
+        let numbers = numbers.into_iter().chain(&self.energy).chain(more).map(Table::waiting_bytes);
+        let flags = [&self.active, &self.switch_before, &self.switch_after].map(Table::waiting_bytes);
+        let nodes = [&self.switch_node, &self.grazing_node].map(Table::waiting_bytes);
+        let words = [&self.switch_kind, &self.grazing_kind].map(Table::waiting_bytes);
+        numbers.chain(flags).chain(nodes).chain(words).sum()
     }
 
     fn append_events(&mut self) -> Result<(), StoreError> {
@@ -198,8 +305,73 @@ impl Writer {
         self.flush()?;
         write_text(&self.file, "status", status)?;
         self.file.flush()?;
+        let Writer { mut staged, file, checkpoint, problem, .. } = self;
+        drop(file);
+        let old = checkpoint::name_of(staged.at());
+        staged.commit()?;
+        let name = checkpoint::name_of(staged.at());
+        match checkpoint.filter(|_| status == "interrupted") {
+            Some(c) => {
+                checkpoint::write(staged.at(), problem, &c)?;
+                if old != name {
+                    let _ = std::fs::remove_file(old);
+                }
+            }
+            // there is nothing to go on with; a checkpoint that stays does no harm
+            None => {
+                let _ = (std::fs::remove_file(old), std::fs::remove_file(name));
+            }
+        }
         Ok(())
     }
+}
+
+fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
+    let rows: ndarray::Array2<u8> = file.dataset(name)?.read_2d()?;
+    let set = |r: ndarray::ArrayView1<u8>| ActiveSet::new(r.iter().map(|&a| a == 1).collect());
+    Ok(rows.rows().into_iter().map(set).collect())
+}
+
+/// Contact node of a mesh node.
+fn contact_of(nbm: &Nbm, node: i64) -> usize {
+    nbm.body.dofs.contact_nodes.iter().position(|&n| n as i64 == node).unwrap_or(0)
+}
+
+fn read_switches(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Switch>, StoreError> {
+    let numbers = |name: &str| -> Result<Vec<f64>, StoreError> {
+        Ok(file.dataset(&format!("switches/{name}"))?.read_raw()?)
+    };
+    let (t, rate, jump) = (numbers("t")?, numbers("monitor_rate")?, numbers("energy_jump")?);
+    let node: Vec<i64> = file.dataset("switches/node")?.read_raw()?;
+    let kind: Vec<Word> = file.dataset("switches/kind")?.read_raw()?;
+    let (before, after) =
+        (sets(file, "switches/active_before")?, sets(file, "switches/active_after")?);
+    let switch = |k: usize| Switch {
+        t: t[k],
+        contact: contact_of(nbm, node[k]),
+        node: node[k] as usize,
+        kind: if kind[k].as_str() == "close" { SwitchKind::Close } else { SwitchKind::Open },
+        monitor_rate: rate[k],
+        energy_jump: jump[k],
+        before: before[k].clone(),
+        after: after[k].clone(),
+    };
+    Ok((0..t.len()).map(switch).collect())
+}
+
+fn read_grazings(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Grazing>, StoreError> {
+    let t: Vec<f64> = file.dataset("grazings/t")?.read_raw()?;
+    let distance: Vec<f64> = file.dataset("grazings/distance")?.read_raw()?;
+    let node: Vec<i64> = file.dataset("grazings/node")?.read_raw()?;
+    let kind: Vec<Word> = file.dataset("grazings/kind")?.read_raw()?;
+    let grazing = |k: usize| Grazing {
+        t: t[k],
+        contact: contact_of(nbm, node[k]),
+        node: node[k] as usize,
+        distance: distance[k],
+        kind: GrazingKind::of_name(kind[k].as_str()).unwrap_or(GrazingKind::NearMiss),
+    };
+    Ok((0..t.len()).map(grazing).collect())
 }
 
 /// `u_C` points along the outward normal; files hold displacements along the axes.
@@ -209,6 +381,12 @@ pub(super) fn along_axes(dofs: &DofMap, x: &[f64]) -> Vec<f64> {
     x
 }
 
+/// Bytes that the mesh and the attributes of a file take at the most.
+pub(super) fn size_of_mesh(nbm: &Nbm) -> u64 {
+    let mesh = &nbm.body.mesh;
+    (40 * mesh.n_nodes() + 8 * mesh.elements.len() + (64 << 10)) as u64
+}
+
 /// A new file with everything that every file says of its origin, and the mesh.
 pub(super) fn create_file(
     path: &Path,
@@ -216,8 +394,8 @@ pub(super) fn create_file(
     nbm: &Nbm,
     options: &WriterOptions,
 ) -> Result<hdf5::File, StoreError> {
-    Writer::check(path, options.force)?;
-    let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
+    let file = hdf5::File::create(path)
+        .map_err(|e| StoreError::write(path, std::io::Error::other(e.to_string())))?;
     write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
     write_text(&file, "title", &scene.title)?;
     write_text(&file, "scene", &scene.source.text)?;
@@ -320,7 +498,18 @@ impl Observer for Writer {
         Ok(())
     }
 
-    fn progress(&mut self, _: f64) -> Result<(), StoreError> {
-        if self.flushed.elapsed() >= FLUSH_EVERY { self.flush() } else { Ok(()) }
+    fn progress(&mut self, _: f64) -> Result<ControlFlow<()>, StoreError> {
+        if self.flushed.elapsed() >= FLUSH_EVERY {
+            self.flush()?;
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    fn keeps_checkpoints(&self) -> bool {
+        self.problem != 0
+    }
+
+    fn phase(&mut self, checkpoint: Checkpoint) {
+        self.checkpoint = Some(checkpoint);
     }
 }

@@ -1,0 +1,119 @@
+//! What a command would need, held against what the machine has, before anything starts.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use signorini::problem::Problem;
+use signorini::scenario::{BodyKind, MassKind, Scene};
+use signorini::store::{in_bytes, room};
+
+use super::{CliError, plain};
+
+/// Whether the user knows better (`--force-large`).
+static FORCED: AtomicBool = AtomicBool::new(false);
+
+/// From now on nothing is refused for its size.
+pub fn force() {
+    FORCED.store(true, Ordering::Relaxed);
+}
+
+fn forced() -> bool {
+    FORCED.load(Ordering::Relaxed)
+}
+
+/// Memory that this process may still take, in bytes; none where it cannot be told.
+fn memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let kilobytes = |line: &str| line.split_whitespace().nth(1)?.parse::<u64>().ok();
+    let free = text.lines().find(|l| l.starts_with("MemAvailable:")).and_then(kilobytes)? << 10;
+    #[cfg(unix)]
+    {
+        let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let taken = status.lines().find(|l| l.starts_with("VmSize:")).and_then(kilobytes);
+        let taken = taken.unwrap_or(0) << 10;
+        Some(limit.map_or(free, |limit| free.min(limit.saturating_sub(taken))))
+    }
+    #[cfg(not(unix))]
+    Some(free)
+}
+
+/// Refuse `needed` bytes of memory that are not there; `what` says what for and what to change.
+fn check_memory(needed: f64, what: &str) -> Result<(), CliError> {
+    match memory() {
+        Some(there) if !forced() && needed > there as f64 => Err(CliError::Input(format!(
+            "{what}: about {} of memory are needed, and {} are there (--force-large tries all the same)",
+            in_bytes(needed as u64),
+            in_bytes(there)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Memory that a body takes while it is assembled and factorised.
+pub fn check_body(scene: &Scene) -> Result<(), CliError> {
+    let b = &scene.body;
+    if b.kind == BodyKind::Matrices {
+        return Ok(());
+    }
+    let count = |x: &usize| *x as f64;
+    let elements: f64 = b.elements.iter().map(count).product();
+    let (per_element, per_node) = match b.kind {
+        BodyKind::Bar => (4.0, 1.0),
+        _ => (64.0, 2.0),
+    };
+    // entries are collected as triplets, sorted, merged; then factors of K and M with their fill
+    let matrices = if b.mass == MassKind::Consistent { 2.0 } else { 1.2 };
+    let triplets = 24.0 * per_element * matrices * elements;
+    let unknowns = per_node * elements;
+    let factors = 8.0 * unknowns * (9.0 * per_node + 8.0 * unknowns.max(2.0).log2());
+    check_memory(
+        triplets + factors,
+        &format!("[body] elements = {:?}: {} unknowns; take fewer elements", b.elements, plain(unknowns)),
+    )
+}
+
+/// Most natural periods of a run.
+const MOST_PERIODS: f64 = 1e8;
+/// Files larger than this are announced.
+const LARGE_FILE: f64 = 1e9;
+
+/// Steps and file size of a run.
+pub fn check_run(scene: &Scene, problem: &Problem, until: f64, output: &Path) -> Result<(), CliError> {
+    if forced() {
+        return Ok(());
+    }
+    let nbm = &problem.nbm;
+    let periods = until * nbm.body.frequency_unit() / std::f64::consts::TAU;
+    if periods > MOST_PERIODS {
+        return Err(CliError::Input(format!(
+            "[run] until = {}: {} natural periods of the body, at {} shortest periods each; take a shorter time (--force-large runs it all the same)",
+            plain(until),
+            plain(periods.round()),
+            plain((nbm.body.frequency_bound() / nbm.body.frequency_unit()).round())
+        )));
+    }
+    let samples = scene.run.as_ref().map_or(0, |r| r.samples) as f64;
+    // compression takes at most about half of what is random to the last digit
+    let row = 8.0 * (2 * nbm.n() + nbm.n_contact() + 7) as f64 + nbm.n_contact() as f64;
+    let size = samples * row;
+    if let Some(there) = room(output).filter(|there| size > 1e7 && 0.5 * size > *there as f64) {
+        return Err(CliError::Other(format!(
+            "{}: {} states of {} displacements take about {}, and the disk has {}; take fewer [run] samples (--force-large runs it all the same)",
+            output.display(),
+            plain(samples),
+            nbm.n(),
+            in_bytes(size as u64),
+            in_bytes(there)
+        )));
+    }
+    if size > LARGE_FILE {
+        eprintln!(
+            "signorini: {} will take up to {} ({} stored states)",
+            output.display(),
+            in_bytes(size as u64),
+            plain(samples)
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,43 @@
+//! What a run needs to go on from the beginning of a phase, to the last bit.
+//!
+//! Inside a phase the flow is anchored at its beginning; a run that goes on from there takes the same steps as one that was never
+//! interrupted.
+
+use super::record::{Grazing, Switch};
+
+/// The state of a run at the beginning of a phase.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// Time.
+    pub t: f64,
+    /// `u_O`, `u̇_O`, and the integrals of work and dissipation where there are such.
+    pub y: Vec<f64>,
+    /// Active set of the phase that begins.
+    pub active: Vec<bool>,
+    /// Nodes held on the surface.
+    pub held: Vec<usize>,
+    /// Contact nodes whose near misses are recorded.
+    pub armed: Vec<bool>,
+    /// Recent switches: time and mesh node.
+    pub recent: Vec<(f64, usize)>,
+    /// The ledger.
+    pub ledger: [f64; 8],
+    /// Largest displacement, potential of the loads at the start, time of the last stored state, largest penetration and tension, largest
+    /// relative violation.
+    pub extremes: [f64; 6],
+    /// Next sample, phases, missed, uncertified, undecided, loosened.
+    pub counts: [usize; 6],
+    /// Stored states, switches and grazings until here.
+    pub rows: [usize; 3],
+}
+
+/// A run that goes on.
+#[derive(Debug, Clone)]
+pub struct Resumed {
+    /// Where it stood.
+    pub checkpoint: Checkpoint,
+    /// Its switches until there.
+    pub switches: Vec<Switch>,
+    /// Its grazings until there.
+    pub grazings: Vec<Grazing>,
+}

@@ -1,0 +1,456 @@
+//! Families of orbits in HDF5: `/backbone`, and `/hbm`, `/crosscheck` where the points have such a part.
+//!
+//! `/backbone` has one row a point; what a point is in full, and where the continuation stood there, is in
+//! `/backbone/points/NNNN`. Every point is on disk before the next one is computed: a killed continuation goes on from the last.
+//! Points of branches that are computed side by side come as they come; a finished file has them in one order.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::Group;
+use serde_json as json;
+
+use super::journal::{self, Journal};
+use super::kind::{BranchEnd, FamilyKind, Walk};
+use super::orbits::{
+    OrbitRecord, PointRecord, Word, read_orbit, read_place, read_scalar, scalar, word, write_orbit,
+    write_place,
+};
+use super::output::{Staged, check_room};
+use super::reader::{open, reading};
+use super::series::{
+    CheckRow, Names, SeriesWriter, read_crosscheck, read_series, write_crosscheck,
+};
+use super::table::Table;
+use super::writer::{along_axes, create_file, size_of_mesh};
+use super::{StoreError, WriterOptions, read_text, write_text};
+use crate::contact::Nbm;
+use crate::scenario::Scene;
+
+/// What is known of a family before its first point.
+#[derive(Debug, Clone)]
+pub struct FamilyPlan {
+    /// What determines it.
+    pub identity: FamilyKind,
+    /// Frequencies it covers.
+    pub range: [f64; 2],
+    /// Names of the branches.
+    pub branches: Vec<String>,
+    /// Most harmonics that a series of it may have.
+    pub harmonics: usize,
+}
+
+/// The open file of a family.
+pub struct FamilyWriter {
+    staged: Staged,
+    file: hdf5::File,
+    points: Group,
+    rows: Vec<Table<f64>>,
+    special: Table<Word>,
+    series: Option<SeriesWriter>,
+    checks: Vec<CheckRow>,
+    /// Where each row belongs.
+    order: Vec<(i64, i64)>,
+    journal: Option<Journal>,
+    scene: Scene,
+    options: WriterOptions,
+    plan: FamilyPlan,
+}
+
+const ROWS: [(&str, &str); 10] = [
+    ("omega", "1/time"),
+    ("energy", "energy"),
+    ("amplitude", "length"),
+    ("residual", "relative"),
+    ("contact_time", "time"),
+    ("grazing_distance", "relative"),
+    ("switches", "number a period"),
+    ("stable", "1 stable, 0 unstable, -1 not computed"),
+    ("branch", "number"),
+    ("index", "place on the branch"),
+];
+
+impl FamilyWriter {
+    /// Create the file.
+    pub fn create(
+        path: &Path,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+        plan: &FamilyPlan,
+    ) -> Result<FamilyWriter, StoreError> {
+        let staged = Staged::begin(&options.outputs, path)?;
+        let mut writer = Self::on(staged, scene, nbm, options, plan, 0)?;
+        writer.begin_journal(&[])?;
+        Ok(writer)
+    }
+
+    /// A new version of an unfinished file, with the points that are known, to go on with.
+    pub fn resume(
+        path: &Path,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+        plan: &FamilyPlan,
+        known: &[PointRecord],
+    ) -> Result<FamilyWriter, StoreError> {
+        let outputs = options.outputs.with_force(true);
+        let mut staged = Staged::begin(&outputs, path)?;
+        staged.restart();
+        let size = known.iter().map(|p| size_of_point(p, plan.harmonics, nbm.n_o())).sum();
+        let mut writer = Self::on(staged, scene, nbm, options, plan, size)?;
+        let moved = writer.put_all(known, nbm).and_then(|()| writer.begin_journal(known));
+        if let Err(e) = moved {
+            writer.staged.discard();
+            return Err(e);
+        }
+        writer.staged.commit()?;
+        Ok(writer)
+    }
+
+    /// A file without points, where the stage says, with room for `size` bytes of them.
+    fn on(
+        staged: Staged,
+        scene: &Scene,
+        nbm: &Nbm,
+        options: &WriterOptions,
+        plan: &FamilyPlan,
+        size: u64,
+    ) -> Result<FamilyWriter, StoreError> {
+        let begin = || {
+            check_room(staged.at(), size + size_of_mesh(nbm))?;
+            let file = create_file(staged.at(), scene, nbm, options)?;
+            let g = file.create_group("backbone")?;
+            write_text(&g, "kind", &plan.identity.to_string())?;
+            write_text(&g, "identity", &json::to_string(&plan.identity).unwrap_or_default())?;
+            write_text(&g, "branches", &plan.branches.join("\n"))?;
+            g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
+            // every row is flushed on its own: small chunks, no compression
+            let row = |(name, units): &(&str, &str)| Table::create(&g, name, None, 64, false, units);
+            let rows: Result<Vec<_>, _> = ROWS.iter().map(row).collect();
+            let special = Table::create(&g, "special", None, 64, false, "words")?;
+            let points = g.create_group("points")?;
+            file.flush()?;
+            Ok((file, points, rows?, special))
+        };
+        // a file that could not even be begun is of no use; an old one stands untouched
+        let (file, points, rows, special) = begin().inspect_err(|_: &StoreError| staged.discard())?;
+        Ok(FamilyWriter {
+            staged,
+            file,
+            points,
+            rows,
+            special,
+            series: None,
+            checks: vec![],
+            order: vec![],
+            journal: None,
+            scene: scene.clone(),
+            options: options.clone(),
+            plan: plan.clone(),
+        })
+    }
+
+    fn begin_journal(&mut self, known: &[PointRecord]) -> Result<(), StoreError> {
+        let FamilyPlan { identity, range, branches, harmonics } = self.plan.clone();
+        let family = StoredFamily {
+            scene: self.scene.source.text.clone(),
+            kind: identity.to_string(),
+            identity: Some(identity),
+            range,
+            branches,
+            harmonics,
+            points: known.to_vec(),
+            ..StoredFamily::default()
+        };
+        self.journal = Some(Journal::create(self.staged.path(), &family)?);
+        Ok(())
+    }
+
+    /// Points as they are stored: displacements along the axes (the map to the normal is its own inverse).
+    fn put_all(&mut self, points: &[PointRecord], nbm: &Nbm) -> Result<(), StoreError> {
+        points.iter().try_for_each(|p| self.put(&turned(p, nbm), nbm))?;
+        self.file.flush()?;
+        Ok(())
+    }
+
+    /// Append a point; it is on disk when this returns.
+    pub fn push(&mut self, p: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
+        if let Some(journal) = &mut self.journal {
+            journal.append(&turned(p, nbm))?;
+        }
+        self.put(p, nbm)?;
+        self.file.flush()?;
+        Ok(())
+    }
+
+    fn put(&mut self, p: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
+        check_room(self.staged.at(), size_of_point(p, self.plan.harmonics, nbm.n_o()))?;
+        let count = self.order.len();
+        let g = self.points.create_group(&format!("{count:04}"))?;
+        scalar(&g, "omega", p.omega)?;
+        if let Some(o) = &p.orbit {
+            write_orbit(&g, o, nbm)?;
+        }
+        if let Some(place) = &p.place {
+            write_place(&g, place)?;
+        }
+        let nan = f64::NAN;
+        let o = p.orbit.as_ref();
+        let of = |f: &dyn Fn(&OrbitRecord) -> f64| o.map_or(nan, f);
+        let row = [
+            p.omega,
+            of(&|o| o.energy),
+            of(&|o| o.amplitude),
+            of(&|o| o.residual),
+            of(&|o| o.contact_time),
+            of(&|o| o.grazing),
+            of(&|o| o.switches.len() as f64),
+            of(&|o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))),
+            p.branch as f64,
+            p.index as f64,
+        ];
+        for (table, x) in self.rows.iter_mut().zip(row) {
+            table.push(&[x]);
+            table.append()?;
+        }
+        self.special.push(&[word(&p.special)]);
+        self.special.append()?;
+        if let Some(series) = &p.series {
+            if self.series.is_none() {
+                let most = self.plan.harmonics;
+                self.series = Some(SeriesWriter::create(&self.file, most, nbm.n_o())?);
+            }
+            if let Some(writer) = &mut self.series {
+                writer.push(series, count)?;
+            }
+        }
+        self.checks.extend(p.check.clone());
+        self.order.push(self.key(p));
+        Ok(())
+    }
+
+    /// Where a point belongs in a finished file.
+    fn key(&self, p: &PointRecord) -> (i64, i64) {
+        let branch = p.branch as i64;
+        match self.plan.identity.walk {
+            Walk::Grid(_) | Walk::Given => (p.index, branch),
+            _ => (branch, p.index),
+        }
+    }
+
+    /// Number of points so far.
+    pub fn count(&self) -> usize {
+        self.order.len()
+    }
+
+    /// What is computed.
+    pub fn plan(&self) -> &FamilyPlan {
+        &self.plan
+    }
+
+    /// The path of the file.
+    pub fn path(&self) -> &Path {
+        self.staged.path()
+    }
+
+    /// Bring the points into their order, write how the branches ended and the final status. The journal of an unfinished family
+    /// stays.
+    pub fn finish(
+        mut self,
+        status: &str,
+        ends: &[BranchEnd],
+        nbm: &Nbm,
+    ) -> Result<(), StoreError> {
+        if !self.order.is_sorted() {
+            self = self.sorted(nbm)?;
+        }
+        if !self.checks.is_empty() {
+            write_crosscheck(&self.file, &self.checks)?;
+        }
+        let g = self.file.group("backbone")?;
+        write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
+        write_text(&self.file, "status", status)?;
+        self.file.flush()?;
+        // all handles are closed before the file takes its place
+        let FamilyWriter { mut staged, file, points, rows, special, series, journal, .. } = self;
+        drop((points, rows, special, series, g, file));
+        staged.commit()?;
+        if let Some(journal) = journal.filter(|_| status == "complete") {
+            journal.remove();
+        }
+        Ok(())
+    }
+
+    /// The same family with its rows in order, in a new file beside.
+    fn sorted(self, nbm: &Nbm) -> Result<FamilyWriter, StoreError> {
+        self.file.flush()?;
+        let FamilyWriter { mut staged, file, points, rows, special, series, checks, order, .. } = self;
+        drop((file, points, rows, special, series));
+        let stored = StoredFamily::read(staged.at())?.points;
+        let mut places: Vec<usize> = (0..stored.len()).collect();
+        places.sort_by_key(|&k| order[k]);
+        let in_order: Vec<PointRecord> = places
+            .iter()
+            .map(|&k| PointRecord { check: checks.get(k).cloned(), ..stored[k].clone() })
+            .collect();
+        staged.restart();
+        let size =
+            in_order.iter().map(|p| size_of_point(p, self.plan.harmonics, nbm.n_o())).sum();
+        let mut new = Self::on(staged, &self.scene, nbm, &self.options, &self.plan, size)?;
+        if let Err(e) = new.put_all(&in_order, nbm) {
+            new.staged.discard();
+            return Err(e);
+        }
+        new.journal = self.journal;
+        Ok(new)
+    }
+}
+
+/// A point with its displacements along the axes in place of the outward normal, or back.
+fn turned(p: &PointRecord, nbm: &Nbm) -> PointRecord {
+    let mut p = p.clone();
+    if let Some(o) = &mut p.orbit {
+        o.u0 = along_axes(&nbm.body.dofs, &o.u0);
+        o.v0 = along_axes(&nbm.body.dofs, &o.v0);
+    }
+    p
+}
+
+/// Bytes that a point takes at the most.
+fn size_of_point(p: &PointRecord, harmonics: usize, n_o: usize) -> u64 {
+    let orbit = p.orbit.as_ref().map_or(0, |o| {
+        o.u0.len() + o.v0.len() + 2 * o.multipliers.len() + 5 * o.switches.len() + 512
+    });
+    let place = p.place.as_ref().map_or(0, |place| {
+        let sets: usize = place.sets.iter().map(Vec::len).sum();
+        2 * place.x.len() + sets + place.base.len() + 512
+    });
+    let series = p.series.as_ref().map_or(0, |_| (2 * harmonics + 1) * n_o + 64);
+    8 * (orbit + place + series + 1024) as u64
+}
+
+/// A stored family.
+#[derive(Debug, Clone, Default)]
+pub struct StoredFamily {
+    /// Path.
+    pub path: PathBuf,
+    /// Scene title.
+    pub title: String,
+    /// Scene text.
+    pub scene: String,
+    /// `running`, `complete`, …
+    pub status: String,
+    /// What kind of family, in words.
+    pub kind: String,
+    /// What determines it (files of earlier versions do not say).
+    pub identity: Option<FamilyKind>,
+    /// Frequencies that it was asked for.
+    pub range: [f64; 2],
+    /// Names of the branches.
+    pub branches: Vec<String>,
+    /// How the branches ended; empty while they are computed.
+    pub ends: Vec<BranchEnd>,
+    /// All points, displacements along the axes.
+    pub points: Vec<PointRecord>,
+    /// Most harmonics of `/hbm`.
+    pub harmonics: usize,
+}
+
+impl StoredFamily {
+    /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill. With what there
+    /// is to say of a damaged journal.
+    pub fn recover(path: &Path) -> Result<(StoredFamily, Option<String>), StoreError> {
+        match journal::read(path) {
+            Some((family, None)) => Ok((family, None)),
+            Some((family, Some(line))) => {
+                let text = format!(
+                    "line {line} of the journal of {} is damaged; the {} points before it are kept, all others are computed anew",
+                    path.display(),
+                    family.points.len()
+                );
+                Ok((family, Some(text)))
+            }
+            None => {
+                let note = journal::exists(path).then(|| {
+                    format!("the journal of {} cannot be read; its file is taken", path.display())
+                });
+                Ok((Self::read(path)?, note))
+            }
+        }
+    }
+
+    /// Whether there is something of this name to go on with.
+    pub fn is_begun(path: &Path) -> bool {
+        path.exists() || journal::exists(path)
+    }
+
+    /// Read a family.
+    pub fn read(path: &Path) -> Result<StoredFamily, StoreError> {
+        reading(path, || Self::read_all(path))
+    }
+
+    fn read_all(path: &Path) -> Result<StoredFamily, StoreError> {
+        let file = open(path)?;
+        let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
+        let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
+        let special: Vec<Word> = g.dataset("special")?.read_raw()?;
+        let branch: Vec<f64> = g.dataset("branch")?.read_raw()?;
+        // files of earlier versions have no index: the order of the rows says it
+        let index: Option<Vec<f64>> = g.dataset("index").and_then(|d| d.read_raw()).ok();
+        let points = g.group("points")?;
+        let mut all: Vec<PointRecord> = vec![];
+        for (k, (special, branch)) in special.iter().zip(&branch).enumerate() {
+            let p = points.group(&format!("{k:04}"))?;
+            let orbit = if p.link_exists("u0") { Some(read_orbit(&p)?) } else { None };
+            let branch = *branch as usize;
+            let counted = || all.iter().filter(|p| p.branch == branch).count() as i64;
+            all.push(PointRecord {
+                omega: read_scalar(&p, "omega")?,
+                branch,
+                index: index
+                    .as_ref()
+                    .and_then(|i| i.get(k))
+                    .map_or_else(counted, |i| *i as i64),
+                special: special.as_str().to_owned(),
+                orbit,
+                place: read_place(&p)?,
+                series: None,
+                check: None,
+            });
+        }
+        let mut harmonics = 0;
+        if let Ok(hbm) = file.group("hbm") {
+            let shape = hbm.dataset("coefficients")?.shape();
+            let rows: Vec<i64> = hbm.dataset("point")?.read_raw()?;
+            harmonics = shape.get(1).map_or(0, |f| f / 2);
+            let n_o = shape.get(2).copied().unwrap_or(0);
+            let series = read_series(path, &Names::default(), n_o)?;
+            for (row, series) in rows.iter().zip(series) {
+                if let Some(point) = usize::try_from(*row).ok().and_then(|row| all.get_mut(row)) {
+                    point.series = Some(series);
+                }
+            }
+        }
+        if let Some(checks) = read_crosscheck(path)? {
+            for (point, check) in all.iter_mut().zip(checks) {
+                point.check = Some(check);
+            }
+        }
+        let text = |name: &str| read_text(&file, name).unwrap_or_default();
+        let parsed = |name: &str| read_text(&g, name).unwrap_or_default();
+        let range = g.attr("range").and_then(|a| a.read_raw::<f64>()).unwrap_or_default();
+        Ok(StoredFamily {
+            path: path.to_owned(),
+            title: text("title"),
+            scene: text("scene"),
+            status: text("status"),
+            kind: parsed("kind"),
+            identity: json::from_str(&parsed("identity")).ok(),
+            range: if let [low, high] = range[..] { [low, high] } else { [f64::NAN; 2] },
+            branches: parsed("branches").lines().map(str::to_owned).collect(),
+            ends: json::from_str(&parsed("ends")).unwrap_or_default(),
+            points: all,
+            harmonics,
+        })
+    }
+}

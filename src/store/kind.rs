@@ -1,0 +1,238 @@
+//! What determines a family of orbits, but for its range.
+//!
+//! Two files of one kind hold the same points wherever both have points; a file may be gone on with, or its range be widened, by a
+//! command of the same kind only.
+
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+use super::journal::bits;
+use crate::problem::Problem;
+
+/// Method, way of walking, options, and the problem.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FamilyKind {
+    /// How a point is computed.
+    pub method: PointMethod,
+    /// How the next one is chosen.
+    pub walk: Walk,
+    /// All operators and the initial state, as one number.
+    pub problem: u64,
+}
+
+/// How a point of a family is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PointMethod {
+    /// In time.
+    Shooting,
+    /// By harmonic balance.
+    HarmonicBalance {
+        /// The equation solved for the acceleration, in place of the balance of forces.
+        acceleration: bool,
+        /// Samples a period (AFT); none: switches resolved.
+        samples: Option<usize>,
+        /// An orbit was shot from every point.
+        shot: bool,
+    },
+    /// Given by a file, checked in time.
+    Check {
+        /// The cause of failures was not looked for.
+        quick: bool,
+    },
+}
+
+/// How a family is walked through.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Walk {
+    /// At each frequency of a grid: a backbone.
+    Grid(Grid),
+    /// At each frequency of a grid, once upwards and once downwards: a response.
+    Response(Grid),
+    /// Along the branch, from an orbit in both directions.
+    Branch {
+        /// Frequency of the orbit.
+        #[serde(with = "bits::one")]
+        start: f64,
+        /// First step.
+        #[serde(with = "bits::one")]
+        step: f64,
+        /// Changes of stability are located.
+        locate: bool,
+        /// In steps of frequency.
+        natural: bool,
+    },
+    /// Along the branch, upwards from the orbit at the low end of the range.
+    Upwards {
+        /// Frequency of the orbit.
+        #[serde(with = "bits::one")]
+        start: f64,
+        /// Largest step.
+        #[serde(with = "bits::one")]
+        step: f64,
+        /// Changes of stability are located.
+        locate: bool,
+    },
+    /// Point by point as a file gives them.
+    Given,
+}
+
+/// Frequencies `origin + k step`, `k ∈ ℤ`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    /// Frequency of `k = 0`.
+    #[serde(with = "bits::one")]
+    pub origin: f64,
+    /// Distance.
+    #[serde(with = "bits::one")]
+    pub step: f64,
+}
+
+impl Grid {
+    /// Frequency of `k`.
+    pub fn at(&self, k: i64) -> f64 {
+        self.origin + k as f64 * self.step
+    }
+
+    /// The numbers of the frequencies within a range, to rounding.
+    pub fn within(&self, (low, high): (f64, f64)) -> RangeInclusive<i64> {
+        let place = |w: f64| (w - self.origin) / self.step;
+        (place(low) - 1e-9).ceil() as i64..=(place(high) + 1e-9).floor() as i64
+    }
+
+    /// Whether a frequency is one of the grid's, to a millionth of a step.
+    pub fn holds(&self, omega: f64) -> bool {
+        let k = (omega - self.origin) / self.step;
+        (k - k.round()).abs() < 1e-6
+    }
+}
+
+impl Walk {
+    /// The grid, if there is one.
+    pub fn grid(&self) -> Option<Grid> {
+        match self {
+            Walk::Grid(grid) | Walk::Response(grid) => Some(*grid),
+            _ => None,
+        }
+    }
+}
+
+impl FamilyKind {
+    /// What makes `asked` another kind, in words; nothing if it is the same.
+    pub fn difference(&self, asked: &FamilyKind) -> Option<String> {
+        if self.problem != asked.problem {
+            return Some("the files that the scene names have changed since".into());
+        }
+        let same_walk = match (self.walk, asked.walk) {
+            (Walk::Grid(a), Walk::Grid(b)) | (Walk::Response(a), Walk::Response(b)) => {
+                if a.step == b.step && !a.holds(b.origin) {
+                    return Some(format!(
+                        "its frequencies are {} + k × {}, and {} is none of them",
+                        a.origin, a.step, b.origin
+                    ));
+                }
+                a.step == b.step
+            }
+            (a, b) => a == b,
+        };
+        (self.method != asked.method || !same_walk)
+            .then(|| format!("it was made by: {self}; this is: {asked}"))
+    }
+}
+
+impl std::fmt::Display for FamilyKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let way = match self.walk {
+            Walk::Grid(_) => " sequential",
+            Walk::Response(_) | Walk::Upwards { .. } => " response",
+            Walk::Branch { natural: false, .. } => " arclength",
+            Walk::Branch { natural: true, .. } => " natural",
+            Walk::Given => " sequential",
+        };
+        match self.method {
+            PointMethod::Shooting => write!(f, "shooting{way}")?,
+            PointMethod::HarmonicBalance { acceleration, samples, shot } => {
+                let form = if acceleration { "acceleration" } else { "force" };
+                write!(f, "hbm{way}, {form} form")?;
+                if let Some(n) = samples {
+                    write!(f, ", {n} samples")?;
+                }
+                if shot {
+                    write!(f, ", orbits shot")?;
+                }
+            }
+            PointMethod::Check { quick } => {
+                write!(f, "crosscheck{way}{}", if quick { ", quick" } else { "" })?;
+            }
+        }
+        match self.walk {
+            Walk::Grid(g) | Walk::Response(g) => write!(f, ", step {}", g.step),
+            Walk::Branch { start, step, locate, .. } | Walk::Upwards { start, step, locate } => {
+                let located = if locate { ", stability located" } else { "" };
+                write!(f, ", step {step}, from {start}{located}")
+            }
+            Walk::Given => Ok(()),
+        }
+    }
+}
+
+/// All numbers of a problem, as one.
+pub fn fingerprint(problem: &Problem) -> u64 {
+    let nbm = &problem.nbm;
+    // Fowler, Noll and Vo's hash: the same on every machine and for every version
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut all = |x: &[f64]| {
+        for byte in x.iter().flat_map(|x| x.to_bits().to_le_bytes()) {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    for a in [&nbm.body.mass, &nbm.body.stiffness, &nbm.n_o] {
+        for (i, j, v) in a.triplets() {
+            all(&[i as f64, j as f64, v]);
+        }
+    }
+    all(nbm.n_c.as_slice());
+    all(&nbm.gap);
+    all(&problem.initial.u);
+    all(&problem.initial.v);
+    hash
+}
+
+/// Why a branch ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EndReason {
+    /// Everything that was asked for is there.
+    Range,
+    /// As many points as were asked for.
+    Points,
+    /// It cannot be followed any further.
+    Stuck,
+    /// Someone stopped it.
+    Interrupted,
+}
+
+/// What a branch says at its end.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BranchEnd {
+    /// Number of the branch.
+    pub branch: usize,
+    /// Why.
+    pub reason: EndReason,
+    /// In words.
+    pub text: String,
+    /// Whether it did what it was asked to do.
+    pub complete: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_counts_from_its_origin() {
+        let grid = Grid { origin: 1.8, step: 0.005 };
+        assert_eq!(grid.within((1.75, 1.84)), -10..=8);
+        assert!(grid.holds(1.75) && !grid.holds(1.752));
+        assert_eq!(grid.at(0), 1.8);
+    }
+}
