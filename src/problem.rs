@@ -7,8 +7,10 @@ use std::path::Path;
 
 use thiserror::Error;
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::contact::boundary::BoundaryOperator;
-use crate::contact::{ActiveSet, ContactEdge, ContactError, Nbm, Phase, Rayleigh};
+use crate::contact::{ActiveSet, ContactEdge, ContactError, Nbm, Phase, Rayleigh, oracle};
 use crate::fem::{Body, Csr, DofMap, FemError, Loads, Material, Modes, eigen, load, read_matrix};
 use crate::mesh::Mesh;
 use crate::scenario::{
@@ -116,23 +118,63 @@ impl Problem {
         if nbm.n_contact() == 0 || !body.rigid_motions(true).is_empty() {
             return fail("the body can move rigidly");
         }
-        let n_o = nbm.n_o();
-        let motion = body.dofs.gather(&free[0]);
-        let towards: f64 = motion[n_o..].iter().sum();
-        let force = nbm.loads.constant_potential(&motion) * towards.signum();
-        let mut v = vec![0.0; nbm.n()];
-        v[..n_o].copy_from_slice(&self.initial.v);
-        let mut momentum = vec![0.0; nbm.n()];
-        body.mass.mul(&v, &mut momentum);
-        let speed: f64 =
-            motion.iter().zip(&momentum).map(|(a, b)| a * b).sum::<f64>() * towards.signum();
-        if force > 0.0 || (force == 0.0 && speed > 0.0) {
-            return Ok(());
+        if !self.is_carried_to_the_obstacle(&free)? {
+            return fail(
+                "the body can move rigidly, and neither a constant load nor the initial velocity carries it to \
+                 the obstacle",
+            );
         }
-        fail(
-            "the body can move rigidly, and neither a constant load nor the initial velocity carries it to \
-             the obstacle",
-        )
+        Ok(())
+    }
+
+    /// Whether no rigid motion escapes. With the rigid motions `Φ` (mass-orthonormal) of the open body, the loads `b = Φᵀf₀` hold it at the
+    /// obstacle if pressures can bear them: `b = Φ_Cᵀλ, λ ≥ 0` (otherwise, by Farkas' lemma, some motion that leaves the obstacle gains
+    /// energy). Without loads it flies as it was thrown, `m = Φᵀ M u̇`, and must meet the obstacle somewhere: `(Φ_C m)_i > 0`.
+    fn is_carried_to_the_obstacle(&self, free: &[Vec<f64>]) -> Result<bool, ProblemError> {
+        let nbm = &self.nbm;
+        let (n, n_o, n_c) = (nbm.n(), nbm.n_o(), nbm.n_contact());
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut momentum = vec![0.0; n];
+        let mut motions: Vec<Vec<f64>> = vec![];
+        for motion in free {
+            let mut x = nbm.body.dofs.gather(motion);
+            for _ in 0..2 {
+                nbm.body.mass.mul(&x, &mut momentum);
+                for other in &motions {
+                    let c = dot(other, &momentum);
+                    x.iter_mut().zip(other).for_each(|(x, o)| *x -= c * o);
+                }
+            }
+            let norm = nbm.body.mass.quadratic(&x).sqrt();
+            x.iter_mut().for_each(|x| *x /= norm);
+            motions.push(x);
+        }
+        /// Sums below this share of their terms are rounding errors.
+        const ROUNDING: f64 = 1e-10;
+        let contact = |z: &[f64]| -> Vec<f64> {
+            (n_o..n).map(|i| motions.iter().zip(z).map(|(m, z)| z * m[i]).sum()).collect()
+        };
+        let load: Vec<f64> = motions.iter().map(|m| nbm.loads.constant_potential(m)).collect();
+        let force = nbm.loads.constant.as_ref();
+        let terms: f64 = force.map_or(0.0, |f| {
+            motions.iter().map(|m| m.iter().zip(f).map(|(m, f)| (m * f).abs()).sum::<f64>()).sum()
+        });
+        if load.iter().any(|b| b.abs() > ROUNDING * terms) {
+            let phi = DMatrix::from_fn(n_c, motions.len(), |i, k| motions[k][n_o + i]);
+            let b = DVector::from_column_slice(&load);
+            let q: Vec<f64> = (-(&phi * &b)).iter().copied().collect();
+            let Some(pressure) = oracle::clarabel(&(&phi * phi.transpose()), &q) else {
+                return Ok(false);
+            };
+            let rest = phi.transpose() * DVector::from_vec(pressure) - &b;
+            return Ok(rest.norm() <= 1e-5 * b.norm());
+        }
+        let (_, v) = self.initial.full(nbm)?;
+        nbm.body.mass.mul(&v, &mut momentum);
+        let thrown: Vec<f64> = motions.iter().map(|m| dot(m, &momentum)).collect();
+        let speed = contact(&thrown);
+        let largest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        Ok(speed.iter().any(|s| *s > ROUNDING * largest))
     }
 }
 
@@ -228,9 +270,19 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
         let message = format!("{} gaps for {} contact displacements", gap.len(), rows.len());
         return Err(issue("contact.gaps", message, "give one finite number each"));
     }
+    for (key, a) in [("body.mass_matrix", &mass), ("body.stiffness_matrix", &stiffness)] {
+        if a.n_entries() < n {
+            let message = format!(
+                "{} entries in {n} rows: a positive definite matrix has one on every diagonal",
+                a.n_entries()
+            );
+            return Err(issue(key, message, "give positive definite matrices"));
+        }
+    }
     let body = Body::from_matrices(&mass, &stiffness, rows, given_length(scene)).map_err(|e| {
+        let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
         issue(
-            "body.stiffness_matrix",
+            if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" },
             e.to_string(),
             "give positive definite matrices: a body that is held",
         )
@@ -302,17 +354,27 @@ fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, Problem
     };
     let (c, m, k) = (dense(&c), dense(&nbm.body.mass), dense(&nbm.body.stiffness));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let (mm, mk, kk, cm, ck) = (dot(&m, &m), dot(&m, &k), dot(&k, &k), dot(&c, &m), dot(&c, &k));
-    let det = mm * kk - mk * mk;
-    let (alpha, beta) = ((cm * kk - ck * mk) / det, (ck * mm - cm * mk) / det);
-    let rest: f64 = (0..n * n).map(|i| (c[i] - alpha * m[i] - beta * k[i]).powi(2)).sum();
-    let share = (rest / dot(&c, &c)).sqrt();
-    if share > 1e-8 || alpha < -1e-12 || beta < -1e-12 {
+    // an orthonormal basis of M and K, so that nothing is lost where they are of very different size, or nearly parallel
+    let norm = |a: &[f64]| dot(a, a).sqrt();
+    let (of_m, of_c) = (norm(&m), norm(&c));
+    let along: f64 = dot(&k, &m) / of_m;
+    let across: Vec<f64> = k.iter().zip(&m).map(|(k, m)| k - along * m / of_m).collect();
+    let of_k = norm(&across);
+    let (c_m, c_k) = (dot(&c, &m) / of_m, dot(&c, &across) / of_k);
+    let beta = c_k / of_k;
+    let alpha = (c_m - beta * along) / of_m;
+    let rest: Vec<f64> = (0..n * n).map(|i| c[i] - alpha * m[i] - beta * k[i]).collect();
+    let share = norm(&rest) / of_c;
+    // what each part contributes, over the whole
+    let (part_m, part_k) = (alpha * of_m / of_c, beta * norm(&k) / of_c);
+    if !(share <= 1e-8 && part_m >= -1e-8 && part_k >= -1e-8) {
         return Err(issue(format!(
-            "is not α M + β K with α, β ≥ 0: {share:.1e} of it is left over"
+            "is not α M + β K with α, β ≥ 0: {share:.1e} of it is left over (α = {alpha:.3e}, β = {beta:.3e})"
         )));
     }
-    Ok(Rayleigh { alpha: alpha.max(0.0), beta: beta.max(0.0) })
+    // a part that is a rounding error is none
+    let clean = |x: f64, part: f64| if part.abs() <= 1e-12 { 0.0 } else { x.max(0.0) };
+    Ok(Rayleigh { alpha: clean(alpha, part_m), beta: clean(beta, part_k) })
 }
 
 fn assemble(scene: &Scene) -> Body {
@@ -612,11 +674,17 @@ fn check_penetration(scene: &Scene, nbm: &Nbm, key: &str, u: &[f64]) -> Result<(
     if excess(worst) <= 1e-9 * scale {
         return Ok(());
     }
-    let [x, y] = nbm.body.mesh.nodes[nbm.body.dofs.contact_nodes[worst]];
-    let message = format!(
-        "the initial state penetrates the obstacle by {:.6e} at the node ({x}, {y})",
-        excess(worst)
-    );
+    let node = nbm.body.dofs.contact_nodes[worst];
+    let place = match scene.body.kind {
+        // the points of such a body count from 1, its displacements from 0
+        BodyKind::Matrices => format!("displacement {}", node.saturating_sub(1)),
+        _ => {
+            let [x, y] = nbm.body.mesh.nodes[node];
+            format!("the node ({x}, {y})")
+        }
+    };
+    let message =
+        format!("the initial state penetrates the obstacle by {:.6e} at {place}", excess(worst));
     Err(scene
         .error(Issue::new(key, message, "give a state with u·n ≤ gap on the contact edge"))
         .into())

@@ -277,11 +277,10 @@ fn samples_approximate_the_event_resolved_balance() {
             tolerance: 1e-3,
             ..Settings::default()
         };
-        let Ok(sampled) = solve(&r, &exact.q, *omega, &settings).unwrap() else { continue };
+        let sampled = solve(&r, &exact.q, *omega, &settings).unwrap().unwrap();
         let e = (Summary::new(&r, &sampled).unwrap().energy / energy - 1.0).abs();
         println!("{samples} samples: energy off by {e:.1e}, residual {:.1e}", sampled.residual);
         errors.push(e);
     }
-    assert!(errors.iter().all(|e| *e < 0.05) && !errors.is_empty());
-    assert!((TAU / omega).is_finite());
+    assert!(errors[0] < 0.05 && errors[1] < 0.25 * errors[0], "{errors:?}");
 }

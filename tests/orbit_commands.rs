@@ -148,7 +148,7 @@ fn a_killed_backbone_resumes_to_the_identical_branch() {
         child.kill().unwrap();
         child.wait().unwrap();
         // the HDF5 file may have been hit in the middle of a write; the journal never is
-        let before = StoredFamily::recover(&cut).unwrap().points.len();
+        let before = StoredFamily::recover(&cut).unwrap().0.points.len();
         json(&[&base[..], &["-o", &cut_name, "--resume"]].concat(), 0);
         assert!(before >= 4, "{before}");
         let (a, b) = (points(&whole), points(&cut));
@@ -278,6 +278,7 @@ fn foreign_csv_is_read_with_care() {
     );
     let ramp: Vec<String> = (1..=19).map(|i| (-2.2 * f64::from(i) / 20.0).to_string()).collect();
     let good = format!("1,1.7952,1,cos,{}", ramp.join(","));
+    let mean = format!("1,1.7952,0,cos,{zeros}");
     let write = |name: &str, lines: &[&str]| {
         let (file, text) = path(&folder, name);
         std::fs::write(file, lines.join("\n")).unwrap();
@@ -289,6 +290,19 @@ fn foreign_csv_is_read_with_care() {
         (vec![&header, &good, &good.replace("1,1.7952,1,cos", "1,1.8,2,cos")], "omega"),
         (vec![&header, &good.replace(",1,cos", ",1000000,cos")], "harmonics"),
         (vec![&header, "1,1.7952,1,cos,0"], "displacements"),
+        // rows that are missing
+        (vec![&header, &good], "no row k = 0, cos"),
+        (vec![&header, &mean, &good.replace("cos", "sin")], "no row k = 1, cos"),
+        (
+            vec![
+                &header,
+                &mean,
+                &good,
+                &good.replace(",1,cos", ",2,cos"),
+                &good.replace("cos", "sin"),
+            ],
+            "no row k = 2, sin",
+        ),
     ] {
         let file = write("bad.csv", &lines);
         let output = signorini(&["crosscheck", &file, &scene, "-o", &path(&folder, "bad.h5").1]);
@@ -296,10 +310,23 @@ fn foreign_csv_is_read_with_care() {
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(error.contains(words), "{error}");
     }
-    let rest = format!("2,1.7952,1,cos,{zeros}");
-    let file = write("mixed.csv", &[&header, &good, &rest]);
+    let rest = format!("2,1.7952,0,cos,{zeros}");
+    let file = write("mixed.csv", &[&header, &mean, &good, &rest]);
     let result = json(&["crosscheck", &file, &scene, "-o", &path(&folder, "mixed.h5").1], 0);
     assert_eq!(result["points"].as_array().unwrap().len(), 2);
+    // the same in another order, as a spreadsheet of another country writes it: mark, semicolons, CRLF
+    let semicolons = |line: &str| line.replace(',', ";") + "\r";
+    let file = write(
+        "excel.csv",
+        &[
+            &format!("\u{feff}{}", semicolons(&header)),
+            &semicolons(&good),
+            &semicolons(&rest),
+            &semicolons(&mean),
+        ],
+    );
+    let other = json(&["crosscheck", &file, &scene, "-o", &path(&folder, "excel.h5").1], 0);
+    assert_eq!(result["points"], other["points"]);
 }
 
 #[test]
@@ -312,7 +339,21 @@ fn misuse_is_explained() {
         (&["backbone", SCENE, "--method", "hbm", "--harmonics", "0"], "from 1"),
         (&["response", RESPONSE, "--ratios", "0"], "damping ratio"),
         (&["backbone", SCENE, "--method", "hbm", "--aft", "2"], "samples"),
-        (&["backbone", SCENE, "--step=1e-12"], "1e-6"),
+        (&["backbone", SCENE, "--step=1e-12"], "more than a million frequencies"),
+        (&["backbone", SCENE, "--step=1e-12", "--follow", "arclength", "--omega", "1.8"], "1e-6"),
+        (
+            &["backbone", SCENE, "--step=1e300", "--follow", "arclength", "--omega", "1.8"],
+            "from 1e-6 to 1",
+        ),
+        (&["backbone", SCENE, "--range", "-1,2"], "two frequencies"),
+        (&["backbone", SCENE, "--range", "1e-9,1e-8"], "natural periods"),
+        (&["orbit", SCENE, "--omega", "1e-300"], "natural periods"),
+        (&["orbit", SCENE, "--all", "--largest=-4"], "--largest"),
+        (&["backbone", SCENE, "--method", "hbm", "--aft", "1000000000000"], "1000000"),
+        (
+            &["response", RESPONSE, "--method", "hbm", "--range", "1,1e15", "--step", "1e-4"],
+            "more than a million",
+        ),
         (&["response", RESPONSE, "--step=1e-12"], "1e-4"),
         (&["backbone", SCENE, "--follow", "arclength", "--omega", "1.5"], "outside of the range"),
         (&["orbit", SCENE, "--all", "-o", "nowhere.h5"], "writes no file"),

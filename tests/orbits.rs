@@ -291,7 +291,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         }
     }
     println!("{stable} stable, {unstable} unstable");
-    assert!(stable >= 3);
+    assert!(stable >= 3 && unstable >= 1);
 }
 
 /// A single oscillator: two switches a period, energy in closed form.
@@ -323,7 +323,7 @@ fn failures_are_verdicts() {
     let mut bar = Propagator::new(problem(text).nbm).unwrap();
     let guess = mode_guess(&bar, 1, -8.0).unwrap();
     let verdict = find(&mut bar, Closure::Reversible, &guess, 0.2, &Effort::default()).unwrap();
-    assert!(verdict.orbit().is_none() || verdict.orbit().unwrap().flaws().is_empty());
+    assert!(matches!(verdict, Verdict::NotFound { .. }), "{verdict}");
 }
 
 /// Tangent products without modes against the dense derivative, and the Newton step that GMRES makes of them.

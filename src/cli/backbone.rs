@@ -310,7 +310,9 @@ pub fn summary(
 
 /// What a grid of frequencies left open, and what to do about it.
 fn on_a_grid(stored: &StoredFamily, gaps: usize, jumps: usize) -> String {
-    let Some(Walk::Grid(_)) = stored.identity.as_ref().map(|i| i.walk) else { return String::new() };
+    let Some(Walk::Grid(_)) = stored.identity.as_ref().map(|i| i.walk) else {
+        return String::new();
+    };
     if gaps + jumps == 0 {
         return String::new();
     }
@@ -372,7 +374,8 @@ fn sequence(
             return Ok(family::ended(0, EndReason::Interrupted, "interrupted", false));
         }
     }
-    let text = format!("{} frequencies from {} to {}", grid.within(range).count(), range.0, range.1);
+    let text =
+        format!("{} frequencies from {} to {}", grid.within(range).count(), range.0, range.1);
     Ok(family::ended(0, EndReason::Range, text, true))
 }
 

@@ -186,6 +186,9 @@ fn point(
             None => {}
         }
     }
+    if s.undecided > 0 && special == "regular" {
+        special = format!("grazing: {} touches could not be decided", s.undecided);
+    }
     let series = Some(series_record(reduction, s));
     Ok(PointRecord {
         omega: s.omega,
@@ -354,6 +357,11 @@ pub fn arclength(
         false => None,
     };
     let mut reduction = arguments.reduction(problem.nbm)?;
+    if reduction.is_free() {
+        let message = "harmonic balance by arclength has the interface as its unknowns, which does not hold a body that can move rigidly: leave \
+                       --follow arclength out, or shoot";
+        return Err(CliError::Input(message.into()));
+    }
     family::go_on(index, known, options, true, take, |place, options, take| {
         let place = match place {
             Some(p) => Place {

@@ -132,10 +132,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     let rows = read_crosscheck(&path)?.unwrap_or_default();
     let wall = start.elapsed().as_secs_f64();
-    global.print(
-        || to_json(&rows, &path, resumed, wall),
-        || to_text(&scene, &rows, &path, wall),
-    )
+    global.print(|| to_json(&rows, &path, resumed, wall), || to_text(&scene, &rows, &path, wall))
 }
 
 fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {

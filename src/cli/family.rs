@@ -211,11 +211,17 @@ pub fn propagator(nbm: Nbm) -> Result<Propagator, CliError> {
 }
 
 /// A branch to compute: it hands its points on.
-pub type Job<'a> =
-    Box<dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<BranchEnd, CliError> + Send + Sync + 'a>;
+pub type Job<'a> = Box<
+    dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<BranchEnd, CliError> + Send + Sync + 'a,
+>;
 
 /// The end of a branch.
-pub fn ended(branch: usize, reason: EndReason, text: impl Into<String>, complete: bool) -> BranchEnd {
+pub fn ended(
+    branch: usize,
+    reason: EndReason,
+    text: impl Into<String>,
+    complete: bool,
+) -> BranchEnd {
     BranchEnd { branch, reason, text: text.into(), complete }
 }
 
@@ -291,6 +297,9 @@ pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
         eprintln!("signorini: WARNING: {text}");
     }
     let plan = continued(asked, &stored)?;
+    if let Some(what) = stored.misfit(nbm) {
+        return Err(CliError::Input(format!("{}: {what}", path.display())));
+    }
     let whole = stored.status == "complete" && stored.range == plan.range;
     let count = stored.points.len();
     let ends = std::mem::take(&mut stored.ends);

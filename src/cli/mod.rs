@@ -69,7 +69,9 @@ impl Global {
         if self.json {
             print(&format!("{}\n", json()))
         } else if !self.quiet {
-            print(&text())
+            // a terminal obeys control characters, and titles come from files
+            let is_text = |c: &char| !c.is_control() || matches!(c, '\n' | '\t');
+            print(&text().chars().filter(is_text).collect::<String>())
         } else {
             Ok(())
         }

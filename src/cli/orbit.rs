@@ -209,13 +209,14 @@ fn stability_text(o: &Orbit) -> String {
         );
     };
     let size = significant(s.largest, 8);
-    let trivial = if s.trivial > 0 { ", the two at +1 of the family apart" } else { "" };
+    let trivial =
+        if s.trivial > 0 { " besides the two at +1 that every orbit of a family has" } else { "" };
     match s.lost_by() {
         None => format!("stable: all multipliers within the unit circle (largest {size}{trivial})"),
         Some(by) => {
             let [above, below, complex] = s.outside;
             format!(
-                "unstable, largest multiplier {size}{trivial}: {by}; outside: {above} above +1, {below} below -1, {complex} complex"
+                "unstable by {by}: largest multiplier {size}{trivial}; outside the unit circle {above} real above +1, {below} real below -1, {complex} complex"
             )
         }
     }

@@ -10,7 +10,8 @@ use signorini::report::figure::{self, Drawing};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, read_stored_orbit, read_switch_rates,
+    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, read_stored_orbit,
+    read_switch_rates,
 };
 
 use super::{CliError, Global};
@@ -33,13 +34,19 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
     /// Fractions of the stored time (of an orbit: of its period) at which shapes are drawn
-    #[arg(long, value_delimiter = ',', value_name = "FRACTIONS")]
+    #[arg(long, value_delimiter = ',', value_name = "FRACTIONS", allow_hyphen_values = true)]
     at: Vec<f64>,
+    /// Contact nodes (numbers of mesh nodes) to draw in the picture of the contact [default: up to twelve along the edge]
+    #[arg(long, value_delimiter = ',', value_name = "NODES")]
+    nodes: Vec<usize>,
+    /// Dots per inch of the PNG (the pictures are about ten inches wide)
+    #[arg(long, default_value_t = 192, value_parser = clap::value_parser!(u16).range(24..=1200))]
+    dpi: u16,
     /// Several files: limits of the energy
-    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     energy: Vec<f64>,
     /// Several files: limits of the frequency
-    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH")]
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     frequency: Vec<f64>,
     /// Several files: a cross with a name, for example 1.8,1.04,A; may be given again
     #[arg(long, value_name = "OMEGA,ENERGY,LABEL")]
@@ -53,7 +60,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         _ => vec![of_files(arguments)?],
     };
     let outputs = Outputs::new(false).reads_all(arguments.files.iter().cloned());
-    let written = figure::save(&drawings, &outputs)?;
+    let written = figure::save(&drawings, &outputs, arguments.dpi)?;
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
     global.print(|| json!({"written": names}), || names.join("\n") + "\n")
 }
@@ -157,7 +164,13 @@ fn point(text: &str) -> Result<(f64, f64, String), CliError> {
 fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<Drawing>, CliError> {
     let stored = Stored::read(file)?;
     let orbit = read_stored_orbit(file)?;
-    let mut options = Options::default();
+    if let Some(node) = arguments.nodes.iter().find(|n| !stored.contact_nodes.contains(n)) {
+        return Err(CliError::Input(format!(
+            "--nodes {node}: not a contact node; these are {:?}",
+            stored.contact_nodes
+        )));
+    }
+    let mut options = Options { nodes: arguments.nodes.clone(), ..Options::default() };
     if !arguments.at.is_empty() {
         options.fractions = arguments.at.clone();
     } else if orbit.is_some() {

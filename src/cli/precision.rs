@@ -140,9 +140,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}-precision", scene.stem())));
-    let outputs = Outputs::new(arguments.force)
-        .reads(scene.source.file.clone())
-        .reads_all(scene.files());
+    let outputs =
+        Outputs::new(arguments.force).reads(scene.source.file.clone()).reads_all(scene.files());
     let csv = beside(&stem, ".csv");
     for path in [&csv, &beside(&stem, ".svg"), &beside(&stem, ".png")] {
         outputs.check_derived(path)?;
@@ -233,7 +232,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     let drawing = Drawing { stem, svg: study.picture()? };
     replace(&csv, study.csv().as_bytes())?;
-    let pictures = figure::save(&[drawing], &outputs)?;
+    let pictures = figure::save(&[drawing], &outputs, figure::DPI)?;
     let written: Vec<String> =
         std::iter::once(&csv).chain(&pictures).map(|p| p.display().to_string()).collect();
     global.print(

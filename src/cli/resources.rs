@@ -69,7 +69,11 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
     let factors = 8.0 * unknowns * (9.0 * per_node + 8.0 * unknowns.max(2.0).log2());
     check_memory(
         triplets + factors,
-        &format!("[body] elements = {:?}: {} unknowns; take fewer elements", b.elements, plain(unknowns)),
+        &format!(
+            "[body] elements = {:?}: {} unknowns; take fewer elements",
+            b.elements,
+            plain(unknowns)
+        ),
     )
 }
 
@@ -79,7 +83,12 @@ const MOST_PERIODS: f64 = 1e8;
 const LARGE_FILE: f64 = 1e9;
 
 /// Steps and file size of a run.
-pub fn check_run(scene: &Scene, problem: &Problem, until: f64, output: &Path) -> Result<(), CliError> {
+pub fn check_run(
+    scene: &Scene,
+    problem: &Problem,
+    until: f64,
+    output: &Path,
+) -> Result<(), CliError> {
     if forced() {
         return Ok(());
     }

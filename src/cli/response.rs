@@ -101,9 +101,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     }
     let walk = match hbm {
         true => Walk::Response(arguments.grid(range)?),
-        false => {
-            Walk::Upwards { start: range.0, step: arguments.step, locate: arguments.locate }
-        }
+        false => Walk::Upwards { start: range.0, step: arguments.step, locate: arguments.locate },
     };
     let asked = family::Asked {
         path: &path,

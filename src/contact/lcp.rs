@@ -140,6 +140,9 @@ pub enum PMatrix {
     },
 }
 
+/// Pivots and minors below this, relative, may be rounding errors and show nothing.
+const MARGIN: f64 = 1e-12;
+
 /// Largest size for which all principal minors are computed.
 const MINORS_LIMIT: usize = 14;
 
@@ -151,14 +154,23 @@ pub fn p_matrix(n: &DMatrix<f64>, row_scale: &[f64]) -> PMatrix {
     };
     let plain = symmetric_part(&|_| 1.0);
     let scaled = symmetric_part(&|i| row_scale[i]);
-    if plain.clone().cholesky().is_some() || scaled.cholesky().is_some() {
+    let is_definite = |a: &DMatrix<f64>| {
+        a.clone().cholesky().is_some_and(|c| {
+            // pivots over the diagonal they began with
+            (0..size).all(|i| c.l_dirty()[(i, i)].powi(2) > MARGIN * a[(i, i)])
+        })
+    };
+    if is_definite(&plain) || is_definite(&scaled) {
         return PMatrix::PositiveDefinite;
     }
     let minor = |set: usize| {
         let index: Vec<usize> = (0..size).filter(|i| set >> i & 1 == 1).collect();
-        DMatrix::from_fn(index.len(), index.len(), |a, b| n[(index[a], index[b])]).determinant()
+        let block = DMatrix::from_fn(index.len(), index.len(), |a, b| n[(index[a], index[b])]);
+        // over Hadamard's bound
+        let bound: f64 = block.row_iter().map(|r| r.norm()).product();
+        block.determinant() / bound
     };
-    if size <= MINORS_LIMIT && (1..1usize << size).all(|set| minor(set) > 0.0) {
+    if size <= MINORS_LIMIT && (1..1usize << size).all(|set| minor(set) > MARGIN) {
         return PMatrix::Minors;
     }
     let eigen = plain.symmetric_eigen();

@@ -325,7 +325,8 @@ impl Phase {
         let k = self.held.len();
         let matrix = DMatrix::from_fn(k, k, |i, j| rates[1 + j][i] - rates[0][i]);
         let rhs = DVector::from_iterator(k, rates[0].iter().map(|r| -r));
-        let theta = matrix.lu().solve(&rhs).unwrap_or_else(|| DVector::from_element(k, 0.5));
+        // where the sides do not differ there is no motion on the surface: not a number, which the flow reports
+        let theta = matrix.lu().solve(&rhs).unwrap_or_else(|| DVector::from_element(k, f64::NAN));
         (theta.as_slice().to_vec(), accelerations)
     }
 

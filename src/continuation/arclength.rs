@@ -332,12 +332,21 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         let (x, t) = (&self.place.x, &self.place.tangent);
         let s = (bound - Self::lambda(x)) / Self::lambda(t);
         let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
-        if let Some(found) = correct(self.family, &predicted, &c, bound)?
-            && self.family.overstepped(&found.x)?.is_empty()
-        {
-            self.hand_out(found.x, Some(Special::End), found.iterations);
+        let near = |x: &[f64], weights: &[f64]| {
+            let off = x.iter().zip(&predicted).zip(weights);
+            off.map(|((a, b), w)| w * (a - b).powi(2)).sum::<f64>().sqrt() <= 2.0 * s.abs()
+        };
+        let weights = self.family.weights(&predicted);
+        match correct(self.family, &predicted, &c, bound)? {
+            Some(found)
+                if near(&found.x, &weights) && self.family.overstepped(&found.x)?.is_empty() =>
+            {
+                self.hand_out(found.x, Some(Special::End), found.iterations);
+                Ok(Some(Stop::Range))
+            }
+            // the branch leaves the range, and where it does could not be computed
+            _ => Ok(Some(Stop::Step { lambda: Self::lambda(&self.place.x) })),
         }
-        Ok(Some(Stop::Range))
     }
 
     /// Special points inside a step.

@@ -17,6 +17,9 @@ pub use sequence::{Guess, guesses};
 
 use faer::Mat;
 
+/// A solution further than this from what the points before it let expect, relative, is a jump to another branch.
+pub const JUMP: f64 = 0.25;
+
 /// A residual with a parameter, piece by piece smooth.
 pub trait Family {
     /// One smooth piece.

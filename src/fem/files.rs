@@ -18,17 +18,48 @@ pub fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
     }
 }
 
+/// Read a dense dataset. MATLAB writes its matrices column by column, which HDF5 shows transposed, and says so by an attribute.
 fn read_hdf5(path: &Path, dataset: &str) -> Result<Csr, String> {
-    let fail = |e: hdf5::Error| format!("{}:/{dataset}: {e}", path.display());
+    let fail = |e: hdf5::Error| {
+        let text = e.to_string();
+        let first = text.lines().next().unwrap_or_default().to_owned();
+        format!("{}:/{dataset}: {first}", path.display())
+    };
     if !path.is_file() {
         return Err(format!("{}: no such file", path.display()));
     }
     let data = hdf5::File::open(path).and_then(|f| f.dataset(dataset)).map_err(fail)?;
+    check_size(&data, size_of::<f64>()).map_err(fail)?;
     let a: ndarray::Array2<f64> = data.read_2d().map_err(fail)?;
+    let a = if data.attr("MATLAB_class").is_ok() { a.reversed_axes() } else { a };
+    if let Some(((i, j), v)) = a.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        return Err(format!(
+            "{}:/{dataset}: entry ({i}, {j}), counted from 0, is {v}",
+            path.display()
+        ));
+    }
     let (rows, columns) = a.dim();
     let entries = a.indexed_iter().filter(|(_, v)| **v != 0.0).map(|((i, j), v)| (i, j, *v));
     Ok(Csr::from_triplets(rows, columns, entries.collect()))
 }
+
+/// Refuse a dataset that claims more elements than its file can hold: sizes are not believed before the data are there.
+pub(crate) fn check_size(data: &hdf5::Dataset, bytes: usize) -> Result<(), hdf5::Error> {
+    /// The compression that HDF5 offers makes nothing smaller than this.
+    const LEAST: usize = 1100;
+    let wanted = data.shape().iter().try_fold(bytes, |n, &k| n.checked_mul(k));
+    let file = std::fs::metadata(data.filename()).map_or(0, |m| m.len() as usize);
+    match wanted {
+        Some(n) if n <= file.saturating_mul(LEAST) => Ok(()),
+        _ => {
+            Err(format!("claims to be of size {:?}, in a file of {file} bytes", data.shape())
+                .into())
+        }
+    }
+}
+
+/// Rows without an entry that a matrix may have.
+const EMPTY_ROWS: usize = 1_000_000;
 
 /// Parse the text of a Matrix Market file.
 pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
@@ -64,10 +95,29 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
     let sizes = sizes.ok_or("its sizes are not whole numbers")?;
     let (rows, columns, count) = match (is_dense, &sizes[..]) {
         (false, [rows, columns, count]) => (*rows, *columns, *count),
-        (true, [n, _]) if is_symmetric => (*n, *n, n * (n + 1) / 2),
-        (true, [rows, columns]) => (*rows, *columns, rows * columns),
+        (true, [n, m]) if is_symmetric => {
+            if n != m {
+                return Err(format!("is symmetric and {n} × {m}"));
+            }
+            (*n, *n, n.checked_add(1).and_then(|m| n.checked_mul(m)).unwrap_or(usize::MAX) / 2)
+        }
+        (true, [rows, columns]) => {
+            (*rows, *columns, rows.checked_mul(*columns).unwrap_or(usize::MAX))
+        }
         _ => return Err("its line of sizes has the wrong length".into()),
     };
+    // every entry takes at least a digit and a line's end; sizes alone take no memory
+    if count > text.len() / 2 {
+        return Err(format!(
+            "promises {count} entries in {} bytes: is its line of sizes right?",
+            text.len()
+        ));
+    }
+    if rows.max(columns) > EMPTY_ROWS + count {
+        return Err(format!(
+            "is {rows} × {columns} with {count} entries: is its line of sizes right?"
+        ));
+    }
     let mut entries = vec![];
     let mut found = 0;
     let mut place = (0, 0);
@@ -131,6 +181,12 @@ mod tests {
             "%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1.0\n",
             "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1.0\n",
             "%%MatrixMarket matrix array real general\n2 2\n1.0\n2.0\n3.0\n",
+            "%%MatrixMarket matrix coordinate real general\n2000000000000000000 2000000000000000000 0\n",
+            "%%MatrixMarket matrix coordinate real general\n1000000000000000000 1000000000000000000 0\n",
+            "%%MatrixMarket matrix coordinate real general\n4000000000 4000000000 7\n1 1 1.0\n",
+            "%%MatrixMarket matrix coordinate real general\n18446744073709551615 2 1\n1 1 1.0\n",
+            "%%MatrixMarket matrix array real general\n4294967296 4294967296\n1.0\n",
+            "%%MatrixMarket matrix array real symmetric\n18446744073709551615 18446744073709551615\n1.0\n",
         ] {
             assert!(parse_matrix_market(bad).is_err(), "{bad}");
         }

@@ -34,13 +34,13 @@ impl Loads {
         self.harmonics.iter_mut().for_each(|h| h.omega = omega);
     }
 
-    /// Add a load; without `omega` it is constant.
+    /// Add a load; without `omega` it is constant, and has no phase.
     pub fn push(&mut self, force: Vec<f64>, omega: Option<f64>, phase: f64) {
         match omega {
             Some(omega) => self.harmonics.push(Harmonic { force, omega, phase }),
             None => match &mut self.constant {
-                Some(c) => c.iter_mut().zip(&force).for_each(|(c, f)| *c += f * phase.cos()),
-                None => self.constant = Some(force.iter().map(|f| f * phase.cos()).collect()),
+                Some(c) => c.iter_mut().zip(&force).for_each(|(c, f)| *c += f),
+                None => self.constant = Some(force),
             },
         }
     }

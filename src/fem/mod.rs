@@ -12,6 +12,7 @@ pub use body::Body;
 pub use dofs::DofMap;
 pub use eigen::Modes;
 pub use element::Material;
+pub(crate) use files::check_size;
 pub use files::read_matrix;
 pub use load::{Harmonic, Loads};
 pub use sparse::{Csr, SolveScratch, SpdFactor};

@@ -45,6 +45,9 @@ pub struct Balance {
     pub crossings: Vec<Crossing>,
     /// Active sets between them.
     pub sets: Vec<ActiveSet>,
+    /// Touches that may be crossings: tangencies that could not be decided, and switches whose monitor has no slope (the derivative knows
+    /// nothing of how they move).
+    pub undecided: usize,
 }
 
 /// Most switches of one node a harmonic.
@@ -89,8 +92,8 @@ fn blocks(op: &PhaseOperator, l: usize, is_sine: bool, omega: f64) -> (Mat<f64>,
     (own, partner)
 }
 
-/// Active sets along a series, the switches between them, and the slope of the monitor at each.
-type Path = (Vec<ActiveSet>, Vec<Crossing>, Vec<f64>);
+/// Active sets along a series, the switches between them, the slope of the monitor at each, and the number of undecided touches.
+type Path = (Vec<ActiveSet>, Vec<Crossing>, Vec<f64>, usize);
 
 /// The switches along a series.
 fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError> {
@@ -102,6 +105,7 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
     let (basis, n_h) = (y.basis, y.n_h);
     let (mut sets, mut crossings, mut slopes) = (vec![set.clone()], vec![], vec![]);
     let mut theta = 0.0;
+    let mut undecided = 0;
     let limit = SWITCHES * n_c * (n_h + 1);
     loop {
         let op = reduction.phase(&set)?;
@@ -118,13 +122,15 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
             let end = first.map_or(basis.end(), |f| f.0);
             // a monitor may vanish altogether (at rest on the obstacle)
             let slack = 1e-13 * h.size + 1e-15 * reduction.nbm.length_unit();
-            if let Some(t) = h.first_crossing(theta, end, slack)
+            if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {
                 first = Some((t.max(theta), i, h.at(t).1));
             }
         }
-        let Some((t, contact, slope)) = first else { return Ok((sets, crossings, slopes)) };
+        let Some((t, contact, slope)) = first else {
+            return Ok((sets, crossings, slopes, undecided));
+        };
         let closes = !set.is_active(contact);
         set.set(contact, closes);
         sets.push(set.clone());
@@ -192,7 +198,7 @@ fn event_resolved(
     y: &Series,
     omega: f64,
 ) -> Result<Balance, HbmError> {
-    let (sets, crossings, slopes) = walk(reduction, q, y)?;
+    let (sets, crossings, slopes, mut undecided) = walk(reduction, q, y)?;
     let (basis, n_h) = (y.basis, y.n_h);
     let functions = basis.functions(n_h);
     let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
@@ -267,6 +273,7 @@ fn event_resolved(
         basis.values(n_h, crossing.theta, &mut f);
         let slope = slopes[j];
         if slope == 0.0 {
+            undecided += 1;
             continue;
         }
         let step: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
@@ -281,7 +288,7 @@ fn event_resolved(
             }
         }
     }
-    Ok(Balance { n, derivative, crossings, sets })
+    Ok(Balance { n, derivative, crossings, sets, undecided })
 }
 
 fn sampled(
@@ -349,5 +356,6 @@ fn sampled(
             }
         }
     }
-    Ok(Balance { n, derivative, crossings, sets })
+    // samples decide nothing between them
+    Ok(Balance { n, derivative, crossings, sets, undecided: 0 })
 }

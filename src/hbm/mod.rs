@@ -40,6 +40,9 @@ pub enum HbmError {
     /// A phase's mass matrix is singular on the interface.
     #[error("the mass of a phase is singular on the contact interface")]
     Singular,
+    /// The loads have no common period.
+    #[error("harmonic loads of different frequencies ({0} and {1}) have no common period")]
+    Frequencies(f64, f64),
     /// More switches than a series of this length can have.
     #[error("more than {0} switches along one period")]
     Switches(usize),

@@ -58,6 +58,8 @@ pub struct Solution {
     pub crossings: Vec<Crossing>,
     /// Active sets between them.
     pub sets: Vec<ActiveSet>,
+    /// Touches that may be crossings, and were taken for none.
+    pub undecided: usize,
 }
 
 /// Why there is no solution.
@@ -72,6 +74,13 @@ pub enum Failure {
     },
     /// It converged to a motion without contact.
     NoContact,
+    /// It converged along active sets that are not those of the contact conditions.
+    Inadmissible {
+        /// Phase angle at which they are not.
+        theta: f64,
+    },
+    /// There was nothing to start from.
+    NoStart,
 }
 
 impl std::fmt::Display for Failure {
@@ -81,6 +90,10 @@ impl std::fmt::Display for Failure {
                 write!(f, "not converged: residual {residual:.1e} after {iterations} steps")
             }
             Failure::NoContact => write!(f, "a motion without contact"),
+            Failure::Inadmissible { theta } => {
+                write!(f, "the active sets violate the contact conditions at phase {theta:.6}")
+            }
+            Failure::NoStart => write!(f, "no solution with fewer harmonics to start from"),
         }
     }
 }
@@ -129,7 +142,9 @@ impl Linear {
         for (k, (re, im)) in d.iter().enumerate() {
             for (i, m) in reduction.open.modes.iter().enumerate() {
                 let size = m.omega.powi(2) + (k as f64 * omega).powi(2);
-                nearness = nearness.min(re[i].hypot(im[i]) / size);
+                // a rigid motion has no stiffness at k = 0: the whole system must be solved
+                let near = if size > 0.0 { re[i].hypot(im[i]) / size } else { 0.0 };
+                nearness = nearness.min(near);
             }
         }
         let (r, r_in) = (reduction.q.ncols(), reduction.q_in.ncols());
@@ -256,7 +271,7 @@ fn residual(reduction: &Reduction, linear: &Linear, q: &Series, n: &Series) -> (
             r.of_mut(i).iter_mut().zip(column).for_each(|(r, q)| *r += q * nc);
         }
     }
-    terms = terms.max(norm(&n.a)).max(reduction.open.modes[0].omega.powi(2) * norm(&q.a));
+    terms = terms.max(norm(&n.a)).max(reduction.stiffness_unit() * norm(&q.a));
     let size = norm(&r.a) / terms.max(f64::MIN_POSITIVE);
     (r, size)
 }
@@ -292,6 +307,7 @@ pub fn solve(
         }
         iterations += 1;
         let mut best = None;
+        // far from the solution a whole step may raise the residual twofold: switches come and go there, and the residual has kinks
         let mut lambda = 1.0;
         while lambda > 1e-2 {
             let mut trial = q.clone();
@@ -318,8 +334,42 @@ pub fn solve(
     if balance.crossings.is_empty() && reduction.basis == Basis::Cosine {
         return Ok(Err(Failure::NoContact));
     }
-    let Balance { crossings, sets, .. } = balance;
-    Ok(Ok(Solution { omega, q, residual: size, iterations, crossings, sets }))
+    if settings.quadrature == Quadrature::EventResolved
+        && let Some(theta) = inadmissible(reduction, &q, &balance)?
+    {
+        return Ok(Err(Failure::Inadmissible { theta }));
+    }
+    let Balance { crossings, sets, undecided, .. } = balance;
+    Ok(Ok(Solution { omega, q, residual: size, iterations, crossings, sets, undecided }))
+}
+
+/// A phase angle at which the complementarity problem, solved anew, has another active set than the walk along the series; asked in the
+/// middle of every phase.
+fn inadmissible(
+    reduction: &Reduction,
+    q: &Series,
+    balance: &Balance,
+) -> Result<Option<f64>, HbmError> {
+    let bound = |j: usize| match j {
+        0 => 0.0,
+        j => balance.crossings.get(j - 1).map_or(q.basis.end(), |c| c.theta),
+    };
+    for (j, set) in balance.sets.iter().enumerate() {
+        let (a, b) = (bound(j), bound(j + 1));
+        // switches at one time have nothing between them
+        if b - a <= 1e-9 {
+            continue;
+        }
+        let theta = 0.5 * (a + b);
+        let (x, dx) = q.at(theta);
+        let state = reduction.state(&x, &dx, 1.0);
+        let lcp = reduction.nbm.solve_lcp(&state.u, set)?;
+        let differs = |c: usize| lcp.active[c] != set.is_active(c) && !lcp.degenerate.contains(&c);
+        if (0..reduction.nbm.n_contact()).any(differs) {
+            return Ok(Some(theta));
+        }
+    }
+    Ok(None)
 }
 
 fn condensed_step(

@@ -100,8 +100,25 @@ fn congruence(a: &Csr, b: &Mat<f64>) -> Mat<f64> {
 }
 
 impl Reduction {
+    /// Square of the lowest frequency that is not a rigid motion's: the unit of modal stiffness.
+    pub fn stiffness_unit(&self) -> f64 {
+        let elastic = self.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
+        elastic.unwrap_or_else(|| self.nbm.body.frequency_unit()).powi(2)
+    }
+
+    /// Whether the open body can move rigidly.
+    pub fn is_free(&self) -> bool {
+        self.open.modes.iter().any(|m| m.omega == 0.0)
+    }
+
     /// Find the directions; the series is a cosine series for an undamped body without harmonic loads.
     pub fn new(nbm: Nbm, form: Form) -> Result<Reduction, HbmError> {
+        let mut frequencies = nbm.loads.harmonics.iter().map(|h| h.omega);
+        if let Some(first) = frequencies.next()
+            && let Some(other) = frequencies.find(|w| *w != first)
+        {
+            return Err(HbmError::Frequencies(first, other));
+        }
         let n_c = nbm.n_contact();
         let open_set = ActiveSet::open(n_c);
         let open = Spectra::default().of_set(&nbm, &open_set)?;

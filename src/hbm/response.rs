@@ -8,7 +8,7 @@ use super::newton::{Failure, Settings, Solution, condensed_residual, solve};
 use super::reduction::Reduction;
 use super::series::Series;
 use crate::contact::{ActiveSet, Phase};
-use crate::continuation::{Family, norm};
+use crate::continuation::{Family, JUMP, norm};
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,14 +101,14 @@ pub fn ladder(
     settings: &Settings,
 ) -> Result<Result<Solution, Failure>, HbmError> {
     let mut q = from.clone();
-    let mut last = Err(Failure::NoContact);
+    let mut last = Err(Failure::NoStart);
     for k in from.n_h + 1..=n_h {
         match solve(reduction, &q.with_harmonics(k), omega, settings)? {
             Ok(s) => {
                 q = s.q.clone();
                 last = Ok(s);
             }
-            // a step that fails is skipped once: the next number of harmonics may succeed
+            // a step that fails is skipped: the next number of harmonics may succeed
             Err(failure) => {
                 q = q.with_harmonics(k);
                 last = Err(failure);
@@ -165,12 +165,13 @@ impl Harmonics<'_> {
             iterations: 0,
             crossings: balance.crossings,
             sets: balance.sets,
+            undecided: balance.undecided,
         })
     }
 
     /// Size that makes an unknown a number of the order of one.
     fn unit(&self) -> f64 {
-        self.reduction.open.modes[0].omega.powi(2) * self.reduction.nbm.length_unit()
+        self.reduction.stiffness_unit() * self.reduction.nbm.length_unit()
     }
 }
 
@@ -268,8 +269,6 @@ pub struct Point {
 
 /// Starts of the first mode, over grazing.
 const STARTS: [f64; 10] = [1.02, 1.1, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 6.0];
-/// A point further than this from the expectation, relative, is a jump.
-const JUMP: f64 = 0.2;
 
 /// What sequential continuation knows of one number of harmonics: the last two solutions.
 #[derive(Debug, Default, Clone)]

@@ -138,8 +138,9 @@ impl Polynomial {
     }
 
     /// The first `θ` in `(a, b]` at which the polynomial falls below `−slack`, then polished to its root: proved by bounds of
-    /// the fourth derivative on intervals that are halved where nothing can be said.
-    pub fn first_crossing(&self, a: f64, b: f64, slack: f64) -> Option<f64> {
+    /// the fourth derivative on intervals that are halved where nothing can be said. A tangency before it that stays undecided when
+    /// nothing is left to halve is counted.
+    pub fn first_crossing(&self, a: f64, b: f64, slack: f64, undecided: &mut usize) -> Option<f64> {
         let width = std::f64::consts::PI / (2.0 * self.cos.len() as f64);
         let parts = ((b - a) / width).ceil().max(1.0);
         let step = (b - a) / parts;
@@ -148,9 +149,13 @@ impl Polynomial {
             let left = a + j as f64 * step;
             let right = if j + 1 == parts as usize { b } else { left + step };
             let at_right = self.at(right);
-            if let Some(t) = self.crossing_in(left, right, at_left, at_right, slack, 0) {
+            let known = *undecided;
+            let ends = (at_left, at_right);
+            if let Some(t) = self.crossing_in(left, right, ends, slack, 0, undecided) {
                 return Some(self.polish(t));
             }
+            // neighbours that cannot be told apart are one touch
+            *undecided = (*undecided).min(known + 1);
             at_left = at_right;
         }
         None
@@ -160,10 +165,10 @@ impl Polynomial {
         &self,
         a: f64,
         b: f64,
-        at_a: (f64, f64),
-        at_b: (f64, f64),
+        (at_a, at_b): ((f64, f64), (f64, f64)),
         slack: f64,
         depth: u32,
+        undecided: &mut usize,
     ) -> Option<f64> {
         if at_a.0 < -slack {
             return Some(a);
@@ -173,13 +178,16 @@ impl Polynomial {
         if polynomial.min() - e.error + slack > 0.0 {
             return None;
         }
-        if depth > 30 {
-            return (at_b.0 < -slack).then_some(b);
+        if depth > 30 || !polynomial.min().is_finite() {
+            let crossed = (at_b.0 < -slack).then_some(b);
+            *undecided += usize::from(crossed.is_none());
+            return crossed;
         }
         let middle = 0.5 * (a + b);
         let at_middle = self.at(middle);
-        self.crossing_in(a, middle, at_a, at_middle, slack, depth + 1)
-            .or_else(|| self.crossing_in(middle, b, at_middle, at_b, slack, depth + 1))
+        let (left, right) = ((at_a, at_middle), (at_middle, at_b));
+        self.crossing_in(a, middle, left, slack, depth + 1, undecided)
+            .or_else(|| self.crossing_in(middle, b, right, slack, depth + 1, undecided))
     }
 
     /// Newton's method from a point just behind the root.
@@ -274,9 +282,25 @@ mod tests {
         let c0 = 1.1f64.cos();
         // (cos θ − c0)² = ½ + c0² − 2 c0 cos θ + ½ cos 2θ
         let p = Polynomial::new(Basis::Cosine, 2, &[0.5 + c0 * c0 - 1e-12, -2.0 * c0, 0.5]);
-        let t = p.first_crossing(0.0, 3.0, 1e-15).unwrap();
+        let t = p.first_crossing(0.0, 3.0, 1e-15, &mut 0).unwrap();
         assert!((t - 1.1).abs() < 2e-6, "{t}");
         let q = Polynomial::new(Basis::Cosine, 2, &[0.5 + c0 * c0 + 1e-12, -2.0 * c0, 0.5]);
-        assert_eq!(q.first_crossing(0.0, 3.0, 1e-15), None);
+        assert_eq!(q.first_crossing(0.0, 3.0, 1e-15, &mut 0), None);
+    }
+
+    #[test]
+    fn a_tangency_that_cannot_be_decided_is_counted() {
+        // (1 − cos(θ − 1))² touches −slack to the last bit
+        let (s1, c1) = 1.0f64.sin_cos();
+        let (s2, c2) = 2.0f64.sin_cos();
+        let slack = 1e-3;
+        let p = Polynomial::new(
+            Basis::Full,
+            2,
+            &[1.5 - slack, -2.0 * c1, -2.0 * s1, 0.5 * c2, 0.5 * s2],
+        );
+        let mut undecided = 0;
+        assert_eq!(p.first_crossing(0.0, 3.0, slack, &mut undecided), None);
+        assert!(undecided >= 1, "{undecided}");
     }
 }

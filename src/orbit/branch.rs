@@ -9,7 +9,7 @@ use super::family::Segments;
 use super::search::{Effort, Verdict, chain_of, find};
 use super::shooting::Closure;
 use crate::contact::{ActiveSet, Phase};
-use crate::continuation::{self, Go, Options, Place, Special, Stop, guesses};
+use crate::continuation::{self, Go, JUMP, Options, Place, Special, Stop, guesses};
 use crate::event::SwitchKind;
 use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
 
@@ -200,7 +200,7 @@ pub fn sequential(
                     let d: f64 = a.iter().zip(&orbit.z).map(|(a, b)| (a - b).powi(2)).sum();
                     (d / orbit.z.iter().map(|z| z * z).sum::<f64>()).sqrt()
                 };
-                let jumped = expected.as_deref().is_some_and(|e| distance(e) > 0.25);
+                let jumped = expected.as_deref().is_some_and(|e| distance(e) > JUMP);
                 let special = if known.is_empty() {
                     "start"
                 } else if jumped {

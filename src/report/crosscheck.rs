@@ -36,8 +36,9 @@ pub struct Tally {
     pub median_residual: f64,
 }
 
+/// The median; what is no number is worse than any (a point that failed must not flatter the others).
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    let mut values: Vec<f64> = values.map(|v| if v.is_nan() { f64::INFINITY } else { v }).collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

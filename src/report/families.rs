@@ -9,8 +9,8 @@ use plotters::prelude::*;
 
 use super::crosscheck::crosscheck;
 use super::figure::{
-    self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel, flat, legend,
-    legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
+    self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel,
+    flat, legend, legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
 };
 use crate::store::{CheckRow, OrbitRecord, PointRecord, Stored, StoredFamily};
 

@@ -17,8 +17,10 @@ static FONT: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
 const FAMILY: &str = "sans-serif";
 /// plotters places everything on whole pixels: draw on a sheet this much finer than the picture.
 const FINE: u32 = 8;
-/// Pixels of the PNG per unit of length of the picture.
-const PNG_SCALE: f32 = 2.0;
+/// Dots per inch of a PNG where nobody asks for others.
+pub const DPI: u16 = 192;
+/// Units of length of a picture in an inch.
+const UNITS: f32 = 96.0;
 
 /// A drawing area.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -129,7 +131,11 @@ pub struct Drawing {
 }
 
 /// Write `STEM.svg` and `STEM.png` of all drawings, or, where one of them may not be written, none; returns the paths.
-pub fn save(drawings: &[Drawing], outputs: &Outputs) -> Result<Vec<PathBuf>, FigureError> {
+pub fn save(
+    drawings: &[Drawing],
+    outputs: &Outputs,
+    dpi: u16,
+) -> Result<Vec<PathBuf>, FigureError> {
     let mut files = vec![];
     for Drawing { stem, svg } in drawings {
         let marked = match svg.find('>') {
@@ -137,7 +143,7 @@ pub fn save(drawings: &[Drawing], outputs: &Outputs) -> Result<Vec<PathBuf>, Fig
             None => svg.clone(),
         };
         files.push((beside(stem, ".svg"), marked.into_bytes()));
-        files.push((beside(stem, ".png"), marked_png(png(svg)?)));
+        files.push((beside(stem, ".png"), marked_png(png(svg, f32::from(dpi) / UNITS)?)));
     }
     files.iter().try_for_each(|(path, _)| outputs.check_derived(path))?;
     files.iter().try_for_each(|(path, bytes)| replace(path, bytes))?;
@@ -160,7 +166,7 @@ fn marked_png(png: Vec<u8>) -> Vec<u8> {
     out
 }
 
-fn png(svg: &str) -> Result<Vec<u8>, FigureError> {
+fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {
     use resvg::{tiny_skia, usvg};
     let mut options = usvg::Options::default();
     let fonts = options.fontdb_mut();
@@ -168,11 +174,11 @@ fn png(svg: &str) -> Result<Vec<u8>, FigureError> {
     fonts.set_sans_serif_family("DejaVu Sans");
     let tree = usvg::Tree::from_str(svg, &options).map_err(FigureError::draw)?;
     let size = tree.size();
-    let pixels = |x: f32| (x * PNG_SCALE).round() as u32;
+    let pixels = |x: f32| (x * scale).round() as u32;
     let mut pixmap = tiny_skia::Pixmap::new(pixels(size.width()), pixels(size.height()))
         .ok_or_else(|| FigureError::Draw("the picture is too large".into()))?;
-    let scale = tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE);
-    resvg::render(&tree, scale, &mut pixmap.as_mut());
+    let transform = tiny_skia::Transform::from_scale(scale, scale);
+    resvg::render(&tree, transform, &mut pixmap.as_mut());
     pixmap.encode_png().map_err(FigureError::draw)
 }
 

@@ -12,8 +12,8 @@ use super::families::{
     Drawn, LOGARITHMIC, branches, draw_dashes, draw_line, of_branch, pieces, title,
 };
 use super::figure::{
-    self, Drawing, Chart, Entry, FigureError, INK, LINES, Mark, flat, legend_above, line, panel, px, range,
-    semilog, symbol, symbols, text,
+    self, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, flat, legend_above, line, panel,
+    px, range, semilog, symbol, symbols, text,
 };
 use crate::store::StoredFamily;
 

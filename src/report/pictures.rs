@@ -5,10 +5,10 @@ use std::path::Path;
 use plotters::prelude::*;
 
 use super::figure::{
-    self, Drawing, Area, Chart, FigureError, Ground, INK, LINES, Mark, SHADE, colour_bar, legend, line,
-    panel, panel_with, px, range, text, viridis,
+    self, Area, Chart, Drawing, FigureError, Ground, INK, LINES, Mark, SHADE, colour_bar, legend,
+    line, panel, panel_with, px, range, text, viridis,
 };
-use crate::scenario::Scene;
+use crate::scenario::{BodyKind, Scene};
 use crate::store::{Stored, beside};
 
 type Drawn = Result<(), FigureError>;
@@ -31,11 +31,13 @@ const PICTURES: [Picture; 4] = [
 pub struct Options {
     /// Times of the deformed shapes, as fractions of the stored time.
     pub fractions: Vec<f64>,
+    /// Mesh nodes whose contact is drawn; none: up to twelve along the edge.
+    pub nodes: Vec<usize>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { fractions: (0..8).map(|k| f64::from(k) / 7.0).collect() }
+        Options { fractions: (0..8).map(|k| f64::from(k) / 7.0).collect(), nodes: vec![] }
     }
 }
 
@@ -121,14 +123,18 @@ fn along_edge(stored: &Stored) -> (Vec<f64>, &'static str) {
 }
 
 /// Contact displacement and pressure against time, contact intervals shaded.
-fn contact(stored: &Stored, _: &Options) -> Result<String, FigureError> {
+fn contact(stored: &Stored, options: &Options) -> Result<String, FigureError> {
     let n_c = stored.gap.len();
     if n_c == 0 || stored.t.is_empty() {
         return Err(FigureError::Empty("the body has no contact nodes"));
     }
     let (position, axis) = along_edge(stored);
-    let shown: Vec<usize> =
-        if n_c <= 12 { (0..n_c).collect() } else { (0..12).map(|k| k * (n_c - 1) / 11).collect() };
+    let chosen = |i: &usize| options.nodes.contains(&stored.contact_nodes[*i]);
+    let shown: Vec<usize> = match n_c {
+        _ if !options.nodes.is_empty() => (0..n_c).filter(chosen).collect(),
+        0..=12 => (0..n_c).collect(),
+        _ => (0..12).map(|k| k * (n_c - 1) / 11).collect(),
+    };
     let (low, high) = (position[0], position[n_c - 1]);
     let colour = |i: usize| match n_c {
         1 => LINES[0],
@@ -373,6 +379,10 @@ fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
 fn shapes(stored: &Stored, options: &Options) -> Result<String, FigureError> {
     if stored.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
+    }
+    let scene = Scene::parse(&stored.scene, Path::new("stored"));
+    if scene.is_ok_and(|s| s.body.kind == BodyKind::Matrices) {
+        return Err(FigureError::Empty("a body given by matrices has no shape"));
     }
     let rows = chosen_rows(stored, options);
     if stored.elements.ncols() == 2 {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::contact::Nbm;
 use crate::contact::lcp::PMatrix;
 use crate::event::{Report, SwitchKind};
-use crate::scenario::Scene;
+use crate::scenario::{BodyKind, Scene};
 
 /// The JSON object of `run`; the keys are part of the product's public face.
 pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value {
@@ -51,7 +51,8 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "energy_drift": report.energy_drift,
         "energy_drift_total": report.energy_drift_total,
         "max_penetration": report.max_penetration,
-        "max_tension": report.max_tension,
+        "max_tension": report.max_tension, "violation": report.violation,
+        "loosened_monitors": report.loosened,
         "final": {"u": report.last.u, "v": report.last.v},
         "rhs_evaluations": report.counters.rhs_evaluations,
         "products": report.counters.products,
@@ -94,6 +95,35 @@ fn plural(n: usize, word: &str, plural: &str) -> String {
     format!("{n} {}", if n == 1 { word } else { plural })
 }
 
+/// What is proved of the switches, and what is not.
+fn certificate(report: &Report) -> String {
+    if report.is_certified() {
+        return "proved complete in every phase, from bounds of the exact flow".to_owned();
+    }
+    let mut but = vec![];
+    if report.uncertified_phases == report.phases {
+        but.push("on the interpolants of the steps only".to_owned());
+    } else if report.uncertified_phases > 0 {
+        let phases = plural(report.uncertified_phases, "phase", "phases");
+        but.push(format!("in {phases} on the interpolants of the steps only"));
+    }
+    if report.undecided > 0 {
+        but.push(plural(report.undecided, "undecided tangency", "undecided tangencies"));
+    }
+    if report.missed > 0 {
+        but.push(format!("{} that the search missed", plural(report.missed, "switch", "switches")));
+    }
+    if report.loosened > 0 {
+        let monitors = plural(report.loosened, "monitor", "monitors");
+        but.push(format!("{monitors} further below zero than rounding explains"));
+    }
+    let exact = report.uncertified_phases == 0;
+    if exact && but.is_empty() {
+        but.push(format!("the contact conditions are violated by {:.1e}", report.violation));
+    }
+    format!("not proved complete: {}", but.join("; "))
+}
+
 /// The summary of a run in words.
 pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> String {
     let mut out = String::new();
@@ -101,14 +131,17 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         let _ = writeln!(out, "  {label:<14}{text}");
     };
     let [ex, ey] = nbm.body.mesh.cells();
+    let given = scene.body.kind == BodyKind::Matrices;
     let kind = match nbm.body.mesh.dim {
+        _ if given => "matrices".to_owned(),
         1 => format!("bar, {}", plural(ex, "element", "elements")),
         _ => format!("plate, {ex} × {ey} elements"),
     };
-    line(
-        "body",
-        format!("{kind}: {} displacements, {} of them free of contact", nbm.n(), nbm.n_o()),
-    );
+    let follow = match nbm.n_contact() {
+        0 => String::new(),
+        n => format!(": {} move by themselves, {n} at the contact follow from them", nbm.n_o()),
+    };
+    line("body", format!("{kind}, {}{follow}", plural(nbm.n(), "displacement", "displacements")));
     if let Some(d) = nbm.damping {
         let terms = [(d.alpha, "M"), (d.beta, "K")];
         let terms = terms.iter().filter(|(c, _)| *c != 0.0);
@@ -120,7 +153,10 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
             PMatrix::Minors => "unique (all principal minors of N_C positive)",
             _ => "unique (N_C positive definite)",
         };
-        let nodes = plural(nbm.n_contact(), "node", "nodes");
+        let nodes = match given {
+            true => plural(nbm.n_contact(), "displacement", "displacements"),
+            false => plural(nbm.n_contact(), "node", "nodes"),
+        };
         line("contact", format!("{nodes}; contact displacements {proof}"));
     }
     line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
@@ -141,29 +177,24 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         line("switches", text);
         if let (Some(a), Some(b)) = (report.switches.first(), report.switches.last()) {
             let (first, last) = (significant(a.t, 10), significant(b.t, 10));
+            let place = |node: usize| match given {
+                // the points of a body from matrices count from 1, its displacements from 0
+                true => format!("displacement {}", node.saturating_sub(1)),
+                false => format!("node {node}"),
+            };
             let text = format!(
-                "first at t = {first} (node {}), last at t = {last} (node {})",
-                a.node, b.node
+                "first at t = {first} ({}), last at t = {last} ({})",
+                place(a.node),
+                place(b.node)
             );
             line("", text);
         }
-        let certificate = if report.is_certified() {
-            "proved complete in every phase, from bounds of the exact flow".to_owned()
-        } else if report.uncertified_phases == report.phases {
-            "proved complete on the interpolant of every step".to_owned()
-        } else {
-            format!(
-                "proved complete but for {} on an interpolant and {}",
-                plural(report.uncertified_phases, "phase", "phases"),
-                plural(report.undecided, "undecided tangency", "undecided tangencies"),
-            )
-        };
-        line("search", certificate);
+        line("search", certificate(report));
         line(
             "contact error",
             format!(
-                "penetration ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state",
-                report.max_penetration, report.max_tension
+                "penetration ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state ({:.1e} of the sizes at play)",
+                report.max_penetration, report.max_tension, report.violation
             ),
         );
     }

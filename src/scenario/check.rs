@@ -4,16 +4,33 @@ use super::{Amplitude, Axis, BodyKind, Edge, Field, Integrator, Issue, LoadKind,
 
 type Check = Result<(), Issue>;
 
+/// Products of a few numbers of a scene must neither overflow nor vanish.
+const LARGEST: f64 = 1e60;
+
 fn positive(key: &str, value: f64) -> Check {
-    if value.is_finite() && value > 0.0 {
+    if (1.0 / LARGEST..=LARGEST).contains(&value) {
         return Ok(());
+    }
+    if value.is_finite() && value > 0.0 {
+        return Err(Issue::new(
+            key,
+            format!("is {value:e}: results would overflow"),
+            format!("choose units in which it lies between {:e} and {LARGEST:e}", 1.0 / LARGEST),
+        ));
     }
     Err(Issue::new(key, format!("must be positive and finite, is {value}"), "give a number > 0"))
 }
 
 fn finite(key: &str, value: f64) -> Check {
-    if value.is_finite() {
+    if value.abs() <= LARGEST {
         return Ok(());
+    }
+    if value.is_finite() {
+        return Err(Issue::new(
+            key,
+            format!("is {value:e}: results would overflow"),
+            format!("choose units in which its size is at most {LARGEST:e}"),
+        ));
     }
     Err(Issue::new(key, format!("must be finite, is {value}"), "give an ordinary number"))
 }
@@ -404,8 +421,16 @@ impl Scene {
                     ));
                 }
             }
-            if let Some(w) = l.omega {
-                positive(&key("omega"), w)?;
+            match l.omega {
+                Some(w) => positive(&key("omega"), w)?,
+                None if l.phase != 0.0 => {
+                    return Err(Issue::new(
+                        key("phase"),
+                        "a constant load has no phase",
+                        "remove it, or give omega",
+                    ));
+                }
+                None => {}
             }
             finite(&key("phase"), l.phase)?;
         }

@@ -83,10 +83,22 @@ pub(super) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> Scen
         Some((head, tail)) => (head.to_owned(), format!("expected {tail}")),
         None => (message, "see the scene reference in the README".to_owned()),
     };
-    value_error(Issue::new(key_at(text, span.start), summary, help), file, text, span)
+    let mut key = key_at(text, span.start);
+    if key.is_empty() {
+        // nothing stands there: the key that is missing
+        key = summary.split('`').nth(1).unwrap_or("scene").to_owned();
+    }
+    value_error(Issue::new(key, summary, help), file, text, span)
 }
 
+/// Letters of a line that is drawn.
+const LONGEST_LINE: usize = 2000;
+
 fn value_error(issue: Issue, file: &str, text: &str, span: std::ops::Range<usize>) -> SceneError {
+    // a line that no terminal shows is not drawn; its number and column are said all the same
+    let drawn = text.lines().all(|l| l.len() <= LONGEST_LINE);
+    let (source, mark) =
+        if drawn { (text.to_owned(), span.clone()) } else { (String::new(), 0..0) };
     let before = &text[..span.start.min(text.len())];
     let line_start = before.rfind('\n').map_or(0, |i| i + 1);
     SceneError::Value(Box::new(ValueError {
@@ -96,8 +108,8 @@ fn value_error(issue: Issue, file: &str, text: &str, span: std::ops::Range<usize
         key: issue.key,
         message: issue.message,
         help: issue.help,
-        source_code: NamedSource::new(file, text.to_owned()).with_language("toml"),
-        span: (span.start, span.end - span.start).into(),
+        source_code: NamedSource::new(file, source).with_language("toml"),
+        span: (mark.start, mark.end - mark.start).into(),
     }))
 }
 

@@ -16,6 +16,9 @@ type Tree = FlatEx<f64, FloatOpsFactory<f64>, NumberMatcher>;
 const GRAMMAR: &str = "expected numbers, x, y, + - * / ^, PI and functions such as sin(x), cos, tan, exp, ln, \
      sqrt, abs; for example \"1e-3 + 0.02*y^2\"";
 
+/// Letters of an expression (the time to read one grows with their square).
+const LONGEST: usize = 4000;
+
 /// A scalar field: a number, or an expression of `x` and `y`.
 ///
 /// The grammar is exmex's: `+ - * / ^`, `sin cos tan exp ln sqrt abs …`, and `PI`.
@@ -35,6 +38,12 @@ pub enum Field {
 impl Field {
     /// Parse an expression; the error text says what went wrong.
     pub fn parse(text: &str) -> Result<Field, String> {
+        if text.len() > LONGEST {
+            return Err(format!(
+                "an expression of {} letters: at most {LONGEST}; give a shorter one",
+                text.len()
+            ));
+        }
         let tree = Tree::parse(&explicit_powers(text))
             .map_err(|_| format!("cannot read the expression `{text}`, {GRAMMAR}"))?;
         if let Some(name) = tree.var_names().iter().find(|n| !["x", "y"].contains(&n.as_str())) {

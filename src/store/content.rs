@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::reader::{open, reading};
+use super::reader::{Careful, open, reading};
 use super::{StoreError, read_text};
 
 /// Kinds of files.
@@ -58,7 +58,7 @@ fn read_origin_of(path: &Path) -> Result<Origin, StoreError> {
     let rows = |name: &str| -> Result<usize, StoreError> {
         Ok(mesh.dataset(name)?.shape().first().copied().unwrap_or(0))
     };
-    let map: Vec<i64> = mesh.dataset("dof_map")?.read_raw()?;
+    let map: Vec<i64> = mesh.dataset("dof_map")?.values()?;
     Ok(Origin {
         version: text("signorini_version"),
         created: text("created"),
@@ -75,6 +75,6 @@ pub fn read_switch_rates(path: &Path) -> Result<Vec<f64>, StoreError> {
     let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/switches".into() };
     reading(path, || {
         let rates = open(path)?.dataset("switches/monitor_rate").map_err(missing)?;
-        Ok(rates.read_raw()?)
+        Ok(rates.values()?)
     })
 }

@@ -16,7 +16,7 @@ use super::orbits::{
     write_place,
 };
 use super::output::{Staged, check_room};
-use super::reader::{open, reading};
+use super::reader::{Careful, open, reading};
 use super::series::{
     CheckRow, Names, SeriesWriter, read_crosscheck, read_series, write_crosscheck,
 };
@@ -125,7 +125,8 @@ impl FamilyWriter {
             write_text(&g, "branches", &plan.branches.join("\n"))?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
-            let row = |(name, units): &(&str, &str)| Table::create(&g, name, None, 64, false, units);
+            let row =
+                |(name, units): &(&str, &str)| Table::create(&g, name, None, 64, false, units);
             let rows: Result<Vec<_>, _> = ROWS.iter().map(row).collect();
             let special = Table::create(&g, "special", None, 64, false, "words")?;
             let points = g.create_group("points")?;
@@ -133,7 +134,8 @@ impl FamilyWriter {
             Ok((file, points, rows?, special))
         };
         // a file that could not even be begun is of no use; an old one stands untouched
-        let (file, points, rows, special) = begin().inspect_err(|_: &StoreError| staged.discard())?;
+        let (file, points, rows, special) =
+            begin().inspect_err(|_: &StoreError| staged.discard())?;
         Ok(FamilyWriter {
             staged,
             file,
@@ -255,12 +257,7 @@ impl FamilyWriter {
 
     /// Bring the points into their order, write how the branches ended and the final status. The journal of an unfinished family
     /// stays.
-    pub fn finish(
-        mut self,
-        status: &str,
-        ends: &[BranchEnd],
-        nbm: &Nbm,
-    ) -> Result<(), StoreError> {
+    pub fn finish(mut self, status: &str, ends: &[BranchEnd], nbm: &Nbm) -> Result<(), StoreError> {
         if !self.order.is_sorted() {
             self = self.sorted(nbm)?;
         }
@@ -284,7 +281,8 @@ impl FamilyWriter {
     /// The same family with its rows in order, in a new file beside.
     fn sorted(self, nbm: &Nbm) -> Result<FamilyWriter, StoreError> {
         self.file.flush()?;
-        let FamilyWriter { mut staged, file, points, rows, special, series, checks, order, .. } = self;
+        let FamilyWriter { mut staged, file, points, rows, special, series, checks, order, .. } =
+            self;
         drop((file, points, rows, special, series));
         let stored = StoredFamily::read(staged.at())?.points;
         let mut places: Vec<usize> = (0..stored.len()).collect();
@@ -294,8 +292,7 @@ impl FamilyWriter {
             .map(|&k| PointRecord { check: checks.get(k).cloned(), ..stored[k].clone() })
             .collect();
         staged.restart();
-        let size =
-            in_order.iter().map(|p| size_of_point(p, self.plan.harmonics, nbm.n_o())).sum();
+        let size = in_order.iter().map(|p| size_of_point(p, self.plan.harmonics, nbm.n_o())).sum();
         let mut new = Self::on(staged, &self.scene, nbm, &self.options, &self.plan, size)?;
         if let Err(e) = new.put_all(&in_order, nbm) {
             new.staged.discard();
@@ -379,6 +376,29 @@ impl StoredFamily {
         }
     }
 
+    /// What does not fit a body, if anything: whoever goes on with the points may index without fear.
+    pub fn misfit(&self, nbm: &Nbm) -> Option<String> {
+        let (n, n_o, n_c) = (nbm.n(), nbm.n_o(), nbm.n_contact());
+        let fits = |p: &PointRecord| {
+            let orbit = p.orbit.as_ref().is_none_or(|o| o.u0.len() == n && o.v0.len() == n);
+            let place = p.place.as_ref().is_none_or(|place| {
+                let along = place.tangent.is_empty()
+                    || (place.tangent.len() == place.x.len()
+                        && (place.sets.is_empty() || place.sets.len() == place.nodes.len() + 1));
+                !place.x.is_empty()
+                    && place.x.iter().chain(&place.tangent).all(|x| x.is_finite())
+                    && place.sets.iter().all(|s| s.len() == n_c)
+                    && place.nodes.iter().all(|c| *c < n_c)
+                    && along
+            });
+            let series =
+                p.series.as_ref().is_none_or(|s| s.coefficients.len() == (2 * s.n_h + 1) * n_o);
+            p.omega.is_finite() && p.branch < self.branches.len() && orbit && place && series
+        };
+        let bad = self.points.iter().position(|p| !fits(p))?;
+        Some(format!("damaged: point {bad} does not fit the body"))
+    }
+
     /// Whether there is something of this name to go on with.
     pub fn is_begun(path: &Path) -> bool {
         path.exists() || journal::exists(path)
@@ -393,10 +413,10 @@ impl StoredFamily {
         let file = open(path)?;
         let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
         let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
-        let special: Vec<Word> = g.dataset("special")?.read_raw()?;
-        let branch: Vec<f64> = g.dataset("branch")?.read_raw()?;
+        let special: Vec<Word> = g.dataset("special")?.values()?;
+        let branch: Vec<f64> = g.dataset("branch")?.values()?;
         // files of earlier versions have no index: the order of the rows says it
-        let index: Option<Vec<f64>> = g.dataset("index").and_then(|d| d.read_raw()).ok();
+        let index: Option<Vec<f64>> = g.dataset("index").and_then(|d| d.values()).ok();
         let points = g.group("points")?;
         let mut all: Vec<PointRecord> = vec![];
         for (k, (special, branch)) in special.iter().zip(&branch).enumerate() {
@@ -407,10 +427,7 @@ impl StoredFamily {
             all.push(PointRecord {
                 omega: read_scalar(&p, "omega")?,
                 branch,
-                index: index
-                    .as_ref()
-                    .and_then(|i| i.get(k))
-                    .map_or_else(counted, |i| *i as i64),
+                index: index.as_ref().and_then(|i| i.get(k)).map_or_else(counted, |i| *i as i64),
                 special: special.as_str().to_owned(),
                 orbit,
                 place: read_place(&p)?,
@@ -421,7 +438,7 @@ impl StoredFamily {
         let mut harmonics = 0;
         if let Ok(hbm) = file.group("hbm") {
             let shape = hbm.dataset("coefficients")?.shape();
-            let rows: Vec<i64> = hbm.dataset("point")?.read_raw()?;
+            let rows: Vec<i64> = hbm.dataset("point")?.values()?;
             harmonics = shape.get(1).map_or(0, |f| f / 2);
             let n_o = shape.get(2).copied().unwrap_or(0);
             let series = read_series(path, &Names::default(), n_o)?;

@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::StoreError;
 use super::family::StoredFamily;
 use super::kind::FamilyKind;
 use super::orbits::PointRecord;
 use super::output::{beside, check_room};
-use super::StoreError;
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
@@ -76,10 +76,12 @@ impl Journal {
             text.push_str(&line(&name, &mut sum, point)?);
         }
         let fresh = beside(&name, ".new");
-        std::fs::write(&fresh, text).and_then(|()| std::fs::rename(&fresh, &name)).map_err(|e| {
-            let _ = std::fs::remove_file(&fresh);
-            fail(e)
-        })?;
+        std::fs::write(&fresh, text).and_then(|()| std::fs::rename(&fresh, &name)).map_err(
+            |e| {
+                let _ = std::fs::remove_file(&fresh);
+                fail(e)
+            },
+        )?;
         let file = OpenOptions::new().append(true).open(&name).map_err(fail)?;
         Ok(Journal { path: name, file, sum })
     }

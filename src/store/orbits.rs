@@ -8,7 +8,7 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use super::journal::bits;
-use super::reader::{open, reading};
+use super::reader::{Careful, open, reading};
 use super::series::{CheckRow, SeriesRecord};
 use super::writer::along_axes;
 use super::{StoreError, Writer, read_text, write_text};
@@ -130,7 +130,11 @@ pub(super) fn read_scalar(g: &Location, name: &str) -> Result<f64, StoreError> {
     Ok(g.attr(name)?.read_scalar()?)
 }
 
-pub(super) fn matrix<T: Clone>(rows: usize, columns: usize, values: Vec<T>) -> Result<Array2<T>, StoreError> {
+pub(super) fn matrix<T: Clone>(
+    rows: usize,
+    columns: usize,
+    values: Vec<T>,
+) -> Result<Array2<T>, StoreError> {
     Ok(Array2::from_shape_vec((rows, columns), values)
         .map_err(|e| hdf5::Error::from(e.to_string()))?)
 }
@@ -187,11 +191,11 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
     for (x, name) in n.iter_mut().zip(NUMBERS) {
         *x = read_scalar(g, name)?;
     }
-    let multipliers: Array2<f64> = g.dataset("multipliers")?.read_2d()?;
+    let multipliers: Array2<f64> = g.dataset("multipliers")?.table()?;
     let s = g.group("switches")?;
-    let t: Vec<f64> = s.dataset("t")?.read_raw()?;
-    let node: Vec<i64> = s.dataset("node")?.read_raw()?;
-    let kind: Vec<Word> = s.dataset("kind")?.read_raw()?;
+    let t: Vec<f64> = s.dataset("t")?.values()?;
+    let node: Vec<i64> = s.dataset("node")?.values()?;
+    let kind: Vec<Word> = s.dataset("kind")?.values()?;
     let switches = t.iter().zip(&node).zip(&kind);
     Ok(OrbitRecord {
         period: n[0],
@@ -203,8 +207,8 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         penetration: n[6],
         tension: n[7],
         balance: n[8],
-        u0: g.dataset("u0")?.read_raw()?,
-        v0: g.dataset("v0")?.read_raw()?,
+        u0: g.dataset("u0")?.values()?,
+        v0: g.dataset("v0")?.values()?,
         multipliers: multipliers.rows().into_iter().map(|r| [r[0], r[1]]).collect(),
         trivial: read_scalar(g, "trivial_multipliers")? as usize,
         stable: match read_text(g, "stable").as_deref() {
@@ -213,7 +217,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
             _ => None,
         },
         switches: switches.map(|((&t, &n), k)| (t, n as usize, k.as_str() == "close")).collect(),
-        jumps: s.dataset("energy_jump")?.read_raw()?,
+        jumps: s.dataset("energy_jump")?.values()?,
     })
 }
 
@@ -238,15 +242,15 @@ pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreErr
 
 pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
     let Ok(c) = g.group("continuation") else { return Ok(None) };
-    let sets: Array2<u8> = c.dataset("active")?.read_2d()?;
-    let nodes: Vec<i64> = c.dataset("node")?.read_raw()?;
-    let base = c.dataset("base").and_then(|d| d.read_raw());
+    let sets: Array2<u8> = c.dataset("active")?.table()?;
+    let nodes: Vec<i64> = c.dataset("node")?.values()?;
+    let base = c.dataset("base").and_then(|d| d.values());
     Ok(Some(PlaceRecord {
-        x: c.dataset("x")?.read_raw()?,
-        tangent: c.dataset("tangent")?.read_raw()?,
+        x: c.dataset("x")?.values()?,
+        tangent: c.dataset("tangent")?.values()?,
         step: read_scalar(&c, "step")?,
         orientation: read_scalar(&c, "orientation")?,
-        signature: c.dataset("signature")?.read_raw()?,
+        signature: c.dataset("signature")?.values()?,
         sets: sets.rows().into_iter().map(|r| r.iter().map(|&a| a == 1).collect()).collect(),
         nodes: nodes.iter().map(|&n| n as usize).collect(),
         base: base.unwrap_or_default(),

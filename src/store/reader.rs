@@ -6,6 +6,7 @@ use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
 use super::{StoreError, read_text};
+use crate::fem::check_size;
 
 /// A stored run.
 #[derive(Debug, Clone)]
@@ -75,7 +76,7 @@ impl Stored {
         let energy = file.group("energy").map_err(|_| missing("/energy"))?;
         let text = |name: &str| read_text(&file, name).unwrap_or_default();
         let indices = |v: Vec<i64>| v.into_iter().map(|i| i as usize).collect();
-        let column = |name: &str| energy.dataset(name)?.read_raw::<f64>();
+        let column = |name: &str| energy.dataset(name)?.values::<f64>();
         let energy: Result<Vec<_>, hdf5::Error> =
             ["kinetic", "elastic", "external", "dissipated", "jumps"]
                 .map(column)
@@ -89,27 +90,27 @@ impl Stored {
             created: text("created"),
             command: text("command"),
             status: text("status"),
-            nodes: mesh.dataset("nodes")?.read_2d()?,
-            elements: mesh.dataset("elements")?.read_2d()?,
-            dof_map: mesh.dataset("dof_map")?.read_2d()?,
-            contact_nodes: indices(mesh.dataset("contact_nodes")?.read_raw()?),
-            gap: mesh.dataset("gap")?.read_raw()?,
+            nodes: mesh.dataset("nodes")?.table()?,
+            elements: mesh.dataset("elements")?.table()?,
+            dof_map: mesh.dataset("dof_map")?.table()?,
+            contact_nodes: indices(mesh.dataset("contact_nodes")?.values()?),
+            gap: mesh.dataset("gap")?.values()?,
             contact_normal: read_text(&mesh, "contact_normal").unwrap_or_default(),
-            t: trajectory.dataset("t")?.read_raw()?,
-            u: trajectory.dataset("u")?.read_2d()?,
-            v: trajectory.dataset("v")?.read_2d()?,
-            active: trajectory.dataset("active")?.read_2d()?,
-            pressure: trajectory.dataset("pressure")?.read_2d()?,
+            t: trajectory.dataset("t")?.values()?,
+            u: trajectory.dataset("u")?.table()?,
+            v: trajectory.dataset("v")?.table()?,
+            active: trajectory.dataset("active")?.table()?,
+            pressure: trajectory.dataset("pressure")?.table()?,
             energy: energy?,
-            switch_t: switches.dataset("t")?.read_raw()?,
-            switch_node: indices(switches.dataset("node")?.read_raw()?),
+            switch_t: switches.dataset("t")?.values()?,
+            switch_node: indices(switches.dataset("node")?.values()?),
             switch_kind: switches
                 .dataset("kind")?
-                .read_raw::<FixedAscii<32>>()?
+                .values::<FixedAscii<32>>()?
                 .iter()
                 .map(|w| w.as_str().to_owned())
                 .collect(),
-            switch_jump: switches.dataset("energy_jump")?.read_raw()?,
+            switch_jump: switches.dataset("energy_jump")?.values()?,
             grazings: file.dataset("grazings/t").map_or(0, |d| d.size()),
         };
         match stored.inconsistency() {
@@ -178,7 +179,35 @@ pub(super) fn reading<T>(
     })
 }
 
+/// Reading of datasets whose sizes are not believed.
+pub(super) trait Careful {
+    /// All values, in one row.
+    fn values<T: hdf5::H5Type>(&self) -> Result<Vec<T>, hdf5::Error>;
+    /// A table.
+    fn table<T: hdf5::H5Type>(&self) -> Result<Array2<T>, hdf5::Error>;
+    /// An array of any dimension.
+    fn array<T: hdf5::H5Type>(&self) -> Result<ndarray::ArrayD<T>, hdf5::Error>;
+}
+
+impl Careful for hdf5::Dataset {
+    fn values<T: hdf5::H5Type>(&self) -> Result<Vec<T>, hdf5::Error> {
+        check_size(self, size_of::<T>())?;
+        self.read_raw()
+    }
+    fn table<T: hdf5::H5Type>(&self) -> Result<Array2<T>, hdf5::Error> {
+        check_size(self, size_of::<T>())?;
+        self.read_2d()
+    }
+    fn array<T: hdf5::H5Type>(&self) -> Result<ndarray::ArrayD<T>, hdf5::Error> {
+        check_size(self, size_of::<T>())?;
+        self.read_dyn()
+    }
+}
+
 pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
+    if path.is_dir() {
+        return Err(StoreError::unusable(path, "is a folder; give a file"));
+    }
     if !path.is_file() {
         return Err(StoreError::unusable(path, "no such file"));
     }
@@ -205,7 +234,7 @@ fn read_state_of(
     let file = open(path)?;
     let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
     let stored: Array2<f64> =
-        file.dataset("mesh/nodes").map_err(|_| missing("/mesh/nodes"))?.read_2d()?;
+        file.dataset("mesh/nodes").map_err(|_| missing("/mesh/nodes"))?.table()?;
     let size = nodes.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     let same = stored.dim() == (nodes.len(), 2)
         && nodes
@@ -216,18 +245,18 @@ fn read_state_of(
         return Err(StoreError::unusable(path, "its body has other displacements than this scene"));
     }
     let cells = if same { None } else { Some(cells_of(&file, &stored, nodes, dim, path)?) };
-    let map: Array2<i64> = file.dataset("mesh/dof_map")?.read_2d()?;
+    let map: Array2<i64> = file.dataset("mesh/dof_map")?.table()?;
     let damaged = |what: &str| StoreError::unusable(path, format!("damaged: {what}"));
     if map.dim() != (stored.nrows(), 2) {
         return Err(damaged("/mesh/dof_map"));
     }
     let (u, v) = if let (Ok(u), Ok(v)) = (file.dataset("orbit/u0"), file.dataset("orbit/v0")) {
-        (u.read_raw::<f64>()?, v.read_raw::<f64>()?)
+        (u.values::<f64>()?, v.values::<f64>()?)
     } else {
         let last = |name: &str| -> Result<Vec<f64>, StoreError> {
             let table = file.dataset(name).map_err(|_| missing("state"))?;
             match table.shape()[..] {
-                [rows, _] if rows > 0 => {
+                [rows, columns] if rows > 0 && columns <= map.len() => {
                     let row = table.read_slice::<f64, _, ndarray::Ix1>((rows - 1, ..))?;
                     Ok(row.to_vec())
                 }
@@ -285,7 +314,7 @@ fn cells_of(
     let a = bounds(&mut nodes.iter().copied());
     let b = bounds(&mut stored.rows().into_iter().map(|r| [r[0], r[1]]));
     let size = (a[2] - a[0]).max(a[3] - a[1]);
-    let elements: Array2<i64> = file.dataset("mesh/elements")?.read_2d()?;
+    let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
     let corners = if dim == 1 { 2 } else { 4 };
     let fits = |i: &i64| usize::try_from(*i).is_ok_and(|i| i < stored.nrows());
     let near = a.iter().zip(&b).all(|(x, y)| (x - y).abs() <= 1e-9 * size);

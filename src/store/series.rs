@@ -10,7 +10,7 @@ use ndarray::{Array3, ArrayD};
 use serde::{Deserialize, Serialize};
 
 use super::journal::bits;
-use super::reader::{open, reading};
+use super::reader::{Careful, open, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
 
@@ -101,11 +101,7 @@ pub fn read_series(
     reading(path, || read_series_of(path, names, n_o))
 }
 
-fn read_series_of(
-    path: &Path,
-    names: &Names,
-    n_o: usize,
-) -> Result<Vec<SeriesRecord>, StoreError> {
+fn read_series_of(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
     let file = open(path)?;
     let missing = |what: &str| StoreError::Missing {
         path: path.to_owned(),
@@ -113,9 +109,9 @@ fn read_series_of(
     };
     let unusable = |why: String| StoreError::unusable(path, why);
     let omega: Vec<f64> =
-        file.dataset(&names.omega).map_err(|_| missing(&names.omega))?.read_raw()?;
+        file.dataset(&names.omega).map_err(|_| missing(&names.omega))?.values()?;
     let data = file.dataset(&names.coefficients).map_err(|_| missing(&names.coefficients))?;
-    let all: ArrayD<f64> = data.read_dyn()?;
+    let all: ArrayD<f64> = data.array()?;
     let p = omega.len();
     let shape = all.shape().to_vec();
     // MATLAB stores the dimensions in reverse, and says so; a single point may have lost its dimension
@@ -143,12 +139,13 @@ fn read_series_of(
     }
     let own = match file.dataset("hbm/harmonics") {
         Err(_) => vec![most as i64; p],
-        Ok(data) => data.read_raw::<i64>()?,
+        Ok(data) => data.values::<i64>()?,
     };
     // the frequencies of other programs may stand beside an own table of another length
     let own = if own.len() == p { own } else { vec![most as i64; p] };
     if let Some((i, n)) = own.iter().enumerate().find(|(_, n)| !(0..=most as i64).contains(*n)) {
-        let what = format!("/hbm/harmonics, point {i}: {n} harmonics, and the coefficients have {most}");
+        let what =
+            format!("/hbm/harmonics, point {i}: {n} harmonics, and the coefficients have {most}");
         return Err(unusable(what));
     }
     let flat: Vec<f64> = all.iter().copied().collect();
@@ -242,7 +239,8 @@ pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError
             .iter()
             .map(|c| {
                 let comma = separator != ',' && c.contains(',');
-                let hint = if comma { " (write a point, no comma, before the decimals)" } else { "" };
+                let hint =
+                    if comma { " (write a point, no comma, before the decimals)" } else { "" };
                 parse(c).ok_or_else(|| bad(number, format!("\"{c}\" is not a finite number{hint}")))
             })
             .collect();
@@ -375,7 +373,7 @@ fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> 
     use hdf5::types::FixedAscii;
     let file = open(path)?;
     let Ok(g) = file.group("crosscheck") else { return Ok(None) };
-    let words: Vec<FixedAscii<32>> = g.dataset("verdict")?.read_raw()?;
+    let words: Vec<FixedAscii<32>> = g.dataset("verdict")?.values()?;
     let names = [
         "omega",
         "harmonics",
@@ -389,9 +387,10 @@ fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> 
     ];
     let mut c: Vec<Vec<f64>> = vec![];
     for name in names {
-        let column: Vec<f64> = g.dataset(name)?.read_raw()?;
+        let column: Vec<f64> = g.dataset(name)?.values()?;
         if column.len() != words.len() {
-            let what = format!("damaged: /crosscheck/{name} has {} rows of {}", column.len(), words.len());
+            let what =
+                format!("damaged: /crosscheck/{name} has {} rows of {}", column.len(), words.len());
             return Err(StoreError::unusable(path, what));
         }
         c.push(column);

@@ -8,7 +8,7 @@ use hdf5::types::FixedAscii;
 
 use super::checkpoint;
 use super::output::{Outputs, Staged, check_room};
-use super::reader::reading;
+use super::reader::{Careful, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
 use crate::contact::{ActiveSet, Nbm};
@@ -179,8 +179,13 @@ impl Writer {
         }
         let at = staged.at().to_owned();
         let (checkpoint, of) = checkpoint::read(&at)?;
-        let refuse = |why: &str| StoreError::unusable(&at, format!("cannot be gone on with: {why}; --force starts anew"));
-        if of != problem || checkpoint.y.len() < 2 * nbm.n_o() || checkpoint.armed.len() != nbm.n_contact() {
+        let refuse = |why: &str| {
+            StoreError::unusable(&at, format!("cannot be gone on with: {why}; --force starts anew"))
+        };
+        if of != problem
+            || checkpoint.y.len() < 2 * nbm.n_o()
+            || checkpoint.armed.len() != nbm.n_contact()
+        {
             return Err(refuse("the files that the scene names have changed since"));
         }
         let opened = || -> Result<(Writer, Resumed), StoreError> {
@@ -191,7 +196,8 @@ impl Writer {
             let [states, switches, grazings] = checkpoint.rows;
             let g = file.group("trajectory")?;
             let column = |name: &str| Table::<f64>::reopen(&g, name, states);
-            let (t, u, v, pressure) = (column("t")?, column("u")?, column("v")?, column("pressure")?);
+            let (t, u, v, pressure) =
+                (column("t")?, column("u")?, column("v")?, column("pressure")?);
             let active = Table::reopen(&g, "active", states)?;
             let g = file.group("energy")?;
             let energy: Result<Vec<_>, _> =
@@ -270,9 +276,16 @@ impl Writer {
     /// Bytes of all rows that wait.
     fn waiting(&self) -> u64 {
         let numbers = [&self.t, &self.u, &self.v, &self.pressure];
-        let more = [&self.switch_t, &self.switch_rate, &self.switch_jump, &self.grazing_t, &self.grazing_distance];
+        let more = [
+            &self.switch_t,
+            &self.switch_rate,
+            &self.switch_jump,
+            &self.grazing_t,
+            &self.grazing_distance,
+        ];
         let numbers = numbers.into_iter().chain(&self.energy).chain(more).map(Table::waiting_bytes);
-        let flags = [&self.active, &self.switch_before, &self.switch_after].map(Table::waiting_bytes);
+        let flags =
+            [&self.active, &self.switch_before, &self.switch_after].map(Table::waiting_bytes);
         let nodes = [&self.switch_node, &self.grazing_node].map(Table::waiting_bytes);
         let words = [&self.switch_kind, &self.grazing_kind].map(Table::waiting_bytes);
         numbers.chain(flags).chain(nodes).chain(words).sum()
@@ -327,7 +340,7 @@ impl Writer {
 }
 
 fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
-    let rows: ndarray::Array2<u8> = file.dataset(name)?.read_2d()?;
+    let rows: ndarray::Array2<u8> = file.dataset(name)?.table()?;
     let set = |r: ndarray::ArrayView1<u8>| ActiveSet::new(r.iter().map(|&a| a == 1).collect());
     Ok(rows.rows().into_iter().map(set).collect())
 }
@@ -339,11 +352,11 @@ fn contact_of(nbm: &Nbm, node: i64) -> usize {
 
 fn read_switches(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Switch>, StoreError> {
     let numbers = |name: &str| -> Result<Vec<f64>, StoreError> {
-        Ok(file.dataset(&format!("switches/{name}"))?.read_raw()?)
+        Ok(file.dataset(&format!("switches/{name}"))?.values()?)
     };
     let (t, rate, jump) = (numbers("t")?, numbers("monitor_rate")?, numbers("energy_jump")?);
-    let node: Vec<i64> = file.dataset("switches/node")?.read_raw()?;
-    let kind: Vec<Word> = file.dataset("switches/kind")?.read_raw()?;
+    let node: Vec<i64> = file.dataset("switches/node")?.values()?;
+    let kind: Vec<Word> = file.dataset("switches/kind")?.values()?;
     let (before, after) =
         (sets(file, "switches/active_before")?, sets(file, "switches/active_after")?);
     let switch = |k: usize| Switch {
@@ -360,10 +373,10 @@ fn read_switches(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Switch>, StoreError
 }
 
 fn read_grazings(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Grazing>, StoreError> {
-    let t: Vec<f64> = file.dataset("grazings/t")?.read_raw()?;
-    let distance: Vec<f64> = file.dataset("grazings/distance")?.read_raw()?;
-    let node: Vec<i64> = file.dataset("grazings/node")?.read_raw()?;
-    let kind: Vec<Word> = file.dataset("grazings/kind")?.read_raw()?;
+    let t: Vec<f64> = file.dataset("grazings/t")?.values()?;
+    let distance: Vec<f64> = file.dataset("grazings/distance")?.values()?;
+    let node: Vec<i64> = file.dataset("grazings/node")?.values()?;
+    let kind: Vec<Word> = file.dataset("grazings/kind")?.values()?;
     let grazing = |k: usize| Grazing {
         t: t[k],
         contact: contact_of(nbm, node[k]),

@@ -1,6 +1,7 @@
 //! Shared test problems: each with its reference solution.
 #![allow(dead_code)]
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -10,6 +11,47 @@ use signorini::scenario::Scene;
 /// The project's folder.
 pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The program, in the project's folder.
+pub fn program() -> std::process::Command {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_signorini"));
+    command.current_dir(root());
+    command
+}
+
+/// All datasets of an HDF5 file: shape and bytes.
+pub fn datasets(path: &Path) -> BTreeMap<String, (Vec<usize>, Vec<u8>)> {
+    fn walk(g: &hdf5::Group, all: &mut BTreeMap<String, (Vec<usize>, Vec<u8>)>) {
+        for d in g.datasets().unwrap() {
+            use hdf5::types::TypeDescriptor::*;
+            let bytes: Vec<u8> = match d.dtype().unwrap().to_descriptor().unwrap() {
+                Float(_) => d
+                    .read_raw::<f64>()
+                    .unwrap()
+                    .iter()
+                    .flat_map(|x| x.to_bits().to_le_bytes())
+                    .collect(),
+                Integer(_) => {
+                    d.read_raw::<i64>().unwrap().iter().flat_map(|x| x.to_le_bytes()).collect()
+                }
+                Unsigned(_) => d.read_raw::<u8>().unwrap(),
+                FixedAscii(_) => {
+                    let words = d.read_raw::<hdf5::types::FixedAscii<64>>().unwrap();
+                    words.iter().flat_map(|w| [w.as_bytes(), b";"].concat()).collect()
+                }
+                other => panic!("{}: {other:?}", d.name()),
+            };
+            all.insert(d.name(), (d.shape(), bytes));
+        }
+        for group in g.groups().unwrap() {
+            walk(&group, all);
+        }
+    }
+    let mut all = BTreeMap::new();
+    walk(&hdf5::File::open(path).unwrap(), &mut all);
+    assert!(!all.is_empty());
+    all
 }
 
 /// A scene from its text.
