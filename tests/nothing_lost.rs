@@ -265,9 +265,9 @@ fn an_interrupted_run_goes_on_to_the_last_bit() {
     let scene = at(&folder, "long.toml");
     for integrator in ["modal", "dop853"] {
         let source = std::fs::read_to_string(root().join("scenarios/plate.toml")).unwrap();
-        let source = source.replace("elements = [20, 10]", "elements = [8, 4]");
+        let source = source.replace("elements = [20, 10]", "elements = [10, 5]");
         let (head, _) = source.split_once("[run]").unwrap();
-        let run = format!("[run]\nuntil = 150.0\nintegrator = \"{integrator}\"\n");
+        let run = format!("[run]\nuntil = 1500.0\nintegrator = \"{integrator}\"\n");
         std::fs::write(&scene, format!("{head}{run}")).unwrap();
         let (whole, cut) = (
             at(&folder, &format!("{integrator}-whole.h5")),

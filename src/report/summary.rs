@@ -101,9 +101,8 @@ fn certificate(report: &Report) -> String {
         return "proved complete in every phase, from bounds of the exact flow".to_owned();
     }
     let mut but = vec![];
-    if report.uncertified_phases == report.phases {
-        but.push("on the interpolants of the steps only".to_owned());
-    } else if report.uncertified_phases > 0 {
+    let on_interpolants = report.uncertified_phases == report.phases;
+    if report.uncertified_phases > 0 && !on_interpolants {
         let phases = plural(report.uncertified_phases, "phase", "phases");
         but.push(format!("in {phases} on the interpolants of the steps only"));
     }
@@ -117,11 +116,14 @@ fn certificate(report: &Report) -> String {
         let monitors = plural(report.loosened, "monitor", "monitors");
         but.push(format!("{monitors} further below zero than rounding explains"));
     }
-    let exact = report.uncertified_phases == 0;
-    if exact && but.is_empty() {
-        but.push(format!("the contact conditions are violated by {:.1e}", report.violation));
+    match (but.is_empty(), on_interpolants) {
+        (true, true) => "proved complete on the interpolant of every step".to_owned(),
+        (true, false) => format!(
+            "not proved complete: the contact conditions are violated by {:.1e}",
+            report.violation
+        ),
+        (false, _) => format!("not proved complete: {}", but.join("; ")),
     }
-    format!("not proved complete: {}", but.join("; "))
 }
 
 /// The summary of a run in words.
