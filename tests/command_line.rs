@@ -267,7 +267,7 @@ fn pictures_exports_modes_and_inspection() {
     let columns = csv.lines().next().unwrap().split(',').count();
     assert_eq!(columns, 6 + 3 * 3);
     assert!(csv.lines().count() > 30 && csv.lines().all(|l| l.split(',').count() == columns));
-    assert!(folder.path().join("good-000003.vtu").exists());
+    assert!(folder.path().join("good-vtu/good-000003.vtu").exists());
 
     let modes = signorini(folder.path(), &["modes", "good.toml", "--count", "3", "--json"]);
     let json: Value = serde_json::from_slice(&modes.stdout).unwrap();

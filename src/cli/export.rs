@@ -1,13 +1,14 @@
 //! `signorini export`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use signorini::report::{crosscheck, export, families};
+use signorini::report::export::{self, ExportError, Plan, Selection, Written};
+use signorini::report::{crosscheck, families};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, beside, content, read_crosscheck, replace,
+    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, replace,
 };
 
 use super::{CliError, Global};
@@ -15,7 +16,8 @@ use super::{CliError, Global};
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu -o plate-states\n  signorini export backbone.h5 --format csv"
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu --every 4            # plate-vtu/plate.pvd for ParaView\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
+    Fields of VTU and XDMF: displacement, velocity, contact_pressure (0 off the contact edge), contact_status (1 in contact, 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (of a plate a 3 × 3 tensor and von_mises, of a bar the axial stress)."
 )]
 pub struct Arguments {
     /// A file written by `run`, `orbit`, `backbone`, `response` or `crosscheck`
@@ -23,10 +25,19 @@ pub struct Arguments {
     /// What to write
     #[arg(long, value_enum, default_value = "csv")]
     format: Format,
-    /// Beginning of the files' names [default: the file's name without its ending]
+    /// Beginning of the files' names; VTU files go into the folder STEM-vtu [default: the file's name without its ending]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
-    /// Overwrite an existing table of signorini's
+    /// Only each Nth stored state, beginning with the first; switches are stored states too
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    every: Option<String>,
+    /// Only states (and switches) from this time on
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    from: Option<String>,
+    /// Only states (and switches) up to this time
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    to: Option<String>,
+    /// Overwrite an existing table of signorini's (other exports of its own are written anew in any case)
     #[arg(long)]
     force: bool,
 }
@@ -37,47 +48,119 @@ enum Format {
     /// Contact displacements, pressures and energies, one row a stored state; switches in a second file. Of a family
     /// or a cross-check: one row a point
     Csv,
-    /// One VTU file a stored state and a PVD collection for ParaView
+    /// One VTU file a stored state and the PVD collection STEM.pvd for ParaView, in the folder STEM-vtu
     Vtu,
-    /// One XDMF file with all stored states
+    /// One XDMF file with all stored states, its numbers in STEM.xdmf.h5, for ParaView and meshio
     Xdmf,
+}
+
+impl From<Format> for export::Format {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Csv => export::Format::Csv,
+            Format::Vtu => export::Format::Vtu,
+            Format::Xdmf => export::Format::Xdmf,
+        }
+    }
+}
+
+impl From<ExportError> for CliError {
+    fn from(e: ExportError) -> Self {
+        match e {
+            ExportError::Io(_) => CliError::Other(e.to_string()),
+            _ => CliError::Input(e.to_string()),
+        }
+    }
 }
 
 /// Write the files.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let selection = selection(arguments)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     let outputs = Outputs::new(arguments.force).reads(arguments.file.clone());
-    let written = if content(&arguments.file)? == Content::Family {
-        if !matches!(arguments.format, Format::Csv) {
-            let message =
-                "a family of orbits is written as csv only; write one orbit with `signorini orbit`";
-            return Err(CliError::Input(message.into()));
-        }
-        let path = beside(&stem, ".csv");
-        outputs.check_derived(&path)?;
-        let text = match read_crosscheck(&arguments.file)? {
-            Some(rows) => crosscheck::csv(&rows),
-            None => families::csv(&StoredFamily::read(&arguments.file)?),
-        };
-        replace(&path, text.as_bytes())?;
-        vec![path]
+    let folder = stem.parent().filter(|f| !f.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|f| !f.is_dir()) {
+        let message = format!("{}: no such folder; create it first", folder.display());
+        return Err(CliError::Input(message));
+    }
+    let (written, states) = if content(&arguments.file)? == Content::Family {
+        (family(arguments, &outputs, &stem)?, None)
     } else {
         let stored = Stored::read(&arguments.file)?;
-        match arguments.format {
-            Format::Csv => export::csv(&stored, &stem),
-            Format::Vtu => export::vtu(&stored, &stem),
-            Format::Xdmf => export::xdmf(&stored, &stem),
-        }
-        .map_err(|e| CliError::Other(format!("writing {}: {e}", stem.display())))?
+        let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?;
+        // a folder of its own is made where there is none
+        let there = plan.targets().into_iter().filter(|path| path.exists());
+        there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
+        (plan.write()?, Some(plan.states()))
     };
-    let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+    let names = |paths: &[PathBuf]| -> Vec<String> {
+        paths.iter().map(|p| p.display().to_string()).collect()
+    };
+    let (files, removed) = (names(&written.files), names(&written.removed));
     global.print(
-        || json!({"written": names}),
-        || match &names[..] {
-            [first, .., last] if names.len() > 3 => {
-                format!("{first} … {last} ({} files)\n", names.len())
+        || json!({"written": files, "removed": removed, "states": states}),
+        || {
+            let list = match &files[..] {
+                [first, .., last] if files.len() > 3 => {
+                    format!("{first} … {last} ({} files)\n", files.len())
+                }
+                _ => files.join("\n") + "\n",
+            };
+            match removed.len() {
+                0 => list,
+                n => format!("{list}removed {n} states of an earlier, longer export\n"),
             }
-            _ => names.join("\n") + "\n",
         },
     )
+}
+
+/// Which states the options choose.
+fn selection(arguments: &Arguments) -> Result<Selection, CliError> {
+    let every = match &arguments.every {
+        None => 1,
+        Some(text) => text.trim().parse().ok().filter(|n| *n > 0).ok_or_else(|| {
+            CliError::Input(format!(
+                "--every {text}: give a whole number from 1 on, for example 10 for each tenth stored state"
+            ))
+        })?,
+    };
+    let time = |option: &str, text: &Option<String>| match text {
+        None => Ok(None),
+        Some(text) => match text.trim().parse::<f64>() {
+            Ok(t) if t.is_finite() && t >= 0.0 => Ok(Some(t)),
+            _ => Err(CliError::Input(format!(
+                "--{option} {text}: give a time, a number from 0 on, in the scene's units"
+            ))),
+        },
+    };
+    let (from, to) = (time("from", &arguments.from)?, time("to", &arguments.to)?);
+    if from.zip(to).is_some_and(|(from, to)| from > to) {
+        let message = "--from lies behind --to: give the earlier time with --from";
+        return Err(CliError::Input(message.into()));
+    }
+    Ok(Selection { every, from, to })
+}
+
+/// A family or a cross-check is a table.
+fn family(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Written, CliError> {
+    let message = if !matches!(arguments.format, Format::Csv) {
+        Some("a family of orbits is written as csv only; write one orbit with `signorini orbit`")
+    } else if arguments.every.is_some() || arguments.from.is_some() || arguments.to.is_some() {
+        Some(
+            "--every, --from and --to choose among the stored states of a run or an orbit; a family is written whole",
+        )
+    } else {
+        None
+    };
+    if let Some(message) = message {
+        return Err(CliError::Input(message.into()));
+    }
+    let path = export::table(stem);
+    outputs.check_derived(&path)?;
+    let text = match read_crosscheck(&arguments.file)? {
+        Some(rows) => crosscheck::csv(&rows),
+        None => families::csv(&StoredFamily::read(&arguments.file)?),
+    };
+    replace(&path, text.as_bytes())?;
+    Ok(Written { files: vec![path], removed: vec![] })
 }

@@ -57,7 +57,7 @@ impl Material {
         }
     }
 
-    fn plane_stress(young: f64, nu: f64) -> SMatrix<f64, 3, 3> {
+    pub(super) fn plane_stress(young: f64, nu: f64) -> SMatrix<f64, 3, 3> {
         let c = young / (1.0 - nu * nu);
         SMatrix::<f64, 3, 3>::new(
             c,
@@ -98,7 +98,7 @@ pub fn q4_shape(xi: f64, eta: f64) -> [f64; 4] {
 pub const Q4_CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 /// Gradients of the shape functions and the Jacobian determinant.
-fn q4_gradient(x: &[[f64; 2]; 4], xi: f64, eta: f64) -> ([[f64; 2]; 4], f64) {
+pub(super) fn q4_gradient(x: &[[f64; 2]; 4], xi: f64, eta: f64) -> ([[f64; 2]; 4], f64) {
     let local: [[f64; 2]; 4] = std::array::from_fn(|a| {
         let [ca, cb] = Q4_CORNERS[a];
         [ca * (1.0 + cb * eta) / 4.0, cb * (1.0 + ca * xi) / 4.0]
@@ -120,7 +120,7 @@ fn q4_gradient(x: &[[f64; 2]; 4], xi: f64, eta: f64) -> ([[f64; 2]; 4], f64) {
 }
 
 /// Strain `(ε_xx, ε_yy, γ_xy)` from the eight displacements.
-fn q4_strain(gradient: &[[f64; 2]; 4]) -> SMatrix<f64, 3, 8> {
+pub(super) fn q4_strain(gradient: &[[f64; 2]; 4]) -> SMatrix<f64, 3, 8> {
     let mut b = SMatrix::<f64, 3, 8>::zeros();
     for (a, g) in gradient.iter().enumerate() {
         b[(0, 2 * a)] = g[0];

@@ -7,6 +7,7 @@ pub mod element;
 mod files;
 pub mod load;
 pub mod sparse;
+pub mod stress;
 
 pub use body::Body;
 pub use dofs::DofMap;

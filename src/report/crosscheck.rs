@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use plotters::prelude::RGBColor;
 
+use super::export::number;
 use super::families::{Drawn, LOGARITHMIC, draw_line, title};
 use super::figure::{
     self, Area, Entry, FigureError, INK, LINES, Mark, columns, legend, legend_above, line, panel,
@@ -393,14 +394,14 @@ pub fn csv(rows: &[CheckRow]) -> String {
     let mut out = String::from(
         "omega,harmonics,hbm_energy,residual,return_error,verdict,moved,orbit_energy,contact_change,same_sequence\n",
     );
-    let number = |v: f64| if v.is_finite() { format!("{v:e}") } else { String::new() };
+    let finite = |v: f64| if v.is_finite() { number(v) } else { String::new() };
     for r in rows {
-        let [energy, residual, back] = [r.energy, r.residual, r.return_error].map(number);
-        let _ = write!(out, "{:e},{},{energy},{residual},{back},{}", r.omega, r.n_h, r.verdict);
+        let [energy, residual, back] = [r.energy, r.residual, r.return_error].map(finite);
+        let _ = write!(out, "{},{},{energy},{residual},{back},{}", number(r.omega), r.n_h, r.verdict);
         let _ = match is_orbit(r) {
             true => {
                 let [moved, energy, change] =
-                    [r.moved, r.orbit_energy, r.contact_change].map(number);
+                    [r.moved, r.orbit_energy, r.contact_change].map(finite);
                 writeln!(out, ",{moved},{energy},{change},{}", u8::from(r.same_sequence))
             }
             false => writeln!(out, ",,,,"),

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use plotters::prelude::*;
 
 use super::crosscheck::crosscheck;
+use super::export::number;
 use super::figure::{
     self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel,
     flat, legend, legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
@@ -718,11 +719,11 @@ pub fn csv(family: &StoredFamily) -> String {
         "omega,energy,amplitude,residual,contact_time,grazing_distance,switches,stable,branch,special\n",
     );
     for p in &family.points {
-        let _ = write!(out, "{:e}", p.omega);
+        out.push_str(&number(p.omega));
         match &p.orbit {
             Some(o) => {
                 for x in [o.energy, o.amplitude, o.residual, o.contact_time, o.grazing] {
-                    let _ = write!(out, ",{x:e}");
+                    let _ = write!(out, ",{}", number(x));
                 }
                 let stable = o.stable.map_or(-1, i32::from);
                 let _ = write!(out, ",{},{stable}", o.switches.len());

@@ -20,7 +20,7 @@ pub use content::{Content, Origin, content, read_origin, read_switch_rates};
 pub use family::{FamilyPlan, FamilyWriter, StoredFamily};
 pub use kind::{BranchEnd, EndReason, FamilyKind, Grid, PointMethod, Walk, fingerprint};
 pub use orbits::{OrbitRecord, PlaceRecord, PointRecord, read_stored_orbit};
-pub use output::{MARK, Outputs, beside, replace, room};
+pub use output::{MARK, Outputs, beside, replace, replace_with, room};
 pub use problem::write_problem;
 pub use reader::{Stored, read_state};
 pub use series::{

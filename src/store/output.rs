@@ -141,9 +141,16 @@ fn is_own_table(path: &Path) -> bool {
 
 /// Put a whole file in its place: written beside, then renamed.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    replace_with(path, |part| std::fs::write(part, bytes))
+}
+
+/// The same with a file that `write` makes at the path it is given.
+pub fn replace_with(
+    path: &Path,
+    write: impl FnOnce(&Path) -> std::io::Result<()>,
+) -> Result<(), StoreError> {
     let part = beside(path, ".part");
-    let written = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
-    written.map_err(|e| {
+    write(&part).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
         // what is half there helps nobody
         let _ = std::fs::remove_file(&part);
         StoreError::write(path, e)
