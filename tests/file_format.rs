@@ -135,8 +135,13 @@ fn a_killed_run_leaves_a_readable_file() {
     std::fs::write(&scene, text).unwrap();
     for k in 0..6u64 {
         let file = folder.path().join(format!("killed-{k}.h5"));
-        let mut child =
-            signorini().arg("run").arg(&scene).arg("-q").arg("-o").arg(&file).spawn().unwrap();
+        let mut child = signorini()
+            .args(["run", "--force-large", "-q"])
+            .arg(&scene)
+            .arg("-o")
+            .arg(&file)
+            .spawn()
+            .unwrap();
         // wait for the first flush, then a little longer
         let start = Instant::now();
         let size = || std::fs::metadata(&file).map_or(0, |m| m.len());

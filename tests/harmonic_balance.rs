@@ -2,8 +2,6 @@
 
 mod common;
 
-use std::f64::consts::TAU;
-
 use common::{random, shipped};
 use signorini::continuation::Go;
 use signorini::hbm::newton::{Settings, directional, solve};

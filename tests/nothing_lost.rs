@@ -146,7 +146,7 @@ fn a_family_that_is_widened_equals_one_in_one_go() {
             "hbm-arc",
             &["--method", "hbm", "--harmonics", "5", "--follow", "arclength", "--omega", "1.7"],
         ),
-        ("arc", &["--follow", "arclength", "--omega", "1.7"]),
+        ("arc", &["--follow", "arclength", "--omega", "1.8"]),
     ] {
         let (whole, parts) =
             (at(&folder, &format!("{name}-whole.h5")), at(&folder, &format!("{name}-parts.h5")));
@@ -154,10 +154,12 @@ fn a_family_that_is_widened_equals_one_in_one_go() {
             let base = ["backbone", SCENE, "-q", "-o", file, "--range", range];
             expect(0, &[&base[..], options, more].concat());
         };
-        command(&whole, "1.68,1.76", &[]);
-        command(&parts, "1.68,1.72", &[]);
-        command(&parts, "1.68,1.76", &["--resume"]);
-        assert_eq!(datasets(Path::new(&whole)), datasets(Path::new(&parts)), "{name}");
+        let (low, high) =
+            if name == "arc" { ("1.78,1.815", "1.78,1.83") } else { ("1.68,1.72", "1.68,1.76") };
+        command(&whole, high, &[]);
+        command(&parts, low, &[]);
+        command(&parts, high, &["--resume"]);
+        assert!(datasets(Path::new(&whole)) == datasets(Path::new(&parts)), "{name}");
     }
 }
 
@@ -212,7 +214,7 @@ fn a_damaged_journal_is_told_and_mended() {
         std::fs::write(format!("{file}.journal"), journal_text).unwrap();
         let output = call(&file, &["--resume", "-q"]);
         assert_eq!(text(&output).contains("is damaged"), warned, "{name}: {}", text(&output));
-        assert_eq!(datasets(Path::new(&whole)), datasets(Path::new(&file)), "{name}");
+        assert!(datasets(Path::new(&whole)) == datasets(Path::new(&file)), "{name}");
         assert!(!Path::new(&format!("{file}.journal")).exists());
     }
 }
@@ -290,7 +292,7 @@ fn an_interrupted_run_goes_on_to_the_last_bit() {
         }
         expect(0, &["run", &scene, "-o", &cut, "-q", "--resume"]);
         assert_eq!(status(&cut), "complete");
-        assert_eq!(datasets(Path::new(&whole)), datasets(Path::new(&cut)), "{integrator}");
+        assert!(datasets(Path::new(&whole)) == datasets(Path::new(&cut)), "{integrator}");
         assert!(!Path::new(&format!("{cut}.checkpoint")).exists());
         let again = expect(0, &["run", &scene, "-o", &cut, "--resume"]);
         assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
@@ -320,7 +322,7 @@ fn an_interrupted_family_says_how_to_go_on() {
         assert!(text(&output).contains("--resume"));
         assert_eq!(status(&cut), "interrupted");
         expect(0, &[&command(leak(&cut))[..], &["--resume"]].concat());
-        assert_eq!(datasets(Path::new(&whole)), datasets(Path::new(&cut)), "{name}");
+        assert!(datasets(Path::new(&whole)) == datasets(Path::new(&cut)), "{name}");
     }
 }
 

@@ -145,7 +145,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     arguments.balance.settings()?;
     let walk = arguments.walk(&scene, range)?;
     let problem = load::of_scene(&scene)?;
-    family::check_frequency(&problem, range.0)?;
+    [range.0, range.1].into_iter().try_for_each(|w| family::check_frequency(&problem, w))?;
     let closure = family::closure(&scene, &problem)?;
     if arguments.follow != Follow::Sequential && closure == signorini::orbit::Closure::Autonomous {
         let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";

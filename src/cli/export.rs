@@ -7,9 +7,7 @@ use serde_json::json;
 
 use signorini::report::export::{self, ExportError, Plan, Selection, Written};
 use signorini::report::{crosscheck, families};
-use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, replace,
-};
+use signorini::store::{Content, Outputs, Stored, StoredFamily, content, read_crosscheck, replace};
 
 use super::{CliError, Global};
 

@@ -88,18 +88,30 @@ pub fn round_number(x: f64) -> f64 {
 /// Most natural periods in one period of an orbit.
 const MOST_NATURAL_PERIODS: f64 = 1e4;
 
-/// Refuse a frequency at which one period would take for ever.
+/// Periods of motions over the shortest natural one: below, nothing moves at such a frequency.
+const HIGHEST: f64 = 10.0;
+
+/// Refuse a frequency at which one period would take for ever, or that is far above all that the body can do.
 pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
-    let unit = problem.nbm.body.frequency_unit();
-    match unit / omega <= MOST_NATURAL_PERIODS {
-        true => Ok(()),
-        false => Err(CliError::Input(format!(
+    let body = &problem.nbm.body;
+    let (unit, bound) = (body.frequency_unit(), body.frequency_bound());
+    if unit / omega > MOST_NATURAL_PERIODS {
+        return Err(CliError::Input(format!(
             "omega = {}: one period would hold {} natural periods of the body; give at least {}",
             plain(omega),
             plain((unit / omega).round()),
             plain(unit / MOST_NATURAL_PERIODS)
-        ))),
+        )));
     }
+    if omega > HIGHEST * bound {
+        return Err(CliError::Input(format!(
+            "omega = {}: all natural frequencies of the body are below {}; give at most {}",
+            plain(omega),
+            plain(bound),
+            plain(HIGHEST * bound)
+        )));
+    }
+    Ok(())
 }
 
 /// How periodic motions of a scene close.

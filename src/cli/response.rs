@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let range = family::range(&scene, arguments.range.as_deref())?;
     let scenes = with_ratios(&scene, arguments.ratios.as_deref())?;
     let problem = load::of_scene(&scenes[0].1)?;
-    family::check_frequency(&problem, range.0)?;
+    [range.0, range.1].into_iter().try_for_each(|w| family::check_frequency(&problem, w))?;
     if family::closure(&scene, &problem)? != Closure::Forced {
         let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
         return Err(scene

@@ -27,6 +27,8 @@ pub struct Checkpoint {
     pub extremes: [f64; 6],
     /// Next sample, phases, missed, uncertified, undecided, loosened.
     pub counts: [usize; 6],
+    /// What the flow has learnt.
+    pub flow: Vec<f64>,
     /// Stored states, switches and grazings until here.
     pub rows: [usize; 3],
 }

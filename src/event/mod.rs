@@ -184,6 +184,7 @@ impl<'a, O: Observer> Run<'a, O> {
             (largest_u, potential_start, last_stored);
         let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
         run.begin_phase();
+        run.flow.recall(&c.flow);
         // what the beginning of the phase counts is in these numbers already
         (run.max_penetration, run.max_tension, run.violation) = (penetration, tension, violation);
         (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
@@ -271,6 +272,7 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.undecided,
                 self.loosened,
             ],
+            flow: self.flow.memory(),
             rows: [self.stored, self.switches.len(), self.grazings.len()],
         };
         self.observer.phase(checkpoint);

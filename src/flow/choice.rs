@@ -103,4 +103,17 @@ impl<R: Rule> Flow for Choice<'_, R> {
     fn note(&self) -> Option<String> {
         self.rule.note()
     }
+
+    fn memory(&self) -> Vec<f64> {
+        self.flows.iter().flat_map(|flow| flow.memory()).collect()
+    }
+
+    fn recall(&mut self, memory: &[f64]) {
+        let mut rest = memory;
+        for flow in &mut self.flows {
+            let Some((own, others)) = rest.split_at_checked(flow.memory().len()) else { return };
+            flow.recall(own);
+            rest = others;
+        }
+    }
 }

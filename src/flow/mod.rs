@@ -172,6 +172,12 @@ pub trait Flow {
     fn note(&self) -> Option<String> {
         None
     }
+    /// What it has learnt and will use in phases to come (a step size): for a run that goes on later.
+    fn memory(&self) -> Vec<f64> {
+        vec![]
+    }
+    /// Take over what another flow of the same kind had learnt.
+    fn recall(&mut self, _memory: &[f64]) {}
 }
 
 /// The flow that a scene asks for.

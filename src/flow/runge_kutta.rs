@@ -250,6 +250,16 @@ impl Flow for RungeKutta<'_> {
         self.note_size(size);
     }
 
+    fn memory(&self) -> Vec<f64> {
+        vec![self.largest[0], self.largest[1], self.h_next, self.last_error]
+    }
+
+    fn recall(&mut self, memory: &[f64]) {
+        if let &[u, v, h_next, last_error] = memory {
+            (self.largest, self.h_next, self.last_error) = ([u, v], h_next, last_error);
+        }
+    }
+
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
         let s = self.tableau.stages();
         self.t0 = self.t1;

@@ -397,7 +397,8 @@ pub fn csv(rows: &[CheckRow]) -> String {
     let finite = |v: f64| if v.is_finite() { number(v) } else { String::new() };
     for r in rows {
         let [energy, residual, back] = [r.energy, r.residual, r.return_error].map(finite);
-        let _ = write!(out, "{},{},{energy},{residual},{back},{}", number(r.omega), r.n_h, r.verdict);
+        let _ =
+            write!(out, "{},{},{energy},{residual},{back},{}", number(r.omega), r.n_h, r.verdict);
         let _ = match is_orbit(r) {
             true => {
                 let [moved, energy, change] =

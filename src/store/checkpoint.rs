@@ -29,6 +29,8 @@ struct Record {
     ledger: Vec<f64>,
     #[serde(with = "bits::many")]
     extremes: Vec<f64>,
+    #[serde(with = "bits::many")]
+    flow: Vec<f64>,
     counts: [usize; 6],
     rows: [usize; 3],
 }
@@ -51,6 +53,7 @@ pub(super) fn write(path: &Path, problem: u64, c: &Checkpoint) -> Result<(), Sto
         recent_node: c.recent.iter().map(|r| r.1).collect(),
         ledger: c.ledger.to_vec(),
         extremes: c.extremes.to_vec(),
+        flow: c.flow.clone(),
         counts: c.counts,
         rows: c.rows,
     };
@@ -79,6 +82,7 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
         recent: r.recent_t.into_iter().zip(r.recent_node).collect(),
         ledger: r.ledger.try_into().map_err(|_| damaged())?,
         extremes: r.extremes.try_into().map_err(|_| damaged())?,
+        flow: r.flow,
         counts: r.counts,
         rows: r.rows,
     };
