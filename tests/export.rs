@@ -181,7 +181,7 @@ fn targets_are_told_before_and_files_are_marked() {
                 "h5" => assert!(hdf5::File::open(path).unwrap().attr("signorini_version").is_ok()),
                 _ => {
                     let text = fs::read_to_string(path).unwrap();
-                    let start = format!("<?xml version=\"1.0\"?>\n{}\n", export::MARK);
+                    let start = format!("<?xml version=\"1.0\"?>\n{}\n", signorini::store::MARK);
                     assert!(text.starts_with(&start), "{path:?}");
                 }
             }
