@@ -44,7 +44,7 @@ pictures: build
 	cp out/plate-shapes.png docs/plate.png
 	cp out/plate-contact.png docs/contact.png
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
-	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision
+	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision --force
 	cp out/plate-precision.png docs/precision.png
 
 # figure 1: forced responses, backbones by harmonic balance, orbits in time; figure 2: the orbit at A over one period

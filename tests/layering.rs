@@ -32,6 +32,32 @@ fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
     }
 }
 
+/// The modules that a path behind `crate::` begins with: one, or those of a list in braces.
+fn first_names(path: &str) -> Vec<String> {
+    let word = |text: &str| -> String {
+        text.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+    };
+    let Some(list) = path.strip_prefix('{') else { return vec![word(path)] };
+    let mut depth = 0;
+    let mut names = vec![word(list)];
+    for (k, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => names.push(word(&list[k + 1..])),
+            _ => {}
+        }
+    }
+    names
+}
+
+#[test]
+fn lists_in_braces_are_seen_through() {
+    assert_eq!(first_names("orbit::chain;"), ["orbit"]);
+    assert_eq!(first_names("{fem::{Body, Csr}, orbit::x, hbm};"), ["fem", "orbit", "hbm"]);
+}
+
 #[test]
 fn no_module_uses_a_later_one() {
     let src = common::root().join("src");
@@ -49,9 +75,7 @@ fn no_module_uses_a_later_one() {
         let text = std::fs::read_to_string(&path).unwrap();
         // tests inside a file may look further
         let code = text.split("#[cfg(test)]").next().unwrap();
-        for used in code.split("crate::").skip(1) {
-            let name: String =
-                used.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+        for name in code.split("crate::").skip(1).flat_map(first_names) {
             let other = ORDER.iter().position(|m| *m == name);
             if other.is_some_and(|other| other > place) {
                 upward.push(format!("{} uses {name}", relative.display()));

@@ -298,6 +298,12 @@ pub enum Opened {
 /// range must lie within the one that is asked for.
 pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
     let Asked { path, scene, nbm, plan, options, .. } = asked;
+    if !resume && StoredFamily::is_unfinished(path) && !options.outputs.is_forced() {
+        return Err(CliError::Input(format!(
+            "{} was begun by an earlier run that did not end: go on with --resume, or start anew with --force",
+            path.display()
+        )));
+    }
     if !resume || !StoredFamily::is_begun(path) {
         let writer = FamilyWriter::create(path, scene, nbm, options, plan)?;
         return Ok(Opened::Writing(Box::new(writer), Known::default()));
@@ -529,7 +535,11 @@ pub fn run_jobs(
     let path = writer.path().to_owned();
     if let Some(e) = failure {
         // what was written before stays; the journal holds it too
-        return Err(e.into());
+        let text = format!("{e}\n  {} points are kept: go on with --resume", writer.count());
+        return Err(match CliError::from(e) {
+            CliError::Input(_) => CliError::Input(text),
+            _ => CliError::Other(text),
+        });
     }
     let ends: Result<Vec<BranchEnd>, CliError> = if ends.len() == jobs.len() {
         ends.into_iter().collect()

@@ -285,10 +285,16 @@ fn write(
     let mut writer = Writer::create(path, scene, &body.nbm, options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
     let done = event::run(&body.nbm, &orbit.state, &run, &mut reading::flow(body), &mut writer);
-    let report = done.map_err(|e| match e {
-        RunError::Observer(e) => CliError::from(e),
-        RunError::Contact(e) => CliError::Numerics(e.to_string()),
-    })?;
+    let report = match done {
+        Ok(report) => report,
+        Err(e) => {
+            writer.discard();
+            return Err(match e {
+                RunError::Observer(e) => e.into(),
+                RunError::Contact(e) => CliError::Numerics(e.to_string()),
+            });
+        }
+    };
     writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.nbm)?;
     if report.outcome.is_complete() {
         return Ok(writer.finish("complete")?);

@@ -78,6 +78,9 @@ impl FamilyWriter {
         options: &WriterOptions,
         plan: &FamilyPlan,
     ) -> Result<FamilyWriter, StoreError> {
+        if super::output::is_null(path) {
+            return Err(StoreError::unusable(path, "a family is read back when it is complete; give it a name"));
+        }
         let staged = Staged::begin(&options.outputs, path)?;
         let mut writer = Self::on(staged, scene, nbm, options, plan, 0)?;
         writer.begin_journal(&[])?;
@@ -397,6 +400,11 @@ impl StoredFamily {
         };
         let bad = self.points.iter().position(|p| !fits(p))?;
         Some(format!("damaged: point {bad} does not fit the body"))
+    }
+
+    /// Whether an earlier run left a journal, which it only does if it did not end.
+    pub fn is_unfinished(path: &Path) -> bool {
+        journal::exists(path)
     }
 
     /// Whether there is something of this name to go on with.

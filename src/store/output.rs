@@ -76,6 +76,11 @@ impl Outputs {
         self
     }
 
+    /// Whether files of this program may be replaced.
+    pub fn is_forced(&self) -> bool {
+        self.force
+    }
+
     /// The same rules, with another word on replacing.
     pub fn with_force(&self, force: bool) -> Outputs {
         Outputs { force, ..self.clone() }
@@ -121,7 +126,7 @@ impl Outputs {
 }
 
 /// The place where nothing is kept.
-fn is_null(path: &Path) -> bool {
+pub(super) fn is_null(path: &Path) -> bool {
     path == Path::new("/dev/null")
 }
 

@@ -313,6 +313,13 @@ impl Writer {
         Ok(())
     }
 
+    /// Give the file up: nothing of it is worth keeping.
+    pub fn discard(self) {
+        let Writer { staged, file, .. } = self;
+        drop(file);
+        staged.discard();
+    }
+
     /// Write what waits and the final status: `complete`, or `failed: …`.
     pub fn finish(mut self, status: &str) -> Result<(), StoreError> {
         self.flush()?;
