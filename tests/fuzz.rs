@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use common::Splitmix;
-use material::{FAMILIES, Material};
+use material::{Begun, FAMILIES, Material};
 
 /// What no case may take.
 const LIMIT: Duration = Duration::from_secs(10);
@@ -141,9 +141,10 @@ impl Case {
                 stored(rng, name, &copy)
             }
             Family::Journal => {
-                let (name, arguments) = rng.pick(FAMILIES);
-                let mutated = text::journal(rng, &material.text(&format!("{name}.h5.kept")));
-                let file = material.bytes(&format!("{name}.h5"));
+                let begun = &FAMILIES[rng.below(FAMILIES.len())];
+                let file = format!("{}.h5", begun.name);
+                let mutated = text::journal(rng, &material.text(&format!("{file}.kept")));
+                let file = material.bytes(&file);
                 match rng.below(8) {
                     // a kill may leave any part of the file itself
                     0 => put("input.h5", &file[..rng.below(file.len())]),
@@ -151,7 +152,7 @@ impl Case {
                     _ => put("input.h5", &file),
                 }
                 put("input.h5.journal", &text::encoded(rng, mutated));
-                resumed(arguments, &copy)
+                resumed(begun, &copy)
             }
         }
     }
@@ -297,20 +298,20 @@ fn stored(rng: &Splitmix, name: &str, copy: &dyn Fn(&str)) -> Invocation {
         "checked.h5" => rng.pick(&family),
         _ if rng.below(2) == 0 => rng.pick(&family),
         _ => {
-            let of = FAMILIES.iter().find(|f| name.strip_suffix(".h5") == Some(f.0));
-            return resumed(of.map_or(FAMILIES[0].1, |f| f.1), copy);
+            let of = FAMILIES.iter().find(|f| name.strip_suffix(".h5") == Some(f.name));
+            return resumed(of.unwrap_or(&FAMILIES[0]), copy);
         }
     };
     words.split(' ').filter(|w| w.ends_with(".toml") || *w == "backbone.h5").for_each(copy);
     command(words)
 }
 
-/// The command that made a family, to go on with `input.h5`.
-fn resumed(arguments: &[&str], copy: &dyn Fn(&str)) -> Invocation {
-    copy(arguments[1]);
-    let more = ["--resume", "-o", "input.h5"];
+/// The command that goes on with the family in `input.h5`.
+fn resumed(begun: &Begun, copy: &dyn Fn(&str)) -> Invocation {
+    copy(begun.command[1]);
+    let all = [begun.command, begun.rest, &["--resume", "-o", "input.h5"]].concat();
     Invocation {
-        arguments: arguments.iter().chain(&more).map(|&a| a.to_owned()).collect(),
+        arguments: all.into_iter().map(str::to_owned).collect(),
         own: vec!["input.h5", "input.h5.journal"],
     }
 }

@@ -261,9 +261,17 @@ pub fn mutate(rng: &Splitmix, path: &Path) -> Result<()> {
         if all.is_empty() {
             break;
         }
-        // a point of a family has many objects: as often one of the file's tables
-        if rng.below(2) == 0 {
-            all.retain(|o| !o.0.contains("/points/"));
+        // a family has most of its objects in its points: as often one of its tables, or of the point it goes on from
+        let is_point = |o: &str| o.contains("/points/");
+        let last = all.iter().map(|o| o.0.as_str()).filter(|o| is_point(o)).max();
+        let last = last.and_then(|o| o.get(..o.find("/points/")? + 12)).unwrap_or("").to_owned();
+        match rng.below(4) {
+            0 | 1 => all.retain(|o| !is_point(&o.0)),
+            2 => all.retain(|o| o.0.starts_with(&last)),
+            _ => {}
+        }
+        if all.is_empty() {
+            continue;
         }
         let (name, is_group) = all[rng.below(all.len())].clone();
         let _ = match rng.below(16) {

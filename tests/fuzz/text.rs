@@ -483,9 +483,14 @@ const BITS: &[&str] = &[
     "[[1]]",
 ];
 
-/// One to three changes of a journal.
+/// One to three changes of a journal; as often as not of its last line only, from which the continuation goes on.
 pub fn journal(rng: &Splitmix, text: &str) -> String {
-    let mut text = text.to_owned();
+    let mut list: Vec<&str> = text.split_inclusive('\n').collect();
+    if rng.below(2) == 0 {
+        list.truncate(1 + rng.below(list.len()));
+    }
+    let from = if rng.below(2) == 0 { 0 } else { list.len() - 1 };
+    let (head, mut text) = (list[..from].concat(), list[from..].concat());
     for _ in 0..some(rng) {
         match rng.below(12) {
             0 | 1 => number(rng, &mut text, BITS),
@@ -536,5 +541,5 @@ pub fn journal(rng: &Splitmix, text: &str) -> String {
             }
         }
     }
-    text
+    head + &text
 }
