@@ -257,7 +257,10 @@ pub struct Material {
 pub fn limited(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("sh");
     command
-        .args(["-c", "ulimit -v 4000000 2>/dev/null; ulimit -c 0; exec \"$0\" \"$@\""])
+        .args([
+            "-c",
+            "ulimit -v 4000000 2>/dev/null; ulimit -S -t 10; ulimit -c 0; exec \"$0\" \"$@\"",
+        ])
         .arg(env!("CARGO_BIN_EXE_signorini"))
         .args(arguments)
         .args(["--threads", "1"])
