@@ -5,11 +5,12 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test validate bench pictures figures clean
+.PHONY: help setup build demo test fuzz validate bench pictures figures clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
 	@echo 'make test      the whole test suite'
+	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/'
@@ -30,6 +31,10 @@ demo: build
 
 test: setup
 	cargo test --release --locked
+
+# FUZZ=scene-0141 make fuzz: one case again, or all whose names begin so; FUZZ_SEED=1 make fuzz: other cases
+fuzz: setup
+	cargo test --release --locked --test fuzz -- --ignored --nocapture
 
 validate: build
 	$(BIN) validate

@@ -231,6 +231,13 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
     let stiffness = read("body.stiffness_matrix", &b.stiffness_matrix)?;
     let n = mass.n_rows();
     for (key, a) in [("body.mass_matrix", &mass), ("body.stiffness_matrix", &stiffness)] {
+        if a.n_entries() < a.n_rows() {
+            let (entries, rows) = (a.n_entries(), a.n_rows());
+            let message = format!(
+                "{entries} entries in {rows} rows: a positive definite matrix has one on every diagonal"
+            );
+            return Err(issue(key, message, "give positive definite matrices"));
+        }
         if (a.n_rows(), a.n_cols()) != (n, n) {
             let message = format!(
                 "is {} × {}, and the mass matrix {n} × {}",
@@ -269,15 +276,6 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
     if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
         let message = format!("{} gaps for {} contact displacements", gap.len(), rows.len());
         return Err(issue("contact.gaps", message, "give one finite number each"));
-    }
-    for (key, a) in [("body.mass_matrix", &mass), ("body.stiffness_matrix", &stiffness)] {
-        if a.n_entries() < n {
-            let message = format!(
-                "{} entries in {n} rows: a positive definite matrix has one on every diagonal",
-                a.n_entries()
-            );
-            return Err(issue(key, message, "give positive definite matrices"));
-        }
     }
     let body = Body::from_matrices(&mass, &stiffness, rows, given_length(scene)).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
@@ -427,13 +425,14 @@ fn contact_edge(scene: &Scene, body: &Body) -> Result<Option<ContactEdge>, Probl
             .into());
     }
     let gap: Vec<f64> = nodes.iter().map(|&n| field.at(body.mesh.nodes[n])).collect();
-    if let Some(k) = gap.iter().position(|g| !g.is_finite()) {
+    // squares of gaps must not overflow
+    if let Some(k) = gap.iter().position(|g| !(g.abs() <= 1e60)) {
         let [x, y] = body.mesh.nodes[nodes[k]];
         return Err(scene
             .error(Issue::new(
                 "contact.gap",
-                format!("is {} at ({x}, {y})", gap[k]),
-                "give an expression that is finite on the whole edge",
+                format!("is {:e} at ({x}, {y})", gap[k]),
+                "give an expression of at most 1e60 on the whole edge",
             ))
             .into());
     }

@@ -140,25 +140,26 @@ fn a_wider_range_extends_and_any_other_is_refused() {
 #[test]
 fn a_family_that_is_widened_equals_one_in_one_go() {
     let folder = TempDir::new().unwrap();
-    for (name, options) in [
-        ("hbm", &["--method", "hbm", "--harmonics", "3,7"][..]),
+    let wider = [&["--range", "1.68,1.72"][..], &["--range", "1.68,1.76"]];
+    let longer =
+        [&["--range", "1.68,1.9", "--points", "5"][..], &["--range", "1.68,1.9", "--points", "9"]];
+    for (name, options, [first, then]) in [
+        ("hbm", &["--method", "hbm", "--harmonics", "3,7"][..], wider),
         (
             "hbm-arc",
             &["--method", "hbm", "--harmonics", "5", "--follow", "arclength", "--omega", "1.7"],
+            wider,
         ),
-        ("arc", &["--follow", "arclength", "--omega", "1.8"]),
+        ("arc", &["--follow", "arclength", "--omega", "1.8"], longer),
     ] {
         let (whole, parts) =
             (at(&folder, &format!("{name}-whole.h5")), at(&folder, &format!("{name}-parts.h5")));
-        let command = |file: &str, range: &str, more: &[&str]| {
-            let base = ["backbone", SCENE, "-q", "-o", file, "--range", range];
-            expect(0, &[&base[..], options, more].concat());
+        let command = |file: &str, more: &[&str]| {
+            expect(0, &[&["backbone", SCENE, "-q", "-o", file], options, more].concat());
         };
-        let (low, high) =
-            if name == "arc" { ("1.78,1.815", "1.78,1.83") } else { ("1.68,1.72", "1.68,1.76") };
-        command(&whole, high, &[]);
-        command(&parts, low, &[]);
-        command(&parts, high, &["--resume"]);
+        command(&whole, then);
+        command(&parts, first);
+        command(&parts, &[then, &["--resume"]].concat());
         assert!(datasets(Path::new(&whole)) == datasets(Path::new(&parts)), "{name}");
     }
 }

@@ -363,7 +363,12 @@ pub fn arclength(
         return Err(CliError::Input(message.into()));
     }
     family::go_on(index, known, options, true, take, |place, options, take| {
+        let unknowns = reduction.basis.len(n_h) * reduction.q.ncols();
         let place = match place {
+            Some(p) if p.x.len() != unknowns + 1 || p.tangent.len() != unknowns + 1 => {
+                let message = "the place that the earlier run left does not fit the body: damaged";
+                return Err(CliError::Input(message.into()));
+            }
             Some(p) => Place {
                 x: p.x.clone(),
                 tangent: p.tangent.clone(),

@@ -104,6 +104,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             harmonics: harmonics.last().copied().unwrap_or(0),
         },
         points: series.len(),
+        unknowns: None,
         options,
     };
     let resumed = match family::open(&asked, arguments.resume)? {

@@ -249,6 +249,8 @@ pub struct Asked<'a> {
     pub plan: FamilyPlan,
     /// Most points of a branch that is followed by arclength.
     pub points: usize,
+    /// Unknowns of an orbit, where orbits are shot.
+    pub unknowns: Option<usize>,
     /// How files are written.
     pub options: WriterOptions,
 }
@@ -315,7 +317,7 @@ pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
         eprintln!("signorini: WARNING: {text}");
     }
     let plan = continued(asked, &stored)?;
-    if let Some(what) = stored.misfit(nbm) {
+    if let Some(what) = stored.misfit(nbm, asked.unknowns) {
         return Err(CliError::Input(format!("{}: {what}", path.display())));
     }
     let whole = stored.status == "complete" && stored.range == plan.range;

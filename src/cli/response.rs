@@ -118,6 +118,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
         },
         points: arguments.points,
+        unknowns: (!hbm).then(|| Closure::Forced.unknowns(problem.nbm.n_o())),
         options,
     };
     let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {

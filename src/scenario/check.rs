@@ -397,6 +397,18 @@ impl Scene {
                     }
                 }
             }
+            match l.omega {
+                Some(w) => positive(&key("omega"), w)?,
+                None if l.phase != 0.0 => {
+                    return Err(Issue::new(
+                        key("phase"),
+                        "a constant load has no phase",
+                        "remove it, or give omega",
+                    ));
+                }
+                None => {}
+            }
+            finite(&key("phase"), l.phase)?;
             let Some(amplitude) = self.amplitude_of(i)? else { continue };
             match (amplitude, l.kind) {
                 (Amplitude::Scalar(a), _) if l.kind == LoadKind::Mode || self.dim() == 1 => {
@@ -421,18 +433,6 @@ impl Scene {
                     ));
                 }
             }
-            match l.omega {
-                Some(w) => positive(&key("omega"), w)?,
-                None if l.phase != 0.0 => {
-                    return Err(Issue::new(
-                        key("phase"),
-                        "a constant load has no phase",
-                        "remove it, or give omega",
-                    ));
-                }
-                None => {}
-            }
-            finite(&key("phase"), l.phase)?;
         }
         Ok(())
     }

@@ -79,7 +79,10 @@ impl FamilyWriter {
         plan: &FamilyPlan,
     ) -> Result<FamilyWriter, StoreError> {
         if super::output::is_null(path) {
-            return Err(StoreError::unusable(path, "a family is read back when it is complete; give it a name"));
+            return Err(StoreError::unusable(
+                path,
+                "a family is read back when it is complete; give it a name",
+            ));
         }
         let staged = Staged::begin(&options.outputs, path)?;
         let mut writer = Self::on(staged, scene, nbm, options, plan, 0)?;
@@ -379,24 +382,35 @@ impl StoredFamily {
         }
     }
 
-    /// What does not fit a body, if anything: whoever goes on with the points may index without fear.
-    pub fn misfit(&self, nbm: &Nbm) -> Option<String> {
+    /// What does not fit a body, if anything: whoever goes on with the points may index without fear. `unknowns` are those of an orbit,
+    /// where orbits are shot.
+    pub fn misfit(&self, nbm: &Nbm, unknowns: Option<usize>) -> Option<String> {
         let (n, n_o, n_c) = (nbm.n(), nbm.n_o(), nbm.n_contact());
+        let place_fits = |place: &super::PlaceRecord| {
+            let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
+            let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);
+            let along = !tangent.is_empty();
+            let length = match unknowns {
+                None => !x.is_empty(),
+                Some(z) if along => x.len() == z + events + 1 && place.sets.len() == events + 1,
+                Some(z) => x.len() == z + 1,
+            };
+            length
+                && (!along || tangent.len() == x.len())
+                && numbers.clone().all(|x| x.is_finite())
+                && x[x.len() - 1] > 0.0
+                && place.sets.iter().all(|s| s.len() == n_c)
+                && place.nodes.iter().all(|c| *c < n_c)
+        };
         let fits = |p: &PointRecord| {
             let orbit = p.orbit.as_ref().is_none_or(|o| o.u0.len() == n && o.v0.len() == n);
-            let place = p.place.as_ref().is_none_or(|place| {
-                let along = place.tangent.is_empty()
-                    || (place.tangent.len() == place.x.len()
-                        && (place.sets.is_empty() || place.sets.len() == place.nodes.len() + 1));
-                !place.x.is_empty()
-                    && place.x.iter().chain(&place.tangent).all(|x| x.is_finite())
-                    && place.sets.iter().all(|s| s.len() == n_c)
-                    && place.nodes.iter().all(|c| *c < n_c)
-                    && along
-            });
             let series =
                 p.series.as_ref().is_none_or(|s| s.coefficients.len() == (2 * s.n_h + 1) * n_o);
-            p.omega.is_finite() && p.branch < self.branches.len() && orbit && place && series
+            p.omega.is_finite()
+                && p.branch < self.branches.len()
+                && orbit
+                && series
+                && p.place.as_ref().is_none_or(place_fits)
         };
         let bad = self.points.iter().position(|p| !fits(p))?;
         Some(format!("damaged: point {bad} does not fit the body"))

@@ -192,6 +192,9 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         *x = read_scalar(g, name)?;
     }
     let multipliers: Array2<f64> = g.dataset("multipliers")?.table()?;
+    if multipliers.ncols() != 2 {
+        return Err(hdf5::Error::from("multipliers are no pairs").into());
+    }
     let s = g.group("switches")?;
     let t: Vec<f64> = s.dataset("t")?.values()?;
     let node: Vec<i64> = s.dataset("node")?.values()?;

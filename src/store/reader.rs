@@ -235,6 +235,9 @@ fn read_state_of(
     let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
     let stored: Array2<f64> =
         file.dataset("mesh/nodes").map_err(|_| missing("/mesh/nodes"))?.table()?;
+    if stored.ncols() != 2 {
+        return Err(StoreError::unusable(path, "damaged: /mesh/nodes"));
+    }
     let size = nodes.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     let same = stored.dim() == (nodes.len(), 2)
         && nodes

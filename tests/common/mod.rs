@@ -1,6 +1,7 @@
 //! Shared test problems: each with its reference solution.
 #![allow(dead_code)]
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -178,18 +179,38 @@ pub fn reference_problem(name: &str) -> Reference {
     }
 }
 
-/// Numbers in [−1, 1) from a seed.
-pub fn random(n: usize, seed: u64) -> Vec<f64> {
-    let mut s = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut next = || {
-        // splitmix64
-        s = s.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = s;
+/// splitmix64: from the same seed the same numbers everywhere.
+pub struct Splitmix(Cell<u64>);
+
+impl Splitmix {
+    pub fn new(seed: u64) -> Splitmix {
+        Splitmix(Cell::new(seed))
+    }
+
+    /// 64 random bits.
+    pub fn bits(&self) -> u64 {
+        self.0.set(self.0.get().wrapping_add(0x9e37_79b9_7f4a_7c15));
+        let mut z = self.0.get();
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
-    };
-    (0..n).map(|_| (next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0).collect()
+    }
+
+    /// A whole number below `n`, or 0 if there is none.
+    pub fn below(&self, n: usize) -> usize {
+        (self.bits() % n.max(1) as u64) as usize
+    }
+
+    /// One of a list.
+    pub fn pick<T: Copy>(&self, list: &[T]) -> T {
+        list[self.below(list.len())]
+    }
+}
+
+/// Numbers in [−1, 1) from a seed.
+pub fn random(n: usize, seed: u64) -> Vec<f64> {
+    let source = Splitmix::new(seed.wrapping_add(0x9e37_79b9_7f4a_7c15));
+    (0..n).map(|_| (source.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0).collect()
 }
 
 /// Keeps every stored state.
