@@ -426,7 +426,7 @@ fn contact_edge(scene: &Scene, body: &Body) -> Result<Option<ContactEdge>, Probl
     }
     let gap: Vec<f64> = nodes.iter().map(|&n| field.at(body.mesh.nodes[n])).collect();
     // squares of gaps must not overflow
-    if let Some(k) = gap.iter().position(|g| !(g.abs() <= 1e60)) {
+    if let Some(k) = gap.iter().position(|g| g.is_nan() || g.abs() > 1e60) {
         let [x, y] = body.mesh.nodes[nodes[k]];
         return Err(scene
             .error(Issue::new(

@@ -198,6 +198,9 @@ fn harmonic_balance_is_cross_checked() {
             .all(|s| s["points"].as_u64().unwrap() >= 10 && s["orbits"].as_u64().unwrap() >= 1),
         "{summary:?}"
     );
+    let all = result["points"].as_array().unwrap();
+    assert!(all.iter().any(|p| p["verdict"] != "orbit"));
+    assert!(all.iter().all(|p| !p["message"].as_str().unwrap().is_empty()));
     let rows = signorini::store::read_crosscheck(&checked).unwrap().unwrap();
     assert_eq!(rows.len(), result["points"].as_array().unwrap().len());
     json(&["plot", &checked_name], 0);

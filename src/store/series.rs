@@ -355,12 +355,22 @@ pub(super) fn write_crosscheck(file: &hdf5::File, rows: &[CheckRow]) -> Result<(
     column("orbit_energy", &|r| r.orbit_energy)?;
     column("contact_change", &|r| r.contact_change)?;
     column("same_sequence", &|r| f64::from(u8::from(r.same_sequence)))?;
-    use hdf5::types::FixedAscii;
+    use hdf5::types::{FixedAscii, FixedUnicode};
+    // what a file has room for
+    let cut = |text: &str| {
+        let mut end = text.len().min(255);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        text[..end].replace('\0', " ").parse().unwrap_or_default()
+    };
     let words: Vec<FixedAscii<32>> = rows
         .iter()
         .map(|r| FixedAscii::from_ascii(r.verdict.as_bytes()).unwrap_or_default())
         .collect();
     g.new_dataset_builder().with_data(&words).create("verdict")?;
+    let messages: Vec<FixedUnicode<256>> = rows.iter().map(|r| cut(&r.message)).collect();
+    g.new_dataset_builder().with_data(&messages).create("message")?;
     Ok(())
 }
 
@@ -374,6 +384,11 @@ fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> 
     let file = open(path)?;
     let Ok(g) = file.group("crosscheck") else { return Ok(None) };
     let words: Vec<FixedAscii<32>> = g.dataset("verdict")?.values()?;
+    // files of earlier versions keep the verdict only
+    let messages: Vec<hdf5::types::FixedUnicode<256>> = match g.dataset("message") {
+        Ok(data) => data.values()?,
+        Err(_) => vec![],
+    };
     let names = [
         "omega",
         "harmonics",
@@ -404,7 +419,7 @@ fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> 
                 residual: c[3][i],
                 return_error: c[4][i],
                 verdict: words[i].as_str().to_owned(),
-                message: String::new(),
+                message: messages.get(i).map_or(String::new(), |m| m.as_str().to_owned()),
                 moved: c[5][i],
                 orbit_energy: c[6][i],
                 contact_change: c[7][i],
