@@ -649,8 +649,9 @@ fn initial_state(
         let Some(list) = list else { return Ok(vec![0.0; nbm.n()]) };
         let nodal: Vec<f64> =
             nbm.body.mesh.nodes.iter().flat_map(|&p| list.iter().map(move |f| f.at(p))).collect();
-        if nodal.iter().any(|x| !x.is_finite()) {
-            let message = "is not finite at every node";
+        // squares must not overflow
+        if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {
+            let message = "is not finite, or beyond 1e60, at a node";
             return Err(scene.error(Issue::new(key, message, "check the expression")).into());
         }
         Ok(dofs.gather(&nodal))

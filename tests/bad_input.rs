@@ -289,6 +289,10 @@ fn numbers_beyond_all_reason_are_named() {
         refused(&["run", &scene, "-o", &folder.at("no.h5")], key);
         assert!(!std::path::Path::new(&folder.at("no.h5")).exists());
     }
+    // a velocity whose square is no number any more
+    let scene =
+        folder.write("bar.toml", &bar(&[("[run]", "velocity = [\"1e300*exp(-x)\"]\n[run]")], ""));
+    refused(&["run", &scene, "-o", &folder.at("no.h5")], "initial.velocity");
     let long = format!("gap = \"{}\"", vec!["1e-9*x"; 100_000].join("+"));
     let scene = folder.write("bar.toml", &bar(&[("gap = 1.0", &long)], ""));
     refused(&["run", &scene, "-o", &folder.at("no.h5")], "letters");

@@ -86,7 +86,7 @@ pub fn round_number(x: f64) -> f64 {
 }
 
 /// Most natural periods in one period of an orbit.
-const MOST_NATURAL_PERIODS: f64 = 1e4;
+const MOST_NATURAL_PERIODS: f64 = 1e3;
 
 /// Periods of motions over the shortest natural one: below, nothing moves at such a frequency.
 const HIGHEST: f64 = 10.0;

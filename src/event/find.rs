@@ -51,7 +51,7 @@ fn first_crossing(
             continue;
         }
         let c = e.polynomial.coefficients();
-        if !e.polynomial.min().is_finite() {
+        if !(e.polynomial.min() - e.error).is_finite() {
             // nothing can be proved here, and no halving helps
             return root(a, true);
         }

@@ -98,6 +98,8 @@ struct Run<'a, O: Observer> {
     rounding: Vec<f64>,
     /// Contact nodes whose near misses are recorded.
     armed: Vec<bool>,
+    /// The monitors are no numbers any more.
+    blind: bool,
     /// Stored states so far.
     stored: usize,
     /// Time of the state `y`.
@@ -217,6 +219,7 @@ impl<'a, O: Observer> Run<'a, O> {
             slack: vec![],
             rounding: vec![],
             armed: vec![true; nbm.n_contact()],
+            blind: false,
             stored: 0,
             t: 0.0,
             y,
@@ -287,6 +290,9 @@ impl<'a, O: Observer> Run<'a, O> {
                 return Ok(Outcome::Flow(e));
             }
             let root = self.locate();
+            if self.blind {
+                return Ok(Outcome::Flow(FlowError::NotFinite { t: self.t }));
+            }
             self.record_window(root.is_some())?;
             if let Some(root) = root {
                 if let Some(outcome) = self.switch(root)? {
@@ -326,6 +332,11 @@ impl<'a, O: Observer> Run<'a, O> {
         let window = self.flow.window();
         let resolution = self.resolution(window.1);
         let mut root = find::earliest(self.flow, &self.slack, window, resolution)?;
+        if root.tangent {
+            // a monitor whose bounds are no numbers: nothing can be found in this window, or behind it
+            let all = self.flow.enclose(root.index, window.0, window.1);
+            self.blind = !(all.polynomial.min() - all.error).is_finite();
+        }
         for _ in 0..8 {
             self.flow.cut(&self.phase, root.t);
             // the cut step is more accurate than the interpolant: another monitor may be first

@@ -94,6 +94,9 @@ pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
     let sizes: Option<Vec<usize>> = sizes.split_whitespace().map(|w| w.parse().ok()).collect();
     let sizes = sizes.ok_or("its sizes are not whole numbers")?;
     let (rows, columns, count) = match (is_dense, &sizes[..]) {
+        (false, [n, m, _]) if is_symmetric && n != m => {
+            return Err(format!("is symmetric and {n} × {m}"));
+        }
         (false, [rows, columns, count]) => (*rows, *columns, *count),
         (true, [n, m]) if is_symmetric => {
             if n != m {
@@ -185,6 +188,7 @@ mod tests {
             "%%MatrixMarket matrix coordinate real general\n1000000000000000000 1000000000000000000 0\n",
             "%%MatrixMarket matrix coordinate real general\n4000000000 4000000000 7\n1 1 1.0\n",
             "%%MatrixMarket matrix coordinate real general\n18446744073709551615 2 1\n1 1 1.0\n",
+            "%%MatrixMarket matrix coordinate real symmetric\n2 5 1\n1 5 1.0\n",
             "%%MatrixMarket matrix array real general\n4294967296 4294967296\n1.0\n",
             "%%MatrixMarket matrix array real symmetric\n18446744073709551615 18446744073709551615\n1.0\n",
         ] {
