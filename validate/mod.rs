@@ -83,6 +83,8 @@ pub struct Case {
     pub title: &'static str,
     /// Where the reference comes from.
     pub source: &'static str,
+    /// Left out unless it is named: it takes long.
+    pub only_by_name: bool,
     /// Measure.
     pub run: fn(Effort) -> Outcome,
 }

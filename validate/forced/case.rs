@@ -21,6 +21,7 @@ pub const CASE: Case = Case {
     name: "forced",
     title: "forced half plate: peaks of four damping ratios, stability against 200 periods in time",
     source: "peaks: independent harmonic balance with eleven harmonics",
+    only_by_name: false,
     run,
 };
 

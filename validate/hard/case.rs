@@ -16,6 +16,7 @@ pub const CASE: Case = Case {
     name: "hard",
     title: "hard cases of contact: grazing, simultaneity, rest, prestress, long times, contrasts, random states",
     source: "closed forms, equilibria, symmetry, and agreement of independent integrators",
+    only_by_name: false,
     run,
 };
 
