@@ -90,13 +90,14 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 10] = [
+pub static CASES: [Case; 11] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
     zero_gap_bar::CASE,
     bouncing_bar::CASE,
     hard::CASE,
+    hard::MILLION,
     bar_orbits::CASE,
     oscillator_orbits::CASE,
     harmonic_balance::CASE,
