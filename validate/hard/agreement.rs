@@ -1,13 +1,13 @@
 //! Two courses of one motion side by side, switch by switch.
 //!
 //! Each switch of the one takes as its partner the first switch of the other that is still free, of the same node, in the same
-//! direction, within 10⁻⁶ of the period: simultaneous switches may so stand in any order, and a repeated one
+//! direction, within 10⁻⁴ of the period: simultaneous switches may so stand in any order, and a repeated one
 //! finds no partner. How near the partners are to each other is a second question.
 
 use super::witness::{Change, Course};
 
 /// Partners are sought this far, in periods.
-pub const REACH: f64 = 1e-6;
+pub const REACH: f64 = 1e-4;
 /// This near to a grazing, in periods, nothing is compared: its time is known to half the digits.
 const BLUR: f64 = 1e-3;
 
@@ -128,10 +128,10 @@ mod tests {
     #[test]
     fn distances_are_measured() {
         let mut other = course(&WHOLE);
-        other.changes[3].t += 3e-7;
+        other.changes[3].t += 3e-5;
         other.u[0] += 2e-3;
         let agreement = Agreement::new(&course(&WHOLE), &other, 2.0);
         assert_eq!(agreement.alone, None);
-        assert!((agreement.time - 1.5e-7).abs() < 1e-15 && (agreement.state - 2e-3).abs() < 1e-15);
+        assert!((agreement.time - 1.5e-5).abs() < 1e-15 && (agreement.state - 2e-3).abs() < 1e-15);
     }
 }

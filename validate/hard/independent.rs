@@ -7,9 +7,9 @@
 //!
 //! Two kinds of motion are not compared to their end, counted, and bounded in number. Where a motion *grazes*, the witness stops, and only
 //! what came before is compared. And a motion can be so *sensitive* that rounding errors decide: where a difference shows, the
-//! witness starts again from four states a rounding error away (10⁻¹³, or `ε (ω_max/ω_min)²` where that is more). If it parts with
-//! itself no later than the program did with it, or if the times and states of one sequence lie no further apart than ten times
-//! what these disturbances make, the difference says nothing.
+//! witness integrates four times more, with random errors of the size of rounding errors in the initial state (10⁻¹³, or
+//! `ε (ω_max/ω_min)²` where that is more) and at every switch (4ε). If it parts with itself no later than the program did with it, or if
+//! the times and states of one sequence lie no further apart than ten times what these errors make, the difference says nothing.
 
 use rayon::prelude::*;
 
@@ -20,7 +20,6 @@ use signorini::scenario::Integrator;
 
 use super::agreement::{Agreement, Alone, REACH};
 use super::bodies::RandomBody;
-use super::random;
 use super::witness::{Change, Course};
 use crate::validate::{Case, Check};
 
@@ -156,21 +155,14 @@ impl Comparison<'_> {
     }
 }
 
-/// The witness from states a rounding error away, compared with itself.
+/// The witness with rounding errors of other signs, compared with itself.
 fn disturbed<'a>(
     body: &'a RandomBody,
     state: &'a State,
     course: &'a Course,
 ) -> impl Iterator<Item = (Agreement, Course)> + 'a {
-    let move_by = |x: &[f64], noise: &[f64]| -> Vec<f64> {
-        let size = body.witness.rounding * x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        x.iter().zip(noise).map(|(x, r)| x + size * r).collect()
-    };
-    (0..4).map(move |k| {
-        let noise = random(2 * state.u.len(), k << 20);
-        let (of_u, of_v) = noise.split_at(state.u.len());
-        let (u, v) = (move_by(&state.u, of_u), move_by(&state.v, of_v));
-        let other = body.witness.integrate(&u, &v, course.end, usize::MAX);
+    (0..4).map(move |seed| {
+        let other = body.witness.disturbed(&state.u, &state.v, course.end, seed);
         (Agreement::new(course, &other, body.witness.period), other)
     })
 }

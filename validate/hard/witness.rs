@@ -21,12 +21,16 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 use signorini::contact::Nbm;
 
+use super::random;
+
 /// Steps of the march below this fraction of the period have come to a root.
 const TINY: f64 = 1e-12;
 /// Monitors below this fraction of their terms are zero.
-const ZERO: f64 = 1e-13;
-/// Relative rounding errors of a motion are taken to be at least this.
+const ZERO: f64 = 2e-14;
+/// The relative rounding errors of a motion are taken to be at least this.
 const LEAST: f64 = 1e-13;
+/// And those of each change of phase this.
+const FRESH: f64 = 4.0 * f64::EPSILON;
 /// Rates below this fraction of their terms decide nothing.
 const FLAT: f64 = 1e-6;
 /// Steps of the march after which a motion counts as grazing.
@@ -124,9 +128,31 @@ impl Witness {
 
     /// The motion from `(u, v)` at `t = 0` until a time, or half-way to the switch that would be one too many.
     pub fn integrate(&self, u: &[f64], v: &[f64], until: f64, most: usize) -> Course {
+        self.follow(u, v, (until, most), |_, _| ())
+    }
+
+    /// The same with random errors of the size of rounding errors: in the initial state, and in the state at every switch.
+    pub fn disturbed(&self, u: &[f64], v: &[f64], until: f64, seed: u64) -> Course {
+        let mut count = seed << 20;
+        let noise = |x: &mut DVector<f64>, size: f64| {
+            count += 1;
+            x.iter_mut().zip(random(u.len(), count)).for_each(|(x, r)| *x += size * r);
+        };
+        self.follow(u, v, (until, usize::MAX), noise)
+    }
+
+    fn follow(
+        &self,
+        u: &[f64],
+        v: &[f64],
+        (until, most): (f64, usize),
+        mut noise: impl FnMut(&mut DVector<f64>, f64),
+    ) -> Course {
         let (mut u, mut v) = (DVector::from_column_slice(u), DVector::from_column_slice(v));
-        let (mut t, mut changes, mut patience) = (0.0, vec![], PATIENCE);
         let mut largest = (u.amax(), v.amax());
+        noise(&mut u, self.rounding * largest.0);
+        noise(&mut v, self.rounding * largest.1);
+        let (mut t, mut changes, mut patience) = (0.0, vec![], PATIENCE);
         let course = |changes, end, u: DVector<f64>, v: DVector<f64>, largest, grazes| {
             let (u, v) = (u.as_slice().to_vec(), v.as_slice().to_vec());
             Course { changes, end, u, v, largest, grazes }
@@ -160,6 +186,8 @@ impl Witness {
                 }
             }
             set = next;
+            noise(&mut u, FRESH * largest.0);
+            noise(&mut v, FRESH * largest.1);
         }
     }
 
