@@ -15,7 +15,7 @@ use crate::validate::{CASES, Case, Check, Effort};
     after_help = "Example:\n  signorini validate\n  signorini validate bar oscillator --short"
 )]
 pub struct Arguments {
-    /// Names of cases [default: all]
+    /// Names of cases [default: all but those that --list marks]
     names: Vec<String>,
     /// Leave out the finest meshes
     #[arg(long)]
@@ -97,20 +97,26 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         )));
     }
     if arguments.list {
-        let row = |c: &Case| json!({"name": c.name, "title": c.title, "source": c.source});
+        let row = |c: &Case| json!({"name": c.name, "title": c.title, "source": c.source, "only_by_name": c.only_by_name});
         return global.print(
             || CASES.iter().map(row).collect(),
             || {
+                let note = |c: &Case| if c.only_by_name { " (only if named)" } else { "" };
                 CASES
                     .iter()
-                    .map(|c| format!("{:<14}{}\n{:14}{}\n", c.name, c.title, "", c.source))
+                    .map(|c| {
+                        format!("{:<18}{}{}\n{:18}{}\n", c.name, c.title, note(c), "", c.source)
+                    })
                     .collect()
             },
         );
     }
     let chosen: Vec<&'static Case> = CASES
         .iter()
-        .filter(|c| arguments.names.is_empty() || arguments.names.iter().any(|n| n == c.name))
+        .filter(|c| match arguments.names.is_empty() {
+            true => !c.only_by_name,
+            false => arguments.names.iter().any(|n| n == c.name),
+        })
         .collect();
     let done: Vec<Done> = chosen
         .into_par_iter()

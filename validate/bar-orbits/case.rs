@@ -17,6 +17,7 @@ pub const CASE: Case = Case {
     name: "bar-orbits",
     title: "every orbit of a bar with one contact in T = 3.5, against piecewise closed forms",
     source: "derived: matching of two linear phases, one scalar equation for the contact time",
+    only_by_name: false,
     run,
 };
 

@@ -11,6 +11,7 @@ pub const CASE: Case = Case {
     name: "bar",
     title: "uniform bar, first nonsmooth mode, against the mesh size",
     source: "closed form; agrees with Lu and Legrand, Nonlinear Dynamics 107 (2022)",
+    only_by_name: false,
     run,
 };
 

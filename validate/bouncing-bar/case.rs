@@ -13,6 +13,7 @@ pub const CASE: Case = Case {
     name: "bouncing-bar",
     title: "free bar bouncing under gravity, period 16/3",
     source: "Doyen, Ern, Piperno, SIAM J. Sci. Comput. 33 (2011), second 1-D benchmark",
+    only_by_name: false,
     run,
 };
 

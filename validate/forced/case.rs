@@ -21,10 +21,14 @@ pub const CASE: Case = Case {
     name: "forced",
     title: "forced half plate: peaks of four damping ratios, stability against 200 periods in time",
     source: "peaks: independent harmonic balance with eleven harmonics",
+    only_by_name: false,
     run,
 };
 
 const PEAKS: [(f64, f64); 4] = [(0.05, 1.751), (0.02, 1.707), (0.01, 1.666), (0.005, 1.645)];
+
+/// Unstable points of a branch among every tenth: 3, 4, 3 and 4 were met, of which a step of the continuation may shift one away.
+const UNSTABLE: f64 = 2.0;
 
 fn body(ratio: f64) -> Result<Propagator, String> {
     let mut scene = scene(include_str!("../../scenarios/half-plate-response.toml"), None)?;
@@ -112,11 +116,14 @@ fn run(effort: Effort) -> Outcome {
             points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border"));
         for p in regular.step_by(every) {
             match behaves(&mut body, p)? {
-                Some(true) => right += 1,
+                Some(true) => {
+                    right += 1;
+                    unstable +=
+                        u32::from(p.orbit.as_ref().is_some_and(|o| o.stable == Some(false)));
+                }
                 Some(false) => wrong += 1,
                 None => {}
             }
-            unstable += usize::from(p.orbit.as_ref().is_some_and(|o| o.stable == Some(false)));
         }
         checks.push(Check::at_least(
             name("points that do as their multipliers say"),
@@ -124,7 +131,9 @@ fn run(effort: Effort) -> Outcome {
             1.0,
         ));
         checks.push(Check::near(name("points that do not"), f64::from(wrong), 0.0, 0.0));
-        checks.push(Check::at_least(name("unstable ones among them"), unstable as f64, 0.0));
+        // between the folds of each branch; at least that many were met when the case was made
+        let met = if effort.short { 1.0 } else { UNSTABLE };
+        checks.push(Check::at_least(name("unstable ones that left"), f64::from(unstable), met));
     }
     Ok(checks)
 }

@@ -21,6 +21,7 @@ pub const CASE: Case = Case {
     name: "harmonic-balance",
     title: "harmonic balance: closed form of the bar, orders against true orbits, sampling",
     source: "closed form (Lu and Legrand 2022); orders and failure rates of an independent prototype",
+    only_by_name: false,
     run,
 };
 

@@ -18,6 +18,7 @@ pub const CASE: Case = Case {
     name: "oscillator-orbits",
     title: "two-element bar: period against energy, through grazing",
     source: "pencil and paper: matching of two harmonic oscillators",
+    only_by_name: false,
     run,
 };
 

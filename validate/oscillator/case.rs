@@ -9,6 +9,7 @@ pub const CASE: Case = Case {
     name: "oscillator",
     title: "two-element bar against the closed form of its one degree of freedom",
     source: "pencil and paper: matching of two harmonic oscillators",
+    only_by_name: false,
     run,
 };
 

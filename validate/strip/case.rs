@@ -8,6 +8,7 @@ pub const CASE: Case = Case {
     name: "strip",
     title: "plane-stress strip on rollers moves as a bar",
     source: "closed form of the bar with modulus E/(1 − ν²)",
+    only_by_name: false,
     run,
 };
 
