@@ -207,6 +207,13 @@ fn frequencies_and_harmonics_of_files_are_checked() {
         data.write(&all).unwrap();
     });
     refused(&["crosscheck", &file, SCENE, "-o", &folder.at("no.h5")], "NaN");
+    let file = spoil("large.h5", &|f| {
+        let data = f.dataset("hbm/coefficients").unwrap();
+        let mut all = data.read_dyn::<f64>().unwrap();
+        all[[0, 1, 3]] = 1e16;
+        data.write(&all).unwrap();
+    });
+    refused(&["crosscheck", &file, SCENE, "-o", &folder.at("no.h5")], "units");
     // text where numbers should be
     let mat = folder.at("words.mat");
     let f = hdf5::File::create(&mat).unwrap();

@@ -23,7 +23,7 @@ use signorini::store::{
 
 use super::family::{self, Opened, Output};
 use super::progress::Bar;
-use super::{CliError, Global, interrupt, load};
+use super::{CliError, Global, interrupt, load, plain};
 
 /// Arguments of `crosscheck`.
 #[derive(Debug, Args)]
@@ -53,6 +53,9 @@ pub struct Arguments {
     output: Output,
 }
 
+/// Displacements of a series over the scene's unit of length: beyond, the units are others.
+const LARGEST: f64 = 1e6;
+
 /// Check every point in time, and shoot from it.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let start = Instant::now();
@@ -77,7 +80,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if series.is_empty() {
         return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
     }
+    let unit = problem.nbm.length_unit();
     for (k, s) in series.iter().enumerate() {
+        let largest = s.coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+        if largest > LARGEST * unit {
+            return Err(CliError::Input(format!(
+                "{}, point {k}: a displacement of {}, where lengths are of the order of {}: is it in the scene's units?",
+                arguments.backbone.display(),
+                plain(largest),
+                plain(unit)
+            )));
+        }
         family::check_frequency(&problem, s.omega).map_err(|e| {
             let text = e.text();
             CliError::Input(format!("{}, point {k}: {text}", arguments.backbone.display()))
