@@ -8,7 +8,7 @@
 //! Two kinds of motion are not compared to their end, counted, and bounded in number. Where a motion *grazes*, the witness stops, and only
 //! what came before is compared. And a motion can be so *sensitive* that rounding errors decide: where a difference shows, the
 //! witness integrates four times more, with random errors of the size of rounding errors in the initial state (10⁻¹³, or
-//! `ε (ω_max/ω_min)²` where that is more) and at every switch (4ε). If it parts with itself no later than the program did with it, or if
+//! `ε (ω_max/ω_min)²` where that is more) and in every monitor that has just switched (8ε). If it parts with itself no later than the program did with it, or if
 //! the times and states of one sequence lie no further apart than ten times what these errors make, the difference says nothing.
 
 use rayon::prelude::*;

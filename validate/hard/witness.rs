@@ -29,8 +29,8 @@ const TINY: f64 = 1e-12;
 const ZERO: f64 = 2e-14;
 /// The relative rounding errors of a motion are taken to be at least this.
 const LEAST: f64 = 1e-13;
-/// And those of each change of phase this.
-const FRESH: f64 = 4.0 * f64::EPSILON;
+/// And those of a monitor, over its terms, this.
+const FRESH: f64 = 8.0 * f64::EPSILON;
 /// Rates below this fraction of their terms decide nothing.
 const FLAT: f64 = 1e-6;
 /// Steps of the march after which a motion counts as grazing.
@@ -86,6 +86,7 @@ pub struct Phase {
     /// Monitors `constants + rows · u_O`.
     constants: DVector<f64>,
     rows: DMatrix<f64>,
+    row_sums: Vec<f64>,
     /// The same over modal coordinates from the equilibrium.
     pub at_rest: DVector<f64>,
     modal_rows: DMatrix<f64>,
@@ -128,17 +129,22 @@ impl Witness {
 
     /// The motion from `(u, v)` at `t = 0` until a time, or half-way to the switch that would be one too many.
     pub fn integrate(&self, u: &[f64], v: &[f64], until: f64, most: usize) -> Course {
-        self.follow(u, v, (until, most), |_, _| ())
+        self.follow(u, v, (until, most), || 0.0)
     }
 
-    /// The same with random errors of the size of rounding errors: in the initial state, and in the state at every switch.
+    /// The same with random errors of the size of rounding errors: in the initial state, and in every monitor that has just switched.
     pub fn disturbed(&self, u: &[f64], v: &[f64], until: f64, seed: u64) -> Course {
         let mut count = seed << 20;
-        let noise = |x: &mut DVector<f64>, size: f64| {
+        let mut noise = |size: f64, n: usize| {
             count += 1;
-            x.iter_mut().zip(random(u.len(), count)).for_each(|(x, r)| *x += size * r);
+            random(n, count).into_iter().map(move |r| size * r)
         };
-        self.follow(u, v, (until, usize::MAX), noise)
+        let mut moved = |x: &[f64]| -> Vec<f64> {
+            let size = self.rounding * x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            x.iter().zip(noise(size, x.len())).map(|(x, r)| x + r).collect()
+        };
+        let (u, v) = (moved(u), moved(v));
+        self.follow(&u, &v, (until, usize::MAX), || noise(FRESH, 1).sum())
     }
 
     fn follow(
@@ -146,12 +152,10 @@ impl Witness {
         u: &[f64],
         v: &[f64],
         (until, most): (f64, usize),
-        mut noise: impl FnMut(&mut DVector<f64>, f64),
+        mut error: impl FnMut() -> f64,
     ) -> Course {
         let (mut u, mut v) = (DVector::from_column_slice(u), DVector::from_column_slice(v));
         let mut largest = (u.amax(), v.amax());
-        noise(&mut u, self.rounding * largest.0);
-        noise(&mut v, self.rounding * largest.1);
         let (mut t, mut changes, mut patience) = (0.0, vec![], PATIENCE);
         let course = |changes, end, u: DVector<f64>, v: DVector<f64>, largest, grazes| {
             let (u, v) = (u.as_slice().to_vec(), v.as_slice().to_vec());
@@ -160,8 +164,13 @@ impl Witness {
         let Some(mut set) = self.next(&u, &v, largest) else {
             return course(changes, t, u, v, largest, true);
         };
+        let mut switched = vec![];
         loop {
-            let motion = Motion::from_state(&self.phases[set], &u, &v);
+            let mut motion = Motion::from_state(&self.phases[set], &u, &v);
+            for contact in switched.drain(..) {
+                motion
+                    .starts_from_zero(contact, error() * self.phases[set].size(contact, largest.0));
+            }
             let (length, root) = motion.march(until - t, TINY * self.period, &mut patience);
             // not between two switches that are almost one
             if changes.len() >= most && length > 1e-3 * self.period {
@@ -183,11 +192,10 @@ impl Witness {
             for contact in (0..).take_while(|i| self.phases.len() >> i > 1) {
                 if (set ^ next) >> contact & 1 == 1 {
                     changes.push(Change { t, contact, closes: next >> contact & 1 == 1 });
+                    switched.push(contact);
                 }
             }
             set = next;
-            noise(&mut u, FRESH * largest.0);
-            noise(&mut v, FRESH * largest.1);
         }
     }
 
@@ -261,6 +269,7 @@ impl Phase {
         let rows = DMatrix::from_fn(size, others, |i, j| of(i).1[(i, j)]);
         Some(Phase {
             at_rest: &constants + &rows * &rest,
+            row_sums: rows.row_iter().map(|r| r.iter().map(|x| x.abs()).sum()).collect(),
             modal_rows: &rows * &shapes,
             omega,
             shapes,
@@ -283,18 +292,18 @@ impl Phase {
         (first - last).abs() <= 1e-6 * column.amax()
     }
 
+    /// Size of the terms of a monitor at displacements up to `largest`.
+    fn size(&self, i: usize, largest: f64) -> f64 {
+        self.constants[i].abs() + self.row_sums[i] * largest
+    }
+
     /// Whether all monitors are positive a little later; `largest` displacement and velocity give the size of rounding errors.
     fn follows(&self, u: &DVector<f64>, v: &DVector<f64>, largest: (f64, f64)) -> Next {
         let mut next = Next::Yes;
         for (i, &constant) in self.constants.iter().enumerate() {
-            let (mut h, mut rate, mut row) = (constant, 0.0, 0.0);
-            for (r, (u, v)) in self.rows.row(i).iter().zip(u.iter().zip(v.iter())) {
-                h += r * u;
-                rate += r * v;
-                row += r.abs();
-            }
-            let zero = ZERO * (constant.abs() + row * largest.0);
-            let flat = FLAT * row * largest.1;
+            let (h, rate) = (constant + self.rows.row(i).tr_dot(u), self.rows.row(i).tr_dot(v));
+            let zero = ZERO * self.size(i, largest.0);
+            let flat = FLAT * self.row_sums[i] * largest.1;
             if h > zero {
                 continue;
             }
@@ -319,6 +328,8 @@ enum Root {
 /// A motion in one phase.
 pub struct Motion<'a> {
     phase: &'a Phase,
+    /// Constant parts of the monitors.
+    at_rest: DVector<f64>,
     /// Amplitudes of `cos ω_k t` and `sin ω_k t`.
     amplitudes: Vec<(f64, f64)>,
 }
@@ -326,13 +337,21 @@ pub struct Motion<'a> {
 impl<'a> Motion<'a> {
     /// From amplitudes about the equilibrium, lowest numbers first; modes without any are at rest.
     pub fn new(phase: &'a Phase, amplitudes: Vec<(f64, f64)>) -> Self {
-        Motion { phase, amplitudes }
+        Motion { phase, at_rest: phase.at_rest.clone(), amplitudes }
     }
 
     fn from_state(phase: &'a Phase, u: &DVector<f64>, v: &DVector<f64>) -> Self {
         let (q, p) = (&phase.to_modes * (u - &phase.rest), &phase.to_modes * v);
         let pairs = q.iter().zip(p.iter()).zip(&phase.omega);
-        Motion { phase, amplitudes: pairs.map(|((q, p), w)| (*q, p / w)).collect() }
+        Self::new(phase, pairs.map(|((q, p), w)| (*q, p / w)).collect())
+    }
+
+    /// A monitor that has just switched is zero: what rounding makes of it is taken off, since in a brief contact little errors weigh
+    /// much. Another error may be put in its place.
+    fn starts_from_zero(&mut self, contact: usize, error: f64) {
+        let mut now = vec![(0.0, 0.0); self.at_rest.len()];
+        self.monitors(0.0, &mut now);
+        self.at_rest[contact] += error - now[contact].0;
     }
 
     /// Displacements and velocities at `t`.
@@ -349,7 +368,7 @@ impl<'a> Motion<'a> {
 
     /// Value and rate of every monitor at `t`.
     pub fn monitors(&self, t: f64, out: &mut [(f64, f64)]) {
-        out.iter_mut().zip(&self.phase.at_rest).for_each(|(o, h)| *o = (*h, 0.0));
+        out.iter_mut().zip(&self.at_rest).for_each(|(o, h)| *o = (*h, 0.0));
         for (k, (a, b)) in self.amplitudes.iter().enumerate() {
             let w = self.phase.omega[k];
             let (sin, cos) = (w * t).sin_cos();
@@ -363,7 +382,7 @@ impl<'a> Motion<'a> {
 
     /// Bounds of `|h^(order)|` for every monitor, but for the constant part.
     fn bounds(&self, order: i32) -> Vec<f64> {
-        let mut bounds = vec![0.0; self.phase.at_rest.len()];
+        let mut bounds = vec![0.0; self.at_rest.len()];
         for (k, (a, b)) in self.amplitudes.iter().enumerate() {
             let size = self.phase.omega[k].powi(order) * a.hypot(*b);
             let column = self.phase.modal_rows.column(k);
