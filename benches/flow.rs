@@ -30,32 +30,32 @@ const MESHES: [[usize; 2]; 3] = [[10, 5], [20, 10], [40, 20]];
 fn lcp(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
     let u: Vec<f64> = problem.initial.u.iter().map(|x| -x).collect();
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     let start = ActiveSet::new(
-        nbm.solve_lcp(&u, &ActiveSet::open(nbm.n_contact())).expect("solvable").active,
+        system.solve_lcp(&u, &ActiveSet::open(system.n_contact())).expect("solvable").active,
     );
-    bencher.bench_local(|| nbm.solve_lcp(black_box(&u), &start));
+    bencher.bench_local(|| system.solve_lcp(black_box(&u), &start));
 }
 
 /// A new phase: the interface work of a switch.
 #[divan::bench(args = MESHES)]
 fn new_phase(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
-    let closed = ActiveSet::closed(problem.nbm.n_contact());
-    bencher.bench_local(|| Phase::new(&problem.nbm, black_box(closed.clone())));
+    let closed = ActiveSet::closed(problem.system.n_contact());
+    bencher.bench_local(|| Phase::new(&problem.system, black_box(closed.clone())));
 }
 
 /// One right-hand side.
 #[divan::bench(args = MESHES)]
 fn acceleration(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
-    let nbm = &problem.nbm;
-    let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact())).expect("a phase");
-    let mut scratch = nbm.scratch();
-    let mut a = vec![0.0; nbm.n_o()];
+    let system = &problem.system;
+    let phase = Phase::new(system, ActiveSet::open(system.n_contact())).expect("a phase");
+    let mut scratch = system.scratch();
+    let mut a = vec![0.0; system.n_o()];
     let state = &problem.initial;
     bencher.bench_local(|| {
-        phase.acceleration(nbm, 0.0, black_box(&state.u), &state.v, &mut scratch, &mut a);
+        phase.acceleration(system, 0.0, black_box(&state.u), &state.v, &mut scratch, &mut a);
     });
 }
 
@@ -84,13 +84,13 @@ fn by_name(name: &str) -> Integrator {
 #[divan::bench(args = MESHES)]
 fn search_a_window(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
-    let nbm = &problem.nbm;
-    let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact())).expect("a phase");
-    let mut flow = Chebyshev::new(nbm);
+    let system = &problem.system;
+    let phase = Phase::new(system, ActiveSet::open(system.n_contact())).expect("a phase");
+    let mut flow = Chebyshev::new(system);
     let y: Vec<f64> = problem.initial.u.iter().chain(&problem.initial.v).copied().collect();
     flow.begin(&phase, 0.0, &y);
     flow.advance(&phase, 3.36).expect("a window");
-    let slack = phase.monitor_rounding(nbm, 1.0);
+    let slack = phase.monitor_rounding(system, 1.0);
     let window = flow.window();
     bencher.bench_local(|| find::earliest(&flow, black_box(&slack), window, 1e-15));
 }

@@ -26,7 +26,7 @@ fn problem() -> Problem {
 /// From the first mode (eight Newton steps), phases known; with and without multipliers.
 #[divan::bench(args = [false, true])]
 fn one_orbit(bencher: Bencher, multipliers: bool) {
-    let mut body = Propagator::new(problem().nbm).expect("modes");
+    let mut body = Propagator::new(problem().system).expect("modes");
     let guess = mode_guess(&body, 1, -1.1).expect("a mode");
     let effort = Effort { multipliers, ..Effort::default() };
     bencher.bench_local(|| find(&mut body, Closure::Reversible, black_box(&guess), 1.8, &effort));
@@ -36,7 +36,7 @@ fn one_orbit(bencher: Bencher, multipliers: bool) {
 #[divan::bench]
 fn one_orbit_cold(bencher: Bencher) {
     let effort = Effort { multipliers: false, ..Effort::default() };
-    bencher.with_inputs(|| Propagator::new(problem().nbm).expect("modes")).bench_local_values(
+    bencher.with_inputs(|| Propagator::new(problem().system).expect("modes")).bench_local_values(
         |mut body| {
             let guess = mode_guess(&body, 1, -1.1).expect("a mode");
             find(&mut body, Closure::Reversible, &guess, 1.8, &effort)
@@ -47,7 +47,7 @@ fn one_orbit_cold(bencher: Bencher) {
 /// One step of pseudo-arclength, multipliers and credentials included.
 #[divan::bench]
 fn one_point_of_a_family(bencher: Bencher) {
-    let mut body = Propagator::new(problem().nbm).expect("modes");
+    let mut body = Propagator::new(problem().system).expect("modes");
     let guess = mode_guess(&body, 1, -1.1).expect("a mode");
     let verdict =
         find(&mut body, Closure::Reversible, &guess, 1.8, &Effort::default()).expect("a map");
@@ -77,7 +77,7 @@ fn one_point_of_a_family(bencher: Bencher) {
 /// A solution from its neighbour with one harmonic less.
 #[divan::bench(args = [7, 15, 31])]
 fn harmonic_balance(bencher: Bencher, n_h: usize) {
-    let r = Reduction::new(problem().nbm, Form::Force).expect("modes");
+    let r = Reduction::new(problem().system, Form::Force).expect("modes");
     let settings = Settings::default();
     let first = solve(&r, &mode_start(&r, 1.7).expect("a mode"), 1.8, &settings).expect("a map");
     let first = first.expect("one harmonic converges").q;

@@ -10,7 +10,7 @@ use thiserror::Error;
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::boundary::BoundaryOperator;
-use crate::contact::{ActiveSet, ContactEdge, ContactError, Nbm, Phase, Rayleigh, oracle};
+use crate::contact::{ActiveSet, ContactEdge, ContactError, Phase, Rayleigh, System, oracle};
 use crate::fem::{Body, Csr, DofMap, FemError, Loads, Material, Modes, eigen, load, read_matrix};
 use crate::mesh::Mesh;
 use crate::scenario::{
@@ -42,12 +42,12 @@ pub struct State {
 
 impl State {
     /// All displacements and velocities `u = A* u_O + d*`, `v = A* u̇_O`, with the active set of the complementarity problem at `u_O`.
-    pub fn full(&self, nbm: &Nbm) -> Result<(Vec<f64>, Vec<f64>), ContactError> {
-        let solution = nbm.solve_lcp(&self.u, &ActiveSet::open(nbm.n_contact()))?;
-        let phase = Phase::new(nbm, ActiveSet::new(solution.active))?;
-        let (mut u, mut v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
-        phase.expand_displacement(nbm, &self.u, &mut u);
-        phase.expand_velocity(nbm, &self.v, &mut v);
+    pub fn full(&self, system: &System) -> Result<(Vec<f64>, Vec<f64>), ContactError> {
+        let solution = system.solve_lcp(&self.u, &ActiveSet::open(system.n_contact()))?;
+        let phase = Phase::new(system, ActiveSet::new(solution.active))?;
+        let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
+        phase.expand_displacement(system, &self.u, &mut u);
+        phase.expand_velocity(system, &self.v, &mut v);
         Ok((u, v))
     }
 }
@@ -56,7 +56,7 @@ impl State {
 #[derive(Debug)]
 pub struct Problem {
     /// Operators.
-    pub nbm: Nbm,
+    pub system: System,
     /// State at `t = 0`.
     pub initial: State,
 }
@@ -72,17 +72,17 @@ impl Problem {
             _ => None,
         };
         let built = match given {
-            Some((body, operator, gap)) => Nbm::with_operator(body, operator, gap),
+            Some((body, operator, gap)) => System::with_operator(body, operator, gap),
             None => {
                 let body = assemble(scene);
                 let edge = contact_edge(scene, &body)?;
                 if let Some(issue) = empty(scene, &body) {
                     return Err(scene.error(issue).into());
                 }
-                Nbm::new(body, edge.as_ref())
+                System::new(body, edge.as_ref())
             }
         };
-        let mut nbm = built.map_err(|e| match e {
+        let mut system = built.map_err(|e| match e {
             ContactError::NotPMatrix { .. } => ProblemError::Scene(scene.error(Issue::new(
                 if scene.body.kind == BodyKind::Matrices { "contact.n_c" } else { "contact.edge" },
                 e.to_string(),
@@ -90,22 +90,22 @@ impl Problem {
             ))),
             other => other.into(),
         })?;
-        let modes = OpenModes::for_scene(scene, &nbm)?;
-        nbm.damping = damping(scene, &modes)?;
+        let modes = OpenModes::for_scene(scene, &system)?;
+        system.damping = damping(scene, &modes)?;
         if let Some(name) = &scene.body.damping_matrix {
-            nbm.damping = Some(rayleigh_of(scene, &nbm, name)?);
+            system.damping = Some(rayleigh_of(scene, &system, name)?);
         }
-        nbm.loads = loads(scene, &nbm, &modes)?;
-        let initial = initial_state(scene, &nbm, &modes, stored)?;
-        let problem = Problem { nbm, initial };
+        system.loads = loads(scene, &system, &modes)?;
+        let initial = initial_state(scene, &system, &modes, stored)?;
+        let problem = Problem { system, initial };
         problem.check_rigid_motion(scene)?;
         Ok(problem)
     }
 
     /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
     fn check_rigid_motion(&self, scene: &Scene) -> Result<(), ProblemError> {
-        let nbm = &self.nbm;
-        let body = &nbm.body;
+        let system = &self.system;
+        let body = &system.body;
         let free = body.rigid_motions(false);
         if free.is_empty() {
             return Ok(());
@@ -115,7 +115,7 @@ impl Problem {
             let key = if scene.supports.is_empty() { "body" } else { "support" };
             Err(scene.error(Issue::new(key, message, help)).into())
         };
-        if nbm.n_contact() == 0 || !body.rigid_motions(true).is_empty() {
+        if system.n_contact() == 0 || !body.rigid_motions(true).is_empty() {
             return fail("the body can move rigidly");
         }
         if !self.is_carried_to_the_obstacle(&free)? {
@@ -131,21 +131,21 @@ impl Problem {
     /// obstacle if pressures can bear them: `b = Φ_Cᵀλ, λ ≥ 0` (otherwise, by Farkas' lemma, some motion that leaves the obstacle gains
     /// energy). Without loads it flies as it was thrown, `m = Φᵀ M u̇`, and must meet the obstacle somewhere: `(Φ_C m)_i > 0`.
     fn is_carried_to_the_obstacle(&self, free: &[Vec<f64>]) -> Result<bool, ProblemError> {
-        let nbm = &self.nbm;
-        let (n, n_o, n_c) = (nbm.n(), nbm.n_o(), nbm.n_contact());
+        let system = &self.system;
+        let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut momentum = vec![0.0; n];
         let mut motions: Vec<Vec<f64>> = vec![];
         for motion in free {
-            let mut x = nbm.body.dofs.gather(motion);
+            let mut x = system.body.dofs.gather(motion);
             for _ in 0..2 {
-                nbm.body.mass.mul(&x, &mut momentum);
+                system.body.mass.mul(&x, &mut momentum);
                 for other in &motions {
                     let c = dot(other, &momentum);
                     x.iter_mut().zip(other).for_each(|(x, o)| *x -= c * o);
                 }
             }
-            let norm = nbm.body.mass.quadratic(&x).sqrt();
+            let norm = system.body.mass.quadratic(&x).sqrt();
             x.iter_mut().for_each(|x| *x /= norm);
             motions.push(x);
         }
@@ -154,8 +154,8 @@ impl Problem {
         let contact = |z: &[f64]| -> Vec<f64> {
             (n_o..n).map(|i| motions.iter().zip(z).map(|(m, z)| z * m[i]).sum()).collect()
         };
-        let load: Vec<f64> = motions.iter().map(|m| nbm.loads.constant_potential(m)).collect();
-        let force = nbm.loads.constant.as_ref();
+        let load: Vec<f64> = motions.iter().map(|m| system.loads.constant_potential(m)).collect();
+        let force = system.loads.constant.as_ref();
         let terms: f64 = force.map_or(0.0, |f| {
             motions.iter().map(|m| m.iter().zip(f).map(|(m, f)| (m * f).abs()).sum::<f64>()).sum()
         });
@@ -169,8 +169,8 @@ impl Problem {
             let rest = phi.transpose() * DVector::from_vec(pressure) - &b;
             return Ok(rest.norm() <= 1e-5 * b.norm());
         }
-        let (_, v) = self.initial.full(nbm)?;
-        nbm.body.mass.mul(&v, &mut momentum);
+        let (_, v) = self.initial.full(system)?;
+        system.body.mass.mul(&v, &mut momentum);
         let thrown: Vec<f64> = motions.iter().map(|m| dot(m, &momentum)).collect();
         let speed = contact(&thrown);
         let largest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -328,13 +328,13 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
 }
 
 /// `α`, `β` of a damping matrix that is a combination of `M` and `K`.
-fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, ProblemError> {
+fn rayleigh_of(scene: &Scene, system: &System, name: &str) -> Result<Rayleigh, ProblemError> {
     let issue = |message: String| -> ProblemError {
         let help = "give a C that is α M + β K, or [damping] in its place";
         scene.error(Issue::new("body.damping_matrix", message, help)).into()
     };
     let c = read_matrix(folder(scene), name).map_err(&issue)?;
-    let n = nbm.n();
+    let n = system.n();
     if (c.n_rows(), c.n_cols()) != (n, n) {
         return Err(issue(format!(
             "is {} × {}, the other matrices {n} × {n}",
@@ -342,7 +342,7 @@ fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, Problem
             c.n_cols()
         )));
     }
-    let place = |i: usize| nbm.body.dofs.of(i + 1, 0).map_or(0, |(k, _)| k);
+    let place = |i: usize| system.body.dofs.of(i + 1, 0).map_or(0, |(k, _)| k);
     let c =
         Csr::from_triplets(n, n, c.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect());
     let dense = |a: &Csr| -> Vec<f64> {
@@ -350,7 +350,7 @@ fn rayleigh_of(scene: &Scene, nbm: &Nbm, name: &str) -> Result<Rayleigh, Problem
         a.triplets().for_each(|(i, j, v)| d[i * n + j] = v);
         d
     };
-    let (c, m, k) = (dense(&c), dense(&nbm.body.mass), dense(&nbm.body.stiffness));
+    let (c, m, k) = (dense(&c), dense(&system.body.mass), dense(&system.body.stiffness));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     // an orthonormal basis of M and K, so that nothing is lost where they are of very different size, or nearly parallel
     let norm = |a: &[f64]| dot(a, a).sqrt();
@@ -446,7 +446,7 @@ struct OpenModes {
 }
 
 impl OpenModes {
-    fn for_scene(scene: &Scene, nbm: &Nbm) -> Result<OpenModes, ProblemError> {
+    fn for_scene(scene: &Scene, system: &System) -> Result<OpenModes, ProblemError> {
         let damping = scene.damping.as_ref();
         let named = [
             scene.initial.mode,
@@ -457,8 +457,8 @@ impl OpenModes {
         let Some(count) = named.into_iter().chain(loads).flatten().max() else {
             return Ok(OpenModes { modes: None, phase: None });
         };
-        let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
-        let modes = phase_modes(nbm, &phase, count)?;
+        let phase = Phase::new(system, ActiveSet::open(system.n_contact()))?;
+        let modes = phase_modes(system, &phase, count)?;
         Ok(OpenModes { modes: Some(modes), phase: Some(phase) })
     }
 
@@ -468,37 +468,38 @@ impl OpenModes {
         scene: &Scene,
         key: &str,
         k: usize,
-        nbm: &Nbm,
+        system: &System,
     ) -> Result<(f64, Vec<f64>), ProblemError> {
         let found = match (&self.modes, &self.phase) {
             (Some(m), Some(p)) if k <= m.omega.len() => Some((m, p)),
             _ => None,
         };
         let Some((modes, phase)) = found else {
-            let message = format!("mode {k} does not exist: the open body has {} modes", nbm.n_o());
-            let help = format!("give 1 to {}", nbm.n_o());
+            let message =
+                format!("mode {k} does not exist: the open body has {} modes", system.n_o());
+            let help = format!("give 1 to {}", system.n_o());
             return Err(scene.error(Issue::new(key, message, help)).into());
         };
-        let mut shape = vec![0.0; nbm.n()];
-        phase.expand_velocity(nbm, &modes.shapes[k - 1], &mut shape);
+        let mut shape = vec![0.0; system.n()];
+        phase.expand_velocity(system, &modes.shapes[k - 1], &mut shape);
         Ok((modes.omega[k - 1], shape))
     }
 }
 
 /// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
 /// displacement of largest magnitude positive (the largest displacement where there is no contact).
-pub fn phase_modes(nbm: &Nbm, phase: &Phase, count: usize) -> Result<Modes, FemError> {
-    let (k, m) = phase.matrices(nbm);
-    let mut modes = eigen::lowest(&k, &m, count, nbm.body.frequency_unit())?;
-    let mut full = vec![0.0; nbm.n()];
+pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes, FemError> {
+    let (k, m) = phase.matrices(system);
+    let mut modes = eigen::lowest(&k, &m, count, system.body.frequency_unit())?;
+    let mut full = vec![0.0; system.n()];
     for shape in &mut modes.shapes {
-        phase.expand_velocity(nbm, shape, &mut full);
+        phase.expand_velocity(system, shape, &mut full);
         let largest = |x: &[f64]| {
             x.iter()
                 .copied()
                 .fold(0.0f64, |m, x| if x.abs() > m.abs() * (1.0 + 1e-9) { x } else { m })
         };
-        let of_contact = largest(&full[nbm.n_o()..]);
+        let of_contact = largest(&full[system.n_o()..]);
         let of_all = largest(&full);
         let leading = if of_contact.abs() > 1e-9 * of_all.abs() { of_contact } else { of_all };
         if leading < 0.0 {
@@ -544,15 +545,15 @@ fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleigh>, Problem
     Ok((!none).then_some(rayleigh))
 }
 
-fn loads(scene: &Scene, nbm: &Nbm, modes: &OpenModes) -> Result<Loads, ProblemError> {
-    let body = &nbm.body;
+fn loads(scene: &Scene, system: &System, modes: &OpenModes) -> Result<Loads, ProblemError> {
+    let body = &system.body;
     let mut loads = Loads::default();
     for (i, l) in scene.loads.iter().enumerate() {
         let Load { kind, amplitude, .. } = l;
         let vector = match amplitude {
             Some(Amplitude::Scalar(a)) => vec![*a],
             Some(Amplitude::Vector(v)) => v.clone(),
-            None => vec![peak_amplitude(scene, i, nbm, modes)?],
+            None => vec![peak_amplitude(scene, i, system, modes)?],
         };
         let force = match kind {
             LoadKind::Gravity => load::gravity(body, &vector),
@@ -566,8 +567,8 @@ fn loads(scene: &Scene, nbm: &Nbm, modes: &OpenModes) -> Result<Loads, ProblemEr
             }
             LoadKind::Mode => {
                 let key = format!("load[{i}].mode");
-                let (_, shape) = modes.get(scene, &key, l.mode.unwrap_or(1), nbm)?;
-                let mut force = vec![0.0; nbm.n()];
+                let (_, shape) = modes.get(scene, &key, l.mode.unwrap_or(1), system)?;
+                let mut force = vec![0.0; system.n()];
                 body.mass.mul(&shape, &mut force);
                 force.iter_mut().for_each(|f| *f *= vector[0]);
                 force
@@ -583,19 +584,19 @@ fn loads(scene: &Scene, nbm: &Nbm, modes: &OpenModes) -> Result<Loads, ProblemEr
 fn peak_amplitude(
     scene: &Scene,
     i: usize,
-    nbm: &Nbm,
+    system: &System,
     modes: &OpenModes,
 ) -> Result<f64, ProblemError> {
     let l = &scene.loads[i];
     let mode = l.mode.unwrap_or(1);
-    let (omega, shape) = modes.get(scene, &format!("load[{i}].mode"), mode, nbm)?;
-    let (alpha, beta) = nbm.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
-    let grazing = grazing_scale(nbm, &shape).ok_or_else(|| {
+    let (omega, shape) = modes.get(scene, &format!("load[{i}].mode"), mode, system)?;
+    let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    let grazing = grazing_scale(system, &shape).ok_or_else(|| {
         let message = format!("mode {mode} never reaches the obstacle");
         let help = "choose a mode that moves the contact edge, or give amplitude";
         scene.error(Issue::new(format!("load[{i}].peak"), message, help))
     })?;
-    if nbm.gap.iter().any(|g| *g <= 0.0) {
+    if system.gap.iter().any(|g| *g <= 0.0) {
         let help = "give amplitude, or a positive gap";
         let message = "counts in grazing amplitudes, and the gap is not positive everywhere";
         return Err(scene.error(Issue::new(format!("load[{i}].peak"), message, help)).into());
@@ -604,26 +605,26 @@ fn peak_amplitude(
 }
 
 /// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
-pub fn grazing_scale(nbm: &Nbm, shape: &[f64]) -> Option<f64> {
+pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
     let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let contact = shape[nbm.n_o()..].iter().zip(&nbm.gap);
+    let contact = shape[system.n_o()..].iter().zip(&system.gap);
     let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, g)| g / u);
     factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
 fn initial_state(
     scene: &Scene,
-    nbm: &Nbm,
+    system: &System,
     modes: &OpenModes,
     stored: Option<StoredState>,
 ) -> Result<State, ProblemError> {
     let s = &scene.initial;
-    let n_o = nbm.n_o();
-    let dofs = &nbm.body.dofs;
+    let n_o = system.n_o();
+    let dofs = &system.body.dofs;
     if let (Some(mode), Some(amplitude)) = (s.mode, s.amplitude) {
-        let (_, mut shape) = modes.get(scene, "initial.mode", mode, nbm)?;
+        let (_, mut shape) = modes.get(scene, "initial.mode", mode, system)?;
         // the leading contact displacement, or the leading displacement of a body without contact
-        let range = if nbm.n_contact() > 0 { n_o..nbm.n() } else { 0..nbm.n() };
+        let range = if system.n_contact() > 0 { n_o..system.n() } else { 0..system.n() };
         let lead = range.clone().max_by(|&a, &b| shape[a].abs().total_cmp(&shape[b].abs()));
         let lead = lead.unwrap_or(0);
         let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -634,21 +635,26 @@ fn initial_state(
             let help = "choose another mode, or give displacement = [\"…\"]";
             return Err(scene.error(Issue::new("initial.mode", message, help)).into());
         }
-        let unit = if nbm.n_contact() > 0 { nbm.gap[lead - n_o] } else { 1.0 };
+        let unit = if system.n_contact() > 0 { system.gap[lead - n_o] } else { 1.0 };
         let scale = amplitude * unit / shape[lead];
         shape.iter_mut().for_each(|x| *x *= scale);
-        check_penetration(scene, nbm, "initial.amplitude", &shape)?;
+        check_penetration(scene, system, "initial.amplitude", &shape)?;
         return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
     }
     if let Some((u, v)) = stored {
         let (u, v) = (dofs.gather(&u), dofs.gather(&v));
-        check_penetration(scene, nbm, "initial.file", &u)?;
+        check_penetration(scene, system, "initial.file", &u)?;
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
     let field = |key: &str, list: &Option<Vec<Field>>| -> Result<Vec<f64>, ProblemError> {
-        let Some(list) = list else { return Ok(vec![0.0; nbm.n()]) };
-        let nodal: Vec<f64> =
-            nbm.body.mesh.nodes.iter().flat_map(|&p| list.iter().map(move |f| f.at(p))).collect();
+        let Some(list) = list else { return Ok(vec![0.0; system.n()]) };
+        let nodal: Vec<f64> = system
+            .body
+            .mesh
+            .nodes
+            .iter()
+            .flat_map(|&p| list.iter().map(move |f| f.at(p)))
+            .collect();
         // squares must not overflow
         if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {
             let message = "is not finite, or beyond 1e60, at a node";
@@ -659,27 +665,33 @@ fn initial_state(
     let u = field("initial.displacement", &s.displacement)?;
     let v = field("initial.velocity", &s.velocity)?;
     if s.displacement.is_some() {
-        check_penetration(scene, nbm, "initial.displacement", &u)?;
+        check_penetration(scene, system, "initial.displacement", &u)?;
     }
     Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
 }
 
-fn check_penetration(scene: &Scene, nbm: &Nbm, key: &str, u: &[f64]) -> Result<(), ProblemError> {
-    let n_o = nbm.n_o();
-    let excess = |i: usize| u[n_o + i] - nbm.gap[i];
-    let Some(worst) = (0..nbm.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b))) else {
+fn check_penetration(
+    scene: &Scene,
+    system: &System,
+    key: &str,
+    u: &[f64],
+) -> Result<(), ProblemError> {
+    let n_o = system.n_o();
+    let excess = |i: usize| u[n_o + i] - system.gap[i];
+    let Some(worst) = (0..system.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))
+    else {
         return Ok(());
     };
-    let scale = u.iter().fold(nbm.length_unit(), |m, x| m.max(x.abs()));
+    let scale = u.iter().fold(system.length_unit(), |m, x| m.max(x.abs()));
     if excess(worst) <= 1e-9 * scale {
         return Ok(());
     }
-    let node = nbm.body.dofs.contact_nodes[worst];
+    let node = system.body.dofs.contact_nodes[worst];
     let place = match scene.body.kind {
         // the points of such a body count from 1, its displacements from 0
         BodyKind::Matrices => format!("displacement {}", node.saturating_sub(1)),
         _ => {
-            let [x, y] = nbm.body.mesh.nodes[node];
+            let [x, y] = system.body.mesh.nodes[node];
             format!("the node ({x}, {y})")
         }
     };

@@ -46,11 +46,11 @@ fn run<O: Observer>(
     let options =
         Options { until, samples: run.samples, switch_limit: run.switch_limit, verify_lcp };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
-    let mut flow = flow::by_name(run.integrator, &problem.nbm, tolerances);
-    let (nbm, flow) = (&problem.nbm, flow.as_mut());
+    let mut flow = flow::by_name(run.integrator, &problem.system, tolerances);
+    let (system, flow) = (&problem.system, flow.as_mut());
     Ok(match resumed {
-        None => event::run(nbm, &problem.initial, &options, flow, observer)?,
-        Some(resumed) => event::resume(nbm, resumed, &options, flow, observer)?,
+        None => event::run(system, &problem.initial, &options, flow, observer)?,
+        Some(resumed) => event::resume(system, resumed, &options, flow, observer)?,
     })
 }
 

@@ -67,10 +67,10 @@ fn compare(name: &str, scene: &Scene, integrator: Integrator, tolerance: f64) {
 fn modal_takes_every_damping_and_load() {
     let omega = {
         let problem = Problem::new(&plate(""), None).unwrap();
-        let nbm = &problem.nbm;
-        let open = signorini::contact::ActiveSet::open(nbm.n_contact());
-        let phase = signorini::contact::Phase::new(nbm, open).unwrap();
-        phase_modes(nbm, &phase, 2).unwrap().omega[1]
+        let system = &problem.system;
+        let open = signorini::contact::ActiveSet::open(system.n_contact());
+        let phase = signorini::contact::Phase::new(system, open).unwrap();
+        phase_modes(system, &phase, 2).unwrap().omega[1]
     };
     let damping = |rayleigh: &str| format!("[damping]\nrayleigh = {rayleigh}\n");
     let traction = "[[load]]\nkind = 'traction'\nedge = 'top'\namplitude = [0.02, -0.01]\n";

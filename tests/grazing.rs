@@ -6,7 +6,7 @@
 mod common;
 
 use common::{Collector, problem, random};
-use signorini::contact::{ActiveSet, Nbm, Phase};
+use signorini::contact::{ActiveSet, Phase, System};
 use signorini::event::{self, GrazingKind, Options};
 use signorini::flow::{Tolerances, by_name};
 use signorini::problem::State;
@@ -17,43 +17,44 @@ const PLATE: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2
     [contact]\nedge = 'right'\ngap = 1.0\n";
 
 /// A grazing state of node `i`, and the curvatures `s = ∇p_i·ü` in the free and in the contact phase.
-fn grazing_state(nbm: &Nbm, i: usize, seed: u64) -> (State, ActiveSet, [f64; 2]) {
-    let n = nbm.n_o();
+fn grazing_state(system: &System, i: usize, seed: u64) -> (State, ActiveSet, [f64; 2]) {
+    let n = system.n_o();
     let (mut u, mut v) = (random(n, 2 * seed), random(n, 2 * seed + 1));
-    let row: Vec<(usize, f64)> = nbm.n_o.row(i).collect();
+    let row: Vec<(usize, f64)> = system.n_o.row(i).collect();
     let norm: f64 = row.iter().map(|r| r.1 * r.1).sum();
     for _ in 0..3 {
-        let q = nbm.n_o.row_dot(i, &u) + nbm.n_c[(i, i)] * nbm.gap[i];
-        let rate = nbm.n_o.row_dot(i, &v);
+        let q = system.n_o.row_dot(i, &u) + system.n_c[(i, i)] * system.gap[i];
+        let rate = system.n_o.row_dot(i, &v);
         row.iter().for_each(|&(j, x)| {
             u[j] -= q * x / norm;
             v[j] -= rate * x / norm;
         });
     }
-    let set = ActiveSet::new(nbm.solve_lcp(&u, &ActiveSet::open(nbm.n_contact())).unwrap().active);
+    let set =
+        ActiveSet::new(system.solve_lcp(&u, &ActiveSet::open(system.n_contact())).unwrap().active);
     let curvature = [false, true].map(|active| {
-        let phase = Phase::new(nbm, set.with(i, active)).unwrap();
+        let phase = Phase::new(system, set.with(i, active)).unwrap();
         let mut a = vec![0.0; n];
-        phase.acceleration(nbm, 0.0, &u, &v, &mut nbm.scratch(), &mut a);
-        -nbm.n_o.row_dot(i, &a)
+        phase.acceleration(system, 0.0, &u, &v, &mut system.scratch(), &mut a);
+        -system.n_o.row_dot(i, &a)
     });
     (State { u, v }, set, curvature)
 }
 
-fn run(nbm: &Nbm, state: &State, until: f64) -> (event::Report, Collector) {
-    run_with(nbm, state, until, Integrator::Dop853)
+fn run(system: &System, state: &State, until: f64) -> (event::Report, Collector) {
+    run_with(system, state, until, Integrator::Dop853)
 }
 
 fn run_with(
-    nbm: &Nbm,
+    system: &System,
     state: &State,
     until: f64,
     integrator: Integrator,
 ) -> (event::Report, Collector) {
     let options = Options { until, samples: 200, switch_limit: 1e6, verify_lcp: false };
-    let mut flow = by_name(integrator, nbm, Tolerances { rtol: 1e-11, atol: 1e-13 });
+    let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-11, atol: 1e-13 });
     let mut collector = Collector::default();
-    let report = event::run(nbm, state, &options, flow.as_mut(), &mut collector).unwrap();
+    let report = event::run(system, state, &options, flow.as_mut(), &mut collector).unwrap();
     assert!(report.outcome.is_complete(), "{}", report.outcome);
     assert_eq!(report.missed, 0);
     (report, collector)
@@ -62,12 +63,12 @@ fn run_with(
 #[test]
 fn accelerations_decide_where_velocities_cannot() {
     let problem = problem(PLATE);
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     let mut counts = [0; 4];
     for seed in 0..600 {
-        let i = seed as usize % nbm.n_contact();
-        let (state, start, [free, contact]) = grazing_state(nbm, i, seed);
-        let (report, states) = run(nbm, &state, 1e-3);
+        let i = seed as usize % system.n_contact();
+        let (state, start, [free, contact]) = grazing_state(system, i, seed);
+        let (report, states) = run(system, &state, 1e-3);
         let first = &states.active[0];
         let kinds: Vec<GrazingKind> = report
             .grazings
@@ -107,32 +108,33 @@ fn accelerations_decide_where_velocities_cannot() {
 #[test]
 fn a_held_node_follows_the_limit_of_chattering_neighbours() {
     let problem = problem(PLATE);
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     let mut tested = 0;
     for seed in 0..2000 {
-        let i = seed as usize % nbm.n_contact();
-        let (state, _, [free, contact]) = grazing_state(nbm, i, seed);
+        let i = seed as usize % system.n_contact();
+        let (state, _, [free, contact]) = grazing_state(system, i, seed);
         // a firm attraction from both sides holds long enough to be watched
         if !(free > 3.0 && contact < -3.0) {
             continue;
         }
         let until = 0.02;
-        let (report, held) = run(nbm, &state, until);
+        let (report, held) = run(system, &state, until);
         assert_eq!(report.grazings[0].kind, GrazingKind::Held);
         if report.phases > 1 {
             continue; // left the surface, or another node switched, too soon to compare
         }
         for (u, p) in held.u.iter().zip(&held.pressure) {
-            let rest = nbm.n_o.row_dot(i, &u[..nbm.n_o()]) + nbm.n_c[(i, i)] * nbm.gap[i];
+            let rest =
+                system.n_o.row_dot(i, &u[..system.n_o()]) + system.n_c[(i, i)] * system.gap[i];
             assert!(rest.abs() < 1e-11 && p[i] == 0.0, "{rest}");
         }
-        let row: Vec<(usize, f64)> = nbm.n_o.row(i).collect();
+        let row: Vec<(usize, f64)> = system.n_o.row(i).collect();
         let norm: f64 = row.iter().map(|r| r.1 * r.1).sum();
         let mut distances = vec![];
         for epsilon in [1e-5, 1e-6] {
             let mut beside = state.clone();
             row.iter().for_each(|&(j, x)| beside.u[j] += epsilon * x / norm);
-            let (chattering, _) = run(nbm, &beside, until);
+            let (chattering, _) = run(system, &beside, until);
             assert!(chattering.switches.len() > 2, "it must cross the surface more than once");
             let d = |a: &[f64], b: &[f64]| {
                 a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
@@ -153,18 +155,18 @@ fn a_held_node_follows_the_limit_of_chattering_neighbours() {
 #[test]
 fn exact_flows_pass_through_held_phases() {
     let problem = problem(PLATE);
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     let mut left = 0;
     for seed in 0..2000 {
-        let i = seed as usize % nbm.n_contact();
-        let (state, _, [free, contact]) = grazing_state(nbm, i, seed);
+        let i = seed as usize % system.n_contact();
+        let (state, _, [free, contact]) = grazing_state(system, i, seed);
         if !(free > 0.5 && contact < -0.5) {
             continue;
         }
         let until = 0.3;
-        let (stepped, _) = run(nbm, &state, until);
+        let (stepped, _) = run(system, &state, until);
         for integrator in [Integrator::Modal, Integrator::Chebyshev, Integrator::Auto] {
-            let (exact, _) = run_with(nbm, &state, until, integrator);
+            let (exact, _) = run_with(system, &state, until, integrator);
             assert_eq!(exact.switches.len(), stepped.switches.len(), "seed {seed}");
             assert!(exact.uncertified_phases >= 1 && !exact.is_certified());
             let e = common::relative(&exact.last.u, &stepped.last.u);
@@ -180,7 +182,7 @@ fn exact_flows_pass_through_held_phases() {
 fn rest_on_the_surface_stays_at_rest() {
     let text = PLATE.replace("gap = 1.0", "gap = 0.0");
     let problem = problem(&text);
-    let (report, _) = run(&problem.nbm, &problem.initial, 5.0);
+    let (report, _) = run(&problem.system, &problem.initial, 5.0);
     assert_eq!((report.switches.len(), report.phases), (0, 1));
     assert!(report.last.u.iter().chain(&report.last.v).all(|&x| x == 0.0));
 }
@@ -192,7 +194,7 @@ fn the_velocity_decides_the_first_active_set() {
         let text = PLATE.replace("gap = 1.0", "gap = 0.0");
         let text = format!("{text}[initial]\nvelocity = ['{velocity}', '0']\n");
         let problem = problem(&text);
-        let (_, states) = run(&problem.nbm, &problem.initial, 1e-3);
+        let (_, states) = run(&problem.system, &problem.initial, 1e-3);
         assert!(states.active[0].flags().iter().all(|&a| a == active), "{velocity}");
     }
 }

@@ -13,13 +13,13 @@ use signorini::orbit::{Closure, Propagator, branch};
 use signorini::problem::Problem;
 
 fn half_plate(form: Form) -> Reduction {
-    Reduction::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().nbm, form)
+    Reduction::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().system, form)
         .unwrap()
 }
 
 fn forced(form: Form, omega: f64) -> Reduction {
-    let nbm = Problem::new(&shipped("half-plate-response.toml"), None).unwrap().nbm;
-    let mut r = Reduction::new(nbm, form).unwrap();
+    let system = Problem::new(&shipped("half-plate-response.toml"), None).unwrap().system;
+    let mut r = Reduction::new(system, form).unwrap();
     r.set_frequency(omega);
     r
 }
@@ -159,7 +159,7 @@ fn energies_of_the_table() {
 fn thirty_one_harmonics_beside_true_orbits() {
     let r = half_plate(Form::Acceleration);
     let mut body =
-        Propagator::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().nbm)
+        Propagator::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().system)
             .unwrap();
     let starts = branch::starts(&body, 4.0, 16);
     for (omega, of_orbit, of_series) in [(1.80, 1.04367, 1.03947), (2.00, 7.16476, 7.16212)] {
@@ -209,8 +209,8 @@ fn newton_comes_back_from_two_per_cent() {
 #[test]
 fn a_forced_response_converges_to_the_orbit() {
     let omega = 1.62;
-    let nbm = Problem::new(&shipped("half-plate-response.toml"), None).unwrap().nbm;
-    let mut body = Propagator::new(nbm).unwrap();
+    let system = Problem::new(&shipped("half-plate-response.toml"), None).unwrap().system;
+    let mut body = Propagator::new(system).unwrap();
     let mut distances = vec![];
     for form in [Form::Force, Form::Acceleration] {
         let mut last = f64::INFINITY;
@@ -239,7 +239,7 @@ fn a_forced_response_converges_to_the_orbit() {
 #[test]
 fn crosscheck_knows_true_motions() {
     let scene = shipped("half-plate-orbit.toml");
-    let mut body = Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap();
+    let mut body = Propagator::new(Problem::new(&scene, None).unwrap().system).unwrap();
     let guess = branch::mode_guess(&body, 1, -1.1).unwrap();
     let verdict = find(&mut body, Closure::Reversible, &guess, 1.8, &Effort::default()).unwrap();
     let orbit = verdict.orbit().unwrap().clone();

@@ -12,8 +12,8 @@ use signorini::simulate::simulate;
 fn run_from(problem: &Problem, state: &State, until: f64, rtol: f64) -> Report {
     let options = Options { until, samples: 5, switch_limit: 40.0, verify_lcp: false };
     let mut flow =
-        by_name(Integrator::Dop853, &problem.nbm, Tolerances { rtol, atol: 1e-3 * rtol });
-    let report = event::run(&problem.nbm, state, &options, flow.as_mut(), &mut Silent).unwrap();
+        by_name(Integrator::Dop853, &problem.system, Tolerances { rtol, atol: 1e-3 * rtol });
+    let report = event::run(&problem.system, state, &options, flow.as_mut(), &mut Silent).unwrap();
     assert!(report.outcome.is_complete() && report.missed == 0);
     report
 }
@@ -104,14 +104,14 @@ fn half_a_plate_on_rollers_is_the_whole_plate() {
     let a = run_from(&whole, &whole.initial, 3.0, 1e-11);
     let b = run_from(&half, &half.initial, 3.0, 1e-11);
     let full = |p: &Problem, r: &Report| {
-        let mut u = vec![0.0; p.nbm.n()];
-        u[..p.nbm.n_o()].copy_from_slice(&r.last.u);
-        p.nbm.body.dofs.scatter(&u)
+        let mut u = vec![0.0; p.system.n()];
+        u[..p.system.n_o()].copy_from_slice(&r.last.u);
+        p.system.body.dofs.scatter(&u)
     };
     let (u, w) = (full(&whole, &a), full(&half, &b));
-    let contact = |p: &Problem, n: usize| p.nbm.body.dofs.contact_nodes.contains(&n);
-    for (n, p) in half.nbm.body.mesh.nodes.iter().enumerate() {
-        let m = whole.nbm.body.mesh.nearest_node([p[0], p[1] + 0.25]);
+    let contact = |p: &Problem, n: usize| p.system.body.dofs.contact_nodes.contains(&n);
+    for (n, p) in half.system.body.mesh.nodes.iter().enumerate() {
+        let m = whole.system.body.mesh.nearest_node([p[0], p[1] + 0.25]);
         if !contact(&half, n) {
             let d = (u[2 * m] - w[2 * n]).abs().max((u[2 * m + 1] - w[2 * n + 1]).abs());
             assert!(d < 1e-8, "{p:?}: {d:e}");

@@ -19,13 +19,13 @@ use signorini::store::PointRecord;
 
 fn half_plate() -> Propagator {
     let scene = shipped("half-plate-orbit.toml");
-    Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap()
+    Propagator::new(Problem::new(&scene, None).unwrap().system).unwrap()
 }
 
 fn forced(ratio: f64) -> Propagator {
     let mut scene = shipped("half-plate-response.toml");
     scene.damping.as_mut().unwrap().ratio = Some(ratio);
-    Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap()
+    Propagator::new(Problem::new(&scene, None).unwrap().system).unwrap()
 }
 
 fn orbit_at(body: &mut Propagator, amplitude: f64, omega: f64) -> Orbit {
@@ -42,7 +42,7 @@ fn derivative_of_the_period_map() {
         (half_plate(), Closure::Autonomous, 3.4),
         (forced(0.02), Closure::Forced, 3.7),
     ] {
-        body.nbm.loads.set_frequency(TAU / period);
+        body.system.loads.set_frequency(TAU / period);
         let n = body.n();
         let mut z = mode_guess(&body, 1, -1.3).unwrap();
         z.resize(closure.unknowns(n), 0.0);
@@ -237,7 +237,7 @@ fn a_continuation_goes_on_to_the_identical_branch() {
 #[test]
 fn stability_of_forced_orbits_is_what_perturbed_states_do() {
     let mut body = forced(0.02);
-    body.nbm.loads.set_frequency(1.4);
+    body.system.loads.set_frequency(1.4);
     let z = body.linear_response();
     let verdict = find(&mut body, Closure::Forced, &z, 1.4, &Effort::default()).unwrap();
     let orbit = verdict.orbit().unwrap().clone();
@@ -259,7 +259,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border")).step_by(22)
     {
         let Some(orbit) = &p.orbit else { continue };
-        body.nbm.loads.set_frequency(p.omega);
+        body.system.loads.set_frequency(p.omega);
         let x = &p.place.as_ref().unwrap().x;
         let z = &x[..2 * body.n()];
         let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
@@ -298,7 +298,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
 #[test]
 fn energy_of_the_oscillator_at_a_period() {
     let scene = shipped("oscillator.toml");
-    let mut body = Propagator::new(Problem::new(&scene, None).unwrap().nbm).unwrap();
+    let mut body = Propagator::new(Problem::new(&scene, None).unwrap().system).unwrap();
     let (g, a) = (0.5f64, 1.7f64);
     let (wf, wc) = (0.75f64.sqrt(), 3f64.sqrt());
     let t1 = (-g / a).acos() / wf;
@@ -320,7 +320,7 @@ fn failures_are_verdicts() {
     assert!(matches!(verdict, Verdict::NoContact { .. } | Verdict::NotFound { .. }), "{verdict}");
     let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [3]\nyoung = 1.0\ndensity = 1.0\n\
                 [[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 1.0\n";
-    let mut bar = Propagator::new(problem(text).nbm).unwrap();
+    let mut bar = Propagator::new(problem(text).system).unwrap();
     let guess = mode_guess(&bar, 1, -8.0).unwrap();
     let verdict = find(&mut bar, Closure::Reversible, &guess, 0.2, &Effort::default()).unwrap();
     // far above grazing and far below the first frequency there is an orbit all the same
@@ -347,7 +347,7 @@ fn tangent_products_are_the_dense_derivative() {
     let (_, tangent) = half_period(&body, &z, 0.5 * period).unwrap();
     let d = random(n, 8);
     let exact = &j * Mat::from_fn(n, 1, |i, _| d[i]);
-    let product = tangent.product(&d, &mut body.nbm.scratch());
+    let product = tangent.product(&d, &mut body.system.scratch());
     let scale = (0..n).map(|i| exact[(i, 0)].abs()).fold(0.0, f64::max);
     let worst = (0..n).map(|i| (product[i] - exact[(i, 0)]).abs()).fold(0.0, f64::max) / scale;
     let (step, products) = tangent.step(&r, 1e-10, n);

@@ -35,13 +35,13 @@ proptest! {
             kind(mass), kind(lumped),
         );
         let problem = problem(&text);
-        let nbm = &problem.nbm;
+        let system = &problem.system;
         // a mixture of the lowest modes, large enough to hit the obstacle
-        let phase = signorini::contact::Phase::new(nbm, ActiveSet::open(nbm.n_contact())).unwrap();
-        let count = 6.min(nbm.n_o());
-        let modes = phase_modes(nbm, &phase, count).unwrap();
+        let phase = signorini::contact::Phase::new(system, ActiveSet::open(system.n_contact())).unwrap();
+        let count = 6.min(system.n_o());
+        let modes = phase_modes(system, &phase, count).unwrap();
         let weights = random(2 * count, u64::from(seed));
-        let mut state = State { u: vec![0.0; nbm.n_o()], v: vec![0.0; nbm.n_o()] };
+        let mut state = State { u: vec![0.0; system.n_o()], v: vec![0.0; system.n_o()] };
         for (k, shape) in modes.shapes.iter().enumerate() {
             for (j, x) in shape.iter().enumerate() {
                 state.u[j] += weights[k] * x / (1.0 + k as f64);
@@ -50,22 +50,22 @@ proptest! {
         }
         let integrator = if five { Integrator::Dopri5 } else { Integrator::Dop853 };
         let options = Options { until: 6.0, samples: 3000, switch_limit: 40.0, verify_lcp: false };
-        let mut flow = by_name(integrator, nbm, Tolerances { rtol: 1e-7, atol: 1e-10 });
+        let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-7, atol: 1e-10 });
         let mut states = Collector::default();
-        let report = event::run(nbm, &state, &options, flow.as_mut(), &mut states).unwrap();
+        let report = event::run(system, &state, &options, flow.as_mut(), &mut states).unwrap();
         prop_assert!(report.outcome.is_complete(), "{}", report.outcome);
         prop_assert_eq!(report.missed, 0);
-        let n_o = nbm.n_o();
+        let n_o = system.n_o();
         let size = states.u.iter().flatten().fold(1.0f64, |m, x| m.max(x.abs()));
-        let mut set = ActiveSet::open(nbm.n_contact());
+        let mut set = ActiveSet::open(system.n_contact());
         for (u, p) in states.u.iter().zip(&states.pressure) {
             // the stored state is *the* solution of the complementarity problem at its u_O
-            let solution = nbm.solve_lcp(&u[..n_o], &set).unwrap();
-            for i in 0..nbm.n_contact() {
-                let w = nbm.gap[i] - u[n_o + i];
+            let solution = system.solve_lcp(&u[..n_o], &set).unwrap();
+            for i in 0..system.n_contact() {
+                let w = system.gap[i] - u[n_o + i];
                 prop_assert!(w >= -1e-13 * size, "penetration {}", w);
                 prop_assert!((w - solution.w[i]).abs() < 1e-12 * size, "{} {}", w, solution.w[i]);
-                prop_assert!((p[i] - solution.p[i]).abs() < 1e-11 * size * nbm.n_c[(i, i)]);
+                prop_assert!((p[i] - solution.p[i]).abs() < 1e-11 * size * system.n_c[(i, i)]);
             }
             set = ActiveSet::new(solution.active);
         }

@@ -14,9 +14,10 @@ const NAMES: [&str; 3] = ["half-plate-10x3", "half-plate-10x3-lumped-boundary", 
 fn run(r: &Reference, integrator: Integrator, rtol: f64) -> Report {
     let options = Options { until: r.until, samples: 10, switch_limit: 40.0, verify_lcp: true };
     let tolerances = Tolerances { rtol, atol: 1e-3 * rtol };
-    let mut flow = by_name(integrator, &r.problem.nbm, tolerances);
+    let mut flow = by_name(integrator, &r.problem.system, tolerances);
     let initial = &r.problem.initial;
-    let report = event::run(&r.problem.nbm, initial, &options, flow.as_mut(), &mut Silent).unwrap();
+    let report =
+        event::run(&r.problem.system, initial, &options, flow.as_mut(), &mut Silent).unwrap();
     assert!(report.outcome.is_complete());
     assert_eq!(report.missed, 0);
     report
@@ -24,7 +25,7 @@ fn run(r: &Reference, integrator: Integrator, rtol: f64) -> Report {
 
 /// Relative error of the final state `(u_O, v_O)`, velocities over the first axial frequency.
 fn error(r: &Reference, report: &Report) -> f64 {
-    let n_o = r.problem.nbm.n_o();
+    let n_o = r.problem.system.n_o();
     let omega = r.omega_open[0];
     let state = |u: &[f64], v: &[f64]| -> Vec<f64> {
         u.iter().copied().chain(v.iter().map(|v| v / omega)).collect()
@@ -50,7 +51,7 @@ fn dop853_meets_the_reference_solutions() {
                 let s = found.next().unwrap();
                 assert!((s.t - expected.t).abs() < 1e-9, "{name}: {} {}", s.t, expected.t);
                 assert_eq!(s.kind.name(), expected.kind);
-                heights.push(r.problem.nbm.body.mesh.nodes[s.node][1]);
+                heights.push(r.problem.system.body.mesh.nodes[s.node][1]);
                 jump += s.energy_jump;
             }
             heights.sort_by(f64::total_cmp);
@@ -83,13 +84,13 @@ fn errors_fall_with_the_tolerance_for_both_methods() {
 fn frequencies_of_the_open_and_the_closed_body() {
     for name in NAMES {
         let r = reference_problem(name);
-        let nbm = &r.problem.nbm;
-        let n_c = nbm.n_contact();
+        let system = &r.problem.system;
+        let n_c = system.n_contact();
         for (set, expected) in
             [(ActiveSet::open(n_c), &r.omega_open), (ActiveSet::closed(n_c), &r.omega_closed)]
         {
-            let phase = Phase::new(nbm, set).unwrap();
-            let modes = phase_modes(nbm, &phase, expected.len()).unwrap();
+            let phase = Phase::new(system, set).unwrap();
+            let modes = phase_modes(system, &phase, expected.len()).unwrap();
             for (a, b) in modes.omega.iter().zip(expected) {
                 assert!((a / b - 1.0).abs() < 1e-11, "{name}: {a} {b}");
             }

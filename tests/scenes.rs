@@ -84,7 +84,7 @@ fn exact_flows_agree_on_the_shipped_scenes() {
             report
         };
         let (a, b) = (run(Integrator::Modal), run(Integrator::Chebyshev));
-        let omega = problem.nbm.body.frequency_unit();
+        let omega = problem.system.body.frequency_unit();
         let state = |r: &Report| -> Vec<f64> {
             r.last.u.iter().copied().chain(r.last.v.iter().map(|v| v / omega)).collect()
         };

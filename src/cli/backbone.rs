@@ -156,7 +156,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let asked = family::Asked {
         path: &path,
         scene: &scene,
-        nbm: &problem.nbm,
+        system: &problem.system,
         plan: FamilyPlan {
             identity: FamilyKind {
                 method: arguments.balance.method(),
@@ -168,7 +168,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
         },
         points: arguments.points,
-        unknowns: (!hbm).then(|| closure.unknowns(problem.nbm.n_o())),
+        unknowns: (!hbm).then(|| closure.unknowns(problem.system.n_o())),
         options,
     };
     let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {
@@ -182,7 +182,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             let walk = writer.plan().identity.walk;
             let jobs = jobs(arguments, &scene, (walk, range), &harmonics, &known);
             let bar = Bar::new(global, &scene);
-            let result = family::run_jobs(&jobs, *writer, &problem.nbm, range, bar.as_ref());
+            let result = family::run_jobs(&jobs, *writer, &problem.system, range, bar.as_ref());
             if let Some(bar) = &bar {
                 bar.clear();
             }
@@ -351,7 +351,7 @@ fn sequence(
     let problem = load::of_scene(scene)?;
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
-    let mut body = family::propagator(problem.nbm)?;
+    let mut body = family::propagator(problem.system)?;
     let first = family::guesses(scene, &initial, &body, closure);
     let earlier = known.branch(0);
     let mut interrupted = false;
@@ -391,7 +391,7 @@ fn arclength(
     let problem = load::of_scene(scene)?;
     let closure = family::closure(scene, &problem)?;
     let initial = problem.initial.clone();
-    let mut body = family::propagator(problem.nbm)?;
+    let mut body = family::propagator(problem.system)?;
     let start = |body: &mut Propagator| {
         for guess in family::guesses(scene, &initial, body, closure) {
             let verdict =

@@ -99,12 +99,12 @@ impl Arguments {
         Ok(Settings { quadrature, ..Settings::default() })
     }
 
-    fn reduction(&self, nbm: signorini::contact::Nbm) -> Result<Reduction, CliError> {
+    fn reduction(&self, system: signorini::contact::System) -> Result<Reduction, CliError> {
         let form = match self.form {
             FormName::Force => Form::Force,
             FormName::Acceleration => Form::Acceleration,
         };
-        Reduction::new(nbm, form).map_err(numerics)
+        Reduction::new(system, form).map_err(numerics)
     }
 
     /// How a point is computed, for the file.
@@ -138,12 +138,12 @@ fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
 }
 
 fn orbit_record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, CliError> {
-    let nbm = &reduction.nbm;
+    let system = &reduction.system;
     let summary = Summary::new(reduction, s).map_err(numerics)?;
     let (q, dq) = s.q.at(0.0);
     let state = reduction.state(&q, &dq, s.omega);
-    let (u0, v0) = state.full(nbm).map_err(|e| CliError::Numerics(e.to_string()))?;
-    let node = |c: usize| nbm.body.dofs.contact_nodes[c];
+    let (u0, v0) = state.full(system).map_err(|e| CliError::Numerics(e.to_string()))?;
+    let node = |c: usize| system.body.dofs.contact_nodes[c];
     Ok(OrbitRecord {
         period: Reduction::period(s.omega),
         energy: summary.energy,
@@ -256,10 +256,10 @@ pub fn sequence(
     let harmonics = arguments.list(scene)?;
     let settings = arguments.settings()?;
     let mut shooter = match arguments.shoot {
-        true => Some(family::propagator(load::of_scene(scene)?.nbm)?),
+        true => Some(family::propagator(load::of_scene(scene)?.system)?),
         false => None,
     };
-    let mut reduction = arguments.reduction(problem.nbm)?;
+    let mut reduction = arguments.reduction(problem.system)?;
     let mut failure = None;
     let mut interrupted = false;
     let legs = Legs::new(grid, range, downwards, known);
@@ -353,10 +353,10 @@ pub fn arclength(
 ) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
     let mut shooter = match arguments.shoot {
-        true => Some(family::propagator(load::of_scene(scene)?.nbm)?),
+        true => Some(family::propagator(load::of_scene(scene)?.system)?),
         false => None,
     };
-    let mut reduction = arguments.reduction(problem.nbm)?;
+    let mut reduction = arguments.reduction(problem.system)?;
     if reduction.is_free() {
         let message = "harmonic balance by arclength has the interface as its unknowns, which does not hold a body that can move rigidly: leave \
                        --follow arclength out, or shoot";

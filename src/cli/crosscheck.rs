@@ -9,7 +9,7 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
-use signorini::contact::Nbm;
+use signorini::contact::System;
 use signorini::orbit::check::{Candidate, check};
 use signorini::orbit::search::{Effort, Verdict};
 use signorini::orbit::{Closure, branch};
@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         Closure::Autonomous => Closure::Reversible,
         other => other,
     };
-    let series = read(arguments, problem.nbm.n_o())?;
+    let series = read(arguments, problem.system.n_o())?;
     let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
     if own.is_some_and(|f| f.scene != scene.source.text) {
         eprintln!(
@@ -80,8 +80,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if series.is_empty() {
         return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
     }
-    let gaps = problem.nbm.gap.iter().map(|g| g.abs());
-    let unit = problem.nbm.body.mesh.size().into_iter().chain(gaps).fold(0.0, f64::max);
+    let gaps = problem.system.gap.iter().map(|g| g.abs());
+    let unit = problem.system.body.mesh.size().into_iter().chain(gaps).fold(0.0, f64::max);
     for (k, s) in series.iter().enumerate() {
         let largest = s.coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));
         if largest > LARGEST * unit {
@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let asked = family::Asked {
         path: &path,
         scene: &scene,
-        nbm: &problem.nbm,
+        system: &problem.system,
         plan: FamilyPlan {
             identity: FamilyKind {
                 method: PointMethod::Check { quick: arguments.quick },
@@ -134,7 +134,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 arguments,
                 &scene,
                 (closure, &series, &left),
-                (*writer, &problem.nbm),
+                (*writer, &problem.system),
                 branch,
                 bar.as_ref(),
             );
@@ -179,7 +179,7 @@ fn check_all(
     arguments: &Arguments,
     scene: &Scene,
     (closure, series, left): (Closure, &[SeriesRecord], &[usize]),
-    (mut writer, nbm): (FamilyWriter, &Nbm),
+    (mut writer, system): (FamilyWriter, &System),
     branch: impl Fn(usize) -> usize,
     bar: Option<&Bar>,
 ) -> Result<(), CliError> {
@@ -189,7 +189,7 @@ fn check_all(
         for thread in 0..threads {
             let sender = sender.clone();
             scope.spawn(move || {
-                let body = load::of_scene(scene).and_then(|p| family::propagator(p.nbm));
+                let body = load::of_scene(scene).and_then(|p| family::propagator(p.system));
                 let mut body = match body {
                     Ok(body) => body,
                     Err(e) => {
@@ -210,7 +210,7 @@ fn check_all(
         for (count, result) in receiver.iter().enumerate() {
             let (k, point) = result?;
             let (index, branch) = (k as i64, branch(series[k].n_h));
-            writer.push(&PointRecord { index, branch, ..point }, nbm)?;
+            writer.push(&PointRecord { index, branch, ..point }, system)?;
             if let Some(bar) = bar {
                 let share = (count + 1) as f64 / left.len() as f64;
                 bar.set(share, format!("{} of {} points", count + 1, left.len()));
@@ -222,19 +222,19 @@ fn check_all(
     let path = writer.path().to_owned();
     if let Err(e) = checked {
         // the reason of the failure matters more than a failure to record it
-        let _ = writer.finish(&format!("failed: {}", e.text()), &[], nbm);
+        let _ = writer.finish(&format!("failed: {}", e.text()), &[], system);
         return Err(e);
     }
     if let Some(signal) = interrupt::signal() {
         let count = writer.count();
-        writer.finish("interrupted", &[], nbm)?;
+        writer.finish("interrupted", &[], system)?;
         let text = format!(
             "interrupted; {count} points are in {}: go on with the same command and --resume",
             path.display()
         );
         return Err(CliError::Interrupted(signal, text));
     }
-    Ok(writer.finish("complete", &[], nbm)?)
+    Ok(writer.finish("complete", &[], system)?)
 }
 
 /// All numbers of the series, as one.

@@ -8,7 +8,7 @@ use std::sync::mpsc;
 use clap::Args;
 use rayon::prelude::*;
 
-use signorini::contact::Nbm;
+use signorini::contact::System;
 use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::branch::{self, Start};
 use signorini::orbit::{Closure, Propagator};
@@ -93,7 +93,7 @@ const HIGHEST: f64 = 10.0;
 
 /// Refuse a frequency at which one period would take for ever, or that is far above all that the body can do.
 pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
-    let body = &problem.nbm.body;
+    let body = &problem.system.body;
     let (unit, bound) = (body.frequency_unit(), body.frequency_bound());
     if unit / omega > MOST_NATURAL_PERIODS {
         return Err(CliError::Input(format!(
@@ -116,18 +116,18 @@ pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
 
 /// How periodic motions of a scene close.
 pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, CliError> {
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     let fail = |key: &str, message: &str, help: &str| {
         Err(scene.error(Issue::new(key, message, help)).into())
     };
-    if nbm.n_contact() == 0 {
+    if system.n_contact() == 0 {
         return fail(
             "contact",
             "is missing: orbits are those of a body in contact",
             "add [contact]",
         );
     }
-    let mut frequencies = nbm.loads.harmonics.iter().map(|h| h.omega);
+    let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {
             return fail(
@@ -138,7 +138,7 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, CliError> {
         }
         return Ok(Closure::Forced);
     }
-    if nbm.damping.is_some() {
+    if system.damping.is_some() {
         return fail(
             "damping",
             "without a harmonic load a damped body has no periodic motion but rest",
@@ -218,8 +218,8 @@ pub fn guesses(
 }
 
 /// A body ready for shooting.
-pub fn propagator(nbm: Nbm) -> Result<Propagator, CliError> {
-    Propagator::new(nbm).map_err(|e| CliError::Numerics(e.to_string()))
+pub fn propagator(system: System) -> Result<Propagator, CliError> {
+    Propagator::new(system).map_err(|e| CliError::Numerics(e.to_string()))
 }
 
 /// A branch to compute: it hands its points on.
@@ -244,7 +244,7 @@ pub struct Asked<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Operators.
-    pub nbm: &'a Nbm,
+    pub system: &'a System,
     /// Its kind, range and branches.
     pub plan: FamilyPlan,
     /// Most points of a branch that is followed by arclength.
@@ -299,7 +299,7 @@ pub enum Opened {
 /// Open the file of a family: a new one, or one to go on with (`resume`). What is there must be of the same scene and kind, and its
 /// range must lie within the one that is asked for.
 pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
-    let Asked { path, scene, nbm, plan, options, .. } = asked;
+    let Asked { path, scene, system, plan, options, .. } = asked;
     if !resume && StoredFamily::is_unfinished(path) && !options.outputs.is_forced() {
         return Err(CliError::Input(format!(
             "{} was begun by an earlier run that did not end: go on with --resume, or start anew with --force",
@@ -307,7 +307,7 @@ pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
         )));
     }
     if !resume || !StoredFamily::is_begun(path) {
-        let writer = FamilyWriter::create(path, scene, nbm, options, plan)?;
+        let writer = FamilyWriter::create(path, scene, system, options, plan)?;
         return Ok(Opened::Writing(Box::new(writer), Known::default()));
     }
     // an input, or a file of someone else, is no family to go on with
@@ -317,7 +317,7 @@ pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
         eprintln!("signorini: WARNING: {text}");
     }
     let plan = continued(asked, &stored)?;
-    if let Some(what) = stored.misfit(nbm, asked.unknowns) {
+    if let Some(what) = stored.misfit(system, asked.unknowns) {
         return Err(CliError::Input(format!("{}: {what}", path.display())));
     }
     let whole = stored.status == "complete" && stored.range == plan.range;
@@ -328,7 +328,7 @@ pub fn open(asked: &Asked, resume: bool) -> Result<Opened, CliError> {
     if whole && known.len() == count && nothing_left(asked, &plan, &known) {
         return Ok(Opened::Whole(Box::new(StoredFamily::read(path)?)));
     }
-    let writer = FamilyWriter::resume(path, scene, nbm, options, &plan, &known.points)?;
+    let writer = FamilyWriter::resume(path, scene, system, options, &plan, &known.points)?;
     Ok(Opened::Writing(Box::new(writer), known))
 }
 
@@ -489,7 +489,7 @@ impl Legs {
 pub fn run_jobs(
     jobs: &[Job],
     writer: FamilyWriter,
-    nbm: &Nbm,
+    system: &System,
     (low, high): (f64, f64),
     bar: Option<&Bar>,
 ) -> Result<Vec<BranchEnd>, CliError> {
@@ -517,7 +517,7 @@ pub fn run_jobs(
         let mut progress = vec![0.0f64; jobs.len()];
         let mut count = 0;
         for point in &receiver {
-            if let Err(e) = writer.push(&point, nbm) {
+            if let Err(e) = writer.push(&point, system) {
                 failure = Some(e);
                 break;
             }
@@ -551,7 +551,7 @@ pub fn run_jobs(
     match (ends, interrupt::signal()) {
         (Ok(ends), Some(signal)) => {
             let count = writer.count();
-            writer.finish("interrupted", &ends, nbm)?;
+            writer.finish("interrupted", &ends, system)?;
             let text = format!(
                 "interrupted; {count} points are in {}: go on with the same command and --resume",
                 path.display()
@@ -559,12 +559,12 @@ pub fn run_jobs(
             Err(CliError::Interrupted(signal, text))
         }
         (Ok(ends), None) => {
-            writer.finish("complete", &ends, nbm)?;
+            writer.finish("complete", &ends, system)?;
             Ok(ends)
         }
         (Err(e), _) => {
             // the reason of the failure matters more than a failure to record it
-            let _ = writer.finish(&format!("failed: {}", e.text()), &[], nbm);
+            let _ = writer.finish(&format!("failed: {}", e.text()), &[], system);
             Err(e)
         }
     }

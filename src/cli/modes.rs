@@ -26,21 +26,21 @@ pub struct Arguments {
 /// Natural frequencies of the open and of the closed phase.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let (scene, problem) = load::problem(&arguments.scene)?;
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     let count = arguments.count as usize;
     let modes = |set: ActiveSet| {
-        let phase = Phase::new(nbm, set).map_err(|e| CliError::Numerics(e.to_string()))?;
-        phase_modes(nbm, &phase, count).map_err(|e| CliError::Numerics(e.to_string()))
+        let phase = Phase::new(system, set).map_err(|e| CliError::Numerics(e.to_string()))?;
+        phase_modes(system, &phase, count).map_err(|e| CliError::Numerics(e.to_string()))
     };
-    let open = modes(ActiveSet::open(nbm.n_contact()))?;
-    let closed = match nbm.n_contact() {
+    let open = modes(ActiveSet::open(system.n_contact()))?;
+    let closed = match system.n_contact() {
         0 => None,
         n => Some(modes(ActiveSet::closed(n))?),
     };
     global.print(
         || {
             let object = |m: &signorini::fem::Modes| json!({"omega": m.omega, "shapes": m.shapes});
-            json!({"title": scene.title, "n_o": nbm.n_o(), "open": object(&open), "closed": closed.as_ref().map(object)})
+            json!({"title": scene.title, "n_o": system.n_o(), "open": object(&open), "closed": closed.as_ref().map(object)})
         },
         || {
             let mut text = format!("{}\n  mode        open body: omega         period        closed body: omega         period\n", scene.title);

@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let mut problem = load::of_scene(&scene)?;
     let mut near_period = None;
     if let Some(file) = &arguments.near_return {
-        let (period, state) = near_return(file, &scene, &problem.nbm)?;
+        let (period, state) = near_return(file, &scene, &problem.system)?;
         near_period = Some(period);
         problem.initial = state;
     }
@@ -94,8 +94,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let omega = family::omega(&scene, arguments.omega, period)?;
     family::check_frequency(&problem, omega)?;
     let initial = problem.initial.clone();
-    let mut body = family::propagator(problem.nbm)?;
-    body.nbm.loads.set_frequency(omega);
+    let mut body = family::propagator(problem.system)?;
+    body.system.loads.set_frequency(omega);
     if arguments.all {
         let own = family::guesses(&scene, &initial, &body, closure);
         return all(arguments, global, &scene, &mut body, (closure, omega), own, start);
@@ -282,9 +282,9 @@ fn write(
     body: &Propagator,
     orbit: &Orbit,
 ) -> Result<(), CliError> {
-    let mut writer = Writer::create(path, scene, &body.nbm, options)?;
+    let mut writer = Writer::create(path, scene, &body.system, options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
-    let done = event::run(&body.nbm, &orbit.state, &run, &mut reading::flow(body), &mut writer);
+    let done = event::run(&body.system, &orbit.state, &run, &mut reading::flow(body), &mut writer);
     let report = match done {
         Ok(report) => report,
         Err(e) => {
@@ -295,7 +295,7 @@ fn write(
             });
         }
     };
-    writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.nbm)?;
+    writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.system)?;
     if report.outcome.is_complete() {
         return Ok(writer.finish("complete")?);
     }
@@ -368,11 +368,11 @@ fn all(
 fn near_return(
     path: &std::path::Path,
     scene: &Scene,
-    nbm: &signorini::contact::Nbm,
+    system: &signorini::contact::System,
 ) -> Result<(f64, State), CliError> {
     let stored = store::Stored::read(path)?;
-    let n = nbm.n();
-    if stored.u.ncols() != n || stored.nodes.nrows() != nbm.body.mesh.n_nodes() {
+    let n = system.n();
+    if stored.u.ncols() != n || stored.nodes.nrows() != system.body.mesh.n_nodes() {
         return Err(CliError::Input(format!(
             "{} was not made with the mesh of {}",
             path.display(),
@@ -380,7 +380,7 @@ fn near_return(
         )));
     }
     let rows = stored.t.len();
-    let unit = nbm.body.frequency_unit();
+    let unit = system.body.frequency_unit();
     let distance = |a: usize, b: usize| -> f64 {
         let du: f64 =
             stored.u.row(a).iter().zip(stored.u.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
@@ -403,7 +403,7 @@ fn near_return(
     }
     let (_, a, b) =
         best.ok_or_else(|| CliError::Input(format!("{} holds too few states", path.display())))?;
-    let n_o = nbm.n_o();
+    let n_o = system.n_o();
     let state = |x: &ndarray::Array2<f64>| x.row(a).iter().take(n_o).copied().collect();
     Ok((stored.t[b] - stored.t[a], State { u: state(&stored.u), v: state(&stored.v) }))
 }

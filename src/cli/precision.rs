@@ -68,9 +68,14 @@ impl Bench<'_> {
     }
 
     fn integrate(&self, flow: &mut dyn Flow) -> Result<Report, CliError> {
-        let report =
-            event::run(&self.problem.nbm, &self.problem.initial, &self.options, flow, &mut Silent)
-                .map_err(|e| CliError::Numerics(e.to_string()))?;
+        let report = event::run(
+            &self.problem.system,
+            &self.problem.initial,
+            &self.options,
+            flow,
+            &mut Silent,
+        )
+        .map_err(|e| CliError::Numerics(e.to_string()))?;
         match report.outcome.is_complete() {
             true => Ok(report),
             false => Err(CliError::Numerics(report.outcome.to_string())),
@@ -148,8 +153,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     }
     // flows borrow the problem for as long as the program runs
     let problem: &'static Problem = Box::leak(Box::new(problem));
-    let nbm = &problem.nbm;
-    let conservative = nbm.damping.is_none() && nbm.loads.harmonics.is_empty();
+    let system = &problem.system;
+    let conservative = system.damping.is_none() && system.loads.harmonics.is_empty();
     let options = Options { until, samples: 1, switch_limit: run.switch_limit, verify_lcp: false };
     let mut bench = Bench {
         problem,
@@ -157,18 +162,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         repeats: arguments.repeats,
         reference: vec![],
         times: vec![],
-        omega: nbm.body.frequency_unit(),
+        omega: system.body.frequency_unit(),
     };
-    let by_modes = nbm.n_o() <= MODAL_LIMIT;
+    let by_modes = system.n_o() <= MODAL_LIMIT;
     if !by_modes && !conservative {
         return Err(CliError::Input(format!(
             "{} unknowns with damping or harmonic loads are too many for the modal reference; use a smaller mesh",
-            nbm.n_o()
+            system.n_o()
         )));
     }
     let exact = if by_modes { Integrator::Modal } else { Integrator::Chebyshev };
     let tight = Tolerances { rtol: 1e-13, atol: 1e-16 };
-    let make = |integrator, tolerances| by_name(integrator, nbm, tolerances);
+    let make = |integrator, tolerances| by_name(integrator, system, tolerances);
     let bar = if global.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     bar.set_message("reference");
     let report = bench.integrate(make(exact, tight).as_mut())?;
@@ -222,7 +227,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     bar.finish_and_clear();
     let study = Study {
         title: super::title(&scene),
-        n_o: nbm.n_o(),
+        n_o: system.n_o(),
         reference: match (by_modes, conservative) {
             (true, true) => "the modal flow, its own against chebyshev".into(),
             _ => format!("the {} flow", exact.name()),
@@ -250,10 +255,10 @@ fn machine() -> String {
 
 /// SciPy on the same matrices.
 fn scipy(bench: &Bench) -> Result<Vec<Point>, CliError> {
-    let nbm = &bench.problem.nbm;
+    let system = &bench.problem.system;
     let file = std::env::temp_dir().join(format!("signorini-peer-{}.h5", std::process::id()));
-    let start = nbm
-        .solve_lcp(&bench.problem.initial.u, &ActiveSet::open(nbm.n_contact()))
+    let start = system
+        .solve_lcp(&bench.problem.initial.u, &ActiveSet::open(system.n_contact()))
         .map_err(|e| CliError::Numerics(e.to_string()))?;
     write_problem(&file, bench.problem, &ActiveSet::new(start.active), bench.options.until)?;
     let local = PathBuf::from(".venv/bin/python");

@@ -92,26 +92,26 @@ pub fn check_run(
     if forced() {
         return Ok(());
     }
-    let nbm = &problem.nbm;
-    let periods = until * nbm.body.frequency_unit() / std::f64::consts::TAU;
+    let system = &problem.system;
+    let periods = until * system.body.frequency_unit() / std::f64::consts::TAU;
     if periods > MOST_PERIODS {
         return Err(CliError::Input(format!(
             "[run] until = {}: {} natural periods of the body, at {} shortest periods each; take a shorter time (--force-large runs it all the same)",
             plain(until),
             plain(periods.round()),
-            plain((nbm.body.frequency_bound() / nbm.body.frequency_unit()).round())
+            plain((system.body.frequency_bound() / system.body.frequency_unit()).round())
         )));
     }
     let samples = scene.run.as_ref().map_or(0, |r| r.samples) as f64;
     // compression takes at most about half of what is random to the last digit
-    let row = 8.0 * (2 * nbm.n() + nbm.n_contact() + 7) as f64 + nbm.n_contact() as f64;
+    let row = 8.0 * (2 * system.n() + system.n_contact() + 7) as f64 + system.n_contact() as f64;
     let size = samples * row;
     if let Some(there) = room(output).filter(|there| 0.5 * size > *there as f64) {
         return Err(CliError::Other(format!(
             "{}: {} states of {} displacements take about {}, and the disk has {}; take fewer [run] samples (--force-large runs it all the same)",
             output.display(),
             plain(samples),
-            nbm.n(),
+            system.n(),
             in_bytes(size as u64),
             in_bytes(there)
         )));

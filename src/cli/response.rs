@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let asked = family::Asked {
         path: &path,
         scene: &scene,
-        nbm: &problem.nbm,
+        system: &problem.system,
         plan: FamilyPlan {
             identity: FamilyKind {
                 method: arguments.balance.method(),
@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
         },
         points: arguments.points,
-        unknowns: (!hbm).then(|| Closure::Forced.unknowns(problem.nbm.n_o())),
+        unknowns: (!hbm).then(|| Closure::Forced.unknowns(problem.system.n_o())),
         options,
     };
     let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {
@@ -155,7 +155,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             };
             let jobs: Vec<Job> = cases.iter().enumerate().map(job).collect();
             let bar = Bar::new(global, &scene);
-            let result = family::run_jobs(&jobs, *writer, &problem.nbm, range, bar.as_ref());
+            let result = family::run_jobs(&jobs, *writer, &problem.system, range, bar.as_ref());
             if let Some(bar) = &bar {
                 bar.clear();
             }
@@ -228,10 +228,10 @@ fn one(
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<BranchEnd, CliError> {
     let problem = load::of_scene(scene)?;
-    let mut body = family::propagator(problem.nbm)?;
+    let mut body = family::propagator(problem.system)?;
     let options = options(arguments, range, arguments.points);
     let start = |body: &mut Propagator| {
-        body.nbm.loads.set_frequency(range.0);
+        body.system.loads.set_frequency(range.0);
         let guess = body.linear_response();
         let verdict = find(body, Closure::Forced, &guess, range.0, &Effort::default())
             .map_err(|e| CliError::Numerics(e.to_string()))?;

@@ -88,10 +88,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     interrupt::watch();
     let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
         true => {
-            let (writer, resumed) = Writer::resume(&output, &scene, &problem.nbm, &options, id)?;
+            let (writer, resumed) = Writer::resume(&output, &scene, &problem.system, &options, id)?;
             (writer, Some(resumed))
         }
-        false => (Writer::create(&output, &scene, &problem.nbm, &options)?, None),
+        false => (Writer::create(&output, &scene, &problem.system, &options)?, None),
     };
     writer.keep_checkpoints(id);
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let wall = start.elapsed().as_secs_f64();
     global.print(
         || {
-            let mut json = summary::run_json(&scene, &problem.nbm, &report, wall);
+            let mut json = summary::run_json(&scene, &problem.system, &report, wall);
             json["output"] = output.display().to_string().into();
             if let Some(t) = from {
                 json["resumed_from"] = t.into();
@@ -152,7 +152,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         },
         || {
             let title = super::title(&scene);
-            let text = summary::run_text(&scene, &problem.nbm, &report, wall);
+            let text = summary::run_text(&scene, &problem.system, &report, wall);
             let plot = format!("signorini plot {}", output.display());
             let from = from.map_or(String::new(), |t| {
                 let t = summary::significant(t, 7);

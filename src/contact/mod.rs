@@ -9,7 +9,7 @@ pub mod phase;
 
 pub use active::ActiveSet;
 pub use lcp::LcpError;
-pub use nbm::{ContactEdge, Nbm, Rayleigh, Scratch};
+pub use nbm::{ContactEdge, Rayleigh, Scratch, System};
 pub use phase::{Monitor, MonitorKind, Phase};
 
 use crate::fem::FemError;

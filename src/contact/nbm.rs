@@ -51,7 +51,7 @@ pub(super) enum Correction {
 
 /// A body in contact by the nodal boundary method.
 #[derive(Debug)]
-pub struct Nbm {
+pub struct System {
     /// Matrices over `u = (u_O, u_C)`.
     pub body: Body,
     /// `N_C`, `n_C × n_C`.
@@ -80,9 +80,9 @@ pub struct Nbm {
 /// Columns of `M⁻¹Rᵀ` are kept while they hold at most this many numbers.
 const STORE_LIMIT: usize = 2_000_000;
 
-impl Nbm {
+impl System {
     /// Build the operators; `contact` absent gives a linear body (`n_C = 0`).
-    pub fn new(body: Body, contact: Option<&ContactEdge>) -> Result<Nbm, ContactError> {
+    pub fn new(body: Body, contact: Option<&ContactEdge>) -> Result<System, ContactError> {
         let operator = match contact {
             Some(c) => boundary::assemble(&body, c.edge, c.lumped),
             None => BoundaryOperator {
@@ -91,7 +91,7 @@ impl Nbm {
                 area: vec![],
             },
         };
-        Nbm::with_operator(body, operator, contact.map_or(vec![], |c| c.gap.clone()))
+        System::with_operator(body, operator, contact.map_or(vec![], |c| c.gap.clone()))
     }
 
     /// The same with a boundary operator that is given.
@@ -99,7 +99,7 @@ impl Nbm {
         body: Body,
         operator: BoundaryOperator,
         gap: Vec<f64>,
-    ) -> Result<Nbm, ContactError> {
+    ) -> Result<System, ContactError> {
         let BoundaryOperator { n_c, n_o, area } = operator;
         let size = area.len();
         let p_matrix = lcp::p_matrix(&n_c, &area);
@@ -142,7 +142,7 @@ impl Nbm {
         } else {
             Correction::Solve
         };
-        Ok(Nbm {
+        Ok(System {
             gap,
             damping: None,
             loads: Loads::default(),

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use crate::contact::lcp::{self, UNITS};
-use crate::contact::{ActiveSet, ContactError, Nbm, Phase, Scratch};
+use crate::contact::{ActiveSet, ContactError, Phase, Scratch, System};
 
 /// How a switch was decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,7 +57,7 @@ pub enum ClassifyError {
 /// A state on a switching surface.
 pub struct Surface<'a> {
     /// Operators.
-    pub nbm: &'a Nbm,
+    pub system: &'a System,
     /// Time.
     pub t: f64,
     /// Displacements.
@@ -97,8 +97,8 @@ impl Surface<'_> {
     }
 
     fn acceleration(&self, phase: &Phase, scratch: &mut Scratch) -> Vec<f64> {
-        let mut a = vec![0.0; self.nbm.n_o()];
-        phase.acceleration(self.nbm, self.t, self.u_o, self.v_o, scratch, &mut a);
+        let mut a = vec![0.0; self.system.n_o()];
+        phase.acceleration(self.system, self.t, self.u_o, self.v_o, scratch, &mut a);
         a
     }
 
@@ -109,21 +109,21 @@ impl Surface<'_> {
         degenerate: &[usize],
         scratch: &mut Scratch,
     ) -> Result<(ActiveSet, Vec<usize>), ClassifyError> {
-        let nbm = self.nbm;
+        let system = self.system;
         let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let a = self.acceleration(&Phase::new(nbm, present.clone())?, scratch);
+        let a = self.acceleration(&Phase::new(system, present.clone())?, scratch);
         let blur = largest(&a) * self.resolution / UNITS;
         let scale: Vec<f64> = degenerate
             .iter()
-            .map(|&i| nbm.pressure_rate_scale(i, largest(self.v_o) + blur))
+            .map(|&i| system.pressure_rate_scale(i, largest(self.v_o) + blur))
             .collect();
-        let rate = |i: usize| -nbm.n_o.row_dot(i, self.v_o);
+        let rate = |i: usize| -system.n_o.row_dot(i, self.v_o);
         // eliminate the free nodes that are not degenerate: they follow with ṗ = 0
-        let others: Vec<usize> = (0..nbm.n_contact())
+        let others: Vec<usize> = (0..system.n_contact())
             .filter(|i| !present.is_active(*i) && !degenerate.contains(i))
             .collect();
         let block = |rows: &[usize], cols: &[usize]| {
-            DMatrix::from_fn(rows.len(), cols.len(), |a, b| nbm.n_c[(rows[a], cols[b])])
+            DMatrix::from_fn(rows.len(), cols.len(), |a, b| system.n_c[(rows[a], cols[b])])
         };
         let mut schur = block(degenerate, degenerate);
         let mut q: Vec<f64> = degenerate.iter().map(|&i| rate(i)).collect();
@@ -149,11 +149,11 @@ impl Surface<'_> {
     fn curvatures(&self, phase: &Phase, nodes: &[usize], scratch: &mut Scratch) -> Vec<f64> {
         let a = self.acceleration(phase, scratch);
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let rates = phase.monitor_rates_at(self.nbm, &a);
+        let rates = phase.monitor_rates_at(self.system, &a);
         let of = |&i: &usize| {
             let k = phase.monitors.iter().position(|m| m.node == i).unwrap_or(0);
-            let unit = 16.0 * UNITS * self.nbm.pressure_rate_scale(i, largest);
-            let unit = if phase.set.is_active(i) { unit } else { unit / self.nbm.n_c[(i, i)] };
+            let unit = 16.0 * UNITS * self.system.pressure_rate_scale(i, largest);
+            let unit = if phase.set.is_active(i) { unit } else { unit / self.system.n_c[(i, i)] };
             rates[k] / unit.max(f64::MIN_POSITIVE)
         };
         nodes.iter().map(of).collect()
@@ -180,7 +180,7 @@ impl Surface<'_> {
         for bits in 0..1usize << nodes.len() {
             let mut set = base.clone();
             nodes.iter().enumerate().for_each(|(k, &i)| set.set(i, bits >> k & 1 == 1));
-            let curvature = self.curvatures(&Phase::new(self.nbm, set.clone())?, nodes, scratch);
+            let curvature = self.curvatures(&Phase::new(self.system, set.clone())?, nodes, scratch);
             if curvature.iter().any(|&c| c < -1.0) {
                 continue;
             }
@@ -205,7 +205,7 @@ impl Surface<'_> {
     ) -> Result<ActiveSet, ClassifyError> {
         let mut set = base.clone();
         for round in 0..4 * nodes.len() {
-            let curvature = self.curvatures(&Phase::new(self.nbm, set.clone())?, nodes, scratch);
+            let curvature = self.curvatures(&Phase::new(self.system, set.clone())?, nodes, scratch);
             let wrong: Vec<usize> =
                 nodes.iter().zip(&curvature).filter(|(_, c)| **c < -1.0).map(|(&i, _)| i).collect();
             let Some(&first) = wrong.first() else { return Ok(set) };
@@ -239,8 +239,8 @@ impl Surface<'_> {
                 set.set(i, digit(code, k) >= 1);
                 if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
             }
-            let phase = Phase::with_held(self.nbm, set.clone(), held.clone())?;
-            let theta = phase.held_theta(self.nbm, self.t, self.u_o, self.v_o, scratch);
+            let phase = Phase::with_held(self.system, set.clone(), held.clone())?;
+            let theta = phase.held_theta(self.system, self.t, self.u_o, self.v_o, scratch);
             let inside = theta.iter().all(|t| (0.0..=1.0).contains(t));
             if inside && self.curvatures(&phase, &others, scratch).iter().all(|&c| c >= -1.0) {
                 let grazing = nodes.to_vec();

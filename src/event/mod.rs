@@ -17,7 +17,7 @@ pub use record::{
 
 use std::collections::VecDeque;
 
-use crate::contact::{ActiveSet, ContactError, MonitorKind, Nbm, Phase, Scratch, oracle};
+use crate::contact::{ActiveSet, ContactError, MonitorKind, Phase, Scratch, System, oracle};
 use crate::flow::{Flow, FlowError, Layout};
 use crate::problem::State;
 use classify::{ClassifyError, Decision, Surface};
@@ -61,32 +61,32 @@ const TIME_UNITS: f64 = 8.0 * f64::EPSILON;
 
 /// Integrate from `initial` at `t = 0`.
 pub fn run<O: Observer>(
-    nbm: &Nbm,
+    system: &System,
     initial: &State,
     options: &Options,
     flow: &mut dyn Flow,
     observer: &mut O,
 ) -> Result<Report, RunError<O::Error>> {
-    let mut run = Run::start(nbm, initial, options, flow, observer)?;
+    let mut run = Run::start(system, initial, options, flow, observer)?;
     let outcome = run.integrate()?;
     Ok(run.report(outcome))
 }
 
 /// Go on with a run from where it stood, as if it had never been interrupted.
 pub fn resume<O: Observer>(
-    nbm: &Nbm,
+    system: &System,
     resumed: Resumed,
     options: &Options,
     flow: &mut dyn Flow,
     observer: &mut O,
 ) -> Result<Report, RunError<O::Error>> {
-    let mut run = Run::resume(nbm, resumed, options, flow, observer)?;
+    let mut run = Run::resume(system, resumed, options, flow, observer)?;
     let outcome = run.integrate()?;
     Ok(run.report(outcome))
 }
 
 struct Run<'a, O: Observer> {
-    nbm: &'a Nbm,
+    system: &'a System,
     options: &'a Options,
     flow: &'a mut dyn Flow,
     observer: &'a mut O,
@@ -133,31 +133,32 @@ type Done<T, O> = Result<T, RunError<<O as Observer>::Error>>;
 impl<'a, O: Observer> Run<'a, O> {
     /// The initial active set: from the complementarity problem, then from the velocities.
     fn start(
-        nbm: &'a Nbm,
+        system: &'a System,
         initial: &State,
         options: &'a Options,
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
-        let mut run = Self::blank(nbm, options, flow, observer)?;
+        let mut run = Self::blank(system, options, flow, observer)?;
         let n_o = run.layout.n_o;
         run.y[..n_o].copy_from_slice(&initial.u);
         run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
-        let solution = nbm.solve_lcp(run.layout.u(&run.y), &ActiveSet::open(nbm.n_contact()))?;
+        let solution =
+            system.solve_lcp(run.layout.u(&run.y), &ActiveSet::open(system.n_contact()))?;
         let set = ActiveSet::new(solution.active);
         match run.decide(&set, &solution.degenerate)? {
             Ok(decision) => {
                 run.note_grazing(&decision, 0.0)?;
-                run.phase = Phase::with_held(nbm, decision.set, decision.held)?;
+                run.phase = Phase::with_held(system, decision.set, decision.held)?;
             }
             Err(outcome) => {
-                run.phase = Phase::new(nbm, set)?;
+                run.phase = Phase::new(system, set)?;
                 run.early = Some(outcome);
             }
         }
         run.begin_phase();
         run.expand();
-        run.potential_start = nbm.loads.constant_potential(&run.u);
+        run.potential_start = system.loads.constant_potential(&run.u);
         let energies = run.energies();
         run.ledger = Ledger::new(energies);
         run.store_sample()?;
@@ -168,16 +169,16 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// A run at the beginning of the phase of a checkpoint.
     fn resume(
-        nbm: &'a Nbm,
+        system: &'a System,
         resumed: Resumed,
         options: &'a Options,
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
         let Resumed { checkpoint: c, switches, grazings } = resumed;
-        let mut run = Self::blank(nbm, options, flow, observer)?;
+        let mut run = Self::blank(system, options, flow, observer)?;
         (run.t, run.y) = (c.t, c.y);
-        run.phase = Phase::with_held(nbm, ActiveSet::new(c.active), c.held)?;
+        run.phase = Phase::with_held(system, ActiveSet::new(c.active), c.held)?;
         run.armed = c.armed;
         run.recent = c.recent.into();
         run.ledger = Ledger::of_numbers(c.ledger);
@@ -200,32 +201,32 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// A run without a state.
     fn blank(
-        nbm: &'a Nbm,
+        system: &'a System,
         options: &'a Options,
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
-        let layout = Layout::new(nbm);
-        let phase = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
+        let layout = Layout::new(system);
+        let phase = Phase::new(system, ActiveSet::open(system.n_contact()))?;
         let y = vec![0.0; layout.len()];
         Ok(Run {
-            nbm,
+            system,
             options,
             flow,
             observer,
             layout,
-            scratch: nbm.scratch(),
+            scratch: system.scratch(),
             phase,
             slack: vec![],
             rounding: vec![],
-            armed: vec![true; nbm.n_contact()],
+            armed: vec![true; system.n_contact()],
             blind: false,
             stored: 0,
             t: 0.0,
             y,
-            u: vec![0.0; nbm.n()],
-            v: vec![0.0; nbm.n()],
-            largest_u: nbm.length_unit(),
+            u: vec![0.0; system.n()],
+            v: vec![0.0; system.n()],
+            largest_u: system.length_unit(),
             potential_start: 0.0,
             next_sample: 0,
             last_stored: f64::NEG_INFINITY,
@@ -324,7 +325,7 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Differences of times near `t` below this are rounding errors.
     fn resolution(&self, t: f64) -> f64 {
-        TIME_UNITS * t.abs().max(1.0 / self.nbm.body.frequency_unit())
+        TIME_UNITS * t.abs().max(1.0 / self.system.body.frequency_unit())
     }
 
     /// The first switch in the window, with the window cut to end there.
@@ -370,8 +371,8 @@ impl<'a, O: Observer> Run<'a, O> {
             return None;
         }
         let y = self.flow.end_state();
-        let h = self.phase.monitor_values_at(self.nbm, self.layout.u(y))[root.index];
-        let rate = self.phase.monitor_rates_at(self.nbm, self.layout.v(y))[root.index];
+        let h = self.phase.monitor_values_at(self.system, self.layout.u(y))[root.index];
+        let rate = self.phase.monitor_rates_at(self.system, self.layout.v(y))[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();
@@ -452,10 +453,10 @@ impl<'a, O: Observer> Run<'a, O> {
             return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
         }
         let present = self.phase.set.clone();
-        let solution = self.nbm.solve_lcp(self.layout.u(&self.y), &present)?;
+        let solution = self.system.solve_lcp(self.layout.u(&self.y), &present)?;
         let degenerate = self.degenerate(&root, &solution.degenerate);
         let mut base = present.clone();
-        for i in 0..self.nbm.n_contact() {
+        for i in 0..self.system.n_contact() {
             if !degenerate.contains(&i) && base.is_active(i) != solution.active[i] {
                 base.set(i, solution.active[i]);
                 self.missed += 1;
@@ -475,7 +476,7 @@ impl<'a, O: Observer> Run<'a, O> {
     /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
     fn degenerate(&self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
         let h = self.monitor_values();
-        let rate = self.phase.monitor_rates_at(self.nbm, self.layout.v(&self.y));
+        let rate = self.phase.monitor_rates_at(self.system, self.layout.v(&self.y));
         let resolution = 8.0 * self.resolution(self.t);
         let mut nodes: Vec<usize> = self
             .phase
@@ -513,7 +514,7 @@ impl<'a, O: Observer> Run<'a, O> {
         degenerate: &[usize],
     ) -> Done<Result<Decision, Outcome>, O> {
         let surface = Surface {
-            nbm: self.nbm,
+            system: self.system,
             t: self.t,
             u_o: self.layout.u(&self.y),
             v_o: self.layout.v(&self.y),
@@ -541,31 +542,31 @@ impl<'a, O: Observer> Run<'a, O> {
             return Ok(());
         }
         self.note_grazing(&decision, h)?;
-        let rates = self.phase.monitor_rates_at(self.nbm, self.layout.v(&self.y));
+        let rates = self.phase.monitor_rates_at(self.system, self.layout.v(&self.y));
         let rate_of = |i: usize| {
             let k = self.phase.monitors.iter().position(|m| m.node == i);
             k.map_or(0.0, |k| rates[k])
         };
-        for contact in 0..self.nbm.n_contact() {
+        for contact in 0..self.system.n_contact() {
             self.armed[contact] |= decision.set.is_active(contact) != present.is_active(contact);
         }
         let mut before = present;
-        let mut kinetic = self.nbm.kinetic(&self.v);
+        let mut kinetic = self.system.kinetic(&self.v);
         let mut jump = 0.0;
         let mut changes = vec![];
-        for contact in 0..self.nbm.n_contact() {
+        for contact in 0..self.system.n_contact() {
             let active = decision.set.is_active(contact);
             if active == before.is_active(contact) {
                 continue;
             }
             let after = before.with(contact, active);
-            let phase = Phase::new(self.nbm, after.clone())?;
-            phase.expand_velocity(self.nbm, self.layout.v(&self.y), &mut self.v);
-            let energy = self.nbm.kinetic(&self.v);
+            let phase = Phase::new(self.system, after.clone())?;
+            phase.expand_velocity(self.system, self.layout.v(&self.y), &mut self.v);
+            let energy = self.system.kinetic(&self.v);
             changes.push(Switch {
                 t: self.t,
                 contact,
-                node: self.nbm.body.dofs.contact_nodes[contact],
+                node: self.system.body.dofs.contact_nodes[contact],
                 kind: if active { SwitchKind::Close } else { SwitchKind::Open },
                 monitor_rate: rate_of(contact),
                 energy_jump: energy - kinetic,
@@ -576,7 +577,7 @@ impl<'a, O: Observer> Run<'a, O> {
             kinetic = energy;
             before = after;
         }
-        self.phase = Phase::with_held(self.nbm, decision.set, decision.held)?;
+        self.phase = Phase::with_held(self.system, decision.set, decision.held)?;
         self.phases += 1;
         self.begin_phase();
         self.expand();
@@ -594,7 +595,7 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Values of the gap and pressure monitors at the present state.
     fn monitor_values(&self) -> Vec<f64> {
-        self.phase.monitor_values_at(self.nbm, self.layout.u(&self.y))
+        self.phase.monitor_values_at(self.system, self.layout.u(&self.y))
     }
 
     fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Done<(), O> {
@@ -621,7 +622,7 @@ impl<'a, O: Observer> Run<'a, O> {
         distance: f64,
         kind: GrazingKind,
     ) -> Done<(), O> {
-        let node = self.nbm.body.dofs.contact_nodes[contact];
+        let node = self.system.body.dofs.contact_nodes[contact];
         let grazing = Grazing { t, contact, node, distance, kind };
         self.observer.grazing(&grazing).map_err(RunError::Observer)?;
         self.grazings.push(grazing);
@@ -632,7 +633,7 @@ impl<'a, O: Observer> Run<'a, O> {
     fn begin_phase(&mut self) {
         self.flow.begin(&self.phase, self.t, &self.y);
         self.uncertified += usize::from(!self.flow.is_exact());
-        self.rounding = self.phase.monitor_rounding(self.nbm, 2.0 * self.largest_u);
+        self.rounding = self.phase.monitor_rounding(self.system, 2.0 * self.largest_u);
         self.slack = self.rounding.clone();
         let h = self.monitor_values();
         for k in 0..self.phase.monitors.len() {
@@ -653,16 +654,17 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Full displacement and velocity of the present state.
     fn expand(&mut self) {
-        self.phase.expand_displacement(self.nbm, self.layout.u(&self.y), &mut self.u);
-        self.phase.expand_velocity(self.nbm, self.layout.v(&self.y), &mut self.v);
+        self.phase.expand_displacement(self.system, self.layout.u(&self.y), &mut self.u);
+        self.phase.expand_velocity(self.system, self.layout.v(&self.y), &mut self.v);
     }
 
     fn energies(&self) -> Energies {
         let harmonic = self.layout.work.map_or(0.0, |i| self.y[i]);
         Energies {
-            kinetic: self.nbm.kinetic(&self.v),
-            elastic: self.nbm.elastic(&self.u),
-            external: self.nbm.loads.constant_potential(&self.u) - self.potential_start + harmonic,
+            kinetic: self.system.kinetic(&self.v),
+            elastic: self.system.elastic(&self.u),
+            external: self.system.loads.constant_potential(&self.u) - self.potential_start
+                + harmonic,
             dissipated: self.layout.dissipated.map_or(0.0, |i| self.y[i]),
         }
     }
@@ -684,8 +686,8 @@ impl<'a, O: Observer> Run<'a, O> {
         self.expand();
         self.note_violations();
         self.verify()?;
-        let mut pressure = vec![0.0; self.nbm.n_contact()];
-        self.phase.pressures(self.nbm, self.layout.u(&self.y), &mut pressure);
+        let mut pressure = vec![0.0; self.system.n_contact()];
+        self.phase.pressures(self.system, self.layout.u(&self.y), &mut pressure);
         self.last_stored = self.t;
         self.stored += 1;
         let sample = Sample {
@@ -703,21 +705,22 @@ impl<'a, O: Observer> Run<'a, O> {
     /// Compare the gaps of the phase with two independent solutions of the complementarity problem.
     fn verify(&mut self) -> Done<(), O> {
         let Some(mut check) = self.lcp_check else { return Ok(()) };
-        let nbm = self.nbm;
-        let (q, _) = nbm.lcp_data(self.layout.u(&self.y));
-        let n_o = nbm.n_o();
-        let w: Vec<f64> = (0..nbm.n_contact()).map(|i| nbm.gap[i] - self.u[n_o + i]).collect();
-        let scale = w.iter().fold(nbm.length_unit(), |m, x| m.max(x.abs()));
+        let system = self.system;
+        let (q, _) = system.lcp_data(self.layout.u(&self.y));
+        let n_o = system.n_o();
+        let w: Vec<f64> =
+            (0..system.n_contact()).map(|i| system.gap[i] - self.u[n_o + i]).collect();
+        let scale = w.iter().fold(system.length_unit(), |m, x| m.max(x.abs()));
         let distance = |other: &[f64]| {
             w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
         };
         check.states += 1;
-        if nbm.n_contact() <= oracle::ENUMERATION_LIMIT {
-            let all = oracle::enumerate(&nbm.n_c, &q);
+        if system.n_contact() <= oracle::ENUMERATION_LIMIT {
+            let all = oracle::enumerate(&system.n_c, &q);
             let nearest = all.iter().map(|x| distance(x)).fold(f64::INFINITY, f64::min);
             check.enumeration = Some(check.enumeration.unwrap_or(0.0).max(nearest));
         }
-        match oracle::clarabel(&nbm.n_c, &q) {
+        match oracle::clarabel(&system.n_c, &q) {
             Some(x) => check.interior_point = check.interior_point.max(distance(&x)),
             None => check.gave_up += 1,
         }
@@ -727,12 +730,12 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// More switches than a node can make in so short a time.
     fn accumulation(&mut self) -> Option<Outcome> {
-        let window = 10.0 * std::f64::consts::TAU / self.nbm.body.frequency_bound();
+        let window = 10.0 * std::f64::consts::TAU / self.system.body.frequency_bound();
         while self.recent.front().is_some_and(|&(t, _)| t < self.t - window) {
             self.recent.pop_front();
         }
         let count = self.recent.len();
-        if count as f64 <= self.options.switch_limit * self.nbm.n_contact() as f64 {
+        if count as f64 <= self.options.switch_limit * self.system.n_contact() as f64 {
             return None;
         }
         let mut nodes: Vec<usize> = self.recent.iter().map(|&(_, n)| n).collect();
@@ -742,7 +745,7 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     fn mesh_nodes(&self, contacts: &[usize]) -> Vec<usize> {
-        contacts.iter().map(|&i| self.nbm.body.dofs.contact_nodes[i]).collect()
+        contacts.iter().map(|&i| self.system.body.dofs.contact_nodes[i]).collect()
     }
 
     fn report(self, outcome: Outcome) -> Report {

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use super::choice::{Choice, Rule};
 use super::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, dop853::DOP853};
-use crate::contact::{ActiveSet, Nbm, Phase};
+use crate::contact::{ActiveSet, Phase, System};
 
 /// Seconds of an eigensolution over `n³`.
 const EIGEN: f64 = 4e-10;
@@ -33,13 +33,13 @@ pub struct LeastCost {
 }
 
 /// The flow that has seen no phase yet.
-pub fn auto(nbm: &Nbm, tolerances: Tolerances) -> Choice<'_, LeastCost> {
-    let conservative = nbm.damping.is_none() && nbm.loads.harmonics.is_empty();
-    let n = nbm.n_o() as f64;
+pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
+    let conservative = system.damping.is_none() && system.loads.harmonics.is_empty();
+    let n = system.n_o() as f64;
     let (other, cost): (Box<dyn Flow + '_>, f64) = if conservative {
-        (Box::new(Chebyshev::new(nbm)), PRODUCTS)
+        (Box::new(Chebyshev::new(system)), PRODUCTS)
     } else {
-        (Box::new(RungeKutta::new(nbm, &DOP853, tolerances)), STEPS)
+        (Box::new(RungeKutta::new(system, &DOP853, tolerances)), STEPS)
     };
     let rule = LeastCost {
         n,
@@ -49,7 +49,7 @@ pub fn auto(nbm: &Nbm, tolerances: Tolerances) -> Choice<'_, LeastCost> {
         modal_phases: 0,
         other_phases: 0,
     };
-    Choice::new("auto", nbm, vec![Box::new(Modal::new(nbm)), other], rule)
+    Choice::new("auto", system, vec![Box::new(Modal::new(system)), other], rule)
 }
 
 impl Rule for LeastCost {

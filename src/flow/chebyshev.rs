@@ -17,7 +17,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
-use crate::contact::{Nbm, Phase, Scratch};
+use crate::contact::{Phase, Scratch, System};
 
 /// Terms below this are left out.
 const SMALLEST_TERM: f64 = 1e-18;
@@ -82,14 +82,14 @@ fn coefficients(t: f64, omega: f64, terms: usize) -> Coefficients {
 /// Carry a perturbation `(δu, δu̇)` over the time `tau` of a phase, without modes: `δu ← C δu + S δu̇`, `δu̇ ← C δu̇ − A S δu`. Returns the
 /// number of products.
 pub fn propagate(
-    nbm: &Nbm,
+    system: &System,
     phase: &Phase,
     tau: f64,
     scratch: &mut Scratch,
     (du, dv): (&mut Vec<f64>, &mut Vec<f64>),
 ) -> u64 {
     let n = du.len();
-    let omega = nbm.body.frequency_bound();
+    let omega = system.body.frequency_bound();
     let terms = bessel(tau * omega).len() / 2 + 2;
     let f = coefficients(tau, omega, terms);
     let scale = 2.0 / (omega * omega);
@@ -109,7 +109,7 @@ pub fn propagate(
             break;
         }
         let [y0, y1] = &mut next;
-        phase.stiffness_products(nbm, [&now[0], &now[1]], scratch, [y0, y1]);
+        phase.stiffness_products(system, [&now[0], &now[1]], scratch, [y0, y1]);
         for p in 0..2 {
             for i in 0..n {
                 let x = scale * next[p][i] - now[p][i];
@@ -121,7 +121,7 @@ pub fn propagate(
     }
     let zero = vec![0.0; n];
     let [y0, y1] = &mut next;
-    phase.stiffness_products(nbm, [&w, &zero], scratch, [y0, y1]);
+    phase.stiffness_products(system, [&w, &zero], scratch, [y0, y1]);
     v.iter_mut().zip(&next[0]).for_each(|(v, y)| *v -= y);
     (*du, *dv) = (u, v);
     2 * terms as u64
@@ -132,7 +132,7 @@ type Values = (f64, Rc<(Vec<f64>, Vec<f64>)>);
 
 /// The flow; see the module's text.
 pub struct Chebyshev<'a> {
-    nbm: &'a Nbm,
+    system: &'a System,
     layout: Layout,
     scratch: Scratch,
     omega: f64,
@@ -160,15 +160,15 @@ pub struct Chebyshev<'a> {
 
 impl<'a> Chebyshev<'a> {
     /// A flow for an undamped body under constant loads (the caller sees to that).
-    pub fn new(nbm: &'a Nbm) -> Self {
-        let layout = Layout::new(nbm);
+    pub fn new(system: &'a System) -> Self {
+        let layout = Layout::new(system);
         let n = layout.len();
         Chebyshev {
-            nbm,
+            system,
             layout,
-            scratch: nbm.scratch(),
-            omega: nbm.body.frequency_bound(),
-            gradients: (0..nbm.n_contact()).map(|i| nbm.monitor_gradient_bounds(i)).collect(),
+            scratch: system.scratch(),
+            omega: system.body.frequency_bound(),
+            gradients: (0..system.n_contact()).map(|i| system.monitor_gradient_bounds(i)).collect(),
             t0: 0.0,
             t1: 0.0,
             length: FIRST,
@@ -202,7 +202,7 @@ impl<'a> Chebyshev<'a> {
             let (mut next_v, mut next_a) = (std::mem::take(&mut v[k]), std::mem::take(&mut a[k]));
             let x = [&v[k - 1][..], &a[k - 1][..]];
             let y = [&mut next_v[..], &mut next_a[..]];
-            phase.stiffness_products(self.nbm, x, &mut self.scratch, y);
+            phase.stiffness_products(self.system, x, &mut self.scratch, y);
             self.counters.products += 2;
             for (next, t) in [(&mut next_v, &v), (&mut next_a, &a)] {
                 if k == 1 {
@@ -220,15 +220,16 @@ impl<'a> Chebyshev<'a> {
 
     /// The monitors' rates along each vector.
     fn moments(&self, phase: &Phase, terms: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        terms.iter().map(|x| phase.monitor_rates_at(self.nbm, x)).collect()
+        terms.iter().map(|x| phase.monitor_rates_at(self.system, x)).collect()
     }
 
     /// `‖A x‖_M` from `T_0 x`, `T_1 x`, or `‖A^{3/2} x‖_M` with the stiffness for the mass.
     fn operator_norm(&mut self, phase: &Phase, terms: &[Vec<f64>], with_stiffness: bool) -> f64 {
         let half = 0.5 * self.omega * self.omega;
         let ax: Vec<f64> = terms[0].iter().zip(&terms[1]).map(|(x, y)| half * (x + y)).collect();
-        phase.expand_velocity(self.nbm, &ax, &mut self.scratch.v);
-        let matrix = if with_stiffness { &self.nbm.body.stiffness } else { &self.nbm.body.mass };
+        phase.expand_velocity(self.system, &ax, &mut self.scratch.v);
+        let matrix =
+            if with_stiffness { &self.system.body.stiffness } else { &self.system.body.mass };
         matrix.quadratic(&self.scratch.v).max(0.0).sqrt()
     }
 
@@ -298,7 +299,7 @@ impl Flow for Chebyshev<'_> {
         let start = std::mem::take(&mut self.start);
         let (u0, v0) = (&start[..n], &start[n..2 * n]);
         let mut a0 = std::mem::take(&mut self.a0);
-        phase.acceleration(self.nbm, self.t0, u0, v0, &mut self.scratch, &mut a0);
+        phase.acceleration(self.system, self.t0, u0, v0, &mut self.scratch, &mut a0);
         self.counters.products += 1;
         // at least two terms, for the bounds
         let terms = (bessel((t - self.t0) * self.omega).len() / 2 + 1).max(2);
@@ -306,7 +307,7 @@ impl Flow for Chebyshev<'_> {
         self.v_moments = self.moments(phase, &self.v_terms);
         self.a_moments = self.moments(phase, &self.a_terms);
         self.h0.resize(phase.monitors.len(), 0.0);
-        phase.monitor_values(self.nbm, u0, &mut self.h0);
+        phase.monitor_values(self.system, u0, &mut self.h0);
         (self.start, self.a0) = (start, a0);
         let (v_terms, a_terms) =
             (std::mem::take(&mut self.v_terms), std::mem::take(&mut self.a_terms));

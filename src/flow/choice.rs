@@ -3,7 +3,7 @@
 //! Exact flows know no held nodes (Filippov, theory §5): such phases always go by Dormand–Prince at a tight tolerance.
 
 use super::{Counters, Enclosure, Flow, FlowError, RungeKutta, Tolerances, dop853::DOP853};
-use crate::contact::{Nbm, Phase};
+use crate::contact::{Phase, System};
 
 /// Tolerance of the phases with held nodes.
 const TIGHT: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
@@ -40,11 +40,11 @@ impl<'a, R: Rule> Choice<'a, R> {
     /// Put flows under a rule.
     pub fn new(
         name: &'static str,
-        nbm: &'a Nbm,
+        system: &'a System,
         mut flows: Vec<Box<dyn Flow + 'a>>,
         rule: R,
     ) -> Self {
-        flows.push(Box::new(RungeKutta::new(nbm, &DOP853, TIGHT)));
+        flows.push(Box::new(RungeKutta::new(system, &DOP853, TIGHT)));
         Choice { name, flows, rule, chosen: 0 }
     }
 

@@ -22,7 +22,7 @@ pub use choice::Choice;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
-use crate::contact::{Nbm, Phase};
+use crate::contact::{Phase, System};
 use crate::scenario::Integrator;
 use thiserror::Error;
 
@@ -115,10 +115,10 @@ pub struct Layout {
 
 impl Layout {
     /// The layout that a body with its loads and damping needs.
-    pub fn new(nbm: &Nbm) -> Layout {
-        let n_o = nbm.n_o();
-        let work = (!nbm.loads.harmonics.is_empty()).then_some(2 * n_o);
-        let dissipated = nbm.damping.map(|_| 2 * n_o + usize::from(work.is_some()));
+    pub fn new(system: &System) -> Layout {
+        let n_o = system.n_o();
+        let work = (!system.loads.harmonics.is_empty()).then_some(2 * n_o);
+        let dissipated = system.damping.map(|_| 2 * n_o + usize::from(work.is_some()));
         Layout { n_o, work, dissipated }
     }
 
@@ -183,19 +183,19 @@ pub trait Flow {
 /// The flow that a scene asks for.
 pub fn by_name<'a>(
     integrator: Integrator,
-    nbm: &'a Nbm,
+    system: &'a System,
     tolerances: Tolerances,
 ) -> Box<dyn Flow + 'a> {
     match integrator {
-        Integrator::Dopri5 => Box::new(RungeKutta::new(nbm, &dopri5::DOPRI5, tolerances)),
-        Integrator::Dop853 => Box::new(RungeKutta::new(nbm, &dop853::DOP853, tolerances)),
-        Integrator::Modal => Box::new(exact(Box::new(Modal::new(nbm)), nbm)),
-        Integrator::Chebyshev => Box::new(exact(Box::new(Chebyshev::new(nbm)), nbm)),
-        Integrator::Auto => Box::new(auto::auto(nbm, tolerances)),
+        Integrator::Dopri5 => Box::new(RungeKutta::new(system, &dopri5::DOPRI5, tolerances)),
+        Integrator::Dop853 => Box::new(RungeKutta::new(system, &dop853::DOP853, tolerances)),
+        Integrator::Modal => Box::new(exact(Box::new(Modal::new(system)), system)),
+        Integrator::Chebyshev => Box::new(exact(Box::new(Chebyshev::new(system)), system)),
+        Integrator::Auto => Box::new(auto::auto(system, tolerances)),
     }
 }
 
 /// An exact flow, with the stand-in for phases with held nodes.
-pub fn exact<'a>(flow: Box<dyn Flow + 'a>, nbm: &'a Nbm) -> Choice<'a, choice::Only> {
-    Choice::new(flow.name(), nbm, vec![flow], choice::Only)
+pub fn exact<'a>(flow: Box<dyn Flow + 'a>, system: &'a System) -> Choice<'a, choice::Only> {
+    Choice::new(flow.name(), system, vec![flow], choice::Only)
 }

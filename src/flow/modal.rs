@@ -15,14 +15,14 @@ use super::spectrum::{
     Forcing, GAUSS10, ModalLoad, Motion, Spectra, Spectrum, Term, powers_in_closed_form,
 };
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
-use crate::contact::{Nbm, Phase};
+use crate::contact::{Phase, System};
 
 /// Monitor values and slopes at one time.
 type Values = (f64, Rc<(DVector<f64>, DVector<f64>)>);
 
 /// The flow; see the module's text.
 pub struct Modal<'a> {
-    nbm: &'a Nbm,
+    system: &'a System,
     layout: Layout,
     spectra: Rc<Spectra>,
     /// Eigensolutions that were there before this flow.
@@ -49,15 +49,15 @@ pub struct Modal<'a> {
 
 impl<'a> Modal<'a> {
     /// A flow without any phase yet.
-    pub fn new(nbm: &'a Nbm) -> Self {
-        Self::sharing(nbm, Rc::default())
+    pub fn new(system: &'a System) -> Self {
+        Self::sharing(system, Rc::default())
     }
 
     /// A flow that uses, and adds to, the spectra of others.
-    pub fn sharing(nbm: &'a Nbm, spectra: Rc<Spectra>) -> Self {
-        let layout = Layout::new(nbm);
+    pub fn sharing(system: &'a System, spectra: Rc<Spectra>) -> Self {
+        let layout = Layout::new(system);
         Modal {
-            nbm,
+            system,
             layout,
             given: spectra.computed(),
             spectra,
@@ -246,7 +246,7 @@ impl Flow for Modal<'_> {
         self.values.borrow_mut().clear();
         self.failure = None;
         self.steady = false;
-        let Ok(modal) = self.spectra.of(self.nbm, phase) else {
+        let Ok(modal) = self.spectra.of(self.system, phase) else {
             self.failure = Some(FlowError::NoModes { t });
             return;
         };
@@ -254,7 +254,7 @@ impl Flow for Modal<'_> {
         let n = self.layout.n_o;
         let mut both = vec![0.0; 2 * n];
         modal.to_modes(&y[..2 * n], &mut both);
-        self.motion = Motion::new(&modal, &self.nbm.loads, t, &both[..n], &both[n..]);
+        self.motion = Motion::new(&modal, &self.system.loads, t, &both[..n], &both[n..]);
         self.phase = Some(modal);
     }
 

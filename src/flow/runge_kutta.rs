@@ -8,7 +8,7 @@
 use super::bernstein::{Bernstein, Nested};
 use super::tableau::Tableau;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
-use crate::contact::{MonitorKind, Nbm, Phase, Scratch};
+use crate::contact::{MonitorKind, Phase, Scratch, System};
 
 /// Tolerances of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ const SMALLEST: f64 = 8.0 * f64::EPSILON;
 /// The flow; see the module's text.
 #[derive(Debug)]
 pub struct RungeKutta<'a> {
-    nbm: &'a Nbm,
+    system: &'a System,
     tableau: &'static Tableau,
     tolerances: Tolerances,
     layout: Layout,
@@ -51,16 +51,16 @@ pub struct RungeKutta<'a> {
 
 impl<'a> RungeKutta<'a> {
     /// A flow with a tableau.
-    pub fn new(nbm: &'a Nbm, tableau: &'static Tableau, tolerances: Tolerances) -> Self {
-        let layout = Layout::new(nbm);
+    pub fn new(system: &'a System, tableau: &'static Tableau, tolerances: Tolerances) -> Self {
+        let layout = Layout::new(system);
         let n = layout.len();
-        let h_fastest = 1.0 / nbm.body.frequency_bound();
+        let h_fastest = 1.0 / system.body.frequency_bound();
         RungeKutta {
-            nbm,
+            system,
             tableau,
             tolerances,
             layout,
-            scratch: nbm.scratch(),
+            scratch: system.scratch(),
             counters: Counters::default(),
             t0: 0.0,
             t1: 0.0,
@@ -83,12 +83,12 @@ impl<'a> RungeKutta<'a> {
         let (u, v) = (&self.stage[..n], &self.stage[n..2 * n]);
         let k = &mut self.k[index];
         k[..n].copy_from_slice(v);
-        phase.acceleration(self.nbm, t, u, v, &mut self.scratch, &mut k[n..2 * n]);
+        phase.acceleration(self.system, t, u, v, &mut self.scratch, &mut k[n..2 * n]);
         if let Some(i) = self.layout.work {
-            k[i] = self.nbm.loads.harmonic_power(t, &self.scratch.v);
+            k[i] = self.system.loads.harmonic_power(t, &self.scratch.v);
         }
         if let Some(i) = self.layout.dissipated {
-            k[i] = self.nbm.dissipation(&self.scratch.v);
+            k[i] = self.system.dissipation(&self.scratch.v);
         }
         self.counters.rhs_evaluations += 1;
     }
@@ -152,9 +152,9 @@ impl<'a> RungeKutta<'a> {
         let mut rows = vec![vec![0.0; m]; self.dense.f.len()];
         for (k, (f, row)) in self.dense.f.iter().zip(&mut rows).enumerate() {
             if k == 0 {
-                phase.monitor_values(self.nbm, &f[..n], row);
+                phase.monitor_values(self.system, &f[..n], row);
             } else {
-                phase.monitor_rates(self.nbm, &f[..n], row);
+                phase.monitor_rates(self.system, &f[..n], row);
             }
         }
         self.monitors.clear();
@@ -185,7 +185,7 @@ impl<'a> RungeKutta<'a> {
             .map(|i| {
                 self.dense.at(at(i), &mut y);
                 let t = t0 + at(i) * (t1 - t0);
-                phase.held_theta(self.nbm, t, &y[..n], &y[n..2 * n], &mut self.scratch)
+                phase.held_theta(self.system, t, &y[..n], &y[n..2 * n], &mut self.scratch)
             })
             .collect();
         for (index, monitor) in phase.monitors.iter().enumerate() {
@@ -211,8 +211,8 @@ impl<'a> RungeKutta<'a> {
     /// The error of the step just made over the tolerance.
     fn error(&mut self, h: f64, size: [f64; 2]) -> f64 {
         let n = self.layout.n_o;
-        let unit = self.nbm.length_unit();
-        let units = [unit, unit * self.nbm.body.frequency_unit()];
+        let unit = self.system.length_unit();
+        let units = [unit, unit * self.system.body.frequency_unit()];
         let scale = |b: usize| {
             self.tolerances.atol * units[b] + self.tolerances.rtol * self.largest[b].max(size[b])
         };

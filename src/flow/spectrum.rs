@@ -13,7 +13,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{Complex, DMatrix};
 
 use super::trigonometry::sin_cos;
-use crate::contact::{ActiveSet, ContactError, Nbm, Phase};
+use crate::contact::{ActiveSet, ContactError, Phase, System};
 use crate::fem::{FemError, Harmonic, Loads, eigen};
 
 /// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
@@ -165,11 +165,11 @@ pub struct Spectrum {
 
 impl Spectrum {
     /// The eigensolution of a phase without held nodes.
-    pub fn new(nbm: &Nbm, phase: &Phase) -> Result<Self, FemError> {
-        let (k, m) = phase.matrices(nbm);
-        let n = nbm.n_o();
-        let all = eigen::all(&k, &m, nbm.body.frequency_unit())?;
-        let (alpha, beta) = nbm.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    pub fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
+        let (k, m) = phase.matrices(system);
+        let n = system.n_o();
+        let all = eigen::all(&k, &m, system.body.frequency_unit())?;
+        let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
         let modes: Vec<Oscillator> = all
             .omega
             .iter()
@@ -183,30 +183,30 @@ impl Spectrum {
             column.iter().enumerate().for_each(|(i, &x)| inverse[(j, i)] = x);
         }
         // modal forces: φᵀ A*ᵀ f
-        let mut full = vec![0.0; nbm.n()];
+        let mut full = vec![0.0; system.n()];
         let mut projected = |f: &[f64]| -> Vec<f64> {
             all.shapes
                 .iter()
                 .map(|shape| {
-                    phase.expand_velocity(nbm, shape, &mut full);
+                    phase.expand_velocity(system, shape, &mut full);
                     full.iter().zip(f).map(|(a, b)| a * b).sum()
                 })
                 .collect()
         };
         let zero = vec![0.0; n];
-        let mut d = vec![0.0; nbm.n()];
-        phase.expand_displacement(nbm, &zero, &mut d);
-        let mut force = nbm.loads.constant.clone().unwrap_or_else(|| vec![0.0; nbm.n()]);
-        nbm.body.stiffness.mul_sub(&d, &mut force);
+        let mut d = vec![0.0; system.n()];
+        phase.expand_displacement(system, &zero, &mut d);
+        let mut force = system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]);
+        system.body.stiffness.mul_sub(&d, &mut force);
         let constant = projected(&force);
-        let harmonics = nbm.loads.harmonics.iter().map(|load| projected(&load.force)).collect();
+        let harmonics = system.loads.harmonics.iter().map(|load| projected(&load.force)).collect();
         let count = phase.monitors.len();
         let mut rows = DMatrix::<f64>::zeros(count, n);
         for (j, shape) in all.shapes.iter().enumerate() {
-            let h = phase.monitor_rates_at(nbm, shape);
+            let h = phase.monitor_rates_at(system, shape);
             rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
         }
-        let offsets = phase.monitor_values_at(nbm, &zero);
+        let offsets = phase.monitor_values_at(system, &zero);
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
         Ok(Spectrum { is_undamped, modes, shapes, inverse, constant, harmonics, rows, offsets })
     }
@@ -279,22 +279,22 @@ pub enum SpectrumError {
 
 impl Spectra {
     /// The spectrum of a phase.
-    pub fn of(&self, nbm: &Nbm, phase: &Phase) -> Result<Rc<Spectrum>, FemError> {
+    pub fn of(&self, system: &System, phase: &Phase) -> Result<Rc<Spectrum>, FemError> {
         if let Some(known) = self.known.borrow().get(&phase.set) {
             return Ok(known.clone());
         }
-        let new = Rc::new(Spectrum::new(nbm, phase)?);
+        let new = Rc::new(Spectrum::new(system, phase)?);
         self.computed.set(self.computed.get() + 1);
         self.known.borrow_mut().insert(phase.set.clone(), new.clone());
         Ok(new)
     }
 
     /// The spectrum of an active set.
-    pub fn of_set(&self, nbm: &Nbm, set: &ActiveSet) -> Result<Rc<Spectrum>, SpectrumError> {
+    pub fn of_set(&self, system: &System, set: &ActiveSet) -> Result<Rc<Spectrum>, SpectrumError> {
         if let Some(known) = self.known.borrow().get(set) {
             return Ok(known.clone());
         }
-        Ok(self.of(nbm, &Phase::new(nbm, set.clone())?)?)
+        Ok(self.of(system, &Phase::new(system, set.clone())?)?)
     }
 
     /// Number of eigensolutions so far.

@@ -97,11 +97,11 @@ type Path = (Vec<ActiveSet>, Vec<Crossing>, Vec<f64>, usize);
 
 /// The switches along a series.
 fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError> {
-    let nbm = &reduction.nbm;
-    let n_c = nbm.n_contact();
+    let system = &reduction.system;
+    let n_c = system.n_contact();
     let (q0, dq0) = q.at(0.0);
     let state = reduction.state(&q0, &dq0, 1.0);
-    let mut set = ActiveSet::new(nbm.solve_lcp(&state.u, &ActiveSet::open(n_c))?.active);
+    let mut set = ActiveSet::new(system.solve_lcp(&state.u, &ActiveSet::open(n_c))?.active);
     let (basis, n_h) = (y.basis, y.n_h);
     let (mut sets, mut crossings, mut slopes) = (vec![set.clone()], vec![], vec![]);
     let mut theta = 0.0;
@@ -121,7 +121,7 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
             let h = Polynomial::new(basis, n_h, &h);
             let end = first.map_or(basis.end(), |f| f.0);
             // a monitor may vanish altogether (at rest on the obstacle)
-            let slack = 1e-13 * h.size + 1e-15 * reduction.nbm.length_unit();
+            let slack = 1e-13 * h.size + 1e-15 * reduction.system.length_unit();
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {
@@ -152,7 +152,7 @@ fn interface(
     theta: f64,
 ) -> Vec<f64> {
     let mut n: Vec<f64> = op.s.iter().map(|s| -s).collect();
-    for (load, part) in reduction.nbm.loads.harmonics.iter().zip(&op.loads) {
+    for (load, part) in reduction.system.loads.harmonics.iter().zip(&op.loads) {
         let c = (theta + load.phase).cos();
         n.iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
     }
@@ -232,7 +232,7 @@ fn event_resolved(
             let scale = 1.0 / weight(basis, functions[k]);
             let constant = scale * integral[k * count];
             n.of_mut(k).iter_mut().zip(&op.s).for_each(|(n, s)| *n -= constant * s);
-            for (load, part) in reduction.nbm.loads.harmonics.iter().zip(&op.loads) {
+            for (load, part) in reduction.system.loads.harmonics.iter().zip(&op.loads) {
                 // cos(θ + φ) = cos φ cos θ − sin φ sin θ
                 let (sin, cos) = load.phase.sin_cos();
                 let c = scale * (cos * integral[k * count + 1] - sin * integral[k * count + 2]);
@@ -303,8 +303,8 @@ fn sampled(
     let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
     let mut n = Series::zeros(basis, n_h, r);
     let mut derivative = Mat::<f64>::zeros(count * r, count * r_in);
-    let nbm = &reduction.nbm;
-    let mut set = ActiveSet::open(nbm.n_contact());
+    let system = &reduction.system;
+    let mut set = ActiveSet::open(system.n_contact());
     let (mut sets, mut crossings) = (vec![], vec![]);
     let mut f = vec![];
     // midpoints: the same rule for half and whole periods
@@ -313,9 +313,9 @@ fn sampled(
         let theta = (t as f64 + 0.5) * h;
         let (x, dx) = q.at(theta);
         let state = reduction.state(&x, &dx, omega);
-        let now = ActiveSet::new(nbm.solve_lcp(&state.u, &set)?.active);
+        let now = ActiveSet::new(system.solve_lcp(&state.u, &set)?.active);
         if t > 0 {
-            for contact in 0..nbm.n_contact() {
+            for contact in 0..system.n_contact() {
                 if now.is_active(contact) != set.is_active(contact) {
                     crossings.push(Crossing {
                         theta: theta - 0.5 * h,

@@ -128,7 +128,8 @@ impl Linear {
         let n = reduction.n();
         let mut f = Series::zeros(basis, n_h, n);
         f.of_mut(0).copy_from_slice(&reduction.open.constant);
-        for (load, forces) in reduction.nbm.loads.harmonics.iter().zip(&reduction.open.harmonics) {
+        for (load, forces) in reduction.system.loads.harmonics.iter().zip(&reduction.open.harmonics)
+        {
             let (sin, cos) = load.phase.sin_cos();
             if n_h >= 1 {
                 f.of_mut(1).iter_mut().zip(forces).for_each(|(x, p)| *x += cos * p);
@@ -363,9 +364,9 @@ fn inadmissible(
         let theta = 0.5 * (a + b);
         let (x, dx) = q.at(theta);
         let state = reduction.state(&x, &dx, 1.0);
-        let lcp = reduction.nbm.solve_lcp(&state.u, set)?;
+        let lcp = reduction.system.solve_lcp(&state.u, set)?;
         let differs = |c: usize| lcp.active[c] != set.is_active(c) && !lcp.degenerate.contains(&c);
-        if (0..reduction.nbm.n_contact()).any(differs) {
+        if (0..reduction.system.n_contact()).any(differs) {
             return Ok(Some(theta));
         }
     }

@@ -10,7 +10,7 @@ use faer::linalg::solvers::Solve;
 
 use super::HbmError;
 use super::series::Basis;
-use crate::contact::{ActiveSet, Nbm, Phase};
+use crate::contact::{ActiveSet, Phase, System};
 use crate::fem::Csr;
 use crate::flow::spectrum::{Spectra, Spectrum};
 use crate::problem::State;
@@ -46,7 +46,7 @@ pub struct PhaseOperator {
 /// A body prepared for harmonic balance.
 pub struct Reduction {
     /// Operators.
-    pub nbm: Nbm,
+    pub system: System,
     /// Modes of the open phase.
     pub open: Rc<Spectrum>,
     /// Force or acceleration form.
@@ -103,7 +103,7 @@ impl Reduction {
     /// Square of the lowest frequency that is not a rigid motion's: the unit of modal stiffness.
     pub fn stiffness_unit(&self) -> f64 {
         let elastic = self.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
-        elastic.unwrap_or_else(|| self.nbm.body.frequency_unit()).powi(2)
+        elastic.unwrap_or_else(|| self.system.body.frequency_unit()).powi(2)
     }
 
     /// Whether the open body can move rigidly.
@@ -112,24 +112,24 @@ impl Reduction {
     }
 
     /// Find the directions; the series is a cosine series for an undamped body without harmonic loads.
-    pub fn new(nbm: Nbm, form: Form) -> Result<Reduction, HbmError> {
-        let mut frequencies = nbm.loads.harmonics.iter().map(|h| h.omega);
+    pub fn new(system: System, form: Form) -> Result<Reduction, HbmError> {
+        let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
         if let Some(first) = frequencies.next()
             && let Some(other) = frequencies.find(|w| *w != first)
         {
             return Err(HbmError::Frequencies(first, other));
         }
-        let n_c = nbm.n_contact();
+        let n_c = system.n_contact();
         let open_set = ActiveSet::open(n_c);
-        let open = Spectra::default().of_set(&nbm, &open_set)?;
-        let n = nbm.n_o();
-        let phase = Phase::new(&nbm, open_set.clone())?;
-        let (stiffness, mass) = phase.matrices(&nbm);
+        let open = Spectra::default().of_set(&system, &open_set)?;
+        let n = system.n_o();
+        let phase = Phase::new(&system, open_set.clone())?;
+        let (stiffness, mass) = phase.matrices(&system);
         // every A_α maps through the rows of N_O; M_α, K_α differ on these and on the columns M_OC, K_OC
         let mut columns = Mat::<f64>::zeros(n, 3 * n_c);
         for i in 0..n_c {
-            nbm.n_o.row(i).for_each(|(j, v)| columns[(j, i)] = v);
-            for (block, matrix) in [(1, &nbm.body.mass), (2, &nbm.body.stiffness)] {
+            system.n_o.row(i).for_each(|(j, v)| columns[(j, i)] = v);
+            for (block, matrix) in [(1, &system.body.mass), (2, &system.body.stiffness)] {
                 for (j, v) in matrix.row(n + i).filter(|(j, _)| *j < n) {
                     columns[(j, block * n_c + i)] = v;
                 }
@@ -149,10 +149,10 @@ impl Reduction {
             }
         };
         let lifted = &open.shapes * &q;
-        let full = nbm.damping.is_some() || !nbm.loads.harmonics.is_empty();
+        let full = system.damping.is_some() || !system.loads.harmonics.is_empty();
         let basis = if full { Basis::Full } else { Basis::Cosine };
         let phases = RefCell::default();
-        Ok(Reduction { nbm, open, form, basis, q, q_in, lifted, mass, stiffness, phases })
+        Ok(Reduction { system, open, form, basis, q, q_in, lifted, mass, stiffness, phases })
     }
 
     /// Number of modes.
@@ -162,7 +162,7 @@ impl Reduction {
 
     /// Set the frequency of the harmonic loads.
     pub fn set_frequency(&mut self, omega: f64) {
-        self.nbm.loads.set_frequency(omega);
+        self.system.loads.set_frequency(omega);
     }
 
     /// A phase on the reduced directions.
@@ -176,54 +176,54 @@ impl Reduction {
     }
 
     fn build(&self, set: &ActiveSet) -> Result<PhaseOperator, HbmError> {
-        let nbm = &self.nbm;
-        let phase = Phase::new(nbm, set.clone())?;
-        let (k, m) = phase.matrices(nbm);
+        let system = &self.system;
+        let phase = Phase::new(system, set.clone())?;
+        let (k, m) = phase.matrices(system);
         let s_m = congruence(&Csr::combination(1.0, &m, -1.0, &self.mass), &self.lifted);
         let s_k = congruence(&Csr::combination(1.0, &k, -1.0, &self.stiffness), &self.lifted);
         let r = self.q.ncols();
         // A*ᵀ x on the reduced directions, less that of the open phase
-        let open = Phase::new(nbm, ActiveSet::open(nbm.n_contact()))?;
+        let open = Phase::new(system, ActiveSet::open(system.n_contact()))?;
         let project = |phase: &Phase, force: &[f64]| -> Vec<f64> {
-            let mut full = vec![0.0; nbm.n()];
+            let mut full = vec![0.0; system.n()];
             (0..r)
                 .map(|c| {
-                    phase.expand_velocity(nbm, self.lifted.col_as_slice(c), &mut full);
+                    phase.expand_velocity(system, self.lifted.col_as_slice(c), &mut full);
                     full.iter().zip(force).map(|(a, b)| a * b).sum()
                 })
                 .collect()
         };
         let constant = |phase: &Phase| {
-            let mut d = vec![0.0; nbm.n()];
-            phase.expand_displacement(nbm, &vec![0.0; nbm.n_o()], &mut d);
-            let mut force = nbm.loads.constant.clone().unwrap_or_else(|| vec![0.0; nbm.n()]);
-            nbm.body.stiffness.mul_sub(&d, &mut force);
+            let mut d = vec![0.0; system.n()];
+            phase.expand_displacement(system, &vec![0.0; system.n_o()], &mut d);
+            let mut force = system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]);
+            system.body.stiffness.mul_sub(&d, &mut force);
             project(phase, &force)
         };
         let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> {
             a.iter().zip(&b).map(|(a, b)| a - b).collect()
         };
         let s = difference(constant(&phase), constant(&open));
-        let loads: Vec<Vec<f64>> = nbm
+        let loads: Vec<Vec<f64>> = system
             .loads
             .harmonics
             .iter()
             .map(|h| difference(project(&phase, &h.force), project(&open, &h.force)))
             .collect();
-        let (alpha, beta) = nbm.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
-        let rows_modal: Vec<Vec<f64>> = (0..nbm.n_o())
+        let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let rows_modal: Vec<Vec<f64>> = (0..system.n_o())
             .map(|j| {
-                let shape: Vec<f64> = (0..nbm.n_o()).map(|i| self.open.shapes[(i, j)]).collect();
-                phase.monitor_rates_at(nbm, &shape)
+                let shape: Vec<f64> = (0..system.n_o()).map(|i| self.open.shapes[(i, j)]).collect();
+                phase.monitor_rates_at(system, &shape)
             })
             .collect();
-        let rows = Mat::from_fn(nbm.n_contact(), self.q_in.ncols(), |i, c| {
+        let rows = Mat::from_fn(system.n_contact(), self.q_in.ncols(), |i, c| {
             (0..self.n()).map(|j| rows_modal[j][i] * self.q_in[(j, c)]).sum()
         });
-        let offsets = phase.monitor_values_at(nbm, &vec![0.0; nbm.n_o()]);
+        let offsets = phase.monitor_values_at(system, &vec![0.0; system.n_o()]);
         match self.form {
             Form::Force => {
-                let damped = nbm.damping.is_some();
+                let damped = system.damping.is_some();
                 let v = damped
                     .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
                 Ok(PhaseOperator { p: s_k, v, a: Some(s_m), s, loads, rows, offsets })

@@ -29,9 +29,9 @@ const SAMPLES: usize = 200;
 impl Summary {
     /// Walk along a solution.
     pub fn new(reduction: &Reduction, s: &Solution) -> Result<Summary, HbmError> {
-        let nbm = &reduction.nbm;
-        let n_o = nbm.n_o();
-        let (mut u, mut v) = (vec![0.0; nbm.n()], vec![0.0; nbm.n()]);
+        let system = &reduction.system;
+        let n_o = system.n_o();
+        let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
         let (mut energy, mut amplitude) = (0.0f64, 0.0f64);
         let end = s.q.basis.end();
         let mut phases = std::collections::HashMap::new();
@@ -40,15 +40,15 @@ impl Summary {
             let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
             let set: &ActiveSet = &s.sets[j.min(s.sets.len() - 1)];
             if !phases.contains_key(set) {
-                phases.insert(set.clone(), Phase::new(nbm, set.clone())?);
+                phases.insert(set.clone(), Phase::new(system, set.clone())?);
             }
             let phase = &phases[set];
             let (q, dq) = s.q.at(theta);
             let state = reduction.state(&q, &dq, s.omega);
-            phase.expand_displacement(nbm, &state.u, &mut u);
-            phase.expand_velocity(nbm, &state.v, &mut v);
+            phase.expand_displacement(system, &state.u, &mut u);
+            phase.expand_velocity(system, &state.v, &mut v);
             if k == 0 || s.q.basis == super::Basis::Full {
-                energy = energy.max(nbm.kinetic(&v) + nbm.elastic(&u));
+                energy = energy.max(system.kinetic(&v) + system.elastic(&u));
             }
             amplitude = u[n_o..].iter().fold(amplitude, |m, u| m.max(u.abs()));
         }
@@ -79,13 +79,13 @@ impl Summary {
 
 /// The start that the method knows: one harmonic, the first mode at `amplitude` times grazing.
 pub fn mode_start(reduction: &Reduction, amplitude: f64) -> Option<Series> {
-    let nbm = &reduction.nbm;
+    let system = &reduction.system;
     let n = reduction.n();
-    let open = Phase::new(nbm, ActiveSet::open(nbm.n_contact())).ok()?;
+    let open = Phase::new(system, ActiveSet::open(system.n_contact())).ok()?;
     let shape: Vec<f64> = (0..n).map(|i| reduction.open.shapes[(i, 0)]).collect();
-    let mut full = vec![0.0; nbm.n()];
-    open.expand_velocity(nbm, &shape, &mut full);
-    let scale = crate::problem::grazing_scale(nbm, &full)?;
+    let mut full = vec![0.0; system.n()];
+    open.expand_velocity(system, &shape, &mut full);
+    let scale = crate::problem::grazing_scale(system, &full)?;
     let mut q = Series::zeros(reduction.basis, 1, n);
     // the far point at t = 0
     q.of_mut(1)[0] = -amplitude * scale;
@@ -171,7 +171,7 @@ impl Harmonics<'_> {
 
     /// Size that makes an unknown a number of the order of one.
     fn unit(&self) -> f64 {
-        self.reduction.stiffness_unit() * self.reduction.nbm.length_unit()
+        self.reduction.stiffness_unit() * self.reduction.system.length_unit()
     }
 }
 

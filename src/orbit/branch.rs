@@ -15,7 +15,7 @@ use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
 
 /// An orbit as a file keeps it.
 pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitError> {
-    let (u0, v0) = orbit.state.full(&body.nbm)?;
+    let (u0, v0) = orbit.state.full(&body.system)?;
     let stability = orbit.stability.as_ref();
     let switches = orbit.switches.iter();
     Ok(OrbitRecord {
@@ -112,7 +112,7 @@ pub fn arclength(
             (place, family)
         }
         Start::Orbit(orbit, direction) => {
-            body.nbm.loads.set_frequency(orbit.omega());
+            body.system.loads.set_frequency(orbit.omega());
             let (chain, times) = chain_of(body, &orbit)?;
             let mut family = Segments::new(body, closure, chain);
             family.watch = watch;
@@ -293,11 +293,11 @@ fn try_at(
 pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<f64>> {
     let n = body.n();
     let k = mode.checked_sub(1).filter(|k| *k < n)?;
-    let open = Phase::new(&body.nbm, ActiveSet::open(body.nbm.n_contact())).ok()?;
+    let open = Phase::new(&body.system, ActiveSet::open(body.system.n_contact())).ok()?;
     let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, k)]).collect();
-    let mut full = vec![0.0; body.nbm.n()];
-    open.expand_velocity(&body.nbm, &shape, &mut full);
-    let scale = crate::problem::grazing_scale(&body.nbm, &full)?;
+    let mut full = vec![0.0; body.system.n()];
+    open.expand_velocity(&body.system, &shape, &mut full);
+    let scale = crate::problem::grazing_scale(&body.system, &full)?;
     let mut z = vec![0.0; n];
     z[k] = amplitude * scale * body.scale[k];
     Some(z)

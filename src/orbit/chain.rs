@@ -23,7 +23,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
-use crate::contact::{ActiveSet, Nbm};
+use crate::contact::{ActiveSet, System};
 use crate::flow::spectrum::{GAUSS10, Motion, Spectra, Spectrum, SpectrumError};
 use crate::problem::State;
 
@@ -59,7 +59,7 @@ type Transforms = HashMap<(ActiveSet, ActiveSet), Rc<Mat<f64>>>;
 #[derive(Debug)]
 pub struct Propagator {
     /// Operators.
-    pub nbm: Nbm,
+    pub system: System,
     /// Modes of the phases met so far.
     pub spectra: Rc<Spectra>,
     /// Modes of the open phase.
@@ -79,24 +79,24 @@ pub(super) fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
 
 impl Propagator {
     /// Modes of the open phase of a body.
-    pub fn new(nbm: Nbm) -> Result<Propagator, SpectrumError> {
+    pub fn new(system: System) -> Result<Propagator, SpectrumError> {
         let spectra = Rc::new(Spectra::default());
-        let open_set = ActiveSet::open(nbm.n_contact());
-        let open = spectra.of_set(&nbm, &open_set)?;
-        let unit = nbm.body.frequency_unit();
+        let open_set = ActiveSet::open(system.n_contact());
+        let open = spectra.of_set(&system, &open_set)?;
+        let unit = system.body.frequency_unit();
         let scale = open.modes.iter().map(|m| if m.omega > 0.0 { m.omega } else { unit }).collect();
         let transforms = RefCell::default();
-        Ok(Propagator { nbm, spectra, open, scale, open_set, transforms })
+        Ok(Propagator { system, spectra, open, scale, open_set, transforms })
     }
 
     /// Number of displacements `u_O`.
     pub fn n(&self) -> usize {
-        self.nbm.n_o()
+        self.system.n_o()
     }
 
     /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads.
     pub fn is_large(&self) -> bool {
-        self.n() > LARGE && self.nbm.damping.is_none() && self.nbm.loads.harmonics.is_empty()
+        self.n() > LARGE && self.system.damping.is_none() && self.system.loads.harmonics.is_empty()
     }
 
     /// From modal coordinates of one set to those of another: `Φ_bᵀ M_b Φ_a`; none if they are the same.
@@ -112,8 +112,8 @@ impl Propagator {
         if let Some(known) = self.transforms.borrow().get(&key) {
             return Ok(Some(known.clone()));
         }
-        let a = self.spectra.of_set(&self.nbm, from)?;
-        let b = self.spectra.of_set(&self.nbm, to)?;
+        let a = self.spectra.of_set(&self.system, from)?;
+        let b = self.spectra.of_set(&self.system, to)?;
         let new = Rc::new(product(b.inverse.as_ref(), a.shapes.as_ref()));
         self.transforms.borrow_mut().insert(key, new.clone());
         Ok(Some(new))
@@ -149,7 +149,7 @@ impl Propagator {
             if m.omega > 0.0 {
                 q += self.open.constant[k] / (m.omega * m.omega);
             }
-            for (load, forces) in self.nbm.loads.harmonics.iter().zip(&self.open.harmonics) {
+            for (load, forces) in self.system.loads.harmonics.iter().zip(&self.open.harmonics) {
                 let w = load.omega;
                 let stiffness = Complex::new((m.omega - w) * (m.omega + w), 2.0 * m.c * w);
                 let response = Complex::from_polar(forces[k], load.phase) / stiffness;
@@ -188,12 +188,12 @@ impl Propagator {
             if let Some(t) = self.transform(place, set)? {
                 x = product(t.as_ref().as_ref(), x.as_ref());
             }
-            let spectrum = self.spectra.of_set(&self.nbm, set)?;
+            let spectrum = self.spectra.of_set(&self.system, set)?;
             let (a, b) = (
                 if j == 0 { 0.0 } else { times[j - 1] },
                 if j < times.len() { times[j] } else { end },
             );
-            let link = Link::new(&self.nbm, spectrum, (a, b), &x);
+            let link = Link::new(&self.system, spectrum, (a, b), &x);
             if let Some(previous) = links.last() {
                 // ü⁻ − ü⁺ in the modes of the new phase
                 let mut before = Mat::from_fn(n, 1, |i, _| previous.a1[i]);
@@ -201,7 +201,7 @@ impl Propagator {
                     before = product(t.as_ref().as_ref(), before.as_ref());
                 }
                 let jump = (0..n).map(|i| before[(i, 0)] - link.a0[i]).collect();
-                events.push(previous.event(chain, j - 1, jump, self.nbm.body.frequency_bound()));
+                events.push(previous.event(chain, j - 1, jump, self.system.body.frequency_bound()));
             }
             x = Mat::from_fn(n, 2, |i, c| if c == 0 { link.q1[i] } else { link.v1[i] });
             links.push(link);
@@ -359,10 +359,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Link {
-    fn new(nbm: &Nbm, spectrum: Rc<Spectrum>, span: (f64, f64), x: &Mat<f64>) -> Link {
+    fn new(system: &System, spectrum: Rc<Spectrum>, span: (f64, f64), x: &Mat<f64>) -> Link {
         let n = spectrum.modes.len();
         let (q0, v0) = (x.col_as_slice(0), x.col_as_slice(1));
-        let motion = Motion::new(&spectrum, &nbm.loads, span.0, q0, v0);
+        let motion = Motion::new(&spectrum, &system.loads, span.0, q0, v0);
         let [mut q1, mut v1, mut a0, mut a1] = [0; 4].map(|_| vec![0.0; n]);
         motion.acceleration(&spectrum, span.0, q0, v0, &mut a0);
         motion.at(&spectrum, span.1, &mut q1, &mut v1);

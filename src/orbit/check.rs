@@ -79,7 +79,7 @@ pub fn check(
     effort: &Effort,
 ) -> Result<Checked, OrbitError> {
     let n = body.n();
-    body.nbm.loads.set_frequency(candidate.omega);
+    body.system.loads.set_frequency(candidate.omega);
     let closure = match closure {
         Closure::Reversible if !candidate.is_reversible(n) => Closure::Autonomous,
         other => other,
@@ -88,8 +88,8 @@ pub fn check(
     let (residual, contact_time, sequence) = along(body, candidate, period)?;
     let [u, v, _] = candidate.at(n, 0.0);
     let state = State { u, v };
-    let (full_u, full_v) = state.full(&body.nbm)?;
-    let energy = body.nbm.kinetic(&full_v) + body.nbm.elastic(&full_u);
+    let (full_u, full_v) = state.full(&body.system)?;
+    let energy = body.system.kinetic(&full_v) + body.system.elastic(&full_u);
     let z = body.frame(&state);
     let return_error = match read(body, &state, period) {
         Ok(reading) => {
@@ -121,22 +121,22 @@ fn along(
     candidate: &Candidate,
     period: f64,
 ) -> Result<(f64, f64, Vec<(usize, bool)>), OrbitError> {
-    let nbm = &body.nbm;
+    let system = &body.system;
     let n = body.n();
-    let mut scratch = nbm.scratch();
+    let mut scratch = system.scratch();
     let mut phases: std::collections::HashMap<ActiveSet, Phase> = std::collections::HashMap::new();
     let (mut defect, mut size, mut contact_time) = (0.0, 0.0, 0.0);
-    let mut set = ActiveSet::open(nbm.n_contact());
+    let mut set = ActiveSet::open(system.n_contact());
     let mut last: Option<(f64, ActiveSet)> = None;
     let mut sequence = vec![];
     let set_at = |t: f64, start: &ActiveSet| -> Result<ActiveSet, OrbitError> {
         let [u, ..] = candidate.at(n, t);
-        Ok(ActiveSet::new(nbm.solve_lcp(&u, start)?.active))
+        Ok(ActiveSet::new(system.solve_lcp(&u, start)?.active))
     };
     for k in 0..=SAMPLES {
         let t = period * k as f64 / SAMPLES as f64;
         let [u, v, a] = candidate.at(n, t);
-        set = ActiveSet::new(nbm.solve_lcp(&u, &set)?.active);
+        set = ActiveSet::new(system.solve_lcp(&u, &set)?.active);
         if let Some((before, previous)) = &last {
             refine(&set_at, (*before, previous.clone()), (t, set.clone()), 0, &mut sequence)?;
             // between two samples the trapezoidal rule of "any node touches"
@@ -145,10 +145,10 @@ fn along(
         }
         last = Some((t, set.clone()));
         if !phases.contains_key(&set) {
-            phases.insert(set.clone(), Phase::new(nbm, set.clone())?);
+            phases.insert(set.clone(), Phase::new(system, set.clone())?);
         }
         let mut true_a = vec![0.0; n];
-        phases[&set].acceleration(nbm, t, &u, &v, &mut scratch, &mut true_a);
+        phases[&set].acceleration(system, t, &u, &v, &mut scratch, &mut true_a);
         let mut both: Vec<f64> = a.iter().zip(&true_a).map(|(a, b)| a - b).collect();
         both.extend(&a);
         let mut modal = vec![0.0; 2 * n];

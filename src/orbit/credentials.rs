@@ -128,17 +128,17 @@ impl Observer for Scan<'_> {
     type Error = std::convert::Infallible;
 
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
-        let nbm = &self.body.nbm;
-        let n_o = nbm.n_o();
+        let system = &self.body.system;
+        let n_o = system.n_o();
         let u_c = &s.u[n_o..];
         let energy = s.energies.kinetic + s.energies.elastic;
         self.energy = self.energy.max(energy);
         self.amplitude = u_c.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match s.active.is_active(i) {
-            true => s.pressure[i] / nbm.n_c[(i, i)],
-            false => nbm.gap[i] - u_c[i],
+            true => s.pressure[i] / system.n_c[(i, i)],
+            false => system.gap[i] - u_c[i],
         };
-        let now: Vec<f64> = (0..nbm.n_contact()).map(monitor).collect();
+        let now: Vec<f64> = (0..system.n_contact()).map(monitor).collect();
         if let Some((t, flags, _)) = self.last.last()
             && flags.contains(&true)
         {
@@ -158,7 +158,7 @@ impl Observer for Scan<'_> {
             }
             for i in 0..now.len() {
                 if b[i] < a[i] && b[i] <= now[i] {
-                    self.grazing = self.grazing.min(b[i] / nbm.length_unit());
+                    self.grazing = self.grazing.min(b[i] / system.length_unit());
                 }
             }
         }
@@ -181,7 +181,7 @@ pub fn examine(
     iterations: usize,
     multipliers: bool,
 ) -> Result<Orbit, OrbitError> {
-    let nbm = &body.nbm;
+    let system = &body.system;
     let state = body.state(z);
     let mut scan = Scan {
         body,
@@ -198,15 +198,16 @@ pub fn examine(
     start.resize(2 * body.n(), 0.0);
     let end = body.frame(&report.last);
     let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
-    let unit = nbm.length_unit();
+    let unit = system.length_unit();
     for s in &report.switches {
         let scale = match s.kind {
             crate::event::SwitchKind::Close => 1.0,
-            crate::event::SwitchKind::Open => nbm.n_c[(s.contact, s.contact)],
+            crate::event::SwitchKind::Open => system.n_c[(s.contact, s.contact)],
         };
         scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
     }
-    let stiffness = (0..nbm.n_contact()).map(|i| nbm.n_c[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+    let stiffness =
+        (0..system.n_contact()).map(|i| system.n_c[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
     let energy = scan.energy.max(f64::MIN_POSITIVE);
     let stability = if multipliers && body.n() <= MULTIPLIER_LIMIT {
         match stability(body, closure, &start, &reading, period) {

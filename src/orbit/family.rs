@@ -90,7 +90,7 @@ impl<'a> Segments<'a> {
     }
 
     fn set_frequency(&mut self, omega: f64) {
-        self.body.nbm.loads.set_frequency(omega);
+        self.body.system.loads.set_frequency(omega);
     }
 
     fn walk(&mut self, x: &[f64]) -> Result<Walk, OrbitError> {
@@ -102,11 +102,12 @@ impl<'a> Segments<'a> {
 
     /// What makes an equation of event `j` a number of the size of `z`.
     fn equation_scale(&self, j: usize) -> f64 {
-        let nbm = &self.body.nbm;
+        let system = &self.body.system;
         let i = self.chain.nodes[j];
-        let unit = nbm.length_unit();
-        let monitor = if self.chain.sets[j].is_active(i) { nbm.n_c[(i, i)] * unit } else { unit };
-        let rate = if self.chain.is_pair(j) { nbm.body.frequency_unit() } else { 1.0 };
+        let unit = system.length_unit();
+        let monitor =
+            if self.chain.sets[j].is_active(i) { system.n_c[(i, i)] * unit } else { unit };
+        let rate = if self.chain.is_pair(j) { system.body.frequency_unit() } else { 1.0 };
         1.0 / (monitor * rate)
     }
 
@@ -118,7 +119,7 @@ impl<'a> Segments<'a> {
     }
 
     fn node_name(&self, contact: usize) -> usize {
-        self.body.nbm.body.dofs.contact_nodes[contact]
+        self.body.system.body.dofs.contact_nodes[contact]
     }
 
     /// The touch of a monitor nearest to `near`: phase, time and value of the minimum there. A minimum may lie in a
@@ -212,7 +213,7 @@ impl Family for Segments<'_> {
             }
         }
         let omega = x[n + m];
-        if self.body.nbm.loads.harmonics.is_empty() {
+        if self.body.system.loads.harmonics.is_empty() {
             // only the end moves: dT_end/dω = −T_end/ω
             let factor = -self.end(omega) / omega;
             let offset = if self.closure == Closure::Reversible { n } else { 0 };
@@ -309,7 +310,7 @@ impl Family for Segments<'_> {
         }
         let differs =
             |i: &usize| reading.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
-        let contact = (0..self.body.nbm.n_contact()).find(differs).unwrap_or(0);
+        let contact = (0..self.body.system.n_contact()).find(differs).unwrap_or(0);
         let what = format!("node {} touches at the start", self.node_name(contact));
         Ok(vec![Border::Touch { phase: 0, contact, near: 0.0, what }])
     }
@@ -325,10 +326,10 @@ impl Family for Segments<'_> {
             }
             Border::Touch { phase, contact, near, .. } => {
                 let walk = self.walk(x)?;
-                let nbm = &self.body.nbm;
-                let unit = nbm.length_unit();
+                let system = &self.body.system;
+                let unit = system.length_unit();
                 let active = self.chain.sets[*phase].is_active(*contact);
-                let scale = if active { unit * nbm.n_c[(*contact, *contact)] } else { unit };
+                let scale = if active { unit * system.n_c[(*contact, *contact)] } else { unit };
                 Ok(self.touch(&walk, *phase, *contact, *near).h / scale)
             }
         }
@@ -373,7 +374,7 @@ impl Family for Segments<'_> {
                         // α → β → γ becomes α → β′ → γ: what the second switch changes goes first
                         let (a, b, c) = (&sets[phase - 1], &sets[*phase], &sets[phase + 1]);
                         let mut other = a.clone();
-                        for i in 0..self.body.nbm.n_contact() {
+                        for i in 0..self.body.system.n_contact() {
                             if b.is_active(i) != c.is_active(i) {
                                 other.set(i, c.is_active(i));
                             }

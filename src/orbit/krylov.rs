@@ -52,47 +52,47 @@ pub fn half_period<'a>(
     z: &[f64],
     end: f64,
 ) -> Result<(Reading, HalfPeriod<'a>), OrbitError> {
-    let nbm = &body.nbm;
+    let system = &body.system;
     let mut states = States(vec![], body.n());
     let reading = read_with(body, &body.state(z), end, 0, &mut states)?;
-    let mut scratch = nbm.scratch();
+    let mut scratch = system.scratch();
     let n = body.n();
     let mut jumps = vec![];
     let mut acceleration = |phase: &Phase, t: f64, x: &State| {
         let mut a = vec![0.0; n];
-        phase.acceleration(nbm, t, &x.u, &x.v, &mut scratch, &mut a);
+        phase.acceleration(system, t, &x.u, &x.v, &mut scratch, &mut a);
         a
     };
     for s in &reading.report.switches {
         let Some((_, x)) = states.0.iter().find(|(t, _)| *t == s.t) else { continue };
-        let before = Phase::new(nbm, s.before.clone())?;
-        let after = Phase::new(nbm, s.after.clone())?;
+        let before = Phase::new(system, s.before.clone())?;
+        let after = Phase::new(system, s.after.clone())?;
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
         let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let monitor = before.monitors.iter().position(|m| m.node == s.contact).unwrap_or(0);
-        let rate = before.monitor_rates_at(nbm, &x.v)[monitor];
+        let rate = before.monitor_rates_at(system, &x.v)[monitor];
         jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
     }
-    let last = Phase::new(nbm, reading.report.active.clone())?;
+    let last = Phase::new(system, reading.report.active.clone())?;
     Ok((reading, HalfPeriod { body, jumps, last, end }))
 }
 
 impl HalfPeriod<'_> {
     /// `∂q̇(T/2)/∂z · d`, frame vectors of length `n`.
     pub fn product(&self, d: &[f64], scratch: &mut Scratch) -> Vec<f64> {
-        let (body, nbm) = (self.body, &self.body.nbm);
+        let (body, system) = (self.body, &self.body.system);
         let State { u: mut du, v: mut dv } = body.state(d);
         let mut t = 0.0;
         for j in &self.jumps {
             if j.t > t {
-                propagate(nbm, &j.phase, j.t - t, scratch, (&mut du, &mut dv));
+                propagate(system, &j.phase, j.t - t, scratch, (&mut du, &mut dv));
                 t = j.t;
             }
-            let delay = -j.phase.monitor_rates_at(nbm, &du)[j.monitor] / j.rate;
+            let delay = -j.phase.monitor_rates_at(system, &du)[j.monitor] / j.rate;
             dv.iter_mut().zip(&j.jump).for_each(|(v, a)| *v += a * delay);
         }
         if self.end > t {
-            propagate(nbm, &self.last, self.end - t, scratch, (&mut du, &mut dv));
+            propagate(system, &self.last, self.end - t, scratch, (&mut du, &mut dv));
         }
         body.frame(&State { u: du, v: dv })[d.len()..].to_vec()
     }
@@ -100,7 +100,7 @@ impl HalfPeriod<'_> {
     /// The Newton step `−J⁻¹ r` to a relative accuracy, with the number of products; GMRES without restart.
     pub fn step(&self, r: &[f64], accuracy: f64, most: usize) -> (Vec<f64>, usize) {
         let n = r.len();
-        let mut scratch = self.body.nbm.scratch();
+        let mut scratch = self.body.system.scratch();
         // −sin(ω T/2), kept away from zero at resonances
         let modes = self.body.open.modes.iter();
         let diagonal: Vec<f64> = modes

@@ -25,11 +25,11 @@ pub struct Reading {
 /// The exact flow of a body: by the modes of its phases, or without for large ones.
 pub fn flow(body: &Propagator) -> Choice<'_, choice::Only> {
     let exact: Box<dyn Flow> = if body.is_large() {
-        Box::new(Chebyshev::new(&body.nbm))
+        Box::new(Chebyshev::new(&body.system))
     } else {
-        Box::new(Modal::sharing(&body.nbm, Rc::clone(&body.spectra)))
+        Box::new(Modal::sharing(&body.system, Rc::clone(&body.spectra)))
     };
-    flow::exact(exact, &body.nbm)
+    flow::exact(exact, &body.system)
 }
 
 /// Integrate from `x` at `t = 0` to `until` with the body's exact flow.
@@ -47,10 +47,11 @@ pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
 ) -> Result<Reading, OrbitError> {
     let options = Options { until, samples, switch_limit: 40.0, verify_lcp: false };
     let mut flow = flow(body);
-    let report = event::run(&body.nbm, x, &options, &mut flow, observer).map_err(|e| match e {
-        RunError::Contact(e) => OrbitError::Contact(e),
-        RunError::Observer(never) => match never {},
-    })?;
+    let report =
+        event::run(&body.system, x, &options, &mut flow, observer).map_err(|e| match e {
+            RunError::Contact(e) => OrbitError::Contact(e),
+            RunError::Observer(never) => match never {},
+        })?;
     if !report.outcome.is_complete() {
         return Err(OrbitError::Incomplete(report.outcome));
     }

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use crate::contact::Nbm;
+use crate::contact::System;
 use crate::contact::lcp::PMatrix;
 use crate::event::{Report, SwitchKind};
 use crate::scenario::{BodyKind, Scene};
 
 /// The JSON object of `run`; the keys are part of the product's public face.
-pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value {
+pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> Value {
     let switches: Vec<Value> = report
         .switches
         .iter()
@@ -30,9 +30,9 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "title": scene.title,
         "status": if report.outcome.is_complete() { "complete" } else { "failed" },
         "verdict": report.outcome.to_string(),
-        "n_dof": nbm.n(),
-        "n_o": nbm.n_o(),
-        "n_contact": nbm.n_contact(),
+        "n_dof": system.n(),
+        "n_o": system.n_o(),
+        "n_contact": system.n_contact(),
         "t_end": report.t_end,
         "switches": switches,
         "grazings": grazings,
@@ -60,7 +60,7 @@ pub fn run_json(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Value
         "steps": report.counters.steps,
         "rejected": report.counters.rejected,
         "lcp_check": report.lcp_check,
-        "damping": nbm.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
+        "damping": system.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
         "wall_s": wall_s,
     })
 }
@@ -127,42 +127,45 @@ fn certificate(report: &Report) -> String {
 }
 
 /// The summary of a run in words.
-pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> String {
+pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> String {
     let mut out = String::new();
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<14}{text}");
     };
-    let [ex, ey] = nbm.body.mesh.cells();
+    let [ex, ey] = system.body.mesh.cells();
     let given = scene.body.kind == BodyKind::Matrices;
-    let kind = match nbm.body.mesh.dim {
+    let kind = match system.body.mesh.dim {
         _ if given => "matrices".to_owned(),
         1 => format!("bar, {}", plural(ex, "element", "elements")),
         _ => format!("plate, {ex} × {ey} elements"),
     };
-    let follow = match nbm.n_contact() {
+    let follow = match system.n_contact() {
         0 => String::new(),
-        n => format!(": {} move by themselves, {n} at the contact follow from them", nbm.n_o()),
+        n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
     };
-    line("body", format!("{kind}, {}{follow}", plural(nbm.n(), "displacement", "displacements")));
-    if let Some(d) = nbm.damping {
+    line(
+        "body",
+        format!("{kind}, {}{follow}", plural(system.n(), "displacement", "displacements")),
+    );
+    if let Some(d) = system.damping {
         let terms = [(d.alpha, "M"), (d.beta, "K")];
         let terms = terms.iter().filter(|(c, _)| *c != 0.0);
         let terms: Vec<_> = terms.map(|(c, m)| format!("{} {m}", significant(*c, 7))).collect();
         line("damping", format!("C = {}", terms.join(" + ")));
     }
-    if nbm.n_contact() > 0 {
-        let proof = match nbm.p_matrix {
+    if system.n_contact() > 0 {
+        let proof = match system.p_matrix {
             PMatrix::Minors => "unique (all principal minors of N_C positive)",
             _ => "unique (N_C positive definite)",
         };
         let nodes = match given {
-            true => plural(nbm.n_contact(), "displacement", "displacements"),
-            false => plural(nbm.n_contact(), "node", "nodes"),
+            true => plural(system.n_contact(), "displacement", "displacements"),
+            false => plural(system.n_contact(), "node", "nodes"),
         };
         line("contact", format!("{nodes}; contact displacements {proof}"));
     }
     line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
-    if nbm.n_contact() > 0 {
+    if system.n_contact() > 0 {
         let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
         let mut text = format!(
             "{} ({closings} close, {} open) in {}",
@@ -206,13 +209,13 @@ pub fn run_text(scene: &Scene, nbm: &Nbm, report: &Report, wall_s: f64) -> Strin
         let sign = if x >= 0.0 { "+" } else { "" };
         line("", format!("{sign}{} {what}", significant(x, 7)));
     };
-    if !nbm.loads.is_none() {
+    if !system.loads.is_none() {
         part(report.energy_external, "by the work of the loads");
     }
-    if nbm.damping.is_some() {
+    if system.damping.is_some() {
         part(-report.energy_dissipated, "by damping");
     }
-    if nbm.n_contact() > 0 {
+    if system.n_contact() > 0 {
         part(report.energy_jumps, "by the jumps at switches (part of the method)");
     }
     line(

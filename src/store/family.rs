@@ -23,7 +23,7 @@ use super::series::{
 use super::table::Table;
 use super::writer::{along_axes, create_file, size_of_mesh};
 use super::{StoreError, WriterOptions, read_text, write_text};
-use crate::contact::Nbm;
+use crate::contact::System;
 use crate::scenario::Scene;
 
 /// What is known of a family before its first point.
@@ -74,7 +74,7 @@ impl FamilyWriter {
     pub fn create(
         path: &Path,
         scene: &Scene,
-        nbm: &Nbm,
+        system: &System,
         options: &WriterOptions,
         plan: &FamilyPlan,
     ) -> Result<FamilyWriter, StoreError> {
@@ -85,7 +85,7 @@ impl FamilyWriter {
             ));
         }
         let staged = Staged::begin(&options.outputs, path)?;
-        let mut writer = Self::on(staged, scene, nbm, options, plan, 0)?;
+        let mut writer = Self::on(staged, scene, system, options, plan, 0)?;
         writer.begin_journal(&[])?;
         Ok(writer)
     }
@@ -94,7 +94,7 @@ impl FamilyWriter {
     pub fn resume(
         path: &Path,
         scene: &Scene,
-        nbm: &Nbm,
+        system: &System,
         options: &WriterOptions,
         plan: &FamilyPlan,
         known: &[PointRecord],
@@ -102,9 +102,9 @@ impl FamilyWriter {
         let outputs = options.outputs.with_force(true);
         let mut staged = Staged::begin(&outputs, path)?;
         staged.restart();
-        let size = known.iter().map(|p| size_of_point(p, plan.harmonics, nbm.n_o())).sum();
-        let mut writer = Self::on(staged, scene, nbm, options, plan, size)?;
-        let moved = writer.put_all(known, nbm).and_then(|()| writer.begin_journal(known));
+        let size = known.iter().map(|p| size_of_point(p, plan.harmonics, system.n_o())).sum();
+        let mut writer = Self::on(staged, scene, system, options, plan, size)?;
+        let moved = writer.put_all(known, system).and_then(|()| writer.begin_journal(known));
         if let Err(e) = moved {
             writer.staged.discard();
             return Err(e);
@@ -117,14 +117,14 @@ impl FamilyWriter {
     fn on(
         staged: Staged,
         scene: &Scene,
-        nbm: &Nbm,
+        system: &System,
         options: &WriterOptions,
         plan: &FamilyPlan,
         size: u64,
     ) -> Result<FamilyWriter, StoreError> {
         let begin = || {
-            check_room(staged.at(), size + size_of_mesh(nbm))?;
-            let file = create_file(staged.at(), scene, nbm, options)?;
+            check_room(staged.at(), size + size_of_mesh(system))?;
+            let file = create_file(staged.at(), scene, system, options)?;
             let g = file.create_group("backbone")?;
             write_text(&g, "kind", &plan.identity.to_string())?;
             write_text(&g, "identity", &json::to_string(&plan.identity).unwrap_or_default())?;
@@ -175,29 +175,29 @@ impl FamilyWriter {
     }
 
     /// Points as they are stored: displacements along the axes (the map to the normal is its own inverse).
-    fn put_all(&mut self, points: &[PointRecord], nbm: &Nbm) -> Result<(), StoreError> {
-        points.iter().try_for_each(|p| self.put(&turned(p, nbm), nbm))?;
+    fn put_all(&mut self, points: &[PointRecord], system: &System) -> Result<(), StoreError> {
+        points.iter().try_for_each(|p| self.put(&turned(p, system), system))?;
         self.file.flush()?;
         Ok(())
     }
 
     /// Append a point; it is on disk when this returns.
-    pub fn push(&mut self, p: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
+    pub fn push(&mut self, p: &PointRecord, system: &System) -> Result<(), StoreError> {
         if let Some(journal) = &mut self.journal {
-            journal.append(&turned(p, nbm))?;
+            journal.append(&turned(p, system))?;
         }
-        self.put(p, nbm)?;
+        self.put(p, system)?;
         self.file.flush()?;
         Ok(())
     }
 
-    fn put(&mut self, p: &PointRecord, nbm: &Nbm) -> Result<(), StoreError> {
-        check_room(self.staged.at(), size_of_point(p, self.plan.harmonics, nbm.n_o()))?;
+    fn put(&mut self, p: &PointRecord, system: &System) -> Result<(), StoreError> {
+        check_room(self.staged.at(), size_of_point(p, self.plan.harmonics, system.n_o()))?;
         let count = self.order.len();
         let g = self.points.create_group(&format!("{count:04}"))?;
         scalar(&g, "omega", p.omega)?;
         if let Some(o) = &p.orbit {
-            write_orbit(&g, o, nbm)?;
+            write_orbit(&g, o, system)?;
         }
         if let Some(place) = &p.place {
             write_place(&g, place)?;
@@ -226,7 +226,7 @@ impl FamilyWriter {
         if let Some(series) = &p.series {
             if self.series.is_none() {
                 let most = self.plan.harmonics;
-                self.series = Some(SeriesWriter::create(&self.file, most, nbm.n_o())?);
+                self.series = Some(SeriesWriter::create(&self.file, most, system.n_o())?);
             }
             if let Some(writer) = &mut self.series {
                 writer.push(series, count)?;
@@ -263,9 +263,14 @@ impl FamilyWriter {
 
     /// Bring the points into their order, write how the branches ended and the final status. The journal of an unfinished family
     /// stays.
-    pub fn finish(mut self, status: &str, ends: &[BranchEnd], nbm: &Nbm) -> Result<(), StoreError> {
+    pub fn finish(
+        mut self,
+        status: &str,
+        ends: &[BranchEnd],
+        system: &System,
+    ) -> Result<(), StoreError> {
         if !self.order.is_sorted() {
-            self = self.sorted(nbm)?;
+            self = self.sorted(system)?;
         }
         if !self.checks.is_empty() {
             write_crosscheck(&self.file, &self.checks)?;
@@ -285,7 +290,7 @@ impl FamilyWriter {
     }
 
     /// The same family with its rows in order, in a new file beside.
-    fn sorted(self, nbm: &Nbm) -> Result<FamilyWriter, StoreError> {
+    fn sorted(self, system: &System) -> Result<FamilyWriter, StoreError> {
         self.file.flush()?;
         let FamilyWriter { mut staged, file, points, rows, special, series, checks, order, .. } =
             self;
@@ -298,9 +303,10 @@ impl FamilyWriter {
             .map(|&k| PointRecord { check: checks.get(k).cloned(), ..stored[k].clone() })
             .collect();
         staged.restart();
-        let size = in_order.iter().map(|p| size_of_point(p, self.plan.harmonics, nbm.n_o())).sum();
-        let mut new = Self::on(staged, &self.scene, nbm, &self.options, &self.plan, size)?;
-        if let Err(e) = new.put_all(&in_order, nbm) {
+        let size =
+            in_order.iter().map(|p| size_of_point(p, self.plan.harmonics, system.n_o())).sum();
+        let mut new = Self::on(staged, &self.scene, system, &self.options, &self.plan, size)?;
+        if let Err(e) = new.put_all(&in_order, system) {
             new.staged.discard();
             return Err(e);
         }
@@ -310,11 +316,11 @@ impl FamilyWriter {
 }
 
 /// A point with its displacements along the axes in place of the outward normal, or back.
-fn turned(p: &PointRecord, nbm: &Nbm) -> PointRecord {
+fn turned(p: &PointRecord, system: &System) -> PointRecord {
     let mut p = p.clone();
     if let Some(o) = &mut p.orbit {
-        o.u0 = along_axes(&nbm.body.dofs, &o.u0);
-        o.v0 = along_axes(&nbm.body.dofs, &o.v0);
+        o.u0 = along_axes(&system.body.dofs, &o.u0);
+        o.v0 = along_axes(&system.body.dofs, &o.v0);
     }
     p
 }
@@ -384,8 +390,8 @@ impl StoredFamily {
 
     /// What does not fit a body, if anything: whoever goes on with the points may index without fear. `unknowns` are those of an orbit,
     /// where orbits are shot.
-    pub fn misfit(&self, nbm: &Nbm, unknowns: Option<usize>) -> Option<String> {
-        let (n, n_o, n_c) = (nbm.n(), nbm.n_o(), nbm.n_contact());
+    pub fn misfit(&self, system: &System, unknowns: Option<usize>) -> Option<String> {
+        let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
         let place_fits = |place: &super::PlaceRecord| {
             let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
             let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);

@@ -178,7 +178,7 @@ impl std::fmt::Display for FamilyKind {
 
 /// All numbers of a problem, as one.
 pub fn fingerprint(problem: &Problem) -> u64 {
-    let nbm = &problem.nbm;
+    let system = &problem.system;
     // Fowler, Noll and Vo's hash: the same on every machine and for every version
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let mut all = |x: &[f64]| {
@@ -186,13 +186,13 @@ pub fn fingerprint(problem: &Problem) -> u64 {
             hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         }
     };
-    for a in [&nbm.body.mass, &nbm.body.stiffness, &nbm.n_o] {
+    for a in [&system.body.mass, &system.body.stiffness, &system.n_o] {
         for (i, j, v) in a.triplets() {
             all(&[i as f64, j as f64, v]);
         }
     }
-    all(nbm.n_c.as_slice());
-    all(&nbm.gap);
+    all(system.n_c.as_slice());
+    all(&system.gap);
     all(&problem.initial.u);
     all(&problem.initial.v);
     hash

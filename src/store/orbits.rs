@@ -12,7 +12,7 @@ use super::reader::{Careful, open, reading};
 use super::series::{CheckRow, SeriesRecord};
 use super::writer::along_axes;
 use super::{StoreError, Writer, read_text, write_text};
-use crate::contact::Nbm;
+use crate::contact::System;
 
 pub(super) type Word = FixedAscii<64>;
 
@@ -151,8 +151,8 @@ const NUMBERS: [&str; 9] = [
     "energy_balance",
 ];
 
-pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> {
-    let dofs = &nbm.body.dofs;
+pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result<(), StoreError> {
+    let dofs = &system.body.dofs;
     let numbers = [
         o.period,
         o.energy,
@@ -262,8 +262,8 @@ pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
 
 impl Writer {
     /// Write `/orbit` beside the trajectory of its period.
-    pub fn orbit(&mut self, orbit: &OrbitRecord, nbm: &Nbm) -> Result<(), StoreError> {
-        write_orbit(&self.file().create_group("orbit")?, orbit, nbm)
+    pub fn orbit(&mut self, orbit: &OrbitRecord, system: &System) -> Result<(), StoreError> {
+        write_orbit(&self.file().create_group("orbit")?, orbit, system)
     }
 }
 

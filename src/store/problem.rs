@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::{Array1, Array2};
 
 use super::StoreError;
-use crate::contact::{ActiveSet, Nbm};
+use crate::contact::{ActiveSet, System};
 use crate::fem::Csr;
 use crate::problem::Problem;
 
@@ -23,19 +23,19 @@ pub fn write_problem(
     active: &ActiveSet,
     until: f64,
 ) -> Result<(), StoreError> {
-    let nbm: &Nbm = &problem.nbm;
+    let system: &System = &problem.system;
     let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
-    let n_c = nbm.n_contact();
+    let n_c = system.n_contact();
     let matrix = |name: &str, a: Array2<f64>| file.new_dataset_builder().with_data(&a).create(name);
-    matrix("M", dense(&nbm.body.mass))?;
-    matrix("K", dense(&nbm.body.stiffness))?;
-    matrix("N_C", Array2::from_shape_fn((n_c, n_c), |(i, j)| nbm.n_c[(i, j)]))?;
-    matrix("N_O", dense(&nbm.n_o))?;
+    matrix("M", dense(&system.body.mass))?;
+    matrix("K", dense(&system.body.stiffness))?;
+    matrix("N_C", Array2::from_shape_fn((n_c, n_c), |(i, j)| system.n_c[(i, j)]))?;
+    matrix("N_O", dense(&system.n_o))?;
     let vector = |name: &str, x: Vec<f64>| {
         file.new_dataset_builder().with_data(&Array1::from_vec(x)).create(name)
     };
-    vector("gap", nbm.gap.clone())?;
-    vector("f", nbm.loads.constant.clone().unwrap_or_else(|| vec![0.0; nbm.n()]))?;
+    vector("gap", system.gap.clone())?;
+    vector("f", system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]))?;
     vector("u0", problem.initial.u.clone())?;
     vector("v0", problem.initial.v.clone())?;
     let active: Vec<u8> = active.flags().iter().map(|&a| u8::from(a)).collect();

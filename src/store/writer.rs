@@ -11,7 +11,7 @@ use super::output::{Outputs, Staged, check_room};
 use super::reader::{Careful, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
-use crate::contact::{ActiveSet, Nbm};
+use crate::contact::{ActiveSet, System};
 use crate::event::{
     Checkpoint, Grazing, GrazingKind, Observer, Resumed, Sample, Switch, SwitchKind,
 };
@@ -76,25 +76,25 @@ impl Writer {
     pub fn create(
         path: &Path,
         scene: &Scene,
-        nbm: &Nbm,
+        system: &System,
         options: &WriterOptions,
     ) -> Result<Writer, StoreError> {
         let staged = Staged::begin(&options.outputs, path)?;
         // a file that could not even be begun is of no use, and an old one stands untouched
-        Self::begin(staged, scene, nbm, options)
+        Self::begin(staged, scene, system, options)
     }
 
     fn begin(
         staged: Staged,
         scene: &Scene,
-        nbm: &Nbm,
+        system: &System,
         options: &WriterOptions,
     ) -> Result<Writer, StoreError> {
-        let file = check_room(staged.at(), size_of_mesh(nbm))
-            .and_then(|()| create_file(staged.at(), scene, nbm, options))
+        let file = check_room(staged.at(), size_of_mesh(system))
+            .and_then(|()| create_file(staged.at(), scene, system, options))
             .inspect_err(|_| staged.discard())?;
-        let dofs = nbm.body.dofs.clone();
-        let (n, n_c) = (nbm.n(), nbm.n_contact());
+        let dofs = system.body.dofs.clone();
+        let (n, n_c) = (system.n(), system.n_contact());
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
         let g = file.create_group("trajectory")?;
         let column = |name: &str, columns, compressed, units: &str| {
@@ -168,7 +168,7 @@ impl Writer {
     pub fn resume(
         path: &Path,
         scene: &Scene,
-        nbm: &Nbm,
+        system: &System,
         options: &WriterOptions,
         problem: u64,
     ) -> Result<(Writer, Resumed), StoreError> {
@@ -183,8 +183,8 @@ impl Writer {
             StoreError::unusable(&at, format!("cannot be gone on with: {why}; --force starts anew"))
         };
         if of != problem
-            || checkpoint.y.len() < 2 * nbm.n_o()
-            || checkpoint.armed.len() != nbm.n_contact()
+            || checkpoint.y.len() < 2 * system.n_o()
+            || checkpoint.armed.len() != system.n_contact()
         {
             return Err(refuse("the files that the scene names have changed since"));
         }
@@ -206,7 +206,7 @@ impl Writer {
             let g = file.group("grazings")?;
             write_text(&file, "status", "running")?;
             let writer = Writer {
-                dofs: nbm.body.dofs.clone(),
+                dofs: system.body.dofs.clone(),
                 u,
                 v,
                 t,
@@ -231,8 +231,8 @@ impl Writer {
                 staged,
             };
             let resumed = Resumed {
-                switches: read_switches(&file, nbm)?,
-                grazings: read_grazings(&file, nbm)?,
+                switches: read_switches(&file, system)?,
+                grazings: read_grazings(&file, system)?,
                 checkpoint: checkpoint.clone(),
             };
             Ok((writer, resumed))
@@ -353,11 +353,11 @@ fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
 }
 
 /// Contact node of a mesh node.
-fn contact_of(nbm: &Nbm, node: i64) -> usize {
-    nbm.body.dofs.contact_nodes.iter().position(|&n| n as i64 == node).unwrap_or(0)
+fn contact_of(system: &System, node: i64) -> usize {
+    system.body.dofs.contact_nodes.iter().position(|&n| n as i64 == node).unwrap_or(0)
 }
 
-fn read_switches(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Switch>, StoreError> {
+fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Switch>, StoreError> {
     let numbers = |name: &str| -> Result<Vec<f64>, StoreError> {
         Ok(file.dataset(&format!("switches/{name}"))?.values()?)
     };
@@ -368,7 +368,7 @@ fn read_switches(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Switch>, StoreError
         (sets(file, "switches/active_before")?, sets(file, "switches/active_after")?);
     let switch = |k: usize| Switch {
         t: t[k],
-        contact: contact_of(nbm, node[k]),
+        contact: contact_of(system, node[k]),
         node: node[k] as usize,
         kind: if kind[k].as_str() == "close" { SwitchKind::Close } else { SwitchKind::Open },
         monitor_rate: rate[k],
@@ -379,14 +379,14 @@ fn read_switches(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Switch>, StoreError
     Ok((0..t.len()).map(switch).collect())
 }
 
-fn read_grazings(file: &hdf5::File, nbm: &Nbm) -> Result<Vec<Grazing>, StoreError> {
+fn read_grazings(file: &hdf5::File, system: &System) -> Result<Vec<Grazing>, StoreError> {
     let t: Vec<f64> = file.dataset("grazings/t")?.values()?;
     let distance: Vec<f64> = file.dataset("grazings/distance")?.values()?;
     let node: Vec<i64> = file.dataset("grazings/node")?.values()?;
     let kind: Vec<Word> = file.dataset("grazings/kind")?.values()?;
     let grazing = |k: usize| Grazing {
         t: t[k],
-        contact: contact_of(nbm, node[k]),
+        contact: contact_of(system, node[k]),
         node: node[k] as usize,
         distance: distance[k],
         kind: GrazingKind::of_name(kind[k].as_str()).unwrap_or(GrazingKind::NearMiss),
@@ -402,8 +402,8 @@ pub(super) fn along_axes(dofs: &DofMap, x: &[f64]) -> Vec<f64> {
 }
 
 /// Bytes that the mesh and the attributes of a file take at the most.
-pub(super) fn size_of_mesh(nbm: &Nbm) -> u64 {
-    let mesh = &nbm.body.mesh;
+pub(super) fn size_of_mesh(system: &System) -> u64 {
+    let mesh = &system.body.mesh;
     (40 * mesh.n_nodes() + 8 * mesh.elements.len() + (64 << 10)) as u64
 }
 
@@ -411,7 +411,7 @@ pub(super) fn size_of_mesh(nbm: &Nbm) -> u64 {
 pub(super) fn create_file(
     path: &Path,
     scene: &Scene,
-    nbm: &Nbm,
+    system: &System,
     options: &WriterOptions,
 ) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::create(path)
@@ -423,12 +423,12 @@ pub(super) fn create_file(
     write_text(&file, "command", &options.command)?;
     write_text(&file, "created", &timestamp())?;
     write_text(&file, "status", "running")?;
-    write_mesh(&file, nbm)?;
+    write_mesh(&file, system)?;
     Ok(file)
 }
 
-fn write_mesh(file: &hdf5::File, nbm: &Nbm) -> Result<(), StoreError> {
-    let (mesh, dofs) = (&nbm.body.mesh, &nbm.body.dofs);
+fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), StoreError> {
+    let (mesh, dofs) = (&system.body.mesh, &system.body.dofs);
     let g = file.create_group("mesh")?;
     let array = |rows: usize, columns: usize, values: Vec<i64>| {
         ndarray::Array2::from_shape_vec((rows, columns), values)
@@ -451,8 +451,8 @@ fn write_mesh(file: &hdf5::File, nbm: &Nbm) -> Result<(), StoreError> {
     g.new_dataset_builder().with_data(&contact_nodes).create("contact_nodes")?;
     let contact_dofs: Vec<i64> = (dofs.n_o..dofs.n()).map(|i| i as i64).collect();
     g.new_dataset_builder().with_data(&contact_dofs).create("contact_dofs")?;
-    g.new_dataset_builder().with_data(&nbm.gap).create("gap")?;
-    g.new_dataset_builder().with_data(&nbm.area).create("contact_area")?;
+    g.new_dataset_builder().with_data(&system.gap).create("gap")?;
+    g.new_dataset_builder().with_data(&system.area).create("contact_area")?;
     for (name, key, text) in [
         ("nodes", "units", "length"),
         ("gap", "units", "length along the outward normal"),

@@ -140,7 +140,7 @@ pub fn reference_problem(name: &str) -> Reference {
         case["until"],
     );
     let problem = problem(&text);
-    let body = &problem.nbm.body;
+    let body = &problem.system.body;
     // the file's nodes in their own order → ours
     let place: Vec<usize> = json["nodes"]
         .as_array()
@@ -162,7 +162,7 @@ pub fn reference_problem(name: &str) -> Reference {
         body.dofs.gather(&nodal)
     };
     let u0 = state("u0");
-    let n_o = problem.nbm.n_o();
+    let n_o = problem.system.n_o();
     assert!(relative(&problem.initial.u, &u0[..n_o]) < 1e-11, "initial state");
     let switches = json["switches"].as_array().unwrap().iter().map(|s| ReferenceSwitch {
         t: s["t"].as_f64().unwrap(),

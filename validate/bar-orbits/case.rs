@@ -6,7 +6,7 @@
 //! start. Multipliers: from matrix exponentials of the first-order system and saltation in nodal coordinates.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use signorini::contact::{ActiveSet, Nbm, Phase};
+use signorini::contact::{ActiveSet, Phase, System};
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::{Problem, State};
@@ -35,11 +35,11 @@ struct Half {
     offset: f64,
 }
 
-fn half(nbm: &Nbm, active: bool) -> Result<Half, String> {
+fn half(system: &System, active: bool) -> Result<Half, String> {
     let text = |e: signorini::contact::ContactError| e.to_string();
-    let phase = Phase::new(nbm, ActiveSet::new(vec![active])).map_err(text)?;
-    let (k, m) = phase.matrices(nbm);
-    let n = nbm.n_o();
+    let phase = Phase::new(system, ActiveSet::new(vec![active])).map_err(text)?;
+    let (k, m) = phase.matrices(system);
+    let n = system.n_o();
     let dense = |a: &signorini::fem::Csr| {
         let mut d = DMatrix::zeros(n, n);
         a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
@@ -47,16 +47,16 @@ fn half(nbm: &Nbm, active: bool) -> Result<Half, String> {
     };
     let (k, m) = (dense(&k), dense(&m));
     // A*ᵀ K d*
-    let mut d = vec![0.0; nbm.n()];
-    phase.expand_displacement(nbm, &vec![0.0; n], &mut d);
-    let mut kd = vec![0.0; nbm.n()];
-    nbm.body.stiffness.mul(&d, &mut kd);
+    let mut d = vec![0.0; system.n()];
+    phase.expand_displacement(system, &vec![0.0; n], &mut d);
+    let mut kd = vec![0.0; system.n()];
+    system.body.stiffness.mul(&d, &mut kd);
     let mut force = DVector::zeros(n);
     for j in 0..n {
         let mut unit = vec![0.0; n];
         unit[j] = 1.0;
-        let mut full = vec![0.0; nbm.n()];
-        phase.expand_velocity(nbm, &unit, &mut full);
+        let mut full = vec![0.0; system.n()];
+        phase.expand_velocity(system, &unit, &mut full);
         force[j] = -full.iter().zip(&kd).map(|(a, b)| a * b).sum::<f64>();
     }
     let chol = m.clone().cholesky().ok_or("mass matrix")?;
@@ -68,12 +68,12 @@ fn half(nbm: &Nbm, active: bool) -> Result<Half, String> {
     let rest = k.clone().lu().solve(&force).ok_or("stiffness matrix")?;
     let dynamics = -chol.solve(&k);
     let zero = vec![0.0; n];
-    let offset = phase.monitor_values_at(nbm, &zero)[0];
+    let offset = phase.monitor_values_at(system, &zero)[0];
     let mut row = DVector::zeros(n);
     for j in 0..n {
         let mut unit = zero.clone();
         unit[j] = 1.0;
-        row[j] = phase.monitor_rates_at(nbm, &unit)[0];
+        row[j] = phase.monitor_rates_at(system, &unit)[0];
     }
     Ok(Half { omega, shapes, rest, dynamics, row, offset })
 }
@@ -191,14 +191,14 @@ fn run(effort: Effort) -> Outcome {
     for &n in meshes {
         let scene = scene(include_str!("scene.toml"), Some(&[n]))?;
         let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
-        let (free, closed) = (half(&problem.nbm, false)?, half(&problem.nbm, true)?);
+        let (free, closed) = (half(&problem.system, false)?, half(&problem.system, true)?);
         let exact = exact_orbits(&free, &closed);
         checks.push(Check::at_least(
             format!("{n} elements: admissible orbits"),
             exact.len() as f64,
             1.0,
         ));
-        let mut body = Propagator::new(problem.nbm).map_err(|e| e.to_string())?;
+        let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
         let mut found = 0;
         let (mut residual, mut distance, mut times, mut multiplier) =
             (0.0f64, 0.0f64, 0.0f64, 0.0f64);

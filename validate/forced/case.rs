@@ -36,13 +36,13 @@ fn body(ratio: f64) -> Result<Propagator, String> {
         damping.ratio = Some(ratio);
     }
     let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
-    Propagator::new(problem.nbm).map_err(|e| e.to_string())
+    Propagator::new(problem.system).map_err(|e| e.to_string())
 }
 
 fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
     let text = |e: signorini::orbit::OrbitError| e.to_string();
     let low = 1.2;
-    body.nbm.loads.set_frequency(low);
+    body.system.loads.set_frequency(low);
     let z = body.linear_response();
     let verdict = find(body, Closure::Forced, &z, low, &Search::default()).map_err(text)?;
     let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
@@ -65,7 +65,7 @@ fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
 /// Whether a disturbed state behaves as the multipliers say; none where they are too near to the unit circle.
 fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, String> {
     let (Some(orbit), Some(place)) = (&p.orbit, &p.place) else { return Ok(None) };
-    body.nbm.loads.set_frequency(p.omega);
+    body.system.loads.set_frequency(p.omega);
     let z = &place.x[..2 * body.n()];
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(z);

@@ -34,8 +34,8 @@ impl RandomBody {
             let text = described(number, &draw);
             let problem = Problem::new(&scene(&text, None)?, None)
                 .map_err(|e| format!("body {number}: {e}"))?;
-            if problem.nbm.n_o() <= LARGEST {
-                let witness = Witness::new(&problem.nbm)?;
+            if problem.system.n_o() <= LARGEST {
+                let witness = Witness::new(&problem.system)?;
                 let until = witness.period * (1.5 + 0.5 * draw[12]);
                 return Ok(RandomBody { problem, witness, until, number });
             }

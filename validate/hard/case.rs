@@ -118,7 +118,7 @@ fn long_times(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
 fn simultaneous(checks: &mut Vec<Check>) -> Result<(), String> {
     let scene_ = scene(include_str!("symmetric.toml"), None)?;
     let (problem, report, states) = integrate(&scene_)?;
-    let body = &problem.nbm.body;
+    let body = &problem.system.body;
     let [_, height] = body.mesh.size();
     let mirror: Vec<usize> =
         body.mesh.nodes.iter().map(|p| body.mesh.nearest_node([p[0], height - p[1]])).collect();
@@ -246,9 +246,10 @@ fn same(a: &Report, b: &Report, tolerance: f64) -> bool {
 fn random_states(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let scene_ = scene(include_str!("random.toml"), None)?;
     let problem = Problem::new(&scene_, None).map_err(|e| e.to_string())?;
-    let nbm = &problem.nbm;
-    let open = Phase::new(nbm, ActiveSet::open(nbm.n_contact())).map_err(|e| e.to_string())?;
-    let modes = phase_modes(nbm, &open, 6).map_err(|e| e.to_string())?;
+    let system = &problem.system;
+    let open =
+        Phase::new(system, ActiveSet::open(system.n_contact())).map_err(|e| e.to_string())?;
+    let modes = phase_modes(system, &open, 6).map_err(|e| e.to_string())?;
     let count: u64 = if effort.short { 400 } else { 10_000 };
     let options = Options { until: 4.0, samples: 1, switch_limit: 40.0, verify_lcp: false };
     let tight = Tolerances { rtol: 1e-12, atol: 1e-15 };
@@ -257,13 +258,13 @@ fn random_states(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> 
     let results: Result<Vec<[u64; 5]>, String> = (0..count / chunk)
         .into_par_iter()
         .map(|c| {
-            let flow = |i| by_name(i, nbm, tight);
+            let flow = |i| by_name(i, system, tight);
             let (mut modal, mut chebyshev) = (flow(Integrator::Modal), flow(Integrator::Chebyshev));
             // switches, missed, chebyshev differs, dop853 differs, of these at no recorded grazing
             let mut tally = [0u64; 5];
             for seed in c * chunk..(c + 1) * chunk {
                 let weights = random(12, seed);
-                let mut state = State { u: vec![0.0; nbm.n_o()], v: vec![0.0; nbm.n_o()] };
+                let mut state = State { u: vec![0.0; system.n_o()], v: vec![0.0; system.n_o()] };
                 for (k, shape) in modes.shapes.iter().enumerate() {
                     for (j, x) in shape.iter().enumerate() {
                         state.u[j] += weights[k] * x / (1.0 + k as f64);
@@ -271,7 +272,7 @@ fn random_states(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> 
                     }
                 }
                 let solve = |flow: &mut dyn Flow| -> Result<Report, String> {
-                    let report = event::run(nbm, &state, &options, flow, &mut Silent)
+                    let report = event::run(system, &state, &options, flow, &mut Silent)
                         .map_err(|e| e.to_string())?;
                     if report.outcome.is_complete() {
                         Ok(report)

@@ -115,7 +115,7 @@ impl Comparison<'_> {
         let until = if course.grazes { *until } else { course.end };
         let options = Options { until, samples: 1, switch_limit: 40.0, verify_lcp: false };
         let flow = self.flow.as_mut();
-        let report = event::run(&problem.nbm, state, &options, flow, &mut Silent)
+        let report = event::run(&problem.system, state, &options, flow, &mut Silent)
             .map_err(|e| e.to_string())?;
         self.tally.late += report.missed as u64;
         if !report.outcome.is_complete() {
@@ -185,7 +185,7 @@ fn of_program(report: Report, course: &Course) -> Course {
 fn compare_body(number: u64) -> Result<Tally, String> {
     let body = RandomBody::new(number)?;
     let tolerances = Tolerances { rtol: 1e-12, atol: 1e-15 };
-    let flow = by_name(Integrator::Modal, &body.problem.nbm, tolerances);
+    let flow = by_name(Integrator::Modal, &body.problem.system, tolerances);
     let mut comparison = Comparison { body: &body, flow, tally: Tally::default() };
     for k in 0..STATES {
         comparison.add(&body.state(k))?;

@@ -19,7 +19,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
-use signorini::contact::Nbm;
+use signorini::contact::System;
 
 use super::random;
 
@@ -101,15 +101,15 @@ enum Next {
 
 impl Witness {
     /// All active sets of a body.
-    pub fn new(nbm: &Nbm) -> Result<Witness, String> {
-        let (n, n_o) = (nbm.n(), nbm.n_o());
+    pub fn new(system: &System) -> Result<Witness, String> {
+        let (n, n_o) = (system.n(), system.n_o());
         let (mut mass, mut stiffness) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-        nbm.body.mass.triplets().for_each(|(i, j, x)| mass[(i, j)] = x);
-        nbm.body.stiffness.triplets().for_each(|(i, j, x)| stiffness[(i, j)] = x);
-        let mut of_others = DMatrix::zeros(nbm.n_contact(), n_o);
-        nbm.n_o.triplets().for_each(|(i, j, x)| of_others[(i, j)] = x);
-        let phases: Vec<Phase> = (0..1usize << nbm.n_contact())
-            .map(|set| Phase::new(set, &mass, &stiffness, &nbm.n_c, &of_others, &nbm.gap))
+        system.body.mass.triplets().for_each(|(i, j, x)| mass[(i, j)] = x);
+        system.body.stiffness.triplets().for_each(|(i, j, x)| stiffness[(i, j)] = x);
+        let mut of_others = DMatrix::zeros(system.n_contact(), n_o);
+        system.n_o.triplets().for_each(|(i, j, x)| of_others[(i, j)] = x);
+        let phases: Vec<Phase> = (0..1usize << system.n_contact())
+            .map(|set| Phase::new(set, &mass, &stiffness, &system.n_c, &of_others, &system.gap))
             .collect::<Option<_>>()
             .ok_or("an active set has a singular matrix")?;
         let period = TAU / phases[0].omega[0];
@@ -460,7 +460,7 @@ mod tests {
     fn one_degree_of_freedom_goes_as_in_closed_form() {
         let problem = Problem::new(&scene(include_str!("grazing.toml"), None).unwrap(), None);
         let problem = problem.unwrap();
-        let witness = Witness::new(&problem.nbm).unwrap();
+        let witness = Witness::new(&problem.system).unwrap();
         let course = witness.integrate(&[-1.0], &[0.0], 40.0, usize::MAX);
         let ((u, v), switches) = closed_form(1.0, 40.0);
         assert!(!course.grazes && course.changes.len() == switches.len());
@@ -474,7 +474,7 @@ mod tests {
     fn a_little_more_than_a_touch_makes_two_switches() {
         let problem = Problem::new(&scene(include_str!("grazing.toml"), None).unwrap(), None);
         let problem = problem.unwrap();
-        let witness = Witness::new(&problem.nbm).unwrap();
+        let witness = Witness::new(&problem.system).unwrap();
         let course = |excess: f64| witness.integrate(&[-0.5 * (1.0 + excess)], &[0.0], 5.0, 9);
         assert!(course(0.0).changes.is_empty());
         assert!(!course(1e-9).grazes && course(1e-9).changes.len() == 2);

@@ -46,15 +46,15 @@ fn closed_form(count: usize) -> Vec<f64> {
 
 /// Cosine coefficients of the contact displacement along a solution.
 fn end_coefficients(r: &Reduction, s: &Solution, count: usize) -> Result<Vec<f64>, String> {
-    let nbm = &r.nbm;
+    let system = &r.system;
     let samples = 4000;
     let mut c = vec![0.0; count];
     for k in 0..samples {
         let theta = PI * (k as f64 + 0.5) / samples as f64;
         let (q, dq) = s.q.at(theta);
         let u = r.state(&q, &dq, s.omega).u;
-        let stress: f64 = nbm.n_o.row_dot(0, &u);
-        let end = (-stress / nbm.n_c[(0, 0)]).min(nbm.gap[0]);
+        let stress: f64 = system.n_o.row_dot(0, &u);
+        let end = (-stress / system.n_c[(0, 0)]).min(system.gap[0]);
         for (j, c) in c.iter_mut().enumerate() {
             let weight = if j == 0 { 1.0 } else { 2.0 } / samples as f64;
             *c += weight * end * (j as f64 * theta).cos();
@@ -67,7 +67,7 @@ fn end_coefficients(r: &Reduction, s: &Solution, count: usize) -> Result<Vec<f64
 fn bar_solution(n: usize, n_h: usize) -> Result<(Reduction, Solution), String> {
     let problem = Problem::new(&scene(include_str!("bar.toml"), Some(&[n]))?, None)
         .map_err(|e| e.to_string())?;
-    let r = Reduction::new(problem.nbm, Form::Acceleration).map_err(|e| e.to_string())?;
+    let r = Reduction::new(problem.system, Form::Acceleration).map_err(|e| e.to_string())?;
     // u(x, t) of the continuum, sampled over half a period
     let v = 1.0 / (2.0 * T - 6.0);
     let samples = 2000;
@@ -127,14 +127,14 @@ fn bar(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
 fn half_plate(form: Form) -> Result<Reduction, String> {
     let scene = scene(include_str!("../../scenarios/half-plate-orbit.toml"), None)?;
     let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
-    Reduction::new(problem.nbm, form).map_err(|e| e.to_string())
+    Reduction::new(problem.system, form).map_err(|e| e.to_string())
 }
 
 /// Distance to the orbit of energy 1.04367 at 1.80 against the number of harmonics.
 fn orders(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let text = |e: signorini::orbit::OrbitError| e.to_string();
     let omega = 1.8;
-    let mut body = Propagator::new(half_plate(Form::Force)?.nbm).map_err(|e| e.to_string())?;
+    let mut body = Propagator::new(half_plate(Form::Force)?.system).map_err(|e| e.to_string())?;
     let guess = branch::mode_guess(&body, 1, -1.1).ok_or("no mode")?;
     let verdict =
         find(&mut body, Closure::Reversible, &guess, omega, &Search::default()).map_err(text)?;

@@ -50,7 +50,7 @@ fn energy(of_period: f64) -> f64 {
 fn run(_: Effort) -> Outcome {
     let scene = scene(include_str!("scene.toml"), None)?;
     let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
-    let mut body = Propagator::new(problem.nbm).map_err(|e| e.to_string())?;
+    let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
     let start_energy = 8.0;
     let omega = TAU / period(start_energy);
     let z = vec![-(2.0f64 * start_energy).sqrt() * 1.01];
