@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
-use signorini::contact::{ActiveSet, Phase};
+use signorini::contact::ActiveSet;
 use signorini::event::{Silent, find};
 use signorini::flow::{Chebyshev, Flow};
 use signorini::problem::Problem;
@@ -31,10 +31,9 @@ fn lcp(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
     let u: Vec<f64> = problem.initial.u.iter().map(|x| -x).collect();
     let system = &problem.system;
-    let start = ActiveSet::new(
-        system.solve_lcp(&u, &ActiveSet::open(system.n_contact())).expect("solvable").active,
-    );
-    bencher.bench_local(|| system.solve_lcp(black_box(&u), &start));
+    let open = ActiveSet::open(system.n_contact());
+    let start = system.select(0.0, &u, &open).expect("solvable").set;
+    bencher.bench_local(|| system.select(0.0, black_box(&u), &start));
 }
 
 /// A new phase: the interface work of a switch.
@@ -42,7 +41,7 @@ fn lcp(bencher: Bencher, mesh: [usize; 2]) {
 fn new_phase(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
     let closed = ActiveSet::closed(problem.system.n_contact());
-    bencher.bench_local(|| Phase::new(&problem.system, black_box(closed.clone())));
+    bencher.bench_local(|| problem.system.phase(black_box(&closed)));
 }
 
 /// One right-hand side.
@@ -50,12 +49,12 @@ fn new_phase(bencher: Bencher, mesh: [usize; 2]) {
 fn acceleration(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
     let system = &problem.system;
-    let phase = Phase::new(system, ActiveSet::open(system.n_contact())).expect("a phase");
+    let phase = system.open_phase();
     let mut scratch = system.scratch();
     let mut a = vec![0.0; system.n_o()];
     let state = &problem.initial;
     bencher.bench_local(|| {
-        phase.acceleration(system, 0.0, black_box(&state.u), &state.v, &mut scratch, &mut a);
+        phase.acceleration(0.0, black_box(&state.u), &state.v, &mut scratch, &mut a);
     });
 }
 
@@ -85,12 +84,12 @@ fn by_name(name: &str) -> Integrator {
 fn search_a_window(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
     let system = &problem.system;
-    let phase = Phase::new(system, ActiveSet::open(system.n_contact())).expect("a phase");
+    let phase = system.open_phase();
     let mut flow = Chebyshev::new(system);
     let y: Vec<f64> = problem.initial.u.iter().chain(&problem.initial.v).copied().collect();
     flow.begin(&phase, 0.0, &y);
     flow.advance(&phase, 3.36).expect("a window");
-    let slack = phase.monitor_rounding(system, 1.0);
+    let slack = phase.monitor_rounding(1.0);
     let window = flow.window();
     bencher.bench_local(|| find::earliest(&flow, black_box(&slack), window, 1e-15));
 }

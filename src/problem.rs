@@ -10,7 +10,9 @@ use thiserror::Error;
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::boundary::BoundaryOperator;
-use crate::contact::{ActiveSet, ContactEdge, ContactError, Phase, Rayleigh, System, oracle};
+use crate::contact::{
+    ContactEdge, ContactError, MassChoice, Phase, Rayleigh, State, Stress, System, oracle,
+};
 use crate::fem::{Body, Csr, DofMap, FemError, Loads, Material, Modes, eigen, load, read_matrix};
 use crate::mesh::Mesh;
 use crate::scenario::{
@@ -29,27 +31,6 @@ pub enum ProblemError {
     /// Matrices failed.
     #[error("setting up the matrices: {0}")]
     Fem(#[from] FemError),
-}
-
-/// A state at a time: `x = (u_O, u̇_O)`.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct State {
-    /// Displacements `u_O`.
-    pub u: Vec<f64>,
-    /// Velocities `u̇_O`.
-    pub v: Vec<f64>,
-}
-
-impl State {
-    /// All displacements and velocities `u = A* u_O + d*`, `v = A* u̇_O`, with the active set of the complementarity problem at `u_O`.
-    pub fn full(&self, system: &System) -> Result<(Vec<f64>, Vec<f64>), ContactError> {
-        let solution = system.solve_lcp(&self.u, &ActiveSet::open(system.n_contact()))?;
-        let phase = Phase::new(system, ActiveSet::new(solution.active))?;
-        let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
-        phase.expand_displacement(system, &self.u, &mut u);
-        phase.expand_velocity(system, &self.v, &mut v);
-        Ok((u, v))
-    }
 }
 
 /// The body, its loads and its initial state.
@@ -72,7 +53,9 @@ impl Problem {
             _ => None,
         };
         let built = match given {
-            Some((body, operator, gap)) => System::with_operator(body, operator, gap),
+            Some((body, operator, gap)) => {
+                System::with_operator(body, operator, gap, (Stress::Projection, MassChoice::Paper))
+            }
             None => {
                 let body = assemble(scene);
                 let edge = contact_edge(scene, &body)?;
@@ -95,7 +78,7 @@ impl Problem {
         if let Some(name) = &scene.body.damping_matrix {
             system.damping = Some(rayleigh_of(scene, &system, name)?);
         }
-        system.loads = loads(scene, &system, &modes)?;
+        *system.loads_mut() = loads(scene, &system, &modes)?;
         let initial = initial_state(scene, &system, &modes, stored)?;
         let problem = Problem { system, initial };
         problem.check_rigid_motion(scene)?;
@@ -139,13 +122,13 @@ impl Problem {
         for motion in free {
             let mut x = system.body.dofs.gather(motion);
             for _ in 0..2 {
-                system.body.mass.mul(&x, &mut momentum);
+                system.mass().mul(&x, &mut momentum);
                 for other in &motions {
                     let c = dot(other, &momentum);
                     x.iter_mut().zip(other).for_each(|(x, o)| *x -= c * o);
                 }
             }
-            let norm = system.body.mass.quadratic(&x).sqrt();
+            let norm = system.mass().quadratic(&x).sqrt();
             x.iter_mut().for_each(|x| *x /= norm);
             motions.push(x);
         }
@@ -170,7 +153,7 @@ impl Problem {
             return Ok(rest.norm() <= 1e-5 * b.norm());
         }
         let (_, v) = self.initial.full(system)?;
-        system.body.mass.mul(&v, &mut momentum);
+        system.mass().mul(&v, &mut momentum);
         let thrown: Vec<f64> = motions.iter().map(|m| dot(m, &momentum)).collect();
         let speed = contact(&thrown);
         let largest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -457,7 +440,7 @@ impl OpenModes {
         let Some(count) = named.into_iter().chain(loads).flatten().max() else {
             return Ok(OpenModes { modes: None, phase: None });
         };
-        let phase = Phase::new(system, ActiveSet::open(system.n_contact()))?;
+        let phase = system.open_phase();
         let modes = phase_modes(system, &phase, count)?;
         Ok(OpenModes { modes: Some(modes), phase: Some(phase) })
     }
@@ -481,7 +464,7 @@ impl OpenModes {
             return Err(scene.error(Issue::new(key, message, help)).into());
         };
         let mut shape = vec![0.0; system.n()];
-        phase.expand_velocity(system, &modes.shapes[k - 1], &mut shape);
+        phase.expand(&modes.shapes[k - 1], &mut shape);
         Ok((modes.omega[k - 1], shape))
     }
 }
@@ -489,11 +472,11 @@ impl OpenModes {
 /// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
 /// displacement of largest magnitude positive (the largest displacement where there is no contact).
 pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes, FemError> {
-    let (k, m) = phase.matrices(system);
-    let mut modes = eigen::lowest(&k, &m, count, system.body.frequency_unit())?;
+    let (k, m) = phase.matrices();
+    let mut modes = eigen::lowest(&k, &m, count, system.units.frequency)?;
     let mut full = vec![0.0; system.n()];
     for shape in &mut modes.shapes {
-        phase.expand_velocity(system, shape, &mut full);
+        phase.expand(shape, &mut full);
         let largest = |x: &[f64]| {
             x.iter()
                 .copied()
@@ -556,7 +539,7 @@ fn loads(scene: &Scene, system: &System, modes: &OpenModes) -> Result<Loads, Pro
             None => vec![peak_amplitude(scene, i, system, modes)?],
         };
         let force = match kind {
-            LoadKind::Gravity => load::gravity(body, &vector),
+            LoadKind::Gravity => system.gravity(&vector),
             LoadKind::Traction => match l.edge {
                 Some(edge) => load::traction(body, edge, &vector),
                 None => continue,
@@ -569,7 +552,7 @@ fn loads(scene: &Scene, system: &System, modes: &OpenModes) -> Result<Loads, Pro
                 let key = format!("load[{i}].mode");
                 let (_, shape) = modes.get(scene, &key, l.mode.unwrap_or(1), system)?;
                 let mut force = vec![0.0; system.n()];
-                body.mass.mul(&shape, &mut force);
+                system.mass().mul(&shape, &mut force);
                 force.iter_mut().for_each(|f| *f *= vector[0]);
                 force
             }
@@ -596,7 +579,7 @@ fn peak_amplitude(
         let help = "choose a mode that moves the contact edge, or give amplitude";
         scene.error(Issue::new(format!("load[{i}].peak"), message, help))
     })?;
-    if system.gap.iter().any(|g| *g <= 0.0) {
+    if system.constraints.iter().any(|c| c.gap <= 0.0) {
         let help = "give amplitude, or a positive gap";
         let message = "counts in grazing amplitudes, and the gap is not positive everywhere";
         return Err(scene.error(Issue::new(format!("load[{i}].peak"), message, help)).into());
@@ -607,8 +590,8 @@ fn peak_amplitude(
 /// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
 pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
     let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let contact = shape[system.n_o()..].iter().zip(&system.gap);
-    let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, g)| g / u);
+    let contact = shape[system.n_o()..].iter().zip(&system.constraints);
+    let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, c)| c.gap / u);
     factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
@@ -635,7 +618,7 @@ fn initial_state(
             let help = "choose another mode, or give displacement = [\"…\"]";
             return Err(scene.error(Issue::new("initial.mode", message, help)).into());
         }
-        let unit = if system.n_contact() > 0 { system.gap[lead - n_o] } else { 1.0 };
+        let unit = if system.n_contact() > 0 { system.constraints[lead - n_o].gap } else { 1.0 };
         let scale = amplitude * unit / shape[lead];
         shape.iter_mut().for_each(|x| *x *= scale);
         check_penetration(scene, system, "initial.amplitude", &shape)?;
@@ -677,16 +660,16 @@ fn check_penetration(
     u: &[f64],
 ) -> Result<(), ProblemError> {
     let n_o = system.n_o();
-    let excess = |i: usize| u[n_o + i] - system.gap[i];
+    let excess = |i: usize| u[n_o + i] - system.constraints[i].gap;
     let Some(worst) = (0..system.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))
     else {
         return Ok(());
     };
-    let scale = u.iter().fold(system.length_unit(), |m, x| m.max(x.abs()));
+    let scale = u.iter().fold(system.units.length, |m, x| m.max(x.abs()));
     if excess(worst) <= 1e-9 * scale {
         return Ok(());
     }
-    let node = system.body.dofs.contact_nodes[worst];
+    let node = system.constraints[worst].node;
     let place = match scene.body.kind {
         // the points of such a body count from 1, its displacements from 0
         BodyKind::Matrices => format!("displacement {}", node.saturating_sub(1)),

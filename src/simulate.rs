@@ -1,9 +1,12 @@
 //! One call from a scene to a report: what `signorini run` does, for library users.
 
+use crate::contact::System;
 use crate::event::{self, Observer, Options, Report, Resumed, RunError};
-use crate::flow::{self, Tolerances};
+use crate::flow::dop853::DOP853;
+use crate::flow::dopri5::DOPRI5;
+use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, auto, exact};
 use crate::problem::Problem;
-use crate::scenario::{Issue, Run, Scene, SceneError};
+use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
 
 /// The `[run]` table of a scene, or the error that says it is missing.
 pub fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
@@ -46,12 +49,27 @@ fn run<O: Observer>(
     let options =
         Options { until, samples: run.samples, switch_limit: run.switch_limit, verify_lcp };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
-    let mut flow = flow::by_name(run.integrator, &problem.system, tolerances);
+    let mut flow = by_name(run.integrator, &problem.system, tolerances);
     let (system, flow) = (&problem.system, flow.as_mut());
     Ok(match resumed {
         None => event::run(system, &problem.initial, &options, flow, observer)?,
         Some(resumed) => event::resume(system, resumed, &options, flow, observer)?,
     })
+}
+
+/// The flow that a scene asks for.
+pub fn by_name<'a>(
+    integrator: Integrator,
+    system: &'a System,
+    tolerances: Tolerances,
+) -> Box<dyn Flow + 'a> {
+    match integrator {
+        Integrator::Dopri5 => Box::new(RungeKutta::new(system, &DOPRI5, tolerances)),
+        Integrator::Dop853 => Box::new(RungeKutta::new(system, &DOP853, tolerances)),
+        Integrator::Modal => Box::new(exact(Box::new(Modal::new(system)), system)),
+        Integrator::Chebyshev => Box::new(exact(Box::new(Chebyshev::new(system)), system)),
+        Integrator::Auto => Box::new(auto::auto(system, tolerances)),
+    }
 }
 
 /// A simulation could not be carried out.

@@ -68,8 +68,7 @@ fn modal_takes_every_damping_and_load() {
     let omega = {
         let problem = Problem::new(&plate(""), None).unwrap();
         let system = &problem.system;
-        let open = signorini::contact::ActiveSet::open(system.n_contact());
-        let phase = signorini::contact::Phase::new(system, open).unwrap();
+        let phase = system.open_phase();
         phase_modes(system, &phase, 2).unwrap().omega[1]
     };
     let damping = |rayleigh: &str| format!("[damping]\nrayleigh = {rayleigh}\n");

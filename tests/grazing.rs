@@ -6,11 +6,12 @@
 mod common;
 
 use common::{Collector, problem, random};
-use signorini::contact::{ActiveSet, Phase, System};
+use signorini::contact::State;
+use signorini::contact::{ActiveSet, System};
 use signorini::event::{self, GrazingKind, Options};
-use signorini::flow::{Tolerances, by_name};
-use signorini::problem::State;
+use signorini::flow::Tolerances;
 use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 
 const PLATE: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2]\nyoung = 1.0\n\
     poisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\
@@ -20,23 +21,23 @@ const PLATE: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2
 fn grazing_state(system: &System, i: usize, seed: u64) -> (State, ActiveSet, [f64; 2]) {
     let n = system.n_o();
     let (mut u, mut v) = (random(n, 2 * seed), random(n, 2 * seed + 1));
-    let row: Vec<(usize, f64)> = system.n_o.row(i).collect();
+    let row: Vec<(usize, f64)> = system.conditions().n_o.row(i).collect();
     let norm: f64 = row.iter().map(|r| r.1 * r.1).sum();
     for _ in 0..3 {
-        let q = system.n_o.row_dot(i, &u) + system.n_c[(i, i)] * system.gap[i];
-        let rate = system.n_o.row_dot(i, &v);
+        let q = system.conditions().n_o.row_dot(i, &u)
+            + system.conditions().n_c[(i, i)] * system.conditions().gap[i];
+        let rate = system.conditions().n_o.row_dot(i, &v);
         row.iter().for_each(|&(j, x)| {
             u[j] -= q * x / norm;
             v[j] -= rate * x / norm;
         });
     }
-    let set =
-        ActiveSet::new(system.solve_lcp(&u, &ActiveSet::open(system.n_contact())).unwrap().active);
+    let set = system.select(0.0, &u, &ActiveSet::open(system.n_contact())).unwrap().set;
     let curvature = [false, true].map(|active| {
-        let phase = Phase::new(system, set.with(i, active)).unwrap();
+        let phase = system.phase(&set.with(i, active));
         let mut a = vec![0.0; n];
-        phase.acceleration(system, 0.0, &u, &v, &mut system.scratch(), &mut a);
-        -system.n_o.row_dot(i, &a)
+        phase.acceleration(0.0, &u, &v, &mut system.scratch(), &mut a);
+        -system.conditions().n_o.row_dot(i, &a)
     });
     (State { u, v }, set, curvature)
 }
@@ -124,11 +125,11 @@ fn a_held_node_follows_the_limit_of_chattering_neighbours() {
             continue; // left the surface, or another node switched, too soon to compare
         }
         for (u, p) in held.u.iter().zip(&held.pressure) {
-            let rest =
-                system.n_o.row_dot(i, &u[..system.n_o()]) + system.n_c[(i, i)] * system.gap[i];
+            let rest = system.conditions().n_o.row_dot(i, &u[..system.n_o()])
+                + system.conditions().n_c[(i, i)] * system.conditions().gap[i];
             assert!(rest.abs() < 1e-11 && p[i] == 0.0, "{rest}");
         }
-        let row: Vec<(usize, f64)> = system.n_o.row(i).collect();
+        let row: Vec<(usize, f64)> = system.conditions().n_o.row(i).collect();
         let norm: f64 = row.iter().map(|r| r.1 * r.1).sum();
         let mut distances = vec![];
         for epsilon in [1e-5, 1e-6] {

@@ -3,10 +3,12 @@
 mod common;
 
 use common::{Collector, problem, reference_problem, relative, scene};
+use signorini::contact::State;
 use signorini::event::{self, Options, Report, Silent};
-use signorini::flow::{Tolerances, by_name};
-use signorini::problem::{Problem, State};
+use signorini::flow::Tolerances;
+use signorini::problem::Problem;
 use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 use signorini::simulate::simulate;
 
 fn run_from(problem: &Problem, state: &State, until: f64, rtol: f64) -> Report {

@@ -42,7 +42,7 @@ fn derivative_of_the_period_map() {
         (half_plate(), Closure::Autonomous, 3.4),
         (forced(0.02), Closure::Forced, 3.7),
     ] {
-        body.system.loads.set_frequency(TAU / period);
+        body.system.loads_mut().set_frequency(TAU / period);
         let n = body.n();
         let mut z = mode_guess(&body, 1, -1.3).unwrap();
         z.resize(closure.unknowns(n), 0.0);
@@ -237,7 +237,7 @@ fn a_continuation_goes_on_to_the_identical_branch() {
 #[test]
 fn stability_of_forced_orbits_is_what_perturbed_states_do() {
     let mut body = forced(0.02);
-    body.system.loads.set_frequency(1.4);
+    body.system.loads_mut().set_frequency(1.4);
     let z = body.linear_response();
     let verdict = find(&mut body, Closure::Forced, &z, 1.4, &Effort::default()).unwrap();
     let orbit = verdict.orbit().unwrap().clone();
@@ -259,7 +259,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border")).step_by(22)
     {
         let Some(orbit) = &p.orbit else { continue };
-        body.system.loads.set_frequency(p.omega);
+        body.system.loads_mut().set_frequency(p.omega);
         let x = &p.place.as_ref().unwrap().x;
         let z = &x[..2 * body.n()];
         let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();

@@ -6,10 +6,12 @@ use common::{Collector, problem, random};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use signorini::contact::ActiveSet;
+use signorini::contact::State;
 use signorini::event::{self, Options};
-use signorini::flow::{Tolerances, by_name};
-use signorini::problem::{State, phase_modes};
+use signorini::flow::Tolerances;
+use signorini::problem::phase_modes;
 use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, rng_seed: RngSeed::Fixed(20261120), failure_persistence: None, ..ProptestConfig::default() })]
@@ -37,7 +39,7 @@ proptest! {
         let problem = problem(&text);
         let system = &problem.system;
         // a mixture of the lowest modes, large enough to hit the obstacle
-        let phase = signorini::contact::Phase::new(system, ActiveSet::open(system.n_contact())).unwrap();
+        let phase = system.open_phase();
         let count = 6.min(system.n_o());
         let modes = phase_modes(system, &phase, count).unwrap();
         let weights = random(2 * count, u64::from(seed));
@@ -60,12 +62,12 @@ proptest! {
         let mut set = ActiveSet::open(system.n_contact());
         for (u, p) in states.u.iter().zip(&states.pressure) {
             // the stored state is *the* solution of the complementarity problem at its u_O
-            let solution = system.solve_lcp(&u[..n_o], &set).unwrap();
+            let solution = system.conditions().solve(&u[..n_o], None, &set).unwrap();
             for i in 0..system.n_contact() {
-                let w = system.gap[i] - u[n_o + i];
+                let w = system.conditions().gap[i] - u[n_o + i];
                 prop_assert!(w >= -1e-13 * size, "penetration {}", w);
                 prop_assert!((w - solution.w[i]).abs() < 1e-12 * size, "{} {}", w, solution.w[i]);
-                prop_assert!((p[i] - solution.p[i]).abs() < 1e-11 * size * system.n_c[(i, i)]);
+                prop_assert!((p[i] - solution.p[i]).abs() < 1e-11 * size * system.conditions().n_c[(i, i)]);
             }
             set = ActiveSet::new(solution.active);
         }

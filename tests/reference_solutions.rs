@@ -3,11 +3,12 @@
 mod common;
 
 use common::{Reference, reference_problem, relative};
-use signorini::contact::{ActiveSet, Phase};
+use signorini::contact::ActiveSet;
 use signorini::event::{self, Options, Report, Silent};
-use signorini::flow::{Tolerances, by_name};
+use signorini::flow::Tolerances;
 use signorini::problem::phase_modes;
 use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 
 const NAMES: [&str; 3] = ["half-plate-10x3", "half-plate-10x3-lumped-boundary", "plate-8x4"];
 
@@ -89,7 +90,7 @@ fn frequencies_of_the_open_and_the_closed_body() {
         for (set, expected) in
             [(ActiveSet::open(n_c), &r.omega_open), (ActiveSet::closed(n_c), &r.omega_closed)]
         {
-            let phase = Phase::new(system, set).unwrap();
+            let phase = system.phase(&set);
             let modes = phase_modes(system, &phase, expected.len()).unwrap();
             for (a, b) in modes.omega.iter().zip(expected) {
                 assert!((a / b - 1.0).abs() < 1e-11, "{name}: {a} {b}");

@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if series.is_empty() {
         return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
     }
-    let gaps = problem.system.gap.iter().map(|g| g.abs());
+    let gaps = problem.system.constraints.iter().map(|c| c.gap.abs());
     let unit = problem.system.body.mesh.size().into_iter().chain(gaps).fold(0.0, f64::max);
     for (k, s) in series.iter().enumerate() {
         let largest = s.coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));

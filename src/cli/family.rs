@@ -191,7 +191,7 @@ pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliErro
 /// Guesses at an orbit: the scene's initial state, or the first mode of the open body beyond grazing.
 pub fn guesses(
     scene: &Scene,
-    problem_initial: &signorini::problem::State,
+    problem_initial: &signorini::contact::State,
     body: &Propagator,
     closure: Closure,
 ) -> Vec<Vec<f64>> {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use signorini::contact::{ActiveSet, Phase};
+use signorini::contact::ActiveSet;
 use signorini::problem::phase_modes;
 use signorini::report::summary::significant;
 
@@ -29,7 +29,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let system = &problem.system;
     let count = arguments.count as usize;
     let modes = |set: ActiveSet| {
-        let phase = Phase::new(system, set).map_err(|e| CliError::Numerics(e.to_string()))?;
+        let phase = system.phase(&set);
         phase_modes(system, &phase, count).map_err(|e| CliError::Numerics(e.to_string()))
     };
     let open = modes(ActiveSet::open(system.n_contact()))?;

@@ -7,10 +7,10 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::{Value, json};
 
+use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
-use signorini::problem::State;
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{self, Writer, WriterOptions};
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     family::check_frequency(&problem, omega)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.system)?;
-    body.system.loads.set_frequency(omega);
+    body.system.loads_mut().set_frequency(omega);
     if arguments.all {
         let own = family::guesses(&scene, &initial, &body, closure);
         return all(arguments, global, &scene, &mut body, (closure, omega), own, start);

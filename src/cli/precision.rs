@@ -10,11 +10,12 @@ use serde_json::{Value, json};
 
 use signorini::contact::ActiveSet;
 use signorini::event::{self, Options, Report, Silent};
-use signorini::flow::{Flow, Tolerances, by_name};
+use signorini::flow::{Flow, Tolerances};
 use signorini::problem::Problem;
 use signorini::report::figure::{self, Drawing};
 use signorini::report::precision::{Point, Study};
 use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 use signorini::simulate::run_table;
 use signorini::store::{Outputs, beside, replace, write_problem};
 
@@ -258,9 +259,9 @@ fn scipy(bench: &Bench) -> Result<Vec<Point>, CliError> {
     let system = &bench.problem.system;
     let file = std::env::temp_dir().join(format!("signorini-peer-{}.h5", std::process::id()));
     let start = system
-        .solve_lcp(&bench.problem.initial.u, &ActiveSet::open(system.n_contact()))
+        .select(0.0, &bench.problem.initial.u, &ActiveSet::open(system.n_contact()))
         .map_err(|e| CliError::Numerics(e.to_string()))?;
-    write_problem(&file, bench.problem, &ActiveSet::new(start.active), bench.options.until)?;
+    write_problem(&file, bench.problem, &start.set, bench.options.until)?;
     let local = PathBuf::from(".venv/bin/python");
     let python = match std::env::var_os("SIGNORINI_PYTHON") {
         Some(p) => PathBuf::from(p),

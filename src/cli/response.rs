@@ -231,7 +231,7 @@ fn one(
     let mut body = family::propagator(problem.system)?;
     let options = options(arguments, range, arguments.points);
     let start = |body: &mut Propagator| {
-        body.system.loads.set_frequency(range.0);
+        body.system.loads_mut().set_frequency(range.0);
         let guess = body.linear_response();
         let verdict = find(body, Closure::Forced, &guess, range.0, &Effort::default())
             .map_err(|e| CliError::Numerics(e.to_string()))?;

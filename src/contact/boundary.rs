@@ -20,6 +20,30 @@ pub struct BoundaryOperator {
     pub area: Vec<f64>,
 }
 
+impl BoundaryOperator {
+    /// That of a body without contact.
+    pub fn none(n_o: usize) -> BoundaryOperator {
+        let n_o = Csr::from_triplets(0, n_o, vec![]);
+        BoundaryOperator { n_c: DMatrix::zeros(0, 0), n_o, area: vec![] }
+    }
+}
+
+/// The nodal reaction over the node's area in place of the stress: `N = diag(area)⁻¹ [K_CC, K_CO]`.
+pub fn reaction(body: &Body, area: Vec<f64>) -> BoundaryOperator {
+    let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
+    let mut n_cc = DMatrix::zeros(n_c, n_c);
+    let mut rest = vec![];
+    for (i, area) in area.iter().enumerate() {
+        for (j, v) in body.stiffness.row(n_o + i) {
+            match j.checked_sub(n_o) {
+                Some(c) => n_cc[(i, c)] = v / area,
+                None => rest.push((i, j, v / area)),
+            }
+        }
+    }
+    BoundaryOperator { n_c: n_cc, n_o: Csr::from_triplets(n_c, n_o, rest), area }
+}
+
 /// Entries below this fraction of their row's largest are rounding errors of `G⁻¹R` and are dropped.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 

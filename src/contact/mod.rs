@@ -1,16 +1,27 @@
-//! Contact by the nodal boundary method: boundary stress, complementarity, active sets, phases (theory §2–5).
+//! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
 pub mod active;
 pub mod boundary;
+pub mod conditions;
+mod held;
+mod inertia;
+mod kinematics;
 pub mod lcp;
-pub mod nbm;
+mod method;
+mod nbm;
 pub mod oracle;
 pub mod phase;
+mod redistribution;
+pub mod system;
 
 pub use active::ActiveSet;
+pub use conditions::Conditions;
+pub use kinematics::Drive;
 pub use lcp::LcpError;
-pub use nbm::{ContactEdge, Rayleigh, Scratch, System};
-pub use phase::{Monitor, MonitorKind, Phase};
+pub use method::{Degenerate, Promise, Selection};
+pub use nbm::{MassChoice, Stress};
+pub use phase::{Monitor, MonitorKind, Phase, Scratch};
+pub use system::{Constraint, ContactEdge, Rayleigh, State, System, Units};
 
 use crate::fem::FemError;
 use thiserror::Error;
@@ -28,12 +39,6 @@ pub enum ContactError {
         node: usize,
         /// Its position.
         at: [f64; 2],
-    },
-    /// The reduced mass of a phase is singular.
-    #[error("the mass matrix of the phase {set:?} is singular")]
-    SingularPhase {
-        /// Active set.
-        set: ActiveSet,
     },
     /// The pivoting failed.
     #[error(transparent)]

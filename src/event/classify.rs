@@ -6,11 +6,10 @@
 //! if in *its own* phase the second derivatives of its monitors are ≥ 0. One admissible set is the rule; with several the
 //! present one is kept and the event recorded; with none the node is held on the surface (Filippov).
 
-use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::contact::lcp::{self, UNITS};
-use crate::contact::{ActiveSet, ContactError, Phase, Scratch, System};
+use crate::contact::lcp::UNITS;
+use crate::contact::{ActiveSet, ContactError, Degenerate, Phase, Scratch, Selection, System};
 
 /// How a switch was decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,19 +85,23 @@ impl Surface<'_> {
         if degenerate.is_empty() {
             return Ok(decision(present.clone(), Order::Displacement));
         }
-        let (set, undecided) = self.by_velocity(present, degenerate, scratch)?;
+        let Selection { set, degenerate: undecided } =
+            self.by_velocity(present, degenerate, scratch)?;
         if undecided.is_empty() {
             return Ok(decision(set, Order::Velocity));
         }
         // undecided nodes enter as they are in the present phase
         let mut base = set;
         undecided.iter().for_each(|&i| base.set(i, present.is_active(i)));
-        self.by_acceleration(&base, &undecided, scratch)
+        match self.system.is_smooth() {
+            true => self.by_common_acceleration(&base, &undecided, scratch),
+            false => self.by_acceleration(&base, &undecided, scratch),
+        }
     }
 
     fn acceleration(&self, phase: &Phase, scratch: &mut Scratch) -> Vec<f64> {
         let mut a = vec![0.0; self.system.n_o()];
-        phase.acceleration(self.system, self.t, self.u_o, self.v_o, scratch, &mut a);
+        phase.acceleration(self.t, self.u_o, self.v_o, scratch, &mut a);
         a
     }
 
@@ -106,55 +109,41 @@ impl Surface<'_> {
     fn by_velocity(
         &self,
         present: &ActiveSet,
-        degenerate: &[usize],
+        points: &[usize],
         scratch: &mut Scratch,
-    ) -> Result<(ActiveSet, Vec<usize>), ClassifyError> {
-        let system = self.system;
-        let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let a = self.acceleration(&Phase::new(system, present.clone())?, scratch);
-        let blur = largest(&a) * self.resolution / UNITS;
-        let scale: Vec<f64> = degenerate
-            .iter()
-            .map(|&i| system.pressure_rate_scale(i, largest(self.v_o) + blur))
-            .collect();
-        let rate = |i: usize| -system.n_o.row_dot(i, self.v_o);
-        // eliminate the free nodes that are not degenerate: they follow with ṗ = 0
-        let others: Vec<usize> = (0..system.n_contact())
-            .filter(|i| !present.is_active(*i) && !degenerate.contains(i))
-            .collect();
-        let block = |rows: &[usize], cols: &[usize]| {
-            DMatrix::from_fn(rows.len(), cols.len(), |a, b| system.n_c[(rows[a], cols[b])])
-        };
-        let mut schur = block(degenerate, degenerate);
-        let mut q: Vec<f64> = degenerate.iter().map(|&i| rate(i)).collect();
-        let coupling = block(degenerate, &others);
-        if coupling.iter().any(|&x| x != 0.0) {
-            let lu = block(&others, &others).lu();
-            let solve = |rhs: DMatrix<f64>| {
-                lu.solve(&rhs).ok_or(ContactError::Lcp(lcp::LcpError::Singular))
-            };
-            let rates = DMatrix::from_fn(others.len(), 1, |a, _| rate(others[a]));
-            schur -= &coupling * solve(block(&others, degenerate))?;
-            let shift: DVector<f64> = (&coupling * solve(rates)?).column(0).into_owned();
-            q.iter_mut().zip(shift.iter()).for_each(|(q, s)| *q -= s);
-        }
-        let start: Vec<bool> = degenerate.iter().map(|&i| present.is_active(i)).collect();
-        let solution = lcp::solve(&schur, &q, &scale, &start).map_err(ContactError::Lcp)?;
-        let mut set = present.clone();
-        degenerate.iter().zip(&solution.active).for_each(|(&i, &a)| set.set(i, a));
-        Ok((set, solution.degenerate.iter().map(|&k| degenerate[k]).collect()))
+    ) -> Result<Selection, ClassifyError> {
+        let a = self.acceleration(&self.system.phase(present), scratch);
+        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let blur = largest * self.resolution / UNITS;
+        let at = Degenerate { present, points, t: self.t, x: self.v_o, order: 1, blur };
+        Ok(self.system.select_rates(at)?)
+    }
+
+    /// Where the acceleration is the same on both sides of the surface, it decides as the velocity did: `0 ≤ ẅ ⟂ p̈ ≥ 0`. What is degenerate even
+    /// then stays as it is: every continuation is the same.
+    fn by_common_acceleration(
+        &self,
+        base: &ActiveSet,
+        points: &[usize],
+        scratch: &mut Scratch,
+    ) -> Result<Decision, ClassifyError> {
+        let a = self.acceleration(&self.system.phase(base), scratch);
+        let at = Degenerate { present: base, points, t: self.t, x: &a, order: 2, blur: 0.0 };
+        let Selection { mut set, degenerate } = self.system.select_rates(at)?;
+        degenerate.iter().for_each(|&i| set.set(i, base.is_active(i)));
+        let grazing = points.to_vec();
+        Ok(Decision { set, held: vec![], order: Order::Acceleration, grazing, ambiguous: false })
     }
 
     /// Second derivatives of the monitors of `nodes` in a phase, over their rounding error.
     fn curvatures(&self, phase: &Phase, nodes: &[usize], scratch: &mut Scratch) -> Vec<f64> {
         let a = self.acceleration(phase, scratch);
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let rates = phase.monitor_rates_at(self.system, &a);
+        let curvatures = phase.monitor_curvatures_at(self.t, &a);
+        let rounding = phase.rate_rounding(largest);
         let of = |&i: &usize| {
             let k = phase.monitors.iter().position(|m| m.node == i).unwrap_or(0);
-            let unit = 16.0 * UNITS * self.system.pressure_rate_scale(i, largest);
-            let unit = if phase.set.is_active(i) { unit } else { unit / self.system.n_c[(i, i)] };
-            rates[k] / unit.max(f64::MIN_POSITIVE)
+            curvatures[k] / (16.0 * rounding[k]).max(f64::MIN_POSITIVE)
         };
         nodes.iter().map(of).collect()
     }
@@ -180,7 +169,7 @@ impl Surface<'_> {
         for bits in 0..1usize << nodes.len() {
             let mut set = base.clone();
             nodes.iter().enumerate().for_each(|(k, &i)| set.set(i, bits >> k & 1 == 1));
-            let curvature = self.curvatures(&Phase::new(self.system, set.clone())?, nodes, scratch);
+            let curvature = self.curvatures(&self.system.phase(&set), nodes, scratch);
             if curvature.iter().any(|&c| c < -1.0) {
                 continue;
             }
@@ -205,7 +194,7 @@ impl Surface<'_> {
     ) -> Result<ActiveSet, ClassifyError> {
         let mut set = base.clone();
         for round in 0..4 * nodes.len() {
-            let curvature = self.curvatures(&Phase::new(self.system, set.clone())?, nodes, scratch);
+            let curvature = self.curvatures(&self.system.phase(&set), nodes, scratch);
             let wrong: Vec<usize> =
                 nodes.iter().zip(&curvature).filter(|(_, c)| **c < -1.0).map(|(&i, _)| i).collect();
             let Some(&first) = wrong.first() else { return Ok(set) };
@@ -239,8 +228,8 @@ impl Surface<'_> {
                 set.set(i, digit(code, k) >= 1);
                 if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
             }
-            let phase = Phase::with_held(self.system, set.clone(), held.clone())?;
-            let theta = phase.held_theta(self.system, self.t, self.u_o, self.v_o, scratch);
+            let phase = self.system.held_phase(&set, &held);
+            let theta = phase.held_theta(self.t, self.u_o, self.v_o, scratch);
             let inside = theta.iter().all(|t| (0.0..=1.0).contains(t));
             if inside && self.curvatures(&phase, &others, scratch).iter().all(|&c| c >= -1.0) {
                 let grazing = nodes.to_vec();

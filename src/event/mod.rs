@@ -17,9 +17,8 @@ pub use record::{
 
 use std::collections::VecDeque;
 
-use crate::contact::{ActiveSet, ContactError, MonitorKind, Phase, Scratch, System, oracle};
+use crate::contact::{ActiveSet, ContactError, MonitorKind, Phase, Scratch, State, System, oracle};
 use crate::flow::{Flow, FlowError, Layout};
-use crate::problem::State;
 use classify::{ClassifyError, Decision, Surface};
 use find::Root;
 
@@ -143,16 +142,15 @@ impl<'a, O: Observer> Run<'a, O> {
         let n_o = run.layout.n_o;
         run.y[..n_o].copy_from_slice(&initial.u);
         run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
-        let solution =
-            system.solve_lcp(run.layout.u(&run.y), &ActiveSet::open(system.n_contact()))?;
-        let set = ActiveSet::new(solution.active);
-        match run.decide(&set, &solution.degenerate)? {
+        let open = ActiveSet::open(system.n_contact());
+        let selection = system.select(0.0, run.layout.u(&run.y), &open)?;
+        match run.decide(&selection.set, &selection.degenerate)? {
             Ok(decision) => {
                 run.note_grazing(&decision, 0.0)?;
-                run.phase = Phase::with_held(system, decision.set, decision.held)?;
+                run.phase = system.held_phase(&decision.set, &decision.held);
             }
             Err(outcome) => {
-                run.phase = Phase::new(system, set)?;
+                run.phase = system.phase(&selection.set);
                 run.early = Some(outcome);
             }
         }
@@ -178,7 +176,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let Resumed { checkpoint: c, switches, grazings } = resumed;
         let mut run = Self::blank(system, options, flow, observer)?;
         (run.t, run.y) = (c.t, c.y);
-        run.phase = Phase::with_held(system, ActiveSet::new(c.active), c.held)?;
+        run.phase = system.held_phase(&ActiveSet::new(c.active), &c.held);
         run.armed = c.armed;
         run.recent = c.recent.into();
         run.ledger = Ledger::of_numbers(c.ledger);
@@ -207,7 +205,7 @@ impl<'a, O: Observer> Run<'a, O> {
         observer: &'a mut O,
     ) -> Done<Self, O> {
         let layout = Layout::new(system);
-        let phase = Phase::new(system, ActiveSet::open(system.n_contact()))?;
+        let phase = system.open_phase();
         let y = vec![0.0; layout.len()];
         Ok(Run {
             system,
@@ -226,7 +224,7 @@ impl<'a, O: Observer> Run<'a, O> {
             y,
             u: vec![0.0; system.n()],
             v: vec![0.0; system.n()],
-            largest_u: system.length_unit(),
+            largest_u: system.units.length,
             potential_start: 0.0,
             next_sample: 0,
             last_stored: f64::NEG_INFINITY,
@@ -325,7 +323,7 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Differences of times near `t` below this are rounding errors.
     fn resolution(&self, t: f64) -> f64 {
-        TIME_UNITS * t.abs().max(1.0 / self.system.body.frequency_unit())
+        TIME_UNITS * t.abs().max(1.0 / self.system.units.frequency)
     }
 
     /// The first switch in the window, with the window cut to end there.
@@ -371,8 +369,8 @@ impl<'a, O: Observer> Run<'a, O> {
             return None;
         }
         let y = self.flow.end_state();
-        let h = self.phase.monitor_values_at(self.system, self.layout.u(y))[root.index];
-        let rate = self.phase.monitor_rates_at(self.system, self.layout.v(y))[root.index];
+        let h = self.phase.monitor_values_at(root.t, self.layout.u(y))[root.index];
+        let rate = self.phase.monitor_rates_at(root.t, self.layout.v(y))[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();
@@ -453,12 +451,13 @@ impl<'a, O: Observer> Run<'a, O> {
             return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
         }
         let present = self.phase.set.clone();
-        let solution = self.system.solve_lcp(self.layout.u(&self.y), &present)?;
-        let degenerate = self.degenerate(&root, &solution.degenerate);
+        let selection = self.system.select(self.t, self.layout.u(&self.y), &present)?;
+        let degenerate = self.degenerate(&root, &selection.degenerate);
         let mut base = present.clone();
         for i in 0..self.system.n_contact() {
-            if !degenerate.contains(&i) && base.is_active(i) != solution.active[i] {
-                base.set(i, solution.active[i]);
+            let active = selection.set.is_active(i);
+            if !degenerate.contains(&i) && base.is_active(i) != active {
+                base.set(i, active);
                 self.missed += 1;
             }
         }
@@ -476,7 +475,7 @@ impl<'a, O: Observer> Run<'a, O> {
     /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
     fn degenerate(&self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
         let h = self.monitor_values();
-        let rate = self.phase.monitor_rates_at(self.system, self.layout.v(&self.y));
+        let rate = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
         let resolution = 8.0 * self.resolution(self.t);
         let mut nodes: Vec<usize> = self
             .phase
@@ -542,7 +541,7 @@ impl<'a, O: Observer> Run<'a, O> {
             return Ok(());
         }
         self.note_grazing(&decision, h)?;
-        let rates = self.phase.monitor_rates_at(self.system, self.layout.v(&self.y));
+        let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
         let rate_of = |i: usize| {
             let k = self.phase.monitors.iter().position(|m| m.node == i);
             k.map_or(0.0, |k| rates[k])
@@ -560,13 +559,12 @@ impl<'a, O: Observer> Run<'a, O> {
                 continue;
             }
             let after = before.with(contact, active);
-            let phase = Phase::new(self.system, after.clone())?;
-            phase.expand_velocity(self.system, self.layout.v(&self.y), &mut self.v);
+            self.system.phase(&after).expand_velocity(self.t, self.layout.v(&self.y), &mut self.v);
             let energy = self.system.kinetic(&self.v);
             changes.push(Switch {
                 t: self.t,
                 contact,
-                node: self.system.body.dofs.contact_nodes[contact],
+                node: self.system.constraints[contact].node,
                 kind: if active { SwitchKind::Close } else { SwitchKind::Open },
                 monitor_rate: rate_of(contact),
                 energy_jump: energy - kinetic,
@@ -577,7 +575,7 @@ impl<'a, O: Observer> Run<'a, O> {
             kinetic = energy;
             before = after;
         }
-        self.phase = Phase::with_held(self.system, decision.set, decision.held)?;
+        self.phase = self.system.held_phase(&decision.set, &decision.held);
         self.phases += 1;
         self.begin_phase();
         self.expand();
@@ -595,7 +593,7 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Values of the gap and pressure monitors at the present state.
     fn monitor_values(&self) -> Vec<f64> {
-        self.phase.monitor_values_at(self.system, self.layout.u(&self.y))
+        self.phase.monitor_values_at(self.t, self.layout.u(&self.y))
     }
 
     fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Done<(), O> {
@@ -622,7 +620,7 @@ impl<'a, O: Observer> Run<'a, O> {
         distance: f64,
         kind: GrazingKind,
     ) -> Done<(), O> {
-        let node = self.system.body.dofs.contact_nodes[contact];
+        let node = self.system.constraints[contact].node;
         let grazing = Grazing { t, contact, node, distance, kind };
         self.observer.grazing(&grazing).map_err(RunError::Observer)?;
         self.grazings.push(grazing);
@@ -633,7 +631,7 @@ impl<'a, O: Observer> Run<'a, O> {
     fn begin_phase(&mut self) {
         self.flow.begin(&self.phase, self.t, &self.y);
         self.uncertified += usize::from(!self.flow.is_exact());
-        self.rounding = self.phase.monitor_rounding(self.system, 2.0 * self.largest_u);
+        self.rounding = self.phase.monitor_rounding(2.0 * self.largest_u);
         self.slack = self.rounding.clone();
         let h = self.monitor_values();
         for k in 0..self.phase.monitors.len() {
@@ -654,8 +652,8 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Full displacement and velocity of the present state.
     fn expand(&mut self) {
-        self.phase.expand_displacement(self.system, self.layout.u(&self.y), &mut self.u);
-        self.phase.expand_velocity(self.system, self.layout.v(&self.y), &mut self.v);
+        self.phase.expand_displacement(self.t, self.layout.u(&self.y), &mut self.u);
+        self.phase.expand_velocity(self.t, self.layout.v(&self.y), &mut self.v);
     }
 
     fn energies(&self) -> Energies {
@@ -687,7 +685,7 @@ impl<'a, O: Observer> Run<'a, O> {
         self.note_violations();
         self.verify()?;
         let mut pressure = vec![0.0; self.system.n_contact()];
-        self.phase.pressures(self.system, self.layout.u(&self.y), &mut pressure);
+        self.phase.pressures(self.t, self.layout.u(&self.y), &mut pressure);
         self.last_stored = self.t;
         self.stored += 1;
         let sample = Sample {
@@ -706,21 +704,22 @@ impl<'a, O: Observer> Run<'a, O> {
     fn verify(&mut self) -> Done<(), O> {
         let Some(mut check) = self.lcp_check else { return Ok(()) };
         let system = self.system;
-        let (q, _) = system.lcp_data(self.layout.u(&self.y));
-        let n_o = system.n_o();
-        let w: Vec<f64> =
-            (0..system.n_contact()).map(|i| system.gap[i] - self.u[n_o + i]).collect();
-        let scale = w.iter().fold(system.length_unit(), |m, x| m.max(x.abs()));
+        let conditions = system.conditions();
+        let load = system.load_pressure(self.t);
+        let (q, _) = conditions.data(self.layout.u(&self.y), load.as_deref());
+        let gaps = system.constraints.iter().zip(&self.u[system.n_o()..]);
+        let w: Vec<f64> = gaps.map(|(c, u)| c.gap - u).collect();
+        let scale = w.iter().fold(system.units.length, |m, x| m.max(x.abs()));
         let distance = |other: &[f64]| {
             w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
         };
         check.states += 1;
         if system.n_contact() <= oracle::ENUMERATION_LIMIT {
-            let all = oracle::enumerate(&system.n_c, &q);
+            let all = oracle::enumerate(&conditions.n_c, &q);
             let nearest = all.iter().map(|x| distance(x)).fold(f64::INFINITY, f64::min);
             check.enumeration = Some(check.enumeration.unwrap_or(0.0).max(nearest));
         }
-        match oracle::clarabel(&system.n_c, &q) {
+        match oracle::clarabel(&conditions.n_c, &q) {
             Some(x) => check.interior_point = check.interior_point.max(distance(&x)),
             None => check.gave_up += 1,
         }
@@ -745,7 +744,7 @@ impl<'a, O: Observer> Run<'a, O> {
     }
 
     fn mesh_nodes(&self, contacts: &[usize]) -> Vec<usize> {
-        contacts.iter().map(|&i| self.system.body.dofs.contact_nodes[i]).collect()
+        contacts.iter().map(|&i| self.system.constraints[i].node).collect()
     }
 
     fn report(self, outcome: Outcome) -> Report {

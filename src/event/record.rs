@@ -4,9 +4,8 @@ use std::ops::ControlFlow;
 
 use super::checkpoint::Checkpoint;
 use super::ledger::Energies;
-use crate::contact::ActiveSet;
+use crate::contact::{ActiveSet, State};
 use crate::flow::{Counters, FlowError};
-use crate::problem::State;
 
 /// A stored state.
 #[derive(Debug)]

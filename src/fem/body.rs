@@ -116,6 +116,25 @@ impl Body {
         mass
     }
 
+    /// The mass matrix of one displacement component over all nodes, prescribed ones included.
+    pub fn scalar_mass(&self) -> Csr {
+        let (mesh, dim) = (&self.mesh, self.mesh.dim);
+        let lumped = self.mass.as_diagonal().is_some();
+        let mut entries = vec![];
+        for e in 0..mesh.n_elements() {
+            let nodes = mesh.element(e);
+            let x: Vec<_> = nodes.iter().map(|&n| mesh.nodes[n]).collect();
+            let matrices = element::matrices(&self.material, &x);
+            for (a, &i) in nodes.iter().enumerate() {
+                for (b, &j) in nodes.iter().enumerate() {
+                    let v = matrices.mass[matrices.n * dim * a + dim * b];
+                    entries.push((i, if lumped { i } else { j }, v));
+                }
+            }
+        }
+        Csr::from_triplets(mesh.n_nodes(), mesh.n_nodes(), entries)
+    }
+
     /// Natural unit of circular frequency: wave speed over the body's length, times π/2.
     pub fn frequency_unit(&self) -> f64 {
         if let Some((lowest, _)) = self.given {

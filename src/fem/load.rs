@@ -14,6 +14,18 @@ pub struct Harmonic {
     pub phase: f64,
 }
 
+impl Harmonic {
+    /// `cos(ωt + φ)`, or its derivative of order 1 or 2.
+    pub fn factor(&self, t: f64, order: u32) -> f64 {
+        let angle = self.omega * t + self.phase;
+        match order {
+            0 => angle.cos(),
+            1 => -self.omega * angle.sin(),
+            _ => -self.omega * self.omega * angle.cos(),
+        }
+    }
+}
+
 /// All loads of a scene; empty vectors cost nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Loads {

@@ -127,6 +127,17 @@ impl Csr {
         (0..self.n_rows()).map(|i| x[i] * self.row_dot(i, x)).sum()
     }
 
+    /// `Aᵀ B A` of this matrix `B` and a sparse `A`.
+    pub fn congruence(&self, a: &Csr) -> Csr {
+        let mut entries = vec![];
+        for (i, j, v) in self.triplets() {
+            for (p, x) in a.row(i) {
+                entries.extend(a.row(j).map(|(q, y)| (p, q, x * v * y)));
+            }
+        }
+        Csr::from_triplets(a.n_cols(), a.n_cols(), entries)
+    }
+
     /// Row sums of absolute values: the growth of rounding errors in a product.
     pub fn abs_row_sums(&self) -> Vec<f64> {
         (0..self.n_rows()).map(|i| self.row(i).map(|(_, v)| v.abs()).sum()).collect()

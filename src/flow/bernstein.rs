@@ -67,6 +67,31 @@ impl Bernstein {
         self.c[..=self.degree].iter_mut().for_each(|c| *c += x);
     }
 
+    /// The same polynomial in the form of a higher degree.
+    fn elevate(&self, degree: usize) -> Self {
+        let mut p = *self;
+        while p.degree < degree {
+            let n = p.degree + 1;
+            let mut c = [0.0; MAX_DEGREE + 1];
+            for (i, c) in c.iter_mut().enumerate().take(n + 1) {
+                let share = i as f64 / n as f64;
+                let left = if i > 0 { p.c[i - 1] } else { 0.0 };
+                let right = if i < n { p.c[i] } else { 0.0 };
+                *c = share * left + (1.0 - share) * right;
+            }
+            p = Bernstein { degree: n, c };
+        }
+        p
+    }
+
+    /// The sum of two polynomials.
+    pub fn plus(&self, other: &Bernstein) -> Self {
+        let degree = self.degree.max(other.degree);
+        let (mut p, q) = (self.elevate(degree), other.elevate(degree));
+        p.c.iter_mut().zip(&q.c).for_each(|(p, q)| *p += q);
+        p
+    }
+
     /// Value at `θ`.
     pub fn at(&self, theta: f64) -> f64 {
         let mut c = self.c;

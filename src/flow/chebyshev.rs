@@ -89,7 +89,7 @@ pub fn propagate(
     (du, dv): (&mut Vec<f64>, &mut Vec<f64>),
 ) -> u64 {
     let n = du.len();
-    let omega = system.body.frequency_bound();
+    let omega = system.units.highest;
     let terms = bessel(tau * omega).len() / 2 + 2;
     let f = coefficients(tau, omega, terms);
     let scale = 2.0 / (omega * omega);
@@ -109,7 +109,7 @@ pub fn propagate(
             break;
         }
         let [y0, y1] = &mut next;
-        phase.stiffness_products(system, [&now[0], &now[1]], scratch, [y0, y1]);
+        phase.stiffness_products([&now[0], &now[1]], scratch, [y0, y1]);
         for p in 0..2 {
             for i in 0..n {
                 let x = scale * next[p][i] - now[p][i];
@@ -121,7 +121,7 @@ pub fn propagate(
     }
     let zero = vec![0.0; n];
     let [y0, y1] = &mut next;
-    phase.stiffness_products(system, [&w, &zero], scratch, [y0, y1]);
+    phase.stiffness_products([&w, &zero], scratch, [y0, y1]);
     v.iter_mut().zip(&next[0]).for_each(|(v, y)| *v -= y);
     (*du, *dv) = (u, v);
     2 * terms as u64
@@ -136,8 +136,8 @@ pub struct Chebyshev<'a> {
     layout: Layout,
     scratch: Scratch,
     omega: f64,
-    /// `‖∇h_i‖_{M⁻¹}` bounds of the gap and of the pressure monitor of each contact node.
-    gradients: Vec<[f64; 2]>,
+    /// Bounds of `‖∇h‖_{M⁻¹}` of the phase's monitors.
+    gradients: Vec<f64>,
     t0: f64,
     t1: f64,
     length: f64,
@@ -167,8 +167,8 @@ impl<'a> Chebyshev<'a> {
             system,
             layout,
             scratch: system.scratch(),
-            omega: system.body.frequency_bound(),
-            gradients: (0..system.n_contact()).map(|i| system.monitor_gradient_bounds(i)).collect(),
+            omega: system.units.highest,
+            gradients: vec![],
             t0: 0.0,
             t1: 0.0,
             length: FIRST,
@@ -202,7 +202,7 @@ impl<'a> Chebyshev<'a> {
             let (mut next_v, mut next_a) = (std::mem::take(&mut v[k]), std::mem::take(&mut a[k]));
             let x = [&v[k - 1][..], &a[k - 1][..]];
             let y = [&mut next_v[..], &mut next_a[..]];
-            phase.stiffness_products(self.system, x, &mut self.scratch, y);
+            phase.stiffness_products(x, &mut self.scratch, y);
             self.counters.products += 2;
             for (next, t) in [(&mut next_v, &v), (&mut next_a, &a)] {
                 if k == 1 {
@@ -220,16 +220,15 @@ impl<'a> Chebyshev<'a> {
 
     /// The monitors' rates along each vector.
     fn moments(&self, phase: &Phase, terms: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        terms.iter().map(|x| phase.monitor_rates_at(self.system, x)).collect()
+        terms.iter().map(|x| phase.monitor_gradient_at(x)).collect()
     }
 
     /// `‖A x‖_M` from `T_0 x`, `T_1 x`, or `‖A^{3/2} x‖_M` with the stiffness for the mass.
     fn operator_norm(&mut self, phase: &Phase, terms: &[Vec<f64>], with_stiffness: bool) -> f64 {
         let half = 0.5 * self.omega * self.omega;
         let ax: Vec<f64> = terms[0].iter().zip(&terms[1]).map(|(x, y)| half * (x + y)).collect();
-        phase.expand_velocity(self.system, &ax, &mut self.scratch.v);
-        let matrix =
-            if with_stiffness { &self.system.body.stiffness } else { &self.system.body.mass };
+        phase.expand(&ax, &mut self.scratch.v);
+        let matrix = if with_stiffness { &self.system.body.stiffness } else { self.system.mass() };
         matrix.quadratic(&self.scratch.v).max(0.0).sqrt()
     }
 
@@ -275,11 +274,12 @@ impl<'a> Chebyshev<'a> {
 }
 
 impl Flow for Chebyshev<'_> {
-    fn begin(&mut self, _: &Phase, t: f64, y: &[f64]) {
+    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
         (self.t0, self.t1) = (t, t);
         self.end.copy_from_slice(y);
         self.end_known = true;
         self.length = FIRST;
+        self.gradients = phase.gradient_bounds();
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
@@ -299,7 +299,7 @@ impl Flow for Chebyshev<'_> {
         let start = std::mem::take(&mut self.start);
         let (u0, v0) = (&start[..n], &start[n..2 * n]);
         let mut a0 = std::mem::take(&mut self.a0);
-        phase.acceleration(self.system, self.t0, u0, v0, &mut self.scratch, &mut a0);
+        phase.acceleration(self.t0, u0, v0, &mut self.scratch, &mut a0);
         self.counters.products += 1;
         // at least two terms, for the bounds
         let terms = (bessel((t - self.t0) * self.omega).len() / 2 + 1).max(2);
@@ -307,18 +307,14 @@ impl Flow for Chebyshev<'_> {
         self.v_moments = self.moments(phase, &self.v_terms);
         self.a_moments = self.moments(phase, &self.a_terms);
         self.h0.resize(phase.monitors.len(), 0.0);
-        phase.monitor_values(self.system, u0, &mut self.h0);
+        phase.monitor_values(self.t0, u0, &mut self.h0);
         (self.start, self.a0) = (start, a0);
         let (v_terms, a_terms) =
             (std::mem::take(&mut self.v_terms), std::mem::take(&mut self.a_terms));
         let bound =
             self.operator_norm(phase, &a_terms, false) + self.operator_norm(phase, &v_terms, true);
         (self.v_terms, self.a_terms) = (v_terms, a_terms);
-        self.fourth = phase
-            .monitors
-            .iter()
-            .map(|m| bound * self.gradients[m.node][usize::from(phase.set.is_active(m.node))])
-            .collect();
+        self.fourth = self.gradients.iter().map(|gradient| bound * gradient).collect();
         self.values.borrow_mut().clear();
         self.counters.steps += 1;
         self.cut(phase, t);

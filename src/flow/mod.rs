@@ -10,6 +10,7 @@ pub mod chebyshev;
 pub mod choice;
 pub mod dop853;
 pub mod dopri5;
+pub mod drives;
 pub mod modal;
 pub mod runge_kutta;
 pub mod spectrum;
@@ -23,7 +24,6 @@ pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
 use crate::contact::{Phase, System};
-use crate::scenario::Integrator;
 use thiserror::Error;
 
 /// A monitor on `[a, b]`: a polynomial, and how far the monitor may be from it.
@@ -46,6 +46,15 @@ impl Enclosure {
         let polynomial = Bernstein::new(&[ha, ha + third * da, hb - third * db, hb]);
         let scale = fourth * length.powi(4);
         Enclosure { polynomial, error: scale / 384.0, slope_error: scale * 3f64.sqrt() / 216.0 }
+    }
+
+    /// The enclosure of a sum on the same interval.
+    pub fn plus(&self, other: &Enclosure) -> Enclosure {
+        Enclosure {
+            polynomial: self.polynomial.plus(&other.polynomial),
+            error: self.error + other.error,
+            slope_error: self.slope_error + other.slope_error,
+        }
     }
 }
 
@@ -178,21 +187,6 @@ pub trait Flow {
     }
     /// Take over what another flow of the same kind had learnt.
     fn recall(&mut self, _memory: &[f64]) {}
-}
-
-/// The flow that a scene asks for.
-pub fn by_name<'a>(
-    integrator: Integrator,
-    system: &'a System,
-    tolerances: Tolerances,
-) -> Box<dyn Flow + 'a> {
-    match integrator {
-        Integrator::Dopri5 => Box::new(RungeKutta::new(system, &dopri5::DOPRI5, tolerances)),
-        Integrator::Dop853 => Box::new(RungeKutta::new(system, &dop853::DOP853, tolerances)),
-        Integrator::Modal => Box::new(exact(Box::new(Modal::new(system)), system)),
-        Integrator::Chebyshev => Box::new(exact(Box::new(Chebyshev::new(system)), system)),
-        Integrator::Auto => Box::new(auto::auto(system, tolerances)),
-    }
 }
 
 /// An exact flow, with the stand-in for phases with held nodes.

@@ -11,6 +11,7 @@ use std::rc::Rc;
 
 use nalgebra::{Complex, DVector};
 
+use super::drives::Drives;
 use super::spectrum::{
     Forcing, GAUSS10, ModalLoad, Motion, Spectra, Spectrum, Term, powers_in_closed_form,
 };
@@ -29,6 +30,7 @@ pub struct Modal<'a> {
     given: u64,
     phase: Option<Rc<Spectrum>>,
     motion: Motion,
+    drives: Drives,
     t0: f64,
     t1: f64,
     end: Vec<f64>,
@@ -63,6 +65,7 @@ impl<'a> Modal<'a> {
             spectra,
             phase: None,
             motion: Motion::default(),
+            drives: Drives::default(),
             t0: 0.0,
             t1: 0.0,
             end: vec![0.0; layout.len()],
@@ -108,7 +111,14 @@ impl<'a> Modal<'a> {
         let (q, v) = self.modes_at(phase, t);
         let mut h = &phase.rows * q;
         h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
-        let new = Rc::new((h, &phase.rows * v));
+        let mut rate = &phase.rows * v;
+        if !self.drives.is_empty() {
+            for i in 0..h.len() {
+                h[i] += self.drives.at(i, t, 0);
+                rate[i] += self.drives.at(i, t, 1);
+            }
+        }
+        let new = Rc::new((h, rate));
         values.push((t, new.clone()));
         new
     }
@@ -144,6 +154,13 @@ impl<'a> Modal<'a> {
                 self.fourth[i] += r.abs() * fourth;
             }
         }
+        if !self.drives.is_empty() {
+            for i in 0..count {
+                let (size, fourth) = self.drives.bounds(i);
+                self.sizes[i] += size;
+                self.fourth[i] += fourth;
+            }
+        }
         // amplitudes stay what they are where nothing decays and nothing grows
         let forced_from_rest =
             |h: &ModalLoad| h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)));
@@ -172,6 +189,7 @@ impl<'a> Modal<'a> {
             sums[0] += part[0];
             sums[1] += 2.0 * mode.c * part[1];
         }
+        sums[0] += self.drives.work(a, b);
         sums
     }
 
@@ -250,6 +268,7 @@ impl Flow for Modal<'_> {
             self.failure = Some(FlowError::NoModes { t });
             return;
         };
+        self.drives = modal.drives(&self.system.loads);
         self.counters.factorisations = self.spectra.computed() - self.given;
         let n = self.layout.n_o;
         let mut both = vec![0.0; 2 * n];

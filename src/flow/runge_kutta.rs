@@ -6,6 +6,7 @@
 //! Step control: proportional-integral (Gustafsson), as in Hairer's codes.
 
 use super::bernstein::{Bernstein, Nested};
+use super::drives::Drives;
 use super::tableau::Tableau;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{MonitorKind, Phase, Scratch, System};
@@ -42,6 +43,7 @@ pub struct RungeKutta<'a> {
     k: Vec<Vec<f64>>,
     dense: Nested,
     monitors: Vec<Bernstein>,
+    drives: Drives,
     /// Largest root mean square of `u_O` and `u̇_O` so far.
     largest: [f64; 2],
     h_next: f64,
@@ -54,7 +56,7 @@ impl<'a> RungeKutta<'a> {
     pub fn new(system: &'a System, tableau: &'static Tableau, tolerances: Tolerances) -> Self {
         let layout = Layout::new(system);
         let n = layout.len();
-        let h_fastest = 1.0 / system.body.frequency_bound();
+        let h_fastest = 1.0 / system.units.highest.min(system.body.frequency_bound());
         RungeKutta {
             system,
             tableau,
@@ -70,6 +72,7 @@ impl<'a> RungeKutta<'a> {
             k: vec![vec![0.0; n]; tableau.all_stages()],
             dense: Nested { n, f: vec![vec![0.0; n]; tableau.nested()] },
             monitors: vec![],
+            drives: Drives::default(),
             largest: [0.0; 2],
             h_next: 0.1 * h_fastest,
             last_error: 1e-4,
@@ -83,12 +86,12 @@ impl<'a> RungeKutta<'a> {
         let (u, v) = (&self.stage[..n], &self.stage[n..2 * n]);
         let k = &mut self.k[index];
         k[..n].copy_from_slice(v);
-        phase.acceleration(self.system, t, u, v, &mut self.scratch, &mut k[n..2 * n]);
+        phase.acceleration(t, u, v, &mut self.scratch, &mut k[n..2 * n]);
         if let Some(i) = self.layout.work {
             k[i] = self.system.loads.harmonic_power(t, &self.scratch.v);
         }
         if let Some(i) = self.layout.dissipated {
-            k[i] = self.system.dissipation(&self.scratch.v);
+            k[i] = phase.dissipation(v, &mut self.scratch);
         }
         self.counters.rhs_evaluations += 1;
     }
@@ -152,9 +155,9 @@ impl<'a> RungeKutta<'a> {
         let mut rows = vec![vec![0.0; m]; self.dense.f.len()];
         for (k, (f, row)) in self.dense.f.iter().zip(&mut rows).enumerate() {
             if k == 0 {
-                phase.monitor_values(self.system, &f[..n], row);
+                phase.monitor_undriven(&f[..n], row);
             } else {
-                phase.monitor_rates(self.system, &f[..n], row);
+                phase.monitor_gradient(&f[..n], row);
             }
         }
         self.monitors.clear();
@@ -185,7 +188,7 @@ impl<'a> RungeKutta<'a> {
             .map(|i| {
                 self.dense.at(at(i), &mut y);
                 let t = t0 + at(i) * (t1 - t0);
-                phase.held_theta(self.system, t, &y[..n], &y[n..2 * n], &mut self.scratch)
+                phase.held_theta(t, &y[..n], &y[n..2 * n], &mut self.scratch)
             })
             .collect();
         for (index, monitor) in phase.monitors.iter().enumerate() {
@@ -211,8 +214,8 @@ impl<'a> RungeKutta<'a> {
     /// The error of the step just made over the tolerance.
     fn error(&mut self, h: f64, size: [f64; 2]) -> f64 {
         let n = self.layout.n_o;
-        let unit = self.system.length_unit();
-        let units = [unit, unit * self.system.body.frequency_unit()];
+        let unit = self.system.units.length;
+        let units = [unit, unit * self.system.units.frequency];
         let scale = |b: usize| {
             self.tolerances.atol * units[b] + self.tolerances.rtol * self.largest[b].max(size[b])
         };
@@ -244,6 +247,7 @@ impl Flow for RungeKutta<'_> {
         (self.t0, self.t1) = (t, t);
         self.y1.copy_from_slice(y);
         self.stage.copy_from_slice(y);
+        self.drives = Drives::of(phase);
         let s = self.tableau.stages();
         self.rhs(phase, t, s);
         let size = self.root_mean_squares(y);
@@ -334,7 +338,12 @@ impl Flow for RungeKutta<'_> {
         let h = self.t1 - self.t0;
         let theta = |t: f64| ((t - self.t0) / h).clamp(0.0, 1.0);
         let polynomial = self.monitors[index].restrict(theta(a), theta(b));
-        Enclosure { polynomial, error: 0.0, slope_error: 0.0 }
+        let undriven = Enclosure { polynomial, error: 0.0, slope_error: 0.0 };
+        if self.drives.is_empty() {
+            undriven
+        } else {
+            undriven.plus(&self.drives.enclose(index, a, b))
+        }
     }
 
     fn counters(&self) -> Counters {

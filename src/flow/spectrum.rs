@@ -12,8 +12,9 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{Complex, DMatrix};
 
+use super::drives::Drives;
 use super::trigonometry::sin_cos;
-use crate::contact::{ActiveSet, ContactError, Phase, System};
+use crate::contact::{ActiveSet, Drive, Phase, System};
 use crate::fem::{FemError, Harmonic, Loads, eigen};
 
 /// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
@@ -159,6 +160,8 @@ pub struct Spectrum {
     pub rows: DMatrix<f64>,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
+    /// What harmonic loads on `u_C` add to the monitors, at the frequencies of the time when this was made.
+    drives: Vec<Drive>,
     /// Undamped, without rigid motions.
     is_undamped: bool,
 }
@@ -166,9 +169,9 @@ pub struct Spectrum {
 impl Spectrum {
     /// The eigensolution of a phase without held nodes.
     pub fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
-        let (k, m) = phase.matrices(system);
+        let (k, m) = phase.matrices();
         let n = system.n_o();
-        let all = eigen::all(&k, &m, system.body.frequency_unit())?;
+        let all = eigen::all(&k, &m, system.units.frequency)?;
         let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
         let modes: Vec<Oscillator> = all
             .omega
@@ -183,32 +186,32 @@ impl Spectrum {
             column.iter().enumerate().for_each(|(i, &x)| inverse[(j, i)] = x);
         }
         // modal forces: φᵀ A*ᵀ f
-        let mut full = vec![0.0; system.n()];
-        let mut projected = |f: &[f64]| -> Vec<f64> {
-            all.shapes
-                .iter()
-                .map(|shape| {
-                    phase.expand_velocity(system, shape, &mut full);
-                    full.iter().zip(f).map(|(a, b)| a * b).sum()
-                })
-                .collect()
+        let projected = |f: &[f64]| -> Vec<f64> {
+            all.shapes.iter().map(|x| x.iter().zip(f).map(|(a, b)| a * b).sum()).collect()
         };
-        let zero = vec![0.0; n];
-        let mut d = vec![0.0; system.n()];
-        phase.expand_displacement(system, &zero, &mut d);
-        let mut force = system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]);
-        system.body.stiffness.mul_sub(&d, &mut force);
-        let constant = projected(&force);
-        let harmonics = system.loads.harmonics.iter().map(|load| projected(&load.force)).collect();
+        let constant = projected(&phase.constant_force());
+        let harmonics =
+            system.loads.harmonics.iter().map(|h| projected(&phase.reduce(&h.force))).collect();
         let count = phase.monitors.len();
         let mut rows = DMatrix::<f64>::zeros(count, n);
         for (j, shape) in all.shapes.iter().enumerate() {
-            let h = phase.monitor_rates_at(system, shape);
+            let h = phase.monitor_gradient_at(shape);
             rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
         }
-        let offsets = phase.monitor_values_at(system, &zero);
+        let offsets = phase.monitor_offsets();
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
-        Ok(Spectrum { is_undamped, modes, shapes, inverse, constant, harmonics, rows, offsets })
+        let drives = phase.drives().to_vec();
+        Ok(Spectrum {
+            drives,
+            is_undamped,
+            modes,
+            shapes,
+            inverse,
+            constant,
+            harmonics,
+            rows,
+            offsets,
+        })
     }
 
     /// How each mode answers the harmonic loads at their present frequencies.
@@ -231,7 +234,14 @@ impl Spectrum {
         loads.harmonics.iter().zip(&self.harmonics).map(of_load).collect()
     }
 
-    /// Values of all monitors at modal displacements `q`.
+    /// What harmonic loads on `u_C` add to the monitors, at their present frequencies.
+    pub fn drives(&self, loads: &Loads) -> Drives {
+        let mut drives = self.drives.clone();
+        drives.iter_mut().for_each(|d| d.load = loads.harmonics[d.index].clone());
+        Drives(drives)
+    }
+
+    /// Values of all monitors at modal displacements `q`, without drives.
     pub fn monitors(&self, q: &[f64]) -> Vec<f64> {
         let mut h = self.offsets.clone();
         for (k, q) in q.iter().enumerate() {
@@ -266,17 +276,6 @@ pub struct Spectra {
     computed: Cell<u64>,
 }
 
-/// The modes of a phase could not be computed.
-#[derive(Debug, thiserror::Error)]
-pub enum SpectrumError {
-    /// The phase has no operators.
-    #[error(transparent)]
-    Contact(#[from] ContactError),
-    /// The eigensolution failed.
-    #[error(transparent)]
-    Fem(#[from] FemError),
-}
-
 impl Spectra {
     /// The spectrum of a phase.
     pub fn of(&self, system: &System, phase: &Phase) -> Result<Rc<Spectrum>, FemError> {
@@ -290,11 +289,11 @@ impl Spectra {
     }
 
     /// The spectrum of an active set.
-    pub fn of_set(&self, system: &System, set: &ActiveSet) -> Result<Rc<Spectrum>, SpectrumError> {
+    pub fn of_set(&self, system: &System, set: &ActiveSet) -> Result<Rc<Spectrum>, FemError> {
         if let Some(known) = self.known.borrow().get(set) {
             return Ok(known.clone());
         }
-        Ok(self.of(system, &Phase::new(system, set.clone())?)?)
+        self.of(system, &system.phase(set))
     }
 
     /// Number of eigensolutions so far.

@@ -101,7 +101,7 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
     let n_c = system.n_contact();
     let (q0, dq0) = q.at(0.0);
     let state = reduction.state(&q0, &dq0, 1.0);
-    let mut set = ActiveSet::new(system.solve_lcp(&state.u, &ActiveSet::open(n_c))?.active);
+    let mut set = system.select(0.0, &state.u, &ActiveSet::open(n_c))?.set;
     let (basis, n_h) = (y.basis, y.n_h);
     let (mut sets, mut crossings, mut slopes) = (vec![set.clone()], vec![], vec![]);
     let mut theta = 0.0;
@@ -115,13 +115,13 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
                 .map(|f| {
                     let dot: f64 =
                         y.of(f).iter().enumerate().map(|(c, y)| op.rows[(i, c)] * y).sum();
-                    dot + if f == 0 { op.offsets[i] } else { 0.0 }
+                    dot + op.monitor_constant(i, f, &system.loads)
                 })
                 .collect();
             let h = Polynomial::new(basis, n_h, &h);
             let end = first.map_or(basis.end(), |f| f.0);
             // a monitor may vanish altogether (at rest on the obstacle)
-            let slack = 1e-13 * h.size + 1e-15 * reduction.system.length_unit();
+            let slack = 1e-13 * h.size + 1e-15 * reduction.system.units.length;
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {
@@ -313,7 +313,7 @@ fn sampled(
         let theta = (t as f64 + 0.5) * h;
         let (x, dx) = q.at(theta);
         let state = reduction.state(&x, &dx, omega);
-        let now = ActiveSet::new(system.solve_lcp(&state.u, &set)?.active);
+        let now = system.select(theta / omega, &state.u, &set)?.set;
         if t > 0 {
             for contact in 0..system.n_contact() {
                 if now.is_active(contact) != set.is_active(contact) {

@@ -26,7 +26,7 @@ pub use reduction::{Form, Reduction};
 pub use series::{Basis, Series};
 
 use crate::contact::ContactError;
-use crate::flow::spectrum::SpectrumError;
+use crate::fem::FemError;
 
 /// The equations could not be set up or evaluated.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +36,7 @@ pub enum HbmError {
     Contact(#[from] ContactError),
     /// The open phase has no modes.
     #[error(transparent)]
-    Spectrum(#[from] SpectrumError),
+    Spectrum(#[from] FemError),
     /// A phase's mass matrix is singular on the interface.
     #[error("the mass of a phase is singular on the contact interface")]
     Singular,

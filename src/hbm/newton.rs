@@ -336,7 +336,7 @@ pub fn solve(
         return Ok(Err(Failure::NoContact));
     }
     if settings.quadrature == Quadrature::EventResolved
-        && let Some(theta) = inadmissible(reduction, &q, &balance)?
+        && let Some(theta) = inadmissible(reduction, &q, omega, &balance)?
     {
         return Ok(Err(Failure::Inadmissible { theta }));
     }
@@ -349,6 +349,7 @@ pub fn solve(
 fn inadmissible(
     reduction: &Reduction,
     q: &Series,
+    omega: f64,
     balance: &Balance,
 ) -> Result<Option<f64>, HbmError> {
     let bound = |j: usize| match j {
@@ -364,8 +365,10 @@ fn inadmissible(
         let theta = 0.5 * (a + b);
         let (x, dx) = q.at(theta);
         let state = reduction.state(&x, &dx, 1.0);
-        let lcp = reduction.system.solve_lcp(&state.u, set)?;
-        let differs = |c: usize| lcp.active[c] != set.is_active(c) && !lcp.degenerate.contains(&c);
+        let t = theta / omega;
+        let there = reduction.system.select(t, &state.u, set)?;
+        let differs =
+            |c: usize| there.set.is_active(c) != set.is_active(c) && !there.degenerate.contains(&c);
         if (0..reduction.system.n_contact()).any(differs) {
             return Ok(Some(theta));
         }

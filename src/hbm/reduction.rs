@@ -10,10 +10,10 @@ use faer::linalg::solvers::Solve;
 
 use super::HbmError;
 use super::series::Basis;
-use crate::contact::{ActiveSet, Phase, System};
-use crate::fem::Csr;
+use crate::contact::State;
+use crate::contact::{ActiveSet, Drive, System};
+use crate::fem::{Csr, Loads};
 use crate::flow::spectrum::{Spectra, Spectrum};
-use crate::problem::State;
 
 /// What is projected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -41,6 +41,25 @@ pub struct PhaseOperator {
     pub rows: Mat<f64>,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
+    /// What harmonic loads on `u_C` add to them.
+    pub drives: Vec<Drive>,
+}
+
+impl PhaseOperator {
+    /// The part of a monitor that does not depend on the motion, in the function of this index (constant, `cos θ`, `sin θ`, …).
+    pub fn monitor_constant(&self, contact: usize, function: usize, loads: &Loads) -> f64 {
+        let driven = |of_phase: &dyn Fn(f64) -> f64| -> f64 {
+            let drives = self.drives.iter();
+            drives.map(|d| d.monitor[contact] * of_phase(loads.harmonics[d.index].phase)).sum()
+        };
+        // cos(θ + φ) = cos φ cos θ − sin φ sin θ
+        match function {
+            0 => self.offsets[contact],
+            1 => driven(&f64::cos),
+            2 => driven(&|phase| -phase.sin()),
+            _ => 0.0,
+        }
+    }
 }
 
 /// A body prepared for harmonic balance.
@@ -103,7 +122,7 @@ impl Reduction {
     /// Square of the lowest frequency that is not a rigid motion's: the unit of modal stiffness.
     pub fn stiffness_unit(&self) -> f64 {
         let elastic = self.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
-        elastic.unwrap_or_else(|| self.system.body.frequency_unit()).powi(2)
+        elastic.unwrap_or_else(|| self.system.units.frequency).powi(2)
     }
 
     /// Whether the open body can move rigidly.
@@ -123,17 +142,11 @@ impl Reduction {
         let open_set = ActiveSet::open(n_c);
         let open = Spectra::default().of_set(&system, &open_set)?;
         let n = system.n_o();
-        let phase = Phase::new(&system, open_set.clone())?;
-        let (stiffness, mass) = phase.matrices(&system);
-        // every A_α maps through the rows of N_O; M_α, K_α differ on these and on the columns M_OC, K_OC
-        let mut columns = Mat::<f64>::zeros(n, 3 * n_c);
-        for i in 0..n_c {
-            system.n_o.row(i).for_each(|(j, v)| columns[(j, i)] = v);
-            for (block, matrix) in [(1, &system.body.mass), (2, &system.body.stiffness)] {
-                for (j, v) in matrix.row(n + i).filter(|(j, _)| *j < n) {
-                    columns[(j, block * n_c + i)] = v;
-                }
-            }
+        let (stiffness, mass) = system.open_phase().matrices();
+        let directions = system.directions();
+        let mut columns = Mat::<f64>::zeros(n, directions.len());
+        for (c, column) in directions.iter().enumerate() {
+            column.iter().for_each(|&(i, v)| columns[(i, c)] = v);
         }
         let modal = open.shapes.transpose() * &columns;
         let q = orthonormal(&modal);
@@ -162,7 +175,7 @@ impl Reduction {
 
     /// Set the frequency of the harmonic loads.
     pub fn set_frequency(&mut self, omega: f64) {
-        self.system.loads.set_frequency(omega);
+        self.system.loads_mut().set_frequency(omega);
     }
 
     /// A phase on the reduced directions.
@@ -177,56 +190,43 @@ impl Reduction {
 
     fn build(&self, set: &ActiveSet) -> Result<PhaseOperator, HbmError> {
         let system = &self.system;
-        let phase = Phase::new(system, set.clone())?;
-        let (k, m) = phase.matrices(system);
+        let phase = system.phase(set);
+        let (k, m) = phase.matrices();
         let s_m = congruence(&Csr::combination(1.0, &m, -1.0, &self.mass), &self.lifted);
         let s_k = congruence(&Csr::combination(1.0, &k, -1.0, &self.stiffness), &self.lifted);
         let r = self.q.ncols();
         // A*ᵀ x on the reduced directions, less that of the open phase
-        let open = Phase::new(system, ActiveSet::open(system.n_contact()))?;
-        let project = |phase: &Phase, force: &[f64]| -> Vec<f64> {
-            let mut full = vec![0.0; system.n()];
-            (0..r)
-                .map(|c| {
-                    phase.expand_velocity(system, self.lifted.col_as_slice(c), &mut full);
-                    full.iter().zip(force).map(|(a, b)| a * b).sum()
-                })
-                .collect()
-        };
-        let constant = |phase: &Phase| {
-            let mut d = vec![0.0; system.n()];
-            phase.expand_displacement(system, &vec![0.0; system.n_o()], &mut d);
-            let mut force = system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]);
-            system.body.stiffness.mul_sub(&d, &mut force);
-            project(phase, &force)
-        };
+        let open = system.open_phase();
         let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> {
-            a.iter().zip(&b).map(|(a, b)| a - b).collect()
+            let x: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+            let on = |c| self.lifted.col_as_slice(c).iter().zip(&x).map(|(a, b)| a * b).sum();
+            (0..r).map(on).collect()
         };
-        let s = difference(constant(&phase), constant(&open));
+        let s = difference(phase.constant_force(), open.constant_force());
         let loads: Vec<Vec<f64>> = system
             .loads
             .harmonics
             .iter()
-            .map(|h| difference(project(&phase, &h.force), project(&open, &h.force)))
+            .map(|h| difference(phase.reduce(&h.force), open.reduce(&h.force)))
             .collect();
         let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
         let rows_modal: Vec<Vec<f64>> = (0..system.n_o())
             .map(|j| {
                 let shape: Vec<f64> = (0..system.n_o()).map(|i| self.open.shapes[(i, j)]).collect();
-                phase.monitor_rates_at(system, &shape)
+                phase.monitor_gradient_at(&shape)
             })
             .collect();
         let rows = Mat::from_fn(system.n_contact(), self.q_in.ncols(), |i, c| {
             (0..self.n()).map(|j| rows_modal[j][i] * self.q_in[(j, c)]).sum()
         });
-        let offsets = phase.monitor_values_at(system, &vec![0.0; system.n_o()]);
+        let offsets = phase.monitor_offsets();
+        let drives = phase.drives().to_vec();
         match self.form {
             Form::Force => {
                 let damped = system.damping.is_some();
                 let v = damped
                     .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
-                Ok(PhaseOperator { p: s_k, v, a: Some(s_m), s, loads, rows, offsets })
+                Ok(PhaseOperator { p: s_k, v, a: Some(s_m), s, loads, rows, offsets, drives })
             }
             Form::Acceleration => {
                 // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S
@@ -255,7 +255,7 @@ impl Reduction {
                 let s = lift(&s, &self.open.constant);
                 let loads =
                     loads.iter().zip(&self.open.harmonics).map(|(d, f0)| lift(d, f0)).collect();
-                Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets })
+                Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets, drives })
             }
         }
     }

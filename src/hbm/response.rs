@@ -7,7 +7,7 @@ use super::balance::{Balance, Quadrature, project_in};
 use super::newton::{Failure, Settings, Solution, condensed_residual, solve};
 use super::reduction::Reduction;
 use super::series::Series;
-use crate::contact::{ActiveSet, Phase};
+use crate::contact::ActiveSet;
 use crate::continuation::{Family, JUMP, norm};
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
@@ -40,13 +40,14 @@ impl Summary {
             let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
             let set: &ActiveSet = &s.sets[j.min(s.sets.len() - 1)];
             if !phases.contains_key(set) {
-                phases.insert(set.clone(), Phase::new(system, set.clone())?);
+                phases.insert(set.clone(), system.phase(set));
             }
             let phase = &phases[set];
             let (q, dq) = s.q.at(theta);
             let state = reduction.state(&q, &dq, s.omega);
-            phase.expand_displacement(system, &state.u, &mut u);
-            phase.expand_velocity(system, &state.v, &mut v);
+            let t = theta / s.omega;
+            phase.expand_displacement(t, &state.u, &mut u);
+            phase.expand_velocity(t, &state.v, &mut v);
             if k == 0 || s.q.basis == super::Basis::Full {
                 energy = energy.max(system.kinetic(&v) + system.elastic(&u));
             }
@@ -81,10 +82,9 @@ impl Summary {
 pub fn mode_start(reduction: &Reduction, amplitude: f64) -> Option<Series> {
     let system = &reduction.system;
     let n = reduction.n();
-    let open = Phase::new(system, ActiveSet::open(system.n_contact())).ok()?;
     let shape: Vec<f64> = (0..n).map(|i| reduction.open.shapes[(i, 0)]).collect();
     let mut full = vec![0.0; system.n()];
-    open.expand_velocity(system, &shape, &mut full);
+    system.open_phase().expand(&shape, &mut full);
     let scale = crate::problem::grazing_scale(system, &full)?;
     let mut q = Series::zeros(reduction.basis, 1, n);
     // the far point at t = 0
@@ -171,7 +171,7 @@ impl Harmonics<'_> {
 
     /// Size that makes an unknown a number of the order of one.
     fn unit(&self) -> f64 {
-        self.reduction.stiffness_unit() * self.reduction.system.length_unit()
+        self.reduction.stiffness_unit() * self.reduction.system.units.length
     }
 }
 

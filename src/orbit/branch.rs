@@ -8,7 +8,7 @@ use super::credentials::Orbit;
 use super::family::Segments;
 use super::search::{Effort, Verdict, chain_of, find};
 use super::shooting::Closure;
-use crate::contact::{ActiveSet, Phase};
+use crate::contact::ActiveSet;
 use crate::continuation::{self, Go, JUMP, Options, Place, Special, Stop, guesses};
 use crate::event::SwitchKind;
 use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
@@ -112,7 +112,7 @@ pub fn arclength(
             (place, family)
         }
         Start::Orbit(orbit, direction) => {
-            body.system.loads.set_frequency(orbit.omega());
+            body.system.loads_mut().set_frequency(orbit.omega());
             let (chain, times) = chain_of(body, &orbit)?;
             let mut family = Segments::new(body, closure, chain);
             family.watch = watch;
@@ -293,10 +293,9 @@ fn try_at(
 pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<f64>> {
     let n = body.n();
     let k = mode.checked_sub(1).filter(|k| *k < n)?;
-    let open = Phase::new(&body.system, ActiveSet::open(body.system.n_contact())).ok()?;
     let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, k)]).collect();
     let mut full = vec![0.0; body.system.n()];
-    open.expand_velocity(&body.system, &shape, &mut full);
+    body.system.open_phase().expand(&shape, &mut full);
     let scale = crate::problem::grazing_scale(&body.system, &full)?;
     let mut z = vec![0.0; n];
     z[k] = amplitude * scale * body.scale[k];

@@ -23,9 +23,11 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
+use crate::contact::State;
 use crate::contact::{ActiveSet, System};
-use crate::flow::spectrum::{GAUSS10, Motion, Spectra, Spectrum, SpectrumError};
-use crate::problem::State;
+use crate::fem::FemError;
+use crate::flow::drives::Drives;
+use crate::flow::spectrum::{GAUSS10, Motion, Spectra, Spectrum};
 
 /// Above this size orbits are shot without the modes of the phases.
 const LARGE: usize = 800;
@@ -79,11 +81,11 @@ pub(super) fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
 
 impl Propagator {
     /// Modes of the open phase of a body.
-    pub fn new(system: System) -> Result<Propagator, SpectrumError> {
+    pub fn new(system: System) -> Result<Propagator, FemError> {
         let spectra = Rc::new(Spectra::default());
         let open_set = ActiveSet::open(system.n_contact());
         let open = spectra.of_set(&system, &open_set)?;
-        let unit = system.body.frequency_unit();
+        let unit = system.units.frequency;
         let scale = open.modes.iter().map(|m| if m.omega > 0.0 { m.omega } else { unit }).collect();
         let transforms = RefCell::default();
         Ok(Propagator { system, spectra, open, scale, open_set, transforms })
@@ -96,7 +98,7 @@ impl Propagator {
 
     /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads.
     pub fn is_large(&self) -> bool {
-        self.n() > LARGE && self.system.damping.is_none() && self.system.loads.harmonics.is_empty()
+        self.n() > LARGE && self.system.is_conservative()
     }
 
     /// From modal coordinates of one set to those of another: `Φ_bᵀ M_b Φ_a`; none if they are the same.
@@ -104,7 +106,7 @@ impl Propagator {
         &self,
         from: &ActiveSet,
         to: &ActiveSet,
-    ) -> Result<Option<Rc<Mat<f64>>>, SpectrumError> {
+    ) -> Result<Option<Rc<Mat<f64>>>, FemError> {
         if from == to {
             return Ok(None);
         }
@@ -162,7 +164,7 @@ impl Propagator {
     }
 
     /// The rate of the frame vector at `t = 0` in the first phase of a chain.
-    pub fn rate(&self, z: &[f64], chain: &Chain) -> Result<Vec<f64>, SpectrumError> {
+    pub fn rate(&self, z: &[f64], chain: &Chain) -> Result<Vec<f64>, FemError> {
         let still = Chain { sets: vec![chain.sets[0].clone()], nodes: vec![] };
         Ok(self.walk(&still, z, &[], 0.0)?.rate_end)
     }
@@ -174,7 +176,7 @@ impl Propagator {
         z: &[f64],
         times: &[f64],
         end: f64,
-    ) -> Result<Walk, SpectrumError> {
+    ) -> Result<Walk, FemError> {
         let n = self.n();
         let mut x = Mat::zeros(n, 2);
         for (i, s) in self.scale.iter().enumerate() {
@@ -232,7 +234,7 @@ impl Propagator {
         walk: &Walk,
         start: MatRef<f64>,
         switches: Switches,
-    ) -> Result<Tangent, SpectrumError> {
+    ) -> Result<Tangent, FemError> {
         let (n, given, m) = (self.n(), start.ncols(), chain.events());
         let free = switches == Switches::Free;
         let k = given + if free { m } else { 0 };
@@ -345,6 +347,7 @@ impl Walk {
 pub struct Link {
     spectrum: Rc<Spectrum>,
     motion: Motion,
+    drives: Drives,
     /// Start and end.
     pub span: (f64, f64),
     q1: Vec<f64>,
@@ -367,8 +370,10 @@ impl Link {
         motion.acceleration(&spectrum, span.0, q0, v0, &mut a0);
         motion.at(&spectrum, span.1, &mut q1, &mut v1);
         motion.acceleration(&spectrum, span.1, &q1, &v1, &mut a1);
-        let h0 = spectrum.monitors(q0);
-        Link { spectrum, motion, span, q1, v1, a0, a1, h0 }
+        let drives = spectrum.drives(&system.loads);
+        let mut h0 = spectrum.monitors(q0);
+        h0.iter_mut().enumerate().for_each(|(i, h)| *h += drives.at(i, span.0, 0));
+        Link { spectrum, motion, drives, span, q1, v1, a0, a1, h0 }
     }
 
     /// `∇h Φ` of a contact node's monitor in this phase.
@@ -382,7 +387,8 @@ impl Link {
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         self.motion.at(&self.spectrum, t, &mut q, &mut v);
         let r = self.row(node);
-        (dot(&r, &q) + self.spectrum.offsets[node], dot(&r, &v))
+        let h = dot(&r, &q) + self.spectrum.offsets[node] + self.drives.at(node, t, 0);
+        (h, dot(&r, &v) + self.drives.at(node, t, 1))
     }
 
     fn displacement(&self, t: f64) -> Vec<f64> {
@@ -419,8 +425,9 @@ impl Link {
     fn event(&self, chain: &Chain, j: usize, jump: Vec<f64>, frequency_bound: f64) -> Event {
         let node = chain.nodes[j];
         let r = self.row(node);
-        let h = dot(&r, &self.q1) + self.spectrum.offsets[node];
-        let rate = dot(&r, &self.v1);
+        let t = self.span.1;
+        let h = dot(&r, &self.q1) + self.spectrum.offsets[node] + self.drives.at(node, t, 0);
+        let rate = dot(&r, &self.v1) + self.drives.at(node, t, 1);
         let plain = Event {
             h,
             rate,
@@ -467,8 +474,8 @@ impl Link {
                 let (t, w) = (self.span.0 + s * tau, 0.5 * weight);
                 self.motion.at(&self.spectrum, t, &mut q, &mut v);
                 self.motion.acceleration(&self.spectrum, t, &q, &v, &mut a);
-                d += w * dot(&r, &v);
-                let second = dot(&r, &a);
+                d += w * (dot(&r, &v) + self.drives.at(node, t, 1));
+                let second = dot(&r, &a) + self.drives.at(node, t, 2);
                 by_time += w * s * second;
                 by_last_time += w * (1.0 - s) * second;
                 for (i, m) in modes.iter().enumerate() {

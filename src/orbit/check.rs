@@ -7,10 +7,10 @@ use super::chain::Propagator;
 use super::reading::read;
 use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
+use crate::contact::State;
 use crate::contact::{ActiveSet, Phase};
 use crate::continuation::norm;
 use crate::event::SwitchKind;
-use crate::problem::State;
 
 /// A series `u_O(t) = Σ a_k cos kωt + b_k sin kωt` of another method.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ pub fn check(
     effort: &Effort,
 ) -> Result<Checked, OrbitError> {
     let n = body.n();
-    body.system.loads.set_frequency(candidate.omega);
+    body.system.loads_mut().set_frequency(candidate.omega);
     let closure = match closure {
         Closure::Reversible if !candidate.is_reversible(n) => Closure::Autonomous,
         other => other,
@@ -131,12 +131,12 @@ fn along(
     let mut sequence = vec![];
     let set_at = |t: f64, start: &ActiveSet| -> Result<ActiveSet, OrbitError> {
         let [u, ..] = candidate.at(n, t);
-        Ok(ActiveSet::new(system.solve_lcp(&u, start)?.active))
+        Ok(system.select(t, &u, start)?.set)
     };
     for k in 0..=SAMPLES {
         let t = period * k as f64 / SAMPLES as f64;
         let [u, v, a] = candidate.at(n, t);
-        set = ActiveSet::new(system.solve_lcp(&u, &set)?.active);
+        set = system.select(t, &u, &set)?.set;
         if let Some((before, previous)) = &last {
             refine(&set_at, (*before, previous.clone()), (t, set.clone()), 0, &mut sequence)?;
             // between two samples the trapezoidal rule of "any node touches"
@@ -145,10 +145,10 @@ fn along(
         }
         last = Some((t, set.clone()));
         if !phases.contains_key(&set) {
-            phases.insert(set.clone(), Phase::new(system, set.clone())?);
+            phases.insert(set.clone(), system.phase(&set));
         }
         let mut true_a = vec![0.0; n];
-        phases[&set].acceleration(system, t, &u, &v, &mut scratch, &mut true_a);
+        phases[&set].acceleration(t, &u, &v, &mut scratch, &mut true_a);
         let mut both: Vec<f64> = a.iter().zip(&true_a).map(|(a, b)| a - b).collect();
         both.extend(&a);
         let mut modal = vec![0.0; 2 * n];

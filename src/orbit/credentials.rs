@@ -10,9 +10,9 @@ use super::chain::Propagator;
 use super::floquet::{Stability, stability};
 use super::reading::{Reading, read_with};
 use super::shooting::Closure;
+use crate::contact::State;
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
-use crate::problem::State;
 
 /// Stored states of a check.
 const SAMPLES: usize = 200;
@@ -135,8 +135,8 @@ impl Observer for Scan<'_> {
         self.energy = self.energy.max(energy);
         self.amplitude = u_c.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match s.active.is_active(i) {
-            true => s.pressure[i] / system.n_c[(i, i)],
-            false => system.gap[i] - u_c[i],
+            true => s.pressure[i] / system.constraints[i].stiffness,
+            false => system.constraints[i].gap - u_c[i],
         };
         let now: Vec<f64> = (0..system.n_contact()).map(monitor).collect();
         if let Some((t, flags, _)) = self.last.last()
@@ -158,7 +158,7 @@ impl Observer for Scan<'_> {
             }
             for i in 0..now.len() {
                 if b[i] < a[i] && b[i] <= now[i] {
-                    self.grazing = self.grazing.min(b[i] / system.length_unit());
+                    self.grazing = self.grazing.min(b[i] / system.units.length);
                 }
             }
         }
@@ -198,16 +198,16 @@ pub fn examine(
     start.resize(2 * body.n(), 0.0);
     let end = body.frame(&report.last);
     let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
-    let unit = system.length_unit();
+    let unit = system.units.length;
     for s in &report.switches {
         let scale = match s.kind {
             crate::event::SwitchKind::Close => 1.0,
-            crate::event::SwitchKind::Open => system.n_c[(s.contact, s.contact)],
+            crate::event::SwitchKind::Open => system.constraints[s.contact].stiffness,
         };
         scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
     }
     let stiffness =
-        (0..system.n_contact()).map(|i| system.n_c[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+        system.constraints.iter().map(|c| c.stiffness).fold(f64::MIN_POSITIVE, f64::max);
     let energy = scan.energy.max(f64::MIN_POSITIVE);
     let stability = if multipliers && body.n() <= MULTIPLIER_LIMIT {
         match stability(body, closure, &start, &reading, period) {

@@ -90,7 +90,7 @@ impl<'a> Segments<'a> {
     }
 
     fn set_frequency(&mut self, omega: f64) {
-        self.body.system.loads.set_frequency(omega);
+        self.body.system.loads_mut().set_frequency(omega);
     }
 
     fn walk(&mut self, x: &[f64]) -> Result<Walk, OrbitError> {
@@ -104,10 +104,13 @@ impl<'a> Segments<'a> {
     fn equation_scale(&self, j: usize) -> f64 {
         let system = &self.body.system;
         let i = self.chain.nodes[j];
-        let unit = system.length_unit();
-        let monitor =
-            if self.chain.sets[j].is_active(i) { system.n_c[(i, i)] * unit } else { unit };
-        let rate = if self.chain.is_pair(j) { system.body.frequency_unit() } else { 1.0 };
+        let unit = system.units.length;
+        let monitor = if self.chain.sets[j].is_active(i) {
+            system.constraints[i].stiffness * unit
+        } else {
+            unit
+        };
+        let rate = if self.chain.is_pair(j) { system.units.frequency } else { 1.0 };
         1.0 / (monitor * rate)
     }
 
@@ -119,7 +122,7 @@ impl<'a> Segments<'a> {
     }
 
     fn node_name(&self, contact: usize) -> usize {
-        self.body.system.body.dofs.contact_nodes[contact]
+        self.body.system.constraints[contact].node
     }
 
     /// The touch of a monitor nearest to `near`: phase, time and value of the minimum there. A minimum may lie in a
@@ -327,9 +330,10 @@ impl Family for Segments<'_> {
             Border::Touch { phase, contact, near, .. } => {
                 let walk = self.walk(x)?;
                 let system = &self.body.system;
-                let unit = system.length_unit();
+                let unit = system.units.length;
                 let active = self.chain.sets[*phase].is_active(*contact);
-                let scale = if active { unit * system.n_c[(*contact, *contact)] } else { unit };
+                let scale =
+                    if active { unit * system.constraints[*contact].stiffness } else { unit };
                 Ok(self.touch(&walk, *phase, *contact, *near).h / scale)
             }
         }

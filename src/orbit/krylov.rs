@@ -4,10 +4,10 @@
 //! saltation at every switch; `∂R/∂z · d` costs about as much as the motion itself, and no phase needs modes. The linear systems are solved by
 //! GMRES, preconditioned by the half-period map of the open body, which is diagonal in the frame: `∂(q̇ + …) = −sin(ω_i T/2)`.
 
+use crate::contact::State;
 use crate::contact::{Phase, Scratch};
 use crate::event::{Observer, Sample};
 use crate::flow::propagate;
-use crate::problem::State;
 
 use super::OrbitError;
 use super::chain::Propagator;
@@ -60,20 +60,19 @@ pub fn half_period<'a>(
     let mut jumps = vec![];
     let mut acceleration = |phase: &Phase, t: f64, x: &State| {
         let mut a = vec![0.0; n];
-        phase.acceleration(system, t, &x.u, &x.v, &mut scratch, &mut a);
+        phase.acceleration(t, &x.u, &x.v, &mut scratch, &mut a);
         a
     };
     for s in &reading.report.switches {
         let Some((_, x)) = states.0.iter().find(|(t, _)| *t == s.t) else { continue };
-        let before = Phase::new(system, s.before.clone())?;
-        let after = Phase::new(system, s.after.clone())?;
+        let (before, after) = (system.phase(&s.before), system.phase(&s.after));
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
         let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let monitor = before.monitors.iter().position(|m| m.node == s.contact).unwrap_or(0);
-        let rate = before.monitor_rates_at(system, &x.v)[monitor];
+        let rate = before.monitor_rates_at(s.t, &x.v)[monitor];
         jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
     }
-    let last = Phase::new(system, reading.report.active.clone())?;
+    let last = system.phase(&reading.report.active);
     Ok((reading, HalfPeriod { body, jumps, last, end }))
 }
 
@@ -88,7 +87,7 @@ impl HalfPeriod<'_> {
                 propagate(system, &j.phase, j.t - t, scratch, (&mut du, &mut dv));
                 t = j.t;
             }
-            let delay = -j.phase.monitor_rates_at(system, &du)[j.monitor] / j.rate;
+            let delay = -j.phase.monitor_gradient_at(&du)[j.monitor] / j.rate;
             dv.iter_mut().zip(&j.jump).for_each(|(v, a)| *v += a * delay);
         }
         if self.end > t {

@@ -32,7 +32,7 @@ pub use shooting::Closure;
 
 use crate::contact::ContactError;
 use crate::event::Outcome;
-use crate::flow::spectrum::SpectrumError;
+use crate::fem::FemError;
 
 /// The period map could not be evaluated.
 #[derive(Debug, thiserror::Error)]
@@ -42,7 +42,7 @@ pub enum OrbitError {
     Contact(#[from] ContactError),
     /// A phase has no modes.
     #[error(transparent)]
-    Spectrum(#[from] SpectrumError),
+    Spectrum(#[from] FemError),
     /// The integration ended early.
     #[error("{0}")]
     Incomplete(Outcome),

@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
+use crate::contact::State;
 use crate::event::{self, GrazingKind, Observer, Options, Report, RunError, Silent};
 use crate::flow::{self, Chebyshev, Choice, Flow, Modal, choice};
-use crate::problem::State;
 
 /// Switches nearer to each other than this, over the time of the run, are one event.
 const SAME_TIME: f64 = 1e-11;

@@ -143,7 +143,7 @@ pub fn find(
     omega: f64,
     effort: &Effort,
 ) -> Result<Verdict, OrbitError> {
-    body.system.loads.set_frequency(omega);
+    body.system.loads_mut().set_frequency(omega);
     let period = TAU / omega;
     let shot = match shoot(body, closure, z, period, &effort.newton) {
         Ok(shot) => shot,

@@ -154,7 +154,7 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         line("damping", format!("C = {}", terms.join(" + ")));
     }
     if system.n_contact() > 0 {
-        let proof = match system.p_matrix {
+        let proof = match system.conditions().p_matrix {
             PMatrix::Minors => "unique (all principal minors of N_C positive)",
             _ => "unique (N_C positive definite)",
         };

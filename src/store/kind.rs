@@ -186,13 +186,14 @@ pub fn fingerprint(problem: &Problem) -> u64 {
             hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         }
     };
-    for a in [&system.body.mass, &system.body.stiffness, &system.n_o] {
+    let conditions = system.conditions();
+    for a in [&system.body.mass, &system.body.stiffness, &conditions.n_o] {
         for (i, j, v) in a.triplets() {
             all(&[i as f64, j as f64, v]);
         }
     }
-    all(system.n_c.as_slice());
-    all(&system.gap);
+    all(conditions.n_c.as_slice());
+    all(&conditions.gap);
     all(&problem.initial.u);
     all(&problem.initial.v);
     hash

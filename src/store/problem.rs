@@ -24,17 +24,18 @@ pub fn write_problem(
     until: f64,
 ) -> Result<(), StoreError> {
     let system: &System = &problem.system;
+    let conditions = system.conditions();
     let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
     let n_c = system.n_contact();
     let matrix = |name: &str, a: Array2<f64>| file.new_dataset_builder().with_data(&a).create(name);
     matrix("M", dense(&system.body.mass))?;
     matrix("K", dense(&system.body.stiffness))?;
-    matrix("N_C", Array2::from_shape_fn((n_c, n_c), |(i, j)| system.n_c[(i, j)]))?;
-    matrix("N_O", dense(&system.n_o))?;
+    matrix("N_C", Array2::from_shape_fn((n_c, n_c), |(i, j)| conditions.n_c[(i, j)]))?;
+    matrix("N_O", dense(&conditions.n_o))?;
     let vector = |name: &str, x: Vec<f64>| {
         file.new_dataset_builder().with_data(&Array1::from_vec(x)).create(name)
     };
-    vector("gap", system.gap.clone())?;
+    vector("gap", system.gaps())?;
     vector("f", system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]))?;
     vector("u0", problem.initial.u.clone())?;
     vector("v0", problem.initial.v.clone())?;

@@ -451,8 +451,9 @@ fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), StoreError> {
     g.new_dataset_builder().with_data(&contact_nodes).create("contact_nodes")?;
     let contact_dofs: Vec<i64> = (dofs.n_o..dofs.n()).map(|i| i as i64).collect();
     g.new_dataset_builder().with_data(&contact_dofs).create("contact_dofs")?;
-    g.new_dataset_builder().with_data(&system.gap).create("gap")?;
-    g.new_dataset_builder().with_data(&system.area).create("contact_area")?;
+    g.new_dataset_builder().with_data(&system.gaps()).create("gap")?;
+    let area: Vec<f64> = system.constraints.iter().map(|c| c.area).collect();
+    g.new_dataset_builder().with_data(&area).create("contact_area")?;
     for (name, key, text) in [
         ("nodes", "units", "length"),
         ("gap", "units", "length along the outward normal"),

@@ -6,10 +6,11 @@
 //! start. Multipliers: from matrix exponentials of the first-order system and saltation in nodal coordinates.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use signorini::contact::{ActiveSet, Phase, System};
+use signorini::contact::State;
+use signorini::contact::{ActiveSet, System};
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
-use signorini::problem::{Problem, State};
+use signorini::problem::Problem;
 
 use super::{Case, Check, Effort, Outcome, scene};
 
@@ -36,9 +37,8 @@ struct Half {
 }
 
 fn half(system: &System, active: bool) -> Result<Half, String> {
-    let text = |e: signorini::contact::ContactError| e.to_string();
-    let phase = Phase::new(system, ActiveSet::new(vec![active])).map_err(text)?;
-    let (k, m) = phase.matrices(system);
+    let phase = system.phase(&ActiveSet::new(vec![active]));
+    let (k, m) = phase.matrices();
     let n = system.n_o();
     let dense = |a: &signorini::fem::Csr| {
         let mut d = DMatrix::zeros(n, n);
@@ -48,7 +48,7 @@ fn half(system: &System, active: bool) -> Result<Half, String> {
     let (k, m) = (dense(&k), dense(&m));
     // A*ᵀ K d*
     let mut d = vec![0.0; system.n()];
-    phase.expand_displacement(system, &vec![0.0; n], &mut d);
+    phase.expand_displacement(0.0, &vec![0.0; n], &mut d);
     let mut kd = vec![0.0; system.n()];
     system.body.stiffness.mul(&d, &mut kd);
     let mut force = DVector::zeros(n);
@@ -56,7 +56,7 @@ fn half(system: &System, active: bool) -> Result<Half, String> {
         let mut unit = vec![0.0; n];
         unit[j] = 1.0;
         let mut full = vec![0.0; system.n()];
-        phase.expand_velocity(system, &unit, &mut full);
+        phase.expand(&unit, &mut full);
         force[j] = -full.iter().zip(&kd).map(|(a, b)| a * b).sum::<f64>();
     }
     let chol = m.clone().cholesky().ok_or("mass matrix")?;
@@ -68,12 +68,12 @@ fn half(system: &System, active: bool) -> Result<Half, String> {
     let rest = k.clone().lu().solve(&force).ok_or("stiffness matrix")?;
     let dynamics = -chol.solve(&k);
     let zero = vec![0.0; n];
-    let offset = phase.monitor_values_at(system, &zero)[0];
+    let offset = phase.monitor_values_at(0.0, &zero)[0];
     let mut row = DVector::zeros(n);
     for j in 0..n {
         let mut unit = zero.clone();
         unit[j] = 1.0;
-        row[j] = phase.monitor_rates_at(system, &unit)[0];
+        row[j] = phase.monitor_gradient_at(&unit)[0];
     }
     Ok(Half { omega, shapes, rest, dynamics, row, offset })
 }

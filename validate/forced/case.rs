@@ -42,7 +42,7 @@ fn body(ratio: f64) -> Result<Propagator, String> {
 fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
     let text = |e: signorini::orbit::OrbitError| e.to_string();
     let low = 1.2;
-    body.system.loads.set_frequency(low);
+    body.system.loads_mut().set_frequency(low);
     let z = body.linear_response();
     let verdict = find(body, Closure::Forced, &z, low, &Search::default()).map_err(text)?;
     let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
@@ -65,7 +65,7 @@ fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
 /// Whether a disturbed state behaves as the multipliers say; none where they are too near to the unit circle.
 fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, String> {
     let (Some(orbit), Some(place)) = (&p.orbit, &p.place) else { return Ok(None) };
-    body.system.loads.set_frequency(p.omega);
+    body.system.loads_mut().set_frequency(p.omega);
     let z = &place.x[..2 * body.n()];
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(z);

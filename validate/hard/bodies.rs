@@ -5,7 +5,8 @@
 //! that motion would first leave its phase: three in four go well beyond, every fourth only to within 10⁻¹ … 10⁻⁹ of
 //! it, above or below, so that the first contact is as brief as one likes (or does not happen).
 
-use signorini::problem::{Problem, State};
+use signorini::contact::State;
+use signorini::problem::Problem;
 
 use super::random;
 use super::witness::{Motion, Phase, Witness};

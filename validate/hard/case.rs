@@ -11,11 +11,12 @@ pub use independent::MILLION;
 
 use rayon::prelude::*;
 
-use signorini::contact::{ActiveSet, Phase};
+use signorini::contact::State;
 use signorini::event::{self, GrazingKind, Options, Report, Silent};
-use signorini::flow::{Flow, Tolerances, by_name};
-use signorini::problem::{Problem, State, phase_modes};
+use signorini::flow::{Flow, Tolerances};
+use signorini::problem::{Problem, phase_modes};
 use signorini::scenario::{Field, Integrator, Scene};
+use signorini::simulate::by_name;
 
 use super::oscillator::closed_form;
 use super::{Case, Check, Effort, Outcome, integrate, scene};
@@ -247,8 +248,7 @@ fn random_states(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> 
     let scene_ = scene(include_str!("random.toml"), None)?;
     let problem = Problem::new(&scene_, None).map_err(|e| e.to_string())?;
     let system = &problem.system;
-    let open =
-        Phase::new(system, ActiveSet::open(system.n_contact())).map_err(|e| e.to_string())?;
+    let open = system.open_phase();
     let modes = phase_modes(system, &open, 6).map_err(|e| e.to_string())?;
     let count: u64 = if effort.short { 400 } else { 10_000 };
     let options = Options { until: 4.0, samples: 1, switch_limit: 40.0, verify_lcp: false };

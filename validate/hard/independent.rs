@@ -13,10 +13,11 @@
 
 use rayon::prelude::*;
 
+use signorini::contact::State;
 use signorini::event::{self, Options, Report, Silent, Switch, SwitchKind};
-use signorini::flow::{Flow, Tolerances, by_name};
-use signorini::problem::State;
+use signorini::flow::{Flow, Tolerances};
 use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 
 use super::agreement::{Agreement, Alone, REACH};
 use super::bodies::RandomBody;

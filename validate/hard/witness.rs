@@ -107,9 +107,18 @@ impl Witness {
         system.body.mass.triplets().for_each(|(i, j, x)| mass[(i, j)] = x);
         system.body.stiffness.triplets().for_each(|(i, j, x)| stiffness[(i, j)] = x);
         let mut of_others = DMatrix::zeros(system.n_contact(), n_o);
-        system.n_o.triplets().for_each(|(i, j, x)| of_others[(i, j)] = x);
+        system.conditions().n_o.triplets().for_each(|(i, j, x)| of_others[(i, j)] = x);
         let phases: Vec<Phase> = (0..1usize << system.n_contact())
-            .map(|set| Phase::new(set, &mass, &stiffness, &system.n_c, &of_others, &system.gap))
+            .map(|set| {
+                Phase::new(
+                    set,
+                    &mass,
+                    &stiffness,
+                    &system.conditions().n_c,
+                    &of_others,
+                    &system.conditions().gap,
+                )
+            })
             .collect::<Option<_>>()
             .ok_or("an active set has a singular matrix")?;
         let period = TAU / phases[0].omega[0];

@@ -6,6 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use signorini::contact::State;
 use signorini::continuation::Go;
 use signorini::hbm::newton::{Settings, solve};
 use signorini::hbm::response::{Summary, Track, sequential};
@@ -13,7 +14,7 @@ use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::series_of_orbit;
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator, branch};
-use signorini::problem::{Problem, State};
+use signorini::problem::Problem;
 
 use super::{Case, Check, Effort, Outcome, scene};
 
@@ -53,8 +54,8 @@ fn end_coefficients(r: &Reduction, s: &Solution, count: usize) -> Result<Vec<f64
         let theta = PI * (k as f64 + 0.5) / samples as f64;
         let (q, dq) = s.q.at(theta);
         let u = r.state(&q, &dq, s.omega).u;
-        let stress: f64 = system.n_o.row_dot(0, &u);
-        let end = (-stress / system.n_c[(0, 0)]).min(system.gap[0]);
+        let stress: f64 = system.conditions().n_o.row_dot(0, &u);
+        let end = (-stress / system.conditions().n_c[(0, 0)]).min(system.conditions().gap[0]);
         for (j, c) in c.iter_mut().enumerate() {
             let weight = if j == 0 { 1.0 } else { 2.0 } / samples as f64;
             *c += weight * end * (j as f64 * theta).cos();

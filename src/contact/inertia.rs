@@ -1,0 +1,284 @@
+//! From forces to accelerations: `M_α ü_O = A*ᵀ b`.
+//!
+//! *Projected* (the paper's mass): `M_α = A*ᵀMA*` jumps at switches. Any admissible acceleration of phase α satisfies `n_C` homogeneous linear
+//! conditions `R_α a = 0`: `a_C,i = 0` for a point in contact, `(N_C a_C + N_O a_O)_i = 0` for a free one. All phases choose their rows from the same
+//! `2 n_C` vectors, so with one factorisation of `M` and the Gram matrix `Γ = R M⁻¹ Rᵀ` of these vectors
+//!
+//! ```text
+//! M_α ü_O = A*ᵀ b   ⇔   ü = M⁻¹ b − M⁻¹ R_αᵀ (R_α M⁻¹ R_αᵀ)⁻¹ R_α M⁻¹ b
+//! ```
+//!
+//! is the M-orthogonal projection of the unconstrained acceleration, and a new phase costs one Cholesky factorisation of an `n_C × n_C` block of Γ,
+//! whatever the size of the body (theory §4).
+//!
+//! *Constant*: `M_α = M_0` in every phase, factorised once; a new phase costs nothing.
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::ContactError;
+use super::active::ActiveSet;
+use super::conditions::Conditions;
+use super::kinematics::Kinematics;
+use super::phase::Scratch;
+use crate::fem::{Csr, SolveScratch, SpdFactor};
+
+/// Columns of `M⁻¹Rᵀ` are kept while they hold at most this many numbers.
+const STORE_LIMIT: usize = 2_000_000;
+
+/// The mass of a body in contact.
+#[derive(Debug)]
+pub(super) enum Inertia {
+    Projected(Projector),
+    Constant(ConstantMass),
+}
+
+/// `M`, and what the projections of all phases share.
+#[derive(Debug)]
+pub(super) struct Projector {
+    /// `M` over `u`.
+    mass: Csr,
+    factor: SpdFactor,
+    rows: Csr,
+    pub gram: DMatrix<f64>,
+    /// Columns of `M⁻¹Rᵀ` (as rows); none: a second solve with `M` instead.
+    columns: Option<Csr>,
+}
+
+/// `M_0` over `u_O`.
+#[derive(Debug)]
+pub(super) struct ConstantMass {
+    /// `[M_0, 0; 0, 0]` over `u`.
+    mass: Csr,
+    /// `M_0`.
+    pub reduced: Csr,
+    factor: SpdFactor,
+    /// `N_O M_0⁻¹ N_Oᵀ`.
+    pub gram: DMatrix<f64>,
+}
+
+impl Projector {
+    pub fn new(mass: &Csr, conditions: &Conditions) -> Result<Projector, ContactError> {
+        Projector::storing(mass, conditions, STORE_LIMIT)
+    }
+
+    /// The same with another limit of what is kept.
+    pub fn storing(
+        mass: &Csr,
+        conditions: &Conditions,
+        limit: usize,
+    ) -> Result<Projector, ContactError> {
+        let (size, n_o) = (conditions.len(), conditions.n_o.n_cols());
+        let factor = SpdFactor::new(mass, "mass matrix")?;
+        // rows 0..n_C: point in contact; rows n_C..2n_C: point free, scaled to the order of one
+        let mut entries = vec![];
+        for i in 0..size {
+            entries.push((i, n_o + i, 1.0));
+            let scale = 1.0 / conditions.n_c[(i, i)];
+            entries.extend(conditions.n_o.row(i).map(|(j, v)| (size + i, j, scale * v)));
+            let of_c = |j: usize| (size + i, n_o + j, scale * conditions.n_c[(i, j)]);
+            entries.extend((0..size).map(of_c));
+        }
+        let n = mass.n_rows();
+        let rows = Csr::from_triplets(2 * size, n, entries);
+        let mut gram = DMatrix::<f64>::zeros(2 * size, 2 * size);
+        let keep = limit > 0 && (matches!(factor, SpdFactor::Diagonal(_)) || 2 * size * n <= limit);
+        let mut columns = vec![];
+        let mut scratch = factor.scratch();
+        let mut x = vec![0.0; n];
+        for k in 0..2 * size {
+            x.fill(0.0);
+            rows.row(k).for_each(|(j, v)| x[j] = v);
+            factor.solve(&mut x, &mut scratch);
+            for l in 0..2 * size {
+                gram[(l, k)] = rows.row_dot(l, &x);
+            }
+            if keep {
+                let entries = x.iter().enumerate().filter(|(_, v)| **v != 0.0);
+                columns.extend(entries.map(|(j, &v)| (k, j, v)));
+            }
+        }
+        let columns = keep.then(|| Csr::from_triplets(2 * size, n, columns));
+        Ok(Projector { mass: mass.clone(), factor, rows, gram, columns })
+    }
+}
+
+impl ConstantMass {
+    pub fn new(reduced: Csr, conditions: &Conditions) -> Result<ConstantMass, ContactError> {
+        let (size, n_o) = (conditions.len(), reduced.n_rows());
+        let factor = SpdFactor::new(&reduced, "mass matrix of the displacements u_O")?;
+        let mut gram = DMatrix::<f64>::zeros(size, size);
+        let mut scratch = factor.scratch();
+        let mut x = vec![0.0; n_o];
+        for k in 0..size {
+            x.fill(0.0);
+            conditions.n_o.row(k).for_each(|(j, v)| x[j] = v);
+            factor.solve(&mut x, &mut scratch);
+            for l in 0..size {
+                gram[(l, k)] = conditions.n_o.row_dot(l, &x);
+            }
+        }
+        let n = n_o + size;
+        let mass = Csr::from_triplets(n, n, reduced.triplets().collect());
+        Ok(ConstantMass { mass, reduced, factor, gram })
+    }
+}
+
+impl Inertia {
+    /// `M*` over `u`: the kinetic energy is `½ u̇ᵀM*u̇`.
+    pub fn mass(&self) -> &Csr {
+        match self {
+            Inertia::Projected(p) => &p.mass,
+            Inertia::Constant(c) => &c.mass,
+        }
+    }
+
+    pub fn scratch(&self) -> SolveScratch {
+        match self {
+            Inertia::Projected(p) => p.factor.scratch(),
+            Inertia::Constant(c) => c.factor.scratch(),
+        }
+    }
+}
+
+/// The inertia of one active set.
+#[derive(Debug)]
+pub(super) struct PhaseInertia {
+    pub shared: Arc<Inertia>,
+    /// Rows of the conditions that the set chooses.
+    rows: Vec<usize>,
+    /// `R_α M⁻¹ R_αᵀ`, factorised when a force first asks for an acceleration.
+    schur: OnceLock<Option<nalgebra::Cholesky<f64, Dyn>>>,
+}
+
+impl PhaseInertia {
+    pub fn new(shared: &Arc<Inertia>, set: &ActiveSet) -> PhaseInertia {
+        let size = set.flags().len();
+        let row = |i: usize| if set.is_active(i) { i } else { size + i };
+        PhaseInertia {
+            shared: shared.clone(),
+            rows: (0..size).map(row).collect(),
+            schur: OnceLock::new(),
+        }
+    }
+
+    /// `x ← x − M⁻¹ R_αᵀ (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`, with `b = M x` at hand. Not numbers where the reduced mass is singular.
+    fn project(
+        &self,
+        p: &Projector,
+        b: &[f64],
+        mu: &mut DVector<f64>,
+        x: &mut [f64],
+        solve: &mut SolveScratch,
+    ) {
+        let rows = &self.rows;
+        if rows.is_empty() {
+            return;
+        }
+        let schur = self.schur.get_or_init(|| {
+            DMatrix::from_fn(rows.len(), rows.len(), |a, b| p.gram[(rows[a], rows[b])]).cholesky()
+        });
+        let Some(schur) = schur else { return x.fill(f64::NAN) };
+        for (mu, &k) in mu.iter_mut().zip(rows) {
+            *mu = p.rows.row_dot(k, x);
+        }
+        schur.solve_mut(mu);
+        match &p.columns {
+            Some(columns) => {
+                for (&mu, &k) in mu.iter().zip(rows) {
+                    columns.row(k).for_each(|(j, v)| x[j] -= mu * v);
+                }
+            }
+            None => {
+                x.copy_from_slice(b);
+                for (&mu, &k) in mu.iter().zip(rows) {
+                    p.rows.row(k).for_each(|(j, v)| x[j] -= mu * v);
+                }
+                p.factor.solve(x, solve);
+            }
+        }
+    }
+
+    /// `a_O = M_α⁻¹ A*ᵀ b` for the force `s.b`.
+    pub fn accelerate(&self, kinematics: &Kinematics, s: &mut Scratch, a_o: &mut [f64]) {
+        match &*self.shared {
+            Inertia::Projected(p) => {
+                s.x.copy_from_slice(&s.b);
+                p.factor.solve(&mut s.x, &mut s.solve);
+                self.project(p, &s.b, &mut s.mu, &mut s.x, &mut s.solve);
+                a_o.copy_from_slice(&s.x[..a_o.len()]);
+            }
+            Inertia::Constant(c) => {
+                kinematics.reduce(&mut s.b);
+                a_o.copy_from_slice(&s.b[..a_o.len()]);
+                c.factor.solve(a_o, &mut s.solve);
+            }
+        }
+    }
+
+    /// The same for two forces, one after the other in `b`; matrix and factor are read once.
+    pub fn accelerate_pair(
+        &self,
+        kinematics: &Kinematics,
+        b: &mut [f64],
+        s: &mut Scratch,
+        y_o: [&mut [f64]; 2],
+    ) {
+        let n = b.len() / 2;
+        match &*self.shared {
+            Inertia::Projected(p) => {
+                // the correction by a second solve starts from the force itself
+                let forces = if p.columns.is_none() { b.to_vec() } else { vec![] };
+                p.factor.solve(b, &mut s.solve);
+                for (k, y_o) in y_o.into_iter().enumerate() {
+                    let part = k * n..(k + 1) * n;
+                    let force = forces.get(part.clone()).unwrap_or(&[]);
+                    self.project(p, force, &mut s.mu, &mut b[part.clone()], &mut s.solve);
+                    y_o.copy_from_slice(&b[part][..y_o.len()]);
+                }
+            }
+            Inertia::Constant(c) => {
+                let n_o = y_o[0].len();
+                let [first, second] = y_o;
+                kinematics.reduce(&mut b[..n]);
+                kinematics.reduce(&mut b[n..]);
+                // the two right-hand sides side by side
+                b.copy_within(n..n + n_o, n_o);
+                c.factor.solve(&mut b[..2 * n_o], &mut s.solve);
+                first.copy_from_slice(&b[..n_o]);
+                second.copy_from_slice(&b[n_o..2 * n_o]);
+            }
+        }
+    }
+
+    /// `M_α`.
+    pub fn matrix(&self, a_star: &Csr) -> Csr {
+        match &*self.shared {
+            Inertia::Projected(p) => p.mass.congruence(a_star),
+            Inertia::Constant(c) => c.reduced.clone(),
+        }
+    }
+
+    /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact.
+    pub fn gradient_bounds(&self, kinematics: &Kinematics, set: &ActiveSet) -> Vec<f64> {
+        let size = set.flags().len();
+        match &*self.shared {
+            // the Gram matrix's own diagonal, of which a phase only subtracts
+            Inertia::Projected(p) => (0..size)
+                .map(|i| match set.is_active(i) {
+                    false => p.gram[(i, i)].max(0.0).sqrt(),
+                    true => {
+                        let k = size + i;
+                        kinematics.conditions.n_c[(i, i)].abs() * p.gram[(k, k)].max(0.0).sqrt()
+                    }
+                })
+                .collect(),
+            Inertia::Constant(c) => {
+                let l = kinematics.over_stress();
+                let product = &l * &c.gram;
+                (0..size).map(|i| product.row(i).dot(&l.row(i)).max(0.0).sqrt()).collect()
+            }
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! What one active set makes of the displacements: `u_C = A_α u_O + d_α(t)`, monitors, pressures (theory §3).
+//!
+//! In contact `u_C = g`; free `u_C,f = N_ff⁻¹ (p_f,f(t) − N_f,O u_O − N_f,c g_c)`. The monitors are the gaps `w_i` of free points and the
+//! pressures `p_i` of points in contact, affine in `u_O`, all ≥ 0 while the phase is valid. Harmonic loads on `u_C` move both:
+//! they come as *drives*.
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::active::ActiveSet;
+use super::conditions::Conditions;
+use crate::fem::{Csr, Harmonic, Loads};
+
+/// What a harmonic load adds to displacements and monitors, times `cos(ωt + φ)`.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// Which harmonic load it is.
+    pub index: usize,
+    /// The load's frequency and phase.
+    pub load: Harmonic,
+    /// What it adds to `u_C`.
+    pub displacement: Vec<f64>,
+    /// What it adds to the gap or pressure of each contact point.
+    pub monitor: Vec<f64>,
+}
+
+#[derive(Debug)]
+enum FreeBlock {
+    Diagonal(Vec<f64>),
+    Dense {
+        block: DMatrix<f64>,
+        lu: nalgebra::LU<f64, Dyn, Dyn>,
+        transposed: OnceLock<nalgebra::LU<f64, Dyn, Dyn>>,
+    },
+}
+
+/// Which part of an affine function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Part {
+    /// All of it at a time.
+    Whole(f64),
+    /// Its time derivative of this order (1 or 2) at a time, for the derivative of `u_O` of the same order.
+    Derivative(f64, u32),
+    /// All but the drives.
+    Undriven,
+    /// The linear part.
+    Linear,
+}
+
+impl Part {
+    /// Whether the constant part is in it.
+    fn is_affine(self) -> bool {
+        matches!(self, Part::Whole(_) | Part::Undriven)
+    }
+}
+
+/// The affine functions of one active set.
+#[derive(Debug)]
+pub(super) struct Kinematics {
+    pub conditions: Arc<Conditions>,
+    pub free: Vec<usize>,
+    pub closed: Vec<usize>,
+    block: FreeBlock,
+    /// `d_α` under constant loads, all of `u_C`.
+    offset: Vec<f64>,
+    /// Constant part of `p_f`.
+    load: Option<Vec<f64>>,
+    pub drives: Vec<Drive>,
+}
+
+impl Kinematics {
+    pub fn new(conditions: &Arc<Conditions>, set: &ActiveSet, loads: &Loads) -> Kinematics {
+        let c = conditions;
+        let (free, closed) = (set.free_nodes(), set.closed_nodes());
+        let block = if c.is_diagonal {
+            FreeBlock::Diagonal(free.iter().map(|&i| 1.0 / c.n_c[(i, i)]).collect())
+        } else {
+            let entry = |a: usize, b: usize| c.n_c[(free[a], free[b])];
+            let block = DMatrix::from_fn(free.len(), free.len(), entry);
+            FreeBlock::Dense { lu: block.clone().lu(), block, transposed: OnceLock::new() }
+        };
+        let mut of_set = Kinematics {
+            conditions: conditions.clone(),
+            free,
+            closed,
+            block,
+            offset: vec![],
+            load: None,
+            drives: vec![],
+        };
+        of_set.load = loads.constant.as_ref().and_then(|f| of_set.load_on_contact(f));
+        of_set.offset = of_set.shift(of_set.load.as_deref(), true);
+        let drives: Vec<Drive> =
+            loads.harmonics.iter().enumerate().filter_map(|(k, h)| of_set.drive(k, h)).collect();
+        of_set.drives = drives;
+        of_set
+    }
+
+    /// The pressures that a force brings in, if it does.
+    fn load_on_contact(&self, force: &[f64]) -> Option<Vec<f64>> {
+        if !self.conditions.bears_loads {
+            return None;
+        }
+        let p = self.conditions.pressure_of(force);
+        p.iter().any(|p| *p != 0.0).then_some(p)
+    }
+
+    /// `u_C` at `u_O = 0` under pressures `load`, with the gaps or without.
+    fn shift(&self, load: Option<&[f64]>, with_gap: bool) -> Vec<f64> {
+        let c = &self.conditions;
+        let mut d = vec![0.0; c.len()];
+        if with_gap {
+            self.closed.iter().for_each(|&i| d[i] = c.gap[i]);
+        }
+        let mut x = DVector::from_iterator(
+            self.free.len(),
+            self.free.iter().map(|&i| {
+                let coupling: f64 = self.closed.iter().map(|&k| c.n_c[(i, k)] * d[k]).sum();
+                load.map_or(0.0, |p| p[i]) - coupling
+            }),
+        );
+        self.solve_free(&mut x);
+        self.free.iter().zip(x.iter()).for_each(|(&i, &x)| d[i] = x);
+        d
+    }
+
+    fn drive(&self, index: usize, load: &Harmonic) -> Option<Drive> {
+        let p = self.load_on_contact(&load.force)?;
+        let displacement = self.shift(Some(&p), false);
+        let mut monitor: Vec<f64> = displacement.iter().map(|d| -d).collect();
+        for &i in &self.closed {
+            let n_c = &self.conditions.n_c;
+            monitor[i] =
+                p[i] - self.free.iter().map(|&k| n_c[(i, k)] * displacement[k]).sum::<f64>();
+        }
+        Some(Drive { index, load: load.clone(), displacement, monitor })
+    }
+
+    /// `x ← N_ff⁻¹ x` over the free points.
+    fn solve_free(&self, x: &mut DVector<f64>) {
+        match &self.block {
+            FreeBlock::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),
+            FreeBlock::Dense { lu, .. } if !x.is_empty() => {
+                lu.solve_mut(x);
+            }
+            FreeBlock::Dense { .. } => {}
+        }
+    }
+
+    /// From `stress = N_O x` to `A x` over the free points.
+    fn follow(&self, stress: &[f64]) -> DVector<f64> {
+        let mut x = DVector::from_iterator(self.free.len(), self.free.iter().map(|&i| -stress[i]));
+        self.solve_free(&mut x);
+        x
+    }
+
+    fn stress(&self, x_o: &[f64]) -> Vec<f64> {
+        let n_o = &self.conditions.n_o;
+        (0..self.conditions.len()).map(|i| n_o.row_dot(i, x_o)).collect()
+    }
+
+    /// Add the drives' share of `u_C` or of the monitors, as `of` tells.
+    fn add_drives<'a>(&'a self, x: &mut [f64], part: Part, of: impl Fn(&'a Drive) -> &'a [f64]) {
+        let (t, order) = match part {
+            Part::Whole(t) => (t, 0),
+            Part::Derivative(t, order) => (t, order),
+            Part::Undriven | Part::Linear => return,
+        };
+        for drive in &self.drives {
+            let c = drive.load.factor(t, order);
+            x.iter_mut().zip(of(drive)).for_each(|(x, d)| *x += c * d);
+        }
+    }
+
+    /// `u = A* u_O + d*(t)`, its rate, or `A* x`.
+    pub fn expand(&self, x_o: &[f64], x: &mut [f64], part: Part) {
+        let (x_o_out, x_c) = x.split_at_mut(x_o.len());
+        x_o_out.copy_from_slice(x_o);
+        let affine = part.is_affine();
+        match affine {
+            true => x_c.copy_from_slice(&self.offset),
+            false => x_c.fill(0.0),
+        }
+        match &self.block {
+            FreeBlock::Diagonal(inverse) => {
+                for (&i, inverse) in self.free.iter().zip(inverse) {
+                    x_c[i] -= self.conditions.n_o.row_dot(i, x_o) * inverse;
+                }
+            }
+            FreeBlock::Dense { .. } => {
+                let free = self.follow(&self.stress(x_o));
+                self.free.iter().zip(free.iter()).for_each(|(&i, &v)| x_c[i] += v);
+            }
+        }
+        self.add_drives(x_c, part, |d| &d.displacement);
+    }
+
+    /// `A*ᵀ b`, in place: the first `n_O` entries of `b`.
+    pub fn reduce(&self, b: &mut [f64]) {
+        let n_o = self.conditions.n_o.n_cols();
+        let (b_o, b_c) = b.split_at_mut(n_o);
+        let mut x = DVector::from_iterator(self.free.len(), self.free.iter().map(|&i| -b_c[i]));
+        match &self.block {
+            FreeBlock::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),
+            FreeBlock::Dense { block, transposed, .. } if !x.is_empty() => {
+                transposed.get_or_init(|| block.transpose().lu()).solve_mut(&mut x);
+            }
+            FreeBlock::Dense { .. } => {}
+        }
+        for (&i, &y) in self.free.iter().zip(x.iter()) {
+            self.conditions.n_o.row(i).for_each(|(j, v)| b_o[j] += y * v);
+        }
+    }
+
+    /// Gap of every free point, pressure of every point in contact: their values, derivatives or linear parts.
+    pub fn monitors(&self, x_o: &[f64], h: &mut [f64], part: Part) {
+        let c = &self.conditions;
+        let affine = part.is_affine();
+        let load = |i: usize| match &self.load {
+            Some(p) if affine => p[i],
+            _ => 0.0,
+        };
+        match &self.block {
+            FreeBlock::Diagonal(inverse) => {
+                for (&i, inverse) in self.free.iter().zip(inverse) {
+                    let gap = if affine { c.gap[i] - self.offset[i] } else { 0.0 };
+                    h[i] = gap + c.n_o.row_dot(i, x_o) * inverse;
+                }
+                for &i in &self.closed {
+                    let own = if affine { c.n_c[(i, i)] * c.gap[i] } else { 0.0 };
+                    h[i] = load(i) - c.n_o.row_dot(i, x_o) - own;
+                }
+            }
+            FreeBlock::Dense { .. } => {
+                let stress = self.stress(x_o);
+                let mut u: Vec<f64> = if affine { self.offset.clone() } else { vec![0.0; c.len()] };
+                let free = self.follow(&stress);
+                self.free.iter().zip(free.iter()).for_each(|(&i, &v)| u[i] += v);
+                for &i in &self.free {
+                    h[i] = if affine { c.gap[i] - u[i] } else { -u[i] };
+                }
+                for &i in &self.closed {
+                    let own: f64 = u.iter().enumerate().map(|(j, u)| c.n_c[(i, j)] * u).sum();
+                    h[i] = load(i) - stress[i] - own;
+                }
+            }
+        }
+        self.add_drives(h, part, |d| &d.monitor);
+    }
+
+    /// `A* = [I; A_α]`, sparse.
+    pub fn a_star(&self) -> Csr {
+        let c = &self.conditions;
+        let n_o = c.n_o.n_cols();
+        let mut entries: Vec<(usize, usize, f64)> = (0..n_o).map(|i| (i, i, 1.0)).collect();
+        match &self.block {
+            FreeBlock::Diagonal(inverse) => {
+                for (&i, inverse) in self.free.iter().zip(inverse) {
+                    entries.extend(c.n_o.row(i).map(|(j, v)| (n_o + i, j, -inverse * v)));
+                }
+            }
+            FreeBlock::Dense { .. } => {
+                let mut columns: Vec<usize> =
+                    self.free.iter().flat_map(|&i| c.n_o.row(i).map(|(j, _)| j)).collect();
+                columns.sort_unstable();
+                columns.dedup();
+                let mut stress = DMatrix::<f64>::zeros(c.len(), columns.len());
+                for &i in &self.free {
+                    for (j, v) in c.n_o.row(i) {
+                        if let Ok(k) = columns.binary_search(&j) {
+                            stress[(i, k)] = v;
+                        }
+                    }
+                }
+                for (k, &j) in columns.iter().enumerate() {
+                    let free = self.follow(stress.column(k).as_slice());
+                    let rows = self.free.iter().zip(free.iter());
+                    entries.extend(rows.map(|(&i, &v)| (n_o + i, j, v)));
+                }
+            }
+        }
+        Csr::from_triplets(n_o + c.len(), n_o, entries)
+    }
+
+    /// The rows of all monitors over `N_O`: `∇h = L N_O`.
+    pub fn over_stress(&self) -> DMatrix<f64> {
+        let c = &self.conditions;
+        let size = c.len();
+        let mut l = DMatrix::<f64>::zeros(size, size);
+        let mut unit = vec![0.0; size];
+        for k in 0..size {
+            unit[k] = 1.0;
+            let free = self.follow(&unit);
+            for (&i, &u) in self.free.iter().zip(free.iter()) {
+                l[(i, k)] = -u;
+                for &j in self.closed.iter().filter(|_| !c.is_diagonal) {
+                    l[(j, k)] -= c.n_c[(j, i)] * u;
+                }
+            }
+            if self.closed.contains(&k) {
+                l[(k, k)] -= 1.0;
+            }
+            unit[k] = 0.0;
+        }
+        l
+    }
+}

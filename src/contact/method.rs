@@ -1,0 +1,93 @@
+//! What a contact method is: from an active set to the data of its phase, and from a state to its active set.
+//!
+//! All methods of this house give piecewise linear second-order systems `M_α ẍ + C_α ẋ + K_α x = f_α(t)` with affine monitors. Everything above
+//! (flows, search for switches, orbits, harmonic balance) knows phases and never asks for a method's name; what a method *is*
+//! (Lipschitz? conservative?) it says itself.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use super::ContactError;
+use super::active::ActiveSet;
+use super::conditions::Conditions;
+use super::phase::{Parts, Phase, Scratch};
+use crate::fem::{Body, Csr, Loads};
+
+/// The active set of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selection {
+    /// The set.
+    pub set: ActiveSet,
+    /// Contact points that may be counted to either side: `w = p = 0` to rounding.
+    pub degenerate: Vec<usize>,
+}
+
+/// A state one order up: what decides the degenerate points.
+#[derive(Debug, Clone, Copy)]
+pub struct Degenerate<'a> {
+    /// The set of all other points.
+    pub present: &'a ActiveSet,
+    /// The degenerate points.
+    pub points: &'a [usize],
+    /// Time.
+    pub t: f64,
+    /// `u̇_O` (order 1) or `ü_O` (order 2).
+    pub x: &'a [f64],
+    /// 1 or 2.
+    pub order: u32,
+    /// Rounding errors of `x`.
+    pub blur: f64,
+}
+
+/// What can be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Promise {
+    /// The acceleration is continuous across switches: no saltation (but for stiffness-proportional damping), one continuation from every state.
+    pub is_lipschitz: bool,
+    /// The energy of an undamped motion without harmonic loads is constant.
+    pub conserves_energy: bool,
+    /// The contact conditions are those of the stress of the displacement field, pointwise (not of nodal reactions).
+    pub is_strong: bool,
+}
+
+/// A contact method; one file each.
+pub(super) trait Method: Debug + Send + Sync {
+    /// In words, for summaries.
+    fn name(&self) -> &'static str;
+
+    /// What can be relied on.
+    fn promise(&self) -> Promise;
+
+    /// The conditions, of a method that has a complementarity problem.
+    fn conditions(&self) -> &Arc<Conditions>;
+
+    /// The set of a state, warm from `start`.
+    fn select(
+        &self,
+        loads: &Loads,
+        t: f64,
+        x: &[f64],
+        start: &ActiveSet,
+    ) -> Result<Selection, ContactError>;
+
+    /// The same one order up, on the degenerate points alone.
+    fn select_rates(&self, loads: &Loads, at: Degenerate) -> Result<Selection, ContactError>;
+
+    /// The phase of a set.
+    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase;
+
+    /// `M*` over `u`: the kinetic energy is `½ u̇ᵀM*u̇`.
+    fn mass(&self) -> &Csr;
+
+    /// The load of a uniform acceleration, on the mass of the method.
+    fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64>;
+
+    /// A bound of the natural frequencies of all phases; not finite where none is known.
+    fn highest_frequency(&self) -> f64;
+
+    /// Columns over `u_O` on which `M_α`, `K_α` and the monitors of the phases differ.
+    fn directions(&self, body: &Body) -> Vec<Vec<(usize, f64)>>;
+
+    /// Work vectors.
+    fn scratch(&self) -> Scratch;
+}

@@ -1,0 +1,241 @@
+//! Masses without inertia at the contact points, and how far they are from the body's own (methods.md 2.2, 2.3).
+//!
+//! *Condensed*: `M_0 = A_∅ᵀ M A_∅`, positive definite by construction, exact for rigid motions. *Optimal* (Khenous, Laborde, Renard 2008): the
+//! nearest `m*` to the scalar nodal mass `m`, with its sparsity, without the rows of the contact nodes, and with all moments up to the second,
+//! `Xᵀm*X = XᵀmX`, `X = [1, x, y]`:
+//!
+//! ```text
+//! m* = m_oo + P ∘ (X Λ Xᵀ)
+//! ```
+//!
+//! with `P` the pattern of the remaining pairs and a small symmetric `Λ`; for the normal component alone.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::ContactError;
+use super::active::ActiveSet;
+use super::conditions::Conditions;
+use super::inertia::ConstantMass;
+use super::kinematics::Kinematics;
+use super::nbm::Stress;
+use crate::fem::{Body, Csr, Loads, SpdFactor, eigen, load};
+
+/// A mass over `u_O`, and what gravity acts on.
+#[derive(Debug)]
+pub(super) struct Redistributed {
+    /// `M_0`.
+    pub mass: Csr,
+    weight: Weight,
+}
+
+#[derive(Debug)]
+enum Weight {
+    /// `A_∅` over `u_O`.
+    Condensed(Csr),
+    /// Row sums of `m*`, prescribed nodes included.
+    Nodal(Vec<f64>),
+}
+
+impl Redistributed {
+    /// The load of a uniform acceleration: none on the contact points, so that free fall deforms nothing.
+    pub fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {
+        let n_o = body.dofs.n_o;
+        let mut force = load::gravity(body, acceleration);
+        match &self.weight {
+            Weight::Condensed(a_star) => {
+                let of_c: Vec<f64> = force.drain(n_o..).collect();
+                for (i, f) in of_c.iter().enumerate() {
+                    a_star.row(n_o + i).for_each(|(j, v)| force[j] += v * f);
+                }
+                force.resize(body.dofs.n(), 0.0);
+            }
+            Weight::Nodal(mass) => {
+                let axis = body.dofs.contact_axis;
+                for (node, m) in mass.iter().enumerate() {
+                    if let Some((i, sign)) = body.dofs.of(node, axis) {
+                        force[i] = sign * m * acceleration[axis];
+                    }
+                }
+            }
+        }
+        force
+    }
+}
+
+/// `M_0 = A_∅ᵀ M A_∅`.
+pub(super) fn condensed(body: &Body, conditions: &Arc<Conditions>) -> Redistributed {
+    let a_star = open_expansion(conditions);
+    Redistributed { mass: body.mass.congruence(&a_star), weight: Weight::Condensed(a_star) }
+}
+
+/// `A*_∅`.
+fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
+    let open = ActiveSet::open(conditions.len());
+    Kinematics::new(conditions, &open, &Loads::default()).a_star()
+}
+
+/// The optimal mass of a body with a mesh.
+pub(super) fn optimal(body: &Body) -> Redistributed {
+    let (mesh, dofs) = (&body.mesh, &body.dofs);
+    let m = body.scalar_mass();
+    let columns = mesh.dim + 1;
+    let touches = |node: usize| dofs.contact_nodes.contains(&node);
+    let x = |node: usize, a: usize| if a == 0 { 1.0 } else { mesh.nodes[node][a - 1] };
+    let pairs: Vec<(usize, usize, f64)> =
+        m.triplets().filter(|(i, j, _)| !touches(*i) && !touches(*j)).collect();
+    // moments that are missing once the contact rows are gone
+    let index: Vec<(usize, usize)> =
+        (0..columns).flat_map(|a| (a..columns).map(move |b| (a, b))).collect();
+    let moment = |entries: &mut dyn Iterator<Item = (usize, usize, f64)>,
+                  (a, b): (usize, usize)| {
+        entries.map(|(i, j, v)| x(i, a) * v * x(j, b)).sum::<f64>()
+    };
+    let missing = DVector::from_iterator(
+        index.len(),
+        index.iter().map(|&k| moment(&mut m.triplets(), k) - moment(&mut pairs.iter().copied(), k)),
+    );
+    // P ∘ (X E_ab Xᵀ), E_ab the symmetric unit matrix
+    let unit = |i: usize, j: usize, (a, b): (usize, usize)| match a == b {
+        true => x(i, a) * x(j, a),
+        false => x(i, a) * x(j, b) + x(i, b) * x(j, a),
+    };
+    let system = DMatrix::from_fn(index.len(), index.len(), |r, c| {
+        moment(&mut pairs.iter().map(|&(i, j, _)| (i, j, unit(i, j, index[c]))), index[r])
+    });
+    let lambda = system.lu().solve(&missing).unwrap_or_else(|| missing.map(|_| f64::NAN));
+    let mut weight = vec![0.0; mesh.n_nodes()];
+    let mut entries = vec![];
+    for (i, j, v) in pairs {
+        let more: f64 = index.iter().zip(lambda.iter()).map(|(&k, l)| l * unit(i, j, k)).sum();
+        let v = v + more;
+        weight[i] += v;
+        let place = |node| dofs.of(node, dofs.contact_axis).map(|(k, _)| k);
+        if let (Some(k), Some(l)) = (place(i), place(j)) {
+            entries.push((k, l, v));
+        }
+    }
+    // the other components keep their mass
+    for component in (0..mesh.dim).filter(|c| *c != dofs.contact_axis) {
+        for (i, j, v) in m.triplets() {
+            if let (Some((k, _)), Some((l, _))) = (dofs.of(i, component), dofs.of(j, component)) {
+                entries.push((k, l, v));
+            }
+        }
+    }
+    let mass = Csr::from_triplets(dofs.n_o, dofs.n_o, entries);
+    Redistributed { mass, weight: Weight::Nodal(weight) }
+}
+
+/// Eigenvalues of `(M_open, M_closed)` other than 1, `M_open = A_∅ᵀ M A_∅`, `M_closed = M_OO`: with `M_open − M_OO = W S Wᵀ`, `W = [M_OC, A_∅ᵀ]`, they
+/// are those of `I + S (Wᵀ M_OO⁻¹ W)`.
+fn mass_spectrum(body: &Body, conditions: &Arc<Conditions>) -> Result<Vec<f64>, ContactError> {
+    let (size, n_o) = (conditions.len(), body.dofs.n_o);
+    let inner = body.mass.triplets().filter(|(i, j, _)| *i < n_o && *j < n_o).collect();
+    let factor = SpdFactor::new(
+        &Csr::from_triplets(n_o, n_o, inner),
+        "mass matrix of the displacements u_O",
+    )?;
+    let a_star = open_expansion(conditions);
+    let column = |k: usize| -> Vec<(usize, f64)> {
+        match k.checked_sub(size) {
+            None => body.mass.row(n_o + k).filter(|(j, _)| *j < n_o).collect(),
+            Some(i) => a_star.row(n_o + i).collect(),
+        }
+    };
+    let columns: Vec<Vec<(usize, f64)>> = (0..2 * size).map(column).collect();
+    let mut scratch = factor.scratch();
+    let mut gram = DMatrix::<f64>::zeros(2 * size, 2 * size);
+    let mut x = vec![0.0; n_o];
+    for k in 0..2 * size {
+        x.fill(0.0);
+        columns[k].iter().for_each(|&(j, v)| x[j] = v);
+        factor.solve(&mut x, &mut scratch);
+        for l in 0..2 * size {
+            gram[(l, k)] = columns[l].iter().map(|&(j, v)| v * x[j]).sum();
+        }
+    }
+    let middle = DMatrix::from_fn(2 * size, 2 * size, |a, b| match (a < size, b < size) {
+        (true, true) => 0.0,
+        (false, false) => body
+            .mass
+            .row(n_o + a - size)
+            .find(|(j, _)| *j == n_o + b - size)
+            .map_or(0.0, |(_, v)| v),
+        _ => f64::from(u8::from(a % size == b % size)),
+    });
+    // the symmetric root of the Gram matrix: its square has the eigenvalues of S Γ between two of them
+    let eigen = (0.5 * (&gram + gram.transpose())).symmetric_eigen();
+    let roots = eigen.eigenvalues.map(|x| x.max(0.0).sqrt());
+    let root = &eigen.eigenvectors * DMatrix::from_diagonal(&roots);
+    let product = root.transpose() * middle * root;
+    Ok((0.5 * (&product + product.transpose()))
+        .symmetric_eigenvalues()
+        .iter()
+        .map(|x| 1.0 + x)
+        .collect())
+}
+
+/// The largest eigenvalue of `(M_open, M_closed)`.
+pub(super) fn mass_ratio(body: &Body, conditions: &Arc<Conditions>) -> Result<f64, ContactError> {
+    if conditions.is_empty() {
+        return Ok(1.0);
+    }
+    Ok(mass_spectrum(body, conditions)?.into_iter().fold(1.0, f64::max))
+}
+
+/// How much higher than the body's own bound the frequencies of the phases over the condensed mass can be.
+///
+/// With nodal reactions `K_α ≤ K_OO ≤ ω² M_OO`, and `M_OO` against `M_0` is known. With the stress of the field, `A_α` follows from `A_∅` by
+/// `u_f = (A_∅x)_f + N_ff⁻¹N_fc (A_∅x)_c`, so `‖A*_α x‖_M ≤ ‖x‖_{M_0} + √(1 + κ²) ‖M_CC‖^½ ‖A_∅x‖` with `κ ≥ ‖N_ff⁻¹N_fc‖`.
+pub(super) fn bound(
+    body: &Body,
+    conditions: &Arc<Conditions>,
+    mass: &ConstantMass,
+    stress: Stress,
+) -> Result<f64, ContactError> {
+    if conditions.is_empty() {
+        return Ok(1.0);
+    }
+    if stress == Stress::Reaction {
+        let least = mass_spectrum(body, conditions)?.into_iter().fold(1.0, f64::min);
+        return Ok((1.0 + 1e-9) * (1.0 / least.max(0.0)).sqrt());
+    }
+    let (size, n_o, n_c) = (conditions.len(), body.dofs.n_o, &conditions.n_c);
+    let inverse = n_c.clone().try_inverse();
+    let Some(inverse) = inverse else { return Ok(f64::INFINITY) };
+    let follow = &inverse * &mass.gram * inverse.transpose();
+    let largest = (0.5 * (&follow + follow.transpose())).symmetric_eigenvalues().max();
+    let weight = (0..size)
+        .map(|i| body.mass.row(n_o + i).filter(|(j, _)| *j >= n_o).map(|(_, v)| v.abs()).sum())
+        .fold(0.0, f64::max);
+    // diagonal dominance by rows and by columns bounds N_ff⁻¹N_fc whatever the set
+    let share = |entry: &dyn Fn(usize, usize) -> f64| {
+        let of_row = |i: usize| {
+            (0..size).filter(|j| *j != i).map(|j| entry(i, j).abs()).sum::<f64>()
+                / n_c[(i, i)].abs()
+        };
+        let r = (0..size).map(of_row).fold(0.0, f64::max);
+        if r < 1.0 { r / (1.0 - r) } else { f64::INFINITY }
+    };
+    let diagonal = n_c.diagonal();
+    let uneven = diagonal.max() / diagonal.min();
+    let kappa = uneven * share(&|i, j| n_c[(i, j)]) * share(&|i, j| n_c[(j, i)]);
+    Ok((1.0 + 1e-9) * (1.0 + ((1.0 + kappa) * weight * largest.max(0.0)).sqrt()))
+}
+
+/// Largest size for which all frequencies are computed for the sake of the largest.
+const DENSE: usize = 1500;
+
+/// The largest frequency of `(K_OO, M_0)`, which bounds those of all phases with nodal reactions; unknown for large bodies.
+pub(super) fn bound_of_all(body: &Body, mass: &ConstantMass) -> Result<f64, ContactError> {
+    let n_o = body.dofs.n_o;
+    if n_o > DENSE {
+        return Ok(f64::INFINITY);
+    }
+    let inner = body.stiffness.triplets().filter(|(i, j, _)| *i < n_o && *j < n_o).collect();
+    let stiffness = Csr::from_triplets(n_o, n_o, inner);
+    let modes = eigen::all(&stiffness, &mass.reduced, body.frequency_unit())?;
+    Ok((1.0 + 1e-9) * modes.omega.iter().fold(0.0f64, |m, w| m.max(*w)))
+}

@@ -1,0 +1,300 @@
+//! A body in contact as everyone above sees it: a piecewise linear second-order system, its units, its contact points.
+
+use std::sync::Arc;
+
+use super::ContactError;
+use super::active::ActiveSet;
+use super::boundary::{self, BoundaryOperator};
+use super::conditions::Conditions;
+use super::method::{Degenerate, Method, Promise, Selection};
+use super::nbm::{MassChoice, Nbm, Stress};
+use super::phase::{Parts, Phase, Scratch};
+use super::redistribution;
+use crate::fem::{Body, Csr, Loads};
+use crate::mesh::Edge;
+
+/// Rayleigh damping `C = α M + β K`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rayleigh {
+    /// Mass-proportional part.
+    pub alpha: f64,
+    /// Stiffness-proportional part.
+    pub beta: f64,
+}
+
+/// The contact edge as a scene names it.
+#[derive(Debug, Clone)]
+pub struct ContactEdge {
+    /// Which edge.
+    pub edge: Edge,
+    /// Gap at each contact node.
+    pub gap: Vec<f64>,
+    /// Whether `G` is lumped.
+    pub lumped: bool,
+}
+
+/// A contact point: one entry of an active set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constraint {
+    /// Mesh node that files and messages name.
+    pub node: usize,
+    /// Place on the undeformed body.
+    pub position: [f64; 3],
+    /// Outward normal: `u_C` is the displacement along it.
+    pub normal: [f64; 3],
+    /// Gap.
+    pub gap: f64,
+    /// Area (force = pressure × area).
+    pub area: f64,
+    /// Pressure that a unit displacement of this point alone takes away: the unit of pressure over length.
+    pub stiffness: f64,
+}
+
+/// What is of the order of one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    /// Length: the largest gap in magnitude, or the body's size where that is smaller or all gaps vanish.
+    pub length: f64,
+    /// Circular frequency: that of a quarter wave over the body's length.
+    pub frequency: f64,
+    /// Bound of the natural frequencies of all phases.
+    pub highest: f64,
+}
+
+/// A body in contact.
+#[derive(Debug)]
+pub struct System {
+    /// Matrices over `u = (u_O, u_C)` as assembled, numbering, geometry.
+    pub body: Arc<Body>,
+    /// The contact points, in the order of active sets and `u_C`.
+    pub constraints: Vec<Constraint>,
+    /// Damping, if any.
+    pub damping: Option<Rayleigh>,
+    /// Loads; phases keep those of the time when they were made.
+    pub loads: Arc<Loads>,
+    /// Units.
+    pub units: Units,
+    method: Arc<dyn Method>,
+}
+
+/// A state at a time: `x = (u_O, u̇_O)`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct State {
+    /// Displacements `u_O`.
+    pub u: Vec<f64>,
+    /// Velocities `u̇_O`.
+    pub v: Vec<f64>,
+}
+
+impl State {
+    /// All displacements and velocities at `t = 0`, in the phase of the state.
+    pub fn full(&self, system: &System) -> Result<(Vec<f64>, Vec<f64>), ContactError> {
+        let open = ActiveSet::open(system.n_contact());
+        let phase = system.phase(&system.select(0.0, &self.u, &open)?.set);
+        let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
+        phase.expand_displacement(0.0, &self.u, &mut u);
+        phase.expand_velocity(0.0, &self.v, &mut v);
+        Ok((u, v))
+    }
+}
+
+impl System {
+    /// The paper's method on an edge; `contact` absent gives a linear body (`n_C = 0`).
+    pub fn new(body: Body, contact: Option<&ContactEdge>) -> Result<System, ContactError> {
+        System::on_edge(body, contact, (Stress::Projection, MassChoice::Paper))
+    }
+
+    /// A method on an edge.
+    pub fn on_edge(
+        body: Body,
+        contact: Option<&ContactEdge>,
+        choice: (Stress, MassChoice),
+    ) -> Result<System, ContactError> {
+        let operator = match (contact, choice.0) {
+            (Some(c), Stress::Projection) => boundary::assemble(&body, c.edge, c.lumped),
+            (Some(c), Stress::Reaction) => {
+                let area = boundary::assemble(&body, c.edge, true).area;
+                boundary::reaction(&body, area)
+            }
+            (None, _) => BoundaryOperator::none(body.dofs.n_o),
+        };
+        System::with_operator(body, operator, contact.map_or(vec![], |c| c.gap.clone()), choice)
+    }
+
+    /// The same with a boundary operator that is given.
+    pub fn with_operator(
+        body: Body,
+        operator: BoundaryOperator,
+        gap: Vec<f64>,
+        choice: (Stress, MassChoice),
+    ) -> Result<System, ContactError> {
+        let method = Nbm::new(&body, operator, gap, choice)?;
+        Ok(System::of_method(body, Arc::new(method)))
+    }
+
+    fn of_method(body: Body, method: Arc<dyn Method>) -> System {
+        let conditions = method.conditions();
+        let dofs = &body.dofs;
+        let mut normal = [0.0; 3];
+        normal[dofs.contact_axis] = dofs.contact_sign;
+        let constraint = |i: usize| {
+            let node = dofs.contact_nodes[i];
+            let [x, y] = body.mesh.nodes[node];
+            Constraint {
+                node,
+                position: [x, y, 0.0],
+                normal,
+                gap: conditions.gap[i],
+                area: conditions.area[i],
+                stiffness: conditions.stiffness(i),
+            }
+        };
+        let gap = conditions.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+        let [lx, ly] = body.mesh.size();
+        let size = lx.max(ly);
+        let units = Units {
+            length: if gap > 0.0 { gap.min(size) } else { size },
+            frequency: body.frequency_unit(),
+            highest: method.highest_frequency(),
+        };
+        System {
+            constraints: (0..conditions.len()).map(constraint).collect(),
+            damping: None,
+            loads: Arc::default(),
+            units,
+            body: Arc::new(body),
+            method,
+        }
+    }
+
+    /// Length of `x = u_O`.
+    pub fn n_o(&self) -> usize {
+        self.body.dofs.n_o
+    }
+
+    /// Number of contact points.
+    pub fn n_contact(&self) -> usize {
+        self.constraints.len()
+    }
+
+    /// Length of `u`.
+    pub fn n(&self) -> usize {
+        self.body.dofs.n()
+    }
+
+    /// The method in words.
+    pub fn method_name(&self) -> &'static str {
+        self.method.name()
+    }
+
+    /// What the method promises.
+    pub fn promise(&self) -> Promise {
+        self.method.promise()
+    }
+
+    /// The complementarity problem, for methods that have one.
+    pub fn conditions(&self) -> &Conditions {
+        self.method.conditions()
+    }
+
+    /// `p_f(t)` of the complementarity problem: see [`Conditions`].
+    pub fn load_pressure(&self, t: f64) -> Option<Vec<f64>> {
+        self.method.conditions().load_pressure(&self.loads, t, 0)
+    }
+
+    /// Gaps of all contact points.
+    pub fn gaps(&self) -> Vec<f64> {
+        self.constraints.iter().map(|c| c.gap).collect()
+    }
+
+    /// Undamped, and no harmonic load acts.
+    pub fn is_conservative(&self) -> bool {
+        self.damping.is_none() && self.loads.harmonics.is_empty()
+    }
+
+    /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping makes it jump even where the
+    /// method does not.
+    pub fn is_smooth(&self) -> bool {
+        self.promise().is_lipschitz && self.damping.is_none_or(|d| d.beta == 0.0)
+    }
+
+    /// Change the loads; phases made before keep theirs.
+    pub fn loads_mut(&mut self) -> &mut Loads {
+        Arc::make_mut(&mut self.loads)
+    }
+
+    fn parts(&self) -> Parts {
+        Parts { body: self.body.clone(), damping: self.damping, loads: self.loads.clone() }
+    }
+
+    /// The phase of an active set.
+    pub fn phase(&self, set: &ActiveSet) -> Phase {
+        self.method.phase(&self.parts(), set)
+    }
+
+    /// The phase in which no point touches.
+    pub fn open_phase(&self) -> Phase {
+        self.phase(&ActiveSet::open(self.n_contact()))
+    }
+
+    /// The phase of an active set with points held on the switching surface.
+    pub fn held_phase(&self, set: &ActiveSet, held: &[usize]) -> Phase {
+        if held.is_empty() {
+            return self.phase(set);
+        }
+        let mut set = set.clone();
+        held.iter().for_each(|&i| set.set(i, true));
+        let released = held.iter().map(|&i| self.phase(&set.with(i, false))).collect();
+        self.phase(&set).hold(held.to_vec(), released)
+    }
+
+    /// The active set of a state, warm from `start`.
+    pub fn select(
+        &self,
+        t: f64,
+        u_o: &[f64],
+        start: &ActiveSet,
+    ) -> Result<Selection, ContactError> {
+        self.method.select(&self.loads, t, u_o, start)
+    }
+
+    /// The same one order up, on degenerate points.
+    pub fn select_rates(&self, at: Degenerate) -> Result<Selection, ContactError> {
+        self.method.select_rates(&self.loads, at)
+    }
+
+    /// `M*` over `u`.
+    pub fn mass(&self) -> &Csr {
+        self.method.mass()
+    }
+
+    /// The load of a uniform acceleration.
+    pub fn gravity(&self, acceleration: &[f64]) -> Vec<f64> {
+        self.method.gravity(&self.body, acceleration)
+    }
+
+    /// Columns over `u_O` on which the phases differ, as lists of entries.
+    pub fn directions(&self) -> Vec<Vec<(usize, f64)>> {
+        self.method.directions(&self.body)
+    }
+
+    /// Kinetic energy `½ vᵀ M* v` of a full velocity.
+    pub fn kinetic(&self, v: &[f64]) -> f64 {
+        0.5 * self.mass().quadratic(v)
+    }
+
+    /// Elastic energy `½ uᵀ K u` of a full displacement.
+    pub fn elastic(&self, u: &[f64]) -> f64 {
+        0.5 * self.body.stiffness.quadratic(u)
+    }
+
+    /// `μ`, the largest eigenvalue of the open phase's mass over the closed one's: how much the paper's mass jumps at switches.
+    pub fn mass_ratio(&self) -> Result<f64, ContactError> {
+        redistribution::mass_ratio(&self.body, self.method.conditions())
+    }
+
+    /// Work vectors for the phases of this body.
+    pub fn scratch(&self) -> Scratch {
+        self.method.scratch()
+    }
+}

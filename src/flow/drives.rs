@@ -1,0 +1,61 @@
+//! What harmonic loads on `u_C` itself add to the monitors of a phase: `Σ_j c_j cos(ω_j t + φ_j)`, in closed form.
+
+use super::Enclosure;
+use crate::contact::{Drive, Phase};
+
+/// The drives of one phase.
+#[derive(Debug, Clone, Default)]
+pub struct Drives(pub(super) Vec<Drive>);
+
+impl Drives {
+    /// Those of a phase without held nodes; no exact flow takes any other.
+    pub fn of(phase: &Phase) -> Drives {
+        if phase.held.is_empty() { Drives(phase.drives().to_vec()) } else { Drives::default() }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// What they add to a monitor at `t`, or to its derivative of this order (1 or 2).
+    pub fn at(&self, index: usize, t: f64, order: u32) -> f64 {
+        self.0.iter().map(|d| d.load.factor(t, order) * d.monitor[index]).sum()
+    }
+
+    /// Amplitude of all of them in a monitor, and a bound of the fourth derivative.
+    pub fn bounds(&self, index: usize) -> (f64, f64) {
+        let size = |d: &Drive| d.monitor[index].abs();
+        let fourth = self.0.iter().map(|d| size(d) * d.load.omega.powi(4)).sum();
+        (self.0.iter().map(size).sum(), fourth)
+    }
+
+    /// Enclosure of what they add to a monitor on `[a, b]`.
+    pub fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+        let end = |t: f64| (self.at(index, t, 0), self.at(index, t, 1));
+        Enclosure::hermite(end(a), end(b), b - a, self.bounds(index).1)
+    }
+
+    /// Work of all harmonic loads along `ḋ`, from `a` to `b`: `Σ_ij c_iᵀf_j ∫ d/dt cos(ω_i t + φ_i) cos(ω_j t + φ_j) dt`, where `forces` are those on
+    /// `u_C`.
+    pub fn work(&self, a: f64, b: f64) -> f64 {
+        let mut sum = 0.0;
+        for x in &self.0 {
+            for y in &self.0 {
+                let n_o = y.load.force.len() - x.displacement.len();
+                let force = &y.load.force[n_o..];
+                let dot: f64 = x.displacement.iter().zip(force).map(|(d, f)| d * f).sum();
+                let (w, v) = (x.load.omega, y.load.omega);
+                let (p, q) = (x.load.phase, y.load.phase);
+                // −ω sin(ωt + p) cos(vt + q) = −ω/2 [sin((ω+v)t + p+q) + sin((ω−v)t + p−q)]
+                let integral = |rate: f64, phase: f64| {
+                    let half = 0.5 * rate * (b - a);
+                    let sinc = if half.abs() < 1e-8 { 1.0 } else { half.sin() / half };
+                    (0.5 * rate * (a + b) + phase).sin() * sinc * (b - a)
+                };
+                sum -= 0.5 * w * dot * (integral(w + v, p + q) + integral(w - v, p - q));
+            }
+        }
+        sum
+    }
+}
