@@ -9,14 +9,15 @@ use thiserror::Error;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::boundary::BoundaryOperator;
+use crate::contact::boundary::{self, BoundaryOperator};
 use crate::contact::{
     ContactEdge, ContactError, MassChoice, Phase, Rayleigh, State, Stress, System, oracle,
 };
 use crate::fem::{Body, Csr, DofMap, FemError, Loads, Material, Modes, eigen, load, read_matrix};
 use crate::mesh::Mesh;
 use crate::scenario::{
-    Amplitude, Axis, BodyKind, Field, Issue, Load, LoadKind, MassKind, Scene, SceneError,
+    self, Amplitude, Axis, BodyKind, ContactMethod, Field, Inertia, Issue, Load, LoadKind,
+    MassKind, RedistributedMass, Scene, SceneError, StressKey,
 };
 
 /// Why a problem cannot be set up.
@@ -54,7 +55,7 @@ impl Problem {
         };
         let built = match given {
             Some((body, operator, gap)) => {
-                System::with_operator(body, operator, gap, (Stress::Projection, MassChoice::Paper))
+                System::with_operator(body, operator, gap, discretisation(scene))
             }
             None => {
                 let body = assemble(scene);
@@ -62,7 +63,7 @@ impl Problem {
                 if let Some(issue) = empty(scene, &body) {
                     return Err(scene.error(issue).into());
                 }
-                System::new(body, edge.as_ref())
+                System::on_edge(body, edge.as_ref(), discretisation(scene))
             }
         };
         let mut system = built.map_err(|e| match e {
@@ -71,6 +72,16 @@ impl Problem {
                 e.to_string(),
                 "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"",
             ))),
+            ContactError::Fem(FemError::NotPositiveDefinite { .. })
+                if discretisation(scene).1 == MassChoice::Optimal =>
+            {
+                let message = "the redistributed mass is not positive definite on this mesh";
+                ProblemError::Scene(scene.error(Issue::new(
+                    "contact.mass",
+                    message,
+                    "give mass = \"condensed\", or refine the mesh near the contact edge",
+                )))
+            }
             other => other.into(),
         })?;
         let modes = OpenModes::for_scene(scene, &system)?;
@@ -159,6 +170,22 @@ impl Problem {
         let largest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         Ok(speed.iter().any(|s| *s > ROUNDING * largest))
     }
+}
+
+/// Stress and mass of the contact method that a scene names.
+fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
+    let Some(c) = &scene.contact else { return (Stress::Projection, MassChoice::Paper) };
+    let stress = if c.is_reaction() { Stress::Reaction } else { Stress::Projection };
+    let mass = match (c.method, c.inertia, c.mass) {
+        (ContactMethod::MassRedistribution, _, Some(RedistributedMass::Optimal)) => {
+            MassChoice::Optimal
+        }
+        (ContactMethod::MassRedistribution, ..) | (_, Some(Inertia::Constant), _) => {
+            MassChoice::Condensed
+        }
+        _ => MassChoice::Paper,
+    };
+    (stress, mass)
 }
 
 /// The mesh of a scene.
@@ -269,8 +296,12 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
         )
     })?;
     let (n_o, n_c) = (body.dofs.n_o, rows.len());
+    if contact.is_some_and(scenario::Contact::is_reaction) {
+        let operator = boundary::reaction(&body, vec![1.0; n_c]);
+        return Ok((body, operator, gap));
+    }
     let (c_part, o_part) = match contact.and_then(|c| c.stress.as_ref()) {
-        Some(stress) => {
+        Some(StressKey::Terms(stress)) => {
             if stress.len() != n_c || stress.iter().flatten().any(|(i, _)| *i >= n) {
                 let message =
                     "needs one list of [displacement, coefficient] for each contact displacement"
@@ -292,8 +323,8 @@ fn given_body(scene: &Scene) -> Result<(Body, BoundaryOperator, Vec<f64>), Probl
             }
             (Csr::from_triplets(n_c, n_c, c_part), Csr::from_triplets(n_c, n_o, o_part))
         }
-        None if n_c == 0 => (Csr::from_triplets(0, 0, vec![]), Csr::from_triplets(0, n_o, vec![])),
-        None => {
+        _ if n_c == 0 => (Csr::from_triplets(0, 0, vec![]), Csr::from_triplets(0, n_o, vec![])),
+        _ => {
             let c = read("contact.n_c", &contact.and_then(|c| c.n_c.clone()))?;
             let o = read("contact.n_o", &contact.and_then(|c| c.n_o.clone()))?;
             for (key, a, wanted) in [("contact.n_c", &c, n_c), ("contact.n_o", &o, n_o)] {
@@ -629,6 +660,13 @@ fn initial_state(
         check_penetration(scene, system, "initial.file", &u)?;
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
+    let at_rest = match s.equilibrium {
+        true => Some(system.equilibrium().map_err(|e| {
+            let help = "give other constant loads, or displacement = [\"…\"]";
+            scene.error(Issue::new("initial.equilibrium", e.to_string(), help))
+        })?),
+        false => None,
+    };
     let field = |key: &str, list: &Option<Vec<Field>>| -> Result<Vec<f64>, ProblemError> {
         let Some(list) = list else { return Ok(vec![0.0; system.n()]) };
         let nodal: Vec<f64> = system
@@ -649,6 +687,9 @@ fn initial_state(
     let v = field("initial.velocity", &s.velocity)?;
     if s.displacement.is_some() {
         check_penetration(scene, system, "initial.displacement", &u)?;
+    }
+    if let Some((_, u)) = at_rest {
+        return Ok(State { u, v: v[..n_o].to_vec() });
     }
     Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
 }

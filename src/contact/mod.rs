@@ -3,6 +3,7 @@
 pub mod active;
 pub mod boundary;
 pub mod conditions;
+mod equilibrium;
 mod held;
 mod inertia;
 mod kinematics;
@@ -16,6 +17,7 @@ pub mod system;
 
 pub use active::ActiveSet;
 pub use conditions::Conditions;
+pub use equilibrium::NoEquilibrium;
 pub use kinematics::Drive;
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};

@@ -60,6 +60,12 @@ pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         "steps": report.counters.steps,
         "rejected": report.counters.rejected,
         "lcp_check": report.lcp_check,
+        "method": {
+            "name": system.method_name(),
+            "conserves_energy": system.promise().conserves_energy,
+            "is_lipschitz": system.promise().is_lipschitz,
+            "mass_ratio": mass_ratio(system),
+        },
         "damping": system.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
         "wall_s": wall_s,
     })
@@ -126,6 +132,40 @@ fn certificate(report: &Report) -> String {
     }
 }
 
+/// Above this many contact points the jump of the mass is not computed for the sake of the summary.
+const RATIO_LIMIT: usize = 200;
+
+/// `μ` of the paper's mass, where it is worth its cost.
+fn mass_ratio(system: &System) -> Option<f64> {
+    let jumps = !system.promise().conserves_energy && (1..=RATIO_LIMIT).contains(&system.n_contact());
+    jumps.then(|| system.mass_ratio().ok()).flatten()
+}
+
+/// What the contact method promises, in one line.
+fn promises(system: &System) -> String {
+    let promise = system.promise();
+    let stress = match promise.is_strong {
+        true => "gap and stress of the displacement field",
+        false => "gap and nodal reaction",
+    };
+    let energy = match (promise.conserves_energy, promise.is_lipschitz) {
+        (true, true) => "energy conserved, acceleration continuous".to_owned(),
+        (true, false) => "energy conserved".to_owned(),
+        _ => {
+            let ratio = mass_ratio(system).map_or(String::new(), |mu| {
+                let trust = match mu {
+                    mu if mu < 3.5 => "tens of periods",
+                    mu if mu < 10.0 => "a few periods",
+                    _ => "the energy of an undamped motion grows within periods; inertia = \"constant\" conserves it",
+                };
+                format!(" (the mass jumps by μ = {}: {trust})", significant(mu, 3))
+            });
+            format!("energy exact between switches, jumps at them{ratio}; the contact impulse is O(h) low")
+        }
+    };
+    format!("{stress}; {energy}")
+}
+
 /// The summary of a run in words.
 pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> String {
     let mut out = String::new();
@@ -163,6 +203,7 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
             false => plural(system.n_contact(), "node", "nodes"),
         };
         line("contact", format!("{nodes}; contact displacements {proof}"));
+        line("method", format!("{}: {}", system.method_name(), promises(system)));
     }
     line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if system.n_contact() > 0 {

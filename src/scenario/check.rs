@@ -2,7 +2,7 @@
 
 use super::{Amplitude, Axis, BodyKind, Edge, Field, Integrator, Issue, LoadKind, MassKind, Scene};
 
-type Check = Result<(), Issue>;
+pub(super) type Check = Result<(), Issue>;
 
 /// Products of a few numbers of a scene must neither overflow nor vanish.
 const LARGEST: f64 = 1e60;
@@ -155,7 +155,7 @@ impl Scene {
         }
     }
 
-    fn check_edge(&self, key: &str, edge: Edge) -> Check {
+    pub(super) fn check_edge(&self, key: &str, edge: Edge) -> Check {
         if self.dim() == 1 && edge.axis() == 1 {
             let message = format!("a bar has no edge \"{}\"", edge.name());
             return Err(Issue::new(key, message, "give \"left\" or \"right\""));
@@ -179,36 +179,6 @@ impl Scene {
             }
         }
         Ok(())
-    }
-
-    fn check_contact(&self) -> Check {
-        let Some(c) = &self.contact else { return Ok(()) };
-        if self.body.kind == BodyKind::Matrices {
-            return self.check_given_contact();
-        }
-        for (key, given) in [
-            ("gaps", c.gaps.is_some()),
-            ("displacements", c.displacements.is_some()),
-            ("n_c", c.n_c.is_some()),
-            ("n_o", c.n_o.is_some()),
-            ("stress", c.stress.is_some()),
-        ] {
-            if given {
-                let message = "belongs to body.kind = \"matrices\"";
-                return Err(Issue::new(format!("contact.{key}"), message, "give edge and gap"));
-            }
-        }
-        if c.gap.is_none() {
-            return Err(Issue::new(
-                "contact.gap",
-                "is missing",
-                "gap = 1.0, or an expression of x and y",
-            ));
-        }
-        match c.edge {
-            Some(edge) => self.check_edge("contact.edge", edge),
-            None => Err(Issue::new("contact.edge", "is missing", "edge = \"right\"")),
-        }
     }
 
     /// A body whose matrices come from files.
@@ -271,45 +241,6 @@ impl Scene {
             return Err(Issue::new("damping", message, "one of them is enough"));
         }
         Ok(())
-    }
-
-    fn check_given_contact(&self) -> Check {
-        let Some(c) = &self.contact else { return Ok(()) };
-        let issue = |key: &str, message: &str, help: &str| {
-            Err(Issue::new(format!("contact.{key}"), message, help))
-        };
-        if c.edge.is_some() {
-            return issue(
-                "edge",
-                "there are no edges: the body comes from files",
-                "give displacements = [66, 67]",
-            );
-        }
-        if c.displacements.as_ref().is_none_or(Vec::is_empty) {
-            return issue(
-                "displacements",
-                "is missing",
-                "displacements = [66, 67], rows of the matrices counted from 0",
-            );
-        }
-        match (&c.gap, &c.gaps) {
-            (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
-            _ => {
-                return issue(
-                    "gap",
-                    "give a number gap, or a list gaps, and no expression",
-                    "gap = 1.0",
-                );
-            }
-        }
-        match (&c.n_c, &c.n_o, &c.stress) {
-            (Some(_), Some(_), None) | (None, None, Some(_)) => Ok(()),
-            _ => issue(
-                "n_c",
-                "the boundary operator is n_c and n_o, or a nodal one as stress",
-                "n_c = \"N_C.mtx\", n_o = \"N_O.mtx\"",
-            ),
-        }
     }
 
     fn check_damping(&self) -> Check {
@@ -439,13 +370,13 @@ impl Scene {
 
     fn check_initial(&self) -> Check {
         let s = &self.initial;
-        let forms =
-            [s.mode.is_some(), s.displacement.is_some() || s.velocity.is_some(), s.file.is_some()];
+        let field = s.displacement.is_some() || s.velocity.is_some() && !s.equilibrium;
+        let forms = [s.mode.is_some(), field, s.file.is_some(), s.equilibrium];
         if forms.iter().filter(|&&g| g).count() > 1 {
             return Err(Issue::new(
                 "initial",
                 "mixes several forms",
-                "give mode and amplitude, or displacement and velocity, or file",
+                "give mode and amplitude, or displacement and velocity, or equilibrium, or file",
             ));
         }
         match (s.mode, s.amplitude) {

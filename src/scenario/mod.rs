@@ -4,6 +4,7 @@
 //! is absent costs nothing: no `[damping]` means an undamped body, no `[contact]` a linear one.
 
 mod check;
+mod contact;
 mod error;
 mod expression;
 
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 pub use crate::mesh::Edge;
+pub use contact::{Contact, ContactMethod, Inertia, RedistributedMass, StressKey};
 pub use error::{Issue, SceneError};
 pub use expression::{Amplitude, Field};
 
@@ -131,41 +133,6 @@ pub enum Axis {
     Y,
 }
 
-/// `[contact]`: a rigid, frictionless obstacle before an edge.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Contact {
-    /// The edge (not for kind `matrices`).
-    pub edge: Option<Edge>,
-    /// Distance to the obstacle along the outward normal.
-    pub gap: Option<Field>,
-    /// The same, one number a contact displacement (kind `matrices`).
-    pub gaps: Option<Vec<f64>>,
-    /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
-    pub displacements: Option<Vec<usize>>,
-    /// File of `N_C` (kind `matrices`), `n_C × n_C` in the order of `displacements`.
-    pub n_c: Option<String>,
-    /// File of `N_O`, `n_C × n_O`, the other displacements in their order.
-    pub n_o: Option<String>,
-    /// Or a nodal operator: for each contact displacement the terms `[displacement, coefficient]` of its contact stress.
-    pub stress: Option<Vec<Vec<(usize, f64)>>>,
-    /// `G`: consistent or lumped.
-    #[serde(default)]
-    pub boundary_mass: MassKind,
-    /// How contact is modelled.
-    #[serde(default)]
-    pub method: ContactMethod,
-}
-
-/// Contact methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ContactMethod {
-    /// The nodal boundary method.
-    #[default]
-    Nbm,
-}
-
 /// `[damping]`: exactly one of the three.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -232,6 +199,9 @@ pub struct Initial {
     pub velocity: Option<Vec<Field>>,
     /// A stored state.
     pub file: Option<PathBuf>,
+    /// The static equilibrium under the constant loads, contact included (with `velocity`, if given).
+    #[serde(default)]
+    pub equilibrium: bool,
 }
 
 /// `[run]`

@@ -1,0 +1,222 @@
+//! `[contact]`: the obstacle, the contact method and its parameters.
+
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+
+use super::check::Check;
+use super::{BodyKind, Edge, Field, Issue, MassKind, Scene};
+
+/// `[contact]`: a rigid, frictionless obstacle before an edge.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// The edge (not for kind `matrices`).
+    pub edge: Option<Edge>,
+    /// Distance to the obstacle along the outward normal.
+    pub gap: Option<Field>,
+    /// The same, one number a contact displacement (kind `matrices`).
+    pub gaps: Option<Vec<f64>>,
+    /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
+    pub displacements: Option<Vec<usize>>,
+    /// File of `N_C` (kind `matrices`), `n_C × n_C` in the order of `displacements`.
+    pub n_c: Option<String>,
+    /// File of `N_O`, `n_C × n_O`, the other displacements in their order.
+    pub n_o: Option<String>,
+    /// `G`: consistent or lumped.
+    #[serde(default)]
+    pub boundary_mass: MassKind,
+    /// How contact is modelled.
+    #[serde(default)]
+    pub method: ContactMethod,
+    /// `nbm`: where the pressure comes from.
+    pub stress: Option<StressKey>,
+    /// `nbm`: the mass of the phases.
+    pub inertia: Option<Inertia>,
+    /// `mass-redistribution`: which mass.
+    pub mass: Option<RedistributedMass>,
+}
+
+/// Contact methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactMethod {
+    /// The nodal boundary method.
+    #[default]
+    Nbm,
+    /// No inertia at the contact points: `nbm` with nodal reactions and a constant mass.
+    MassRedistribution,
+}
+
+/// `inertia`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inertia {
+    /// The paper's mass, which jumps at switches.
+    Paper,
+    /// The open phase's mass in every phase.
+    Constant,
+}
+
+/// `mass` of mass redistribution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RedistributedMass {
+    /// `A_∅ᵀ M A_∅`.
+    Condensed,
+    /// Nearest to `M` with all moments kept.
+    Optimal,
+}
+
+/// `stress`: a name, or (kind `matrices`) the terms `[displacement, coefficient]` of each contact stress.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StressKey {
+    /// The stress of the displacement field.
+    Projection,
+    /// The nodal reaction.
+    Reaction,
+    /// A nodal operator.
+    Terms(Vec<Vec<(usize, f64)>>),
+}
+
+impl<'de> Deserialize<'de> for StressKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Words;
+        impl<'de> Visitor<'de> for Words {
+            type Value = StressKey;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("\"projection\", \"reaction\", or lists of [displacement, coefficient]")
+            }
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<StressKey, E> {
+                match word {
+                    "projection" => Ok(StressKey::Projection),
+                    "reaction" => Ok(StressKey::Reaction),
+                    _ => Err(E::unknown_variant(word, &["projection", "reaction"])),
+                }
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<StressKey, A::Error> {
+                let mut all = vec![];
+                while let Some(terms) = seq.next_element()? {
+                    all.push(terms);
+                }
+                Ok(StressKey::Terms(all))
+            }
+        }
+        deserializer.deserialize_any(Words)
+    }
+}
+
+impl Contact {
+    /// Whether the pressure is the nodal reaction.
+    pub fn is_reaction(&self) -> bool {
+        self.method == ContactMethod::MassRedistribution || self.stress == Some(StressKey::Reaction)
+    }
+
+    /// The keys that a method does not read.
+    fn check_method(&self) -> Check {
+        let (redistribution, name) = match self.method {
+            ContactMethod::Nbm => (false, "nbm"),
+            ContactMethod::MassRedistribution => (true, "mass-redistribution"),
+        };
+        let given = [
+            ("stress", redistribution && self.stress.is_some(), "its stress is the reaction"),
+            ("inertia", redistribution && self.inertia.is_some(), "its inertia is constant"),
+            ("mass", !redistribution && self.mass.is_some(), "its mass follows from inertia"),
+        ];
+        if let Some((key, _, why)) = given.iter().find(|g| g.1) {
+            let message = format!("is not read by method = \"{name}\": {why}");
+            return Err(Issue::new(format!("contact.{key}"), message, "remove the key"));
+        }
+        if self.is_reaction() && self.boundary_mass == MassKind::Lumped {
+            let message = "is not read: nodal reactions need no boundary mass";
+            return Err(Issue::new("contact.boundary_mass", message, "remove the key"));
+        }
+        Ok(())
+    }
+}
+
+impl Scene {
+    pub(super) fn check_contact(&self) -> Check {
+        let Some(c) = &self.contact else { return Ok(()) };
+        c.check_method()?;
+        if self.body.kind == BodyKind::Matrices {
+            return self.check_given_contact();
+        }
+        for (key, given) in [
+            ("gaps", c.gaps.is_some()),
+            ("displacements", c.displacements.is_some()),
+            ("n_c", c.n_c.is_some()),
+            ("n_o", c.n_o.is_some()),
+            ("stress", matches!(c.stress, Some(StressKey::Terms(_)))),
+        ] {
+            if given {
+                let message = "belongs to body.kind = \"matrices\"";
+                return Err(Issue::new(format!("contact.{key}"), message, "give edge and gap"));
+            }
+        }
+        if c.gap.is_none() {
+            return Err(Issue::new(
+                "contact.gap",
+                "is missing",
+                "gap = 1.0, or an expression of x and y",
+            ));
+        }
+        match c.edge {
+            Some(edge) => self.check_edge("contact.edge", edge),
+            None => Err(Issue::new("contact.edge", "is missing", "edge = \"right\"")),
+        }
+    }
+
+    fn check_given_contact(&self) -> Check {
+        let Some(c) = &self.contact else { return Ok(()) };
+        let issue = |key: &str, message: &str, help: &str| {
+            Err(Issue::new(format!("contact.{key}"), message, help))
+        };
+        if c.edge.is_some() {
+            return issue(
+                "edge",
+                "there are no edges: the body comes from files",
+                "give displacements = [66, 67]",
+            );
+        }
+        if c.displacements.as_ref().is_none_or(Vec::is_empty) {
+            return issue(
+                "displacements",
+                "is missing",
+                "displacements = [66, 67], rows of the matrices counted from 0",
+            );
+        }
+        match (&c.gap, &c.gaps) {
+            (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
+            _ => {
+                return issue(
+                    "gap",
+                    "give a number gap, or a list gaps, and no expression",
+                    "gap = 1.0",
+                );
+            }
+        }
+        if c.mass == Some(RedistributedMass::Optimal) {
+            let message = "needs a mesh: positions decide which moments are kept";
+            return issue("mass", message, "give mass = \"condensed\"");
+        }
+        match (&c.n_c, &c.n_o, &c.stress, c.is_reaction()) {
+            (None, None, None | Some(StressKey::Reaction), true) => Ok(()),
+            (Some(_), _, _, true) | (_, Some(_), _, true) => issue(
+                if c.n_c.is_some() { "n_c" } else { "n_o" },
+                "is not read: with nodal reactions the operator is rows of the stiffness matrix",
+                "remove n_c and n_o",
+            ),
+            (Some(_), Some(_), None, _) | (None, None, Some(StressKey::Terms(_)), _) => Ok(()),
+            (_, _, Some(StressKey::Projection), _) => issue(
+                "stress",
+                "\"projection\" needs elements, and this body comes from files",
+                "give stress = \"reaction\", or n_c and n_o, or lists of [displacement, coefficient]",
+            ),
+            _ => issue(
+                "n_c",
+                "the boundary operator is n_c and n_o, or a nodal one as stress",
+                "n_c = \"N_C.mtx\", n_o = \"N_O.mtx\", or stress = \"reaction\"",
+            ),
+        }
+    }
+}
