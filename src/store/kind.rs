@@ -187,7 +187,7 @@ pub fn fingerprint(problem: &Problem) -> u64 {
         }
     };
     let conditions = system.conditions();
-    for a in [&system.body.mass, &system.body.stiffness, &conditions.n_o] {
+    for a in [system.mass(), &system.body.stiffness, &conditions.n_o] {
         for (i, j, v) in a.triplets() {
             all(&[i as f64, j as f64, v]);
         }

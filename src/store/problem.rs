@@ -28,7 +28,7 @@ pub fn write_problem(
     let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
     let n_c = system.n_contact();
     let matrix = |name: &str, a: Array2<f64>| file.new_dataset_builder().with_data(&a).create(name);
-    matrix("M", dense(&system.body.mass))?;
+    matrix("M", dense(system.mass()))?;
     matrix("K", dense(&system.body.stiffness))?;
     matrix("N_C", Array2::from_shape_fn((n_c, n_c), |(i, j)| conditions.n_c[(i, j)]))?;
     matrix("N_O", dense(&conditions.n_o))?;
