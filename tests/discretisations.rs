@@ -62,7 +62,11 @@ fn bars_of_redistributed_mass_move_as_the_prototype_says() {
             let report = run(&p.system, &p.initial, 1.68, integrator);
             assert!(report.is_certified(), "{method}");
             let u = nodal(&p.system, &report);
-            assert!((report.switches[0].t - first).abs() < 1e-9, "{method} {}", report.switches[0].t);
+            assert!(
+                (report.switches[0].t - first).abs() < 1e-9,
+                "{method} {}",
+                report.switches[0].t
+            );
             assert!((u[10] - middle).abs() < 1e-9, "{method} {integrator:?}: {}", u[10]);
             assert!((u[20] - 1.0).abs() < 1e-12);
             assert!((report.energy_start - 3.665123456790).abs() < 1e-9);
@@ -162,4 +166,85 @@ fn one_method_has_two_names() {
     let (ra, rb) = (run(&a), run(&b));
     assert_eq!(ra.switches.len(), rb.switches.len());
     assert!(relative(&ra.last.u, &rb.last.u) < 1e-11);
+}
+
+/// Equilibrium under constant loads: a bar pulled onto its stop, and a free block that lies on the obstacle.
+#[test]
+fn a_start_in_equilibrium_stays_there() {
+    // EA u'' = −ρA g: without the stop the end would go to 5 (pull) + 1 (weight); it stops at 1 with the pressure 5
+    for method in ["", CONSTANT, CONDENSED] {
+        let p = problem(&format!(
+            "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [20]\nyoung = 1.0\ndensity = 1.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n{method}\
+             [[load]]\nkind = \"gravity\"\namplitude = 4.0\n[initial]\nequilibrium = true\n"
+        ));
+        let report = run(&p.system, &p.initial, 50.0, Integrator::Modal);
+        let u = nodal(&p.system, &report);
+        for (i, u) in u.iter().enumerate() {
+            let x = i as f64 / 20.0;
+            // u = −2x² + (1 + 2)x, but for the last element, whose weight the method of the paper gives to the obstacle
+            let exact = -2.0 * x * x + 3.0 * x;
+            assert!((u - exact).abs() < 0.02, "{method} {x}: {u} {exact}");
+        }
+        assert!(report.switches.is_empty() && report.grazings.is_empty(), "{method}");
+        assert!(report.last.v.iter().all(|v| v.abs() < 1e-12), "{method}");
+    }
+    let block = problem(
+        "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [8, 4]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"bottom\"\ngap = 0.25\n\
+         method = \"mass-redistribution\"\n[[load]]\nkind = \"gravity\"\namplitude = [0.0, -0.01]\n\
+         [initial]\nequilibrium = true\nvelocity = [\"0\", \"0\"]\n",
+    );
+    let report = run(&block.system, &block.initial, 20.0, Integrator::Modal);
+    let (u, v) = report.last.full(&block.system).unwrap();
+    assert!(v.iter().all(|v| v.abs() < 1e-11) && report.switches.is_empty());
+    // the obstacle bears the weight
+    let phase = block.system.phase(&report.active);
+    let mut pressure = vec![0.0; block.system.n_contact()];
+    phase.pressures(0.0, &report.last.u, &mut pressure);
+    let borne: f64 = block.system.constraints.iter().zip(&pressure).map(|(c, p)| c.area * p).sum();
+    assert!((borne - 0.005).abs() < 1e-12, "{borne}");
+    assert!(u[block.system.n_o()..].iter().all(|u| (u - 0.25).abs() < 1e-12));
+}
+
+/// Free fall deforms nothing: gravity acts on the mass of the method.
+#[test]
+fn free_fall_deforms_nothing() {
+    for method in ["", CONSTANT, CONDENSED, OPTIMAL] {
+        let p = problem(&format!(
+            "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [12, 8]\nyoung = 1.0\npoisson = 0.3\ndensity = 2.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"bottom\"\ngap = 10.0\n{method}\
+             [[load]]\nkind = \"gravity\"\namplitude = [0.0, -0.5]\n"
+        ));
+        let report = run(&p.system, &p.initial, 2.0, Integrator::Modal);
+        for (k, u) in nodal(&p.system, &report).iter().enumerate() {
+            let exact = if k % 2 == 1 { -1.0 } else { 0.0 };
+            assert!((u - exact).abs() < 1e-10, "{method} {k}: {u}");
+        }
+    }
+}
+
+/// A harmonic traction on the contact edge enters the complementarity problem: exact flow and Runge–Kutta agree through its switches, and
+/// the energy balances.
+#[test]
+fn loads_on_the_contact_edge_move_the_contact() {
+    let p = problem(
+        "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [6, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[contact]\nedge = \"right\"\ngap = 0.05\n\
+         method = \"mass-redistribution\"\n[damping]\nrayleigh = [0.05, 0.01]\n\
+         [[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = [0.02, 0.0]\n\
+         [[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = [0.1, 0.0]\nomega = 1.1\nphase = 0.4\n",
+    );
+    let exact = run(&p.system, &p.initial, 30.0, Integrator::Modal);
+    assert!(exact.is_certified() && exact.switches.len() > 20, "{} switches", exact.switches.len());
+    assert!(exact.energy_drift_total < 1e-10, "{:e}", exact.energy_drift_total);
+    let stepped = run(&p.system, &p.initial, 30.0, Integrator::Dop853);
+    assert!(stepped.energy_drift_total < 1e-8, "{:e}", stepped.energy_drift_total);
+    assert_eq!(exact.switches.len(), stepped.switches.len());
+    assert!(relative(&exact.last.u, &stepped.last.u) < 1e-7);
+    for (a, b) in exact.switches.iter().zip(&stepped.switches) {
+        assert!(a.node == b.node && (a.t - b.t).abs() < 1e-7, "{} {}", a.t, b.t);
+    }
+    // the gaps are those of the complementarity problem by enumeration
+    assert!(exact.lcp_check.unwrap().enumeration.unwrap() < 1e-11);
 }

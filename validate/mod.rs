@@ -9,6 +9,8 @@ mod bar;
 mod bar_orbits;
 #[path = "bouncing-bar/case.rs"]
 mod bouncing_bar;
+#[path = "constant-inertia/case.rs"]
+mod constant_inertia;
 #[path = "forced/case.rs"]
 mod forced;
 #[path = "hard/case.rs"]
@@ -90,11 +92,12 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 11] = [
+pub static CASES: [Case; 12] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
     zero_gap_bar::CASE,
+    constant_inertia::CASE,
     bouncing_bar::CASE,
     hard::CASE,
     hard::MILLION,

@@ -137,12 +137,13 @@ const RATIO_LIMIT: usize = 200;
 
 /// `μ` of the paper's mass, where it is worth its cost.
 fn mass_ratio(system: &System) -> Option<f64> {
-    let jumps = !system.promise().conserves_energy && (1..=RATIO_LIMIT).contains(&system.n_contact());
+    let jumps =
+        !system.promise().conserves_energy && (1..=RATIO_LIMIT).contains(&system.n_contact());
     jumps.then(|| system.mass_ratio().ok()).flatten()
 }
 
-/// What the contact method promises, in one line.
-fn promises(system: &System) -> String {
+/// What the contact method promises: its conditions, its energy.
+fn promises(system: &System) -> [String; 2] {
     let promise = system.promise();
     let stress = match promise.is_strong {
         true => "gap and stress of the displacement field",
@@ -156,14 +157,16 @@ fn promises(system: &System) -> String {
                 let trust = match mu {
                     mu if mu < 3.5 => "tens of periods",
                     mu if mu < 10.0 => "a few periods",
-                    _ => "the energy of an undamped motion grows within periods; inertia = \"constant\" conserves it",
+                    _ => "an undamped motion gains energy within periods, inertia = \"constant\" conserves it",
                 };
                 format!(" (the mass jumps by μ = {}: {trust})", significant(mu, 3))
             });
-            format!("energy exact between switches, jumps at them{ratio}; the contact impulse is O(h) low")
+            format!(
+                "energy exact between switches, jumps at them{ratio}; the contact impulse is O(h) low"
+            )
         }
     };
-    format!("{stress}; {energy}")
+    [stress.to_owned(), energy]
 }
 
 /// The summary of a run in words.
@@ -203,7 +206,9 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
             false => plural(system.n_contact(), "node", "nodes"),
         };
         line("contact", format!("{nodes}; contact displacements {proof}"));
-        line("method", format!("{}: {}", system.method_name(), promises(system)));
+        let [stress, energy] = promises(system);
+        line("method", format!("{}: {stress}", system.method_name()));
+        line("", energy);
     }
     line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if system.n_contact() > 0 {

@@ -250,13 +250,13 @@ pub enum Integrator {
     /// Dormand–Prince 5(4).
     Dopri5,
     /// Dormand–Prince 8(5,3).
-    #[default]
     Dop853,
     /// Exact, by the modes of each active set.
     Modal,
     /// Exact without modes, for large undamped bodies under constant loads.
     Chebyshev,
     /// Whichever costs least, phase by phase.
+    #[default]
     Auto,
 }
 
