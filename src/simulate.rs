@@ -1,7 +1,7 @@
 //! One call from a scene to a report: what `signorini run` does, for library users.
 
-use crate::contact::System;
-use crate::event::{self, Observer, Options, Report, Resumed, RunError};
+use crate::contact::{State, System};
+use crate::event::{self, Observer, Options, Report, Resumed, RunError, Verified};
 use crate::flow::dop853::DOP853;
 use crate::flow::dopri5::DOPRI5;
 use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, auto, exact};
@@ -46,14 +46,29 @@ fn run<O: Observer>(
     observer: &mut O,
 ) -> Result<Report, SimulateError<O::Error>> {
     let (run, until) = run_table(scene)?;
-    let options =
-        Options { until, samples: run.samples, switch_limit: run.switch_limit, verify_lcp };
+    let options = Options { until, samples: run.samples, switch_limit: run.switch_limit };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
     let mut flow = by_name(run.integrator, &problem.system, tolerances);
     let (system, flow) = (&problem.system, flow.as_mut());
+    if !verify_lcp {
+        return carry_out(system, &problem.initial, resumed, &options, flow, observer);
+    }
+    let mut verified = Verified::new(system, observer);
+    let report = carry_out(system, &problem.initial, resumed, &options, flow, &mut verified)?;
+    Ok(Report { lcp_check: Some(verified.check), ..report })
+}
+
+fn carry_out<O: Observer>(
+    system: &System,
+    initial: &State,
+    resumed: Option<Resumed>,
+    options: &Options,
+    flow: &mut dyn Flow,
+    observer: &mut O,
+) -> Result<Report, SimulateError<O::Error>> {
     Ok(match resumed {
-        None => event::run(system, &problem.initial, &options, flow, observer)?,
-        Some(resumed) => event::resume(system, resumed, &options, flow, observer)?,
+        None => event::run(system, initial, options, flow, observer)?,
+        Some(resumed) => event::resume(system, resumed, options, flow, observer)?,
     })
 }
 

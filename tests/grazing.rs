@@ -52,7 +52,7 @@ fn run_with(
     until: f64,
     integrator: Integrator,
 ) -> (event::Report, Collector) {
-    let options = Options { until, samples: 200, switch_limit: 1e6, verify_lcp: false };
+    let options = Options { until, samples: 200, switch_limit: 1e6 };
     let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-11, atol: 1e-13 });
     let mut collector = Collector::default();
     let report = event::run(system, state, &options, flow.as_mut(), &mut collector).unwrap();

@@ -51,7 +51,7 @@ proptest! {
             }
         }
         let integrator = if five { Integrator::Dopri5 } else { Integrator::Dop853 };
-        let options = Options { until: 6.0, samples: 3000, switch_limit: 40.0, verify_lcp: false };
+        let options = Options { until: 6.0, samples: 3000, switch_limit: 40.0 };
         let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-7, atol: 1e-10 });
         let mut states = Collector::default();
         let report = event::run(system, &state, &options, flow.as_mut(), &mut states).unwrap();

@@ -283,7 +283,7 @@ fn write(
     orbit: &Orbit,
 ) -> Result<(), CliError> {
     let mut writer = Writer::create(path, scene, &body.system, options)?;
-    let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0, verify_lcp: false };
+    let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
     let done = event::run(&body.system, &orbit.state, &run, &mut reading::flow(body), &mut writer);
     let report = match done {
         Ok(report) => report,

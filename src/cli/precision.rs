@@ -156,7 +156,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let problem: &'static Problem = Box::leak(Box::new(problem));
     let system = &problem.system;
     let conservative = system.damping.is_none() && system.loads.harmonics.is_empty();
-    let options = Options { until, samples: 1, switch_limit: run.switch_limit, verify_lcp: false };
+    let options = Options { until, samples: 1, switch_limit: run.switch_limit };
     let mut bench = Bench {
         problem,
         options,

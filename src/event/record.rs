@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::checkpoint::Checkpoint;
 use super::ledger::Energies;
+use super::verify::LcpCheck;
 use crate::contact::{ActiveSet, State};
 use crate::flow::{Counters, FlowError};
 
@@ -173,19 +174,6 @@ impl std::fmt::Display for Outcome {
     }
 }
 
-/// Comparison of the pivoted solutions with two independent ones.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
-pub struct LcpCheck {
-    /// States compared.
-    pub states: u64,
-    /// Largest difference to the enumeration, relative to the largest gap (none above 12 nodes).
-    pub enumeration: Option<f64>,
-    /// Largest difference to the interior-point solution, likewise.
-    pub interior_point: f64,
-    /// States at which the interior-point method gave up.
-    pub gave_up: u64,
-}
-
 /// The run in numbers.
 #[derive(Debug, Clone)]
 pub struct Report {
@@ -236,7 +224,7 @@ pub struct Report {
     pub violation: f64,
     /// Work done.
     pub counters: Counters,
-    /// Present if the solutions were to be verified.
+    /// Present if the solutions were verified ([`super::Verified`]).
     pub lcp_check: Option<LcpCheck>,
 }
 

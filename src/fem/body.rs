@@ -82,7 +82,7 @@ impl Body {
             return Err(FemError::NotPositiveDefinite { what: "stiffness matrix" });
         }
         let dofs = DofMap::of_rows(n, contact);
-        let place = |i: usize| dofs.of(i + 1, 0).map_or(0, |(k, _)| k);
+        let place = |i: usize| dofs.row(i);
         let permuted = |a: &Csr| {
             Csr::from_triplets(
                 n,

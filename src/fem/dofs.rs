@@ -22,6 +22,8 @@ pub struct DofMap {
     /// +1, or −1 where the outward normal points against the axis.
     pub contact_sign: f64,
     index: Vec<Option<usize>>,
+    /// Of given matrices: place in `u` of each row.
+    rows: Vec<usize>,
 }
 
 impl DofMap {
@@ -58,6 +60,7 @@ impl DofMap {
             contact_axis,
             contact_sign: contact.map_or(1.0, Edge::sign),
             index,
+            rows: vec![],
         }
     }
 
@@ -79,8 +82,14 @@ impl DofMap {
             contact_nodes: contact.iter().map(|i| i + 1).collect(),
             contact_axis: 0,
             contact_sign: 1.0,
+            rows: index[1..].iter().flatten().copied().collect(),
             index,
         }
+    }
+
+    /// Place in `u` of a row of given matrices.
+    pub fn row(&self, row: usize) -> usize {
+        self.rows.get(row).copied().unwrap_or(row)
     }
 
     /// Length of `u`.

@@ -45,7 +45,7 @@ pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
     samples: usize,
     observer: &mut O,
 ) -> Result<Reading, OrbitError> {
-    let options = Options { until, samples, switch_limit: 40.0, verify_lcp: false };
+    let options = Options { until, samples, switch_limit: 40.0 };
     let mut flow = flow(body);
     let report =
         event::run(&body.system, x, &options, &mut flow, observer).map_err(|e| match e {

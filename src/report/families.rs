@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use plotters::prelude::*;
 
 use super::crosscheck::crosscheck;
+use super::curve::{self, Knot};
 use super::export::number;
 use super::figure::{
     self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel,
@@ -641,6 +642,14 @@ fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureError> {
     let at = |row: usize, i: usize| {
         (stored.contact_displacement(row, i), sign * stored.v[(row, first + i)])
     };
+    let knot = |row: usize, (x, v): (f64, f64)| Knot { t: stored.t[row], x, v };
+    // the velocity of a free contact displacement jumps at the switches of its neighbours too
+    let jumps: Vec<f64> = stored.switch_t.to_vec();
+    let smooth = |knots: Vec<Knot>| -> Vec<(f64, f64)> {
+        let last = knots.len() - 1;
+        let jump = |k: usize| k < last && jumps.contains(&knots[k].t);
+        curve::through(&knots, jump).iter().map(|k| (k.x, k.v)).collect()
+    };
     // a switch of a node: the stored state is that after it; a node that closes came with the rate of its gap
     let row_of = |t: f64| stored.t.partition_point(|&s| s < t).min(rows - 1);
     let switches = |i: usize| {
@@ -681,12 +690,13 @@ fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureError> {
         for &i in &shown {
             let mut from = 0;
             for (row, before, _) in switches(i).filter(|s| s.0 > 0) {
-                let smooth = (from..row).map(|r| at(r, i)).chain([before]).collect();
-                draw_line(&mut chart, smooth, line(colour(i), 1.8))?;
+                let knots = (from..row).map(|r| knot(r, at(r, i))).chain([knot(row, before)]);
+                draw_line(&mut chart, smooth(knots.collect()), line(colour(i), 1.8))?;
                 draw_line(&mut chart, vec![before, at(row, i)], line(colour(i), 0.8))?;
                 from = row;
             }
-            draw_line(&mut chart, (from..rows).map(|r| at(r, i)).collect(), line(colour(i), 1.8))?;
+            let knots = (from..rows).map(|r| knot(r, at(r, i))).collect();
+            draw_line(&mut chart, smooth(knots), line(colour(i), 1.8))?;
         }
         for (kind, mark, name) in [(true, Mark::Dot, "closes"), (false, Mark::Ring, "opens")] {
             // where the node leaves or meets the free motion

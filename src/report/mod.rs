@@ -1,6 +1,7 @@
 //! Summaries and pictures: plain data in, no solver known.
 
 pub mod crosscheck;
+pub mod curve;
 pub mod export;
 pub mod families;
 pub mod figure;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
+use super::curve::{self, Knot};
 use super::figure::{
     self, Area, Chart, Drawing, FigureError, Ground, INK, LINES, Mark, SHADE, colour_bar, legend,
     line, panel, panel_with, px, range, text, viridis,
@@ -154,6 +155,9 @@ fn contact(stored: &Stored, options: &Options) -> Result<String, FigureError> {
         let panels = main.split_evenly((2, 1));
         let x = time_range(stored);
         let value = |row: usize, i: usize| stored.contact_displacement(row, i);
+        let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
+        let first = stored.v.ncols() - n_c;
+        let velocity = |row: usize, i: usize| sign * stored.v[(row, first + i)];
         let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| (r, i)));
         let y = range(all.clone().map(|(r, i)| value(r, i)).chain(stored.gap.iter().copied()));
         let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
@@ -176,7 +180,10 @@ fn contact(stored: &Stored, options: &Options) -> Result<String, FigureError> {
         }
         legend(&strip, &entries)?;
         for &i in &shown {
-            let series = (0..rows).map(|r| (stored.t[r], value(r, i)));
+            let knot = |r: usize| Knot { t: stored.t[r], x: value(r, i), v: velocity(r, i) };
+            let knots: Vec<Knot> = (0..rows).map(knot).collect();
+            let jump = |r: usize| stored.switch_t.contains(&stored.t[r]);
+            let series = curve::through(&knots, jump).into_iter().map(|k| (k.t, k.x));
             upper
                 .draw_series(LineSeries::new(series, line(colour(i), 2.0)))
                 .map_err(FigureError::draw)?;
@@ -487,24 +494,73 @@ fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> 
                 (along.round() as i32, up.round() as i32)
             };
             for e in stored.elements.rows() {
-                let corners: Vec<(i32, i32)> =
-                    e.iter().map(|&i| pixel(position(r, i as usize))).collect();
-                let mean = e.iter().map(|&i| size(r, i as usize)).sum::<f64>() / e.len() as f64;
-                let colour = viridis(mean / largest);
-                canvas
-                    .draw(&Polygon::new(corners.clone(), colour.filled()))
-                    .map_err(FigureError::draw)?;
-                // neighbours touch without a light seam
-                let closed: Vec<_> = corners.iter().chain(&corners[..1]).copied().collect();
-                canvas
-                    .draw(&PathElement::new(closed, line(colour, 0.7)))
-                    .map_err(FigureError::draw)?;
+                let corners: Vec<Corner> = e
+                    .iter()
+                    .map(|&i| Corner { at: position(r, i as usize), value: size(r, i as usize) })
+                    .collect();
+                for (patch, value) in patches(&corners, scale, largest) {
+                    let patch: Vec<(i32, i32)> = patch.into_iter().map(pixel).collect();
+                    let colour = viridis(value / largest);
+                    canvas
+                        .draw(&Polygon::new(patch.clone(), colour.filled()))
+                        .map_err(FigureError::draw)?;
+                    // neighbours touch without a light seam
+                    let closed: Vec<_> = patch.iter().chain(&patch[..1]).copied().collect();
+                    canvas
+                        .draw(&PathElement::new(closed, line(colour, 0.7)))
+                        .map_err(FigureError::draw)?;
+                }
             }
             draw_outline(&canvas, stored, pixel)?;
             draw_wall(&canvas, &wall, stored, pixel)?;
         }
         colour_bar(&bar, 0.0..largest, "‖u‖", viridis)
     })
+}
+
+/// A corner of an element in a picture: place and value.
+#[derive(Clone, Copy)]
+struct Corner {
+    at: [f64; 2],
+    value: f64,
+}
+
+/// Colours that an element is at least divided into, over the whole scale; and least size of a patch in pixels.
+const SHADES: f64 = 48.0;
+const SMALLEST_PATCH: f64 = 3.0;
+
+/// An element in patches of one colour each: the value is interpolated between the corners (bilinear on quadrilaterals), in as many steps as its
+/// change asks for.
+fn patches(corners: &[Corner], scale: f64, largest: f64) -> Vec<(Vec<[f64; 2]>, f64)> {
+    let &[a, b, c, d] = corners else {
+        let mean = corners.iter().map(|c| c.value).sum::<f64>() / corners.len() as f64;
+        return vec![(corners.iter().map(|c| c.at).collect(), mean)];
+    };
+    let mix = |f: &dyn Fn(Corner) -> f64, s: f64, t: f64| {
+        (1.0 - t) * ((1.0 - s) * f(a) + s * f(b)) + t * ((1.0 - s) * f(d) + s * f(c))
+    };
+    let steps = |p: [Corner; 2], q: [Corner; 2]| -> usize {
+        let of = |[p, q]: [Corner; 2]| {
+            let length = scale * (p.at[0] - q.at[0]).hypot(p.at[1] - q.at[1]);
+            let shades = SHADES * (p.value - q.value).abs() / largest;
+            shades.min(length / SMALLEST_PATCH)
+        };
+        of(p).max(of(q)).ceil().clamp(1.0, 12.0) as usize
+    };
+    let (m, n) = (steps([a, b], [d, c]), steps([a, d], [b, c]));
+    let mut all = Vec::with_capacity(m * n);
+    for i in 0..m {
+        for j in 0..n {
+            let at = |i: usize, j: usize| {
+                let (s, t) = (i as f64 / m as f64, j as f64 / n as f64);
+                [mix(&|c| c.at[0], s, t), mix(&|c| c.at[1], s, t)]
+            };
+            let middle = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
+            let value = mix(&|c| c.value, middle(i, m), middle(j, n));
+            all.push((vec![at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], value));
+        }
+    }
+    all
 }
 
 /// A fraction in percent with one decimal where it has one.

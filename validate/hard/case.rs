@@ -251,7 +251,7 @@ fn random_states(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> 
     let open = system.open_phase();
     let modes = phase_modes(system, &open, 6).map_err(|e| e.to_string())?;
     let count: u64 = if effort.short { 400 } else { 10_000 };
-    let options = Options { until: 4.0, samples: 1, switch_limit: 40.0, verify_lcp: false };
+    let options = Options { until: 4.0, samples: 1, switch_limit: 40.0 };
     let tight = Tolerances { rtol: 1e-12, atol: 1e-15 };
     // chunks keep the eigenbases of a thread's exact flow
     let chunk = 100;

@@ -114,7 +114,7 @@ impl Comparison<'_> {
         self.tally.note_course(&course, witness.period);
         // the program goes on through a grazing: what comes after it is not compared
         let until = if course.grazes { *until } else { course.end };
-        let options = Options { until, samples: 1, switch_limit: 40.0, verify_lcp: false };
+        let options = Options { until, samples: 1, switch_limit: 40.0 };
         let flow = self.flow.as_mut();
         let report = event::run(&problem.system, state, &options, flow, &mut Silent)
             .map_err(|e| e.to_string())?;

@@ -1,0 +1,139 @@
+//! What a run writes down: samples, energies, violations, the report.
+
+use super::{
+    Done, Energies, MonitorKind, Observer, Options, Outcome, Report, Run, RunError, Sample, State,
+};
+use crate::contact::lcp::UNITS;
+
+impl<O: Observer> Run<'_, O> {
+    /// Store the samples of the window, note its end.
+    pub(super) fn record_window(&mut self, ends_at_switch: bool) -> Done<(), O> {
+        let (a, b) = self.flow.window();
+        while let Some(t) = self.sample_time().filter(|&t| t <= b) {
+            self.next_sample += 1;
+            // a switch at this very time is stored already
+            if t > self.last_stored {
+                self.t = t.max(a);
+                self.flow.state(self.t, &mut self.y);
+                self.store_sample()?;
+            }
+        }
+        if !ends_at_switch {
+            self.record_near_misses((a, b))?;
+            // the exact flow has no error to watch between the events
+            if self.flow.is_exact() && b < self.options.until {
+                return Ok(());
+            }
+        }
+        self.t = b;
+        self.y.copy_from_slice(self.flow.end_state());
+        let largest = self.layout.u(&self.y).iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        self.largest_u = self.largest_u.max(largest);
+        self.expand();
+        self.note_violations();
+        let energies = self.energies();
+        if self.phase.held.is_empty() {
+            self.ledger.note(&energies);
+        } else {
+            self.ledger.held_phase(&energies);
+        }
+        Ok(())
+    }
+
+    pub(super) fn sample_time(&self) -> Option<f64> {
+        let Options { until, samples, .. } = *self.options;
+        match self.next_sample {
+            k if k < samples => Some(k as f64 * (until / samples as f64)),
+            k if k == samples => Some(until),
+            _ => None,
+        }
+    }
+
+    /// Values of the gap and pressure monitors at the present state.
+    pub(super) fn monitor_values(&self) -> Vec<f64> {
+        self.phase.monitor_values_at(self.t, self.layout.u(&self.y))
+    }
+
+    /// Full displacement and velocity of the present state.
+    pub(super) fn expand(&mut self) {
+        self.phase.expand_displacement(self.t, self.layout.u(&self.y), &mut self.u);
+        self.phase.expand_velocity(self.t, self.layout.v(&self.y), &mut self.v);
+    }
+
+    pub(super) fn energies(&self) -> Energies {
+        let harmonic = self.layout.work.map_or(0.0, |i| self.y[i]);
+        Energies {
+            kinetic: self.system.kinetic(&self.v),
+            elastic: self.system.elastic(&self.u),
+            external: self.system.loads.constant_potential(&self.u) - self.potential_start
+                + harmonic,
+            dissipated: self.layout.dissipated.map_or(0.0, |i| self.y[i]),
+        }
+    }
+
+    pub(super) fn note_violations(&mut self) {
+        let h = self.monitor_values();
+        for (k, (h, m)) in h.iter().zip(&self.phase.monitors).enumerate() {
+            match m.kind {
+                MonitorKind::Gap => self.max_penetration = self.max_penetration.max(-h),
+                MonitorKind::Pressure => self.max_tension = self.max_tension.max(-h),
+                _ => continue,
+            }
+            let scale = self.rounding[k] / UNITS;
+            self.violation = self.violation.max(-h / scale);
+        }
+    }
+
+    pub(super) fn store_sample(&mut self) -> Done<(), O> {
+        self.expand();
+        self.note_violations();
+        let mut pressure = vec![0.0; self.system.n_contact()];
+        self.phase.pressures(self.t, self.layout.u(&self.y), &mut pressure);
+        self.last_stored = self.t;
+        self.stored += 1;
+        let sample = Sample {
+            t: self.t,
+            u: &self.u,
+            v: &self.v,
+            active: &self.phase.set,
+            pressure: &pressure,
+            energies: self.energies(),
+            jumps: self.ledger.jumps(),
+        };
+        self.observer.sample(&sample).map_err(RunError::Observer)
+    }
+
+    pub(super) fn mesh_nodes(&self, contacts: &[usize]) -> Vec<usize> {
+        contacts.iter().map(|&i| self.system.constraints[i].node).collect()
+    }
+
+    pub(super) fn report(self, outcome: Outcome) -> Report {
+        let energies = self.energies();
+        Report {
+            outcome,
+            t_end: self.t,
+            last: State { u: self.layout.u(&self.y).to_vec(), v: self.layout.v(&self.y).to_vec() },
+            active: self.phase.set.clone(),
+            phases: self.phases,
+            switches: self.switches,
+            grazings: self.grazings,
+            uncertified_phases: self.uncertified,
+            undecided: self.undecided,
+            flow_note: self.flow.note(),
+            loosened: self.loosened,
+            missed: self.missed,
+            energy_start: self.ledger.start(),
+            energy_end: self.ledger.end(),
+            energy_jumps: self.ledger.jumps(),
+            energy_external: energies.external,
+            energy_dissipated: energies.dissipated,
+            energy_drift: self.ledger.drift_in_phase(),
+            energy_drift_total: self.ledger.drift_total(),
+            max_penetration: self.max_penetration,
+            max_tension: self.max_tension,
+            violation: self.violation,
+            counters: self.flow.counters(),
+            lcp_check: None,
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! A run begins, or goes on from a checkpoint.
+
+use std::collections::VecDeque;
+
+use super::{
+    ActiveSet, Checkpoint, Done, Flow, Layout, Ledger, Observer, Options, Resumed, Run, State,
+    System,
+};
+
+impl<'a, O: Observer> Run<'a, O> {
+    /// The initial active set: from the complementarity problem, then from the velocities.
+    pub(super) fn start(
+        system: &'a System,
+        initial: &State,
+        options: &'a Options,
+        flow: &'a mut dyn Flow,
+        observer: &'a mut O,
+    ) -> Done<Self, O> {
+        let mut run = Self::blank(system, options, flow, observer)?;
+        let n_o = run.layout.n_o;
+        run.y[..n_o].copy_from_slice(&initial.u);
+        run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
+        let open = ActiveSet::open(system.n_contact());
+        let selection = system.select(0.0, run.layout.u(&run.y), &open)?;
+        match run.decide(&selection.set, &selection.degenerate)? {
+            Ok(decision) => {
+                run.note_grazing(&decision, 0.0)?;
+                run.phase = system.held_phase(&decision.set, &decision.held);
+            }
+            Err(outcome) => {
+                run.phase = system.phase(&selection.set);
+                run.early = Some(outcome);
+            }
+        }
+        run.begin_phase();
+        run.expand();
+        run.potential_start = system.loads.constant_potential(&run.u);
+        let energies = run.energies();
+        run.ledger = Ledger::new(energies);
+        run.store_sample()?;
+        run.next_sample = 1;
+        run.tell_checkpoint();
+        Ok(run)
+    }
+
+    /// A run at the beginning of the phase of a checkpoint.
+    pub(super) fn resume(
+        system: &'a System,
+        resumed: Resumed,
+        options: &'a Options,
+        flow: &'a mut dyn Flow,
+        observer: &'a mut O,
+    ) -> Done<Self, O> {
+        let Resumed { checkpoint: c, switches, grazings } = resumed;
+        let mut run = Self::blank(system, options, flow, observer)?;
+        (run.t, run.y) = (c.t, c.y);
+        run.phase = system.held_phase(&ActiveSet::new(c.active), &c.held);
+        run.armed = c.armed;
+        run.recent = c.recent.into();
+        run.ledger = Ledger::of_numbers(c.ledger);
+        let [largest_u, potential_start, last_stored, penetration, tension, violation] = c.extremes;
+        (run.largest_u, run.potential_start, run.last_stored) =
+            (largest_u, potential_start, last_stored);
+        let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
+        run.begin_phase();
+        run.flow.recall(&c.flow);
+        // what the beginning of the phase counts is in these numbers already
+        (run.max_penetration, run.max_tension, run.violation) = (penetration, tension, violation);
+        (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
+        (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
+        run.stored = c.rows[0];
+        (run.switches, run.grazings) = (switches, grazings);
+        run.expand();
+        run.tell_checkpoint();
+        Ok(run)
+    }
+
+    /// A run without a state.
+    pub(super) fn blank(
+        system: &'a System,
+        options: &'a Options,
+        flow: &'a mut dyn Flow,
+        observer: &'a mut O,
+    ) -> Done<Self, O> {
+        let layout = Layout::new(system);
+        let phase = system.open_phase();
+        let y = vec![0.0; layout.len()];
+        Ok(Run {
+            system,
+            options,
+            flow,
+            observer,
+            layout,
+            scratch: system.scratch(),
+            phase,
+            slack: vec![],
+            rounding: vec![],
+            armed: vec![true; system.n_contact()],
+            blind: false,
+            stored: 0,
+            t: 0.0,
+            y,
+            u: vec![0.0; system.n()],
+            v: vec![0.0; system.n()],
+            largest_u: system.units.length,
+            potential_start: 0.0,
+            next_sample: 0,
+            last_stored: f64::NEG_INFINITY,
+            ledger: Ledger::default(),
+            recent: VecDeque::new(),
+            phases: 1,
+            switches: vec![],
+            grazings: vec![],
+            missed: 0,
+            uncertified: 0,
+            undecided: 0,
+            loosened: 0,
+            max_penetration: 0.0,
+            max_tension: 0.0,
+            violation: 0.0,
+            early: None,
+        })
+    }
+
+    /// Tell the observer where the run can go on from: the beginning of the present phase.
+    pub(super) fn tell_checkpoint(&mut self) {
+        if !self.observer.keeps_checkpoints() {
+            return;
+        }
+        let checkpoint = Checkpoint {
+            t: self.t,
+            y: self.y.clone(),
+            active: self.phase.set.flags().to_vec(),
+            held: self.phase.held.clone(),
+            armed: self.armed.clone(),
+            recent: self.recent.iter().copied().collect(),
+            ledger: self.ledger.numbers(),
+            extremes: [
+                self.largest_u,
+                self.potential_start,
+                self.last_stored,
+                self.max_penetration,
+                self.max_tension,
+                self.violation,
+            ],
+            counts: [
+                self.next_sample,
+                self.phases,
+                self.missed,
+                self.uncertified,
+                self.undecided,
+                self.loosened,
+            ],
+            flow: self.flow.memory(),
+            rows: [self.stored, self.switches.len(), self.grazings.len()],
+        };
+        self.observer.phase(checkpoint);
+    }
+}

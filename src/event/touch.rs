@@ -1,0 +1,96 @@
+//! Touches: near misses, grazings, and how far a monitor may lie below zero without being a switch.
+
+use super::classify::Decision;
+use super::{Done, Grazing, GrazingKind, MonitorKind, Observer, Run, RunError, find};
+use crate::contact::lcp::UNITS;
+
+/// Near misses within this fraction of a monitor's scale are recorded.
+const NEAR_MISS: f64 = 1e-9;
+/// A monitor whose near miss was recorded must rise to so many times that level before the next one is: a body at rest
+/// on the obstacle is one near miss, not one a step.
+const DEPARTURE: f64 = 10.0;
+/// A slack above this fraction of a monitor's scale is no rounding error: it is reported, and ends the certificate.
+const LOOSE: f64 = 1e-9;
+/// With an exact flow no slack grows beyond this fraction: what lies further below zero is found, whatever was decided.
+const LOOSEST: f64 = 1e-6;
+
+impl<O: Observer> Run<'_, O> {
+    pub(super) fn record_near_misses(&mut self, window: (f64, f64)) -> Done<(), O> {
+        // the position of a minimum is known to half the digits only
+        let resolution = (window.1 - window.0) * 1e-7;
+        for index in 0..self.phase.monitors.len() {
+            let monitor = self.phase.monitors[index];
+            if !matches!(monitor.kind, MonitorKind::Gap | MonitorKind::Pressure) {
+                continue;
+            }
+            let contact = monitor.node;
+            let level = self.rounding[index] * (NEAR_MISS / UNITS);
+            if !self.armed[contact] {
+                let end = self.flow.enclose(index, window.1, window.1);
+                self.armed[contact] = end.polynomial.coefficients()[0] > DEPARTURE * level;
+                continue;
+            }
+            if let Some((t, distance)) =
+                find::near_miss(self.flow, index, level, window, resolution)
+            {
+                self.armed[contact] = false;
+                self.push_grazing(t, contact, distance, GrazingKind::NearMiss)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Done<(), O> {
+        // only the exceptional cases are worth a record at the start; elsewhere every grazing is
+        for &contact in &decision.grazing {
+            let kind = if decision.held.contains(&contact) {
+                GrazingKind::Held
+            } else if decision.ambiguous {
+                GrazingKind::Ambiguous
+            } else if self.t > 0.0 {
+                GrazingKind::Decided
+            } else {
+                continue;
+            };
+            self.push_grazing(self.t, contact, distance, kind)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn push_grazing(
+        &mut self,
+        t: f64,
+        contact: usize,
+        distance: f64,
+        kind: GrazingKind,
+    ) -> Done<(), O> {
+        let node = self.system.constraints[contact].node;
+        let grazing = Grazing { t, contact, node, distance, kind };
+        self.observer.grazing(&grazing).map_err(RunError::Observer)?;
+        self.grazings.push(grazing);
+        Ok(())
+    }
+
+    /// Hand the state to the flow; set the slack of the new monitors.
+    pub(super) fn begin_phase(&mut self) {
+        self.flow.begin(&self.phase, self.t, &self.y);
+        self.uncertified += usize::from(!self.flow.is_exact());
+        self.rounding = self.phase.monitor_rounding(2.0 * self.largest_u);
+        self.slack = self.rounding.clone();
+        let h = self.monitor_values();
+        for k in 0..self.phase.monitors.len() {
+            if matches!(self.phase.monitors[k].kind, MonitorKind::Gap | MonitorKind::Pressure) {
+                self.set_slack(k, self.slack[k].max(-2.0 * h[k]));
+            }
+        }
+    }
+
+    /// How far a monitor may lie below zero without being a switch. More than rounding explains is told.
+    pub(super) fn set_slack(&mut self, index: usize, slack: f64) {
+        let scale = self.rounding[index] / UNITS;
+        self.loosened += usize::from(slack > LOOSE * scale && self.slack[index] <= LOOSE * scale);
+        let most = if self.flow.is_exact() { LOOSEST * scale } else { f64::INFINITY };
+        // not a number is no slack at all
+        self.slack[index] = if slack <= most { slack } else { most };
+    }
+}

@@ -1,0 +1,108 @@
+//! Bodies of elements, their contact edge and the discretisation of the contact.
+
+use super::ProblemError;
+use super::given::{folder, given_length};
+use crate::contact::{ContactEdge, MassChoice, Stress};
+use crate::fem::{Body, DofMap, Material, read_matrix};
+use crate::mesh::Mesh;
+use crate::scenario::{
+    Axis, BodyKind, ContactMethod, Inertia, Issue, MassKind, RedistributedMass, Scene,
+};
+
+/// Stress and mass of the contact method that a scene names.
+pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
+    let Some(c) = &scene.contact else { return (Stress::Projection, MassChoice::Paper) };
+    let stress = if c.is_reaction() { Stress::Reaction } else { Stress::Projection };
+    let mass = match (c.method, c.inertia, c.mass) {
+        (ContactMethod::MassRedistribution, _, Some(RedistributedMass::Optimal)) => {
+            MassChoice::Optimal
+        }
+        (ContactMethod::MassRedistribution, ..) | (_, Some(Inertia::Constant), _) => {
+            MassChoice::Condensed
+        }
+        _ => MassChoice::Paper,
+    };
+    (stress, mass)
+}
+
+/// The mesh of a scene.
+pub fn mesh(scene: &Scene) -> Mesh {
+    let b = &scene.body;
+    match b.kind {
+        BodyKind::Bar => Mesh::bar(b.size[0], b.elements[0]),
+        BodyKind::Plate => Mesh::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1]),
+        BodyKind::Matrices => {
+            // as many points as displacements; the files are read when the problem is set up
+            let folder = folder(scene);
+            let rows = b.mass_matrix.as_ref().and_then(|name| read_matrix(folder, name).ok());
+            Mesh::bar(given_length(scene), rows.map_or(1, |m| m.n_rows()))
+        }
+    }
+}
+
+pub(super) fn assemble(scene: &Scene) -> Body {
+    let b = &scene.body;
+    let (young, density) = (b.young.unwrap_or(1.0), b.density.unwrap_or(1.0));
+    let material = match b.kind {
+        BodyKind::Bar => Material::Bar { young, density, area: b.area.unwrap_or(1.0) },
+        BodyKind::Plate => Material::Plate {
+            young,
+            poisson: b.poisson.unwrap_or(0.0),
+            density,
+            thickness: b.thickness.unwrap_or(1.0),
+        },
+        BodyKind::Matrices => Material::Bar { young: 1.0, density: 1.0, area: 1.0 },
+    };
+    let mesh = mesh(scene);
+    let fixed: Vec<_> = scene
+        .supports
+        .iter()
+        .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
+        .collect();
+    let dofs = DofMap::new(&mesh, &fixed, scene.contact.as_ref().and_then(|c| c.edge));
+    Body::assemble(mesh, dofs, material, b.mass == MassKind::Lumped)
+}
+
+pub(super) fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
+    let with_contact =
+        if scene.contact.is_some() { " besides the contact displacements" } else { "" };
+    (body.dofs.n_o == 0).then(|| {
+        Issue::new(
+            "body.elements",
+            format!("no displacement is left free{with_contact}"),
+            "use more elements or fewer supports",
+        )
+    })
+}
+
+pub(super) fn contact_edge(
+    scene: &Scene,
+    body: &Body,
+) -> Result<Option<ContactEdge>, ProblemError> {
+    let Some(c) = &scene.contact else { return Ok(None) };
+    let (Some(edge), Some(field)) = (c.edge, c.gap.as_ref()) else { return Ok(None) };
+    let nodes = &body.dofs.contact_nodes;
+    if nodes.is_empty() {
+        let axis = ["x", "y"][edge.axis()];
+        return Err(scene
+            .error(Issue::new(
+                "contact.edge",
+                format!("all {axis} displacements of the edge \"{}\" are prescribed", edge.name()),
+                "choose another edge, or free it in [[support]]",
+            ))
+            .into());
+    }
+    let gap: Vec<f64> = nodes.iter().map(|&n| field.at(body.mesh.nodes[n])).collect();
+    // squares of gaps must not overflow
+    if let Some(k) = gap.iter().position(|g| g.is_nan() || g.abs() > 1e60) {
+        let [x, y] = body.mesh.nodes[nodes[k]];
+        return Err(scene
+            .error(Issue::new(
+                "contact.gap",
+                format!("is {:e} at ({x}, {y})", gap[k]),
+                "give an expression of at most 1e60 on the whole edge",
+            ))
+            .into());
+    }
+    Ok(Some(ContactEdge { edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
+}

@@ -1,0 +1,153 @@
+//! Bodies whose matrices come from files.
+
+use std::path::Path;
+
+use nalgebra::DMatrix;
+
+use super::ProblemError;
+use crate::contact::boundary::{self, BoundaryOperator};
+use crate::fem::{Body, Csr, FemError, read_matrix};
+use crate::scenario::{Contact, Issue, Scene, StressKey};
+
+/// Files are named relative to the scene.
+pub(super) fn folder(scene: &Scene) -> &Path {
+    scene.source.file.parent().unwrap_or(Path::new(""))
+}
+
+/// Gaps of given contact displacements.
+pub(super) fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
+    let Some(c) = &scene.contact else { return vec![] };
+    match (&c.gaps, &c.gap) {
+        (Some(list), _) => list.clone(),
+        (None, Some(gap)) => vec![gap.at([0.0, 0.0]); count],
+        (None, None) => vec![],
+    }
+}
+
+/// The unit of length of a body without geometry: its largest gap.
+pub(super) fn given_length(scene: &Scene) -> f64 {
+    let count = scene.contact.as_ref().and_then(|c| c.displacements.as_ref()).map_or(0, Vec::len);
+    let largest = given_gaps(scene, count).iter().fold(0.0f64, |m, g| m.max(g.abs()));
+    if largest > 0.0 { largest } else { 1.0 }
+}
+
+/// A fault of a file, as an error that names the key.
+fn fault(scene: &Scene, key: &str, message: impl Into<String>, help: &str) -> ProblemError {
+    scene.error(Issue::new(key, message, help)).into()
+}
+
+fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
+    let name = name.map_or("", String::as_str);
+    let help = "give a Matrix Market file, or FILE.h5:/dataset, relative to the scene";
+    read_matrix(folder(scene), name).map_err(|e| fault(scene, key, e, help))
+}
+
+/// A body and its boundary operator from files.
+pub(super) fn given_body(
+    scene: &Scene,
+) -> Result<(Body, BoundaryOperator, Vec<f64>), ProblemError> {
+    let b = &scene.body;
+    let mass = read(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
+    let stiffness = read(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
+    let n = mass.n_rows();
+    check_symmetric(scene, "body.mass_matrix", &mass, n, mass.n_cols())?;
+    check_symmetric(scene, "body.stiffness_matrix", &stiffness, n, mass.n_cols())?;
+    let (rows, gap) = contact_rows(scene, n)?;
+    let body = Body::from_matrices(&mass, &stiffness, &rows, given_length(scene)).map_err(|e| {
+        let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
+        let key = if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" };
+        let help = "give positive definite matrices: a body that is held";
+        fault(scene, key, e.to_string(), help)
+    })?;
+    let operator = match scene.contact.as_ref() {
+        None => BoundaryOperator::none(body.dofs.n_o),
+        Some(c) if c.is_reaction() => boundary::reaction(&body, vec![1.0; rows.len()]),
+        Some(c) => given_operator(scene, c, &body)?,
+    };
+    Ok((body, operator, gap))
+}
+
+/// Square, of `n` rows as the mass matrix, symmetric, with a diagonal.
+fn check_symmetric(
+    scene: &Scene,
+    key: &str,
+    a: &Csr,
+    n: usize,
+    columns: usize,
+) -> Result<(), ProblemError> {
+    if a.n_entries() < a.n_rows() {
+        let (entries, rows) = (a.n_entries(), a.n_rows());
+        let message = format!(
+            "{entries} entries in {rows} rows: a positive definite matrix has one on every diagonal"
+        );
+        return Err(fault(scene, key, message, "give positive definite matrices"));
+    }
+    if (a.n_rows(), a.n_cols()) != (n, n) {
+        let (rows, own) = (a.n_rows(), a.n_cols());
+        let message = format!("is {rows} × {own}, and the mass matrix {n} × {columns}");
+        return Err(fault(scene, key, message, "give square matrices of one size"));
+    }
+    let largest = |a: &Csr| a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
+    let transposed = Csr::from_triplets(n, n, a.triplets().map(|(i, j, v)| (j, i, v)).collect());
+    let skew = largest(&Csr::combination(1.0, a, -1.0, &transposed));
+    if skew > 1e-10 * largest(a) {
+        let message = format!("is not symmetric: entries differ by {skew:.1e}");
+        return Err(fault(scene, key, message, "give a symmetric matrix"));
+    }
+    Ok(())
+}
+
+/// The contact displacements and their gaps.
+fn contact_rows(scene: &Scene, n: usize) -> Result<(Vec<usize>, Vec<f64>), ProblemError> {
+    let rows = scene.contact.as_ref().and_then(|c| c.displacements.clone()).unwrap_or_default();
+    if let Some(bad) = rows.iter().enumerate().find(|(k, i)| **i >= n || rows[..*k].contains(*i)) {
+        let message = format!("{} is no row of the matrices, or stands there twice", bad.1);
+        let help = format!("give rows from 0 to {}", n - 1);
+        return Err(fault(scene, "contact.displacements", message, &help));
+    }
+    let gap = given_gaps(scene, rows.len());
+    if gap.len() != rows.len() || gap.iter().any(|g| !g.is_finite()) {
+        let message = format!("{} gaps for {} contact displacements", gap.len(), rows.len());
+        return Err(fault(scene, "contact.gaps", message, "give one finite number each"));
+    }
+    Ok((rows, gap))
+}
+
+/// `N_C`, `N_O` from the terms of the contact stresses, or from files.
+fn given_operator(
+    scene: &Scene,
+    contact: &Contact,
+    body: &Body,
+) -> Result<BoundaryOperator, ProblemError> {
+    let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
+    let mut dense = DMatrix::zeros(n_c, n_c);
+    if let Some(StressKey::Terms(stress)) = &contact.stress {
+        if stress.len() != n_c || stress.iter().flatten().any(|(i, _)| *i >= body.dofs.n()) {
+            let message =
+                "needs one list of [displacement, coefficient] for each contact displacement";
+            let help = "stress = [[[66, 10.0], [62, -10.0]]]";
+            return Err(fault(scene, "contact.stress", message, help));
+        }
+        let mut rest = vec![];
+        for (k, &(row, v)) in
+            stress.iter().enumerate().flat_map(|(k, terms)| terms.iter().map(move |t| (k, t)))
+        {
+            match body.dofs.row(row) {
+                p if p < n_o => rest.push((k, p, v)),
+                p => dense[(k, p - n_o)] += v,
+            }
+        }
+        let n_o = Csr::from_triplets(n_c, n_o, rest);
+        return Ok(BoundaryOperator { n_c: dense, n_o, area: vec![1.0; n_c] });
+    }
+    let of_c = read(scene, "contact.n_c", contact.n_c.as_ref())?;
+    let of_o = read(scene, "contact.n_o", contact.n_o.as_ref())?;
+    for (key, a, wanted) in [("contact.n_c", &of_c, n_c), ("contact.n_o", &of_o, n_o)] {
+        if (a.n_rows(), a.n_cols()) != (n_c, wanted) {
+            let message = format!("is {} × {}", a.n_rows(), a.n_cols());
+            return Err(fault(scene, key, message, &format!("give a {n_c} × {wanted} matrix")));
+        }
+    }
+    of_c.triplets().for_each(|(i, j, v)| dense[(i, j)] = v);
+    Ok(BoundaryOperator { n_c: dense, n_o: of_o, area: vec![1.0; n_c] })
+}

@@ -1,0 +1,106 @@
+//! The state at `t = 0`.
+
+use super::modes::OpenModes;
+use super::{ProblemError, StoredState};
+use crate::contact::{State, System};
+use crate::scenario::{BodyKind, Field, Issue, Scene};
+
+pub(super) fn initial_state(
+    scene: &Scene,
+    system: &System,
+    modes: &OpenModes,
+    stored: Option<StoredState>,
+) -> Result<State, ProblemError> {
+    let s = &scene.initial;
+    let n_o = system.n_o();
+    let dofs = &system.body.dofs;
+    if let (Some(mode), Some(amplitude)) = (s.mode, s.amplitude) {
+        let (_, mut shape) = modes.get(scene, "initial.mode", mode, system)?;
+        // the leading contact displacement, or the leading displacement of a body without contact
+        let range = if system.n_contact() > 0 { n_o..system.n() } else { 0..system.n() };
+        let lead = range.clone().max_by(|&a, &b| shape[a].abs().total_cmp(&shape[b].abs()));
+        let lead = lead.unwrap_or(0);
+        let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        if shape[lead].abs() < 1e-9 * largest {
+            let message = format!(
+                "mode {mode} does not move the contact edge: it cannot be scaled by the gap"
+            );
+            let help = "choose another mode, or give displacement = [\"…\"]";
+            return Err(scene.error(Issue::new("initial.mode", message, help)).into());
+        }
+        let unit = if system.n_contact() > 0 { system.constraints[lead - n_o].gap } else { 1.0 };
+        let scale = amplitude * unit / shape[lead];
+        shape.iter_mut().for_each(|x| *x *= scale);
+        check_penetration(scene, system, "initial.amplitude", &shape)?;
+        return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
+    }
+    if let Some((u, v)) = stored {
+        let (u, v) = (dofs.gather(&u), dofs.gather(&v));
+        check_penetration(scene, system, "initial.file", &u)?;
+        return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
+    }
+    let at_rest = match s.equilibrium {
+        true => Some(system.equilibrium().map_err(|e| {
+            let help = "give other constant loads, or displacement = [\"…\"]";
+            scene.error(Issue::new("initial.equilibrium", e.to_string(), help))
+        })?),
+        false => None,
+    };
+    let field = |key: &str, list: &Option<Vec<Field>>| -> Result<Vec<f64>, ProblemError> {
+        let Some(list) = list else { return Ok(vec![0.0; system.n()]) };
+        let nodal: Vec<f64> = system
+            .body
+            .mesh
+            .nodes
+            .iter()
+            .flat_map(|&p| list.iter().map(move |f| f.at(p)))
+            .collect();
+        // squares must not overflow
+        if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {
+            let message = "is not finite, or beyond 1e60, at a node";
+            return Err(scene.error(Issue::new(key, message, "check the expression")).into());
+        }
+        Ok(dofs.gather(&nodal))
+    };
+    let u = field("initial.displacement", &s.displacement)?;
+    let v = field("initial.velocity", &s.velocity)?;
+    if s.displacement.is_some() {
+        check_penetration(scene, system, "initial.displacement", &u)?;
+    }
+    if let Some((_, u)) = at_rest {
+        return Ok(State { u, v: v[..n_o].to_vec() });
+    }
+    Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
+}
+
+pub(super) fn check_penetration(
+    scene: &Scene,
+    system: &System,
+    key: &str,
+    u: &[f64],
+) -> Result<(), ProblemError> {
+    let n_o = system.n_o();
+    let excess = |i: usize| u[n_o + i] - system.constraints[i].gap;
+    let Some(worst) = (0..system.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))
+    else {
+        return Ok(());
+    };
+    let scale = u.iter().fold(system.units.length, |m, x| m.max(x.abs()));
+    if excess(worst) <= 1e-9 * scale {
+        return Ok(());
+    }
+    let node = system.constraints[worst].node;
+    let place = match scene.body.kind {
+        // the points of such a body count from 1, its displacements from 0
+        BodyKind::Matrices => format!("displacement {}", node.saturating_sub(1)),
+        _ => {
+            let [x, y] = system.body.mesh.nodes[node];
+            format!("the node ({x}, {y})")
+        }
+    };
+    let message =
+        format!("the initial state penetrates the obstacle by {:.6e} at {place}", excess(worst));
+    Err(scene
+        .error(Issue::new(key, message, "give a state with u·n ≤ gap on the contact edge"))
+        .into())
+}

@@ -1,0 +1,70 @@
+//! The loads of a scene.
+
+use super::ProblemError;
+use super::modes::{OpenModes, grazing_scale};
+use crate::contact::System;
+use crate::fem::{Loads, load};
+use crate::scenario::{Amplitude, Issue, Load, LoadKind, Scene};
+
+pub(super) fn loads(
+    scene: &Scene,
+    system: &System,
+    modes: &OpenModes,
+) -> Result<Loads, ProblemError> {
+    let body = &system.body;
+    let mut loads = Loads::default();
+    for (i, l) in scene.loads.iter().enumerate() {
+        let Load { kind, amplitude, .. } = l;
+        let vector = match amplitude {
+            Some(Amplitude::Scalar(a)) => vec![*a],
+            Some(Amplitude::Vector(v)) => v.clone(),
+            None => vec![peak_amplitude(scene, i, system, modes)?],
+        };
+        let force = match kind {
+            LoadKind::Gravity => system.gravity(&vector),
+            LoadKind::Traction => match l.edge {
+                Some(edge) => load::traction(body, edge, &vector),
+                None => continue,
+            },
+            LoadKind::Point => {
+                let at = l.at.as_deref().unwrap_or(&[]);
+                load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0)], &vector)
+            }
+            LoadKind::Mode => {
+                let key = format!("load[{i}].mode");
+                let (_, shape) = modes.get(scene, &key, l.mode.unwrap_or(1), system)?;
+                let mut force = vec![0.0; system.n()];
+                system.mass().mul(&shape, &mut force);
+                force.iter_mut().for_each(|f| *f *= vector[0]);
+                force
+            }
+        };
+        loads.push(force, l.omega, l.phase);
+    }
+    Ok(loads)
+}
+
+/// The amplitude `F` of a load `F M A*φ cos ωt` whose linear resonance peak `F / (2ξω²)` is `peak` times the modal amplitude that
+/// grazes the obstacle.
+pub(super) fn peak_amplitude(
+    scene: &Scene,
+    i: usize,
+    system: &System,
+    modes: &OpenModes,
+) -> Result<f64, ProblemError> {
+    let l = &scene.loads[i];
+    let mode = l.mode.unwrap_or(1);
+    let (omega, shape) = modes.get(scene, &format!("load[{i}].mode"), mode, system)?;
+    let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    let grazing = grazing_scale(system, &shape).ok_or_else(|| {
+        let message = format!("mode {mode} never reaches the obstacle");
+        let help = "choose a mode that moves the contact edge, or give amplitude";
+        scene.error(Issue::new(format!("load[{i}].peak"), message, help))
+    })?;
+    if system.constraints.iter().any(|c| c.gap <= 0.0) {
+        let help = "give amplitude, or a positive gap";
+        let message = "counts in grazing amplitudes, and the gap is not positive everywhere";
+        return Err(scene.error(Issue::new(format!("load[{i}].peak"), message, help)).into());
+    }
+    Ok(l.peak.unwrap_or(0.0) * (alpha + beta * omega * omega) * omega * grazing)
+}

@@ -1,0 +1,105 @@
+//! From a scene to the initial-value problem of the nodal boundary equations.
+//!
+//! Finds what only the mesh and the matrices can tell: rigid motions, prescribed contact edges, penetrating
+//! initial states. Every such finding is an [`Issue`] that names the key of the scene.
+
+mod body;
+mod damping;
+mod given;
+mod initial;
+mod loads;
+mod modes;
+mod rigid;
+
+use thiserror::Error;
+
+use crate::contact::{ContactError, MassChoice, State, System};
+use crate::fem::FemError;
+use crate::scenario::{BodyKind, Issue, Scene, SceneError};
+
+pub use body::mesh;
+pub use modes::{grazing_scale, phase_modes};
+
+use body::{assemble, contact_edge, discretisation, empty};
+use damping::{damping, rayleigh_of};
+use given::given_body;
+use initial::initial_state;
+use loads::loads;
+use modes::OpenModes;
+
+/// Why a problem cannot be set up.
+#[derive(Debug, Error)]
+pub enum ProblemError {
+    /// The scene asks for something that is not possible.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The operators failed.
+    #[error("setting up the contact operators: {0}")]
+    Contact(#[from] ContactError),
+    /// Matrices failed.
+    #[error("setting up the matrices: {0}")]
+    Fem(#[from] FemError),
+}
+
+/// The body, its loads and its initial state.
+#[derive(Debug)]
+pub struct Problem {
+    /// Operators.
+    pub system: System,
+    /// State at `t = 0`.
+    pub initial: State,
+}
+
+/// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
+pub type StoredState = (Vec<f64>, Vec<f64>);
+
+impl Problem {
+    /// Set up a scene. `stored` is the state of the file named in `[initial]`, if any.
+    pub fn new(scene: &Scene, stored: Option<StoredState>) -> Result<Problem, ProblemError> {
+        let given = match scene.body.kind {
+            BodyKind::Matrices => Some(given_body(scene)?),
+            _ => None,
+        };
+        let built = match given {
+            Some((body, operator, gap)) => {
+                System::with_operator(body, operator, gap, discretisation(scene))
+            }
+            None => {
+                let body = assemble(scene);
+                let edge = contact_edge(scene, &body)?;
+                if let Some(issue) = empty(scene, &body) {
+                    return Err(scene.error(issue).into());
+                }
+                System::on_edge(body, edge.as_ref(), discretisation(scene))
+            }
+        };
+        let mut system = built.map_err(|e| match e {
+            ContactError::NotPMatrix { .. } => ProblemError::Scene(scene.error(Issue::new(
+                if scene.body.kind == BodyKind::Matrices { "contact.n_c" } else { "contact.edge" },
+                e.to_string(),
+                "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"",
+            ))),
+            ContactError::Fem(FemError::NotPositiveDefinite { .. })
+                if discretisation(scene).1 == MassChoice::Optimal =>
+            {
+                let message = "the redistributed mass is not positive definite on this mesh";
+                ProblemError::Scene(scene.error(Issue::new(
+                    "contact.mass",
+                    message,
+                    "give mass = \"condensed\", or refine the mesh near the contact edge",
+                )))
+            }
+            other => other.into(),
+        })?;
+        let modes = OpenModes::for_scene(scene, &system)?;
+        system.damping = damping(scene, &modes)?;
+        if let Some(name) = &scene.body.damping_matrix {
+            system.damping = Some(rayleigh_of(scene, &system, name)?);
+        }
+        *system.loads_mut() = loads(scene, &system, &modes)?;
+        let initial = initial_state(scene, &system, &modes, stored)?;
+        let problem = Problem { system, initial };
+        problem.check_rigid_motion(scene)?;
+        Ok(problem)
+    }
+}

@@ -1,0 +1,84 @@
+//! The modes that a scene names.
+
+use super::ProblemError;
+use crate::contact::{Phase, System};
+use crate::fem::{FemError, Modes, eigen};
+use crate::scenario::{Issue, Scene};
+
+/// The modes of the open phase that a scene names, computed once and only if it names any.
+pub(super) struct OpenModes {
+    pub modes: Option<Modes>,
+    phase: Option<Phase>,
+}
+
+impl OpenModes {
+    pub fn for_scene(scene: &Scene, system: &System) -> Result<OpenModes, ProblemError> {
+        let damping = scene.damping.as_ref();
+        let named = [
+            scene.initial.mode,
+            damping.and_then(|d| d.ratio.map(|_| d.mode.unwrap_or(1))),
+            damping.and_then(|d| d.ratios.map(|[(a, _), (b, _)]| a.max(b))),
+        ];
+        let loads = scene.loads.iter().map(|l| l.mode);
+        let Some(count) = named.into_iter().chain(loads).flatten().max() else {
+            return Ok(OpenModes { modes: None, phase: None });
+        };
+        let phase = system.open_phase();
+        let modes = phase_modes(system, &phase, count)?;
+        Ok(OpenModes { modes: Some(modes), phase: Some(phase) })
+    }
+
+    /// Frequency and full shape `A* φ_k` of mode `k` (from 1).
+    pub fn get(
+        &self,
+        scene: &Scene,
+        key: &str,
+        k: usize,
+        system: &System,
+    ) -> Result<(f64, Vec<f64>), ProblemError> {
+        let found = match (&self.modes, &self.phase) {
+            (Some(m), Some(p)) if k <= m.omega.len() => Some((m, p)),
+            _ => None,
+        };
+        let Some((modes, phase)) = found else {
+            let message =
+                format!("mode {k} does not exist: the open body has {} modes", system.n_o());
+            let help = format!("give 1 to {}", system.n_o());
+            return Err(scene.error(Issue::new(key, message, help)).into());
+        };
+        let mut shape = vec![0.0; system.n()];
+        phase.expand(&modes.shapes[k - 1], &mut shape);
+        Ok((modes.omega[k - 1], shape))
+    }
+}
+
+/// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
+/// displacement of largest magnitude positive (the largest displacement where there is no contact).
+pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes, FemError> {
+    let (k, m) = phase.matrices();
+    let mut modes = eigen::lowest(&k, &m, count, system.units.frequency)?;
+    let mut full = vec![0.0; system.n()];
+    for shape in &mut modes.shapes {
+        phase.expand(shape, &mut full);
+        let largest = |x: &[f64]| {
+            x.iter()
+                .copied()
+                .fold(0.0f64, |m, x| if x.abs() > m.abs() * (1.0 + 1e-9) { x } else { m })
+        };
+        let of_contact = largest(&full[system.n_o()..]);
+        let of_all = largest(&full);
+        let leading = if of_contact.abs() > 1e-9 * of_all.abs() { of_contact } else { of_all };
+        if leading < 0.0 {
+            shape.iter_mut().for_each(|x| *x = -*x);
+        }
+    }
+    Ok(modes)
+}
+
+/// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
+pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
+    let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let contact = shape[system.n_o()..].iter().zip(&system.constraints);
+    let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, c)| c.gap / u);
+    factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}

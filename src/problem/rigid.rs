@@ -1,0 +1,84 @@
+//! Rigid motions: which of them are held, by supports or by the obstacle.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Problem, ProblemError};
+use crate::contact::oracle;
+use crate::scenario::{Issue, Scene};
+
+impl Problem {
+    /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
+    pub(super) fn check_rigid_motion(&self, scene: &Scene) -> Result<(), ProblemError> {
+        let system = &self.system;
+        let body = &system.body;
+        let free = body.rigid_motions(false);
+        if free.is_empty() {
+            return Ok(());
+        }
+        let fail = |message: &str| {
+            let help = "add a [[support]] that holds it, for example edge = \"left\", fix = [\"x\", \"y\"]";
+            let key = if scene.supports.is_empty() { "body" } else { "support" };
+            Err(scene.error(Issue::new(key, message, help)).into())
+        };
+        if system.n_contact() == 0 || !body.rigid_motions(true).is_empty() {
+            return fail("the body can move rigidly");
+        }
+        if !self.is_carried_to_the_obstacle(&free)? {
+            return fail(
+                "the body can move rigidly, and neither a constant load nor the initial velocity carries it to \
+                 the obstacle",
+            );
+        }
+        Ok(())
+    }
+
+    /// Whether no rigid motion escapes. With the rigid motions `Φ` (mass-orthonormal) of the open body, the loads `b = Φᵀf₀` hold it at the
+    /// obstacle if pressures can bear them: `b = Φ_Cᵀλ, λ ≥ 0` (otherwise, by Farkas' lemma, some motion that leaves the obstacle gains
+    /// energy). Without loads it flies as it was thrown, `m = Φᵀ M u̇`, and must meet the obstacle somewhere: `(Φ_C m)_i > 0`.
+    fn is_carried_to_the_obstacle(&self, free: &[Vec<f64>]) -> Result<bool, ProblemError> {
+        let system = &self.system;
+        let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut momentum = vec![0.0; n];
+        let mut motions: Vec<Vec<f64>> = vec![];
+        for motion in free {
+            let mut x = system.body.dofs.gather(motion);
+            for _ in 0..2 {
+                system.mass().mul(&x, &mut momentum);
+                for other in &motions {
+                    let c = dot(other, &momentum);
+                    x.iter_mut().zip(other).for_each(|(x, o)| *x -= c * o);
+                }
+            }
+            let norm = system.mass().quadratic(&x).sqrt();
+            x.iter_mut().for_each(|x| *x /= norm);
+            motions.push(x);
+        }
+        /// Sums below this share of their terms are rounding errors.
+        const ROUNDING: f64 = 1e-10;
+        let contact = |z: &[f64]| -> Vec<f64> {
+            (n_o..n).map(|i| motions.iter().zip(z).map(|(m, z)| z * m[i]).sum()).collect()
+        };
+        let load: Vec<f64> = motions.iter().map(|m| system.loads.constant_potential(m)).collect();
+        let force = system.loads.constant.as_ref();
+        let terms: f64 = force.map_or(0.0, |f| {
+            motions.iter().map(|m| m.iter().zip(f).map(|(m, f)| (m * f).abs()).sum::<f64>()).sum()
+        });
+        if load.iter().any(|b| b.abs() > ROUNDING * terms) {
+            let phi = DMatrix::from_fn(n_c, motions.len(), |i, k| motions[k][n_o + i]);
+            let b = DVector::from_column_slice(&load);
+            let q: Vec<f64> = (-(&phi * &b)).iter().copied().collect();
+            let Some(pressure) = oracle::clarabel(&(&phi * phi.transpose()), &q) else {
+                return Ok(false);
+            };
+            let rest = phi.transpose() * DVector::from_vec(pressure) - &b;
+            return Ok(rest.norm() <= 1e-5 * b.norm());
+        }
+        let (_, v) = self.initial.full(system)?;
+        system.mass().mul(&v, &mut momentum);
+        let thrown: Vec<f64> = motions.iter().map(|m| dot(m, &momentum)).collect();
+        let speed = contact(&thrown);
+        let largest = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        Ok(speed.iter().any(|s| *s > ROUNDING * largest))
+    }
+}
