@@ -22,8 +22,8 @@
 //! printed eq. 4 has the sign inside the max reversed).
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
-//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`store`], [`report`], [`continuation`],
-//! [`orbit`], [`hbm`].
+//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
+//! [`orbit`], [`hbm`], [`store`], [`report`].
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -45,6 +45,7 @@ pub mod hbm;
 pub mod mesh;
 pub mod orbit;
 pub mod problem;
+pub mod records;
 pub mod report;
 pub mod scenario;
 pub mod simulate;

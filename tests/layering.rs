@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 /// The modules in the order of the data.
-const ORDER: [&str; 13] = [
+const ORDER: [&str; 14] = [
     "mesh",
     "scenario",
     "fem",
@@ -14,11 +14,12 @@ const ORDER: [&str; 13] = [
     "flow",
     "event",
     "simulate",
-    "store",
-    "report",
+    "records",
     "continuation",
     "orbit",
     "hbm",
+    "store",
+    "report",
 ];
 
 fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {

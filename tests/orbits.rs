@@ -15,7 +15,7 @@ use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::shooting::{Closure, linearised};
 use signorini::orbit::{Orbit, floquet};
 use signorini::problem::Problem;
-use signorini::store::PointRecord;
+use signorini::records::PointRecord;
 
 fn half_plate() -> Propagator {
     let scene = shipped("half-plate-orbit.toml");

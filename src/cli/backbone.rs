@@ -10,11 +10,11 @@ use signorini::continuation::{Go, Options};
 use signorini::orbit::Propagator;
 use signorini::orbit::branch::{self, Sequential, Start};
 use signorini::orbit::search::{Effort, find};
-use signorini::scenario::{Issue, Scene};
-use signorini::store::{
-    BranchEnd, EndReason, FamilyKind, FamilyPlan, Grid, PointMethod, PointRecord, StoredFamily,
-    Walk, fingerprint,
+use signorini::records::{
+    BranchEnd, EndReason, FamilyKind, Grid, PointMethod, PointRecord, Walk, fingerprint,
 };
+use signorini::scenario::{Issue, Scene};
+use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Method};
 use super::family::{self, Job, Known, Legs, Opened, Output};

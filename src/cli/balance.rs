@@ -8,11 +8,11 @@ use signorini::hbm::response::{Harmonics, Origin, Point, Summary, Track, sequent
 use signorini::hbm::{Basis, Form, HbmError, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
-use signorini::scenario::Scene;
-use signorini::store::{
+use signorini::records::{
     BranchEnd, EndReason, Grid, OrbitRecord, PlaceRecord, PointMethod, PointRecord, SeriesRecord,
     place_of_function,
 };
+use signorini::scenario::Scene;
 
 use super::family::{self, Known, Legs};
 use super::{CliError, load};

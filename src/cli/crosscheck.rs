@@ -13,12 +13,14 @@ use signorini::contact::System;
 use signorini::orbit::check::{Candidate, check};
 use signorini::orbit::search::{Effort, Verdict};
 use signorini::orbit::{Closure, branch};
+use signorini::records::{
+    CheckRow, FamilyKind, PointMethod, PointRecord, SeriesRecord, Walk, fingerprint,
+};
 use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{
-    CheckRow, FamilyKind, FamilyPlan, FamilyWriter, Names, PointMethod, PointRecord, SeriesRecord,
-    StoredFamily, Walk, fingerprint, read_crosscheck, read_csv, read_series,
+    FamilyPlan, FamilyWriter, Names, StoredFamily, read_crosscheck, read_csv, read_series,
 };
 
 use super::family::{self, Opened, Output};

@@ -13,11 +13,9 @@ use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::branch::{self, Start};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
+use signorini::records::{BranchEnd, EndReason, Grid, PlaceRecord, PointRecord, Walk};
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{
-    BranchEnd, EndReason, FamilyPlan, FamilyWriter, Grid, Outputs, PlaceRecord, PointRecord,
-    StoredFamily, Walk, WriterOptions,
-};
+use signorini::store::{FamilyPlan, FamilyWriter, Outputs, StoredFamily, WriterOptions};
 
 use super::progress::Bar;
 use super::{CliError, interrupt, plain};

@@ -7,11 +7,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use signorini::records::{OrbitRecord, PointRecord};
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
-    Content, OrbitRecord, PointRecord, Stored, StoredFamily, content, read_crosscheck, read_origin,
-    read_stored_orbit,
+    Content, Stored, StoredFamily, content, read_crosscheck, read_origin, read_stored_orbit,
 };
 
 use super::{CliError, Global};

@@ -9,10 +9,9 @@ use signorini::continuation::{Go, Options};
 use signorini::orbit::branch::Start;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
+use signorini::records::{BranchEnd, FamilyKind, Grid, PointRecord, Walk, fingerprint};
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{
-    BranchEnd, FamilyKind, FamilyPlan, Grid, PointRecord, StoredFamily, Walk, fingerprint,
-};
+use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::backbone::summary;
 use super::balance::{self, Method};

@@ -7,10 +7,11 @@ use clap::Args;
 
 use signorini::continuation::Go;
 use signorini::event::{Checkpoint, Grazing, Observer, Outcome, RunError, Sample, Switch};
+use signorini::records::fingerprint;
 use signorini::report::summary;
 use signorini::scenario::Scene;
 use signorini::simulate::{SimulateError, go_on, run_table, simulate};
-use signorini::store::{StoreError, Stored, Writer, fingerprint};
+use signorini::store::{StoreError, Stored, Writer};
 
 use super::progress::Bar;
 use super::{CliError, Global, family, interrupt, load, resources};

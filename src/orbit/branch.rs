@@ -11,7 +11,7 @@ use super::shooting::Closure;
 use crate::contact::{ActiveSet, Phase};
 use crate::continuation::{self, Go, JUMP, Options, Place, Special, Stop, guesses};
 use crate::event::SwitchKind;
-use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
+use crate::records::{OrbitRecord, PlaceRecord, PointRecord};
 
 /// An orbit as a file keeps it.
 pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitError> {

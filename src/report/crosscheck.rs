@@ -11,7 +11,8 @@ use super::figure::{
     self, Area, Entry, FigureError, INK, LINES, Mark, columns, legend, legend_above, line, panel,
     px, range, semilog, symbols, viridis,
 };
-use crate::store::{CheckRow, StoredFamily};
+use crate::records::CheckRow;
+use crate::store::StoredFamily;
 
 /// A point whose orbit is nearer than this and has its sequence of switches is that orbit's approximation.
 pub const NEAR: f64 = 0.1;

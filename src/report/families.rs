@@ -13,7 +13,8 @@ use super::figure::{
     self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel,
     flat, legend, legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
 };
-use crate::store::{CheckRow, OrbitRecord, PointRecord, Stored, StoredFamily};
+use crate::records::{CheckRow, OrbitRecord, PointRecord};
+use crate::store::{Stored, StoredFamily};
 
 pub(super) type Drawn = Result<(), FigureError>;
 

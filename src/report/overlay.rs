@@ -215,7 +215,7 @@ fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64) -> Drawn 
         for (family, branch, look) in scene.branches.iter().filter(|(_, _, look)| wanted(look)) {
             let colour = scene.colour(*look);
             if let Look::Response(_) = look {
-                let energy = |o: &crate::store::OrbitRecord| (o.energy > 0.0).then_some(o.energy);
+                let energy = |o: &crate::records::OrbitRecord| (o.energy > 0.0).then_some(o.energy);
                 for piece in pieces(family, *branch, &energy) {
                     for points in clipped(&flat_points(piece.points), &frame) {
                         match piece.stable {

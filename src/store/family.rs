@@ -10,20 +10,19 @@ use hdf5::Group;
 use serde_json as json;
 
 use super::journal::{self, Journal};
-use super::kind::{BranchEnd, FamilyKind, Walk};
 use super::orbits::{
-    OrbitRecord, PointRecord, Word, read_orbit, read_place, read_scalar, scalar, word, write_orbit,
-    write_place,
+    Word, read_orbit, read_place, read_scalar, scalar, word, write_orbit, write_place,
 };
 use super::output::{Staged, check_room};
 use super::reader::{Careful, open, reading};
-use super::series::{
-    CheckRow, Names, SeriesWriter, read_crosscheck, read_series, write_crosscheck,
-};
+use super::series::{Names, SeriesWriter, read_crosscheck, read_series, write_crosscheck};
 use super::table::Table;
 use super::writer::{along_axes, create_file, size_of_mesh};
 use super::{StoreError, WriterOptions, read_text, write_text};
 use crate::contact::System;
+use crate::records::{
+    BranchEnd, CheckRow, FamilyKind, OrbitRecord, PlaceRecord, PointRecord, Walk,
+};
 use crate::scenario::Scene;
 
 /// What is known of a family before its first point.
@@ -392,7 +391,7 @@ impl StoredFamily {
     /// where orbits are shot.
     pub fn misfit(&self, system: &System, unknowns: Option<usize>) -> Option<String> {
         let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
-        let place_fits = |place: &super::PlaceRecord| {
+        let place_fits = |place: &PlaceRecord| {
             let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
             let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);
             let along = !tangent.is_empty();

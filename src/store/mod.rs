@@ -7,7 +7,6 @@ mod checkpoint;
 mod content;
 mod family;
 mod journal;
-mod kind;
 mod orbits;
 mod output;
 mod problem;
@@ -18,15 +17,11 @@ mod writer;
 
 pub use content::{Content, Origin, content, read_origin, read_switch_rates};
 pub use family::{FamilyPlan, FamilyWriter, StoredFamily};
-pub use kind::{BranchEnd, EndReason, FamilyKind, Grid, PointMethod, Walk, fingerprint};
-pub use orbits::{OrbitRecord, PlaceRecord, PointRecord, read_stored_orbit};
+pub use orbits::read_stored_orbit;
 pub use output::{MARK, Outputs, beside, replace, replace_with, room};
 pub use problem::write_problem;
 pub use reader::{Stored, read_state};
-pub use series::{
-    CheckRow, Names, SeriesRecord, SeriesWriter, place_of_function, read_crosscheck, read_csv,
-    read_series,
-};
+pub use series::{Names, SeriesWriter, read_crosscheck, read_csv, read_series};
 pub use writer::{Writer, WriterOptions};
 
 use std::path::{Path, PathBuf};

@@ -7,30 +7,11 @@ use std::path::Path;
 
 use hdf5::Dataset;
 use ndarray::{Array3, ArrayD};
-use serde::{Deserialize, Serialize};
 
-use super::journal::bits;
 use super::reader::{Careful, open, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
-
-/// Where a function (harmonic, whether it is the sine) stands in `a_0, a_1, b_1, a_2, b_2, …`.
-pub fn place_of_function((k, is_sine): (usize, bool)) -> usize {
-    if k == 0 { 0 } else { 2 * k - 1 + usize::from(is_sine) }
-}
-
-/// One series.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SeriesRecord {
-    /// Frequency.
-    #[serde(with = "bits::one")]
-    pub omega: f64,
-    /// Number of harmonics.
-    pub n_h: usize,
-    /// `a_0, a_1, b_1, …`, each of length `n_O`.
-    #[serde(with = "bits::many")]
-    pub coefficients: Vec<f64>,
-}
+use crate::records::{CheckRow, SeriesRecord, place_of_function};
 
 /// The open tables of `/hbm`.
 pub struct SeriesWriter {
@@ -302,40 +283,6 @@ impl CsvPoint {
         }
         Ok(SeriesRecord { omega: self.omega, n_h, coefficients })
     }
-}
-
-/// One row of a cross-check.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CheckRow {
-    /// Frequency.
-    #[serde(with = "bits::one")]
-    pub omega: f64,
-    /// Harmonics.
-    pub n_h: usize,
-    /// Energy of the series.
-    #[serde(with = "bits::one")]
-    pub energy: f64,
-    /// Residual of the series in time.
-    #[serde(with = "bits::one")]
-    pub residual: f64,
-    /// Return error of its initial state.
-    #[serde(with = "bits::one")]
-    pub return_error: f64,
-    /// Verdict in one word.
-    pub verdict: String,
-    /// Verdict in words.
-    pub message: String,
-    /// How far shooting moved the state, relative (NaN: no orbit).
-    #[serde(with = "bits::one")]
-    pub moved: f64,
-    /// Energy of the orbit.
-    #[serde(with = "bits::one")]
-    pub orbit_energy: f64,
-    /// Change of the contact time over the period.
-    #[serde(with = "bits::one")]
-    pub contact_change: f64,
-    /// Whether the sequence of switches stayed.
-    pub same_sequence: bool,
 }
 
 /// Write `/crosscheck` into the file of a family.

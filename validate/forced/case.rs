@@ -13,7 +13,7 @@ use signorini::orbit::reading::read;
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
-use signorini::store::PointRecord;
+use signorini::records::PointRecord;
 
 use super::{Case, Check, Effort, Outcome, scene};
 

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::journal::bits;
+use super::bits;
 use crate::problem::Problem;
 
 /// Method, way of walking, options, and the problem.
