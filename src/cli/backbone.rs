@@ -11,7 +11,8 @@ use signorini::orbit::Propagator;
 use signorini::orbit::branch::{self, Sequential, Start};
 use signorini::orbit::search::{Effort, find};
 use signorini::records::{
-    BranchEnd, EndReason, FamilyKind, Grid, PointMethod, PointRecord, Walk, fingerprint,
+    Branch, BranchEnd, Direction, EndReason, FamilyKind, Grid, PointKind, PointMethod, PointRecord,
+    Walk, fingerprint,
 };
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{FamilyPlan, StoredFamily};
@@ -116,19 +117,19 @@ impl Arguments {
         Ok(Walk::Branch { start, step, locate: self.locate, natural })
     }
 
-    fn names(&self, harmonics: &[usize]) -> Vec<String> {
+    fn branches(&self, harmonics: &[usize]) -> Vec<Branch> {
         let hbm = self.balance.method == Method::Hbm;
         match self.follow {
-            Follow::Sequential if hbm => balance::names(harmonics),
-            Follow::Sequential => vec!["shooting, sequential".into()],
+            Follow::Sequential if hbm => balance::branches(harmonics),
+            Follow::Sequential => vec![Branch::Sequential],
             _ if hbm => harmonics
                 .iter()
-                .flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")])
+                .flat_map(|&harmonics| {
+                    let along = |d| Branch::Series { harmonics, direction: Some(d) };
+                    Direction::BOTH.map(along)
+                })
                 .collect(),
-            _ => vec![
-                "shooting, to higher frequencies".into(),
-                "shooting, to lower frequencies".into(),
-            ],
+            _ => Direction::BOTH.map(Branch::Along).to_vec(),
         }
     }
 }
@@ -164,7 +165,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 problem: fingerprint(&problem),
             },
             range: [range.0, range.1],
-            branches: arguments.names(&harmonics),
+            branches: arguments.branches(&harmonics),
             harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
         },
         points: arguments.points,
@@ -247,15 +248,14 @@ pub fn summary(
     wall: f64,
 ) -> Result<(), CliError> {
     let orbits = stored.points.iter().filter(|p| p.orbit.is_some()).count();
-    let gaps: Vec<&PointRecord> =
-        stored.points.iter().filter(|p| p.special.starts_with("gap")).collect();
-    let jumps = stored.points.iter().filter(|p| p.special == "jump").count();
+    let gaps: Vec<&PointRecord> = stored.points.iter().filter(|p| p.special.is_gap()).collect();
+    let jumps = stored.points.iter().filter(|p| p.special == PointKind::Jump).count();
     let specials: Vec<&PointRecord> = stored
         .points
         .iter()
         .filter(|p| {
-            !["regular", "start", "end of range", "jump"].contains(&p.special.as_str())
-                && !p.special.starts_with("gap")
+            use PointKind::{EndOfRange, Gap, Jump, Regular, Start};
+            !matches!(p.special, Regular | Start | EndOfRange | Jump | Gap(_))
         })
         .collect();
     let stable = stored
@@ -277,9 +277,10 @@ pub fn summary(
                     })
                 })
                 .collect();
+            let names: Vec<String> = stored.branches.iter().map(Branch::to_string).collect();
             let stops: Vec<_> =
                 ended.iter().map(|e| json!({"branch": e.branch, "stop": e.text, "complete": e.complete})).collect();
-            json!({"points": points, "branches": stored.branches, "stops": stops, "resumed": resumed, "wall_s": wall,
+            json!({"points": points, "branches": names, "stops": stops, "resumed": resumed, "wall_s": wall,
                 "output": path.display().to_string()})
         },
         || {

@@ -2,15 +2,16 @@
 
 use clap::{Args, ValueEnum};
 
-use signorini::continuation::{self, Go, Options, Place, Special};
-use signorini::hbm::newton::{Settings, solve};
+use signorini::continuation::{self, Go, Options, Place};
+use signorini::hbm::newton::{Failure, Settings, solve};
 use signorini::hbm::response::{Harmonics, Origin, Point, Summary, Track, sequential};
 use signorini::hbm::{Basis, Form, HbmError, Quadrature, Reduction, Series, Solution};
+use signorini::orbit::branch::kind_of;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::records::{
-    BranchEnd, EndReason, Grid, OrbitRecord, PlaceRecord, PointMethod, PointRecord, SeriesRecord,
-    place_of_function,
+    Branch, BranchEnd, EndReason, GapReason, Grid, OrbitRecord, PlaceRecord, PointKind,
+    PointMethod, PointRecord, SeriesRecord, place_of_function,
 };
 use signorini::scenario::Scene;
 
@@ -163,7 +164,7 @@ fn orbit_record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, CliE
 fn point(
     reduction: &Reduction,
     s: &Solution,
-    special: String,
+    special: PointKind,
     shooter: Option<&mut Propagator>,
 ) -> Result<PointRecord, CliError> {
     let mut orbit = orbit_record(reduction, s)?;
@@ -182,12 +183,14 @@ fn point(
                 orbit.multipliers = stability.multipliers.iter().map(|m| [m.0, m.1]).collect();
                 orbit.trivial = stability.trivial;
             }
-            None if special == "regular" => special = format!("no orbit near: {}", verdict.word()),
+            None if special == PointKind::Regular => {
+                special = PointKind::NoOrbitNear(verdict.kind());
+            }
             None => {}
         }
     }
-    if s.undecided > 0 && special == "regular" {
-        special = format!("grazing: {} touches could not be decided", s.undecided);
+    if s.undecided > 0 && special == PointKind::Regular {
+        special = PointKind::Undecided(s.undecided);
     }
     let series = Some(series_record(reduction, s));
     Ok(PointRecord {
@@ -199,9 +202,21 @@ fn point(
     })
 }
 
-/// Names of the branches of a sequential continuation.
-pub fn names(harmonics: &[usize]) -> Vec<String> {
-    harmonics.iter().map(|n| format!("N_h = {n}")).collect()
+/// Why there is no solution, as a file keeps it.
+fn gap_reason(failure: &Failure) -> GapReason {
+    match *failure {
+        Failure::NotConverged { residual, iterations } => {
+            GapReason::NotConverged { residual, iterations }
+        }
+        Failure::NoContact => GapReason::NoContact,
+        Failure::Inadmissible { theta } => GapReason::Inadmissible { theta },
+        Failure::NoStart => GapReason::NoStart,
+    }
+}
+
+/// The branches of a sequential continuation.
+pub fn branches(harmonics: &[usize]) -> Vec<Branch> {
+    harmonics.iter().map(|&harmonics| Branch::Series { harmonics, direction: None }).collect()
 }
 
 /// Where a sequential continuation stands: the solution in modal coordinates, and what its ladder began with.
@@ -274,7 +289,7 @@ pub fn sequence(
             let record = match &p.solution {
                 Err(e) => Ok(PointRecord {
                     omega: p.omega,
-                    special: format!("gap: {e}"),
+                    special: PointKind::Gap(gap_reason(e)),
                     // the ladder may have stood all the same
                     place: p.base.as_ref().map(|base| PlaceRecord {
                         x: vec![p.omega],
@@ -312,11 +327,11 @@ pub fn sequence(
     Ok(family::ended(0, reason, text, !interrupted))
 }
 
-fn special(p: &Point) -> String {
+fn special(p: &Point) -> PointKind {
     match (p.jumped, p.origin) {
-        (true, _) => "jump".into(),
-        (false, Origin::Started) => "start".into(),
-        _ => "regular".into(),
+        (true, _) => PointKind::Jump,
+        (false, Origin::Started) => PointKind::Start,
+        _ => PointKind::Regular,
     }
 }
 
@@ -393,12 +408,7 @@ pub fn arclength(
         let mut family = Harmonics { reduction: &mut reduction, n_h };
         let mut failure = None;
         let stop = continuation::follow(&mut family, place, options, |family, p| {
-            let special = match &p.special {
-                Some(Special::Fold) => "fold",
-                Some(Special::BranchPoint) => "branch point",
-                Some(Special::End) => "end of range",
-                _ => "regular",
-            };
+            let special = p.special.as_ref().map_or(PointKind::Regular, kind_of);
             // a special point inside a step is no place to go on from: the step is made anew
             let place = p.special.is_none().then(|| PlaceRecord {
                 x: p.place.x.clone(),
@@ -411,7 +421,7 @@ pub fn arclength(
             let record = family
                 .solution(&p.x)
                 .map_err(numerics)
-                .and_then(|s| point(family.reduction, &s, special.into(), shooter.as_mut()));
+                .and_then(|s| point(family.reduction, &s, special, shooter.as_mut()));
             match record {
                 Ok(record) => take(PointRecord { place, ..record }),
                 Err(e) => {

@@ -14,7 +14,8 @@ use signorini::orbit::check::{Candidate, check};
 use signorini::orbit::search::{Effort, Verdict};
 use signorini::orbit::{Closure, branch};
 use signorini::records::{
-    CheckRow, FamilyKind, PointMethod, PointRecord, SeriesRecord, Walk, fingerprint,
+    Branch, CheckRow, FamilyKind, GapReason, PointKind, PointMethod, PointRecord, SeriesRecord,
+    VerdictKind, Walk, fingerprint,
 };
 use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
 use signorini::report::summary::significant;
@@ -116,7 +117,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 problem: fingerprint(&problem) ^ fingerprint_of_series(&series),
             },
             range: [low, high],
-            branches: harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect(),
+            branches: harmonics.iter().map(|&harmonics| Branch::Checked { harmonics }).collect(),
             harmonics: harmonics.last().copied().unwrap_or(0),
         },
         points: series.len(),
@@ -266,7 +267,7 @@ fn one(
                 energy: f64::NAN,
                 residual: f64::NAN,
                 return_error: f64::NAN,
-                verdict: "failed".into(),
+                verdict: VerdictKind::Failed,
                 message: e.to_string(),
                 moved: f64::NAN,
                 orbit_energy: f64::NAN,
@@ -275,7 +276,7 @@ fn one(
             };
             return Ok(PointRecord {
                 omega: s.omega,
-                special: format!("gap: {}", row.verdict),
+                special: gap(&row),
                 series: Some(s.clone()),
                 check: Some(row),
                 ..PointRecord::default()
@@ -289,7 +290,7 @@ fn one(
         energy: checked.energy,
         residual: checked.residual,
         return_error: checked.return_error,
-        verdict: checked.verdict.word().into(),
+        verdict: checked.verdict.kind(),
         message: checked.verdict.to_string(),
         moved: checked.moved,
         orbit_energy: orbit.map_or(f64::NAN, |o| o.energy),
@@ -298,9 +299,9 @@ fn one(
     };
     let (special, orbit) = match &checked.verdict {
         Verdict::Orbit(orbit) => {
-            ("regular".to_owned(), Some(branch::record(body, orbit).map_err(numerics)?))
+            (PointKind::Regular, Some(branch::record(body, orbit).map_err(numerics)?))
         }
-        _ => (format!("gap: {}", row.verdict), None),
+        _ => (gap(&row), None),
     };
     Ok(PointRecord {
         omega: s.omega,
@@ -310,6 +311,11 @@ fn one(
         check: Some(row),
         ..PointRecord::default()
     })
+}
+
+/// A point without an orbit.
+fn gap(row: &CheckRow) -> PointKind {
+    PointKind::Gap(GapReason::Verdict(row.verdict.clone()))
 }
 
 fn to_json(rows: &[CheckRow], path: &Path, resumed: usize, wall: f64) -> Value {
@@ -360,9 +366,9 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
             significant(r.energy, 7),
             r.residual,
             r.return_error,
-            r.verdict
+            r.verdict.name()
         );
-        let _ = match r.verdict == "orbit" {
+        let _ = match r.is_orbit() {
             true => writeln!(
                 out,
                 " {:>9.1e} {:>12} {:>+9.1e}  {}",

@@ -13,7 +13,9 @@ use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::branch::{self, Start};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
-use signorini::records::{BranchEnd, EndReason, Grid, PlaceRecord, PointRecord, Walk};
+use signorini::records::{
+    Branch, BranchEnd, Direction, EndReason, Grid, PlaceRecord, PointKind, PointRecord, Walk,
+};
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{FamilyPlan, FamilyWriter, Outputs, StoredFamily, WriterOptions};
 
@@ -349,7 +351,9 @@ fn continued(asked: &Asked, stored: &StoredFamily) -> Result<FamilyPlan, CliErro
         return refuse(format!("it was made with other options: {difference}"));
     }
     if stored.branches != plan.branches {
-        let (a, b) = (stored.branches.join("; "), plan.branches.join("; "));
+        let names =
+            |all: &[Branch]| all.iter().map(Branch::to_string).collect::<Vec<_>>().join("; ");
+        let (a, b) = (names(&stored.branches), names(&plan.branches));
         return refuse(format!("it was made with other options: its branches are {a}; not {b}"));
     }
     let ([low, high], [from, to]) = (plan.range, stored.range);
@@ -425,7 +429,7 @@ fn without_holes(all: &BTreeSet<i64>) -> BTreeSet<i64> {
 
 /// Points of a branch as `--points` counts them: the start is none.
 fn count_of(points: &[PointRecord]) -> usize {
-    points.iter().filter(|p| p.special != "start").count()
+    points.iter().filter(|p| p.special != PointKind::Start).count()
 }
 
 fn nothing_left(asked: &Asked, plan: &FamilyPlan, known: &Known) -> bool {
@@ -433,7 +437,8 @@ fn nothing_left(asked: &Asked, plan: &FamilyPlan, known: &Known) -> bool {
     (0..plan.branches.len()).all(|branch| match plan.identity.walk {
         Walk::Grid(grid) => Legs::new(grid, range, false, &known.branch(branch)).is_empty(),
         Walk::Response(grid) => {
-            Legs::new(grid, range, branch % 2 == 1, &known.branch(branch)).is_empty()
+            let downwards = plan.branches[branch].direction() == Some(Direction::Down);
+            Legs::new(grid, range, downwards, &known.branch(branch)).is_empty()
         }
         Walk::Branch { .. } | Walk::Upwards { .. } => known.end(branch).is_some(),
         Walk::Given => known.len() == asked.points,
@@ -608,7 +613,7 @@ pub fn go_on(
         return Ok(end.clone());
     }
     let earlier = known.branch(index);
-    let regular = earlier.iter().filter(|p| p.special != "start").count();
+    let regular = earlier.iter().filter(|p| p.special != PointKind::Start).count();
     options.points = options.points.saturating_sub(regular);
     if options.points == 0 {
         let text = "number of points reached (earlier run)";

@@ -1,5 +1,6 @@
 //! `signorini inspect`
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -7,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
-use signorini::records::{OrbitRecord, PointRecord};
+use signorini::records::{OrbitRecord, PointKind, PointRecord};
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
@@ -109,24 +110,16 @@ fn orbit_text(o: &OrbitRecord) -> String {
     )
 }
 
-/// What is special about a point, without its details.
-fn kind_of(special: &str) -> &str {
-    special.split(": ").next().unwrap_or(special)
-}
-
-/// How often each kind of point occurs, of those that `choose` names.
-fn counts<'p>(
-    points: &'p [PointRecord],
-    choose: impl Fn(&'p str) -> Option<&'p str>,
-) -> BTreeMap<&'p str, usize> {
+/// How often each word occurs.
+fn counts<'p>(words: impl Iterator<Item = Cow<'p, str>>) -> BTreeMap<Cow<'p, str>, usize> {
     let mut counts = BTreeMap::new();
-    for name in points.iter().filter_map(|p| choose(&p.special)) {
-        *counts.entry(name).or_default() += 1;
+    for word in words {
+        *counts.entry(word).or_default() += 1;
     }
     counts
 }
 
-fn list(counts: &BTreeMap<&str, usize>) -> String {
+fn list(counts: &BTreeMap<Cow<str>, usize>) -> String {
     counts.iter().map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")
 }
 
@@ -171,10 +164,15 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let orbits: Vec<&OrbitRecord> = points.iter().filter_map(|p| p.orbit.as_ref()).collect();
     let stability = |s: Option<bool>| orbits.iter().filter(|o| o.stable == s).count();
     let (stable, unstable) = (stability(Some(true)), stability(Some(false)));
-    let gaps = counts(points, |s| s.strip_prefix("gap: ").map(kind_of));
+    let gaps = counts(points.iter().filter_map(|p| match &p.special {
+        PointKind::Gap(reason) => Some(reason.word()),
+        _ => None,
+    }));
     let tallies = read_crosscheck(&arguments.file)?.map(|rows| by_harmonics(&rows));
-    let specials =
-        counts(points, |s| (s != "regular" && !s.starts_with("gap")).then(|| kind_of(s)));
+    let is_special =
+        |p: &&PointRecord| !matches!(p.special, PointKind::Regular | PointKind::Gap(_));
+    let specials = points.iter().filter(is_special);
+    let specials = counts(specials.map(|p| Cow::Borrowed(p.special.word())));
     let missing = points.len() - orbits.len();
     let omega = bounds(points.iter().map(|p| p.omega));
     let energy = bounds(orbits.iter().map(|o| o.energy));
@@ -193,7 +191,7 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 .enumerate()
                 .map(|(k, name)| {
                     let (points, orbits, omega) = of_branch(k);
-                    json!({"name": name, "points": points, "orbits": orbits, "omega": omega})
+                    json!({"name": name.to_string(), "points": points, "orbits": orbits, "omega": omega})
                 })
                 .collect();
             let mut json = json!({

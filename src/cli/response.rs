@@ -9,7 +9,9 @@ use signorini::continuation::{Go, Options};
 use signorini::orbit::branch::Start;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
-use signorini::records::{BranchEnd, FamilyKind, Grid, PointRecord, Walk, fingerprint};
+use signorini::records::{
+    Branch, BranchEnd, Direction, FamilyKind, Grid, PointRecord, Walk, fingerprint,
+};
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{FamilyPlan, StoredFamily};
 
@@ -82,22 +84,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             "--aft does not go with a response by harmonic balance".into(),
         ));
     }
-    let mut names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
     let cases: Vec<(usize, usize)> = match hbm {
         true => (0..scenes.len())
             .flat_map(|s| harmonics.iter().flat_map(move |&n| [(s, n), (s, n)]))
             .collect(),
         false => (0..scenes.len()).map(|s| (s, 0)).collect(),
     };
-    if hbm {
-        // sequential continuation, once to higher and once to lower frequencies
-        let way = |k: usize| if k.is_multiple_of(2) { "up" } else { "down" };
-        names = cases
-            .iter()
-            .enumerate()
-            .map(|(k, &(s, n))| format!("{}, N_h = {n}, {}", names[s], way(k)))
-            .collect();
-    }
+    let branches: Vec<Branch> = cases
+        .iter()
+        .zip(Direction::BOTH.into_iter().cycle())
+        .map(|(&(s, n_h), direction)| Branch::Response {
+            percent: scenes[s].0,
+            // sequential continuation, once to higher and once to lower frequencies
+            series: hbm.then_some((n_h, direction)),
+        })
+        .collect();
     let walk = match hbm {
         true => Walk::Response(arguments.grid(range)),
         false => Walk::Upwards { start: range.0, step: arguments.step, locate: arguments.locate },
@@ -113,7 +114,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 problem: fingerprint(&problem),
             },
             range: [range.0, range.1],
-            branches: names,
+            branches,
             harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
         },
         points: arguments.points,
@@ -183,11 +184,14 @@ impl Arguments {
     }
 }
 
-/// The scene once for each damping ratio.
-pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, Scene)>, CliError> {
+/// The scene once for each damping ratio, with the ratio in percent.
+pub fn with_ratios(
+    scene: &Scene,
+    given: Option<&[f64]>,
+) -> Result<Vec<(Option<f64>, Scene)>, CliError> {
     let of_scene = scene.orbit.as_ref().and_then(|o| o.ratios.as_deref());
     let Some(list) = given.or(of_scene) else {
-        return Ok(vec![("forced response".into(), scene.clone())]);
+        return Ok(vec![(None, scene.clone())]);
     };
     if let Some(bad) = list.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
         return Err(CliError::Input(format!(
@@ -208,7 +212,7 @@ pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, 
                 return Err(CliError::from(scene.error(issue)));
             }
         }
-        Ok((format!("damping ratio {} %", 100.0 * ratio), scene))
+        Ok((Some(100.0 * ratio), scene))
     };
     list.iter().map(with).collect()
 }

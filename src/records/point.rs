@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CheckRow, OrbitRecord, SeriesRecord, bits};
+use super::{CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
 
 /// Where a continuation stood.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -41,8 +41,8 @@ pub struct PointRecord {
     /// Place on the branch: the number of the frequency on a grid (falling where the branch is walked downwards), or the count from its
     /// start. With the branch it is the point's name: no two points of a file share both.
     pub index: i64,
-    /// `regular`, or what is special.
-    pub special: String,
+    /// What it is.
+    pub special: PointKind,
     /// The orbit; none: a point that was asked for and does not exist.
     pub orbit: Option<OrbitRecord>,
     /// Where to go on.

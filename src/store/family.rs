@@ -21,7 +21,8 @@ use super::writer::{along_axes, create_file, size_of_mesh};
 use super::{StoreError, WriterOptions, read_text, write_text};
 use crate::contact::System;
 use crate::records::{
-    BranchEnd, CheckRow, FamilyKind, OrbitRecord, PlaceRecord, PointRecord, Walk,
+    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Outline, PlaceRecord, PointKind,
+    PointRecord, Walk,
 };
 use crate::scenario::Scene;
 
@@ -32,8 +33,8 @@ pub struct FamilyPlan {
     pub identity: FamilyKind,
     /// Frequencies it covers.
     pub range: [f64; 2],
-    /// Names of the branches.
-    pub branches: Vec<String>,
+    /// The branches.
+    pub branches: Vec<Branch>,
     /// Most harmonics that a series of it may have.
     pub harmonics: usize,
 }
@@ -127,7 +128,7 @@ impl FamilyWriter {
             let g = file.create_group("backbone")?;
             write_text(&g, "kind", &plan.identity.to_string())?;
             write_text(&g, "identity", &json::to_string(&plan.identity).unwrap_or_default())?;
-            write_text(&g, "branches", &plan.branches.join("\n"))?;
+            write_text(&g, "branches", &names_of(&plan.branches).join("\n"))?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
             let row =
@@ -220,7 +221,7 @@ impl FamilyWriter {
             table.push(&[x]);
             table.append()?;
         }
-        self.special.push(&[word(&p.special)]);
+        self.special.push(&[word(&p.special.to_string())]);
         self.special.append()?;
         if let Some(series) = &p.series {
             if self.series.is_none() {
@@ -354,8 +355,8 @@ pub struct StoredFamily {
     pub identity: Option<FamilyKind>,
     /// Frequencies that it was asked for.
     pub range: [f64; 2],
-    /// Names of the branches.
-    pub branches: Vec<String>,
+    /// The branches.
+    pub branches: Vec<Branch>,
     /// How the branches ended; empty while they are computed.
     pub ends: Vec<BranchEnd>,
     /// All points, displacements along the axes.
@@ -364,7 +365,17 @@ pub struct StoredFamily {
     pub harmonics: usize,
 }
 
+/// Names of branches.
+pub(super) fn names_of(branches: &[Branch]) -> Vec<String> {
+    branches.iter().map(Branch::to_string).collect()
+}
+
 impl StoredFamily {
+    /// Its kind without numbers; files of earlier versions say it by a name only.
+    pub fn outline(&self) -> Outline {
+        self.identity.as_ref().map_or_else(|| Outline::of_name(&self.kind), FamilyKind::outline)
+    }
+
     /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill. With what there
     /// is to say of a damaged journal.
     pub fn recover(path: &Path) -> Result<(StoredFamily, Option<String>), StoreError> {
@@ -455,7 +466,7 @@ impl StoredFamily {
                 omega: read_scalar(&p, "omega")?,
                 branch,
                 index: index.as_ref().and_then(|i| i.get(k)).map_or_else(counted, |i| *i as i64),
-                special: special.as_str().to_owned(),
+                special: PointKind::of_name(special.as_str()),
                 orbit,
                 place: read_place(&p)?,
                 series: None,
@@ -491,7 +502,7 @@ impl StoredFamily {
             kind: parsed("kind"),
             identity: json::from_str(&parsed("identity")).ok(),
             range: if let [low, high] = range[..] { [low, high] } else { [f64::NAN; 2] },
-            branches: parsed("branches").lines().map(str::to_owned).collect(),
+            branches: parsed("branches").lines().map(Branch::of_name).collect(),
             ends: json::from_str(&parsed("ends")).unwrap_or_default(),
             points: all,
             harmonics,

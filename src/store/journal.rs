@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::family::StoredFamily;
+use super::family::{StoredFamily, names_of};
 use super::output::{beside, check_room};
-use crate::records::{FamilyKind, PointRecord, bits};
+use crate::records::{Branch, FamilyKind, PointRecord, bits};
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
@@ -65,7 +65,7 @@ impl Journal {
         let header = Header {
             scene: family.scene.clone(),
             identity,
-            branches: family.branches.clone(),
+            branches: names_of(&family.branches),
             harmonics: family.harmonics,
             range: family.range.to_vec(),
         };
@@ -132,7 +132,7 @@ pub(super) fn read(path: &Path) -> Option<(StoredFamily, Option<usize>)> {
         kind: header.identity.to_string(),
         identity: Some(header.identity),
         range: [low, high],
-        branches: header.branches,
+        branches: header.branches.iter().map(|name| Branch::of_name(name)).collect(),
         harmonics: header.harmonics,
         status: "running".into(),
         points,

@@ -11,7 +11,7 @@ use ndarray::{Array3, ArrayD};
 use super::reader::{Careful, open, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
-use crate::records::{CheckRow, SeriesRecord, place_of_function};
+use crate::records::{CheckRow, SeriesRecord, VerdictKind, place_of_function};
 
 /// The open tables of `/hbm`.
 pub struct SeriesWriter {
@@ -313,7 +313,7 @@ pub(super) fn write_crosscheck(file: &hdf5::File, rows: &[CheckRow]) -> Result<(
     };
     let words: Vec<FixedAscii<32>> = rows
         .iter()
-        .map(|r| FixedAscii::from_ascii(r.verdict.as_bytes()).unwrap_or_default())
+        .map(|r| FixedAscii::from_ascii(r.verdict.name().as_bytes()).unwrap_or_default())
         .collect();
     g.new_dataset_builder().with_data(&words).create("verdict")?;
     let messages: Vec<FixedUnicode<256>> = rows.iter().map(|r| cut(&r.message)).collect();
@@ -365,7 +365,7 @@ fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> 
                 energy: c[2][i],
                 residual: c[3][i],
                 return_error: c[4][i],
-                verdict: words[i].as_str().to_owned(),
+                verdict: VerdictKind::of_name(words[i].as_str()),
                 message: messages.get(i).map_or(String::new(), |m| m.as_str().to_owned()),
                 moved: c[5][i],
                 orbit_energy: c[6][i],
