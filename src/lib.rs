@@ -23,7 +23,7 @@
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
 //! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
-//! [`orbit`], [`hbm`], [`store`], [`report`].
+//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`].
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -39,6 +39,7 @@
 pub mod contact;
 pub mod continuation;
 pub mod event;
+pub mod families;
 pub mod fem;
 pub mod flow;
 pub mod hbm;

@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 /// The modules in the order of the data.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "mesh",
     "scenario",
     "fem",
@@ -20,6 +20,7 @@ const ORDER: [&str; 14] = [
     "hbm",
     "store",
     "report",
+    "families",
 ];
 
 fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {

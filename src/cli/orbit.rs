@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let mut verdict: Option<Verdict> = None;
     for guess in &guesses {
         let effort = Effort { rescue: guesses.len() == 1, ..Effort::default() };
-        let found = find(&mut body, closure, guess, omega, &effort).map_err(numerics)?;
+        let found = find(&mut body, closure, guess, omega, &effort)?;
         if found.orbit().is_some() {
             verdict = Some(found);
             break;
@@ -124,9 +124,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let verdict = match verdict {
         Some(found) => found,
         // the search for the cause, from the first guess
-        None => {
-            find(&mut body, closure, &guesses[0], omega, &Effort::default()).map_err(numerics)?
-        }
+        None => find(&mut body, closure, &guesses[0], omega, &Effort::default())?,
     };
     let Verdict::Orbit(orbit) = &verdict else {
         global.print(|| failure_json(&verdict, omega), String::new)?;
@@ -161,10 +159,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
 /// Amplitudes that a motion can have, over grazing.
 fn is_amplitude(a: f64) -> bool {
     a > 0.0 && a <= 1e6
-}
-
-fn numerics(e: signorini::orbit::OrbitError) -> CliError {
-    CliError::Numerics(e.to_string())
 }
 
 fn failure_json(verdict: &Verdict, omega: f64) -> Value {
@@ -295,7 +289,7 @@ fn write(
             });
         }
     };
-    writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.system)?;
+    writer.orbit(&branch::record(body, orbit)?, &body.system)?;
     if report.outcome.is_complete() {
         return Ok(writer.finish("complete")?);
     }
@@ -331,7 +325,7 @@ fn all(
     if let Some(bar) = &bar {
         bar.clear();
     }
-    let found = found.map_err(numerics)?;
+    let found = found?;
     let wall = start.elapsed().as_secs_f64();
     global.print(
         || {

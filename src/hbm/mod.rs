@@ -15,6 +15,7 @@
 //! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body.
 
 pub mod balance;
+pub mod branch;
 pub mod newton;
 pub mod reduction;
 pub mod response;
@@ -27,6 +28,7 @@ pub use series::{Basis, Series};
 
 use crate::contact::ContactError;
 use crate::flow::spectrum::SpectrumError;
+use crate::orbit::OrbitError;
 
 /// The equations could not be set up or evaluated.
 #[derive(Debug, thiserror::Error)]
@@ -37,6 +39,9 @@ pub enum HbmError {
     /// The open phase has no modes.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// An orbit could not be shot from a solution.
+    #[error(transparent)]
+    Shooting(#[from] OrbitError),
     /// A phase's mass matrix is singular on the interface.
     #[error("the mass of a phase is singular on the contact interface")]
     Singular,
