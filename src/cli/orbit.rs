@@ -11,6 +11,7 @@ use signorini::event::{self, Options, RunError};
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
 use signorini::problem::State;
+use signorini::records::Status;
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{self, Writer, WriterOptions};
@@ -291,10 +292,10 @@ fn write(
     };
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
     if report.outcome.is_complete() {
-        return Ok(writer.finish("complete")?);
+        return Ok(writer.finish(&Status::Complete)?);
     }
     // the orbit is found and stored; the states along it are not all there
-    writer.finish(&format!("failed: {}", report.outcome))?;
+    writer.finish(&Status::Failed(report.outcome.to_string()))?;
     Err(CliError::Reported(format!(
         "the orbit was found, but its run over one period ended early ({}); what there is stands in {}",
         report.outcome,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{FamilyError, Known};
 use crate::contact::System;
-use crate::records::Branch;
+use crate::records::{Branch, Status};
 use crate::scenario::Scene;
 use crate::store::{FamilyPlan, FamilyWriter, StoredFamily, WriterOptions};
 
@@ -55,7 +55,7 @@ pub fn open(asked: &Asked, resume: bool, warn: impl FnOnce(&str)) -> Result<Open
     if let Some(what) = stored.misfit(system, asked.unknowns) {
         return Err(FamilyError::Misfit { path: path.to_path_buf(), what });
     }
-    let whole = stored.status == "complete" && stored.range == plan.range;
+    let whole = stored.status == Status::Complete && stored.range == plan.range;
     let count = stored.points.len();
     let ends = std::mem::take(&mut stored.ends);
     let known = Known::standing(asked, &plan, std::mem::take(&mut stored.points), ends);

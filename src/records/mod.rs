@@ -15,6 +15,7 @@ mod orbit;
 mod point;
 mod series;
 mod special;
+mod status;
 
 pub use branch::{Branch, Direction};
 pub use check::{CheckRow, VerdictKind};
@@ -25,3 +26,4 @@ pub use orbit::OrbitRecord;
 pub use point::{PlaceRecord, PointRecord};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};
+pub use status::Status;

@@ -22,7 +22,7 @@ use super::{StoreError, WriterOptions, read_text, write_text};
 use crate::contact::System;
 use crate::records::{
     Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Outline, PlaceRecord, PointKind,
-    PointRecord, Walk,
+    PointRecord, Status, Walk,
 };
 use crate::scenario::Scene;
 
@@ -265,7 +265,7 @@ impl FamilyWriter {
     /// stays.
     pub fn finish(
         mut self,
-        status: &str,
+        status: &Status,
         ends: &[BranchEnd],
         system: &System,
     ) -> Result<(), StoreError> {
@@ -277,13 +277,13 @@ impl FamilyWriter {
         }
         let g = self.file.group("backbone")?;
         write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
-        write_text(&self.file, "status", status)?;
+        write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place
         let FamilyWriter { mut staged, file, points, rows, special, series, journal, .. } = self;
         drop((points, rows, special, series, g, file));
         staged.commit()?;
-        if let Some(journal) = journal.filter(|_| status == "complete") {
+        if let Some(journal) = journal.filter(|_| *status == Status::Complete) {
             journal.remove();
         }
         Ok(())
@@ -347,8 +347,8 @@ pub struct StoredFamily {
     pub title: String,
     /// Scene text.
     pub scene: String,
-    /// `running`, `complete`, …
-    pub status: String,
+    /// How it ended.
+    pub status: Status,
     /// What kind of family, in words.
     pub kind: String,
     /// What determines it (files of earlier versions do not say).
@@ -498,7 +498,7 @@ impl StoredFamily {
             path: path.to_owned(),
             title: text("title"),
             scene: text("scene"),
-            status: text("status"),
+            status: Status::of_name(&text("status")),
             kind: parsed("kind"),
             identity: json::from_str(&parsed("identity")).ok(),
             range: if let [low, high] = range[..] { [low, high] } else { [f64::NAN; 2] },

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::StoreError;
 use super::family::{StoredFamily, names_of};
 use super::output::{beside, check_room};
-use crate::records::{Branch, FamilyKind, PointRecord, bits};
+use crate::records::{Branch, FamilyKind, PointRecord, Status, bits};
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
@@ -134,7 +134,7 @@ pub(super) fn read(path: &Path) -> Option<(StoredFamily, Option<usize>)> {
         range: [low, high],
         branches: header.branches.iter().map(|name| Branch::of_name(name)).collect(),
         harmonics: header.harmonics,
-        status: "running".into(),
+        status: Status::Running,
         points,
         ..StoredFamily::default()
     };

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use signorini::contact::System;
 use signorini::continuation::Go;
 use signorini::families::{self, Asked, Known, Opened};
-use signorini::records::{BranchEnd, PointRecord};
+use signorini::records::{BranchEnd, PointRecord, Status};
 use signorini::store::{FamilyWriter, StoreError, StoredFamily};
 
 use crate::cli::progress::Bar;
@@ -132,7 +132,7 @@ pub fn conclude(
     match (ends, interrupt::signal()) {
         (Ok(ends), Some(signal)) => {
             let (path, count) = (writer.path().to_owned(), writer.count());
-            writer.finish("interrupted", &ends, system)?;
+            writer.finish(&Status::Interrupted, &ends, system)?;
             let text = format!(
                 "interrupted; {count} points are in {}: go on with the same command and --resume",
                 path.display()
@@ -140,12 +140,12 @@ pub fn conclude(
             Err(CliError::Interrupted(signal, text))
         }
         (Ok(ends), None) => {
-            writer.finish("complete", &ends, system)?;
+            writer.finish(&Status::Complete, &ends, system)?;
             Ok(ends)
         }
         (Err(e), _) => {
             // the reason of the failure matters more than a failure to record it
-            let _ = writer.finish(&format!("failed: {}", e.text()), &[], system);
+            let _ = writer.finish(&Status::Failed(e.text()), &[], system);
             Err(e)
         }
     }
