@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use signorini::continuation::Options;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
-use signorini::families::{Asked, Known};
+use signorini::families::{Asked, Known, start};
 use signorini::orbit::branch::Start;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -152,7 +152,7 @@ impl Request<'_> {
     fn closure(&self, problem: &Problem) -> Result<Closure, CliError> {
         let (low, high) = self.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
-        let closure = family::closure(self.scene, problem)?;
+        let closure = start::closure(self.scene, problem)?;
         if self.walk.grid().is_none() && closure == Closure::Autonomous {
             let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
             let message = "families by arclength start from a state at rest";
@@ -244,10 +244,10 @@ impl Request<'_> {
     /// A body for shooting, how its orbits close, and guesses at the first one.
     fn shooting(&self) -> Result<(Propagator, Closure, Vec<Vec<f64>>), CliError> {
         let problem = load::of_scene(self.scene)?;
-        let closure = family::closure(self.scene, &problem)?;
+        let closure = start::closure(self.scene, &problem)?;
         let initial = problem.initial.clone();
         let body = family::propagator(problem.system)?;
-        let guesses = family::guesses(self.scene, &initial, &body, closure);
+        let guesses = start::guesses(self.scene, &initial, &body, closure);
         Ok((body, closure, guesses))
     }
 
@@ -265,7 +265,7 @@ impl Request<'_> {
 
 /// Follow a family of orbits.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
     let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
@@ -292,7 +292,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.range, bar)
     })?;
-    family::print(global, &scene, &carried, &path, start.elapsed().as_secs_f64())?;
+    family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
     if carried.stored.points.iter().all(|p| p.orbit.is_none()) {
         return Err(CliError::Reported("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`".into()));
     }

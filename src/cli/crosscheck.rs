@@ -10,14 +10,12 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use signorini::contact::System;
-use signorini::families::Asked;
-use signorini::orbit::check::{Candidate, check};
-use signorini::orbit::search::{Effort, Verdict};
-use signorini::orbit::{Closure, branch};
+use signorini::families::{Asked, check, start};
+use signorini::orbit::Closure;
 use signorini::problem::Problem;
 use signorini::records::{
-    Branch, BranchEnd, CheckRow, FamilyKind, GapReason, PointKind, PointMethod, PointRecord,
-    SeriesRecord, VerdictKind, Walk, fingerprint,
+    Branch, BranchEnd, CheckRow, FamilyKind, PointMethod, PointRecord, SeriesRecord, Walk,
+    fingerprint,
 };
 use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
 use signorini::report::summary::significant;
@@ -61,13 +59,13 @@ const LARGEST: f64 = 1e6;
 
 /// Check every point in time, and shoot from it.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "crosscheck");
     let options =
         arguments.output.rules(&scene, &path, arguments.resume, &[&arguments.backbone])?;
     let problem = load::of_scene(&scene)?;
-    let closure = match family::closure(&scene, &problem)? {
+    let closure = match start::closure(&scene, &problem)? {
         Closure::Autonomous => Closure::Reversible,
         other => other,
     };
@@ -101,7 +99,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         check_all(arguments, &scene, what, (writer, &problem.system), branch, bar)
     })?;
     let rows: Vec<CheckRow> = carried.stored.points.into_iter().filter_map(|p| p.check).collect();
-    let (resumed, wall) = (carried.resumed, start.elapsed().as_secs_f64());
+    let (resumed, wall) = (carried.resumed, begun.elapsed().as_secs_f64());
     global.print(|| to_json(&rows, &path, resumed, wall), || to_text(&scene, &rows, &path, wall))
 }
 
@@ -145,7 +143,7 @@ fn plan(
         identity: FamilyKind {
             method: PointMethod::Check { quick: arguments.quick },
             walk: Walk::Given,
-            problem: fingerprint(problem) ^ fingerprint_of_series(series),
+            problem: fingerprint(problem) ^ check::fingerprint(series),
         },
         range: [low, high],
         branches: harmonics.iter().map(|&harmonics| Branch::Checked { harmonics }).collect(),
@@ -201,8 +199,9 @@ fn check_all(
                     }
                 };
                 for &k in left.iter().skip(thread).step_by(threads) {
-                    let result = one(arguments, &mut body, closure, &series[k]);
-                    if sender.send(result.map(|p| (k, p))).is_err() || interrupt::signal().is_some()
+                    let result = check::point(&mut body, closure, &series[k], arguments.quick);
+                    if sender.send(result.map(|p| (k, p)).map_err(CliError::from)).is_err()
+                        || interrupt::signal().is_some()
                     {
                         return;
                     }
@@ -223,81 +222,6 @@ fn check_all(
         Ok(())
     });
     family::conclude(writer, checked.map(|()| vec![]), system)
-}
-
-/// All numbers of the series, as one.
-fn fingerprint_of_series(series: &[SeriesRecord]) -> u64 {
-    let bits = series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]));
-    bits.fold(series.len() as u64, |h, x| {
-        (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3)
-    })
-}
-
-fn one(
-    arguments: &Arguments,
-    body: &mut signorini::orbit::Propagator,
-    closure: Closure,
-    s: &SeriesRecord,
-) -> Result<PointRecord, CliError> {
-    let candidate = Candidate { omega: s.omega, coefficients: s.coefficients.clone() };
-    let effort = Effort { rescue: !arguments.quick, ..Effort::default() };
-    let checked = match check(body, closure, &candidate, &effort) {
-        Ok(checked) => checked,
-        // one point that cannot be judged must not take the others with it
-        Err(e) => {
-            let row = CheckRow {
-                omega: s.omega,
-                n_h: s.n_h,
-                energy: f64::NAN,
-                residual: f64::NAN,
-                return_error: f64::NAN,
-                verdict: VerdictKind::Failed,
-                message: e.to_string(),
-                moved: f64::NAN,
-                orbit_energy: f64::NAN,
-                contact_change: f64::NAN,
-                same_sequence: false,
-            };
-            return Ok(PointRecord {
-                omega: s.omega,
-                special: gap(&row),
-                series: Some(s.clone()),
-                check: Some(row),
-                ..PointRecord::default()
-            });
-        }
-    };
-    let orbit = checked.verdict.orbit();
-    let row = CheckRow {
-        omega: s.omega,
-        n_h: s.n_h,
-        energy: checked.energy,
-        residual: checked.residual,
-        return_error: checked.return_error,
-        verdict: checked.verdict.kind(),
-        message: checked.verdict.to_string(),
-        moved: checked.moved,
-        orbit_energy: orbit.map_or(f64::NAN, |o| o.energy),
-        contact_change: checked.contact_change,
-        same_sequence: checked.same_sequence,
-    };
-    let (special, orbit) = match &checked.verdict {
-        Verdict::Orbit(orbit) => (PointKind::Regular, Some(branch::record(body, orbit)?)),
-        _ => (gap(&row), None),
-    };
-    Ok(PointRecord {
-        omega: s.omega,
-        special,
-        orbit,
-        series: Some(s.clone()),
-        check: Some(row),
-        ..PointRecord::default()
-    })
-}
-
-/// A point without an orbit.
-fn gap(row: &CheckRow) -> PointKind {
-    PointKind::Gap(GapReason::Verdict(row.verdict.clone()))
 }
 
 fn to_json(rows: &[CheckRow], path: &Path, resumed: usize, wall: f64) -> Value {

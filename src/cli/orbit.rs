@@ -8,6 +8,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use signorini::event::{self, Options, RunError};
+use signorini::families::start;
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
 use signorini::problem::State;
@@ -60,7 +61,7 @@ pub struct Arguments {
 
 /// One orbit, or all that can be found.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "orbit");
     let near: Vec<&std::path::Path> = arguments.near_return.iter().map(|p| p.as_path()).collect();
@@ -87,7 +88,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         near_period = Some(period);
         problem.initial = state;
     }
-    let mut closure = family::closure(&scene, &problem)?;
+    let mut closure = start::closure(&scene, &problem)?;
     if arguments.full && closure == Closure::Reversible {
         closure = Closure::Autonomous;
     }
@@ -98,10 +99,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let mut body = family::propagator(problem.system)?;
     body.system.loads.set_frequency(omega);
     if arguments.all {
-        let own = family::guesses(&scene, &initial, &body, closure);
-        return all(arguments, global, &scene, &mut body, (closure, omega), own, start);
+        let own = start::guesses(&scene, &initial, &body, closure);
+        return all(arguments, global, &scene, &mut body, (closure, omega), own, begun);
     }
-    let mut guesses = family::guesses(&scene, &initial, &body, closure);
+    let mut guesses = start::guesses(&scene, &initial, &body, closure);
     if arguments.near_return.is_some() {
         let unknowns = closure.unknowns(body.n());
         guesses = vec![body.frame(&initial)[..unknowns].to_vec()];
@@ -135,7 +136,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         )));
     };
     write(&path, &options, &scene, &body, orbit)?;
-    let wall = start.elapsed().as_secs_f64();
+    let wall = begun.elapsed().as_secs_f64();
     global.print(
         || {
             let mut json = orbit_json(&body, orbit);
@@ -310,7 +311,7 @@ fn all(
     body: &mut Propagator,
     (closure, omega): (Closure, f64),
     own: Vec<Vec<f64>>,
-    start: Instant,
+    begun: Instant,
 ) -> Result<(), CliError> {
     let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
     starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
@@ -327,7 +328,7 @@ fn all(
         bar.clear();
     }
     let found = found?;
-    let wall = start.elapsed().as_secs_f64();
+    let wall = begun.elapsed().as_secs_f64();
     global.print(
         || {
             let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();

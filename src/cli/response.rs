@@ -8,7 +8,7 @@ use clap::Args;
 use signorini::continuation::Options;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
-use signorini::families::{Asked, FamilyError, Known};
+use signorini::families::{Asked, FamilyError, Known, start};
 use signorini::orbit::branch::Start;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
@@ -111,7 +111,7 @@ impl Request {
     fn check(&self, scene: &Scene, problem: &Problem) -> Result<(), CliError> {
         let (low, high) = self.options.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
-        if family::closure(scene, problem)? != Closure::Forced {
+        if start::closure(scene, problem)? != Closure::Forced {
             let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
             let issue = Issue::new("load", "a forced response needs a harmonic load", help);
             return Err(scene.error(issue).into());
@@ -192,7 +192,7 @@ fn from_linear_response(
 
 /// Stable and unstable branches of the forced response, one for each damping ratio.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "response");
     let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
@@ -220,7 +220,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.options.range, bar)
     })?;
-    family::print(global, &scene, &carried, &path, start.elapsed().as_secs_f64())?;
+    family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
     match carried.ends.iter().find(|e| !e.complete) {
         None => Ok(()),
         Some(e) => Err(CliError::Reported(format!(

@@ -293,3 +293,20 @@ pub fn arclength(
     })?;
     failed.map_or(Ok(Some(stop)), Err)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_is_called_in_files_as_it_calls_itself() {
+        for failure in [
+            Failure::NotConverged { residual: 1.25e-3, iterations: 60 },
+            Failure::NoContact,
+            Failure::Inadmissible { theta: 0.75 },
+            Failure::NoStart,
+        ] {
+            assert_eq!(gap_reason(&failure).to_string(), failure.to_string());
+        }
+    }
+}

@@ -358,3 +358,18 @@ pub fn starts(body: &Propagator, most: f64, amplitudes: usize) -> Vec<Vec<f64>> 
     }
     list
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_verdict_is_called_in_files_as_it_calls_itself() {
+        let grazing = Verdict::Grazing { omega: 1.0, what: "node 1 touches".into() };
+        let fold = Verdict::Fold { omega: 1.0, energy: 1.0, switches: 8, singular_value: 1e-9 };
+        let lost = Verdict::NotFound { residual: 1.0, singular_value: 1.0, reason: None };
+        for verdict in [Verdict::NoContact { energy: 0.0 }, fold, grazing, lost] {
+            assert_eq!(verdict.kind().name(), verdict.word());
+        }
+    }
+}

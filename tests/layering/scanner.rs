@@ -194,11 +194,9 @@ fn without_tests(tokens: &[Token]) -> Vec<Token> {
     let is_attribute = |k: usize| of(k) == "#" && of(k + 1) == "[";
     let (mut kept, mut k) = (vec![], 0);
     while k < tokens.len() {
-        let test = match (of(k + 2), of(k + 3), of(k + 4), of(k + 5), of(k + 6)) {
-            ("cfg", "(", "test", ")", _) => true,
-            ("cfg", "(", "all", "(", "test") => true,
-            _ => false,
-        };
+        let condition = (of(k + 2), of(k + 3), of(k + 4), of(k + 5), of(k + 6));
+        let test =
+            matches!(condition, ("cfg", "(", "test", ")", _) | ("cfg", "(", "all", "(", "test"));
         if !(is_attribute(k) && test) {
             kept.push(tokens[k].clone());
             k += 1;

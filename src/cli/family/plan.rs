@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use signorini::contact::System;
-use signorini::orbit::{Closure, Propagator, branch};
+use signorini::orbit::Propagator;
 use signorini::problem::Problem;
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{Outputs, WriterOptions};
@@ -104,41 +104,6 @@ pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
     Ok(())
 }
 
-/// How periodic motions of a scene close.
-pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, CliError> {
-    let system = &problem.system;
-    let fail = |key: &str, message: &str, help: &str| {
-        Err(scene.error(Issue::new(key, message, help)).into())
-    };
-    if system.n_contact() == 0 {
-        return fail(
-            "contact",
-            "is missing: orbits are those of a body in contact",
-            "add [contact]",
-        );
-    }
-    let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
-    if let Some(first) = frequencies.next() {
-        if frequencies.any(|w| w != first) {
-            return fail(
-                "load",
-                "harmonic loads of different frequencies have no common period",
-                "give all loads one omega",
-            );
-        }
-        return Ok(Closure::Forced);
-    }
-    if system.damping.is_some() {
-        return fail(
-            "damping",
-            "without a harmonic load a damped body has no periodic motion but rest",
-            "remove [damping] for a backbone, or add a [[load]] with omega",
-        );
-    }
-    let moving = problem.initial.v.iter().any(|v| *v != 0.0);
-    Ok(if moving { Closure::Autonomous } else { Closure::Reversible })
-}
-
 /// The frequency: from the command line, `[orbit]`, or the load.
 pub fn omega(scene: &Scene, omega: Option<f64>, period: Option<f64>) -> Result<f64, CliError> {
     let positive = |name: &str, x: f64| match x.is_finite() && x > 0.0 {
@@ -176,35 +141,6 @@ pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliErro
         let help = "[orbit] with range = [1.6, 2.0], or --range 1.6,2.0 on the command line";
         scene.error(Issue::new("orbit.range", "is missing", help)).into()
     })
-}
-
-/// Guesses at an orbit: the scene's initial state, or the first mode of the open body beyond grazing.
-pub fn guesses(
-    scene: &Scene,
-    problem_initial: &signorini::problem::State,
-    body: &Propagator,
-    closure: Closure,
-) -> Vec<Vec<f64>> {
-    let s = &scene.initial;
-    let given =
-        s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some();
-    let unknowns = closure.unknowns(body.n());
-    let mut list = vec![];
-    if given {
-        list.push(body.frame(problem_initial)[..unknowns].to_vec());
-    } else if closure == Closure::Forced {
-        list.push(body.linear_response());
-        list.push(vec![0.0; unknowns]);
-    } else {
-        for amplitude in [-1.1, -1.2, -1.05, -1.4, -1.7, -2.2, -3.0] {
-            let guess = branch::mode_guess(body, 1, amplitude);
-            list.extend(guess.map(|mut z| {
-                z.resize(unknowns, 0.0);
-                z
-            }));
-        }
-    }
-    list
 }
 
 /// A body ready for shooting.
