@@ -28,7 +28,6 @@ pub use series::{Basis, Series};
 
 use crate::contact::ContactError;
 use crate::flow::spectrum::SpectrumError;
-use crate::orbit::OrbitError;
 
 /// The equations could not be set up or evaluated.
 #[derive(Debug, thiserror::Error)]
@@ -39,9 +38,6 @@ pub enum HbmError {
     /// The open phase has no modes.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
-    /// An orbit could not be shot from a solution.
-    #[error(transparent)]
-    Shooting(#[from] OrbitError),
     /// A phase's mass matrix is singular on the interface.
     #[error("the mass of a phase is singular on the contact interface")]
     Singular,
@@ -51,4 +47,7 @@ pub enum HbmError {
     /// More switches than a series of this length can have.
     #[error("more than {0} switches along one period")]
     Switches(usize),
+    /// An orbit could not be shot from a solution.
+    #[error(transparent)]
+    Shooting(#[from] crate::orbit::OrbitError),
 }

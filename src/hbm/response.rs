@@ -2,11 +2,11 @@
 
 use faer::Mat;
 
+use super::HbmError;
 use super::balance::{Balance, Quadrature, project_in};
 use super::newton::{Failure, Settings, Solution, condensed_residual, solve};
 use super::reduction::Reduction;
 use super::series::Series;
-use super::{Basis, HbmError};
 use crate::contact::{ActiveSet, Phase};
 use crate::continuation::{Family, JUMP, norm};
 
@@ -47,7 +47,7 @@ impl Summary {
             let state = reduction.state(&q, &dq, s.omega);
             phase.expand_displacement(system, &state.u, &mut u);
             phase.expand_velocity(system, &state.v, &mut v);
-            if k == 0 || s.q.basis == Basis::Full {
+            if k == 0 || s.q.basis == super::Basis::Full {
                 energy = energy.max(system.kinetic(&v) + system.elastic(&u));
             }
             amplitude = u[n_o..].iter().fold(amplitude, |m, u| m.max(u.abs()));
@@ -55,7 +55,7 @@ impl Summary {
         let tau = std::f64::consts::TAU;
         let mut switches: Vec<(f64, usize, bool)> =
             s.crossings.iter().map(|c| (c.theta / s.omega, c.contact, c.closes)).collect();
-        let mirrored = s.q.basis == Basis::Cosine;
+        let mirrored = s.q.basis == super::Basis::Cosine;
         if mirrored {
             let back: Vec<_> = s
                 .crossings
@@ -348,8 +348,8 @@ fn started(
     settings: &Settings,
 ) -> Result<Option<(Solution, Origin)>, HbmError> {
     let starts: Vec<Series> = match reduction.basis {
-        Basis::Full => vec![Series::zeros(reduction.basis, 1, reduction.n())],
-        Basis::Cosine => STARTS.iter().filter_map(|&a| mode_start(reduction, a)).collect(),
+        super::Basis::Full => vec![Series::zeros(reduction.basis, 1, reduction.n())],
+        super::Basis::Cosine => STARTS.iter().filter_map(|&a| mode_start(reduction, a)).collect(),
     };
     for start in starts {
         if let Ok(s) = solve(reduction, &start, omega, settings)? {
