@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{FamilyError, Known};
 use crate::contact::System;
-use crate::records::{Branch, Status};
+use crate::records::{Branch, PlaceRecord, PointRecord, Status};
 use crate::scenario::Scene;
 use crate::store::{FamilyPlan, FamilyWriter, StoredFamily, WriterOptions};
 
@@ -52,7 +52,7 @@ pub fn open(asked: &Asked, resume: bool, warn: impl FnOnce(&str)) -> Result<Open
         warn(&text);
     }
     let plan = continued(asked, &stored)?;
-    if let Some(what) = stored.misfit(system, asked.unknowns) {
+    if let Some(what) = misfit(&stored, system, asked.unknowns) {
         return Err(FamilyError::Misfit { path: path.to_path_buf(), what });
     }
     let whole = stored.status == Status::Complete && stored.range == plan.range;
@@ -92,4 +92,38 @@ fn continued(asked: &Asked, stored: &StoredFamily) -> Result<FamilyPlan, FamilyE
     }
     // the grid counts from where it began
     Ok(FamilyPlan { identity: identity.clone(), ..plan.clone() })
+}
+
+/// What does not fit a body, if anything: whoever goes on with the points may index without fear. `unknowns` are those of an orbit,
+/// where orbits are shot.
+fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Option<String> {
+    let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
+    let place_fits = |place: &PlaceRecord| {
+        let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
+        let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);
+        let along = !tangent.is_empty();
+        let length = match unknowns {
+            None => !x.is_empty(),
+            Some(z) if along => x.len() == z + events + 1 && place.sets.len() == events + 1,
+            Some(z) => x.len() == z + 1,
+        };
+        length
+            && (!along || tangent.len() == x.len())
+            && numbers.clone().all(|x| x.is_finite())
+            && x[x.len() - 1] > 0.0
+            && place.sets.iter().all(|s| s.len() == n_c)
+            && place.nodes.iter().all(|c| *c < n_c)
+    };
+    let fits = |p: &PointRecord| {
+        let orbit = p.orbit.as_ref().is_none_or(|o| o.u0.len() == n && o.v0.len() == n);
+        let series =
+            p.series.as_ref().is_none_or(|s| s.coefficients.len() == (2 * s.n_h + 1) * n_o);
+        p.omega.is_finite()
+            && p.branch < stored.branches.len()
+            && orbit
+            && series
+            && p.place.as_ref().is_none_or(place_fits)
+    };
+    let bad = stored.points.iter().position(|p| !fits(p))?;
+    Some(format!("damaged: point {bad} does not fit the body"))
 }

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::family::{StoredFamily, names_of};
 use super::output::{beside, check_room};
+use super::stored::{StoredFamily, names_of};
 use crate::records::{Branch, FamilyKind, PointRecord, Status, bits};
 
 /// What the first line says.
