@@ -22,8 +22,8 @@
 //! printed eq. 4 has the sign inside the max reversed).
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
-//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`store`], [`report`], [`continuation`],
-//! [`orbit`], [`hbm`].
+//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
+//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`].
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -39,12 +39,14 @@
 pub mod contact;
 pub mod continuation;
 pub mod event;
+pub mod families;
 pub mod fem;
 pub mod flow;
 pub mod hbm;
 pub mod mesh;
 pub mod orbit;
 pub mod problem;
+pub mod records;
 pub mod report;
 pub mod scenario;
 pub mod simulate;

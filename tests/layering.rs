@@ -1,11 +1,13 @@
 //! One way through the house: a module uses only what stands before it.
 
 mod common;
+#[path = "layering/scanner.rs"]
+mod scanner;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The modules in the order of the data.
-const ORDER: [&str; 13] = [
+const ORDER: [&str; 15] = [
     "mesh",
     "scenario",
     "fem",
@@ -14,14 +16,19 @@ const ORDER: [&str; 13] = [
     "flow",
     "event",
     "simulate",
-    "store",
-    "report",
+    "records",
     "continuation",
     "orbit",
     "hbm",
+    "store",
+    "report",
+    "families",
 ];
 
-fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+/// What stands behind all modules: it may use any of them.
+const LAST: [&str; 3] = ["cli", "lib", "main"];
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
@@ -32,57 +39,61 @@ fn files(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
     }
 }
 
-/// The modules that a path behind `crate::` begins with: one, or those of a list in braces.
-fn first_names(path: &str) -> Vec<String> {
-    let word = |text: &str| -> String {
-        text.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+/// All files of the crate: module path and text.
+fn sources() -> Vec<(Vec<String>, String)> {
+    let src = common::root().join("src");
+    let mut all = vec![];
+    files(&src, &mut all);
+    let source = |path: PathBuf| {
+        let relative = path.strip_prefix(&src).unwrap().with_extension("");
+        let mut module: Vec<String> =
+            relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        module.pop_if(|last| last == "mod");
+        (module, std::fs::read_to_string(&path).unwrap())
     };
-    let Some(list) = path.strip_prefix('{') else { return vec![word(path)] };
-    let mut depth = 0;
-    let mut names = vec![word(list)];
-    for (k, c) in list.char_indices() {
-        match c {
-            '{' => depth += 1,
-            '}' if depth == 0 => break,
-            '}' => depth -= 1,
-            ',' if depth == 0 => names.push(word(&list[k + 1..])),
-            _ => {}
-        }
-    }
-    names
+    all.into_iter().map(source).collect()
 }
 
-#[test]
-fn lists_in_braces_are_seen_through() {
-    assert_eq!(first_names("orbit::chain;"), ["orbit"]);
-    assert_eq!(first_names("{fem::{Body, Csr}, orbit::x, hbm};"), ["fem", "orbit", "hbm"]);
+fn place(module: &str) -> Option<usize> {
+    ORDER.iter().position(|m| *m == module)
 }
 
 #[test]
 fn no_module_uses_a_later_one() {
-    let src = common::root().join("src");
-    let mut all = vec![];
-    files(&src, &mut all);
     let mut upward = vec![];
-    for path in all {
-        let relative = path.strip_prefix(&src).unwrap();
-        let module = relative.iter().next().unwrap().to_string_lossy();
-        let module = module.trim_end_matches(".rs");
-        let Some(place) = ORDER.iter().position(|m| *m == module) else {
-            assert!(["cli", "lib", "main"].contains(&module), "{module} has no place in the order");
+    let mut uses = 0;
+    for (module, text) in sources() {
+        let Some(own) = place(&module[0]) else {
+            assert!(LAST.contains(&&*module[0]), "{} has no place in the order", module[0]);
             continue;
         };
-        let text = std::fs::read_to_string(&path).unwrap();
-        // tests inside a file may look further
-        let code = text.split("#[cfg(test)]").next().unwrap();
-        for name in code.split("crate::").skip(1).flat_map(first_names) {
-            let other = ORDER.iter().position(|m| *m == name);
-            if other.is_some_and(|other| other > place) {
-                upward.push(format!("{} uses {name}", relative.display()));
+        let parts: Vec<&str> = module.iter().map(String::as_str).collect();
+        for named in scanner::named(&text, &parts) {
+            let Some(first) = named.path.first() else { continue };
+            let behind = place(first).is_some_and(|other| other > own);
+            // with everything of the root in view any module can be named without its path
+            if behind || first == "*" || LAST.contains(&first.as_str()) {
+                upward.push(format!("{}, line {}: {first}", module.join("::"), named.line));
             }
+            uses += usize::from(place(first).is_some_and(|other| other < own));
         }
     }
     assert!(upward.is_empty(), "{upward:#?}");
+    // the scanner sees what is there
+    assert!(uses > 300, "{uses}");
+}
+
+/// What the root of the crate gave other names to, or what came from other files, could be used without being seen.
+#[test]
+fn the_root_declares_modules_and_nothing_else() {
+    for (module, text) in sources() {
+        if module == ["lib"] {
+            assert!(scanner::declares_modules_only(&text));
+        }
+        if !LAST.contains(&&*module[0]) {
+            assert!(!scanner::takes_in_files(&text), "{}", module.join("::"));
+        }
+    }
 }
 
 #[test]

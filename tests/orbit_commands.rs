@@ -117,7 +117,7 @@ fn a_fold_is_a_verdict_and_exit_code_3() {
     assert!(!folder.path().join("none.h5").exists());
 }
 
-fn points(file: &Path) -> Vec<signorini::store::PointRecord> {
+fn points(file: &Path) -> Vec<signorini::records::PointRecord> {
     StoredFamily::read(file).unwrap().points
 }
 
@@ -155,7 +155,7 @@ fn a_killed_backbone_resumes_to_the_identical_branch() {
         println!("{follow}: {before} of {} points before the kill", a.len());
         for branch in 0..2 {
             let of =
-                |list: &[signorini::store::PointRecord]| -> Vec<signorini::store::PointRecord> {
+                |list: &[signorini::records::PointRecord]| -> Vec<signorini::records::PointRecord> {
                     list.iter().filter(|p| p.branch == branch).cloned().collect()
                 };
             let (a, b) = (of(&a), of(&b));

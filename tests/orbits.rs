@@ -15,7 +15,7 @@ use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::shooting::{Closure, linearised};
 use signorini::orbit::{Orbit, floquet};
 use signorini::problem::Problem;
-use signorini::store::PointRecord;
+use signorini::records::{PointKind, PointRecord};
 
 fn half_plate() -> Propagator {
     let scene = shipped("half-plate-orbit.toml");
@@ -194,7 +194,7 @@ fn a_branch_passes_grazings_and_swaps() {
     let orbit = orbit_at(&mut body, -1.1, 1.8);
     let (points, stop) = branch(&mut body, Start::Orbit(Box::new(orbit), 1.0), 140);
     assert_eq!(stop, Some(Stop::Points));
-    let count = |what: &str| points.iter().filter(|p| p.special.contains(what)).count();
+    let count = |what: &str| points.iter().filter(|p| p.special.to_string().contains(what)).count();
     println!(
         "{} touches, {} swaps, {} folds",
         count("touches"),
@@ -255,8 +255,10 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
     })
     .unwrap();
     let (mut stable, mut unstable) = (0, 0);
-    for p in
-        points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border")).step_by(22)
+    for p in points
+        .iter()
+        .filter(|p| p.place.is_some() && !matches!(p.special, PointKind::Border(_)))
+        .step_by(22)
     {
         let Some(orbit) = &p.orbit else { continue };
         body.system.loads_mut().set_frequency(p.omega);

@@ -4,22 +4,21 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use serde_json::json;
 
-use signorini::continuation::{Go, Options};
-use signorini::orbit::Propagator;
-use signorini::orbit::branch::{self, Sequential, Start};
-use signorini::orbit::search::{Effort, find};
+use signorini::continuation::Options;
+use signorini::families::follow::{self, Take, Task};
+use signorini::families::sequence::{self, Stretch};
+use signorini::families::{Asked, Known, start};
+use signorini::orbit::branch::Start;
+use signorini::orbit::{Closure, Propagator};
+use signorini::problem::Problem;
+use signorini::records::{Branch, BranchEnd, Direction, FamilyKind, Grid, Walk, fingerprint};
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{
-    BranchEnd, EndReason, FamilyKind, FamilyPlan, Grid, PointMethod, PointRecord, StoredFamily,
-    Walk, fingerprint,
-};
+use signorini::store::FamilyPlan;
 
-use super::balance::{self, Method};
-use super::family::{self, Job, Known, Legs, Opened, Output};
-use super::progress::Bar;
-use super::{CliError, Global, interrupt, load, plain};
+use super::balance::{self, Choice};
+use super::family::{self, Job, Output};
+use super::{CliError, Global, load, plain};
 
 /// Arguments of `backbone`.
 #[derive(Debug, Args)]
@@ -116,293 +115,186 @@ impl Arguments {
         Ok(Walk::Branch { start, step, locate: self.locate, natural })
     }
 
-    fn names(&self, harmonics: &[usize]) -> Vec<String> {
-        let hbm = self.balance.method == Method::Hbm;
-        match self.follow {
-            Follow::Sequential if hbm => balance::names(harmonics),
-            Follow::Sequential => vec!["shooting, sequential".into()],
-            _ if hbm => harmonics
-                .iter()
-                .flat_map(|n| [format!("N_h = {n}, up"), format!("N_h = {n}, down")])
-                .collect(),
-            _ => vec![
-                "shooting, to higher frequencies".into(),
-                "shooting, to lower frequencies".into(),
-            ],
+    /// What is asked for of a scene, if it makes sense.
+    fn request<'s>(&self, scene: &'s Scene) -> Result<Request<'s>, CliError> {
+        let range = family::range(scene, self.range.as_deref())?;
+        let choice = self.balance.choice(scene)?;
+        let walk = self.walk(scene, range)?;
+        let points = self.points;
+        Ok(Request { scene, range, choice, walk, points })
+    }
+}
+
+/// What is asked for, checked.
+struct Request<'s> {
+    scene: &'s Scene,
+    range: (f64, f64),
+    choice: Choice,
+    walk: Walk,
+    /// Most points a branch.
+    points: usize,
+}
+
+/// What is computed by itself: one or several branches.
+enum Piece {
+    /// Orbits on a grid.
+    OrbitsOnGrid(Stretch),
+    /// Solutions of harmonic balance on a grid, a branch for each number of harmonics.
+    SeriesOnGrid(Stretch),
+    /// Orbits along the family.
+    OrbitsAlong(Direction),
+    /// Solutions of harmonic balance along the family, with a number of harmonics.
+    SeriesAlong(usize, Direction),
+}
+
+impl Request<'_> {
+    /// Refuse what the body of the scene cannot do; how its orbits close.
+    fn closure(&self, problem: &Problem) -> Result<Closure, CliError> {
+        let (low, high) = self.range;
+        [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
+        let closure = start::closure(self.scene, problem)?;
+        if self.walk.grid().is_none() && closure == Closure::Autonomous {
+            let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
+            let message = "families by arclength start from a state at rest";
+            return Err(self.scene.error(Issue::new("initial", message, help)).into());
         }
+        Ok(closure)
+    }
+
+    fn plan(&self, problem: &Problem) -> FamilyPlan {
+        FamilyPlan {
+            identity: FamilyKind {
+                method: self.choice.method(),
+                walk: self.walk,
+                problem: fingerprint(problem),
+            },
+            range: [self.range.0, self.range.1],
+            branches: self.branches(),
+            harmonics: self.choice.most_harmonics(),
+        }
+    }
+
+    fn branches(&self) -> Vec<Branch> {
+        let along = |piece: Piece| match piece {
+            Piece::OrbitsOnGrid(_) => vec![Branch::Sequential],
+            Piece::SeriesOnGrid(_) => self.choice.sequential_branches(),
+            Piece::OrbitsAlong(direction) => vec![Branch::Along(direction)],
+            Piece::SeriesAlong(harmonics, direction) => {
+                vec![Branch::Series { harmonics, direction: Some(direction) }]
+            }
+        };
+        self.pieces(self.walk).into_iter().flat_map(along).collect()
+    }
+
+    /// The pieces, in the order of their branches.
+    fn pieces(&self, walk: Walk) -> Vec<Piece> {
+        let balance = self.choice.is_balance();
+        match walk.grid() {
+            Some(grid) => {
+                let stretch = Stretch { grid, range: self.range, downwards: false };
+                vec![match balance {
+                    true => Piece::SeriesOnGrid(stretch),
+                    false => Piece::OrbitsOnGrid(stretch),
+                }]
+            }
+            None if balance => {
+                let both = |&n_h: &usize| Direction::BOTH.map(|d| Piece::SeriesAlong(n_h, d));
+                self.choice.harmonics.iter().flat_map(both).collect()
+            }
+            None => Direction::BOTH.map(Piece::OrbitsAlong).into(),
+        }
+    }
+
+    /// Compute what is missing of a piece, the first of whose branches has the number `index`.
+    fn compute(
+        &self,
+        (index, piece): (usize, &Piece),
+        known: &Known,
+        take: Take,
+    ) -> Result<BranchEnd, CliError> {
+        let Choice { harmonics, settings, .. } = &self.choice;
+        let (omega, options) = self.options();
+        let task = Task { index, known, options: &options, points_suffice: true };
+        Ok(match piece {
+            Piece::OrbitsOnGrid(stretch) => {
+                let (mut body, closure, guesses) = self.shooting()?;
+                let known = known.branch(0);
+                sequence::orbits(&mut body, closure, guesses, *stretch, &known, take)?
+            }
+            Piece::SeriesOnGrid(stretch) => {
+                let mut body = self.choice.body(self.scene)?;
+                let what = (&harmonics[..], settings);
+                sequence::series(&mut body, what, *stretch, &known.all(), take)?
+            }
+            Piece::OrbitsAlong(direction) => {
+                let (mut body, closure, guesses) = self.shooting()?;
+                let start = |body: &mut Propagator| {
+                    let orbit = follow::first_orbit(body, closure, &guesses, omega)?;
+                    Ok(Ok(Start::Orbit(Box::new(orbit), direction.sign())))
+                };
+                follow::orbits(&mut body, closure, task, start, take)?
+            }
+            Piece::SeriesAlong(n_h, direction) => {
+                let mut body = self.choice.body(self.scene)?;
+                follow::series(&mut body, (*n_h, omega, direction.sign()), task, take)?
+            }
+        })
+    }
+
+    /// A body for shooting, how its orbits close, and guesses at the first one.
+    fn shooting(&self) -> Result<(Propagator, Closure, Vec<Vec<f64>>), CliError> {
+        let problem = load::of_scene(self.scene)?;
+        let closure = start::closure(self.scene, &problem)?;
+        let initial = problem.initial.clone();
+        let body = family::propagator(problem.system)?;
+        let guesses = start::guesses(self.scene, &initial, &body, closure);
+        Ok((body, closure, guesses))
+    }
+
+    /// Frequency of the first orbit, and how a branch is followed from there.
+    fn options(&self) -> (f64, Options) {
+        let (omega, step, locate, natural) = match self.walk {
+            Walk::Branch { start, step, locate, natural } => (start, step, locate, natural),
+            _ => (self.range.0, 0.0, false, false),
+        };
+        let step = (step, 1e-8, 0.05f64.max(step));
+        let (range, points) = (self.range, self.points);
+        (omega, Options { range, step, points, locate, natural })
     }
 }
 
 /// Follow a family of orbits.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
     let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
-    let range = family::range(&scene, arguments.range.as_deref())?;
-    arguments.balance.check_method()?;
-    let harmonics = arguments.balance.list(&scene)?;
-    arguments.balance.settings()?;
-    let walk = arguments.walk(&scene, range)?;
+    let request = arguments.request(&scene)?;
     let problem = load::of_scene(&scene)?;
-    [range.0, range.1].into_iter().try_for_each(|w| family::check_frequency(&problem, w))?;
-    let closure = family::closure(&scene, &problem)?;
-    if arguments.follow != Follow::Sequential && closure == signorini::orbit::Closure::Autonomous {
-        let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
-        let issue = Issue::new("initial", "families by arclength start from a state at rest", help);
-        return Err(scene.error(issue).into());
-    }
-    let hbm = arguments.balance.method == Method::Hbm;
-    let asked = family::Asked {
+    let closure = request.closure(&problem)?;
+    let shooting = !request.choice.is_balance();
+    let asked = Asked {
         path: &path,
         scene: &scene,
         system: &problem.system,
-        plan: FamilyPlan {
-            identity: FamilyKind {
-                method: arguments.balance.method(),
-                walk,
-                problem: fingerprint(&problem),
-            },
-            range: [range.0, range.1],
-            branches: arguments.names(&harmonics),
-            harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
-        },
-        points: arguments.points,
-        unknowns: (!hbm).then(|| closure.unknowns(problem.system.n_o())),
+        plan: request.plan(&problem),
+        points: request.points,
+        unknowns: shooting.then(|| closure.unknowns(problem.system.n_o())),
         options,
     };
-    let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {
-        Opened::Whole(stored) => {
-            let (ends, resumed) = (stored.ends.clone(), stored.points.len());
-            (*stored, ends, resumed)
-        }
-        Opened::Writing(writer, known) => {
-            interrupt::watch();
-            // a grid that was widened counts from where it began
-            let walk = writer.plan().identity.walk;
-            let jobs = jobs(arguments, &scene, (walk, range), &harmonics, &known);
-            let bar = Bar::new(global, &scene);
-            let result = family::run_jobs(&jobs, *writer, &problem.system, range, bar.as_ref());
-            if let Some(bar) = &bar {
-                bar.clear();
-            }
-            let ends = result?;
-            (StoredFamily::read(&path)?, ends, known.len())
-        }
-    };
-    let wall = start.elapsed().as_secs_f64();
-    summary(global, &scene, &stored, &ends, &path, resumed, wall)?;
-    if stored.points.iter().all(|p| p.orbit.is_none()) {
+    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+        // a grid that was widened counts from where it began
+        let pieces = request.pieces(writer.plan().identity.walk);
+        let job = |piece| -> Job {
+            let request = &request;
+            Box::new(move |take| request.compute(piece, known, take))
+        };
+        let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
+        family::run_jobs(&jobs, writer, &problem.system, request.range, bar)
+    })?;
+    family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
+    if carried.stored.points.iter().all(|p| p.orbit.is_none()) {
         return Err(CliError::Reported("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`".into()));
     }
     Ok(())
-}
-
-/// The branches, each as a job.
-fn jobs<'a>(
-    arguments: &'a Arguments,
-    scene: &'a Scene,
-    (walk, range): (Walk, (f64, f64)),
-    harmonics: &'a [usize],
-    known: &'a Known,
-) -> Vec<Job<'a>> {
-    let hbm = arguments.balance.method == Method::Hbm;
-    match walk {
-        Walk::Grid(grid) if hbm => vec![Box::new(move |take| {
-            let all = known.all();
-            balance::sequence(&arguments.balance, scene, (grid, range, false), &all, take)
-        })],
-        Walk::Grid(grid) => vec![Box::new(move |take| sequence(scene, grid, range, known, take))],
-        Walk::Branch { start, step, .. } => {
-            let options = options(arguments, range, step);
-            let count = if hbm { 2 * harmonics.len() } else { 2 };
-            let job = |index: usize| -> Job {
-                let direction = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-                let options = options.clone();
-                match hbm.then(|| harmonics[index / 2]) {
-                    Some(n_h) => Box::new(move |take| {
-                        let (options, from) = (options.clone(), (n_h, start, direction));
-                        let place = (index, known);
-                        balance::arclength(&arguments.balance, scene, from, options, place, take)
-                    }),
-                    None => Box::new(move |take| {
-                        arclength(scene, start, options.clone(), (direction, index), known, take)
-                    }),
-                }
-            };
-            (0..count).map(job).collect()
-        }
-        _ => vec![],
-    }
-}
-
-/// The text and JSON of a family.
-pub fn summary(
-    global: &Global,
-    scene: &Scene,
-    stored: &StoredFamily,
-    ended: &[BranchEnd],
-    path: &std::path::Path,
-    resumed: usize,
-    wall: f64,
-) -> Result<(), CliError> {
-    let orbits = stored.points.iter().filter(|p| p.orbit.is_some()).count();
-    let gaps: Vec<&PointRecord> =
-        stored.points.iter().filter(|p| p.special.starts_with("gap")).collect();
-    let jumps = stored.points.iter().filter(|p| p.special == "jump").count();
-    let specials: Vec<&PointRecord> = stored
-        .points
-        .iter()
-        .filter(|p| {
-            !["regular", "start", "end of range", "jump"].contains(&p.special.as_str())
-                && !p.special.starts_with("gap")
-        })
-        .collect();
-    let stable = stored
-        .points
-        .iter()
-        .filter(|p| p.orbit.as_ref().is_some_and(|o| o.stable == Some(true)))
-        .count();
-    global.print(
-        || {
-            let points: Vec<_> = stored
-                .points
-                .iter()
-                .map(|p| {
-                    let o = p.orbit.as_ref();
-                    json!({
-                        "omega": p.omega, "branch": p.branch, "special": p.special, "converged": o.is_some(),
-                        "energy": o.map(|o| o.energy), "amplitude": o.map(|o| o.amplitude), "residual": o.map(|o| o.residual),
-                        "switches": o.map(|o| o.switches.len()), "stable": o.and_then(|o| o.stable),
-                    })
-                })
-                .collect();
-            let stops: Vec<_> =
-                ended.iter().map(|e| json!({"branch": e.branch, "stop": e.text, "complete": e.complete})).collect();
-            json!({"points": points, "branches": stored.branches, "stops": stops, "resumed": resumed, "wall_s": wall,
-                "output": path.display().to_string()})
-        },
-        || {
-            let title = super::title(scene);
-            let mut out = format!("{title}\n");
-            let mut line = |label: &str, text: String| out.push_str(&format!("  {label:<14}{text}\n"));
-            let before = if resumed > 0 { format!(" ({resumed} points of an earlier run)") } else { String::new() };
-            let known = stored.points.iter().filter_map(|p| p.orbit.as_ref()).any(|o| o.stable.is_some());
-            let stable = if known { format!(", {stable} of them stable") } else { String::new() };
-            line("found", format!("{orbits} orbits{stable}{}{before}", on_a_grid(stored, gaps.len(), jumps)));
-            for e in ended {
-                let name = if ended.len() == 1 { String::new() } else { format!("{}: ", stored.branches[e.branch]) };
-                line(if e.branch == 0 { "branches" } else { "" }, format!("{name}{}", e.text));
-            }
-            let most = 30;
-            for (k, p) in specials.iter().take(most).enumerate() {
-                let energy = p.orbit.as_ref().map_or(String::new(), |o| format!(", energy {:.6}", o.energy));
-                line(if k == 0 { "on the way" } else { "" }, format!("omega = {:.8}{energy}: {}", p.omega, p.special));
-            }
-            if specials.len() > most {
-                line("", format!("… and {} more; all are in the file", specials.len() - most));
-            }
-            line("time", format!("{wall:.1} s"));
-            line("written to", format!("{} (pictures: signorini plot {})", path.display(), path.display()));
-            out
-        },
-    )
-}
-
-/// What a grid of frequencies left open, and what to do about it.
-fn on_a_grid(stored: &StoredFamily, gaps: usize, jumps: usize) -> String {
-    let Some(Walk::Grid(_)) = stored.identity.as_ref().map(|i| i.walk) else {
-        return String::new();
-    };
-    if gaps + jumps == 0 {
-        return String::new();
-    }
-    let shooting = stored.identity.as_ref().is_some_and(|i| i.method == PointMethod::Shooting);
-    let hint = match shooting {
-        true => {
-            "; the branch folds back there, or another crosses it: --follow arclength goes around"
-        }
-        false => "; more harmonics, or --follow arclength, may close them",
-    };
-    format!(", {gaps} frequencies without one, {jumps} jumps to another branch{hint}")
-}
-
-fn numerics(e: signorini::orbit::OrbitError) -> CliError {
-    CliError::Numerics(e.to_string())
-}
-
-fn options(arguments: &Arguments, range: (f64, f64), step: f64) -> Options {
-    Options {
-        range,
-        step: (step, 1e-8, 0.05f64.max(step)),
-        points: arguments.points,
-        locate: arguments.locate,
-        natural: arguments.follow == Follow::Natural,
-    }
-}
-
-fn sequence(
-    scene: &Scene,
-    grid: Grid,
-    range: (f64, f64),
-    known: &Known,
-    take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<BranchEnd, CliError> {
-    let problem = load::of_scene(scene)?;
-    let closure = family::closure(scene, &problem)?;
-    let initial = problem.initial.clone();
-    let mut body = family::propagator(problem.system)?;
-    let first = family::guesses(scene, &initial, &body, closure);
-    let earlier = known.branch(0);
-    let mut interrupted = false;
-    let legs = Legs::new(grid, range, false, &earlier);
-    for (places, before) in legs.each(&earlier) {
-        let frequencies = legs.frequencies(places);
-        let of_place = |x: &[f64]| (x[x.len() - 1], x[..x.len() - 1].to_vec());
-        let known = before.iter().filter_map(|p| p.place.as_ref());
-        let known = known.filter(|p| !p.x.is_empty()).map(|p| of_place(&p.x)).collect();
-        let plan =
-            Sequential { grid: &frequencies, effort: Effort::default(), first: first.clone() };
-        let mut next = places.iter();
-        branch::sequential(&mut body, closure, &plan, known, |point, _| {
-            let index = next.next().copied().unwrap_or_default();
-            let go = take(PointRecord { index, ..point });
-            interrupted = go.is_break();
-            go
-        })
-        .map_err(numerics)?;
-        if interrupted {
-            return Ok(family::ended(0, EndReason::Interrupted, "interrupted", false));
-        }
-    }
-    let text =
-        format!("{} frequencies from {} to {}", grid.within(range).count(), range.0, range.1);
-    Ok(family::ended(0, EndReason::Range, text, true))
-}
-
-fn arclength(
-    scene: &Scene,
-    omega: f64,
-    options: Options,
-    (direction, index): (f64, usize),
-    known: &Known,
-    take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<BranchEnd, CliError> {
-    let problem = load::of_scene(scene)?;
-    let closure = family::closure(scene, &problem)?;
-    let initial = problem.initial.clone();
-    let mut body = family::propagator(problem.system)?;
-    let start = |body: &mut Propagator| {
-        for guess in family::guesses(scene, &initial, body, closure) {
-            let verdict =
-                find(body, closure, &guess, omega, &Effort::default()).map_err(numerics)?;
-            if let Some(orbit) = verdict.orbit() {
-                return Ok(Ok(Start::Orbit(Box::new(orbit.clone()), direction)));
-            }
-        }
-        Err(CliError::Numerics(format!(
-            "no orbit to start from at omega = {omega}; look for one with `signorini orbit --all`"
-        )))
-    };
-    family::follow_branch(&mut body, closure, options, (index, known, true), start, take)
 }

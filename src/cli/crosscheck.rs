@@ -10,18 +10,19 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use signorini::contact::System;
-use signorini::orbit::check::{Candidate, check};
-use signorini::orbit::search::{Effort, Verdict};
-use signorini::orbit::{Closure, branch};
+use signorini::families::{Asked, check, start};
+use signorini::orbit::Closure;
+use signorini::problem::Problem;
+use signorini::records::{
+    Branch, BranchEnd, CheckRow, FamilyKind, PointMethod, PointRecord, SeriesRecord, Walk,
+    fingerprint,
+};
 use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
-use signorini::store::{
-    CheckRow, FamilyKind, FamilyPlan, FamilyWriter, Names, PointMethod, PointRecord, SeriesRecord,
-    StoredFamily, Walk, fingerprint, read_crosscheck, read_csv, read_series,
-};
+use signorini::store::{FamilyPlan, FamilyWriter, Names, StoredFamily, read_csv, read_series};
 
-use super::family::{self, Opened, Output};
+use super::family::{self, Output};
 use super::progress::Bar;
 use super::{CliError, Global, interrupt, load, plain};
 
@@ -58,13 +59,13 @@ const LARGEST: f64 = 1e6;
 
 /// Check every point in time, and shoot from it.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "crosscheck");
     let options =
         arguments.output.rules(&scene, &path, arguments.resume, &[&arguments.backbone])?;
     let problem = load::of_scene(&scene)?;
-    let closure = match family::closure(&scene, &problem)? {
+    let closure = match start::closure(&scene, &problem)? {
         Closure::Autonomous => Closure::Reversible,
         other => other,
     };
@@ -77,8 +78,40 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             arguments.scene.display()
         );
     }
+    check_units(arguments, &problem, &series)?;
+    let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
+    harmonics.sort_unstable();
+    harmonics.dedup();
+    let asked = Asked {
+        path: &path,
+        scene: &scene,
+        system: &problem.system,
+        plan: plan(arguments, &problem, &series, &harmonics),
+        points: series.len(),
+        unknowns: None,
+        options,
+    };
+    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+        let done: BTreeSet<i64> = known.points().iter().map(|p| p.index).collect();
+        let left: Vec<usize> = (0..series.len()).filter(|k| !done.contains(&(*k as i64))).collect();
+        let branch = |n_h: usize| harmonics.iter().position(|n| *n == n_h).unwrap_or(0);
+        let what = (closure, &series[..], &left[..]);
+        check_all(arguments, &scene, what, (writer, &problem.system), branch, bar)
+    })?;
+    let rows: Vec<CheckRow> = carried.stored.points.into_iter().filter_map(|p| p.check).collect();
+    let (resumed, wall) = (carried.resumed, begun.elapsed().as_secs_f64());
+    global.print(|| to_json(&rows, &path, resumed, wall), || to_text(&scene, &rows, &path, wall))
+}
+
+/// Refuse series that are not in the scene's units, or of frequencies that its body has not.
+fn check_units(
+    arguments: &Arguments,
+    problem: &Problem,
+    series: &[SeriesRecord],
+) -> Result<(), CliError> {
+    let file = arguments.backbone.display();
     if series.is_empty() {
-        return Err(CliError::Input(format!("{} holds no points", arguments.backbone.display())));
+        return Err(CliError::Input(format!("{file} holds no points")));
     }
     let gaps = problem.system.constraints.iter().map(|c| c.gap.abs());
     let unit = problem.system.body.mesh.size().into_iter().chain(gaps).fold(0.0, f64::max);
@@ -86,68 +119,36 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let largest = s.coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));
         if largest > LARGEST * unit {
             return Err(CliError::Input(format!(
-                "{}, point {k}: a displacement of {}, where lengths are of the order of {}: is it in the scene's units?",
-                arguments.backbone.display(),
+                "{file}, point {k}: a displacement of {}, where lengths are of the order of {}: is it in the scene's units?",
                 plain(largest),
                 plain(unit)
             )));
         }
-        family::check_frequency(&problem, s.omega).map_err(|e| {
-            let text = e.text();
-            CliError::Input(format!("{}, point {k}: {text}", arguments.backbone.display()))
-        })?;
+        family::check_frequency(problem, s.omega)
+            .map_err(|e| CliError::Input(format!("{file}, point {k}: {}", e.text())))?;
     }
-    let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
-    harmonics.sort_unstable();
-    harmonics.dedup();
+    Ok(())
+}
+
+fn plan(
+    arguments: &Arguments,
+    problem: &Problem,
+    series: &[SeriesRecord],
+    harmonics: &[usize],
+) -> FamilyPlan {
     let frequencies = || series.iter().map(|s| s.omega);
     let (low, high) =
         (frequencies().fold(f64::INFINITY, f64::min), frequencies().fold(0.0, f64::max));
-    let asked = family::Asked {
-        path: &path,
-        scene: &scene,
-        system: &problem.system,
-        plan: FamilyPlan {
-            identity: FamilyKind {
-                method: PointMethod::Check { quick: arguments.quick },
-                walk: Walk::Given,
-                problem: fingerprint(&problem) ^ fingerprint_of_series(&series),
-            },
-            range: [low, high],
-            branches: harmonics.iter().map(|n| format!("orbits shot from N_h = {n}")).collect(),
-            harmonics: harmonics.last().copied().unwrap_or(0),
+    FamilyPlan {
+        identity: FamilyKind {
+            method: PointMethod::Check { quick: arguments.quick },
+            walk: Walk::Given,
+            problem: fingerprint(problem) ^ check::fingerprint(series),
         },
-        points: series.len(),
-        unknowns: None,
-        options,
-    };
-    let resumed = match family::open(&asked, arguments.resume)? {
-        Opened::Whole(stored) => stored.points.len(),
-        Opened::Writing(writer, known) => {
-            interrupt::watch();
-            let bar = Bar::new(global, &scene);
-            let branch = |n_h: usize| harmonics.iter().position(|n| *n == n_h).unwrap_or(0);
-            let done: BTreeSet<i64> = known.all().iter().map(|p| p.index).collect();
-            let left: Vec<usize> =
-                (0..series.len()).filter(|k| !done.contains(&(*k as i64))).collect();
-            let result = check_all(
-                arguments,
-                &scene,
-                (closure, &series, &left),
-                (*writer, &problem.system),
-                branch,
-                bar.as_ref(),
-            );
-            if let Some(bar) = &bar {
-                bar.clear();
-            }
-            result?;
-            known.len()
-        }
-    };
-    let rows = read_crosscheck(&path)?.unwrap_or_default();
-    let wall = start.elapsed().as_secs_f64();
-    global.print(|| to_json(&rows, &path, resumed, wall), || to_text(&scene, &rows, &path, wall))
+        range: [low, high],
+        branches: harmonics.iter().map(|&harmonics| Branch::Checked { harmonics }).collect(),
+        harmonics: harmonics.last().copied().unwrap_or(0),
+    }
 }
 
 fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {
@@ -182,7 +183,7 @@ fn check_all(
     (mut writer, system): (FamilyWriter, &System),
     branch: impl Fn(usize) -> usize,
     bar: Option<&Bar>,
-) -> Result<(), CliError> {
+) -> Result<Vec<BranchEnd>, CliError> {
     let threads = rayon::current_num_threads().clamp(1, left.len().max(1));
     let (sender, receiver) = mpsc::sync_channel::<Result<(usize, PointRecord), CliError>>(64);
     let checked = std::thread::scope(|scope| -> Result<(), CliError> {
@@ -198,8 +199,9 @@ fn check_all(
                     }
                 };
                 for &k in left.iter().skip(thread).step_by(threads) {
-                    let result = one(arguments, &mut body, closure, &series[k]);
-                    if sender.send(result.map(|p| (k, p))).is_err() || interrupt::signal().is_some()
+                    let result = check::point(&mut body, closure, &series[k], arguments.quick);
+                    if sender.send(result.map(|p| (k, p)).map_err(CliError::from)).is_err()
+                        || interrupt::signal().is_some()
                     {
                         return;
                     }
@@ -219,95 +221,7 @@ fn check_all(
         drop(receiver);
         Ok(())
     });
-    let path = writer.path().to_owned();
-    if let Err(e) = checked {
-        // the reason of the failure matters more than a failure to record it
-        let _ = writer.finish(&format!("failed: {}", e.text()), &[], system);
-        return Err(e);
-    }
-    if let Some(signal) = interrupt::signal() {
-        let count = writer.count();
-        writer.finish("interrupted", &[], system)?;
-        let text = format!(
-            "interrupted; {count} points are in {}: go on with the same command and --resume",
-            path.display()
-        );
-        return Err(CliError::Interrupted(signal, text));
-    }
-    Ok(writer.finish("complete", &[], system)?)
-}
-
-/// All numbers of the series, as one.
-fn fingerprint_of_series(series: &[SeriesRecord]) -> u64 {
-    let bits = series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]));
-    bits.fold(series.len() as u64, |h, x| {
-        (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3)
-    })
-}
-
-fn one(
-    arguments: &Arguments,
-    body: &mut signorini::orbit::Propagator,
-    closure: Closure,
-    s: &SeriesRecord,
-) -> Result<PointRecord, CliError> {
-    let numerics = |e: signorini::orbit::OrbitError| CliError::Numerics(e.to_string());
-    let candidate = Candidate { omega: s.omega, coefficients: s.coefficients.clone() };
-    let effort = Effort { rescue: !arguments.quick, ..Effort::default() };
-    let checked = match check(body, closure, &candidate, &effort) {
-        Ok(checked) => checked,
-        // one point that cannot be judged must not take the others with it
-        Err(e) => {
-            let row = CheckRow {
-                omega: s.omega,
-                n_h: s.n_h,
-                energy: f64::NAN,
-                residual: f64::NAN,
-                return_error: f64::NAN,
-                verdict: "failed".into(),
-                message: e.to_string(),
-                moved: f64::NAN,
-                orbit_energy: f64::NAN,
-                contact_change: f64::NAN,
-                same_sequence: false,
-            };
-            return Ok(PointRecord {
-                omega: s.omega,
-                special: format!("gap: {}", row.verdict),
-                series: Some(s.clone()),
-                check: Some(row),
-                ..PointRecord::default()
-            });
-        }
-    };
-    let orbit = checked.verdict.orbit();
-    let row = CheckRow {
-        omega: s.omega,
-        n_h: s.n_h,
-        energy: checked.energy,
-        residual: checked.residual,
-        return_error: checked.return_error,
-        verdict: checked.verdict.word().into(),
-        message: checked.verdict.to_string(),
-        moved: checked.moved,
-        orbit_energy: orbit.map_or(f64::NAN, |o| o.energy),
-        contact_change: checked.contact_change,
-        same_sequence: checked.same_sequence,
-    };
-    let (special, orbit) = match &checked.verdict {
-        Verdict::Orbit(orbit) => {
-            ("regular".to_owned(), Some(branch::record(body, orbit).map_err(numerics)?))
-        }
-        _ => (format!("gap: {}", row.verdict), None),
-    };
-    Ok(PointRecord {
-        omega: s.omega,
-        special,
-        orbit,
-        series: Some(s.clone()),
-        check: Some(row),
-        ..PointRecord::default()
-    })
+    family::conclude(writer, checked.map(|()| vec![]), system)
 }
 
 fn to_json(rows: &[CheckRow], path: &Path, resumed: usize, wall: f64) -> Value {
@@ -358,9 +272,9 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
             significant(r.energy, 7),
             r.residual,
             r.return_error,
-            r.verdict
+            r.verdict.name()
         );
-        let _ = match r.verdict == "orbit" {
+        let _ = match r.is_orbit() {
             true => writeln!(
                 out,
                 " {:>9.1e} {:>12} {:>+9.1e}  {}",

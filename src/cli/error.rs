@@ -3,6 +3,9 @@
 use std::process::ExitCode;
 
 use serde_json::json;
+use signorini::families::FamilyError;
+use signorini::hbm::HbmError;
+use signorini::orbit::OrbitError;
 use signorini::problem::ProblemError;
 use signorini::report::figure::FigureError;
 use signorini::scenario::SceneError;
@@ -85,6 +88,32 @@ impl From<StoreError> for CliError {
         match e {
             StoreError::Hdf5(_) | StoreError::DiskFull { .. } | StoreError::Write { .. } => {
                 CliError::Other(e.to_string())
+            }
+            _ => CliError::Input(e.to_string()),
+        }
+    }
+}
+
+impl From<OrbitError> for CliError {
+    fn from(e: OrbitError) -> Self {
+        CliError::Numerics(e.to_string())
+    }
+}
+
+impl From<HbmError> for CliError {
+    fn from(e: HbmError) -> Self {
+        CliError::Numerics(e.to_string())
+    }
+}
+
+impl From<FamilyError> for CliError {
+    fn from(e: FamilyError) -> Self {
+        match e {
+            FamilyError::Store(e) => e.into(),
+            FamilyError::Orbit(e) => e.into(),
+            FamilyError::Hbm(e) => e.into(),
+            FamilyError::NoStart { .. } => {
+                CliError::Numerics(format!("{e}; look for one with `signorini orbit --all`"))
             }
             _ => CliError::Input(e.to_string()),
         }

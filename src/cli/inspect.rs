@@ -1,5 +1,6 @@
 //! `signorini inspect`
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -7,11 +8,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use signorini::records::{Branch, OrbitRecord, PointKind, PointRecord};
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
-    Content, OrbitRecord, PointRecord, Stored, StoredFamily, content, read_crosscheck, read_origin,
-    read_stored_orbit,
+    Content, Origin, Stored, StoredFamily, content, read_crosscheck, read_origin, read_stored_orbit,
 };
 
 use super::{CliError, Global};
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 let _ = writeln!(out, "  {label:<12}{text}");
             };
             line("title", s.title.clone());
-            line("status", s.status.clone());
+            line("status", s.status.to_string());
             line("made by", format!("signorini {} at {}", s.version, s.created));
             line("command", s.command.clone());
             line(
@@ -109,24 +110,16 @@ fn orbit_text(o: &OrbitRecord) -> String {
     )
 }
 
-/// What is special about a point, without its details.
-fn kind_of(special: &str) -> &str {
-    special.split(": ").next().unwrap_or(special)
-}
-
-/// How often each kind of point occurs, of those that `choose` names.
-fn counts<'p>(
-    points: &'p [PointRecord],
-    choose: impl Fn(&'p str) -> Option<&'p str>,
-) -> BTreeMap<&'p str, usize> {
+/// How often each word occurs.
+fn counts<'p>(words: impl Iterator<Item = Cow<'p, str>>) -> BTreeMap<Cow<'p, str>, usize> {
     let mut counts = BTreeMap::new();
-    for name in points.iter().filter_map(|p| choose(&p.special)) {
-        *counts.entry(name).or_default() += 1;
+    for word in words {
+        *counts.entry(word).or_default() += 1;
     }
     counts
 }
 
-fn list(counts: &BTreeMap<&str, usize>) -> String {
+fn list(counts: &BTreeMap<Cow<str>, usize>) -> String {
     counts.iter().map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")
 }
 
@@ -166,106 +159,152 @@ fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     if arguments.scene && !global.json {
         return super::print(&f.scene);
     }
-    let origin = read_origin(&arguments.file)?;
-    let points = &f.points;
-    let orbits: Vec<&OrbitRecord> = points.iter().filter_map(|p| p.orbit.as_ref()).collect();
-    let stability = |s: Option<bool>| orbits.iter().filter(|o| o.stable == s).count();
-    let (stable, unstable) = (stability(Some(true)), stability(Some(false)));
-    let gaps = counts(points, |s| s.strip_prefix("gap: ").map(kind_of));
-    let tallies = read_crosscheck(&arguments.file)?.map(|rows| by_harmonics(&rows));
-    let specials =
-        counts(points, |s| (s != "regular" && !s.starts_with("gap")).then(|| kind_of(s)));
-    let missing = points.len() - orbits.len();
-    let omega = bounds(points.iter().map(|p| p.omega));
-    let energy = bounds(orbits.iter().map(|o| o.energy));
-    let amplitude = bounds(orbits.iter().map(|o| o.amplitude));
-    let residual = bounds(orbits.iter().map(|o| o.residual)).map(|b| b[1]);
-    let of_branch = |k: usize| {
-        let all = || points.iter().filter(move |p| p.branch == k);
+    let overview = Overview {
+        origin: read_origin(&arguments.file)?,
+        tallies: read_crosscheck(&arguments.file)?.map(|rows| by_harmonics(&rows)),
+        f: &f,
+    };
+    global.print(|| overview.json(), || overview.text())
+}
+
+/// A family, and what its file says besides.
+struct Overview<'f> {
+    f: &'f StoredFamily,
+    origin: Origin,
+    tallies: Option<Vec<Tally>>,
+}
+
+/// Number of points, of orbits, least and largest frequency.
+type Extent = (usize, usize, Option<[f64; 2]>);
+
+impl Overview<'_> {
+    fn orbits(&self) -> impl Iterator<Item = &OrbitRecord> {
+        self.f.points.iter().filter_map(|p| p.orbit.as_ref())
+    }
+
+    /// How many orbits are stable, unstable, of unknown stability.
+    fn stability(&self) -> [usize; 3] {
+        [Some(true), Some(false), None]
+            .map(|stable| self.orbits().filter(|o| o.stable == stable).count())
+    }
+
+    fn extent(&self, branch: usize) -> Extent {
+        let all = || self.f.points.iter().filter(move |p| p.branch == branch);
         let omega = bounds(all().map(|p| p.omega));
         (all().count(), all().filter(|p| p.orbit.is_some()).count(), omega)
-    };
-    global.print(
-        || {
-            let branches: Vec<Value> = f
-                .branches
-                .iter()
-                .enumerate()
-                .map(|(k, name)| {
-                    let (points, orbits, omega) = of_branch(k);
-                    json!({"name": name, "points": points, "orbits": orbits, "omega": omega})
-                })
-                .collect();
-            let mut json = json!({
-                "title": f.title, "status": f.status, "version": origin.version,
-                "created": origin.created, "command": origin.command, "scene": f.scene,
-                "kind": f.kind, "branches": branches, "points": points.len(),
-                "orbits": orbits.len(), "stable": stable, "unstable": unstable, "gaps": gaps,
-                "specials": specials, "omega": omega, "energy": energy, "amplitude": amplitude,
-                "largest_residual": residual, "nodes": origin.nodes, "elements": origin.elements,
-                "n_dof": origin.displacements, "n_contact": origin.contact_nodes,
-            });
-            if let Some(tallies) = &tallies {
-                json["crosscheck"] = tallies.iter().map(tally_json).collect();
-            }
-            json
-        },
-        || {
-            let mut out = String::new();
-            let mut line = |label: &str, text: String| {
-                let _ = writeln!(out, "  {label:<12}{text}");
-            };
-            let span = |[a, b]: [f64; 2]| format!("{} to {}", significant(a, 8), significant(b, 8));
-            line("title", f.title.clone());
-            line("status", f.status.clone());
-            line("made by", format!("signorini {} at {}", origin.version, origin.created));
-            line("command", origin.command.clone());
-            line(
-                "mesh",
-                format!(
-                    "{} nodes, {} elements, {} displacements, {} contact nodes",
-                    origin.nodes, origin.elements, origin.displacements, origin.contact_nodes
-                ),
-            );
-            line("family", format!("{}, {} points", f.kind, points.len()));
-            for (k, name) in f.branches.iter().enumerate() {
-                let (points, orbits, omega) = of_branch(k);
-                let range = omega.map_or(String::new(), |o| format!(", omega = {}", span(o)));
-                let text = format!("{name}: {orbits} orbits at {points} points{range}");
-                line(if k == 0 { "branches" } else { "" }, text);
-            }
-            let unknown = orbits.len() - stable - unstable;
-            let unknown = match unknown {
-                0 => String::new(),
-                n => format!(", {n} of unknown stability"),
-            };
-            line(
-                "orbits",
-                format!("{}: {stable} stable, {unstable} unstable{unknown}", orbits.len()),
-            );
-            let reasons =
-                if gaps.is_empty() { String::new() } else { format!(": {}", list(&gaps)) };
-            line("no orbit", format!("at {missing} points{reasons}"));
-            for t in tallies.iter().flatten() {
-                line(&format!("N_h = {}", t.n_h), tally_text(t));
-            }
-            if !specials.is_empty() {
-                line("special", list(&specials));
-            }
-            if let Some(omega) = omega {
-                line("frequency", format!("omega = {}", span(omega)));
-            }
-            if let Some(energy) = energy {
-                line("energy", span(energy));
-            }
-            if let Some(amplitude) = amplitude {
-                line("amplitude", span(amplitude));
-            }
-            if let Some(residual) = residual {
-                line("residual", format!("{residual:.1e} at most"));
-            }
-            line("scene", format!("{} lines (print it with --scene)", f.scene.lines().count()));
-            out
-        },
-    )
+    }
+
+    /// Why there is no orbit at some points.
+    fn gaps(&self) -> BTreeMap<Cow<'_, str>, usize> {
+        counts(self.f.points.iter().filter_map(|p| match &p.special {
+            PointKind::Gap(reason) => Some(reason.word()),
+            _ => None,
+        }))
+    }
+
+    fn specials(&self) -> BTreeMap<Cow<'_, str>, usize> {
+        let is_special =
+            |p: &&PointRecord| !matches!(p.special, PointKind::Regular | PointKind::Gap(_));
+        let specials = self.f.points.iter().filter(is_special);
+        counts(specials.map(|p| Cow::Borrowed(p.special.word())))
+    }
+
+    /// Least and largest of a quantity of the orbits.
+    fn bounds(&self, of: fn(&OrbitRecord) -> f64) -> Option<[f64; 2]> {
+        bounds(self.orbits().map(of))
+    }
+
+    fn omega(&self) -> Option<[f64; 2]> {
+        bounds(self.f.points.iter().map(|p| p.omega))
+    }
+
+    fn json(&self) -> Value {
+        let Overview { f, origin, tallies } = self;
+        let branch = |(k, branch): (usize, &Branch)| {
+            let (points, orbits, omega) = self.extent(k);
+            json!({"name": branch.to_string(), "points": points, "orbits": orbits, "omega": omega})
+        };
+        let branches: Vec<Value> = f.branches.iter().enumerate().map(branch).collect();
+        let [stable, unstable, _] = self.stability();
+        let mut json = json!({
+            "title": f.title, "status": f.status, "version": origin.version,
+            "created": origin.created, "command": origin.command, "scene": f.scene,
+            "kind": f.kind, "branches": branches, "points": f.points.len(),
+            "orbits": self.orbits().count(), "stable": stable, "unstable": unstable,
+            "gaps": self.gaps(), "specials": self.specials(), "omega": self.omega(),
+            "energy": self.bounds(|o| o.energy), "amplitude": self.bounds(|o| o.amplitude),
+            "largest_residual": self.bounds(|o| o.residual).map(|b| b[1]),
+            "nodes": origin.nodes, "elements": origin.elements,
+            "n_dof": origin.displacements, "n_contact": origin.contact_nodes,
+        });
+        if let Some(tallies) = tallies {
+            json["crosscheck"] = tallies.iter().map(tally_json).collect();
+        }
+        json
+    }
+
+    fn text(&self) -> String {
+        let Overview { f, origin, tallies } = self;
+        let mut out = String::new();
+        let mut line = |label: &str, text: String| {
+            let _ = writeln!(out, "  {label:<12}{text}");
+        };
+        line("title", f.title.clone());
+        line("status", f.status.to_string());
+        line("made by", format!("signorini {} at {}", origin.version, origin.created));
+        line("command", origin.command.clone());
+        line(
+            "mesh",
+            format!(
+                "{} nodes, {} elements, {} displacements, {} contact nodes",
+                origin.nodes, origin.elements, origin.displacements, origin.contact_nodes
+            ),
+        );
+        line("family", format!("{}, {} points", f.kind, f.points.len()));
+        for (k, branch) in f.branches.iter().enumerate() {
+            let (points, orbits, omega) = self.extent(k);
+            let range = omega.map_or(String::new(), |o| format!(", omega = {}", span(o)));
+            let text = format!("{branch}: {orbits} orbits at {points} points{range}");
+            line(if k == 0 { "branches" } else { "" }, text);
+        }
+        line("orbits", self.orbits_text());
+        line("no orbit", self.gaps_text());
+        for t in tallies.iter().flatten() {
+            line(&format!("N_h = {}", t.n_h), tally_text(t));
+        }
+        let specials = self.specials();
+        let specials = (!specials.is_empty()).then(|| list(&specials));
+        let residual = self.bounds(|o| o.residual).map(|b| format!("{:.1e} at most", b[1]));
+        for (label, text) in [
+            ("special", specials),
+            ("frequency", self.omega().map(|omega| format!("omega = {}", span(omega)))),
+            ("energy", self.bounds(|o| o.energy).map(span)),
+            ("amplitude", self.bounds(|o| o.amplitude).map(span)),
+            ("residual", residual),
+        ] {
+            text.into_iter().for_each(|text| line(label, text));
+        }
+        line("scene", format!("{} lines (print it with --scene)", f.scene.lines().count()));
+        out
+    }
+
+    fn orbits_text(&self) -> String {
+        let [stable, unstable, unknown] = self.stability();
+        let unknown = match unknown {
+            0 => String::new(),
+            n => format!(", {n} of unknown stability"),
+        };
+        format!("{}: {stable} stable, {unstable} unstable{unknown}", self.orbits().count())
+    }
+
+    fn gaps_text(&self) -> String {
+        let missing = self.f.points.len() - self.orbits().count();
+        let gaps = self.gaps();
+        let reasons = if gaps.is_empty() { String::new() } else { format!(": {}", list(&gaps)) };
+        format!("at {missing} points{reasons}")
+    }
+}
+
+fn span([a, b]: [f64; 2]) -> String {
+    format!("{} to {}", significant(a, 8), significant(b, 8))
 }

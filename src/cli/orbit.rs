@@ -9,8 +9,10 @@ use serde_json::{Value, json};
 
 use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
+use signorini::families::start;
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
+use signorini::records::Status;
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{self, Writer, WriterOptions};
@@ -59,7 +61,7 @@ pub struct Arguments {
 
 /// One orbit, or all that can be found.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
+    let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "orbit");
     let near: Vec<&std::path::Path> = arguments.near_return.iter().map(|p| p.as_path()).collect();
@@ -86,7 +88,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         near_period = Some(period);
         problem.initial = state;
     }
-    let mut closure = family::closure(&scene, &problem)?;
+    let mut closure = start::closure(&scene, &problem)?;
     if arguments.full && closure == Closure::Reversible {
         closure = Closure::Autonomous;
     }
@@ -97,10 +99,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let mut body = family::propagator(problem.system)?;
     body.system.loads_mut().set_frequency(omega);
     if arguments.all {
-        let own = family::guesses(&scene, &initial, &body, closure);
-        return all(arguments, global, &scene, &mut body, (closure, omega), own, start);
+        let own = start::guesses(&scene, &initial, &body, closure);
+        return all(arguments, global, &scene, &mut body, (closure, omega), own, begun);
     }
-    let mut guesses = family::guesses(&scene, &initial, &body, closure);
+    let mut guesses = start::guesses(&scene, &initial, &body, closure);
     if arguments.near_return.is_some() {
         let unknowns = closure.unknowns(body.n());
         guesses = vec![body.frame(&initial)[..unknowns].to_vec()];
@@ -115,7 +117,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let mut verdict: Option<Verdict> = None;
     for guess in &guesses {
         let effort = Effort { rescue: guesses.len() == 1, ..Effort::default() };
-        let found = find(&mut body, closure, guess, omega, &effort).map_err(numerics)?;
+        let found = find(&mut body, closure, guess, omega, &effort)?;
         if found.orbit().is_some() {
             verdict = Some(found);
             break;
@@ -124,9 +126,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let verdict = match verdict {
         Some(found) => found,
         // the search for the cause, from the first guess
-        None => {
-            find(&mut body, closure, &guesses[0], omega, &Effort::default()).map_err(numerics)?
-        }
+        None => find(&mut body, closure, &guesses[0], omega, &Effort::default())?,
     };
     let Verdict::Orbit(orbit) = &verdict else {
         global.print(|| failure_json(&verdict, omega), String::new)?;
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         )));
     };
     write(&path, &options, &scene, &body, orbit)?;
-    let wall = start.elapsed().as_secs_f64();
+    let wall = begun.elapsed().as_secs_f64();
     global.print(
         || {
             let mut json = orbit_json(&body, orbit);
@@ -161,10 +161,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
 /// Amplitudes that a motion can have, over grazing.
 fn is_amplitude(a: f64) -> bool {
     a > 0.0 && a <= 1e6
-}
-
-fn numerics(e: signorini::orbit::OrbitError) -> CliError {
-    CliError::Numerics(e.to_string())
 }
 
 fn failure_json(verdict: &Verdict, omega: f64) -> Value {
@@ -295,12 +291,12 @@ fn write(
             });
         }
     };
-    writer.orbit(&branch::record(body, orbit).map_err(numerics)?, &body.system)?;
+    writer.orbit(&branch::record(body, orbit)?, &body.system)?;
     if report.outcome.is_complete() {
-        return Ok(writer.finish("complete")?);
+        return Ok(writer.finish(&Status::Complete)?);
     }
     // the orbit is found and stored; the states along it are not all there
-    writer.finish(&format!("failed: {}", report.outcome))?;
+    writer.finish(&Status::Failed(report.outcome.to_string()))?;
     Err(CliError::Reported(format!(
         "the orbit was found, but its run over one period ended early ({}); what there is stands in {}",
         report.outcome,
@@ -315,7 +311,7 @@ fn all(
     body: &mut Propagator,
     (closure, omega): (Closure, f64),
     own: Vec<Vec<f64>>,
-    start: Instant,
+    begun: Instant,
 ) -> Result<(), CliError> {
     let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
     starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
@@ -331,8 +327,8 @@ fn all(
     if let Some(bar) = &bar {
         bar.clear();
     }
-    let found = found.map_err(numerics)?;
-    let wall = start.elapsed().as_secs_f64();
+    let found = found?;
+    let wall = begun.elapsed().as_secs_f64();
     global.print(
         || {
             let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();

@@ -5,20 +5,23 @@ use std::time::Instant;
 
 use clap::Args;
 
-use signorini::continuation::{Go, Options};
+use signorini::continuation::Options;
+use signorini::families::follow::{self, Take, Task};
+use signorini::families::sequence::{self, Stretch};
+use signorini::families::{Asked, FamilyError, Known, start};
 use signorini::orbit::branch::Start;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
-use signorini::scenario::{Issue, Scene};
-use signorini::store::{
-    BranchEnd, FamilyKind, FamilyPlan, Grid, PointRecord, StoredFamily, Walk, fingerprint,
+use signorini::problem::Problem;
+use signorini::records::{
+    Branch, BranchEnd, Direction, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
+use signorini::scenario::{Issue, Scene};
+use signorini::store::FamilyPlan;
 
-use super::backbone::summary;
-use super::balance::{self, Method};
-use super::family::{self, Job, Known, Opened, Output};
-use super::progress::Bar;
-use super::{CliError, Global, interrupt, load, plain};
+use super::balance::{self, Choice};
+use super::family::{self, Job, Output};
+use super::{CliError, Global, load, plain};
 
 /// Arguments of `response`.
 #[derive(Debug, Args)]
@@ -53,129 +56,33 @@ pub struct Arguments {
     output: Output,
 }
 
-/// Stable and unstable branches of the forced response, one for each damping ratio.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let start = Instant::now();
-    let scene = Scene::read(&arguments.scene)?;
-    let path = arguments.output.path(&scene, "response");
-    let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
-    if !(arguments.step >= 1e-4 && arguments.step <= 1.0) {
-        return Err(CliError::Input(format!(
-            "--step {}: give a number from 1e-4 to 1",
-            plain(arguments.step)
-        )));
-    }
-    let range = family::range(&scene, arguments.range.as_deref())?;
-    let scenes = with_ratios(&scene, arguments.ratios.as_deref())?;
-    let problem = load::of_scene(&scenes[0].1)?;
-    [range.0, range.1].into_iter().try_for_each(|w| family::check_frequency(&problem, w))?;
-    if family::closure(&scene, &problem)? != Closure::Forced {
-        let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
-        return Err(scene
-            .error(Issue::new("load", "a forced response needs a harmonic load", help))
-            .into());
-    }
-    let hbm = arguments.balance.method == Method::Hbm;
-    arguments.balance.check_method()?;
-    let harmonics = arguments.balance.list(&scene)?;
-    if hbm && arguments.balance.aft.is_some() {
-        return Err(CliError::Input(
-            "--aft does not go with a response by harmonic balance".into(),
-        ));
-    }
-    let mut names: Vec<String> = scenes.iter().map(|(name, _)| name.clone()).collect();
-    let cases: Vec<(usize, usize)> = match hbm {
-        true => (0..scenes.len())
-            .flat_map(|s| harmonics.iter().flat_map(move |&n| [(s, n), (s, n)]))
-            .collect(),
-        false => (0..scenes.len()).map(|s| (s, 0)).collect(),
-    };
-    if hbm {
-        // sequential continuation, once to higher and once to lower frequencies
-        let way = |k: usize| if k.is_multiple_of(2) { "up" } else { "down" };
-        names = cases
-            .iter()
-            .enumerate()
-            .map(|(k, &(s, n))| format!("{}, N_h = {n}, {}", names[s], way(k)))
-            .collect();
-    }
-    let walk = match hbm {
-        true => Walk::Response(arguments.grid(range)),
-        false => Walk::Upwards { start: range.0, step: arguments.step, locate: arguments.locate },
-    };
-    let asked = family::Asked {
-        path: &path,
-        scene: &scene,
-        system: &problem.system,
-        plan: FamilyPlan {
-            identity: FamilyKind {
-                method: arguments.balance.method(),
-                walk,
-                problem: fingerprint(&problem),
-            },
-            range: [range.0, range.1],
-            branches: names,
-            harmonics: if hbm { harmonics.iter().copied().max().unwrap_or(0) } else { 0 },
-        },
-        points: arguments.points,
-        unknowns: (!hbm).then(|| Closure::Forced.unknowns(problem.system.n_o())),
-        options,
-    };
-    let (stored, ends, resumed) = match family::open(&asked, arguments.resume)? {
-        Opened::Whole(stored) => {
-            let (ends, resumed) = (stored.ends.clone(), stored.points.len());
-            (*stored, ends, resumed)
-        }
-        Opened::Writing(writer, known) => {
-            interrupt::watch();
-            // a grid that was widened counts from where it began
-            let walk = writer.plan().identity.walk;
-            let (known, scenes) = (&known, &scenes);
-            let job = |(index, &(s, n_h)): (usize, &(usize, usize))| -> Job {
-                let scene = &scenes[s].1;
-                match walk.grid() {
-                    Some(grid) => {
-                        let choice = balance::Arguments {
-                            harmonics: Some(vec![n_h]),
-                            ..arguments.balance.clone()
-                        };
-                        Box::new(move |take| {
-                            // the one branch of this job
-                            let of_job = |p: &PointRecord| PointRecord { branch: 0, ..p.clone() };
-                            let earlier: Vec<PointRecord> =
-                                known.branch(index).into_iter().map(of_job).collect();
-                            let earlier: Vec<&PointRecord> = earlier.iter().collect();
-                            let way = (grid, range, index % 2 == 1);
-                            let end = balance::sequence(&choice, scene, way, &earlier, take)?;
-                            Ok(BranchEnd { branch: index, ..end })
-                        })
-                    }
-                    None => Box::new(move |take| one(arguments, scene, range, index, known, take)),
-                }
-            };
-            let jobs: Vec<Job> = cases.iter().enumerate().map(job).collect();
-            let bar = Bar::new(global, &scene);
-            let result = family::run_jobs(&jobs, *writer, &problem.system, range, bar.as_ref());
-            if let Some(bar) = &bar {
-                bar.clear();
-            }
-            let ends = result?;
-            (StoredFamily::read(&path)?, ends, known.len())
-        }
-    };
-    summary(global, &scene, &stored, &ends, &path, resumed, start.elapsed().as_secs_f64())?;
-    match ends.iter().find(|e| !e.complete) {
-        None => Ok(()),
-        Some(e) => Err(CliError::Reported(format!(
-            "{}: {}; everything up to there is in {}",
-            stored.branches[e.branch],
-            e.text,
-            path.display()
-        ))),
-    }
-}
-
 impl Arguments {
+    /// What is asked for of a scene, if it makes sense.
+    fn request(&self, scene: &Scene) -> Result<Request, CliError> {
+        if !(self.step >= 1e-4 && self.step <= 1.0) {
+            return Err(CliError::Input(format!(
+                "--step {}: give a number from 1e-4 to 1",
+                plain(self.step)
+            )));
+        }
+        let range = family::range(scene, self.range.as_deref())?;
+        let scenes = with_ratios(scene, self.ratios.as_deref())?;
+        let (points, step, locate) = (self.points, self.step, self.locate);
+        let choice = self.balance.choice(scene)?;
+        if choice.is_balance() && self.balance.aft.is_some() {
+            return Err(CliError::Input(
+                "--aft does not go with a response by harmonic balance".into(),
+            ));
+        }
+        let walk = match choice.is_balance() {
+            true => Walk::Response(self.grid(range)),
+            false => Walk::Upwards { start: range.0, step, locate },
+        };
+        let options =
+            Options { range, step: (0.2 * step, 1e-9, step), points, locate, natural: false };
+        Ok(Request { scenes, choice, walk, options })
+    }
+
     /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
     fn grid(&self, range: (f64, f64)) -> Grid {
         // 0.005 at frequencies of the order of one
@@ -184,11 +91,155 @@ impl Arguments {
     }
 }
 
-/// The scene once for each damping ratio.
-pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, Scene)>, CliError> {
+/// What is asked for, checked.
+struct Request {
+    /// The scene with each damping ratio in percent.
+    scenes: Vec<(Option<f64>, Scene)>,
+    choice: Choice,
+    walk: Walk,
+    options: Options,
+}
+
+/// A branch: the number of its scene, and what is walked by harmonic balance: number of harmonics and direction.
+struct Piece {
+    scene: usize,
+    series: Option<(usize, Direction)>,
+}
+
+impl Request {
+    /// Refuse what the body of the scene cannot do.
+    fn check(&self, scene: &Scene, problem: &Problem) -> Result<(), CliError> {
+        let (low, high) = self.options.range;
+        [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
+        if start::closure(scene, problem)? != Closure::Forced {
+            let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
+            let issue = Issue::new("load", "a forced response needs a harmonic load", help);
+            return Err(scene.error(issue).into());
+        }
+        Ok(())
+    }
+
+    /// The branches: by harmonic balance each number of harmonics once to higher and once to lower frequencies.
+    fn pieces(&self) -> Vec<Piece> {
+        let walks: Vec<Option<(usize, Direction)>> = match self.choice.is_balance() {
+            false => vec![None],
+            true => {
+                let both = |&n_h: &usize| Direction::BOTH.map(|d| Some((n_h, d)));
+                self.choice.harmonics.iter().flat_map(both).collect()
+            }
+        };
+        let of_scene = |scene: usize| walks.iter().map(move |&series| Piece { scene, series });
+        (0..self.scenes.len()).flat_map(of_scene).collect()
+    }
+
+    fn plan(&self, problem: &Problem) -> FamilyPlan {
+        let (low, high) = self.options.range;
+        let branch =
+            |p: Piece| Branch::Response { percent: self.scenes[p.scene].0, series: p.series };
+        FamilyPlan {
+            identity: FamilyKind {
+                method: self.choice.method(),
+                walk: self.walk,
+                problem: fingerprint(problem),
+            },
+            range: [low, high],
+            branches: self.pieces().into_iter().map(branch).collect(),
+            harmonics: self.choice.most_harmonics(),
+        }
+    }
+
+    /// Compute what is missing of the branch with the number `index`, on `grid` by harmonic balance.
+    fn compute(
+        &self,
+        (index, piece): (usize, &Piece),
+        grid: Option<Grid>,
+        known: &Known,
+        take: Take,
+    ) -> Result<BranchEnd, CliError> {
+        let scene = &self.scenes[piece.scene].1;
+        let range = self.options.range;
+        let (Some((n_h, direction)), Some(grid)) = (piece.series, grid) else {
+            let task = Task { index, known, options: &self.options, points_suffice: false };
+            let mut body = family::propagator(load::of_scene(scene)?.system)?;
+            let start = |body: &mut Propagator| from_linear_response(body, range.0);
+            return Ok(follow::orbits(&mut body, Closure::Forced, task, start, take)?);
+        };
+        let stretch = Stretch { grid, range, downwards: direction == Direction::Down };
+        // the one branch of this job
+        let of_job = |p: &PointRecord| PointRecord { branch: 0, ..p.clone() };
+        let earlier: Vec<PointRecord> = known.branch(index).into_iter().map(of_job).collect();
+        let earlier: Vec<&PointRecord> = earlier.iter().collect();
+        let mut body = self.choice.body(scene)?;
+        let what = (&[n_h][..], &self.choice.settings);
+        let end = sequence::series(&mut body, what, stretch, &earlier, take)?;
+        Ok(BranchEnd { branch: index, ..end })
+    }
+}
+
+/// The orbit that shooting finds from the linear response at `omega`.
+fn from_linear_response(
+    body: &mut Propagator,
+    omega: f64,
+) -> Result<Result<Start, String>, FamilyError> {
+    body.system.loads_mut().set_frequency(omega);
+    let guess = body.linear_response();
+    let verdict = find(body, Closure::Forced, &guess, omega, &Effort::default())?;
+    Ok(match verdict.orbit() {
+        Some(orbit) => Ok(Start::Orbit(Box::new(orbit.clone()), 1.0)),
+        None => Err(format!("no orbit at omega = {omega}: {verdict}")),
+    })
+}
+
+/// Stable and unstable branches of the forced response, one for each damping ratio.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let begun = Instant::now();
+    let scene = Scene::read(&arguments.scene)?;
+    let path = arguments.output.path(&scene, "response");
+    let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
+    let request = arguments.request(&scene)?;
+    let problem = load::of_scene(&request.scenes[0].1)?;
+    request.check(&scene, &problem)?;
+    let shooting = !request.choice.is_balance();
+    let asked = Asked {
+        path: &path,
+        scene: &scene,
+        system: &problem.system,
+        plan: request.plan(&problem),
+        points: arguments.points,
+        unknowns: shooting.then(|| Closure::Forced.unknowns(problem.system.n_o())),
+        options,
+    };
+    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+        // a grid that was widened counts from where it began
+        let grid = writer.plan().identity.walk.grid();
+        let pieces = request.pieces();
+        let job = |piece| -> Job {
+            let request = &request;
+            Box::new(move |take| request.compute(piece, grid, known, take))
+        };
+        let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
+        family::run_jobs(&jobs, writer, &problem.system, request.options.range, bar)
+    })?;
+    family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
+    match carried.ends.iter().find(|e| !e.complete) {
+        None => Ok(()),
+        Some(e) => Err(CliError::Reported(format!(
+            "{}: {}; everything up to there is in {}",
+            carried.stored.branches[e.branch],
+            e.text,
+            path.display()
+        ))),
+    }
+}
+
+/// The scene once for each damping ratio, with the ratio in percent.
+pub fn with_ratios(
+    scene: &Scene,
+    given: Option<&[f64]>,
+) -> Result<Vec<(Option<f64>, Scene)>, CliError> {
     let of_scene = scene.orbit.as_ref().and_then(|o| o.ratios.as_deref());
     let Some(list) = given.or(of_scene) else {
-        return Ok(vec![("forced response".into(), scene.clone())]);
+        return Ok(vec![(None, scene.clone())]);
     };
     if let Some(bad) = list.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
         return Err(CliError::Input(format!(
@@ -209,37 +260,7 @@ pub fn with_ratios(scene: &Scene, given: Option<&[f64]>) -> Result<Vec<(String, 
                 return Err(CliError::from(scene.error(issue)));
             }
         }
-        Ok((format!("damping ratio {} %", 100.0 * ratio), scene))
+        Ok((Some(100.0 * ratio), scene))
     };
     list.iter().map(with).collect()
-}
-
-fn options(arguments: &Arguments, range: (f64, f64), points: usize) -> Options {
-    let step = (0.2 * arguments.step, 1e-9, arguments.step);
-    Options { range, step, points, locate: arguments.locate, natural: false }
-}
-
-fn one(
-    arguments: &Arguments,
-    scene: &Scene,
-    range: (f64, f64),
-    index: usize,
-    known: &Known,
-    take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<BranchEnd, CliError> {
-    let problem = load::of_scene(scene)?;
-    let mut body = family::propagator(problem.system)?;
-    let options = options(arguments, range, arguments.points);
-    let start = |body: &mut Propagator| {
-        body.system.loads_mut().set_frequency(range.0);
-        let guess = body.linear_response();
-        let verdict = find(body, Closure::Forced, &guess, range.0, &Effort::default())
-            .map_err(|e| CliError::Numerics(e.to_string()))?;
-        Ok(match verdict.orbit() {
-            Some(orbit) => Ok(Start::Orbit(Box::new(orbit.clone()), 1.0)),
-            None => Err(format!("no orbit at omega = {}: {verdict}", range.0)),
-        })
-    };
-    let place = (index, known, false);
-    family::follow_branch(&mut body, Closure::Forced, options, place, start, take)
 }

@@ -7,10 +7,11 @@ use clap::Args;
 
 use signorini::continuation::Go;
 use signorini::event::{Checkpoint, Grazing, Observer, Outcome, RunError, Sample, Switch};
+use signorini::records::{Status, fingerprint};
 use signorini::report::summary;
 use signorini::scenario::Scene;
 use signorini::simulate::{SimulateError, go_on, run_table, simulate};
-use signorini::store::{StoreError, Stored, Writer, fingerprint};
+use signorini::store::{StoreError, Stored, Writer};
 
 use super::progress::Bar;
 use super::{CliError, Global, family, interrupt, load, resources};
@@ -118,7 +119,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         Err(e) => {
             let text = e.to_string();
             // the reason of the failure matters more than a failure to record it
-            let _ = observer.writer.finish(&format!("failed: {text}"));
+            let _ = observer.writer.finish(&Status::Failed(text.clone()));
             return Err(match e {
                 SimulateError::Scene(e) => e.into(),
                 SimulateError::Run(_) => CliError::Numerics(text),
@@ -126,9 +127,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         }
     };
     let status = match report.outcome {
-        Outcome::EndTime => "complete".to_owned(),
-        Outcome::Interrupted { .. } => "interrupted".to_owned(),
-        _ => format!("failed: {}", report.outcome),
+        Outcome::EndTime => Status::Complete,
+        Outcome::Interrupted { .. } => Status::Interrupted,
+        _ => Status::Failed(report.outcome.to_string()),
     };
     observer.writer.finish(&status)?;
     if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, interrupt::signal()) {
@@ -187,7 +188,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
 /// What stands there was not interrupted: there is nothing to go on with.
 fn not_interrupted(output: &Path, global: &Global) -> Result<(), CliError> {
     let status = Stored::read(output)?.status;
-    if status != "complete" {
+    if status != Status::Complete {
         return Err(CliError::Input(format!(
             "{} cannot be gone on with (its status is \"{status}\", and it has no checkpoint); --force starts anew",
             output.display()

@@ -15,6 +15,7 @@
 //! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body.
 
 pub mod balance;
+pub mod branch;
 pub mod newton;
 pub mod reduction;
 pub mod response;
@@ -46,4 +47,7 @@ pub enum HbmError {
     /// More switches than a series of this length can have.
     #[error("more than {0} switches along one period")]
     Switches(usize),
+    /// An orbit could not be shot from a solution.
+    #[error(transparent)]
+    Shooting(#[from] crate::orbit::OrbitError),
 }

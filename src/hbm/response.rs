@@ -315,71 +315,81 @@ pub fn sequential(
         for (k, track) in tracks.iter_mut().enumerate() {
             let n_h = if k == 0 { 1 } else { harmonics[k - 1] };
             let guesses = track.guesses(omega);
-            let expected = guesses.first().cloned();
-            let mut found: Option<(Solution, Origin)> = None;
-            let mut failure = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
-            for guess in &guesses {
-                match solve(reduction, guess, omega, settings)? {
-                    Ok(s) => {
-                        found = Some((s, Origin::Continued));
-                        break;
-                    }
-                    Err(e) => failure = e,
-                }
+            let mut found = attempt(reduction, &guesses, below.as_ref(), (n_h, omega), settings)?;
+            if k == 0 && found.is_err() {
+                found = started(reduction, omega, settings)?.map_or(found, Ok);
             }
-            if found.is_none()
-                && let Some(from) = below.as_ref()
-            {
-                let attempt = if from.n_h == n_h {
-                    solve(reduction, from, omega, settings)?
-                } else {
-                    ladder(reduction, from, n_h, omega, settings)?
-                };
-                match attempt {
-                    Ok(s) => found = Some((s, Origin::Ladder)),
-                    Err(e) => failure = e,
-                }
-            }
-            if found.is_none() && k == 0 {
-                let forced = reduction.basis == super::Basis::Full;
-                let zero = forced.then(|| Series::zeros(reduction.basis, 1, reduction.n()));
-                let modes =
-                    STARTS.iter().filter(|_| !forced).filter_map(|&a| mode_start(reduction, a));
-                let starts: Vec<Series> = zero.into_iter().chain(modes).collect();
-                for start in starts {
-                    if let Ok(s) = solve(reduction, &start, omega, settings)? {
-                        found = Some((s, Origin::Started));
-                        break;
-                    }
-                }
-            }
-            let point = match found {
-                Some((s, origin)) => {
+            let (solution, origin, jumped) = match found {
+                Ok((s, origin)) => {
                     track.push(omega, s.q.clone());
                     below = Some(s.q.clone());
-                    let jumped = expected.is_some_and(|e| {
-                        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-                        let d: f64 = e.a.iter().zip(&s.q.a).map(|(a, b)| (a - b).powi(2)).sum();
-                        d > JUMP * JUMP * square(&s.q.a)
-                    });
-                    Point { omega, n_h, solution: Ok(s), origin, jumped, base: base.take() }
+                    let jumped = guesses.first().is_some_and(|e| is_far(e, &s.q));
+                    (Ok(s), origin, jumped)
                 }
-                None => Point {
-                    omega,
-                    n_h,
-                    solution: Err(failure),
-                    origin: Origin::Ladder,
-                    jumped: false,
-                    base: base.take(),
-                },
+                Err(failure) => (Err(failure), Origin::Ladder, false),
             };
             if k == 0 {
                 base.clone_from(&below);
+                continue;
             }
-            if k > 0 && take(reduction, point).is_break() {
+            let point = Point { omega, n_h, solution, origin, jumped, base: base.take() };
+            if take(reduction, point).is_break() {
                 return Ok(());
             }
         }
     }
     Ok(())
+}
+
+/// A solution of one harmonic where nothing is known: from rest (forced), or from the first mode.
+fn started(
+    reduction: &Reduction,
+    omega: f64,
+    settings: &Settings,
+) -> Result<Option<(Solution, Origin)>, HbmError> {
+    let starts: Vec<Series> = match reduction.basis {
+        super::Basis::Full => vec![Series::zeros(reduction.basis, 1, reduction.n())],
+        super::Basis::Cosine => STARTS.iter().filter_map(|&a| mode_start(reduction, a)).collect(),
+    };
+    for start in starts {
+        if let Ok(s) = solve(reduction, &start, omega, settings)? {
+            return Ok(Some((s, Origin::Started)));
+        }
+    }
+    Ok(None)
+}
+
+/// A solution of `n_h` harmonics from the first of the guesses that leads to one, else from the one with fewer harmonics `below`.
+fn attempt(
+    reduction: &Reduction,
+    guesses: &[Series],
+    below: Option<&Series>,
+    (n_h, omega): (usize, f64),
+    settings: &Settings,
+) -> Result<Result<(Solution, Origin), Failure>, HbmError> {
+    let mut failure = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
+    for guess in guesses {
+        match solve(reduction, guess, omega, settings)? {
+            Ok(s) => return Ok(Ok((s, Origin::Continued))),
+            Err(e) => failure = e,
+        }
+    }
+    if let Some(from) = below {
+        let raised = match from.n_h == n_h {
+            true => solve(reduction, from, omega, settings)?,
+            false => ladder(reduction, from, n_h, omega, settings)?,
+        };
+        match raised {
+            Ok(s) => return Ok(Ok((s, Origin::Ladder))),
+            Err(e) => failure = e,
+        }
+    }
+    Ok(Err(failure))
+}
+
+/// Whether a solution is far from what the points before it let expect.
+fn is_far(expected: &Series, found: &Series) -> bool {
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let d: f64 = expected.a.iter().zip(&found.a).map(|(a, b)| (a - b).powi(2)).sum();
+    d > JUMP * JUMP * square(&found.a)
 }

@@ -11,7 +11,9 @@ use super::shooting::Closure;
 use crate::contact::ActiveSet;
 use crate::continuation::{self, Go, JUMP, Options, Place, Special, Stop, guesses};
 use crate::event::SwitchKind;
-use crate::store::{OrbitRecord, PlaceRecord, PointRecord};
+use crate::records::{
+    GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange, VerdictKind,
+};
 
 /// An orbit as a file keeps it.
 pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitError> {
@@ -68,22 +70,30 @@ pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
     }
 }
 
-/// What a special point is called in files: one word, then the numbers.
-fn special_name(special: &Special) -> String {
+/// What a special point of a continuation is as a point of a family.
+pub fn kind_of(special: &Special) -> PointKind {
     match special {
-        Special::Start => "start".into(),
-        Special::End => "end of range".into(),
-        Special::Fold => "fold".into(),
-        Special::BranchPoint => "branch point".into(),
-        Special::Border(what) => format!("border: {what}"),
+        Special::Start => PointKind::Start,
+        Special::End => PointKind::EndOfRange,
+        Special::Fold => PointKind::Fold,
+        Special::BranchPoint => PointKind::BranchPoint,
+        Special::Border(what) => PointKind::Border(what.clone()),
         Special::Stability(before, after) => {
-            let change = |k: usize| after.get(k).unwrap_or(&0) - before.get(k).unwrap_or(&0);
-            let what = match [change(0) != 0, change(1) != 0, change(2) != 0] {
-                [_, true, _] => "period doubling",
-                [_, _, true] => "Neimark-Sacker",
-                _ => "multiplier through +1",
-            };
-            format!("{what}: {before:?} to {after:?} outside")
+            PointKind::Stability(StabilityChange::new(before, after))
+        }
+    }
+}
+
+impl Verdict {
+    /// The verdict as a file keeps it.
+    pub fn kind(&self) -> VerdictKind {
+        match self {
+            Verdict::Orbit(_) => VerdictKind::Orbit,
+            Verdict::NoContact { .. } => VerdictKind::NoContact,
+            Verdict::Flawed { .. } => VerdictKind::Flawed,
+            Verdict::Fold { .. } => VerdictKind::Fold,
+            Verdict::Grazing { .. } => VerdictKind::Grazing,
+            Verdict::NotFound { .. } => VerdictKind::NotFound,
         }
     }
 }
@@ -154,11 +164,11 @@ fn point(
 ) -> Result<PointRecord, OrbitError> {
     let orbit = family.orbit(x)?;
     let flaws = orbit.flaws();
-    let name = special.map_or("regular".into(), special_name);
+    let kind = special.map_or(PointKind::Regular, kind_of);
     let (orbit, special) = if flaws.is_empty() {
-        (Some(record(family.body, &orbit)?), name)
+        (Some(record(family.body, &orbit)?), kind)
     } else {
-        (None, format!("failed: {}", flaws.join("; ")))
+        (None, PointKind::Failed(flaws.join("; ")))
     };
     Ok(PointRecord {
         omega: x[x.len() - 1],
@@ -202,11 +212,11 @@ pub fn sequential(
                 };
                 let jumped = expected.as_deref().is_some_and(|e| distance(e) > JUMP);
                 let special = if known.is_empty() {
-                    "start"
+                    PointKind::Start
                 } else if jumped {
-                    "jump"
+                    PointKind::Jump
                 } else {
-                    "regular"
+                    PointKind::Regular
                 };
                 known.push((omega, orbit.z.clone()));
                 let place = PlaceRecord {
@@ -214,17 +224,11 @@ pub fn sequential(
                     ..PlaceRecord::default()
                 };
                 let orbit = Some(record(body, orbit)?);
-                PointRecord {
-                    omega,
-                    special: special.into(),
-                    orbit,
-                    place: Some(place),
-                    ..PointRecord::default()
-                }
+                PointRecord { omega, special, orbit, place: Some(place), ..PointRecord::default() }
             }
             None => PointRecord {
                 omega,
-                special: format!("gap: {}", verdict.word()),
+                special: PointKind::Gap(GapReason::Verdict(verdict.kind())),
                 ..PointRecord::default()
             },
         };
@@ -352,4 +356,19 @@ pub fn starts(body: &Propagator, most: f64, amplitudes: usize) -> Vec<Vec<f64>> 
         }
     }
     list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_verdict_is_called_in_files_as_it_calls_itself() {
+        let grazing = Verdict::Grazing { omega: 1.0, what: "node 1 touches".into() };
+        let fold = Verdict::Fold { omega: 1.0, energy: 1.0, switches: 8, singular_value: 1e-9 };
+        let lost = Verdict::NotFound { residual: 1.0, singular_value: 1.0, reason: None };
+        for verdict in [Verdict::NoContact { energy: 0.0 }, fold, grazing, lost] {
+            assert_eq!(verdict.kind().name(), verdict.word());
+        }
+    }
 }

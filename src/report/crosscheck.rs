@@ -11,7 +11,8 @@ use super::figure::{
     self, Area, Entry, FigureError, INK, LINES, Mark, columns, legend, legend_above, line, panel,
     px, range, semilog, symbols, viridis,
 };
-use crate::store::{CheckRow, StoredFamily};
+use crate::records::{CheckRow, VerdictKind};
+use crate::store::StoredFamily;
 
 /// A point whose orbit is nearer than this and has its sequence of switches is that orbit's approximation.
 pub const NEAR: f64 = 0.1;
@@ -30,7 +31,7 @@ pub struct Tally {
     /// How many of these are nearer than [`NEAR`].
     pub near: usize,
     /// The other verdicts, and how often each was given.
-    pub verdicts: BTreeMap<String, usize>,
+    pub verdicts: BTreeMap<VerdictKind, usize>,
     /// Median relative distance to the orbit; NaN: there is none.
     pub median_moved: f64,
     /// Median residual in time of all points.
@@ -44,10 +45,6 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-fn is_orbit(row: &CheckRow) -> bool {
-    row.verdict == "orbit"
-}
-
 fn of_harmonics(rows: &[CheckRow], n_h: usize) -> impl Iterator<Item = &CheckRow> {
     rows.iter().filter(move |r| r.n_h == n_h)
 }
@@ -59,9 +56,9 @@ pub fn by_harmonics(rows: &[CheckRow]) -> Vec<Tally> {
     harmonics.dedup();
     let tally = |n_h: usize| {
         let of = || of_harmonics(rows, n_h);
-        let orbits = || of().filter(|r| is_orbit(r));
+        let orbits = || of().filter(|r| r.is_orbit());
         let mut verdicts = BTreeMap::new();
-        for row in of().filter(|r| !is_orbit(r)) {
+        for row in of().filter(|r| !r.is_orbit()) {
             *verdicts.entry(row.verdict.clone()).or_default() += 1;
         }
         Tally {
@@ -128,10 +125,10 @@ pub(super) fn dash(piece: Vec<(f64, f64)>, width: f64) -> Vec<(f64, f64)> {
 pub(super) const DASH: f64 = 0.006;
 
 /// How a point is marked from which shooting reached no orbit.
-fn mark(verdict: &str) -> Mark {
+fn mark(verdict: &VerdictKind) -> Mark {
     match verdict {
-        "fold" => Mark::Triangle,
-        "grazing" => Mark::Ring,
+        VerdictKind::Fold => Mark::Triangle,
+        VerdictKind::Grazing => Mark::Ring,
         _ => Mark::Speck,
     }
 }
@@ -161,7 +158,7 @@ pub(super) fn crosscheck(family: &StoredFamily, rows: &[CheckRow]) -> Result<Str
     let groups: Vec<Group> = tallies.iter().enumerate().map(group).collect();
     let several = groups.len() > 1;
     let x = range(rows.iter().map(|r| r.omega));
-    let found = rows.iter().any(is_orbit);
+    let found = rows.iter().any(CheckRow::is_orbit);
     figure::svg((980, if several { 1120 } else { 800 }), |root| {
         let what = match &groups[..] {
             [only] => format!("harmonic balance ({}) against orbits in time", only.name),
@@ -207,25 +204,24 @@ fn head<'b>(sheet: Area<'b>, groups: &[Group], rows: &[CheckRow]) -> Result<Area
     }
     let sheet = legend_above(sheet, &entries)?;
     let mut entries: Vec<Entry> = vec![("harmonic balance", ink, Mark::Line)];
-    if rows.iter().any(is_orbit) {
+    if rows.iter().any(CheckRow::is_orbit) {
         entries.push(("orbit that shooting found from it", ink, Mark::Dot));
     }
-    let without: BTreeSet<&str> =
-        rows.iter().filter(|r| !is_orbit(r)).map(|r| r.verdict.as_str()).collect();
+    let without: BTreeSet<&VerdictKind> =
+        rows.iter().filter(|r| !r.is_orbit()).map(|r| &r.verdict).collect();
     // several verdicts share the cross
-    let crosses = without.iter().filter(|v| mark(v) == Mark::Speck);
-    let crosses = crosses.copied().collect::<Vec<_>>().join(" or ");
+    let crosses = without.iter().filter(|v| mark(v) == Mark::Speck).map(|v| v.name());
+    let crosses = crosses.collect::<Vec<_>>().join(" or ");
     if !without.is_empty() {
         entries.push(("no orbit from here:", INK, Mark::Nothing));
     }
-    for (name, shown) in [
-        ("fold", without.contains("fold")),
-        ("grazing", without.contains("grazing")),
-        (crosses.as_str(), !crosses.is_empty()),
-    ] {
-        if shown {
-            entries.push((name, ink, mark(name)));
+    for verdict in [&VerdictKind::Fold, &VerdictKind::Grazing] {
+        if without.contains(verdict) {
+            entries.push((verdict.name(), ink, mark(verdict)));
         }
+    }
+    if !crosses.is_empty() {
+        entries.push((&crosses, ink, Mark::Speck));
     }
     legend_above(sheet, &entries)
 }
@@ -250,7 +246,7 @@ fn energies(area: &Area, groups: &[Group], x: std::ops::Range<f64>, x_label: &st
             g.rows.iter().filter(|r| positive(&r.energy)).map(|r| (r.omega, r.energy)).collect();
         let alone_without = |piece: &Vec<(f64, f64)>| match piece[..] {
             [(omega, energy)] => {
-                g.rows.iter().any(|r| !is_orbit(r) && r.omega == omega && r.energy == energy)
+                g.rows.iter().any(|r| !r.is_orbit() && r.omega == omega && r.energy == energy)
             }
             _ => false,
         };
@@ -262,13 +258,13 @@ fn energies(area: &Area, groups: &[Group], x: std::ops::Range<f64>, x_label: &st
     }
     for chosen in [Mark::Speck, Mark::Ring, Mark::Triangle] {
         for g in groups {
-            let without = g.rows.iter().filter(|r| !is_orbit(r) && positive(&r.energy));
+            let without = g.rows.iter().filter(|r| !r.is_orbit() && positive(&r.energy));
             let points = without.filter(|r| mark(&r.verdict) == chosen);
             symbols(&chart, points.map(|r| (r.omega, scaled(r.energy))), chosen, g.colour)?;
         }
     }
     for g in groups {
-        let orbits = g.rows.iter().filter(|r| is_orbit(r) && positive(&r.orbit_energy));
+        let orbits = g.rows.iter().filter(|r| r.is_orbit() && positive(&r.orbit_energy));
         symbols(&chart, orbits.map(|r| (r.omega, scaled(r.orbit_energy))), Mark::Dot, g.colour)?;
     }
     Ok(())
@@ -279,7 +275,7 @@ fn distances(area: &Area, groups: &[Group], x: std::ops::Range<f64>) -> Drawn {
     let ink = if let [only] = groups { only.colour } else { INK };
     let names = [("same switches as the series", Mark::Dot), ("other switches", Mark::Ring)];
     let shown = |g: &&Group, same: bool| -> Vec<(f64, f64)> {
-        let rows = g.rows.iter().filter(|r| is_orbit(r) && r.same_sequence == same);
+        let rows = g.rows.iter().filter(|r| r.is_orbit() && r.same_sequence == same);
         rows.filter(|r| r.moved > 0.0).map(|r| (r.omega, r.moved.log10())).collect()
     };
     let all = || groups.iter().flat_map(|g| [true, false].map(|same| shown(&g, same)));
@@ -399,7 +395,7 @@ pub fn csv(rows: &[CheckRow]) -> String {
         let [energy, residual, back] = [r.energy, r.residual, r.return_error].map(finite);
         let _ =
             write!(out, "{},{},{energy},{residual},{back},{}", number(r.omega), r.n_h, r.verdict);
-        let _ = match is_orbit(r) {
+        let _ = match r.is_orbit() {
             true => {
                 let [moved, energy, change] =
                     [r.moved, r.orbit_energy, r.contact_change].map(finite);
@@ -430,13 +426,13 @@ mod tests {
 
     #[test]
     fn the_tally_counts_verdicts_and_takes_medians() {
-        let row = |verdict: &str, moved: f64, same_sequence: bool| CheckRow {
+        let row = |verdict: VerdictKind, moved: f64, same_sequence: bool| CheckRow {
             omega: 1.0,
             n_h: 3,
             energy: 1.0,
             residual: 0.5,
             return_error: 0.1,
-            verdict: verdict.into(),
+            verdict,
             message: String::new(),
             moved,
             orbit_energy: 1.0,
@@ -444,14 +440,14 @@ mod tests {
             same_sequence,
         };
         let rows = [
-            row("orbit", 0.1, true),
-            row("orbit", 0.3, false),
-            row("orbit", 0.2, true),
-            row("fold", f64::NAN, false),
+            row(VerdictKind::Orbit, 0.1, true),
+            row(VerdictKind::Orbit, 0.3, false),
+            row(VerdictKind::Orbit, 0.2, true),
+            row(VerdictKind::Fold, f64::NAN, false),
         ];
         let [t] = &by_harmonics(&rows)[..] else { panic!("one number of harmonics") };
         assert_eq!((t.n_h, t.points, t.orbits, t.same_sequence), (3, 4, 3, 2));
         assert_eq!((t.median_moved, t.median_residual), (0.2, 0.5));
-        assert_eq!(t.verdicts.get("fold"), Some(&1));
+        assert_eq!(t.verdicts.get(&VerdictKind::Fold), Some(&1));
     }
 }

@@ -14,7 +14,10 @@ use super::figure::{
     self, Area, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, colour_bar, equal_panel,
     flat, legend, legend_above, line, panel, px, range, semilog, symbol, symbols, text, viridis,
 };
-use crate::store::{CheckRow, OrbitRecord, PointRecord, Stored, StoredFamily};
+use crate::records::{
+    Bifurcation, Branch, CheckRow, OrbitRecord, PointKind, PointRecord, Solver, Way,
+};
+use crate::store::{Stored, StoredFamily};
 
 pub(super) type Drawn = Result<(), FigureError>;
 
@@ -161,7 +164,7 @@ pub(super) fn draw_dashes(chart: &mut Chart, points: Vec<(f64, f64)>, style: Sha
 
 /// One orbit after the other at given frequencies: neighbours need not belong together.
 fn is_sequential(family: &StoredFamily) -> bool {
-    family.kind.contains(" sequential") || family.kind.starts_with("hbm response")
+    family.outline().is_point_by_point()
 }
 
 /// The points of a branch in their order; points of different branches are interleaved in the file.
@@ -188,8 +191,9 @@ fn colour(family: &StoredFamily, branch: usize) -> RGBColor {
 /// Names of the branches without what they have in common at the start, and that.
 fn branch_names(family: &StoredFamily) -> (String, Vec<String>) {
     let all = branches(family);
-    let name =
-        |b: &usize| family.branches.get(*b).cloned().unwrap_or_else(|| format!("branch {}", b + 1));
+    let name = |b: &usize| {
+        family.branches.get(*b).map_or_else(|| format!("branch {}", b + 1), Branch::to_string)
+    };
     let names: Vec<String> = all.iter().map(name).collect();
     let [first, rest @ ..] = &names[..] else { return (String::new(), names) };
     if rest.is_empty() {
@@ -216,23 +220,20 @@ fn branch_names(family: &StoredFamily) -> (String, Vec<String>) {
 
 /// Whether a special point is one of stability, where the orbit itself is neither stable nor unstable.
 fn is_critical(p: &PointRecord) -> bool {
-    p.special == "fold" || bifurcation(&p.special).is_some()
+    p.special == PointKind::Fold || bifurcation(&p.special).is_some()
 }
 
-/// The name of a bifurcation.
-fn bifurcation(special: &str) -> Option<&'static str> {
-    const NAMES: [(&str, &str); 4] = [
-        ("period doubling", "period doubling"),
-        ("Neimark-Sacker", "Neimark–Sacker"),
-        ("branch point", "branch point"),
-        ("multiplier through +1", "multiplier through +1"),
-    ];
-    NAMES.iter().find(|(word, _)| special.starts_with(word)).map(|(_, name)| *name)
-}
-
-/// Whether a bifurcation of multipliers leaves the orbits unstable on both sides.
-fn stays_unstable(special: &str) -> bool {
-    special.contains(" to [") && !special.contains("[0, 0, 0]")
+/// What a bifurcation is called in a legend.
+fn bifurcation(kind: &PointKind) -> Option<&'static str> {
+    match kind {
+        PointKind::BranchPoint => Some("branch point"),
+        PointKind::Stability(change) => Some(match change.how {
+            Bifurcation::PeriodDoubling => "period doubling",
+            Bifurcation::NeimarkSacker => "Neimark–Sacker",
+            Bifurcation::PlusOne => "multiplier through +1",
+        }),
+        _ => None,
+    }
 }
 
 /// A quantity of an orbit, if it has it.
@@ -248,14 +249,14 @@ pub(super) struct Piece {
 pub(super) fn pieces(family: &StoredFamily, branch: usize, value: Value) -> Vec<Piece> {
     let mut pieces: Vec<Piece> = vec![];
     // the orbits of a cross-check were found one by one
-    if family.kind.contains("crosscheck") {
+    if family.outline().solver == Solver::Check {
         return pieces;
     }
     let mut before: Option<(&PointRecord, f64)> = None;
     let mut goes_on = false;
     for p in of_branch(family, branch) {
         let here = p.orbit.as_ref().and_then(value).map(|y| (p, y));
-        let parted = is_sequential(family) && p.special == "jump";
+        let parted = is_sequential(family) && p.special == PointKind::Jump;
         if let (Some((a, y_a)), Some((b, y_b)), false) = (before, here, parted) {
             let stability = |p: &PointRecord| p.orbit.as_ref().and_then(|o| o.stable);
             // at a point of stability its neighbour decides
@@ -373,10 +374,11 @@ impl Special {
 
 /// How a point is marked. Bifurcations between unstable orbits are not: they would hide the branch.
 fn special(p: &PointRecord) -> Option<Special> {
-    match p.special.as_str() {
-        "fold" => Some(Special::Fold),
-        s if s.starts_with("border") => Some(Special::Border),
-        s if bifurcation(s).is_some() && !stays_unstable(s) => Some(Special::Bifurcation),
+    match &p.special {
+        PointKind::Fold => Some(Special::Fold),
+        PointKind::Border(_) => Some(Special::Border),
+        PointKind::BranchPoint => Some(Special::Bifurcation),
+        PointKind::Stability(change) if !change.stays_unstable() => Some(Special::Bifurcation),
         _ => None,
     }
 }
@@ -499,7 +501,7 @@ fn has_orbits(family: &StoredFamily) -> Drawn {
 /// Energy and largest contact displacement over the frequency.
 fn backbone(family: &StoredFamily) -> Result<String, FigureError> {
     has_orbits(family)?;
-    let what = if family.kind.contains("response") { "forced response" } else { "backbone" };
+    let what = if family.outline().way == Way::Response { "forced response" } else { "backbone" };
     figure::svg((980, 800), |root| {
         let sheet = family_head(root, family, what, Look::Full, &[])?;
         let (_, height) = sheet.dim_in_pixel();
@@ -740,7 +742,7 @@ pub fn csv(family: &StoredFamily) -> String {
             }
             None => out.push_str(",,,,,,,"),
         }
-        let _ = writeln!(out, ",{},{}", p.branch, quoted(&p.special));
+        let _ = writeln!(out, ",{},{}", p.branch, quoted(&p.special.to_string()));
     }
     out
 }

@@ -15,6 +15,7 @@ use super::figure::{
     self, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, flat, legend_above, line, panel,
     px, range, semilog, symbol, symbols, text,
 };
+use crate::records::{Branch, Solver, Way};
 use crate::store::StoredFamily;
 
 /// What a user may choose.
@@ -43,26 +44,18 @@ enum Look {
     Continued,
 }
 
-/// The number after a word in the name of a branch.
-fn number_after(name: &str, word: &str) -> Option<f64> {
-    let rest = name.split_once(word)?.1.trim_start();
-    let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
-    rest[..end].parse().ok()
-}
-
 fn look(family: &StoredFamily, branch: usize) -> Look {
-    let name = family.branches.get(branch).map_or("", String::as_str);
-    let ratio = || number_after(name, "damping ratio");
-    let kind = family.kind.as_str();
-    match (kind.starts_with("hbm"), kind.contains("response")) {
-        _ if kind.contains("crosscheck") => Look::Checked,
-        (true, true) => Look::ThinResponse(ratio()),
-        (false, true) => Look::Response(ratio()),
-        (true, false) => {
-            let n_h = number_after(name, "N_h =").map(|n| n as usize);
-            Look::Backbone(n_h, kind.contains("sequential"))
+    let known = family.branches.get(branch);
+    let ratio = known.and_then(Branch::percent);
+    let outline = family.outline();
+    match (outline.solver, outline.way) {
+        (Solver::Check, _) => Look::Checked,
+        (Solver::HarmonicBalance, Way::Response) => Look::ThinResponse(ratio),
+        (Solver::Shooting, Way::Response) => Look::Response(ratio),
+        (Solver::HarmonicBalance, way) => {
+            Look::Backbone(known.and_then(Branch::harmonics), way == Way::Sequential)
         }
-        (false, false) => Look::Continued,
+        (Solver::Shooting, _) => Look::Continued,
     }
 }
 
@@ -215,7 +208,7 @@ fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64) -> Drawn 
         for (family, branch, look) in scene.branches.iter().filter(|(_, _, look)| wanted(look)) {
             let colour = scene.colour(*look);
             if let Look::Response(_) = look {
-                let energy = |o: &crate::store::OrbitRecord| (o.energy > 0.0).then_some(o.energy);
+                let energy = |o: &crate::records::OrbitRecord| (o.energy > 0.0).then_some(o.energy);
                 for piece in pieces(family, *branch, &energy) {
                     for points in clipped(&flat_points(piece.points), &frame) {
                         match piece.stable {
@@ -319,8 +312,7 @@ impl Names {
             |n: &f64| (format!("N_h = {n}"), scene.colour(Look::Backbone(Some(*n as usize), true)));
         let of_thin = scene.branches.iter().filter(|b| matches!(b.2, Look::ThinResponse(_)));
         let used: BTreeSet<usize> = of_thin
-            .filter_map(|(f, b, _)| number_after(f.branches.get(*b)?, "N_h ="))
-            .map(|n| n as usize)
+            .filter_map(|(f, b, _)| f.branches.get(*b).and_then(Branch::harmonics))
             .collect();
         let used: Vec<String> = used.iter().map(usize::to_string).collect();
         let used =
@@ -404,13 +396,5 @@ mod tests {
             [vec![(0.0, 0.5), (0.5, 0.5), (0.5, 1.0)], vec![(0.8, 1.0), (0.8, 0.0)]]
         );
         assert!(clipped(&[(-1.0, 2.0), (2.0, 2.0)], &frame).is_empty());
-    }
-
-    #[test]
-    fn names_of_branches_hold_numbers() {
-        let name = "damping ratio 0.5 %, N_h = 11, up";
-        assert_eq!(number_after(name, "damping ratio"), Some(0.5));
-        assert_eq!(number_after(name, "N_h ="), Some(11.0));
-        assert_eq!(number_after("shooting", "N_h ="), None);
     }
 }

@@ -42,7 +42,8 @@ pub struct Contact {
 pub enum ContactMethod {
     /// The nodal boundary method.
     #[default]
-    Nbm,
+    #[serde(rename = "nbm")]
+    NodalBoundary,
     /// No inertia at the contact points: `nbm` with nodal reactions and a constant mass.
     MassRedistribution,
 }
@@ -114,7 +115,7 @@ impl Contact {
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
         let (redistribution, name) = match self.method {
-            ContactMethod::Nbm => (false, "nbm"),
+            ContactMethod::NodalBoundary => (false, "nbm"),
             ContactMethod::MassRedistribution => (true, "mass-redistribution"),
         };
         let given = [

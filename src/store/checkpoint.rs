@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::journal::{bits, checksum};
+use super::journal::checksum;
 use super::output::{beside, replace};
 use crate::event::Checkpoint;
+use crate::records::bits;
 
 /// A checkpoint as it is kept.
 #[derive(Debug, Serialize, Deserialize)]

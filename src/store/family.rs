@@ -4,26 +4,23 @@
 //! `/backbone/points/NNNN`. Every point is on disk before the next one is computed: a killed continuation goes on from the last.
 //! Points of branches that are computed side by side come as they come; a finished file has them in one order.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hdf5::Group;
 use serde_json as json;
 
-use super::journal::{self, Journal};
-use super::kind::{BranchEnd, FamilyKind, Walk};
-use super::orbits::{
-    OrbitRecord, PointRecord, Word, read_orbit, read_place, read_scalar, scalar, word, write_orbit,
-    write_place,
-};
+use super::journal::Journal;
+use super::orbits::{Word, scalar, word, write_orbit, write_place};
 use super::output::{Staged, check_room};
-use super::reader::{Careful, open, reading};
-use super::series::{
-    CheckRow, Names, SeriesWriter, read_crosscheck, read_series, write_crosscheck,
-};
+use super::series::{SeriesWriter, write_crosscheck};
+use super::stored::{StoredFamily, names_of};
 use super::table::Table;
 use super::writer::{along_axes, create_file, size_of_mesh};
-use super::{StoreError, WriterOptions, read_text, write_text};
+use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
+use crate::records::{
+    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, PointRecord, Status, Walk,
+};
 use crate::scenario::Scene;
 
 /// What is known of a family before its first point.
@@ -33,8 +30,8 @@ pub struct FamilyPlan {
     pub identity: FamilyKind,
     /// Frequencies it covers.
     pub range: [f64; 2],
-    /// Names of the branches.
-    pub branches: Vec<String>,
+    /// The branches.
+    pub branches: Vec<Branch>,
     /// Most harmonics that a series of it may have.
     pub harmonics: usize,
 }
@@ -128,7 +125,7 @@ impl FamilyWriter {
             let g = file.create_group("backbone")?;
             write_text(&g, "kind", &plan.identity.to_string())?;
             write_text(&g, "identity", &json::to_string(&plan.identity).unwrap_or_default())?;
-            write_text(&g, "branches", &plan.branches.join("\n"))?;
+            write_text(&g, "branches", &names_of(&plan.branches).join("\n"))?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
             let row =
@@ -221,7 +218,7 @@ impl FamilyWriter {
             table.push(&[x]);
             table.append()?;
         }
-        self.special.push(&[word(&p.special)]);
+        self.special.push(&[word(&p.special.to_string())]);
         self.special.append()?;
         if let Some(series) = &p.series {
             if self.series.is_none() {
@@ -265,7 +262,7 @@ impl FamilyWriter {
     /// stays.
     pub fn finish(
         mut self,
-        status: &str,
+        status: &Status,
         ends: &[BranchEnd],
         system: &System,
     ) -> Result<(), StoreError> {
@@ -277,13 +274,13 @@ impl FamilyWriter {
         }
         let g = self.file.group("backbone")?;
         write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
-        write_text(&self.file, "status", status)?;
+        write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place
         let FamilyWriter { mut staged, file, points, rows, special, series, journal, .. } = self;
         drop((points, rows, special, series, g, file));
         staged.commit()?;
-        if let Some(journal) = journal.filter(|_| status == "complete") {
+        if let Some(journal) = journal.filter(|_| *status == Status::Complete) {
             journal.remove();
         }
         Ok(())
@@ -336,166 +333,4 @@ fn size_of_point(p: &PointRecord, harmonics: usize, n_o: usize) -> u64 {
     });
     let series = p.series.as_ref().map_or(0, |_| (2 * harmonics + 1) * n_o + 64);
     8 * (orbit + place + series + 1024) as u64
-}
-
-/// A stored family.
-#[derive(Debug, Clone, Default)]
-pub struct StoredFamily {
-    /// Path.
-    pub path: PathBuf,
-    /// Scene title.
-    pub title: String,
-    /// Scene text.
-    pub scene: String,
-    /// `running`, `complete`, …
-    pub status: String,
-    /// What kind of family, in words.
-    pub kind: String,
-    /// What determines it (files of earlier versions do not say).
-    pub identity: Option<FamilyKind>,
-    /// Frequencies that it was asked for.
-    pub range: [f64; 2],
-    /// Names of the branches.
-    pub branches: Vec<String>,
-    /// How the branches ended; empty while they are computed.
-    pub ends: Vec<BranchEnd>,
-    /// All points, displacements along the axes.
-    pub points: Vec<PointRecord>,
-    /// Most harmonics of `/hbm`.
-    pub harmonics: usize,
-}
-
-impl StoredFamily {
-    /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill. With what there
-    /// is to say of a damaged journal.
-    pub fn recover(path: &Path) -> Result<(StoredFamily, Option<String>), StoreError> {
-        match journal::read(path) {
-            Some((family, None)) => Ok((family, None)),
-            Some((family, Some(line))) => {
-                let text = format!(
-                    "line {line} of the journal of {} is damaged; the {} points before it are kept, all others are computed anew",
-                    path.display(),
-                    family.points.len()
-                );
-                Ok((family, Some(text)))
-            }
-            None => {
-                let note = journal::exists(path).then(|| {
-                    format!("the journal of {} cannot be read; its file is taken", path.display())
-                });
-                Ok((Self::read(path)?, note))
-            }
-        }
-    }
-
-    /// What does not fit a body, if anything: whoever goes on with the points may index without fear. `unknowns` are those of an orbit,
-    /// where orbits are shot.
-    pub fn misfit(&self, system: &System, unknowns: Option<usize>) -> Option<String> {
-        let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
-        let place_fits = |place: &super::PlaceRecord| {
-            let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
-            let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);
-            let along = !tangent.is_empty();
-            let length = match unknowns {
-                None => !x.is_empty(),
-                Some(z) if along => x.len() == z + events + 1 && place.sets.len() == events + 1,
-                Some(z) => x.len() == z + 1,
-            };
-            length
-                && (!along || tangent.len() == x.len())
-                && numbers.clone().all(|x| x.is_finite())
-                && x[x.len() - 1] > 0.0
-                && place.sets.iter().all(|s| s.len() == n_c)
-                && place.nodes.iter().all(|c| *c < n_c)
-        };
-        let fits = |p: &PointRecord| {
-            let orbit = p.orbit.as_ref().is_none_or(|o| o.u0.len() == n && o.v0.len() == n);
-            let series =
-                p.series.as_ref().is_none_or(|s| s.coefficients.len() == (2 * s.n_h + 1) * n_o);
-            p.omega.is_finite()
-                && p.branch < self.branches.len()
-                && orbit
-                && series
-                && p.place.as_ref().is_none_or(place_fits)
-        };
-        let bad = self.points.iter().position(|p| !fits(p))?;
-        Some(format!("damaged: point {bad} does not fit the body"))
-    }
-
-    /// Whether an earlier run left a journal, which it only does if it did not end.
-    pub fn is_unfinished(path: &Path) -> bool {
-        journal::exists(path)
-    }
-
-    /// Whether there is something of this name to go on with.
-    pub fn is_begun(path: &Path) -> bool {
-        path.exists() || journal::exists(path)
-    }
-
-    /// Read a family.
-    pub fn read(path: &Path) -> Result<StoredFamily, StoreError> {
-        reading(path, || Self::read_all(path))
-    }
-
-    fn read_all(path: &Path) -> Result<StoredFamily, StoreError> {
-        let file = open(path)?;
-        let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
-        let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
-        let special: Vec<Word> = g.dataset("special")?.values()?;
-        let branch: Vec<f64> = g.dataset("branch")?.values()?;
-        // files of earlier versions have no index: the order of the rows says it
-        let index: Option<Vec<f64>> = g.dataset("index").and_then(|d| d.values()).ok();
-        let points = g.group("points")?;
-        let mut all: Vec<PointRecord> = vec![];
-        for (k, (special, branch)) in special.iter().zip(&branch).enumerate() {
-            let p = points.group(&format!("{k:04}"))?;
-            let orbit = if p.link_exists("u0") { Some(read_orbit(&p)?) } else { None };
-            let branch = *branch as usize;
-            let counted = || all.iter().filter(|p| p.branch == branch).count() as i64;
-            all.push(PointRecord {
-                omega: read_scalar(&p, "omega")?,
-                branch,
-                index: index.as_ref().and_then(|i| i.get(k)).map_or_else(counted, |i| *i as i64),
-                special: special.as_str().to_owned(),
-                orbit,
-                place: read_place(&p)?,
-                series: None,
-                check: None,
-            });
-        }
-        let mut harmonics = 0;
-        if let Ok(hbm) = file.group("hbm") {
-            let shape = hbm.dataset("coefficients")?.shape();
-            let rows: Vec<i64> = hbm.dataset("point")?.values()?;
-            harmonics = shape.get(1).map_or(0, |f| f / 2);
-            let n_o = shape.get(2).copied().unwrap_or(0);
-            let series = read_series(path, &Names::default(), n_o)?;
-            for (row, series) in rows.iter().zip(series) {
-                if let Some(point) = usize::try_from(*row).ok().and_then(|row| all.get_mut(row)) {
-                    point.series = Some(series);
-                }
-            }
-        }
-        if let Some(checks) = read_crosscheck(path)? {
-            for (point, check) in all.iter_mut().zip(checks) {
-                point.check = Some(check);
-            }
-        }
-        let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        let parsed = |name: &str| read_text(&g, name).unwrap_or_default();
-        let range = g.attr("range").and_then(|a| a.read_raw::<f64>()).unwrap_or_default();
-        Ok(StoredFamily {
-            path: path.to_owned(),
-            title: text("title"),
-            scene: text("scene"),
-            status: text("status"),
-            kind: parsed("kind"),
-            identity: json::from_str(&parsed("identity")).ok(),
-            range: if let [low, high] = range[..] { [low, high] } else { [f64::NAN; 2] },
-            branches: parsed("branches").lines().map(str::to_owned).collect(),
-            ends: json::from_str(&parsed("ends")).unwrap_or_default(),
-            points: all,
-            harmonics,
-        })
-    }
 }

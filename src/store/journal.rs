@@ -12,10 +12,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::family::StoredFamily;
-use super::kind::FamilyKind;
-use super::orbits::PointRecord;
 use super::output::{beside, check_room};
+use super::stored::{StoredFamily, names_of};
+use crate::records::{Branch, FamilyKind, PointRecord, Status, bits};
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
@@ -66,7 +65,7 @@ impl Journal {
         let header = Header {
             scene: family.scene.clone(),
             identity,
-            branches: family.branches.clone(),
+            branches: names_of(&family.branches),
             harmonics: family.harmonics,
             range: family.range.to_vec(),
         };
@@ -133,9 +132,9 @@ pub(super) fn read(path: &Path) -> Option<(StoredFamily, Option<usize>)> {
         kind: header.identity.to_string(),
         identity: Some(header.identity),
         range: [low, high],
-        branches: header.branches,
+        branches: header.branches.iter().map(|name| Branch::of_name(name)).collect(),
         harmonics: header.harmonics,
-        status: "running".into(),
+        status: Status::Running,
         points,
         ..StoredFamily::default()
     };
@@ -145,59 +144,4 @@ pub(super) fn read(path: &Path) -> Option<(StoredFamily, Option<usize>)> {
 /// Whether there is a journal of the file `path`.
 pub(super) fn exists(path: &Path) -> bool {
     name_of(path).exists()
-}
-
-/// Numbers by their bits.
-pub(super) mod bits {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    /// One number.
-    pub mod one {
-        use super::*;
-        pub fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error> {
-            x.to_bits().serialize(s)
-        }
-        pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<f64, D::Error> {
-            Ok(f64::from_bits(u64::deserialize(d)?))
-        }
-    }
-
-    /// A list.
-    pub mod many {
-        use super::*;
-        pub fn serialize<S: Serializer>(x: &[f64], s: S) -> Result<S::Ok, S::Error> {
-            s.collect_seq(x.iter().map(|x| x.to_bits()))
-        }
-        pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<Vec<f64>, D::Error> {
-            Ok(Vec::<u64>::deserialize(d)?.into_iter().map(f64::from_bits).collect())
-        }
-    }
-
-    /// A list of pairs.
-    pub mod pairs {
-        use super::*;
-        pub fn serialize<S: Serializer>(x: &[[f64; 2]], s: S) -> Result<S::Ok, S::Error> {
-            s.collect_seq(x.iter().map(|x| x.map(f64::to_bits)))
-        }
-        pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<Vec<[f64; 2]>, D::Error> {
-            Ok(Vec::<[u64; 2]>::deserialize(d)?
-                .into_iter()
-                .map(|x| x.map(f64::from_bits))
-                .collect())
-        }
-    }
-
-    /// Switches: time, node, whether it closes.
-    pub mod switches {
-        use super::*;
-        pub fn serialize<S: Serializer>(x: &[(f64, usize, bool)], s: S) -> Result<S::Ok, S::Error> {
-            s.collect_seq(x.iter().map(|&(t, n, c)| (t.to_bits(), n, c)))
-        }
-        pub fn deserialize<'d, D: Deserializer<'d>>(
-            d: D,
-        ) -> Result<Vec<(f64, usize, bool)>, D::Error> {
-            let list = Vec::<(u64, usize, bool)>::deserialize(d)?;
-            Ok(list.into_iter().map(|(t, n, c)| (f64::from_bits(t), n, c)).collect())
-        }
-    }
 }

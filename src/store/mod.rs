@@ -5,28 +5,27 @@
 
 mod checkpoint;
 mod content;
+mod csv;
 mod family;
 mod journal;
-mod kind;
 mod orbits;
 mod output;
 mod problem;
 mod reader;
 mod series;
+mod stored;
 mod table;
 mod writer;
 
 pub use content::{Content, Origin, content, read_origin, read_switch_rates};
-pub use family::{FamilyPlan, FamilyWriter, StoredFamily};
-pub use kind::{BranchEnd, EndReason, FamilyKind, Grid, PointMethod, Walk, fingerprint};
-pub use orbits::{OrbitRecord, PlaceRecord, PointRecord, read_stored_orbit};
+pub use csv::read_csv;
+pub use family::{FamilyPlan, FamilyWriter};
+pub use orbits::read_stored_orbit;
 pub use output::{MARK, Outputs, beside, replace, replace_with, room};
 pub use problem::write_problem;
 pub use reader::{Stored, read_state};
-pub use series::{
-    CheckRow, Names, SeriesRecord, SeriesWriter, place_of_function, read_crosscheck, read_csv,
-    read_series,
-};
+pub use series::{Names, SeriesWriter, read_crosscheck, read_series};
+pub use stored::StoredFamily;
 pub use writer::{Writer, WriterOptions};
 
 use std::path::{Path, PathBuf};

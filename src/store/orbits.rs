@@ -5,116 +5,14 @@ use std::path::Path;
 use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
-use serde::{Deserialize, Serialize};
 
-use super::journal::bits;
 use super::reader::{Careful, open, reading};
-use super::series::{CheckRow, SeriesRecord};
 use super::writer::along_axes;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::System;
+use crate::records::{OrbitRecord, PlaceRecord};
 
 pub(super) type Word = FixedAscii<64>;
-
-/// An orbit as it is stored.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct OrbitRecord {
-    /// Period.
-    #[serde(with = "bits::one")]
-    pub period: f64,
-    /// Largest energy over the period.
-    #[serde(with = "bits::one")]
-    pub energy: f64,
-    /// Largest contact displacement.
-    #[serde(with = "bits::one")]
-    pub amplitude: f64,
-    /// Return error.
-    #[serde(with = "bits::one")]
-    pub residual: f64,
-    /// Time in contact.
-    #[serde(with = "bits::one")]
-    pub contact_time: f64,
-    /// Distance from grazing.
-    #[serde(with = "bits::one")]
-    pub grazing: f64,
-    /// Largest penetration over the unit of length.
-    #[serde(with = "bits::one")]
-    pub penetration: f64,
-    /// Largest tension, likewise.
-    #[serde(with = "bits::one")]
-    pub tension: f64,
-    /// Energy that is not accounted for, over the energy.
-    #[serde(with = "bits::one")]
-    pub balance: f64,
-    /// All displacements at `t = 0`, `u_C` along the outward normal.
-    #[serde(with = "bits::many")]
-    pub u0: Vec<f64>,
-    /// All velocities.
-    #[serde(with = "bits::many")]
-    pub v0: Vec<f64>,
-    /// Multipliers: real and imaginary parts. Empty: not computed.
-    #[serde(with = "bits::pairs")]
-    pub multipliers: Vec<[f64; 2]>,
-    /// How many of them belong to the family.
-    pub trivial: usize,
-    /// Whether it is stable, if that is known.
-    pub stable: Option<bool>,
-    /// Switches: time, mesh node, whether it closes.
-    #[serde(with = "bits::switches")]
-    pub switches: Vec<(f64, usize, bool)>,
-    /// Energy jumps at the switches.
-    #[serde(with = "bits::many")]
-    pub jumps: Vec<f64>,
-}
-
-/// Where a continuation stood.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlaceRecord {
-    /// Unknowns, the parameter last.
-    #[serde(with = "bits::many")]
-    pub x: Vec<f64>,
-    /// Tangent.
-    #[serde(with = "bits::many")]
-    pub tangent: Vec<f64>,
-    /// Step.
-    #[serde(with = "bits::one")]
-    pub step: f64,
-    /// Sign of the bordered determinant.
-    #[serde(with = "bits::one")]
-    pub orientation: f64,
-    /// Signature.
-    pub signature: Vec<i64>,
-    /// Active sets of the chart, one row each.
-    pub sets: Vec<Vec<bool>>,
-    /// Contact node of each event.
-    pub nodes: Vec<usize>,
-    /// Harmonic balance: the solution of one harmonic that the ladder at this frequency began with.
-    #[serde(with = "bits::many")]
-    pub base: Vec<f64>,
-}
-
-/// One row of `/backbone`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct PointRecord {
-    /// Frequency.
-    #[serde(with = "bits::one")]
-    pub omega: f64,
-    /// Which branch (one for each damping ratio, number of harmonics, …).
-    pub branch: usize,
-    /// Place on the branch: the number of the frequency on a grid (falling where the branch is walked downwards), or the count from its
-    /// start. With the branch it is the point's name: no two points of a file share both.
-    pub index: i64,
-    /// `regular`, or what is special.
-    pub special: String,
-    /// The orbit; none: a point that was asked for and does not exist.
-    pub orbit: Option<OrbitRecord>,
-    /// Where to go on.
-    pub place: Option<PlaceRecord>,
-    /// The series, if harmonic balance made the point.
-    pub series: Option<SeriesRecord>,
-    /// What a cross-check found.
-    pub check: Option<CheckRow>,
-}
 
 pub(super) fn word(text: &str) -> Word {
     let text: String = text.chars().filter(char::is_ascii).take(63).collect();

@@ -7,6 +7,7 @@ use ndarray::Array2;
 
 use super::{StoreError, read_text};
 use crate::fem::check_size;
+use crate::records::Status;
 
 /// A stored run.
 #[derive(Debug, Clone)]
@@ -24,7 +25,7 @@ pub struct Stored {
     /// Command line.
     pub command: String,
     /// `running`, `complete`, `failed: …`.
-    pub status: String,
+    pub status: Status,
     /// Node positions.
     pub nodes: Array2<f64>,
     /// Elements.
@@ -89,7 +90,7 @@ impl Stored {
             version: text("signorini_version"),
             created: text("created"),
             command: text("command"),
-            status: text("status"),
+            status: Status::of_name(&text("status")),
             nodes: mesh.dataset("nodes")?.table()?,
             elements: mesh.dataset("elements")?.table()?,
             dof_map: mesh.dataset("dof_map")?.table()?,

@@ -2,35 +2,15 @@
 //!
 //! `coefficients[p, 2N_h+1, n_O]` in the order `a_0, a_1, b_1, a_2, b_2, …` of `u_O(t) = Σ a_k cos kωt + b_k sin kωt`.
 
-use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use hdf5::Dataset;
 use ndarray::{Array3, ArrayD};
-use serde::{Deserialize, Serialize};
 
-use super::journal::bits;
 use super::reader::{Careful, open, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
-
-/// Where a function (harmonic, whether it is the sine) stands in `a_0, a_1, b_1, a_2, b_2, …`.
-pub fn place_of_function((k, is_sine): (usize, bool)) -> usize {
-    if k == 0 { 0 } else { 2 * k - 1 + usize::from(is_sine) }
-}
-
-/// One series.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SeriesRecord {
-    /// Frequency.
-    #[serde(with = "bits::one")]
-    pub omega: f64,
-    /// Number of harmonics.
-    pub n_h: usize,
-    /// `a_0, a_1, b_1, …`, each of length `n_O`.
-    #[serde(with = "bits::many")]
-    pub coefficients: Vec<f64>,
-}
+use crate::records::{CheckRow, SeriesRecord, VerdictKind};
 
 /// The open tables of `/hbm`.
 pub struct SeriesWriter {
@@ -169,174 +149,12 @@ fn read_series_of(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRe
 }
 
 /// A coefficient that a motion can have: finite, and no overflow in its square.
-fn is_reasonable(x: f64) -> bool {
+pub(super) fn is_reasonable(x: f64) -> bool {
     x.is_finite() && x.abs() <= 1e100
 }
 
 /// Most harmonics of a series.
-const MOST_HARMONICS: usize = 500;
-
-/// The rows of one point of a CSV.
-struct CsvPoint {
-    label: String,
-    /// Line of its first row.
-    line: usize,
-    omega: f64,
-    /// Values and line of each function.
-    rows: BTreeMap<(usize, bool), (usize, Vec<f64>)>,
-}
-
-/// Read series from CSV: a header, then one row a function: `point, omega, k, part, u_1, …, u_nO` with `part` `cos` or `sin`. The rows
-/// may stand in any order; points come in the order of their first rows. A point has the cosine of every harmonic from 0 to its
-/// last, and either all sines or none (a motion that is symmetric in time). Cells are parted by commas, semicolons or tabs.
-pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
-    let bytes = std::fs::read(path).map_err(|e| StoreError::unusable(path, e))?;
-    let bad = |line: usize, why: String| StoreError::unusable(path, format!("line {line}: {why}"));
-    let text = std::str::from_utf8(&bytes).map_err(|e| {
-        let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-        bad(line, "is no text in UTF-8".into())
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let is_content = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-    let mut lines = text.lines().enumerate().filter(|(_, line)| is_content(line));
-    let (first, header) = lines.next().ok_or_else(|| bad(1, "the file is empty".into()))?;
-    let separator = [',', ';', '\t'].into_iter().find(|s| header.contains(*s)).unwrap_or(',');
-    let cells_of = |line: &'_ str| -> Vec<String> {
-        line.split(separator).map(|c| c.trim().trim_matches('"').to_owned()).collect()
-    };
-    let names = cells_of(header);
-    if names.len() < 4 || names[..4] != ["point", "omega", "k", "part"] {
-        let why = "the header must begin with point, omega, k, part (separated by commas)";
-        return Err(bad(first + 1, why.into()));
-    }
-    let mut points: Vec<CsvPoint> = vec![];
-    let mut place_of: HashMap<String, usize> = HashMap::new();
-    for (k, line) in lines {
-        let number = k + 1;
-        let cells = cells_of(line);
-        if cells.len() != 4 + n_o {
-            let found = cells.len().saturating_sub(4);
-            return Err(bad(
-                number,
-                format!(
-                    "{found} displacements, the scene has {n_o} (columns: point, omega, k, part, u_1, …, u_{n_o})"
-                ),
-            ));
-        }
-        let parse = |s: &str| s.parse::<f64>().ok().filter(|x| x.is_finite());
-        let omega = parse(&cells[1]).filter(|w| *w > 0.0).ok_or_else(|| {
-            bad(number, format!("omega \"{}\" is not a positive number", cells[1]))
-        })?;
-        let harmonic: usize = cells[2]
-            .parse()
-            .map_err(|_| bad(number, format!("k \"{}\" is not a whole number", cells[2])))?;
-        let is_sine = match cells[3].as_str() {
-            "cos" => false,
-            "sin" => true,
-            other => return Err(bad(number, format!("part \"{other}\" is neither cos nor sin"))),
-        };
-        let values: Result<Vec<f64>, StoreError> = cells[4..]
-            .iter()
-            .map(|c| {
-                let comma = separator != ',' && c.contains(',');
-                let hint =
-                    if comma { " (write a point, no comma, before the decimals)" } else { "" };
-                parse(c).ok_or_else(|| bad(number, format!("\"{c}\" is not a finite number{hint}")))
-            })
-            .collect();
-        let values = values?;
-        if harmonic > MOST_HARMONICS {
-            return Err(bad(number, format!("k = {harmonic}: at most {MOST_HARMONICS} harmonics")));
-        }
-        if harmonic == 0 && is_sine {
-            if values.iter().any(|v| *v != 0.0) {
-                return Err(bad(number, "there is no sine of harmonic 0".into()));
-            }
-            continue;
-        }
-        if !values.iter().all(|v| is_reasonable(*v)) {
-            return Err(bad(number, "a displacement is beyond all reason".into()));
-        }
-        let place = *place_of.entry(cells[0].clone()).or_insert_with(|| {
-            let (label, rows) = (cells[0].clone(), BTreeMap::new());
-            points.push(CsvPoint { label, line: number, omega, rows });
-            points.len() - 1
-        });
-        let point = &mut points[place];
-        if point.omega != omega {
-            let why = format!("point {} has omega {} and {omega}", cells[0], point.omega);
-            return Err(bad(number, why));
-        }
-        if let Some((line, _)) = point.rows.insert((harmonic, is_sine), (number, values)) {
-            let why = format!(
-                "harmonic {harmonic} {} of point {} stands there twice, first in line {line}",
-                cells[3], cells[0]
-            );
-            return Err(bad(number, why));
-        }
-    }
-    points.into_iter().map(|p| p.series(n_o).map_err(|(line, why)| bad(line, why))).collect()
-}
-
-impl CsvPoint {
-    /// The series, if no row is missing.
-    fn series(self, n_o: usize) -> Result<SeriesRecord, (usize, String)> {
-        let n_h = self.rows.keys().map(|r| r.0).max().unwrap_or(0);
-        let has_sines = self.rows.keys().any(|r| r.1);
-        let mut coefficients = vec![0.0; (2 * n_h + 1) * n_o];
-        for function in (0..=n_h).flat_map(|k| [(k, false), (k, true)]) {
-            let (k, is_sine) = function;
-            if is_sine && (k == 0 || !has_sines) {
-                continue;
-            }
-            let Some((_, values)) = self.rows.get(&function) else {
-                let part = if is_sine { "sin" } else { "cos" };
-                let why = format!(
-                    "point {} has harmonics up to {n_h} and no row k = {k}, {part}; write zeros where a coefficient is zero",
-                    self.label
-                );
-                return Err((self.line, why));
-            };
-            let f = place_of_function(function);
-            coefficients[f * n_o..(f + 1) * n_o].copy_from_slice(values);
-        }
-        Ok(SeriesRecord { omega: self.omega, n_h, coefficients })
-    }
-}
-
-/// One row of a cross-check.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CheckRow {
-    /// Frequency.
-    #[serde(with = "bits::one")]
-    pub omega: f64,
-    /// Harmonics.
-    pub n_h: usize,
-    /// Energy of the series.
-    #[serde(with = "bits::one")]
-    pub energy: f64,
-    /// Residual of the series in time.
-    #[serde(with = "bits::one")]
-    pub residual: f64,
-    /// Return error of its initial state.
-    #[serde(with = "bits::one")]
-    pub return_error: f64,
-    /// Verdict in one word.
-    pub verdict: String,
-    /// Verdict in words.
-    pub message: String,
-    /// How far shooting moved the state, relative (NaN: no orbit).
-    #[serde(with = "bits::one")]
-    pub moved: f64,
-    /// Energy of the orbit.
-    #[serde(with = "bits::one")]
-    pub orbit_energy: f64,
-    /// Change of the contact time over the period.
-    #[serde(with = "bits::one")]
-    pub contact_change: f64,
-    /// Whether the sequence of switches stayed.
-    pub same_sequence: bool,
-}
+pub(super) const MOST_HARMONICS: usize = 500;
 
 /// Write `/crosscheck` into the file of a family.
 pub(super) fn write_crosscheck(file: &hdf5::File, rows: &[CheckRow]) -> Result<(), StoreError> {
@@ -366,7 +184,7 @@ pub(super) fn write_crosscheck(file: &hdf5::File, rows: &[CheckRow]) -> Result<(
     };
     let words: Vec<FixedAscii<32>> = rows
         .iter()
-        .map(|r| FixedAscii::from_ascii(r.verdict.as_bytes()).unwrap_or_default())
+        .map(|r| FixedAscii::from_ascii(r.verdict.name().as_bytes()).unwrap_or_default())
         .collect();
     g.new_dataset_builder().with_data(&words).create("verdict")?;
     let messages: Vec<FixedUnicode<256>> = rows.iter().map(|r| cut(&r.message)).collect();
@@ -418,7 +236,7 @@ fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> 
                 energy: c[2][i],
                 residual: c[3][i],
                 return_error: c[4][i],
-                verdict: words[i].as_str().to_owned(),
+                verdict: VerdictKind::of_name(words[i].as_str()),
                 message: messages.get(i).map_or(String::new(), |m| m.as_str().to_owned()),
                 moved: c[5][i],
                 orbit_energy: c[6][i],

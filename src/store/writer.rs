@@ -16,6 +16,7 @@ use crate::event::{
     Checkpoint, Grazing, GrazingKind, Observer, Resumed, Sample, Switch, SwitchKind,
 };
 use crate::fem::DofMap;
+use crate::records::Status;
 use crate::scenario::Scene;
 
 type Word = FixedAscii<32>;
@@ -204,7 +205,7 @@ impl Writer {
                 ENERGY.iter().map(|name| Table::reopen(&g, name, states)).collect();
             let s = file.group("switches")?;
             let g = file.group("grazings")?;
-            write_text(&file, "status", "running")?;
+            write_text(&file, "status", &Status::Running.to_string())?;
             let writer = Writer {
                 dofs: system.body.dofs.clone(),
                 u,
@@ -320,17 +321,17 @@ impl Writer {
         staged.discard();
     }
 
-    /// Write what waits and the final status: `complete`, or `failed: …`.
-    pub fn finish(mut self, status: &str) -> Result<(), StoreError> {
+    /// Write what waits and the final status.
+    pub fn finish(mut self, status: &Status) -> Result<(), StoreError> {
         self.flush()?;
-        write_text(&self.file, "status", status)?;
+        write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         let Writer { mut staged, file, checkpoint, problem, .. } = self;
         drop(file);
         let old = checkpoint::name_of(staged.at());
         staged.commit()?;
         let name = checkpoint::name_of(staged.at());
-        match checkpoint.filter(|_| status == "interrupted") {
+        match checkpoint.filter(|_| *status == Status::Interrupted) {
             Some(c) => {
                 checkpoint::write(staged.at(), problem, &c)?;
                 if old != name {
@@ -422,7 +423,7 @@ pub(super) fn create_file(
     write_text(&file, "scene_file", &scene.source.file.display().to_string())?;
     write_text(&file, "command", &options.command)?;
     write_text(&file, "created", &timestamp())?;
-    write_text(&file, "status", "running")?;
+    write_text(&file, "status", &Status::Running.to_string())?;
     write_mesh(&file, system)?;
     Ok(file)
 }

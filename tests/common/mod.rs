@@ -209,6 +209,11 @@ impl Splitmix {
     pub fn pick<T: Copy>(&self, list: &[T]) -> T {
         list[self.below(list.len())]
     }
+
+    /// One of a list that may be empty.
+    pub fn any<T: Clone>(&self, list: &[T]) -> Option<T> {
+        list.get(self.below(list.len())).cloned()
+    }
 }
 
 /// Numbers in [−1, 1) from a seed.

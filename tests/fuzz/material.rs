@@ -200,6 +200,31 @@ const MATRICES: &[(&str, usize, usize, &[f64])] = &[
     ("NO", 2, 2, &[0., -1., 0.3, -0.8]),
 ];
 
+/// Rows, columns, values row by row.
+type Matrix<'a> = (usize, usize, &'a [f64]);
+
+/// A matrix as Matrix Market, all entries column by column.
+fn dense_text((rows, columns, values): Matrix) -> String {
+    let entries = (0..columns).flat_map(|j| (0..rows).map(move |i| values[columns * i + j]));
+    let entries: Vec<String> = entries.map(|x| format!("{x}\n")).collect();
+    format!("%%MatrixMarket matrix array real general\n{rows} {columns}\n{}", entries.concat())
+}
+
+/// A symmetric matrix as Matrix Market, the entries of its lower triangle that are not zero.
+fn symmetric_text((rows, columns, values): Matrix) -> String {
+    let places = (0..columns).flat_map(|j| (j..rows).map(move |i| (i, j)));
+    let entries: Vec<String> = places
+        .map(|(i, j)| (i + 1, j + 1, values[columns * i + j]))
+        .filter(|entry| entry.2 != 0.0)
+        .map(|(i, j, x)| format!("{i} {j} {x:e}\n"))
+        .collect();
+    format!(
+        "%%MatrixMarket matrix coordinate real symmetric\n% chain\n{rows} {columns} {}\n{}",
+        entries.len(),
+        entries.concat()
+    )
+}
+
 /// A family that is begun, and gone on with.
 pub struct Begun {
     pub name: &'static str,
@@ -347,26 +372,8 @@ impl Material {
         for &(name, rows, columns, values) in MATRICES {
             let array = ndarray::Array2::from_shape_vec((rows, columns), values.to_vec()).unwrap();
             file.new_dataset_builder().with_data(&array).create(name).unwrap();
-            let mut text = format!("%%MatrixMarket matrix array real general\n{rows} {columns}\n");
-            if rows == 4 {
-                // the lower triangle
-                let of = |i: usize, j: usize| values[columns * i + j];
-                let entries: Vec<String> = (0..4)
-                    .flat_map(|j| (j..4).map(move |i| (i, j)))
-                    .filter(|&(i, j)| of(i, j) != 0.0)
-                    .map(|(i, j)| format!("{} {} {:e}\n", i + 1, j + 1, of(i, j)))
-                    .collect();
-                text = format!(
-                    "%%MatrixMarket matrix coordinate real symmetric\n% chain\n4 4 {}\n{}",
-                    entries.len(),
-                    entries.concat()
-                );
-            } else {
-                for j in 0..columns {
-                    (0..rows)
-                        .for_each(|i| text.push_str(&format!("{}\n", values[columns * i + j])));
-                }
-            }
+            let matrix = (rows, columns, values);
+            let text = if rows == 4 { symmetric_text(matrix) } else { dense_text(matrix) };
             self.write(&format!("chain-{name}.mtx"), &text);
         }
         let scene = |from: &dyn Fn(&str) -> String| {

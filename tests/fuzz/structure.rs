@@ -204,14 +204,15 @@ fn is_small(file: &File, path: &str) -> bool {
 
 /// Something else under the name: nothing, a group, a dataset, a link to elsewhere or to itself.
 fn relink(rng: &Splitmix, file: &File, path: &str, others: &[(String, bool)]) -> Result<()> {
+    let other = || rng.any(others).map_or_else(|| "/".to_owned(), |o| o.0);
     file.unlink(path)?;
     match rng.below(8) {
         0..=3 => Ok(()),
         4 => file.create_group(path).map(drop),
-        5 => file.link_soft(&others[rng.below(others.len())].0, path),
+        5 => file.link_soft(&other(), path),
         6 => file.link_soft(rng.pick(&[path, "/", "/nothing"]), path),
         _ => {
-            let target = &others[rng.below(others.len())].0;
+            let target = &other();
             // a parent of itself is a ring: only beside it
             if path.starts_with(target.as_str()) { Ok(()) } else { file.link_hard(target, path) }
         }
@@ -230,11 +231,8 @@ fn attribute(rng: &Splitmix, file: &File, path: &str) -> Result<()> {
         // which says that the dimensions stand in reverse
         return place.new_attr::<f64>().create("MATLAB_class").map(drop);
     }
-    let names = place.attr_names()?;
-    if names.is_empty() {
-        return Ok(());
-    }
-    let name = names[rng.below(names.len())].as_str();
+    let Some(name) = rng.any(&place.attr_names()?) else { return Ok(()) };
+    let name = name.as_str();
     place.delete_attr(name)?;
     let text: VarLenUnicode = rng.pick(TEXTS).parse().unwrap_or_default();
     let number = rng.pick(NUMBERS);
@@ -270,10 +268,7 @@ pub fn mutate(rng: &Splitmix, path: &Path) -> Result<()> {
             2 => all.retain(|o| o.0.starts_with(&last)),
             _ => {}
         }
-        if all.is_empty() {
-            continue;
-        }
-        let (name, is_group) = all[rng.below(all.len())].clone();
+        let Some((name, is_group)) = rng.any(&all) else { continue };
         let _ = match rng.below(16) {
             0..=1 => relink(rng, &file, &name, &all),
             2..=3 => attribute(rng, &file, if rng.below(2) == 0 { "/" } else { &name }),

@@ -136,22 +136,28 @@ pub fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
     found
 }
 
+/// Where each piece of a text begins that is like a pattern.
+fn places(text: &str, is_such: impl Fn(char) -> bool) -> Vec<usize> {
+    text.char_indices().filter(|c| is_such(c.1)).map(|c| c.0).collect()
+}
+
 /// Put an extreme in place of a number.
 pub fn number(rng: &Splitmix, text: &mut String, extremes: &[&str]) {
-    let found = numbers(text);
-    if !found.is_empty() {
-        let range = found[rng.below(found.len())].clone();
+    if let Some(range) = rng.any(&numbers(text)) {
         text.replace_range(range, rng.pick(extremes));
     }
 }
 
+/// Put a word in place of another, wherever it stands or up to so many times.
+fn exchange(rng: &Splitmix, text: &mut String, pairs: &[(&str, &str)], most: usize) {
+    let (from, to) = rng.pick(pairs);
+    let times = if most > 1 { 1 + rng.below(most) } else { 1 };
+    *text = text.replacen(from, to, times);
+}
+
 /// Put another ordinary number in place of a number.
 pub fn nudge(rng: &Splitmix, text: &mut String) {
-    let found = numbers(text);
-    if found.is_empty() {
-        return;
-    }
-    let range = found[rng.below(found.len())].clone();
+    let Some(range) = rng.any(&numbers(text)) else { return };
     let Ok(x) = text[range.clone()].parse::<f64>() else { return };
     let y = match rng.below(5) {
         0 => x + 1.0,
@@ -171,9 +177,7 @@ fn some(rng: &Splitmix) -> usize {
 
 /// Change a digit.
 pub fn digit(rng: &Splitmix, text: &mut String) {
-    let found: Vec<usize> = text.match_indices(|c: char| c.is_ascii_digit()).map(|d| d.0).collect();
-    if !found.is_empty() {
-        let at = found[rng.below(found.len())];
+    if let Some(at) = rng.any(&places(text, |c| c.is_ascii_digit())) {
         text.replace_range(at..at + 1, &rng.below(10).to_string());
     }
 }
@@ -314,7 +318,7 @@ fn nested(rng: &Splitmix) -> String {
 /// Line and range of the value of a random key.
 fn value(rng: &Splitmix, text: &str) -> Option<std::ops::Range<usize>> {
     let keys: Vec<usize> = text.match_indices(" = ").map(|m| m.0 + 3).collect();
-    let from = *keys.get(rng.below(keys.len()))?;
+    let from = rng.any(&keys)?;
     let end = text[from..].find('\n').map_or(text.len(), |n| from + n);
     Some(from..end)
 }
@@ -347,15 +351,13 @@ pub fn scene(rng: &Splitmix, text: &str, other: &str) -> String {
             11 => {
                 // a key of another name
                 let keys: Vec<usize> = text.match_indices(" = ").map(|m| m.0).collect();
-                if !keys.is_empty() {
-                    let end = keys[rng.below(keys.len())];
+                if let Some(end) = rng.any(&keys) {
                     let from = text[..end].rfind('\n').map_or(0, |n| n + 1);
                     text.replace_range(from..end, rng.pick(NAMES));
                 }
             }
             12 => {
-                // a table of another name, or in another number
-                let (from, to) = rng.pick(&[
+                let pairs = &[
                     ("[contact]", "[[contact]]"),
                     ("[[load]]", "[load]"),
                     ("[[support]]", "[support]"),
@@ -365,16 +367,15 @@ pub fn scene(rng: &Splitmix, text: &str, other: &str) -> String {
                     ("[orbit]", "[damping]"),
                     ("]", ""),
                     ("\"", ""),
-                ]);
-                text = text.replacen(from, to, 1);
+                ];
+                exchange(rng, &mut text, pairs, 1);
             }
             13 => {
                 // lines of another scene
                 let lent: Vec<&str> = other.split_inclusive('\n').collect();
                 let at = rng.below(lent.len());
                 let few: String = lent.iter().skip(at).take(1 + rng.below(6)).copied().collect();
-                let starts: Vec<usize> = text.match_indices('\n').map(|m| m.0 + 1).collect();
-                let to = if starts.is_empty() { 0 } else { starts[rng.below(starts.len())] };
+                let to = rng.any(&places(&text, |c| c == '\n')).map_or(0, |end| end + 1);
                 text.insert_str(to, &few);
             }
             14 => {
@@ -403,14 +404,15 @@ pub fn matrix(rng: &Splitmix, text: &str) -> String {
             3 => {
                 // the line of sizes is the second number or the third of the file
                 let found = numbers(&text);
-                let range = found[rng.below(found.len().min(3))].clone();
-                text.replace_range(range, rng.pick(NUMBERS));
+                if let Some(range) = rng.any(&found[..found.len().min(3)]) {
+                    text.replace_range(range, rng.pick(NUMBERS));
+                }
             }
             4 => digit(rng, &mut text),
             5 | 6 => lines(rng, &mut text),
             7 => dialect(rng, &mut text),
             _ => {
-                let (from, to) = rng.pick(&[
+                let pairs = &[
                     ("general", "symmetric"),
                     ("symmetric", "general"),
                     ("symmetric", "skew-symmetric"),
@@ -422,8 +424,8 @@ pub fn matrix(rng: &Splitmix, text: &str) -> String {
                     ("matrix", "vector"),
                     ("%%MatrixMarket", "%MatrixMarket"),
                     ("%%MatrixMarket", "%%MatrixMarket matrix"),
-                ]);
-                text = text.replacen(from, to, 1);
+                ];
+                exchange(rng, &mut text, pairs, 1);
             }
         }
         if numbers(&text).is_empty() {
@@ -444,7 +446,7 @@ pub fn csv(rng: &Splitmix, text: &str) -> String {
             5 | 6 => lines(rng, &mut text),
             7 => dialect(rng, &mut text),
             _ => {
-                let (from, to) = rng.pick(&[
+                let pairs = &[
                     ("cos", "sin"),
                     ("sin", "cos"),
                     ("cos", "tan"),
@@ -453,8 +455,8 @@ pub fn csv(rng: &Splitmix, text: &str) -> String {
                     ("point", "omega"),
                     ("\n1,", "\n2,"),
                     ("\n2,", "\n1,"),
-                ]);
-                text = text.replacen(from, to, 1 + rng.below(3));
+                ];
+                exchange(rng, &mut text, pairs, 3);
             }
         }
     }
@@ -498,9 +500,8 @@ pub fn journal(rng: &Splitmix, text: &str) -> String {
             4..=6 => lines(rng, &mut text),
             7 => {
                 // a list that lost its end, or all of it
-                let lists: Vec<usize> = text.match_indices('[').map(|m| m.0).collect();
-                if !lists.is_empty() {
-                    let from = lists[rng.below(lists.len())] + 1;
+                if let Some(list) = rng.any(&places(&text, |c| c == '[')) {
+                    let from = list + 1;
                     let end = text[from..].find(']').map_or(text.len(), |n| from + n);
                     let cut = text[from..end].rfind(',').map_or(from, |n| from + n);
                     let cut = if rng.below(3) == 0 { from } else { cut };
@@ -509,14 +510,12 @@ pub fn journal(rng: &Splitmix, text: &str) -> String {
             }
             8 => {
                 // a list that is longer
-                let lists: Vec<usize> = text.match_indices(',').map(|m| m.0).collect();
-                if !lists.is_empty() {
-                    let at = lists[rng.below(lists.len())];
+                if let Some(at) = rng.any(&places(&text, |c| c == ',')) {
                     text.insert_str(at, &format!(",{}", rng.pick(BITS)));
                 }
             }
             9 => {
-                let (from, to) = rng.pick(&[
+                let pairs = &[
                     ("regular", "gap: x"),
                     ("regular", "end of range"),
                     ("regular", ""),
@@ -530,8 +529,8 @@ pub fn journal(rng: &Splitmix, text: &str) -> String {
                     ("false", "true"),
                     ("null", "0"),
                     ("\\n", ""),
-                ]);
-                text = text.replacen(from, to, 1 + rng.below(20));
+                ];
+                exchange(rng, &mut text, pairs, 20);
             }
             10 => dialect(rng, &mut text),
             _ => {

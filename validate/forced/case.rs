@@ -13,7 +13,7 @@ use signorini::orbit::reading::read;
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
-use signorini::store::PointRecord;
+use signorini::records::{PointKind, PointRecord};
 
 use super::{Case, Check, Effort, Outcome, scene};
 
@@ -112,8 +112,9 @@ fn run(effort: Effort) -> Outcome {
         let failed = points.iter().filter(|p| p.orbit.is_none()).count();
         checks.push(Check::near(name("points that are no orbits"), failed as f64, 0.0, 0.0));
         let (mut right, mut wrong, mut unstable) = (0, 0, 0);
-        let regular =
-            points.iter().filter(|p| p.place.is_some() && !p.special.starts_with("border"));
+        let regular = points
+            .iter()
+            .filter(|p| p.place.is_some() && !matches!(p.special, PointKind::Border(_)));
         for p in regular.step_by(every) {
             match behaves(&mut body, p)? {
                 Some(true) => {

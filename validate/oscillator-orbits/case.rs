@@ -11,6 +11,7 @@ use signorini::orbit::branch::{Start, arclength};
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
+use signorini::records::PointKind;
 
 use super::{Case, Check, Effort, Outcome, scene};
 
@@ -68,7 +69,7 @@ fn run(_: Effort) -> Outcome {
     let (mut worst, mut energies, mut grazed, mut linear) = (0.0f64, vec![], false, 0);
     // towards smaller energies the frequency falls
     arclength(&mut body, Closure::Reversible, Start::Orbit(Box::new(orbit), -1.0), &options, |p| {
-        grazed |= p.special.starts_with("border");
+        grazed |= matches!(p.special, PointKind::Border(_));
         if let Some(o) = &p.orbit {
             energies.push(o.energy);
             let t = TAU / p.omega;

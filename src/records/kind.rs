@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::journal::bits;
+use super::bits;
 use crate::problem::Problem;
 
 /// Method, way of walking, options, and the problem.
@@ -140,20 +140,32 @@ impl FamilyKind {
     }
 }
 
+impl FamilyKind {
+    /// The kind without its numbers.
+    pub fn outline(&self) -> Outline {
+        let solver = match self.method {
+            PointMethod::Shooting => Solver::Shooting,
+            PointMethod::HarmonicBalance { .. } => Solver::HarmonicBalance,
+            PointMethod::Check { .. } => Solver::Check,
+        };
+        let way = match self.walk {
+            Walk::Grid(_) | Walk::Given => Way::Sequential,
+            Walk::Response(_) | Walk::Upwards { .. } => Way::Response,
+            Walk::Branch { natural: false, .. } => Way::Arclength,
+            Walk::Branch { natural: true, .. } => Way::Natural,
+        };
+        Outline { solver, way }
+    }
+}
+
 impl std::fmt::Display for FamilyKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let way = match self.walk {
-            Walk::Grid(_) => " sequential",
-            Walk::Response(_) | Walk::Upwards { .. } => " response",
-            Walk::Branch { natural: false, .. } => " arclength",
-            Walk::Branch { natural: true, .. } => " natural",
-            Walk::Given => " sequential",
-        };
+        write!(f, "{}", self.outline())?;
         match self.method {
-            PointMethod::Shooting => write!(f, "shooting{way}")?,
+            PointMethod::Shooting => {}
             PointMethod::HarmonicBalance { acceleration, samples, shot } => {
                 let form = if acceleration { "acceleration" } else { "force" };
-                write!(f, "hbm{way}, {form} form")?;
+                write!(f, ", {form} form")?;
                 if let Some(n) = samples {
                     write!(f, ", {n} samples")?;
                 }
@@ -161,9 +173,7 @@ impl std::fmt::Display for FamilyKind {
                     write!(f, ", orbits shot")?;
                 }
             }
-            PointMethod::Check { quick } => {
-                write!(f, "crosscheck{way}{}", if quick { ", quick" } else { "" })?;
-            }
+            PointMethod::Check { quick } => write!(f, "{}", if quick { ", quick" } else { "" })?,
         }
         match self.walk {
             Walk::Grid(g) | Walk::Response(g) => write!(f, ", step {}", g.step),
@@ -173,6 +183,83 @@ impl std::fmt::Display for FamilyKind {
             }
             Walk::Given => Ok(()),
         }
+    }
+}
+
+/// A kind of family without its numbers; the first words of its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outline {
+    /// What computes a point.
+    pub solver: Solver,
+    /// How the next one is chosen.
+    pub way: Way,
+}
+
+/// What computes a point of a family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// Shooting.
+    Shooting,
+    /// Harmonic balance.
+    HarmonicBalance,
+    /// Shooting from the points of another file.
+    Check,
+}
+
+/// How a family is walked through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Frequency by frequency.
+    Sequential,
+    /// A forced response.
+    Response,
+    /// By arclength.
+    Arclength,
+    /// In steps of frequency along the branch.
+    Natural,
+}
+
+impl Outline {
+    /// The outline of a family of that name. The names of all versions hold the same words, of which these decide.
+    pub fn of_name(name: &str) -> Outline {
+        let solver = match name {
+            _ if name.contains("crosscheck") => Solver::Check,
+            _ if name.starts_with("hbm") => Solver::HarmonicBalance,
+            _ => Solver::Shooting,
+        };
+        let way = match name {
+            _ if name.contains("response") => Way::Response,
+            _ if name.contains(" sequential") => Way::Sequential,
+            _ if name.contains(" natural") => Way::Natural,
+            _ => Way::Arclength,
+        };
+        Outline { solver, way }
+    }
+
+    /// Whether a point need not belong together with the one before it: each was found at its own frequency.
+    pub fn is_point_by_point(&self) -> bool {
+        match self.way {
+            Way::Sequential => true,
+            Way::Response => self.solver == Solver::HarmonicBalance,
+            Way::Arclength | Way::Natural => false,
+        }
+    }
+}
+
+impl std::fmt::Display for Outline {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let solver = match self.solver {
+            Solver::Shooting => "shooting",
+            Solver::HarmonicBalance => "hbm",
+            Solver::Check => "crosscheck",
+        };
+        let way = match self.way {
+            Way::Sequential => "sequential",
+            Way::Response => "response",
+            Way::Arclength => "arclength",
+            Way::Natural => "natural",
+        };
+        write!(f, "{solver} {way}")
     }
 }
 
@@ -235,5 +322,31 @@ mod tests {
         assert_eq!(grid.within((1.75, 1.84)), -10..=8);
         assert!(grid.holds(1.75) && !grid.holds(1.752));
         assert_eq!(grid.at(0), 1.8);
+    }
+
+    #[test]
+    fn a_name_begins_with_the_outline() {
+        let method = [
+            PointMethod::Shooting,
+            PointMethod::HarmonicBalance { acceleration: true, samples: Some(64), shot: true },
+            PointMethod::Check { quick: true },
+        ];
+        let grid = Grid { origin: 1.8, step: 0.005 };
+        let walk = [
+            Walk::Grid(grid),
+            Walk::Response(grid),
+            Walk::Branch { start: 1.8, step: 0.01, locate: true, natural: false },
+            Walk::Branch { start: 1.8, step: 0.01, locate: false, natural: true },
+            Walk::Upwards { start: 1.8, step: 0.01, locate: false },
+            Walk::Given,
+        ];
+        for (method, walk) in method.iter().flat_map(|m| walk.iter().map(move |w| (*m, *w))) {
+            let kind = FamilyKind { method, walk, problem: 7 };
+            assert!(kind.to_string().starts_with(&kind.outline().to_string()));
+            assert_eq!(Outline::of_name(&kind.to_string()), kind.outline());
+        }
+        // an earlier version
+        let old = Outline { solver: Solver::Shooting, way: Way::Response };
+        assert_eq!(Outline::of_name("response"), old);
     }
 }

@@ -1,0 +1,152 @@
+//! Branches computed side by side into one file.
+
+use std::sync::mpsc::{self, Receiver};
+
+use rayon::prelude::*;
+
+use signorini::contact::System;
+use signorini::continuation::Go;
+use signorini::families::{self, Asked, Known, Opened};
+use signorini::records::{BranchEnd, PointRecord, Status};
+use signorini::store::{FamilyWriter, StoreError, StoredFamily};
+
+use crate::cli::progress::Bar;
+use crate::cli::{CliError, Global, interrupt};
+
+/// A branch to compute: it hands its points on.
+pub type Job<'a> = Box<
+    dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<BranchEnd, CliError> + Send + Sync + 'a,
+>;
+
+/// A family that is carried out.
+pub struct Carried {
+    /// All of it.
+    pub stored: StoredFamily,
+    /// How its branches ended.
+    pub ends: Vec<BranchEnd>,
+    /// Points of an earlier run.
+    pub resumed: usize,
+}
+
+/// Carry out what is asked for: open the file, let `compute` write what is missing, show the progress, read the whole family.
+pub fn carry_out(
+    global: &Global,
+    asked: &Asked,
+    resume: bool,
+    compute: impl FnOnce(FamilyWriter, &Known, Option<&Bar>) -> Result<Vec<BranchEnd>, CliError>,
+) -> Result<Carried, CliError> {
+    let warn = |text: &str| eprintln!("signorini: WARNING: {text}");
+    match families::open(asked, resume, warn)? {
+        Opened::Whole(stored) => {
+            let (ends, resumed) = (stored.ends.clone(), stored.points.len());
+            Ok(Carried { stored: *stored, ends, resumed })
+        }
+        Opened::Writing(writer, known) => {
+            interrupt::watch();
+            let bar = Bar::new(global, asked.scene);
+            let result = compute(*writer, &known, bar.as_ref());
+            if let Some(bar) = &bar {
+                bar.clear();
+            }
+            let ends = result?;
+            Ok(Carried { stored: StoredFamily::read(asked.path)?, ends, resumed: known.len() })
+        }
+    }
+}
+
+/// Compute branches side by side; every point is written as soon as it is there. At the end the file has its status.
+pub fn run_jobs(
+    jobs: &[Job],
+    mut writer: FamilyWriter,
+    system: &System,
+    range: (f64, f64),
+    bar: Option<&Bar>,
+) -> Result<Vec<BranchEnd>, CliError> {
+    let (sender, receiver) = mpsc::sync_channel::<PointRecord>(64);
+    let (ends, written) = std::thread::scope(|scope| {
+        let workers = scope.spawn(move || {
+            let run = |(branch, job): (usize, &Job)| {
+                let sender = sender.clone();
+                let mut take = |mut point: PointRecord| {
+                    // a single job may hold several branches of its own
+                    if jobs.len() > 1 {
+                        point.branch = branch;
+                    }
+                    match sender.send(point) {
+                        Ok(()) if interrupt::signal().is_none() => Go::Continue(()),
+                        _ => Go::Break(()),
+                    }
+                };
+                job(&mut take)
+            };
+            jobs.par_iter().enumerate().map(run).collect::<Vec<_>>()
+        });
+        let written = write_all(receiver, &mut writer, system, (jobs.len(), range), bar);
+        (workers.join().unwrap_or_else(|_| vec![]), written)
+    });
+    if let Err(e) = written {
+        // what was written before stays; the journal holds it too
+        let text = format!("{e}\n  {} points are kept: go on with --resume", writer.count());
+        return Err(match CliError::from(e) {
+            CliError::Input(_) => CliError::Input(text),
+            _ => CliError::Other(text),
+        });
+    }
+    let ends = match ends.len() == jobs.len() {
+        true => ends.into_iter().collect(),
+        false => {
+            Err(CliError::Other("a branch ended abnormally; what it found is in the file".into()))
+        }
+    };
+    conclude(writer, ends, system)
+}
+
+/// Write points as they come, and show how far the branches are.
+fn write_all(
+    receiver: Receiver<PointRecord>,
+    writer: &mut FamilyWriter,
+    system: &System,
+    (jobs, (low, high)): (usize, (f64, f64)),
+    bar: Option<&Bar>,
+) -> Result<(), StoreError> {
+    let mut progress = vec![0.0f64; jobs];
+    for (count, point) in receiver.iter().enumerate() {
+        writer.push(&point, system)?;
+        if let Some(bar) = bar {
+            let share = ((point.omega - low) / (high - low)).clamp(0.0, 1.0);
+            let of = point.branch.min(progress.len() - 1);
+            progress[of] = progress[of].max(share);
+            let mean = progress.iter().sum::<f64>() / progress.len() as f64;
+            bar.set(mean, format!("{} points, omega = {:.4}", count + 1, point.omega));
+        }
+    }
+    Ok(())
+}
+
+/// Give the file its status: complete, interrupted by a signal, or failed.
+pub fn conclude(
+    writer: FamilyWriter,
+    ends: Result<Vec<BranchEnd>, CliError>,
+    system: &System,
+) -> Result<Vec<BranchEnd>, CliError> {
+    match (ends, interrupt::signal()) {
+        (Ok(ends), Some(signal)) => {
+            let (path, count) = (writer.path().to_owned(), writer.count());
+            writer.finish(&Status::Interrupted, &ends, system)?;
+            let text = format!(
+                "interrupted; {count} points are in {}: go on with the same command and --resume",
+                path.display()
+            );
+            Err(CliError::Interrupted(signal, text))
+        }
+        (Ok(ends), None) => {
+            writer.finish(&Status::Complete, &ends, system)?;
+            Ok(ends)
+        }
+        (Err(e), _) => {
+            // the reason of the failure matters more than a failure to record it
+            let _ = writer.finish(&Status::Failed(e.text()), &[], system);
+            Err(e)
+        }
+    }
+}

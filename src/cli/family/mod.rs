@@ -1,0 +1,12 @@
+//! What `orbit`, `backbone`, `response` and `crosscheck` share: where results go, frequencies and ranges; branches computed side
+//! by side into one file; the summary of a family.
+
+mod jobs;
+mod plan;
+mod summary;
+
+pub use jobs::{Job, carry_out, conclude, run_jobs};
+pub use plan::{
+    Output, at_least_one, check_frequency, omega, propagator, range, round_number, writer_options,
+};
+pub use summary::print;

@@ -1,0 +1,149 @@
+//! What is asked for: from arguments and a scene to values that are checked.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use signorini::contact::System;
+use signorini::orbit::Propagator;
+use signorini::problem::Problem;
+use signorini::scenario::{Issue, Scene};
+use signorini::store::{Outputs, WriterOptions};
+
+use crate::cli::{CliError, plain};
+
+/// Where results go.
+#[derive(Debug, Clone, Args)]
+pub struct Output {
+    /// Where to write the results [default: the scene's name with the command's, in this folder]
+    #[arg(short, long, value_name = "OUT.h5")]
+    pub output: Option<PathBuf>,
+    /// Overwrite an existing file of signorini's
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Output {
+    /// The path, by default `SCENE-COMMAND.h5`.
+    pub fn path(&self, scene: &Scene, command: &str) -> PathBuf {
+        self.output
+            .clone()
+            .unwrap_or_else(|| PathBuf::from(format!("{}-{command}.h5", scene.stem())))
+    }
+
+    /// The rules for what this command writes; refused at once where `path` cannot be written.
+    pub fn rules(
+        &self,
+        scene: &Scene,
+        path: &Path,
+        resume: bool,
+        more: &[&Path],
+    ) -> Result<WriterOptions, CliError> {
+        writer_options(scene, path, self.force, resume, more)
+    }
+}
+
+/// How the file `path` of a command is written that reads a scene, the files that it names, and `more`.
+pub fn writer_options(
+    scene: &Scene,
+    path: &Path,
+    force: bool,
+    resume: bool,
+    more: &[&Path],
+) -> Result<WriterOptions, CliError> {
+    let outputs = Outputs::new(force)
+        .reads(scene.source.file.clone())
+        .reads_all(scene.files())
+        .reads_all(more.iter().map(|p| p.to_path_buf()));
+    outputs.with_force(force || resume).check(path)?;
+    let command: Vec<String> = std::env::args().collect();
+    Ok(WriterOptions { outputs, command: command.join(" ") })
+}
+
+/// A number of points.
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())
+}
+
+/// The number with one digit, 1, 2 or 5, that is nearest to a positive one.
+pub fn round_number(x: f64) -> f64 {
+    let decade = 10f64.powf(x.log10().floor());
+    let off = |n: &f64| (n * decade / x).ln().abs();
+    let nearest = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    let n = nearest.unwrap_or(1.0);
+    // decimal, so that a grid of it prints as it was meant
+    format!("{n}e{}", decade.log10().round()).parse().unwrap_or(n * decade)
+}
+
+/// Most natural periods in one period of an orbit.
+const MOST_NATURAL_PERIODS: f64 = 1e3;
+
+/// Periods of motions over the shortest natural one: below, nothing moves at such a frequency.
+const HIGHEST: f64 = 10.0;
+
+/// Refuse a frequency at which one period would take for ever, or that is far above all that the body can do.
+pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
+    let body = &problem.system.body;
+    let (unit, bound) = (body.frequency_unit(), body.frequency_bound());
+    if unit / omega > MOST_NATURAL_PERIODS {
+        return Err(CliError::Input(format!(
+            "omega = {}: one period would hold {} natural periods of the body; give at least {}",
+            plain(omega),
+            plain((unit / omega).round()),
+            plain(unit / MOST_NATURAL_PERIODS)
+        )));
+    }
+    if omega > HIGHEST * bound {
+        return Err(CliError::Input(format!(
+            "omega = {}: all natural frequencies of the body are below {}; give at most {}",
+            plain(omega),
+            plain(bound),
+            plain(HIGHEST * bound)
+        )));
+    }
+    Ok(())
+}
+
+/// The frequency: from the command line, `[orbit]`, or the load.
+pub fn omega(scene: &Scene, omega: Option<f64>, period: Option<f64>) -> Result<f64, CliError> {
+    let positive = |name: &str, x: f64| match x.is_finite() && x > 0.0 {
+        true => Ok(x),
+        false => Err(CliError::Input(format!("--{name} {x}: give a positive number"))),
+    };
+    match (omega, period) {
+        (Some(w), _) => return positive("omega", w),
+        (_, Some(t)) => return positive("period", t).map(|t| std::f64::consts::TAU / t),
+        _ => {}
+    }
+    let orbit = scene.orbit.as_ref();
+    let of_orbit = orbit.and_then(|o| o.omega.or(o.period.map(|t| std::f64::consts::TAU / t)));
+    of_orbit.or(scene.period().map(|t| std::f64::consts::TAU / t)).ok_or_else(|| {
+        let help = "[orbit] with omega = 1.8 or period = 3.4, or --omega on the command line";
+        scene.error(Issue::new("orbit.omega", "is missing", help)).into()
+    })
+}
+
+/// The range of frequencies.
+pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliError> {
+    match given {
+        Some(&[a, b]) if a > 0.0 && b > a && b.is_finite() => return Ok((a, b)),
+        Some(list) => {
+            let text: Vec<String> = list.iter().map(|x| plain(*x)).collect();
+            let text = text.join(",");
+            return Err(CliError::Input(format!(
+                "--range {text}: give two frequencies, the lower one first: --range 1.6,2.0"
+            )));
+        }
+        None => {}
+    }
+    let range = scene.orbit.as_ref().and_then(|o| o.range);
+    range.map(|[a, b]| (a, b)).ok_or_else(|| {
+        let help = "[orbit] with range = [1.6, 2.0], or --range 1.6,2.0 on the command line";
+        scene.error(Issue::new("orbit.range", "is missing", help)).into()
+    })
+}
+
+/// A body ready for shooting.
+pub fn propagator(system: System) -> Result<Propagator, CliError> {
+    Propagator::new(system).map_err(|e| CliError::Numerics(e.to_string()))
+}

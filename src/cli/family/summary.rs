@@ -1,0 +1,116 @@
+//! The text and the JSON of a family that is computed.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use signorini::records::{Branch, BranchEnd, PointKind, PointRecord, Solver, Way};
+use signorini::scenario::Scene;
+use signorini::store::StoredFamily;
+
+use super::jobs::Carried;
+use crate::cli::{CliError, Global, title};
+
+/// Special points that are listed.
+const MOST: usize = 30;
+
+/// Print the text or the JSON of a family.
+pub fn print(
+    global: &Global,
+    scene: &Scene,
+    carried: &Carried,
+    path: &Path,
+    wall: f64,
+) -> Result<(), CliError> {
+    global.print(|| to_json(carried, path, wall), || to_text(scene, carried, path, wall))
+}
+
+fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
+    let Carried { stored, ends, resumed } = carried;
+    let point = |p: &PointRecord| {
+        let o = p.orbit.as_ref();
+        json!({
+            "omega": p.omega, "branch": p.branch, "special": p.special, "converged": o.is_some(),
+            "energy": o.map(|o| o.energy), "amplitude": o.map(|o| o.amplitude), "residual": o.map(|o| o.residual),
+            "switches": o.map(|o| o.switches.len()), "stable": o.and_then(|o| o.stable),
+        })
+    };
+    let stop = |e: &BranchEnd| json!({"branch": e.branch, "stop": e.text, "complete": e.complete});
+    let points: Vec<Value> = stored.points.iter().map(point).collect();
+    let stops: Vec<Value> = ends.iter().map(stop).collect();
+    let branches: Vec<String> = stored.branches.iter().map(Branch::to_string).collect();
+    json!({"points": points, "branches": branches, "stops": stops, "resumed": resumed, "wall_s": wall,
+        "output": path.display().to_string()})
+}
+
+fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
+    let Carried { stored, ends, resumed } = carried;
+    let mut out = format!("{}\n", title(scene));
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<14}{text}");
+    };
+    line("found", found(stored, *resumed));
+    for e in ends {
+        let name = match ends.len() {
+            1 => String::new(),
+            _ => format!("{}: ", stored.branches[e.branch]),
+        };
+        line(if e.branch == 0 { "branches" } else { "" }, format!("{name}{}", e.text));
+    }
+    let specials: Vec<&PointRecord> =
+        stored.points.iter().filter(|p| is_on_the_way(&p.special)).collect();
+    for (k, p) in specials.iter().take(MOST).enumerate() {
+        let energy =
+            p.orbit.as_ref().map_or(String::new(), |o| format!(", energy {:.6}", o.energy));
+        let text = format!("omega = {:.8}{energy}: {}", p.omega, p.special);
+        line(if k == 0 { "on the way" } else { "" }, text);
+    }
+    if specials.len() > MOST {
+        line("", format!("… and {} more; all are in the file", specials.len() - MOST));
+    }
+    line("time", format!("{wall:.1} s"));
+    let path = path.display();
+    line("written to", format!("{path} (pictures: signorini plot {path})"));
+    out
+}
+
+/// Whether a point is listed: not those that every family has, nor those that are counted.
+fn is_on_the_way(kind: &PointKind) -> bool {
+    use PointKind::{EndOfRange, Gap, Jump, Regular, Start};
+    !matches!(kind, Regular | Start | EndOfRange | Jump | Gap(_))
+}
+
+/// How many orbits there are, and of what stability.
+fn found(stored: &StoredFamily, resumed: usize) -> String {
+    let orbits = || stored.points.iter().filter_map(|p| p.orbit.as_ref());
+    let stable = match orbits().any(|o| o.stable.is_some()) {
+        true => {
+            let count = orbits().filter(|o| o.stable == Some(true)).count();
+            format!(", {count} of them stable")
+        }
+        false => String::new(),
+    };
+    let before = match resumed {
+        0 => String::new(),
+        n => format!(" ({n} points of an earlier run)"),
+    };
+    format!("{} orbits{stable}{}{before}", orbits().count(), on_a_grid(stored))
+}
+
+/// What a grid of frequencies left open, and what to do about it.
+fn on_a_grid(stored: &StoredFamily) -> String {
+    let gaps = stored.points.iter().filter(|p| p.special.is_gap()).count();
+    let jumps = stored.points.iter().filter(|p| p.special == PointKind::Jump).count();
+    let outline = stored.outline();
+    if outline.way != Way::Sequential || gaps + jumps == 0 {
+        return String::new();
+    }
+    let hint = match outline.solver {
+        Solver::Shooting => {
+            "; the branch folds back there, or another crosses it: --follow arclength goes around"
+        }
+        _ => "; more harmonics, or --follow arclength, may close them",
+    };
+    format!(", {gaps} frequencies without one, {jumps} jumps to another branch{hint}")
+}

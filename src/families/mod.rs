@@ -1,0 +1,81 @@
+//! Families of orbits in files: what is asked for, what an earlier run left of it, what is missing, and where to go on.
+//!
+//! A family is opened ([`open`]) new or to go on with. What is [`Known`] of it are the points of an earlier run that stand: whole
+//! steps without a hole. On a grid of frequencies the rest are [`Legs`], onwards from the last point that is known and back
+//! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
+//! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program.
+//! [`start`] says where they begin.
+
+pub mod check;
+pub mod follow;
+mod known;
+mod legs;
+mod open;
+pub mod sequence;
+pub mod start;
+
+pub use known::Known;
+pub use legs::Legs;
+pub use open::{Asked, Opened, open};
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::hbm::HbmError;
+use crate::orbit::OrbitError;
+use crate::records::{BranchEnd, EndReason};
+use crate::store::StoreError;
+
+/// A family cannot be opened, or a branch of it not computed.
+#[derive(Debug, Error)]
+pub enum FamilyError {
+    /// The file is that of a run that did not end.
+    #[error("{} was begun by an earlier run that did not end: go on with --resume, or start anew with --force", .0.display())]
+    Unfinished(PathBuf),
+    /// What is there is another family.
+    #[error("{} cannot be gone on with: {why}; give the same command again, or another -o", path.display())]
+    Another {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        why: String,
+    },
+    /// What is there does not fit the body.
+    #[error("{}: {what}", path.display())]
+    Misfit {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        what: String,
+    },
+    /// A place to go on from does not fit the body.
+    #[error("the place that the earlier run left does not fit the body: damaged")]
+    Place,
+    /// The unknowns of harmonic balance by arclength do not hold a body that is free.
+    #[error(
+        "harmonic balance by arclength has the interface as its unknowns, which does not hold a body that can move rigidly: leave \
+         --follow arclength out, or shoot"
+    )]
+    Free,
+    /// No guess leads to an orbit.
+    #[error("no orbit to start from at omega = {omega}")]
+    NoStart {
+        /// Frequency.
+        omega: f64,
+    },
+    /// The file.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The orbits.
+    #[error(transparent)]
+    Orbit(#[from] OrbitError),
+    /// The solutions of harmonic balance.
+    #[error(transparent)]
+    Hbm(#[from] HbmError),
+}
+
+/// The end of a branch.
+fn ended(branch: usize, reason: EndReason, text: impl Into<String>, complete: bool) -> BranchEnd {
+    BranchEnd { branch, reason, text: text.into(), complete }
+}

@@ -1,0 +1,97 @@
+//! Families frequency by frequency on a grid: the legs that an earlier run left.
+
+use super::follow::Take;
+use super::{FamilyError, Legs, ended};
+use crate::hbm::branch as series_branch;
+use crate::hbm::newton::Settings;
+use crate::orbit::branch::{self, Sequential};
+use crate::orbit::search::Effort;
+use crate::orbit::{Closure, Propagator};
+use crate::records::{BranchEnd, EndReason, Grid, PointRecord};
+
+/// The part of a grid that is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// The grid.
+    pub grid: Grid,
+    /// Its least and largest frequency.
+    pub range: (f64, f64),
+    /// Whether it is walked from the high end to the low one.
+    pub downwards: bool,
+}
+
+impl Stretch {
+    fn legs(&self, known: &[&PointRecord]) -> Legs {
+        Legs::new(self.grid, self.range, self.downwards, known)
+    }
+}
+
+/// The unknowns and the frequency of a point, if it has an orbit.
+fn solution_of(p: &&PointRecord) -> Option<(f64, Vec<f64>)> {
+    let (omega, z) = p.place.as_ref()?.x.split_last()?;
+    Some((*omega, z.to_vec()))
+}
+
+/// Orbits at each frequency; `first` are the guesses while nothing is known, `known` the points of an earlier run in the order of the
+/// walk.
+pub fn orbits(
+    body: &mut Propagator,
+    closure: Closure,
+    first: Vec<Vec<f64>>,
+    stretch: Stretch,
+    known: &[&PointRecord],
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    let mut interrupted = false;
+    let legs = stretch.legs(known);
+    for (places, before) in legs.each(known) {
+        let frequencies = legs.frequencies(places);
+        let solutions = before.iter().filter_map(solution_of).collect();
+        let plan =
+            Sequential { grid: &frequencies, effort: Effort::default(), first: first.clone() };
+        let mut next = places.iter();
+        branch::sequential(body, closure, &plan, solutions, |point, _| {
+            let index = next.next().copied().unwrap_or_default();
+            let go = take(PointRecord { index, ..point });
+            interrupted = go.is_break();
+            go
+        })?;
+        if interrupted {
+            return Ok(ended(0, EndReason::Interrupted, "interrupted", false));
+        }
+    }
+    let Stretch { grid, range: (low, high), .. } = stretch;
+    let text = format!("{} frequencies from {low} to {high}", grid.within((low, high)).count());
+    Ok(ended(0, EndReason::Range, text, true))
+}
+
+/// Solutions of harmonic balance at each frequency, all numbers of harmonics at once; `known` are the points of an earlier run in the
+/// order of the walk.
+pub fn series(
+    body: &mut series_branch::Body,
+    (harmonics, settings): (&[usize], &Settings),
+    stretch: Stretch,
+    known: &[&PointRecord],
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    let mut interrupted = false;
+    let legs = stretch.legs(known);
+    for (places, before) in legs.each(known) {
+        let frequencies = legs.frequencies(places);
+        let plan = series_branch::Sequential { grid: &frequencies, harmonics, settings };
+        let mut next = places.iter().flat_map(|place| harmonics.iter().map(move |_| *place));
+        series_branch::sequential(body, &plan, &before, |point| {
+            let index = next.next().unwrap_or_default();
+            let go = take(PointRecord { index, ..point });
+            interrupted = go.is_break();
+            go
+        })?;
+        if interrupted {
+            break;
+        }
+    }
+    let all = stretch.grid.within(stretch.range).count();
+    let text = format!("{all} frequencies, {} numbers of harmonics", harmonics.len());
+    let reason = if interrupted { EndReason::Interrupted } else { EndReason::Range };
+    Ok(ended(0, reason, text, !interrupted))
+}

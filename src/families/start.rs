@@ -1,0 +1,73 @@
+//! Where families begin: how the orbits of a scene close, and guesses at the first one.
+
+use crate::contact::State;
+use crate::orbit::branch::mode_guess;
+use crate::orbit::{Closure, Propagator};
+use crate::problem::Problem;
+use crate::scenario::{Issue, Scene, SceneError};
+
+/// How periodic motions of a scene close.
+pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> {
+    let system = &problem.system;
+    let fail =
+        |key: &str, message: &str, help: &str| Err(scene.error(Issue::new(key, message, help)));
+    if system.n_contact() == 0 {
+        return fail(
+            "contact",
+            "is missing: orbits are those of a body in contact",
+            "add [contact]",
+        );
+    }
+    let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
+    if let Some(first) = frequencies.next() {
+        if frequencies.any(|w| w != first) {
+            return fail(
+                "load",
+                "harmonic loads of different frequencies have no common period",
+                "give all loads one omega",
+            );
+        }
+        return Ok(Closure::Forced);
+    }
+    if system.damping.is_some() {
+        return fail(
+            "damping",
+            "without a harmonic load a damped body has no periodic motion but rest",
+            "remove [damping] for a backbone, or add a [[load]] with omega",
+        );
+    }
+    let moving = problem.initial.v.iter().any(|v| *v != 0.0);
+    Ok(if moving { Closure::Autonomous } else { Closure::Reversible })
+}
+
+/// Amplitudes of the first mode over grazing, on the side away from the obstacle.
+const AMPLITUDES: [f64; 7] = [-1.1, -1.2, -1.05, -1.4, -1.7, -2.2, -3.0];
+
+/// Guesses at an orbit: the scene's initial state, or the first mode of the open body beyond grazing.
+pub fn guesses(
+    scene: &Scene,
+    initial: &State,
+    body: &Propagator,
+    closure: Closure,
+) -> Vec<Vec<f64>> {
+    let s = &scene.initial;
+    let given =
+        s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some();
+    let unknowns = closure.unknowns(body.n());
+    let mut list = vec![];
+    if given {
+        list.push(body.frame(initial)[..unknowns].to_vec());
+    } else if closure == Closure::Forced {
+        list.push(body.linear_response());
+        list.push(vec![0.0; unknowns]);
+    } else {
+        for amplitude in AMPLITUDES {
+            let guess = mode_guess(body, 1, amplitude);
+            list.extend(guess.map(|mut z| {
+                z.resize(unknowns, 0.0);
+                z
+            }));
+        }
+    }
+    list
+}

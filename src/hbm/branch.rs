@@ -1,0 +1,312 @@
+//! Families of harmonic-balance solutions, point by point, with all that a file keeps of them.
+
+use super::newton::{Failure, Settings, solve};
+use super::response::{self, Harmonics, Origin, Point, Summary, Track};
+use super::{Basis, HbmError, Reduction, Series, Solution};
+use crate::continuation::{self, Go, Options, Place, Stop};
+use crate::orbit::branch::kind_of;
+use crate::orbit::search::{Effort, find};
+use crate::orbit::{Closure, Propagator};
+use crate::records::{
+    GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, SeriesRecord, place_of_function,
+};
+
+/// The body of a family.
+pub struct Body {
+    /// For harmonic balance.
+    pub reduction: Reduction,
+    /// For shooting from every solution, which gives the stability of the orbit there; none: nothing is shot.
+    pub shooter: Option<Propagator>,
+}
+
+/// Coefficients of `u_O` in the order of files.
+fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
+    let n = reduction.n();
+    let n_h = s.q.n_h;
+    let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
+    for (i, function) in s.q.basis.functions(n_h).into_iter().enumerate() {
+        let f = place_of_function(function);
+        let state = reduction.state(s.q.of(i), &vec![0.0; n], 1.0);
+        coefficients[f * n..(f + 1) * n].copy_from_slice(&state.u);
+    }
+    SeriesRecord { omega: s.omega, n_h, coefficients }
+}
+
+/// A solution in the time domain as a file keeps it.
+pub fn record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, HbmError> {
+    let system = &reduction.system;
+    let summary = Summary::new(reduction, s)?;
+    let (q, dq) = s.q.at(0.0);
+    let state = reduction.state(&q, &dq, s.omega);
+    let (u0, v0) = state.full(system)?;
+    let node = |c: usize| system.body.dofs.contact_nodes[c];
+    Ok(OrbitRecord {
+        period: Reduction::period(s.omega),
+        energy: summary.energy,
+        amplitude: summary.amplitude,
+        residual: s.residual,
+        contact_time: summary.contact_time,
+        grazing: f64::NAN,
+        jumps: vec![f64::NAN; summary.switches.len()],
+        switches: summary.switches.iter().map(|&(t, c, closes)| (t, node(c), closes)).collect(),
+        u0,
+        v0,
+        ..OrbitRecord::default()
+    })
+}
+
+/// A solution as a point, with the stability of the orbit shot from it if that is asked for.
+fn point(
+    reduction: &Reduction,
+    shooter: Option<&mut Propagator>,
+    s: &Solution,
+    kind: PointKind,
+) -> Result<PointRecord, HbmError> {
+    let mut orbit = record(reduction, s)?;
+    let mut special = kind;
+    if let Some(body) = shooter {
+        let closure =
+            if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::Forced };
+        let (q, dq) = s.q.at(0.0);
+        let z = body.frame(&reduction.state(&q, &dq, s.omega));
+        let effort = Effort { rescue: false, ..Effort::default() };
+        let verdict = find(body, closure, &z[..closure.unknowns(body.n())], s.omega, &effort)?;
+        match verdict.orbit().and_then(|o| o.stability.as_ref()) {
+            Some(stability) => {
+                orbit.stable = Some(stability.is_stable());
+                orbit.multipliers = stability.multipliers.iter().map(|m| [m.0, m.1]).collect();
+                orbit.trivial = stability.trivial;
+            }
+            None if special == PointKind::Regular => {
+                special = PointKind::NoOrbitNear(verdict.kind());
+            }
+            None => {}
+        }
+    }
+    if s.undecided > 0 && special == PointKind::Regular {
+        special = PointKind::Undecided(s.undecided);
+    }
+    let series = Some(series_record(reduction, s));
+    Ok(PointRecord {
+        omega: s.omega,
+        special,
+        orbit: Some(orbit),
+        series,
+        ..PointRecord::default()
+    })
+}
+
+/// Why there is no solution, as a file keeps it.
+fn gap_reason(failure: &Failure) -> GapReason {
+    match *failure {
+        Failure::NotConverged { residual, iterations } => {
+            GapReason::NotConverged { residual, iterations }
+        }
+        Failure::NoContact => GapReason::NoContact,
+        Failure::Inadmissible { theta } => GapReason::Inadmissible { theta },
+        Failure::NoStart => GapReason::NoStart,
+    }
+}
+
+/// What a point of a sequential continuation is.
+fn kind_of_point(p: &Point) -> PointKind {
+    match (&p.solution, p.jumped, p.origin) {
+        (Err(failure), ..) => PointKind::Gap(gap_reason(failure)),
+        (Ok(_), true, _) => PointKind::Jump,
+        (Ok(_), false, Origin::Started) => PointKind::Start,
+        (Ok(_), false, _) => PointKind::Regular,
+    }
+}
+
+/// Where a sequential continuation stands: the solution in modal coordinates if there is one, the frequency, and the solution of one
+/// harmonic that the ladder began with (which may have stood all the same).
+fn sequential_place(p: &Point) -> Option<PlaceRecord> {
+    let base = p.base.as_ref().map(|q| q.a.clone());
+    let found = p.solution.as_ref().ok().map(|s| &s.q.a[..]);
+    if found.is_none() && base.is_none() {
+        return None;
+    }
+    let x = found.unwrap_or_default().iter().copied().chain([p.omega]).collect();
+    Some(PlaceRecord { x, base: base.unwrap_or_default(), ..PlaceRecord::default() })
+}
+
+/// The series of a place.
+fn series_of_place(basis: Basis, n_h: usize, n: usize, a: &[f64]) -> Option<Series> {
+    let mut q = Series::zeros(basis, n_h, n);
+    (a.len() == q.a.len()).then(|| {
+        q.a.copy_from_slice(a);
+        q
+    })
+}
+
+/// What the points of an earlier run let the continuation know, in the order of the walk.
+fn tracks_of(reduction: &Reduction, harmonics: &[usize], known: &[&PointRecord]) -> Vec<Track> {
+    let mut tracks = vec![Track::default(); harmonics.len() + 1];
+    let (basis, n) = (reduction.basis, reduction.n());
+    for p in known {
+        let Some(place) = &p.place else { continue };
+        let (a, omega) = place.x.split_at(place.x.len().saturating_sub(1));
+        let &[omega] = omega else { continue };
+        let Some(&n_h) = harmonics.get(p.branch) else { continue };
+        if p.branch == 0
+            && let Some(base) = series_of_place(basis, 1, n, &place.base)
+        {
+            tracks[0].push(omega, base);
+        }
+        if let Some(q) = series_of_place(basis, n_h, n, a) {
+            tracks[p.branch + 1].push(omega, q);
+        }
+    }
+    tracks
+}
+
+/// What a sequential continuation computes at each frequency.
+pub struct Sequential<'a> {
+    /// Frequencies, in order.
+    pub grid: &'a [f64],
+    /// Numbers of harmonics, ascending: a branch each.
+    pub harmonics: &'a [usize],
+    /// Newton's settings.
+    pub settings: &'a Settings,
+}
+
+/// Sequential continuation, all numbers of harmonics at each frequency. `known` are the points of an earlier part.
+pub fn sequential(
+    body: &mut Body,
+    plan: &Sequential,
+    known: &[&PointRecord],
+    mut take: impl FnMut(PointRecord) -> Go,
+) -> Result<(), HbmError> {
+    let Body { reduction, shooter } = body;
+    let mut tracks = tracks_of(reduction, plan.harmonics, known);
+    let mut branches = (0..plan.harmonics.len()).cycle();
+    let mut failed = None;
+    let each = |reduction: &Reduction, p: Point| {
+        let branch = branches.next().unwrap_or_default();
+        let kind = kind_of_point(&p);
+        let record = match &p.solution {
+            Ok(s) => point(reduction, shooter.as_mut(), s, kind),
+            Err(_) => Ok(PointRecord { omega: p.omega, special: kind, ..PointRecord::default() }),
+        };
+        match record {
+            Ok(record) => take(PointRecord { branch, place: sequential_place(&p), ..record }),
+            Err(e) => {
+                failed = Some(e);
+                Go::Break(())
+            }
+        }
+    };
+    let Sequential { grid, harmonics, settings } = *plan;
+    response::sequential(reduction, harmonics, grid, settings, &mut tracks, each)?;
+    failed.map_or(Ok(()), Err)
+}
+
+/// The solution that a branch by arclength starts from: the linear response (forced), or the first one that is found.
+pub fn first_solution(
+    reduction: &mut Reduction,
+    n_h: usize,
+    omega: f64,
+) -> Result<Option<Solution>, HbmError> {
+    reduction.set_frequency(omega);
+    let settings = Settings::default();
+    if reduction.basis == Basis::Full {
+        let zero = Series::zeros(Basis::Full, n_h, reduction.n());
+        return Ok(solve(reduction, &zero, omega, &settings)?.ok());
+    }
+    let mut found = None;
+    let mut tracks = vec![Track::default(); 2];
+    response::sequential(reduction, &[n_h], &[omega], &settings, &mut tracks, |_, p| {
+        found = p.solution.ok();
+        Go::Continue(())
+    })?;
+    Ok(found)
+}
+
+/// Where a continuation stands, as a file keeps it.
+fn place_record(place: &Place<()>) -> PlaceRecord {
+    PlaceRecord {
+        x: place.x.clone(),
+        tangent: place.tangent.clone(),
+        step: place.step,
+        orientation: place.orientation,
+        signature: place.signature.clone(),
+        ..PlaceRecord::default()
+    }
+}
+
+/// The place that a file kept, if it is one of this body's with `n_h` harmonics.
+pub fn place_of(reduction: &Reduction, n_h: usize, record: &PlaceRecord) -> Option<Place<()>> {
+    let unknowns = reduction.basis.len(n_h) * reduction.q.ncols();
+    let fits = record.x.len() == unknowns + 1 && record.tangent.len() == unknowns + 1;
+    fits.then(|| Place {
+        x: record.x.clone(),
+        tangent: record.tangent.clone(),
+        step: record.step,
+        chart: (),
+        orientation: record.orientation,
+        signature: record.signature.clone(),
+    })
+}
+
+/// Where a branch begins.
+pub enum Start {
+    /// At a solution, towards growing (`> 0`) or falling frequency.
+    Solution(Box<Solution>, f64),
+    /// Where an earlier continuation stood.
+    Place(Place<()>),
+}
+
+/// Follow a family of `n_h` harmonics by arclength (or, with `natural`, by frequency).
+pub fn arclength(
+    body: &mut Body,
+    n_h: usize,
+    start: Start,
+    options: &Options,
+    mut take: impl FnMut(PointRecord) -> Go,
+) -> Result<Option<Stop>, HbmError> {
+    let Body { reduction, shooter } = body;
+    let mut family = Harmonics { reduction, n_h };
+    let place = match start {
+        Start::Place(place) => place,
+        Start::Solution(solution, direction) => {
+            let x = family.unknowns(&solution)?;
+            let Some(place) = Place::start(&mut family, x, direction, options.step.0)? else {
+                return Ok(None);
+            };
+            place
+        }
+    };
+    let mut failed = None;
+    let stop = continuation::follow(&mut family, place, options, |family, p| {
+        // a special point inside a step is no place to go on from: the step is made anew
+        let place = p.special.is_none().then(|| place_record(&p.place));
+        let kind = p.special.as_ref().map_or(PointKind::Regular, kind_of);
+        let record =
+            family.solution(&p.x).and_then(|s| point(family.reduction, shooter.as_mut(), &s, kind));
+        match record {
+            Ok(record) => take(PointRecord { place, ..record }),
+            Err(e) => {
+                failed = Some(e);
+                Go::Break(())
+            }
+        }
+    })?;
+    failed.map_or(Ok(Some(stop)), Err)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_is_called_in_files_as_it_calls_itself() {
+        for failure in [
+            Failure::NotConverged { residual: 1.25e-3, iterations: 60 },
+            Failure::NoContact,
+            Failure::Inadmissible { theta: 0.75 },
+            Failure::NoStart,
+        ] {
+            assert_eq!(gap_reason(&failure).to_string(), failure.to_string());
+        }
+    }
+}

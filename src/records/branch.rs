@@ -1,0 +1,185 @@
+//! What a branch of a family holds.
+//!
+//! In files a branch stands as a name, which is written by [`std::fmt::Display`] and read by [`Branch::of_name`], here and nowhere else.
+
+use std::fmt::{Display, Formatter, Result};
+
+/// What a branch of a family holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Branch {
+    /// Orbits by shooting, one at each frequency of a grid.
+    Sequential,
+    /// Orbits by shooting, along the family.
+    Along(Direction),
+    /// Solutions of harmonic balance.
+    Series {
+        /// Number of harmonics.
+        harmonics: usize,
+        /// Along the family; none: at each frequency of a grid.
+        direction: Option<Direction>,
+    },
+    /// Forced response.
+    Response {
+        /// Damping ratio in percent; none: the scene's own damping.
+        percent: Option<f64>,
+        /// Number of harmonics and direction of the walk, by harmonic balance; none: by shooting.
+        series: Option<(usize, Direction)>,
+    },
+    /// Orbits shot from the series of another file.
+    Checked {
+        /// Number of harmonics of the series.
+        harmonics: usize,
+    },
+    /// Named by another version.
+    Other(String),
+}
+
+/// Where a branch goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// To higher frequencies.
+    Up,
+    /// To lower frequencies.
+    Down,
+}
+
+impl Direction {
+    /// Both, in the order in which branches stand.
+    pub const BOTH: [Direction; 2] = [Direction::Up, Direction::Down];
+
+    /// `±1`
+    pub fn sign(self) -> f64 {
+        match self {
+            Direction::Up => 1.0,
+            Direction::Down => -1.0,
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Direction::Up => "up",
+            Direction::Down => "down",
+        }
+    }
+
+    fn of_word(word: &str) -> Option<Direction> {
+        Direction::BOTH.into_iter().find(|d| d.word() == word)
+    }
+}
+
+impl Branch {
+    /// Damping ratio in percent, where several were asked for.
+    pub fn percent(&self) -> Option<f64> {
+        match self {
+            Branch::Response { percent, .. } => *percent,
+            _ => None,
+        }
+    }
+
+    /// Number of harmonics of the series.
+    pub fn harmonics(&self) -> Option<usize> {
+        match self {
+            Branch::Series { harmonics, .. } | Branch::Checked { harmonics } => Some(*harmonics),
+            Branch::Response { series, .. } => series.map(|s| s.0),
+            _ => None,
+        }
+    }
+
+    /// Where it goes, if it is walked along.
+    pub fn direction(&self) -> Option<Direction> {
+        match self {
+            Branch::Along(direction) => Some(*direction),
+            Branch::Series { direction, .. } => *direction,
+            Branch::Response { series, .. } => series.map(|s| s.1),
+            _ => None,
+        }
+    }
+
+    /// The branch that is named so.
+    pub fn of_name(name: &str) -> Branch {
+        let plain = [Branch::Sequential].into_iter().chain(Direction::BOTH.map(Branch::Along));
+        let read = [series(name), response(name), checked(name)];
+        plain
+            .chain(read.into_iter().flatten())
+            .find(|branch| branch.to_string() == name)
+            .unwrap_or_else(|| Branch::Other(name.to_owned()))
+    }
+}
+
+fn series(name: &str) -> Option<Branch> {
+    let mut parts = name.strip_prefix("N_h = ")?.split(", ");
+    let harmonics = parts.next()?.parse().ok()?;
+    Some(Branch::Series { harmonics, direction: parts.next().and_then(Direction::of_word) })
+}
+
+fn response(name: &str) -> Option<Branch> {
+    let mut parts = name.split(", ");
+    let percent = match parts.next()?.strip_prefix("damping ratio ") {
+        Some(number) => Some(number.strip_suffix(" %")?.parse().ok()?),
+        None => None,
+    };
+    let harmonics = parts.next().and_then(|p| p.strip_prefix("N_h = ")?.parse().ok());
+    let direction = parts.next().and_then(Direction::of_word);
+    Some(Branch::Response { percent, series: harmonics.zip(direction) })
+}
+
+fn checked(name: &str) -> Option<Branch> {
+    let harmonics = name.strip_prefix("orbits shot from N_h = ")?.parse().ok()?;
+    Some(Branch::Checked { harmonics })
+}
+
+impl Display for Branch {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        match self {
+            Branch::Sequential => write!(f, "shooting, sequential"),
+            Branch::Along(Direction::Up) => write!(f, "shooting, to higher frequencies"),
+            Branch::Along(Direction::Down) => write!(f, "shooting, to lower frequencies"),
+            Branch::Series { harmonics, direction } => {
+                write!(f, "N_h = {harmonics}")?;
+                direction.map_or(Ok(()), |d| write!(f, ", {}", d.word()))
+            }
+            Branch::Response { percent, series } => {
+                match percent {
+                    Some(percent) => write!(f, "damping ratio {percent} %")?,
+                    None => write!(f, "forced response")?,
+                }
+                series.map_or(Ok(()), |(n_h, d)| write!(f, ", N_h = {n_h}, {}", d.word()))
+            }
+            Branch::Checked { harmonics } => write!(f, "orbits shot from N_h = {harmonics}"),
+            Branch::Other(name) => f.write_str(name),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_branch_is_read_as_it_was_written() {
+        let walks = [None, Some(Direction::Up), Some(Direction::Down)];
+        let mut all = vec![Branch::Sequential, Branch::Checked { harmonics: 7 }];
+        all.push(Branch::Other("branch of a later version".into()));
+        all.extend(Direction::BOTH.map(Branch::Along));
+        all.extend(walks.map(|direction| Branch::Series { harmonics: 11, direction }));
+        for percent in [None, Some(0.5), Some(100.0 * 0.07)] {
+            let series = walks.map(|walk| walk.map(|d| (3, d)));
+            all.extend(series.map(|series| Branch::Response { percent, series }));
+        }
+        for branch in all {
+            let name = branch.to_string();
+            assert_eq!(Branch::of_name(&name), branch, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_say_what_the_pictures_need() {
+        let branch = Branch::of_name("damping ratio 0.5 %, N_h = 11, up");
+        assert_eq!(branch.percent(), Some(0.5));
+        assert_eq!(branch.harmonics(), Some(11));
+        assert_eq!(branch.direction(), Some(Direction::Up));
+        for name in ["", "shooting", "N_h = 3, sideways", "damping ratio x %", "N_h = 03"] {
+            assert_eq!(Branch::of_name(name), Branch::Other(name.into()));
+        }
+    }
+}

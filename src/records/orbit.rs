@@ -1,0 +1,56 @@
+//! An orbit as plain data.
+
+use serde::{Deserialize, Serialize};
+
+use super::bits;
+
+/// An orbit as it is stored.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct OrbitRecord {
+    /// Period.
+    #[serde(with = "bits::one")]
+    pub period: f64,
+    /// Largest energy over the period.
+    #[serde(with = "bits::one")]
+    pub energy: f64,
+    /// Largest contact displacement.
+    #[serde(with = "bits::one")]
+    pub amplitude: f64,
+    /// Return error.
+    #[serde(with = "bits::one")]
+    pub residual: f64,
+    /// Time in contact.
+    #[serde(with = "bits::one")]
+    pub contact_time: f64,
+    /// Distance from grazing.
+    #[serde(with = "bits::one")]
+    pub grazing: f64,
+    /// Largest penetration over the unit of length.
+    #[serde(with = "bits::one")]
+    pub penetration: f64,
+    /// Largest tension, likewise.
+    #[serde(with = "bits::one")]
+    pub tension: f64,
+    /// Energy that is not accounted for, over the energy.
+    #[serde(with = "bits::one")]
+    pub balance: f64,
+    /// All displacements at `t = 0`, `u_C` along the outward normal.
+    #[serde(with = "bits::many")]
+    pub u0: Vec<f64>,
+    /// All velocities.
+    #[serde(with = "bits::many")]
+    pub v0: Vec<f64>,
+    /// Multipliers: real and imaginary parts. Empty: not computed.
+    #[serde(with = "bits::pairs")]
+    pub multipliers: Vec<[f64; 2]>,
+    /// How many of them belong to the family.
+    pub trivial: usize,
+    /// Whether it is stable, if that is known.
+    pub stable: Option<bool>,
+    /// Switches: time, mesh node, whether it closes.
+    #[serde(with = "bits::switches")]
+    pub switches: Vec<(f64, usize, bool)>,
+    /// Energy jumps at the switches.
+    #[serde(with = "bits::many")]
+    pub jumps: Vec<f64>,
+}

@@ -1,0 +1,54 @@
+//! A point of a family as plain data: its orbit or series, and where to go on from it.
+
+use serde::{Deserialize, Serialize};
+
+use super::{CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
+
+/// Where a continuation stood.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlaceRecord {
+    /// Unknowns, the parameter last.
+    #[serde(with = "bits::many")]
+    pub x: Vec<f64>,
+    /// Tangent.
+    #[serde(with = "bits::many")]
+    pub tangent: Vec<f64>,
+    /// Step.
+    #[serde(with = "bits::one")]
+    pub step: f64,
+    /// Sign of the bordered determinant.
+    #[serde(with = "bits::one")]
+    pub orientation: f64,
+    /// Signature.
+    pub signature: Vec<i64>,
+    /// Active sets of the chart, one row each.
+    pub sets: Vec<Vec<bool>>,
+    /// Contact node of each event.
+    pub nodes: Vec<usize>,
+    /// Harmonic balance: the solution of one harmonic that the ladder at this frequency began with.
+    #[serde(with = "bits::many")]
+    pub base: Vec<f64>,
+}
+
+/// One row of `/backbone`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointRecord {
+    /// Frequency.
+    #[serde(with = "bits::one")]
+    pub omega: f64,
+    /// Which branch (one for each damping ratio, number of harmonics, …).
+    pub branch: usize,
+    /// Place on the branch: the number of the frequency on a grid (falling where the branch is walked downwards), or the count from its
+    /// start. With the branch it is the point's name: no two points of a file share both.
+    pub index: i64,
+    /// What it is.
+    pub special: PointKind,
+    /// The orbit; none: a point that was asked for and does not exist.
+    pub orbit: Option<OrbitRecord>,
+    /// Where to go on.
+    pub place: Option<PlaceRecord>,
+    /// The series, if harmonic balance made the point.
+    pub series: Option<SeriesRecord>,
+    /// What a cross-check found.
+    pub check: Option<CheckRow>,
+}

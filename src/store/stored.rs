@@ -1,0 +1,167 @@
+//! A family of orbits as a file, or the journal of an unfinished one, holds it.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::Group;
+use serde_json as json;
+
+use super::journal;
+use super::orbits::{Word, read_orbit, read_place, read_scalar};
+use super::reader::{Careful, open, reading};
+use super::series::{Names, read_crosscheck, read_series};
+use super::{StoreError, read_text};
+use crate::records::{Branch, BranchEnd, FamilyKind, Outline, PointKind, PointRecord, Status};
+
+/// A stored family.
+#[derive(Debug, Clone, Default)]
+pub struct StoredFamily {
+    /// Path.
+    pub path: PathBuf,
+    /// Scene title.
+    pub title: String,
+    /// Scene text.
+    pub scene: String,
+    /// How it ended.
+    pub status: Status,
+    /// What kind of family, in words.
+    pub kind: String,
+    /// What determines it (files of earlier versions do not say).
+    pub identity: Option<FamilyKind>,
+    /// Frequencies that it was asked for.
+    pub range: [f64; 2],
+    /// The branches.
+    pub branches: Vec<Branch>,
+    /// How the branches ended; empty while they are computed.
+    pub ends: Vec<BranchEnd>,
+    /// All points, displacements along the axes.
+    pub points: Vec<PointRecord>,
+    /// Most harmonics of `/hbm`.
+    pub harmonics: usize,
+}
+
+/// Names of branches.
+pub(super) fn names_of(branches: &[Branch]) -> Vec<String> {
+    branches.iter().map(Branch::to_string).collect()
+}
+
+impl StoredFamily {
+    /// Its kind without numbers; files of earlier versions say it by a name only.
+    pub fn outline(&self) -> Outline {
+        self.identity.as_ref().map_or_else(|| Outline::of_name(&self.kind), FamilyKind::outline)
+    }
+
+    /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill. With what there
+    /// is to say of a damaged journal.
+    pub fn recover(path: &Path) -> Result<(StoredFamily, Option<String>), StoreError> {
+        match journal::read(path) {
+            Some((family, None)) => Ok((family, None)),
+            Some((family, Some(line))) => {
+                let text = format!(
+                    "line {line} of the journal of {} is damaged; the {} points before it are kept, all others are computed anew",
+                    path.display(),
+                    family.points.len()
+                );
+                Ok((family, Some(text)))
+            }
+            None => {
+                let note = journal::exists(path).then(|| {
+                    format!("the journal of {} cannot be read; its file is taken", path.display())
+                });
+                Ok((Self::read(path)?, note))
+            }
+        }
+    }
+
+    /// Whether an earlier run left a journal, which it only does if it did not end.
+    pub fn is_unfinished(path: &Path) -> bool {
+        journal::exists(path)
+    }
+
+    /// Whether there is something of this name to go on with.
+    pub fn is_begun(path: &Path) -> bool {
+        path.exists() || journal::exists(path)
+    }
+
+    /// Read a family.
+    pub fn read(path: &Path) -> Result<StoredFamily, StoreError> {
+        reading(path, || Self::read_all(path))
+    }
+
+    fn read_all(path: &Path) -> Result<StoredFamily, StoreError> {
+        let file = open(path)?;
+        let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
+        let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
+        let mut points = read_points(&g)?;
+        let harmonics = read_parts(path, &file, &mut points)?;
+        let text = |name: &str| read_text(&file, name).unwrap_or_default();
+        let parsed = |name: &str| read_text(&g, name).unwrap_or_default();
+        let range = g.attr("range").and_then(|a| a.read_raw::<f64>()).unwrap_or_default();
+        Ok(StoredFamily {
+            path: path.to_owned(),
+            title: text("title"),
+            scene: text("scene"),
+            status: Status::of_name(&text("status")),
+            kind: parsed("kind"),
+            identity: json::from_str(&parsed("identity")).ok(),
+            range: if let [low, high] = range[..] { [low, high] } else { [f64::NAN; 2] },
+            branches: parsed("branches").lines().map(Branch::of_name).collect(),
+            ends: json::from_str(&parsed("ends")).unwrap_or_default(),
+            points,
+            harmonics,
+        })
+    }
+}
+
+/// The points of `/backbone`, without series and checks.
+fn read_points(g: &Group) -> Result<Vec<PointRecord>, StoreError> {
+    let special: Vec<Word> = g.dataset("special")?.values()?;
+    let branch: Vec<f64> = g.dataset("branch")?.values()?;
+    // files of earlier versions have no index: the order of the rows says it
+    let index: Option<Vec<f64>> = g.dataset("index").and_then(|d| d.values()).ok();
+    let points = g.group("points")?;
+    let mut all: Vec<PointRecord> = vec![];
+    for (k, (special, branch)) in special.iter().zip(&branch).enumerate() {
+        let p = points.group(&format!("{k:04}"))?;
+        let orbit = if p.link_exists("u0") { Some(read_orbit(&p)?) } else { None };
+        let branch = *branch as usize;
+        let counted = || all.iter().filter(|p| p.branch == branch).count() as i64;
+        all.push(PointRecord {
+            omega: read_scalar(&p, "omega")?,
+            branch,
+            index: index.as_ref().and_then(|i| i.get(k)).map_or_else(counted, |i| *i as i64),
+            special: PointKind::of_name(special.as_str()),
+            orbit,
+            place: read_place(&p)?,
+            series: None,
+            check: None,
+        });
+    }
+    Ok(all)
+}
+
+/// Give the points their series and checks, where the file holds such; most harmonics of a series.
+fn read_parts(
+    path: &Path,
+    file: &hdf5::File,
+    points: &mut [PointRecord],
+) -> Result<usize, StoreError> {
+    let mut harmonics = 0;
+    if let Ok(hbm) = file.group("hbm") {
+        let shape = hbm.dataset("coefficients")?.shape();
+        let rows: Vec<i64> = hbm.dataset("point")?.values()?;
+        harmonics = shape.get(1).map_or(0, |f| f / 2);
+        let n_o = shape.get(2).copied().unwrap_or(0);
+        let series = read_series(path, &Names::default(), n_o)?;
+        for (row, series) in rows.iter().zip(series) {
+            if let Some(point) = usize::try_from(*row).ok().and_then(|row| points.get_mut(row)) {
+                point.series = Some(series);
+            }
+        }
+    }
+    if let Some(checks) = read_crosscheck(path)? {
+        for (point, check) in points.iter_mut().zip(checks) {
+            point.check = Some(check);
+        }
+    }
+    Ok(harmonics)
+}
