@@ -10,7 +10,7 @@ use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::branch::{Start, all, arclength, mode_guess, place_of, starts};
 use signorini::orbit::chain::Propagator;
 use signorini::orbit::credentials::examine;
-use signorini::orbit::reading::read;
+use signorini::orbit::period_map::integrate;
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::shooting::{Closure, linearised};
 use signorini::orbit::{Orbit, floquet};
@@ -150,8 +150,8 @@ fn multipliers_of_a_reversible_orbit_are_reciprocal() {
         assert!(nearest < 1e-6, "{re} {im}: {nearest:e}");
     }
     let z: Vec<f64> = orbit.z.iter().copied().chain(vec![0.0; body.n()]).collect();
-    let reading = read(&body, &orbit.state, orbit.period).unwrap();
-    let m = floquet::monodromy(&body, &z, &reading, orbit.period).unwrap();
+    let passage = integrate(&body, &orbit.state, orbit.period).unwrap();
+    let m = floquet::monodromy(&body, &z, &passage, orbit.period).unwrap();
     assert!((m.determinant().abs() - 1.0).abs() < 1e-8);
 }
 
@@ -272,7 +272,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         let first = distance(&y);
         let mut furthest = 0.0f64;
         for _ in 0..200 {
-            let end = read(&body, &body.state(&y), TAU / p.omega).unwrap();
+            let end = integrate(&body, &body.state(&y), TAU / p.omega).unwrap();
             y = body.frame(&end.report.last);
             furthest = furthest.max(distance(&y));
         }

@@ -11,7 +11,7 @@ use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
 use signorini::families::start;
 use signorini::orbit::search::{Effort, Verdict, find};
-use signorini::orbit::{Closure, Orbit, Propagator, branch, reading};
+use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
 use signorini::records::Status;
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
@@ -280,7 +280,8 @@ fn write(
 ) -> Result<(), CliError> {
     let mut writer = Writer::create(path, scene, &body.system, options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
-    let done = event::run(&body.system, &orbit.state, &run, &mut reading::flow(body), &mut writer);
+    let done =
+        event::run(&body.system, &orbit.state, &run, &mut period_map::flow(body), &mut writer);
     let report = match done {
         Ok(report) => report,
         Err(e) => {

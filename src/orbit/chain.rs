@@ -23,6 +23,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
+use super::saltation;
 use crate::contact::State;
 use crate::contact::{ActiveSet, System};
 use crate::fem::FemError;
@@ -277,19 +278,15 @@ impl Propagator {
                     equations[(j, given + j - 1)] += e.by_last_time;
                 }
             } else {
-                // the saltation matrix: δt = −∇h δu / ḣ
                 let gradient = link.row(chain.nodes[j]);
-                let delays: Vec<f64> =
-                    (0..k).map(|c| -dot(&gradient, b.col_as_slice(c)) / e.rate).collect();
+                let slopes: Vec<f64> = (0..k).map(|c| dot(&gradient, b.col_as_slice(c))).collect();
                 let next = &chain.sets[j + 1];
                 if let Some(t) = self.transform(place, next)? {
                     b = product(t.as_ref().as_ref(), b.as_ref());
                 }
                 place = next;
-                for (c, delay) in delays.iter().enumerate() {
-                    for (i, &jump) in e.jump.iter().enumerate() {
-                        b[(i, k + c)] += jump * delay;
-                    }
+                for (c, &slope) in slopes.iter().enumerate() {
+                    saltation::pass(&e.jump, e.rate, slope, b.col_as_slice_mut(k + c));
                 }
             }
         }

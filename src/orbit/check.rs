@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::OrbitError;
 use super::chain::Propagator;
-use super::reading::read;
+use super::period_map::integrate;
 use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
 use crate::contact::State;
@@ -91,9 +91,9 @@ pub fn check(
     let (full_u, full_v) = state.full(&body.system)?;
     let energy = body.system.kinetic(&full_v) + body.system.elastic(&full_u);
     let z = body.frame(&state);
-    let return_error = match read(body, &state, period) {
-        Ok(reading) => {
-            let end = body.frame(&reading.report.last);
+    let return_error = match integrate(body, &state, period) {
+        Ok(passage) => {
+            let end = body.frame(&passage.report.last);
             let d: Vec<f64> = end.iter().zip(&z).map(|(a, b)| a - b).collect();
             norm(&d) / norm(&z)
         }
@@ -190,8 +190,8 @@ pub fn series_of_orbit(
     let n = body.n();
     let period = TAU / omega;
     let samples = 64 * n_h.max(8);
-    let reading = read(body, &body.state(z), period)?;
-    let walk = body.walk(&reading.chain, z, &reading.times, period)?;
+    let passage = integrate(body, &body.state(z), period)?;
+    let walk = body.walk(&passage.chain, z, &passage.times, period)?;
     let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
     for k in 0..samples {
         let t = period * k as f64 / samples as f64;

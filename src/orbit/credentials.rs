@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use super::OrbitError;
 use super::chain::Propagator;
 use super::floquet::{Stability, stability};
-use super::reading::{Reading, read_with};
+use super::period_map::{Passage, integrate_with};
 use super::shooting::Closure;
 use crate::contact::State;
 use crate::continuation::norm;
@@ -192,8 +192,8 @@ pub fn examine(
         last: vec![],
         sizes: vec![],
     };
-    let reading: Reading = read_with(body, &state, period, SAMPLES, &mut scan)?;
-    let report = &reading.report;
+    let passage: Passage = integrate_with(body, &state, period, SAMPLES, &mut scan)?;
+    let report = &passage.report;
     let mut start = z.to_vec();
     start.resize(2 * body.n(), 0.0);
     let end = body.frame(&report.last);
@@ -210,7 +210,7 @@ pub fn examine(
         system.constraints.iter().map(|c| c.stiffness).fold(f64::MIN_POSITIVE, f64::max);
     let energy = scan.energy.max(f64::MIN_POSITIVE);
     let stability = if multipliers && body.n() <= MULTIPLIER_LIMIT {
-        match stability(body, closure, &start, &reading, period) {
+        match stability(body, closure, &start, &passage, period) {
             Ok(known) => Some(known),
             // at a grazing, or at rest on the obstacle, the monodromy matrix is not finite
             Err(OrbitError::Eigen(_)) => None,
@@ -234,7 +234,7 @@ pub fn examine(
         jumps: report.energy_jumps / energy,
         grazing: scan.grazing,
         stability,
-        switches: reading.report.switches,
+        switches: passage.report.switches,
         z: z.to_vec(),
         state,
     })

@@ -9,7 +9,7 @@ use faer::Mat;
 
 use super::OrbitError;
 use super::chain::{Propagator, Switches};
-use super::reading::Reading;
+use super::period_map::Passage;
 use super::shooting::Closure;
 use crate::continuation::norm;
 
@@ -53,17 +53,17 @@ impl Stability {
 /// Multipliers further out than this are unstable.
 const OUTSIDE: f64 = 1e-6;
 
-/// The monodromy matrix in the frame, from the reading of a whole period.
+/// The monodromy matrix in the frame, from the passage of a whole period.
 pub fn monodromy(
     body: &Propagator,
     z: &[f64],
-    reading: &Reading,
+    passage: &Passage,
     period: f64,
 ) -> Result<Mat<f64>, OrbitError> {
     let n = body.n();
-    let walk = body.walk(&reading.chain, z, &reading.times, period)?;
+    let walk = body.walk(&passage.chain, z, &passage.times, period)?;
     let start = Mat::<f64>::identity(2 * n, 2 * n);
-    Ok(body.tangent(&reading.chain, &walk, start.as_ref(), Switches::Saltation)?.end)
+    Ok(body.tangent(&passage.chain, &walk, start.as_ref(), Switches::Saltation)?.end)
 }
 
 /// Stability of an orbit from its monodromy matrix.
@@ -71,15 +71,15 @@ pub fn stability(
     body: &Propagator,
     closure: Closure,
     z: &[f64],
-    reading: &Reading,
+    passage: &Passage,
     period: f64,
 ) -> Result<Stability, OrbitError> {
-    let m = monodromy(body, z, reading, period)?;
+    let m = monodromy(body, z, passage, period)?;
     let autonomous = closure != Closure::Forced;
     let rest = if autonomous {
         let mut full = z.to_vec();
         full.resize(2 * body.n(), 0.0);
-        deflate(&m, &body.rate(&full, &reading.chain)?)
+        deflate(&m, &body.rate(&full, &passage.chain)?)
     } else {
         m
     };

@@ -11,7 +11,8 @@ use crate::flow::propagate;
 
 use super::OrbitError;
 use super::chain::Propagator;
-use super::reading::{Reading, read_with};
+use super::period_map::{Passage, integrate_with};
+use super::saltation;
 use crate::continuation::norm;
 
 /// A switch with the state at it.
@@ -51,10 +52,10 @@ pub fn half_period<'a>(
     body: &'a Propagator,
     z: &[f64],
     end: f64,
-) -> Result<(Reading, HalfPeriod<'a>), OrbitError> {
+) -> Result<(Passage, HalfPeriod<'a>), OrbitError> {
     let system = &body.system;
     let mut states = States(vec![], body.n());
-    let reading = read_with(body, &body.state(z), end, 0, &mut states)?;
+    let passage = integrate_with(body, &body.state(z), end, 0, &mut states)?;
     let mut scratch = system.scratch();
     let n = body.n();
     let mut jumps = vec![];
@@ -63,7 +64,7 @@ pub fn half_period<'a>(
         phase.acceleration(t, &x.u, &x.v, &mut scratch, &mut a);
         a
     };
-    for s in &reading.report.switches {
+    for s in &passage.report.switches {
         let Some((_, x)) = states.0.iter().find(|(t, _)| *t == s.t) else { continue };
         let (before, after) = (system.phase(&s.before), system.phase(&s.after));
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
@@ -72,8 +73,8 @@ pub fn half_period<'a>(
         let rate = before.monitor_rates_at(s.t, &x.v)[monitor];
         jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
     }
-    let last = system.phase(&reading.report.active);
-    Ok((reading, HalfPeriod { body, jumps, last, end }))
+    let last = system.phase(&passage.report.active);
+    Ok((passage, HalfPeriod { body, jumps, last, end }))
 }
 
 impl HalfPeriod<'_> {
@@ -87,8 +88,8 @@ impl HalfPeriod<'_> {
                 propagate(system, &j.phase, j.t - t, scratch, (&mut du, &mut dv));
                 t = j.t;
             }
-            let delay = -j.phase.monitor_gradient_at(&du)[j.monitor] / j.rate;
-            dv.iter_mut().zip(&j.jump).for_each(|(v, a)| *v += a * delay);
+            let slope = j.phase.monitor_gradient_at(&du)[j.monitor];
+            saltation::pass(&j.jump, j.rate, slope, &mut dv);
         }
         if self.end > t {
             propagate(system, &self.last, self.end - t, scratch, (&mut du, &mut dv));

@@ -3,10 +3,11 @@
 //! A state `x = (u_O, u̇_O)` is carried over one period by the event-driven integrator; a periodic orbit is a fixed point of that map.
 //!
 //! - [`chain`] — a motion through a given sequence of active sets, its tangent, saltation, switch conditions as equations;
-//! - [`reading`] — the sequence of active sets that the integrator finds from a state;
+//! - [`period_map`] — the motion over a time from a state, with the sequence of active sets that the integrator finds;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
-//! - [`family`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
+//! - [`saltation`] — how a perturbation passes a switch;
+//! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits: sequential, natural, by arclength, with all that a file keeps of them;
@@ -17,17 +18,18 @@ pub mod branch;
 pub mod chain;
 pub mod check;
 pub mod credentials;
-pub mod family;
 pub mod floquet;
 pub mod krylov;
-pub mod reading;
+pub mod period_map;
+pub mod saltation;
 pub mod search;
+pub mod segments;
 pub mod shooting;
 
 pub use chain::{Chain, Propagator};
 pub use credentials::Orbit;
-pub use family::Segments;
 pub use floquet::Stability;
+pub use segments::Segments;
 pub use shooting::Closure;
 
 use crate::contact::ContactError;

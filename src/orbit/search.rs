@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
-use super::family::Segments;
+use super::segments::Segments;
 use super::shooting::{Closure, Settings, Shot, shoot};
 use crate::continuation::{
     self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value,
@@ -159,7 +159,7 @@ pub fn find(
     if !effort.rescue
         || body.is_large()
         || closure == Closure::Autonomous
-        || shot.reading.chain.events() == 0
+        || shot.passage.chain.events() == 0
     {
         let reason = None;
         let (residual, singular_value) = (shot.residual, f64::NAN);
@@ -196,9 +196,9 @@ fn rescue(
 ) -> Result<Verdict, OrbitError> {
     let iterations = shot.iterations;
     let residual = shot.residual;
-    let mut family = Segments::new(body, closure, shot.reading.chain.clone());
+    let mut family = Segments::new(body, closure, shot.passage.chain.clone());
     family.watch = false;
-    let x = family.unknowns(&shot.z, &shot.reading.times, omega);
+    let x = family.unknowns(&shot.z, &shot.passage.times, omega);
     let mut natural = vec![0.0; x.len()];
     natural[x.len() - 1] = 1.0;
     if let Some(found) = tolerate(correct(&mut family, &x, &natural, omega))?.flatten()
@@ -287,6 +287,6 @@ pub fn same(a: &Orbit, b: &Orbit) -> bool {
 /// The sequence of active sets over the closure's time, for a family through an orbit.
 pub fn chain_of(body: &Propagator, orbit: &Orbit) -> Result<(Chain, Vec<f64>), OrbitError> {
     let end = orbit.closure.end(orbit.period);
-    let reading = super::reading::read(body, &orbit.state, end)?;
-    Ok((reading.chain, reading.times))
+    let passage = super::period_map::integrate(body, &orbit.state, end)?;
+    Ok((passage.chain, passage.times))
 }

@@ -11,7 +11,7 @@ use faer::linalg::solvers::{Solve, SolveLstsq};
 use super::OrbitError;
 use super::chain::{Propagator, Switches, Walk};
 use super::krylov;
-use super::reading::{Reading, read};
+use super::period_map::{Passage, integrate};
 use crate::continuation::norm;
 
 /// When an orbit closes.
@@ -84,12 +84,12 @@ pub struct Shot {
     /// Whether the tolerance was met.
     pub converged: bool,
     /// Sequence at `z`.
-    pub reading: Reading,
+    pub passage: Passage,
 }
 
 /// The map at `z`.
 struct Image {
-    reading: Reading,
+    passage: Passage,
     /// None for a large body, which has the modes of no phase.
     walk: Option<Walk>,
     r: Vec<f64>,
@@ -102,17 +102,17 @@ const MOST_PRODUCTS: usize = 1500;
 
 fn image(body: &Propagator, closure: Closure, z: &[f64], period: f64) -> Result<Image, OrbitError> {
     let end = closure.end(period);
-    let reading = read(body, &body.state(z), end)?;
+    let passage = integrate(body, &body.state(z), end)?;
     let walk = match body.is_large() {
         true => None,
-        false => Some(body.walk(&reading.chain, z, &reading.times, end)?),
+        false => Some(body.walk(&passage.chain, z, &passage.times, end)?),
     };
     let r = match &walk {
         Some(walk) => closure.residual(z, &walk.z_end),
-        None => closure.residual(z, &body.frame(&reading.report.last)),
+        None => closure.residual(z, &body.frame(&passage.report.last)),
     };
     let size = norm(&r) / norm(z).max(f64::MIN_POSITIVE);
-    Ok(Image { reading, walk, r, size, end })
+    Ok(Image { passage, walk, r, size, end })
 }
 
 /// `∂R/∂z` of the event-driven map.
@@ -120,7 +120,7 @@ fn jacobian(body: &Propagator, closure: Closure, at: &Image) -> Result<Mat<f64>,
     let unknowns = closure.unknowns(body.n());
     let start = Mat::<f64>::identity(unknowns, unknowns);
     let Some(walk) = &at.walk else { return Err(OrbitError::Large(body.n())) };
-    let tangent = body.tangent(&at.reading.chain, walk, start.as_ref(), Switches::Saltation)?;
+    let tangent = body.tangent(&at.passage.chain, walk, start.as_ref(), Switches::Saltation)?;
     Ok(closure.derivative(&tangent.end, unknowns))
 }
 
@@ -153,7 +153,7 @@ fn newton_step(
     let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -at.r[i] } else { 0.0 });
     let step = if closure == Closure::Autonomous {
         // the direction of the flow at t = 0: a shift in time is no news
-        let rate = body.rate(z, &at.reading.chain)?;
+        let rate = body.rate(z, &at.passage.chain)?;
         let length = norm(&rate).max(f64::MIN_POSITIVE);
         let a = Mat::from_fn(n + 1, n, |i, k| if i < n { j[(i, k)] } else { rate[k] / length });
         a.qr().solve_lstsq(b(n + 1))
@@ -179,7 +179,7 @@ pub fn shoot(
         residual: at.size,
         iterations,
         converged: at.size <= settings.tolerance,
-        reading: at.reading,
+        passage: at.passage,
     };
     for iteration in 0..settings.iterations {
         if at.size <= 1e-14 {

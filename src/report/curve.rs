@@ -1,8 +1,8 @@
 //! Smooth curves through stored states: between two of them the cubic Hermite interpolant of displacement and velocity, so that a curve has
 //! no corners but where the motion has.
 
-/// Points between two stored states.
-const POINTS: usize = 12;
+/// Points of a whole curve, about.
+const POINTS: usize = 2400;
 
 /// A time with displacement and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,7 @@ pub struct Knot {
 /// The curve through the knots, refined; both ends are knots. `jumps` tells of the knots that begin with a jump of the velocity: before such a
 /// one the velocity is that of the parabola through what is known.
 pub fn through(knots: &[Knot], jumps: impl Fn(usize) -> bool) -> Vec<Knot> {
+    let points = (POINTS / knots.len().max(1)).clamp(2, 24);
     let mut curve: Vec<Knot> = knots.iter().take(1).copied().collect();
     for (k, pair) in knots.windows(2).enumerate() {
         let (a, mut b) = (pair[0], pair[1]);
@@ -29,7 +30,7 @@ pub fn through(knots: &[Knot], jumps: impl Fn(usize) -> bool) -> Vec<Knot> {
         if jumps(k + 1) {
             b.v = 2.0 * (b.x - a.x) / h - a.v;
         }
-        curve.extend((1..=POINTS).map(|j| between(a, b, j as f64 / POINTS as f64)));
+        curve.extend((1..=points).map(|j| between(a, b, j as f64 / points as f64)));
         if jumps(k + 1) {
             curve.push(pair[1]);
         }
@@ -68,6 +69,6 @@ mod tests {
         let curve = through(&[fall(0.0), end], |k| k == 1);
         let last = curve[curve.len() - 2];
         assert!((last.v + 1.0).abs() < 1e-14 && curve[curve.len() - 1] == end);
-        assert!(curve[..POINTS].iter().all(|k| (k.x - fall(k.t).x).abs() < 1e-15));
+        assert!(curve[..curve.len() - 1].iter().all(|k| (k.x - fall(k.t).x).abs() < 1e-15));
     }
 }

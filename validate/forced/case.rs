@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use signorini::continuation::{Go, Options};
 use signorini::orbit::branch::{Start, arclength};
-use signorini::orbit::reading::read;
+use signorini::orbit::period_map::integrate;
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -76,7 +76,7 @@ fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, Strin
     let mut y: Vec<f64> = z.iter().zip(&noise).map(|(z, n)| z + scale * n).collect();
     let (mut furthest, mut last) = (0.0f64, 0.0);
     for _ in 0..200 {
-        let end = read(body, &body.state(&y), TAU / p.omega).map_err(|e| e.to_string())?;
+        let end = integrate(body, &body.state(&y), TAU / p.omega).map_err(|e| e.to_string())?;
         y = body.frame(&end.report.last);
         last = distance(&y);
         furthest = furthest.max(last);

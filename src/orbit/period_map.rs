@@ -1,4 +1,4 @@
-//! What the event-driven integration says of a state: its sequence of active sets over a time.
+//! The period map: a state carried over a time by the event-driven integrator, with its sequence of active sets.
 
 use std::rc::Rc;
 
@@ -11,9 +11,9 @@ use crate::flow::{self, Chebyshev, Choice, Flow, Modal, choice};
 /// Switches nearer to each other than this, over the time of the run, are one event.
 const SAME_TIME: f64 = 1e-11;
 
-/// The sequence that the integrator found, with its report.
+/// A motion over a time: the sequence that the integrator found, with its report.
 #[derive(Debug)]
-pub struct Reading {
+pub struct Passage {
     /// Active sets and nodes.
     pub chain: Chain,
     /// Switching times.
@@ -33,18 +33,18 @@ pub fn flow(body: &Propagator) -> Choice<'_, choice::Only> {
 }
 
 /// Integrate from `x` at `t = 0` to `until` with the body's exact flow.
-pub fn read(body: &Propagator, x: &State, until: f64) -> Result<Reading, OrbitError> {
-    read_with(body, x, until, 0, &mut Silent)
+pub fn integrate(body: &Propagator, x: &State, until: f64) -> Result<Passage, OrbitError> {
+    integrate_with(body, x, until, 0, &mut Silent)
 }
 
 /// The same with an observer and a number of stored states.
-pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
+pub fn integrate_with<O: Observer<Error = std::convert::Infallible>>(
     body: &Propagator,
     x: &State,
     until: f64,
     samples: usize,
     observer: &mut O,
-) -> Result<Reading, OrbitError> {
+) -> Result<Passage, OrbitError> {
     let options = Options { until, samples, switch_limit: 40.0 };
     let mut flow = flow(body);
     let report =
@@ -73,5 +73,5 @@ pub fn read_with<O: Observer<Error = std::convert::Infallible>>(
             times.push(s.t);
         }
     }
-    Ok(Reading { chain, times, report })
+    Ok(Passage { chain, times, report })
 }

@@ -15,7 +15,7 @@ use faer::Mat;
 use super::OrbitError;
 use super::chain::{Chain, Propagator, Switches, Walk};
 use super::credentials::{Orbit, examine};
-use super::reading::read;
+use super::period_map::integrate;
 use super::shooting::Closure;
 use crate::continuation::{Family, norm};
 
@@ -282,27 +282,27 @@ impl Family for Segments<'_> {
         if !borders.is_empty() {
             return Ok(borders);
         }
-        let reading = read(self.body, &self.body.state(z), end)?;
+        let passage = integrate(self.body, &self.body.state(z), end)?;
         let same_time = |k: usize| {
-            k < reading.times.len().min(times.len())
-                && reading.chain.nodes[k] == self.chain.nodes[k]
-                && (reading.times[k] - times[k]).abs() <= 1e-7 * end
+            k < passage.times.len().min(times.len())
+                && passage.chain.nodes[k] == self.chain.nodes[k]
+                && (passage.times[k] - times[k]).abs() <= 1e-7 * end
         };
-        if reading.chain.sets[0] == self.chain.sets[0] {
+        if passage.chain.sets[0] == self.chain.sets[0] {
             let agree = (0..times.len()).take_while(|&k| same_time(k)).count();
             if agree == times.len()
-                && agree == reading.times.len()
-                && reading.chain.sets == self.chain.sets
+                && agree == passage.times.len()
+                && passage.chain.sets == self.chain.sets
             {
                 return Ok(vec![]);
             }
             // the first switch that the chart does not know, and its partner
-            let Some(&t) = reading.times.get(agree) else {
+            let Some(&t) = passage.times.get(agree) else {
                 return Ok(vec![self.unknown_border(agree.saturating_sub(1))]);
             };
-            let contact = reading.chain.nodes[agree];
-            let partner = match reading.chain.nodes.get(agree + 1) {
-                Some(&next) if next == contact => Some(reading.times[agree + 1]),
+            let contact = passage.chain.nodes[agree];
+            let partner = match passage.chain.nodes.get(agree + 1) {
+                Some(&next) if next == contact => Some(passage.times[agree + 1]),
                 _ if self.closure == Closure::Reversible && agree == times.len() => Some(end),
                 _ => None,
             };
@@ -312,7 +312,7 @@ impl Family for Segments<'_> {
             return Ok(vec![Border::Touch { phase: agree.min(times.len()), contact, near, what }]);
         }
         let differs =
-            |i: &usize| reading.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
+            |i: &usize| passage.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
         let contact = (0..self.body.system.n_contact()).find(differs).unwrap_or(0);
         let what = format!("node {} touches at the start", self.node_name(contact));
         Ok(vec![Border::Touch { phase: 0, contact, near: 0.0, what }])
