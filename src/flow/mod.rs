@@ -12,6 +12,8 @@ pub mod dop853;
 pub mod dopri5;
 pub mod drives;
 pub mod modal;
+pub mod motion;
+pub mod oscillator;
 pub mod runge_kutta;
 pub mod spectrum;
 pub mod tableau;

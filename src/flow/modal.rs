@@ -12,9 +12,9 @@ use std::rc::Rc;
 use nalgebra::{Complex, DVector};
 
 use super::drives::Drives;
-use super::spectrum::{
-    Forcing, GAUSS10, ModalLoad, Motion, Spectra, Spectrum, Term, powers_in_closed_form,
-};
+use super::motion::{Forcing, ModalLoad, Motion, Term, powers_in_closed_form};
+use super::oscillator::GAUSS10;
+use super::spectrum::{Spectra, Spectrum};
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, System};
 

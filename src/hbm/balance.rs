@@ -265,30 +265,52 @@ fn event_resolved(
             n.a.iter_mut().zip(derivative.col_as_slice(column)).for_each(|(n, d)| *n += d * yc);
         }
     }
-    // the switches move
-    let mut f = vec![];
-    for (j, crossing) in crossings.iter().enumerate() {
-        let before = interface(&operators[j], reduction, y, omega, crossing.theta);
-        let after = interface(&operators[j + 1], reduction, y, omega, crossing.theta);
-        basis.values(n_h, crossing.theta, &mut f);
-        let slope = slopes[j];
-        if slope == 0.0 {
-            undecided += 1;
-            continue;
-        }
-        let step: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
-        for l in 0..count {
-            for c in 0..r_in {
-                let delay = -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
-                let column = derivative.col_as_slice_mut(l * r_in + c);
-                for (k, target) in column.chunks_exact_mut(r).enumerate() {
-                    let scale = f[k] * delay / weight(basis, functions[k]);
-                    target.iter_mut().zip(&step).for_each(|(t, s)| *t += scale * s);
+    let path = Moving { reduction, y, omega, operators: &operators, slopes: &slopes };
+    undecided += path.add(&crossings, &mut derivative);
+    Ok(Balance { n, derivative, crossings, sets, undecided })
+}
+
+/// The switches of a series move with it: `∂θ_s/∂y_l = −m f_l(θ_s)/h′(θ_s)` adds `(n⁻ − n⁺) f_k(θ_s) ∂θ_s/∂y_l` to the derivative.
+struct Moving<'a> {
+    reduction: &'a Reduction,
+    y: &'a Series,
+    omega: f64,
+    operators: &'a [Rc<PhaseOperator>],
+    slopes: &'a [f64],
+}
+
+impl Moving<'_> {
+    /// Add the part of every switch; returns the number of those whose monitor has no slope.
+    fn add(&self, crossings: &[Crossing], derivative: &mut Mat<f64>) -> usize {
+        let Moving { reduction, y, omega, operators, slopes } = *self;
+        let (basis, n_h) = (y.basis, y.n_h);
+        let functions = basis.functions(n_h);
+        let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
+        let mut undecided = 0;
+        let mut f = vec![];
+        for (j, crossing) in crossings.iter().enumerate() {
+            let before = interface(&operators[j], reduction, y, omega, crossing.theta);
+            let after = interface(&operators[j + 1], reduction, y, omega, crossing.theta);
+            basis.values(n_h, crossing.theta, &mut f);
+            let slope = slopes[j];
+            if slope == 0.0 {
+                undecided += 1;
+                continue;
+            }
+            let step: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
+            for l in 0..count {
+                for c in 0..r_in {
+                    let delay = -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
+                    let column = derivative.col_as_slice_mut(l * r_in + c);
+                    for (k, target) in column.chunks_exact_mut(r).enumerate() {
+                        let scale = f[k] * delay / weight(basis, functions[k]);
+                        target.iter_mut().zip(&step).for_each(|(t, s)| *t += scale * s);
+                    }
                 }
             }
         }
+        undecided
     }
-    Ok(Balance { n, derivative, crossings, sets, undecided })
 }
 
 fn sampled(

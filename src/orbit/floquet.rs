@@ -8,9 +8,10 @@
 use faer::Mat;
 
 use super::OrbitError;
-use super::chain::{Propagator, Switches};
+use super::chain::Propagator;
 use super::period_map::Passage;
 use super::shooting::Closure;
+use super::tangent::Switches;
 use crate::continuation::norm;
 
 /// A multiplier: real and imaginary part.

@@ -2,7 +2,7 @@
 //!
 //! A state `x = (u_O, u̇_O)` is carried over one period by the event-driven integrator; a periodic orbit is a fixed point of that map.
 //!
-//! - [`chain`] — a motion through a given sequence of active sets, its tangent, saltation, switch conditions as equations;
+//! - [`chain`], [`walk`], [`tangent`] — a motion through a given sequence of active sets, its tangent, switch conditions as equations;
 //! - [`period_map`] — the motion over a time from a state, with the sequence of active sets that the integrator finds;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
@@ -25,6 +25,8 @@ pub mod saltation;
 pub mod search;
 pub mod segments;
 pub mod shooting;
+pub mod tangent;
+pub mod walk;
 
 pub use chain::{Chain, Propagator};
 pub use credentials::Orbit;

@@ -13,10 +13,12 @@ use std::fmt;
 use faer::Mat;
 
 use super::OrbitError;
-use super::chain::{Chain, Propagator, Switches, Walk};
+use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
 use super::shooting::Closure;
+use super::tangent::Switches;
+use super::walk::Walk;
 use crate::continuation::{Family, norm};
 
 /// A family of orbits of one body.

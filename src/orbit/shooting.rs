@@ -9,9 +9,11 @@ use faer::Mat;
 use faer::linalg::solvers::{Solve, SolveLstsq};
 
 use super::OrbitError;
-use super::chain::{Propagator, Switches, Walk};
+use super::chain::Propagator;
 use super::krylov;
 use super::period_map::{Passage, integrate};
+use super::tangent::Switches;
+use super::walk::Walk;
 use crate::continuation::norm;
 
 /// When an orbit closes.
