@@ -90,7 +90,7 @@ fn half_plates_of_redistributed_mass_move_as_the_prototype_says() {
         for integrator in [Integrator::Modal, Integrator::Chebyshev, Integrator::Dop853] {
             let report = run(&p.system, &p.initial, 3.36, integrator);
             let u = nodal(&p.system, &report);
-            let at = |x, y| u[2 * p.system.body.mesh.nearest_node([x, y])];
+            let at = |x, y| u[2 * p.system.body.mesh.nearest_node([x, y, 0.0])];
             let found = [report.switches[0].t, at(1.0, 0.0), at(1.0, 0.3), report.energy_end];
             for (a, b) in found.iter().zip([first, bottom, top, 0.364761936665]) {
                 assert!((a - b).abs() < 1e-9, "{method} {integrator:?}: {found:?}");

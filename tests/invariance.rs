@@ -112,8 +112,8 @@ fn half_a_plate_on_rollers_is_the_whole_plate() {
     };
     let (u, w) = (full(&whole, &a), full(&half, &b));
     let contact = |p: &Problem, n: usize| p.system.body.dofs.contact_nodes.contains(&n);
-    for (n, p) in half.system.body.mesh.nodes.iter().enumerate() {
-        let m = whole.system.body.mesh.nearest_node([p[0], p[1] + 0.25]);
+    for (n, p) in half.system.body.mesh.nodes().iter().enumerate() {
+        let m = whole.system.body.mesh.nearest_node([p[0], p[1] + 0.25, 0.0]);
         if !contact(&half, n) {
             let d = (u[2 * m] - w[2 * n]).abs().max((u[2 * m + 1] - w[2 * n + 1]).abs());
             assert!(d < 1e-8, "{p:?}: {d:e}");

@@ -54,7 +54,7 @@ fn dop853_meets_the_reference_solutions() {
                 let s = found.next().unwrap();
                 assert!((s.t - expected.t).abs() < 1e-9, "{name}: {} {}", s.t, expected.t);
                 assert_eq!(s.kind.name(), expected.kind);
-                heights.push(r.problem.system.body.mesh.nodes[s.node][1]);
+                heights.push(r.problem.system.body.mesh.nodes()[s.node][1]);
                 jump += s.energy_jump;
             }
             heights.sort_by(f64::total_cmp);

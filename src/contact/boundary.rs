@@ -49,34 +49,37 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Integrate `R` and `G` over the contact edge and form `N_C`, `N_O`.
 pub fn assemble(body: &Body, edge: Edge, lumped: bool) -> BoundaryOperator {
-    let (mesh, dofs, dim) = (&body.mesh, &body.dofs, body.mesh.dim);
+    let (mesh, dofs, dim) = (&body.mesh, &body.dofs, body.mesh.dim());
     let n_c = dofs.n_c;
-    let factor = body.material.boundary_factor();
     let contact_index =
         |node| dofs.of(node, edge.axis()).and_then(|(i, _)| i.checked_sub(dofs.n_o));
 
     let mut g = DMatrix::<f64>::zeros(n_c, n_c);
     let mut r: Vec<(usize, usize, f64)> = vec![];
-    for side in mesh.edge_sides(edge) {
-        let nodes = mesh.element(side.element);
-        let x: Vec<_> = nodes.iter().map(|&n| mesh.nodes[n]).collect();
-        let ends = side.local.map(|l| nodes[l]);
-        let (p, q) = (mesh.nodes[ends[0]], mesh.nodes[ends[1]]);
-        let half = 0.5 * (p[0] - q[0]).hypot(p[1] - q[1]);
-        // quadrature points: weight, shape functions of the two ends, local point in the element
-        let points: Vec<(f64, [f64; 2], [f64; 2])> = if dim == 1 {
-            vec![(factor, [1.0, 0.0], [0.0; 2])]
-        } else {
-            let at = |s: f64| {
-                let shape = [(1.0 - s) / 2.0, (1.0 + s) / 2.0];
-                let [a, b] = side.local.map(|l| Q4_CORNERS[l]);
-                let local = [0, 1].map(|c| shape[0] * a[c] + shape[1] * b[c]);
-                (factor * half, shape, local)
-            };
-            GAUSS2.iter().map(|&s| at(s)).collect()
+    for &facet in mesh.group(edge.name()) {
+        let element = mesh.element(facet);
+        let Some(material) = body.materials().get(element.region) else { continue };
+        let (nodes, x) = (element.nodes, mesh.plane_corners(element));
+        let side = element.kind.side(facet.side);
+        let ends: Vec<usize> = side.iter().map(|&l| nodes[l]).collect();
+        let factor = material.boundary_factor();
+        // quadrature points: weight, shape functions of the nodes of the side, local point in the element
+        let points: Vec<(f64, Vec<f64>, [f64; 2])> = match side {
+            &[a, b] => {
+                let (p, q) = (x[a], x[b]);
+                let half = 0.5 * (p[0] - q[0]).hypot(p[1] - q[1]);
+                let at = |s: f64| {
+                    let shape = [(1.0 - s) / 2.0, (1.0 + s) / 2.0];
+                    let (a, b) = (Q4_CORNERS[a], Q4_CORNERS[b]);
+                    let local = [0, 1].map(|c| shape[0] * a[c] + shape[1] * b[c]);
+                    (factor * half, shape.to_vec(), local)
+                };
+                GAUSS2.iter().map(|&s| at(s)).collect()
+            }
+            _ => vec![(factor, vec![1.0], [0.0; 2])],
         };
         for (weight, shape, local) in points {
-            let stress = normal_stress_row(&body.material, &x, local, edge.axis());
+            let stress = normal_stress_row(material, &x, local, edge.axis());
             for (a, &node) in ends.iter().enumerate() {
                 let Some(i) = contact_index(node) else { continue };
                 for (b, &other) in ends.iter().enumerate() {
@@ -146,7 +149,7 @@ fn drop_rounding(n_rows: usize, n_cols: usize, mut entries: Vec<(usize, usize, f
 mod tests {
     use super::*;
     use crate::fem::{DofMap, Material};
-    use crate::mesh::Mesh;
+    use crate::mesh::structured;
 
     #[test]
     fn a_boundary_mass_that_is_not_positive_gives_no_operator() {
@@ -156,10 +159,10 @@ mod tests {
     }
 
     fn plate(edge: Edge, lumped: bool) -> (Body, BoundaryOperator) {
-        let mesh = Mesh::rectangle(2.0, 1.0, 8, 4);
+        let mesh = structured::rectangle(2.0, 1.0, 8, 4);
         let dofs = DofMap::new(&mesh, &[(Edge::Left, 1)], Some(edge));
         let material = Material::Plate { young: 5.0, poisson: 0.3, density: 1.0, thickness: 0.2 };
-        let body = Body::assemble(mesh, dofs, material, false);
+        let body = Body::assemble(mesh, dofs, &[material], false);
         let operator = assemble(&body, edge, lumped);
         (body, operator)
     }
@@ -182,14 +185,14 @@ mod tests {
     fn uniform_strain_gives_its_stress_on_every_edge() {
         for edge in [Edge::Left, Edge::Right, Edge::Bottom, Edge::Top] {
             for lumped in [false, true] {
-                let mesh = Mesh::rectangle(2.0, 1.0, 8, 4);
+                let mesh = structured::rectangle(2.0, 1.0, 8, 4);
                 let dofs = DofMap::new(&mesh, &[], Some(edge));
                 let material =
                     Material::Plate { young: 5.0, poisson: 0.3, density: 1.0, thickness: 0.2 };
-                let body = Body::assemble(mesh, dofs, material, false);
+                let body = Body::assemble(mesh, dofs, &[material], false);
                 let op = assemble(&body, edge, lumped);
-                let strain = |p: &[f64; 2]| [0.01 * p[0], -0.02 * p[1]];
-                let nodal: Vec<f64> = body.mesh.nodes.iter().flat_map(strain).collect();
+                let strain = |p: &[f64; 3]| [0.01 * p[0], -0.02 * p[1]];
+                let nodal: Vec<f64> = body.mesh.nodes().iter().flat_map(strain).collect();
                 let u = body.dofs.gather(&nodal);
                 let c = 5.0 / (1.0 - 0.09);
                 let stress = [c * (0.01 - 0.3 * 0.02), c * (-0.02 + 0.3 * 0.01)][edge.axis()];

@@ -40,7 +40,7 @@ pub enum ContactError {
         /// Mesh node.
         node: usize,
         /// Its position.
-        at: [f64; 2],
+        at: [f64; 3],
     },
     /// The pivoting failed.
     #[error(transparent)]

@@ -60,7 +60,7 @@ impl Nbm {
         let conditions =
             Conditions::new(operator, gap, stress == Stress::Reaction).map_err(|index| {
                 let node = body.dofs.contact_nodes[index];
-                ContactError::NotPMatrix { node, at: body.mesh.nodes[node] }
+                ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
             })?;
         let conditions = Arc::new(conditions);
         let redistributed = match mass {

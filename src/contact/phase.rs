@@ -334,7 +334,7 @@ mod tests {
     use crate::contact::inertia::{Inertia, Projector};
     use crate::contact::{ContactEdge, MassChoice, Stress, System};
     use crate::fem::{Body, DofMap, Material, SpdFactor};
-    use crate::mesh::{Edge, Mesh};
+    use crate::mesh::{Edge, structured};
 
     fn example(lumped_mass: bool, lumped_boundary: bool) -> System {
         let paper = (Stress::Projection, MassChoice::Paper);
@@ -346,11 +346,11 @@ mod tests {
         lumped_boundary: bool,
         choice: (Stress, MassChoice),
     ) -> System {
-        let mesh = Mesh::rectangle(1.0, 0.5, 5, 4);
+        let mesh = structured::rectangle(1.0, 0.5, 5, 4);
         let dofs = DofMap::new(&mesh, &[(Edge::Left, 0), (Edge::Left, 1)], Some(Edge::Right));
         let material = Material::Plate { young: 2.0, poisson: 0.3, density: 1.5, thickness: 1.0 };
-        let gap: Vec<f64> = dofs.contact_nodes.iter().map(|&n| 0.3 + mesh.nodes[n][1]).collect();
-        let body = Body::assemble(mesh, dofs, material, lumped_mass);
+        let gap: Vec<f64> = dofs.contact_nodes.iter().map(|&n| 0.3 + mesh.nodes()[n][1]).collect();
+        let body = Body::assemble(mesh, dofs, &[material], lumped_mass);
         let edge = ContactEdge { edge: Edge::Right, gap, lumped: lumped_boundary };
         System::on_edge(body, Some(&edge), choice).unwrap()
     }

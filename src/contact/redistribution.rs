@@ -80,9 +80,9 @@ fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
 pub(super) fn optimal(body: &Body) -> Redistributed {
     let (mesh, dofs) = (&body.mesh, &body.dofs);
     let m = body.scalar_mass();
-    let columns = mesh.dim + 1;
+    let columns = mesh.dim() + 1;
     let touches = |node: usize| dofs.contact_nodes.contains(&node);
-    let x = |node: usize, a: usize| if a == 0 { 1.0 } else { mesh.nodes[node][a - 1] };
+    let x = |node: usize, a: usize| if a == 0 { 1.0 } else { mesh.nodes()[node][a - 1] };
     let pairs: Vec<(usize, usize, f64)> =
         m.triplets().filter(|(i, j, _)| !touches(*i) && !touches(*j)).collect();
     // moments that are missing once the contact rows are gone
@@ -117,7 +117,7 @@ pub(super) fn optimal(body: &Body) -> Redistributed {
         }
     }
     // the other components keep their mass
-    for component in (0..mesh.dim).filter(|c| *c != dofs.contact_axis) {
+    for component in (0..mesh.dim()).filter(|c| *c != dofs.contact_axis) {
         for (i, j, v) in m.triplets() {
             if let (Some((k, _)), Some((l, _))) = (dofs.of(i, component), dofs.of(j, component)) {
                 entries.push((k, l, v));

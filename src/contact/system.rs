@@ -139,10 +139,9 @@ impl System {
         normal[dofs.contact_axis] = dofs.contact_sign;
         let constraint = |i: usize| {
             let node = dofs.contact_nodes[i];
-            let [x, y] = body.mesh.nodes[node];
             Constraint {
                 node,
-                position: [x, y, 0.0],
+                position: body.mesh.nodes()[node],
                 normal,
                 gap: conditions.gap[i],
                 area: conditions.area[i],
@@ -150,8 +149,7 @@ impl System {
             }
         };
         let gap = conditions.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
-        let [lx, ly] = body.mesh.size();
-        let size = lx.max(ly);
+        let size = body.mesh.length();
         let units = Units {
             length: if gap > 0.0 { gap.min(size) } else { size },
             frequency: body.frequency_unit(),

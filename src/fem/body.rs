@@ -1,51 +1,76 @@
 //! The assembled body: `M ü + C u̇ + K u = f + contact`, prescribed displacements eliminated.
 
+use std::rc::Rc;
+
 use super::FemError;
 use super::dofs::DofMap;
 use super::eigen;
-use super::element::{self, Material};
+use super::element::{self, ElementMatrices, Material};
 use super::sparse::Csr;
-use crate::mesh::Mesh;
+use crate::mesh::{Element, Mesh, Point, structured};
+
+/// Where the matrices come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Origin {
+    /// Assembled from elements; one material a region of the mesh.
+    Elements(Vec<Material>),
+    /// Given: no shape, no materials. The lowest frequency, and a bound of all.
+    Matrices {
+        /// Lowest circular frequency.
+        lowest: f64,
+        /// Bound of all.
+        highest: f64,
+    },
+}
 
 /// An elastic body by its matrices over `u = (u_O, u_C)`.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// Nodes and elements.
+    /// Nodes and elements; for given matrices a row of points that files and pictures can name.
     pub mesh: Mesh,
     /// Numbering of `u`.
     pub dofs: DofMap,
-    /// Elastic constants.
-    pub material: Material,
+    /// Elements, or files.
+    pub origin: Origin,
     /// Mass matrix `M`.
     pub mass: Csr,
     /// Stiffness matrix `K`.
     pub stiffness: Csr,
-    /// Frequencies of matrices that were given and not assembled: the lowest and a bound of all.
-    pub given: Option<(f64, f64)>,
+}
+
+/// The matrices of an element: of its own shape, or those that all elements of its block share.
+fn element_matrices(
+    mesh: &Mesh,
+    materials: &[Material],
+) -> impl Iterator<Item = Rc<ElementMatrices>> {
+    mesh.blocks().iter().flat_map(move |block| {
+        let n = block.kind.nodes();
+        let element = move |nodes| Element { kind: block.kind, region: block.region, nodes };
+        let of = move |nodes| {
+            let x = mesh.plane_corners(element(nodes));
+            Rc::new(element::matrices(&materials[block.region], &x))
+        };
+        let shared = (block.congruent && block.connectivity.len() >= n)
+            .then(|| of(&block.connectivity[..n]));
+        block.connectivity.chunks_exact(n).map(move |nodes| match &shared {
+            Some(matrices) => matrices.clone(),
+            None => of(nodes),
+        })
+    })
 }
 
 impl Body {
     /// Assemble; `lumped` puts the row sums of the mass on the diagonal.
-    pub fn assemble(mesh: Mesh, dofs: DofMap, material: Material, lumped: bool) -> Body {
+    pub fn assemble(mesh: Mesh, dofs: DofMap, materials: &[Material], lumped: bool) -> Body {
         let (mut mass, mut stiffness) = (vec![], vec![]);
-        let dim = mesh.dim;
-        // uniform meshes have one element matrix; any other mesh would compute each
-        let corners = |e: usize| -> Vec<[f64; 2]> {
-            mesh.element(e).iter().map(|&n| mesh.nodes[n]).collect()
-        };
-        let matrices = element::matrices(&material, &corners(0));
-        let n = matrices.n;
-        let mut row_sum = vec![0.0; n];
-        for a in 0..n {
-            row_sum[a] = (0..n).map(|b| matrices.mass[n * a + b]).sum();
-        }
-        for e in 0..mesh.n_elements() {
-            let nodes = mesh.element(e);
-            let place: Vec<_> = (0..n).map(|a| dofs.of(nodes[a / dim], a % dim)).collect();
+        let dim = mesh.dim();
+        for (element, matrices) in mesh.elements().zip(element_matrices(&mesh, materials)) {
+            let n = matrices.n;
+            let place: Vec<_> = (0..n).map(|a| dofs.of(element.nodes[a / dim], a % dim)).collect();
             for a in 0..n {
                 let Some((i, si)) = place[a] else { continue };
                 if lumped {
-                    mass.push((i, i, row_sum[a]));
+                    mass.push((i, i, (0..n).map(|b| matrices.mass[n * a + b]).sum()));
                 }
                 for b in 0..n {
                     let Some((j, sj)) = place[b] else { continue };
@@ -62,9 +87,21 @@ impl Body {
             stiffness: Csr::from_triplets(n, n, stiffness),
             mesh,
             dofs,
-            material,
-            given: None,
+            origin: Origin::Elements(materials.to_vec()),
         }
+    }
+
+    /// The materials of the regions; none for given matrices.
+    pub fn materials(&self) -> &[Material] {
+        match &self.origin {
+            Origin::Elements(materials) => materials,
+            Origin::Matrices { .. } => &[],
+        }
+    }
+
+    /// Whether there are elements to integrate over.
+    fn is_of_elements(&self) -> bool {
+        matches!(self.origin, Origin::Elements(_))
     }
 
     /// A body of given matrices. Its mesh is a row of points, one a displacement, that files and pictures can name.
@@ -93,9 +130,8 @@ impl Body {
         Ok(Body {
             mass: permuted(mass),
             stiffness: permuted(stiffness),
-            mesh: Mesh::bar(length, n),
-            material: Material::Bar { young: 1.0, density: 1.0, area: 1.0 },
-            given: Some((lowest, (1.0 + 1e-9) * highest)),
+            mesh: structured::row(length, n),
+            origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest },
             dofs,
         })
     }
@@ -103,82 +139,70 @@ impl Body {
     /// Mass that belongs to each node (row sums over all shape functions).
     pub fn nodal_mass(&self) -> Vec<f64> {
         let mut mass = vec![0.0; self.mesh.n_nodes()];
-        for e in 0..self.mesh.n_elements() {
-            let nodes = self.mesh.element(e);
-            let x: Vec<_> = nodes.iter().map(|&n| self.mesh.nodes[n]).collect();
-            let measure = match x.len() {
-                2 => x[1][0] - x[0][0],
-                _ => (x[2][0] - x[0][0]) * (x[2][1] - x[0][1]),
-            };
-            let share = self.material.mass_density() * measure / nodes.len() as f64;
-            nodes.iter().for_each(|&n| mass[n] += share);
-        }
+        self.scalar_mass().triplets().for_each(|(i, _, m)| mass[i] += m);
         mass
     }
 
-    /// The mass matrix of one displacement component over all nodes, prescribed ones included.
+    /// The mass matrix of one displacement component over all nodes, prescribed ones included; empty for given matrices.
     pub fn scalar_mass(&self) -> Csr {
-        let (mesh, dim) = (&self.mesh, self.mesh.dim);
+        let (mesh, dim) = (&self.mesh, self.mesh.dim());
         let lumped = self.mass.as_diagonal().is_some();
         let mut entries = vec![];
-        for e in 0..mesh.n_elements() {
-            let nodes = mesh.element(e);
-            let x: Vec<_> = nodes.iter().map(|&n| mesh.nodes[n]).collect();
-            let matrices = element::matrices(&self.material, &x);
-            for (a, &i) in nodes.iter().enumerate() {
-                for (b, &j) in nodes.iter().enumerate() {
-                    let v = matrices.mass[matrices.n * dim * a + dim * b];
-                    entries.push((i, if lumped { i } else { j }, v));
+        if self.is_of_elements() {
+            for (e, matrices) in mesh.elements().zip(element_matrices(mesh, self.materials())) {
+                for (a, &i) in e.nodes.iter().enumerate() {
+                    for (b, &j) in e.nodes.iter().enumerate() {
+                        let v = matrices.mass[matrices.n * dim * a + dim * b];
+                        entries.push((i, if lumped { i } else { j }, v));
+                    }
                 }
             }
         }
         Csr::from_triplets(mesh.n_nodes(), mesh.n_nodes(), entries)
     }
 
-    /// Natural unit of circular frequency: wave speed over the body's length, times π/2.
+    /// Natural unit of circular frequency: that of a quarter wave over the body's length; of given matrices the lowest.
     pub fn frequency_unit(&self) -> f64 {
-        if let Some((lowest, _)) = self.given {
-            return lowest;
+        match &self.origin {
+            Origin::Matrices { lowest, .. } => *lowest,
+            Origin::Elements(materials) => {
+                let speed = materials.iter().map(Material::wave_speed).fold(0.0, f64::max);
+                std::f64::consts::FRAC_PI_2 * speed / self.mesh.length()
+            }
         }
-        let [lx, ly] = self.mesh.size();
-        std::f64::consts::FRAC_PI_2 * self.material.wave_speed() / lx.max(ly)
     }
 
-    /// Upper bound of the natural frequencies of the body and of all its phases: the largest natural
-    /// frequency of an element by itself (Irons; supports and contact conditions only take motions away).
+    /// Upper bound of the natural frequencies of the body and of all phases of the paper's mass: the largest natural frequency of an
+    /// element by itself (Irons; supports and contact conditions only take motions away).
     pub fn frequency_bound(&self) -> f64 {
-        if let Some((_, bound)) = self.given {
-            return bound;
-        }
-        let x: Vec<_> = self.mesh.element(0).iter().map(|&n| self.mesh.nodes[n]).collect();
-        let e = element::matrices(&self.material, &x);
-        let n = e.n;
+        let materials = match &self.origin {
+            Origin::Matrices { highest, .. } => return *highest,
+            Origin::Elements(materials) => materials,
+        };
         let lumped = self.mass.as_diagonal().is_some();
-        let mass = nalgebra::DMatrix::from_fn(n, n, |a, b| match (lumped, a == b) {
-            (true, true) => (0..n).map(|c| e.mass[n * a + c]).sum(),
-            (true, false) => 0.0,
-            (false, _) => e.mass[n * a + b],
-        });
-        let stiffness = nalgebra::DMatrix::from_row_slice(n, n, &e.stiffness);
-        // an element's consistent mass is positive definite
-        let Some(l) = mass.cholesky().map(|c| c.l()) else { return f64::INFINITY };
-        let half = l.solve_lower_triangular(&stiffness).map(|m| m.transpose());
-        let reduced = half.and_then(|m| l.solve_lower_triangular(&m));
-        let largest = reduced.map_or(f64::INFINITY, |m| m.symmetric_eigen().eigenvalues.max());
-        (1.0 + 1e-9) * largest.max(0.0).sqrt()
+        let mut known: Option<(Rc<ElementMatrices>, f64)> = None;
+        let mut largest = 0.0f64;
+        for matrices in element_matrices(&self.mesh, materials) {
+            if known.as_ref().is_none_or(|(last, _)| !Rc::ptr_eq(last, &matrices)) {
+                let own = largest_eigenvalue(&matrices, lumped);
+                largest = largest.max(own);
+                known = Some((matrices, own));
+            }
+        }
+        (1.0 + 1e-9) * largest.sqrt()
     }
 
     /// Rigid motions that the supports leave, as nodal fields; `held_contact` counts the contact
     /// displacements as prescribed too.
     pub fn rigid_motions(&self, held_contact: bool) -> Vec<Vec<f64>> {
         // given matrices are held, or were refused
-        if self.given.is_some() {
+        if !self.is_of_elements() {
             return vec![];
         }
-        let (mesh, dofs, dim) = (&self.mesh, &self.dofs, self.mesh.dim);
-        let [lx, ly] = mesh.size();
+        let (mesh, dofs, dim) = (&self.mesh, &self.dofs, self.mesh.dim());
+        let [lx, ly, _] = mesh.size();
         let scale = lx.max(ly);
-        let motion = |k: usize, p: [f64; 2], c: usize| match (k, c) {
+        let motion = |k: usize, p: Point, c: usize| match (k, c) {
             (0, 0) | (1, 1) => 1.0,
             (2, 0) => -(p[1] - ly / 2.0) / scale,
             (2, 1) => (p[0] - lx / 2.0) / scale,
@@ -187,7 +211,7 @@ impl Body {
         let n_motions = if dim == 1 { 1 } else { 3 };
         let mut gram = nalgebra::DMatrix::<f64>::zeros(n_motions, n_motions);
         let mut held = 0.0f64;
-        for (n, &p) in mesh.nodes.iter().enumerate() {
+        for (n, &p) in mesh.nodes().iter().enumerate() {
             for c in 0..dim {
                 let prescribed = match dofs.of(n, c) {
                     None => true,
@@ -209,12 +233,28 @@ impl Body {
             .map(|k| {
                 let v = eigen.eigenvectors.column(k);
                 let field = |n: usize, c: usize| {
-                    (0..n_motions).map(|a| v[a] * motion(a, mesh.nodes[n], c)).sum::<f64>()
+                    (0..n_motions).map(|a| v[a] * motion(a, mesh.nodes()[n], c)).sum::<f64>()
                 };
                 (0..mesh.n_nodes()).flat_map(|n| (0..dim).map(move |c| field(n, c))).collect()
             })
             .collect()
     }
+}
+
+/// The largest eigenvalue of an element's stiffness against its mass.
+fn largest_eigenvalue(e: &ElementMatrices, lumped: bool) -> f64 {
+    let n = e.n;
+    let mass = nalgebra::DMatrix::from_fn(n, n, |a, b| match (lumped, a == b) {
+        (true, true) => (0..n).map(|c| e.mass[n * a + c]).sum(),
+        (true, false) => 0.0,
+        (false, _) => e.mass[n * a + b],
+    });
+    let stiffness = nalgebra::DMatrix::from_row_slice(n, n, &e.stiffness);
+    // an element's consistent mass is positive definite
+    let Some(l) = mass.cholesky().map(|c| c.l()) else { return f64::INFINITY };
+    let half = l.solve_lower_triangular(&stiffness).map(|m| m.transpose());
+    let reduced = half.and_then(|m| l.solve_lower_triangular(&m));
+    reduced.map_or(f64::INFINITY, |m| m.symmetric_eigen().eigenvalues.max()).max(0.0)
 }
 
 #[cfg(test)]
@@ -226,9 +266,9 @@ mod tests {
         Material::Plate { young: 1.0, poisson: 0.3, density: 1.0, thickness: 1.0 };
 
     fn plate(fixed: &[(Edge, usize)], lumped: bool) -> Body {
-        let mesh = Mesh::rectangle(2.0, 1.0, 6, 4);
+        let mesh = structured::rectangle(2.0, 1.0, 6, 4);
         let dofs = DofMap::new(&mesh, fixed, Some(Edge::Right));
-        Body::assemble(mesh, dofs, PLATE, lumped)
+        Body::assemble(mesh, dofs, &[PLATE], lumped)
     }
 
     #[test]

@@ -29,15 +29,15 @@ pub struct DofMap {
 impl DofMap {
     /// Number the displacements; `fixed` lists `(edge, component)`.
     pub fn new(mesh: &Mesh, fixed: &[(Edge, usize)], contact: Option<Edge>) -> DofMap {
-        let dim = mesh.dim;
+        let dim = mesh.dim();
         let mut prescribed = vec![false; dim * mesh.n_nodes()];
         for &(edge, component) in fixed {
-            for n in mesh.edge_nodes(edge) {
+            for n in mesh.group_nodes(edge.name()) {
                 prescribed[dim * n + component] = true;
             }
         }
         let contact_axis = contact.map_or(0, Edge::axis);
-        let mut contact_nodes = contact.map_or(vec![], |e| mesh.edge_nodes(e));
+        let mut contact_nodes = contact.map_or(vec![], |e| mesh.group_nodes(e.name()));
         contact_nodes.retain(|&n| !prescribed[dim * n + contact_axis]);
         let mut index = vec![None; dim * mesh.n_nodes()];
         let in_contact: std::collections::HashSet<usize> =
@@ -133,13 +133,14 @@ impl DofMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::structured;
 
     #[test]
     fn contact_displacements_come_last_and_point_outwards() {
-        let mesh = Mesh::rectangle(1.0, 1.0, 2, 2);
+        let mesh = structured::rectangle(1.0, 1.0, 2, 2);
         let d = DofMap::new(&mesh, &[(Edge::Right, 0), (Edge::Bottom, 1)], Some(Edge::Left));
         assert_eq!((d.n_o, d.n_c), (3 + 6, 3));
-        let (i, sign) = d.of(mesh.edge_nodes(Edge::Left)[1], 0).unwrap();
+        let (i, sign) = d.of(mesh.group_nodes("left")[1], 0).unwrap();
         assert_eq!((i, sign), (d.n_o + 1, -1.0));
         let nodal: Vec<f64> = (0..18).map(|k| k as f64).collect();
         let u = d.gather(&nodal);
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn corner_held_in_the_normal_direction_is_no_contact_node() {
-        let mesh = Mesh::rectangle(1.0, 1.0, 2, 2);
+        let mesh = structured::rectangle(1.0, 1.0, 2, 2);
         let d = DofMap::new(&mesh, &[(Edge::Bottom, 0)], Some(Edge::Right));
         assert_eq!(d.n_c, 2);
     }

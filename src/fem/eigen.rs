@@ -191,16 +191,16 @@ fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, Fem
 mod tests {
     use super::*;
     use crate::fem::{Body, DofMap, Material};
-    use crate::mesh::{Edge, Mesh};
+    use crate::mesh::{Edge, structured};
 
     #[test]
     fn bar_has_the_exact_discrete_frequencies() {
         // consistent mass, fixed–free, closed form of the uniform mesh
         let n = 40;
-        let mesh = Mesh::bar(1.0, n);
+        let mesh = structured::bar(1.0, n);
         let dofs = DofMap::new(&mesh, &[(Edge::Left, 0)], None);
         let material = Material::Bar { young: 1.0, density: 1.0, area: 1.0 };
-        let b = Body::assemble(mesh, dofs, material, false);
+        let b = Body::assemble(mesh, dofs, &[material], false);
         let modes = lowest(&b.stiffness, &b.mass, 5, 1.0).unwrap();
         for (j, w) in modes.omega.iter().enumerate() {
             let c = ((2 * j + 1) as f64 * std::f64::consts::PI / (2 * n) as f64).cos();
@@ -211,10 +211,10 @@ mod tests {
 
     #[test]
     fn lanczos_agrees_with_dense_and_finds_rigid_motions() {
-        let mesh = Mesh::rectangle(1.0, 0.4, 12, 6);
+        let mesh = structured::rectangle(1.0, 0.4, 12, 6);
         let dofs = DofMap::new(&mesh, &[(Edge::Bottom, 1)], Some(Edge::Right));
         let material = Material::Plate { young: 1.0, poisson: 0.3, density: 1.0, thickness: 1.0 };
-        let b = Body::assemble(mesh, dofs, material, false);
+        let b = Body::assemble(mesh, dofs, &[material], false);
         let a = dense(&b.stiffness, &b.mass, 6).unwrap();
         let l = lanczos(&b.stiffness, &b.mass, 6, 1.6).unwrap();
         for j in 0..6 {

@@ -1,7 +1,7 @@
 //! Loads `f(t) = f₀ + Σ_j f_j cos(ω_j t + φ_j)` on all displacements `u = (u_O, u_C)`.
 
 use super::body::Body;
-use crate::mesh::Edge;
+use crate::mesh::{Edge, Point};
 
 /// One harmonic load.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +90,7 @@ pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
     // the mass of prescribed displacements pulls on the support, not on `u`, so a uniform field must
     // be integrated with all shape functions: use the element masses' row sums
     let nodal_mass = body.nodal_mass();
-    let dim = body.mesh.dim;
+    let dim = body.mesh.dim();
     let nodal: Vec<f64> =
         nodal_mass.iter().flat_map(|m| (0..dim).map(move |c| m * acceleration[c])).collect();
     body.dofs.gather(&nodal)
@@ -98,17 +98,23 @@ pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
 
 /// A uniform force per unit area on an edge.
 pub fn traction(body: &Body, edge: Edge, stress: &[f64]) -> Vec<f64> {
-    let (mesh, dim) = (&body.mesh, body.mesh.dim);
-    let factor = body.material.boundary_factor();
+    let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let mut nodal = vec![0.0; dim * mesh.n_nodes()];
-    for side in mesh.edge_sides(edge) {
-        let e = mesh.element(side.element);
-        let [a, b] = side.local.map(|l| e[l]);
-        let (p, q) = (mesh.nodes[a], mesh.nodes[b]);
-        let length = if a == b { 1.0 } else { (p[0] - q[0]).hypot(p[1] - q[1]) };
-        for n in [a, b] {
+    for &facet in mesh.group(edge.name()) {
+        let element = mesh.element(facet);
+        let factor = body.materials().get(element.region).map_or(0.0, |m| m.boundary_factor());
+        let ends: Vec<usize> =
+            element.kind.side(facet.side).iter().map(|&l| element.nodes[l]).collect();
+        let length = match ends[..] {
+            [a, b] => {
+                let (p, q) = (mesh.nodes()[a], mesh.nodes()[b]);
+                (p[0] - q[0]).hypot(p[1] - q[1])
+            }
+            _ => 1.0,
+        };
+        for &n in &ends {
             for c in 0..dim {
-                nodal[dim * n + c] += 0.5 * length * factor * stress[c];
+                nodal[dim * n + c] += length * factor * stress[c] / ends.len() as f64;
             }
         }
     }
@@ -116,8 +122,8 @@ pub fn traction(body: &Body, edge: Edge, stress: &[f64]) -> Vec<f64> {
 }
 
 /// A force at the node nearest to a point.
-pub fn point(body: &Body, at: [f64; 2], force: &[f64]) -> Vec<f64> {
-    let dim = body.mesh.dim;
+pub fn point(body: &Body, at: Point, force: &[f64]) -> Vec<f64> {
+    let dim = body.mesh.dim();
     let node = body.mesh.nearest_node(at);
     let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
     nodal[dim * node..dim * (node + 1)].copy_from_slice(force);

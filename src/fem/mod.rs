@@ -9,7 +9,7 @@ pub mod load;
 pub mod sparse;
 pub mod stress;
 
-pub use body::Body;
+pub use body::{Body, Origin};
 pub use dofs::DofMap;
 pub use eigen::Modes;
 pub use element::Material;

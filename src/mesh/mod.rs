@@ -1,11 +1,19 @@
-//! Meshes: a uniform bar of two-node elements, a rectangle of four-node quadrilaterals.
+//! Meshes: points in space, blocks of elements of one kind, named groups of element sides.
 //!
-//! Nodes are points `(x, y)`; a bar has `y = 0`. Elements list their nodes
-//! counter-clockwise. The four edges of the rectangle (two ends of the bar) are named.
+//! Generators ([`structured`]) and readers give the same [`Mesh`]; nothing above asks where one came from. A point has three coordinates whatever
+//! the dimension; the displacement has `dim` components. An element lists its nodes counter-clockwise; its sides are numbered, and a side's nodes
+//! run so that a group of consecutive sides names its nodes in order.
+
+pub mod structured;
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// An edge of the body by name.
+/// A place: `(x, y, z)`, zero where the body has no such extent.
+pub type Point = [f64; 3];
+
+/// An edge of a generated body by name: its group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Edge {
@@ -20,6 +28,9 @@ pub enum Edge {
 }
 
 impl Edge {
+    /// All edges.
+    pub const ALL: [Edge; 4] = [Edge::Left, Edge::Right, Edge::Bottom, Edge::Top];
+
     /// The axis of the normal: 0 for x, 1 for y.
     pub fn axis(self) -> usize {
         matches!(self, Edge::Bottom | Edge::Top) as usize
@@ -41,59 +52,105 @@ impl Edge {
     }
 }
 
-/// One element side on an edge: the element, and the side's nodes as local numbers in it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Side {
-    /// Element index.
-    pub element: usize,
-    /// Local numbers of the side's nodes (equal for the end of a bar).
-    pub local: [usize; 2],
+/// Kinds of element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ElementKind {
+    /// Two nodes on a line.
+    Bar2,
+    /// Four corners of a quadrilateral.
+    Quad4,
 }
 
-/// Nodes and elements.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mesh {
-    /// Space dimension of the displacement: 1 (bar) or 2 (plate).
-    pub dim: usize,
-    /// Node positions.
-    pub nodes: Vec<[f64; 2]>,
-    /// Nodes of an element: 2 (bar) or 4 (plate).
-    pub nodes_per_element: usize,
-    /// Element connectivity, `nodes_per_element` a row.
-    pub elements: Vec<usize>,
-    cells: [usize; 2],
-    size: [f64; 2],
-}
-
-impl Mesh {
-    /// `n` equal elements on `[0, length]`.
-    pub fn bar(length: f64, n: usize) -> Mesh {
-        Mesh {
-            dim: 1,
-            nodes: (0..=n).map(|i| [length * i as f64 / n as f64, 0.0]).collect(),
-            nodes_per_element: 2,
-            elements: (0..n).flat_map(|i| [i, i + 1]).collect(),
-            cells: [n, 0],
-            size: [length, 0.0],
+impl ElementKind {
+    /// Number of nodes.
+    pub fn nodes(self) -> usize {
+        match self {
+            ElementKind::Bar2 => 2,
+            ElementKind::Quad4 => 4,
         }
     }
 
-    /// `nx × ny` equal rectangles on `[0, lx] × [0, ly]`; nodes run along y first.
-    pub fn rectangle(lx: f64, ly: f64, nx: usize, ny: usize) -> Mesh {
-        let node = |i: usize, j: usize| i * (ny + 1) + j;
-        let mut nodes = Vec::with_capacity((nx + 1) * (ny + 1));
-        for i in 0..=nx {
-            for j in 0..=ny {
-                nodes.push([lx * i as f64 / nx as f64, ly * j as f64 / ny as f64]);
-            }
+    /// Local nodes of a side: the ends of a bar; bottom, right, top and left of a quadrilateral, along the increasing coordinate.
+    pub fn side(self, side: usize) -> &'static [usize] {
+        match (self, side) {
+            (ElementKind::Bar2, 0) => &[0],
+            (ElementKind::Bar2, _) => &[1],
+            (ElementKind::Quad4, 0) => &[0, 1],
+            (ElementKind::Quad4, 1) => &[1, 2],
+            (ElementKind::Quad4, 2) => &[3, 2],
+            (ElementKind::Quad4, _) => &[0, 3],
         }
-        let mut elements = Vec::with_capacity(4 * nx * ny);
-        for i in 0..nx {
-            for j in 0..ny {
-                elements.extend([node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]);
-            }
-        }
-        Mesh { dim: 2, nodes, nodes_per_element: 4, elements, cells: [nx, ny], size: [lx, ly] }
+    }
+}
+
+/// Elements of one kind and one region.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// Kind of all elements.
+    pub kind: ElementKind,
+    /// Which of the body's materials they have.
+    pub region: usize,
+    /// Nodes, element by element.
+    pub connectivity: Vec<usize>,
+    /// All elements have the shape of the first: one element matrix serves all.
+    pub congruent: bool,
+}
+
+/// A side of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Facet {
+    /// Block.
+    pub block: usize,
+    /// Element in the block.
+    pub element: usize,
+    /// Side of the element.
+    pub side: usize,
+}
+
+/// An element as it stands in a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Element<'a> {
+    /// Kind.
+    pub kind: ElementKind,
+    /// Which of the body's materials it has.
+    pub region: usize,
+    /// Its nodes.
+    pub nodes: &'a [usize],
+}
+
+/// Nodes, elements, named groups of sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    dim: usize,
+    nodes: Vec<Point>,
+    blocks: Vec<Block>,
+    groups: BTreeMap<String, Vec<Facet>>,
+}
+
+impl Mesh {
+    /// Put a mesh together.
+    pub fn new(
+        dim: usize,
+        nodes: Vec<Point>,
+        blocks: Vec<Block>,
+        groups: BTreeMap<String, Vec<Facet>>,
+    ) -> Mesh {
+        Mesh { dim, nodes, blocks, groups }
+    }
+
+    /// Number of displacement components.
+    pub fn dim(&self) -> usize {
+        self.dim
+    }
+
+    /// Places of the nodes.
+    pub fn nodes(&self) -> &[Point] {
+        &self.nodes
+    }
+
+    /// Blocks of elements.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 
     /// Number of nodes.
@@ -103,79 +160,76 @@ impl Mesh {
 
     /// Number of elements.
     pub fn n_elements(&self) -> usize {
-        self.elements.len() / self.nodes_per_element
+        self.blocks.iter().map(|b| b.connectivity.len() / b.kind.nodes()).sum()
     }
 
-    /// The nodes of element `e`.
-    pub fn element(&self, e: usize) -> &[usize] {
-        &self.elements[e * self.nodes_per_element..(e + 1) * self.nodes_per_element]
+    /// All elements, block by block.
+    pub fn elements(&self) -> impl Iterator<Item = Element<'_>> {
+        self.blocks.iter().flat_map(|b| {
+            let of = |nodes| Element { kind: b.kind, region: b.region, nodes };
+            b.connectivity.chunks_exact(b.kind.nodes()).map(of)
+        })
     }
 
-    /// Length and height of the body.
-    pub fn size(&self) -> [f64; 2] {
-        self.size
+    /// The element of a facet.
+    pub fn element(&self, facet: Facet) -> Element<'_> {
+        let block = &self.blocks[facet.block];
+        let n = block.kind.nodes();
+        let nodes = &block.connectivity[n * facet.element..n * (facet.element + 1)];
+        Element { kind: block.kind, region: block.region, nodes }
     }
 
-    /// Elements along x and y.
-    pub fn cells(&self) -> [usize; 2] {
-        self.cells
+    /// Places of the nodes of an element.
+    pub fn corners(&self, element: Element) -> Vec<Point> {
+        element.nodes.iter().map(|&n| self.nodes[n]).collect()
     }
 
-    /// The nodes of an edge in increasing order of the coordinate along it.
-    pub fn edge_nodes(&self, edge: Edge) -> Vec<usize> {
-        let [nx, ny] = self.cells;
-        let node = |i: usize, j: usize| i * (ny + 1) + j;
-        match (self.dim, edge) {
-            (1, Edge::Left) => vec![0],
-            (1, _) => vec![nx],
-            (_, Edge::Left) => (0..=ny).map(|j| node(0, j)).collect(),
-            (_, Edge::Right) => (0..=ny).map(|j| node(nx, j)).collect(),
-            (_, Edge::Bottom) => (0..=nx).map(|i| node(i, 0)).collect(),
-            (_, Edge::Top) => (0..=nx).map(|i| node(i, ny)).collect(),
+    /// The same in the plane.
+    pub fn plane_corners(&self, element: Element) -> Vec<[f64; 2]> {
+        element.nodes.iter().map(|&n| [self.nodes[n][0], self.nodes[n][1]]).collect()
+    }
+
+    /// The sides of a group; none if there is no such group.
+    pub fn group(&self, name: &str) -> &[Facet] {
+        self.groups.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    /// The nodes of a group, each once, in the order of its sides.
+    pub fn group_nodes(&self, name: &str) -> Vec<usize> {
+        let mut nodes = vec![];
+        let mut known = vec![false; self.n_nodes()];
+        for &facet in self.group(name) {
+            let element = self.element(facet);
+            for &local in element.kind.side(facet.side) {
+                let node = element.nodes[local];
+                if !std::mem::replace(&mut known[node], true) {
+                    nodes.push(node);
+                }
+            }
         }
+        nodes
     }
 
-    /// The element sides that make up an edge.
-    pub fn edge_sides(&self, edge: Edge) -> Vec<Side> {
-        let [nx, ny] = self.cells;
-        let cell = |i: usize, j: usize| i * ny + j;
-        let side = |element, local| Side { element, local };
-        match (self.dim, edge) {
-            (1, Edge::Left) => vec![side(0, [0, 0])],
-            (1, _) => vec![side(nx - 1, [1, 1])],
-            (_, Edge::Left) => (0..ny).map(|j| side(cell(0, j), [0, 3])).collect(),
-            (_, Edge::Right) => (0..ny).map(|j| side(cell(nx - 1, j), [1, 2])).collect(),
-            (_, Edge::Bottom) => (0..nx).map(|i| side(cell(i, 0), [0, 1])).collect(),
-            (_, Edge::Top) => (0..nx).map(|i| side(cell(i, ny - 1), [3, 2])).collect(),
-        }
+    /// Extents along the three axes.
+    pub fn size(&self) -> Point {
+        std::array::from_fn(|c| {
+            let along = self.nodes.iter().map(|p| p[c]);
+            let (low, high) =
+                along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            (high - low).max(0.0)
+        })
+    }
+
+    /// The largest extent.
+    pub fn length(&self) -> f64 {
+        self.size().into_iter().fold(0.0, f64::max)
     }
 
     /// The node nearest to a point.
-    pub fn nearest_node(&self, at: [f64; 2]) -> usize {
-        let distance = |p: &[f64; 2]| (p[0] - at[0]).powi(2) + (p[1] - at[1]).powi(2);
+    pub fn nearest_node(&self, at: Point) -> usize {
+        let distance = |p: &Point| (0..3).map(|c| (p[c] - at[c]).powi(2)).sum::<f64>();
         (0..self.n_nodes())
             .min_by(|&a, &b| distance(&self.nodes[a]).total_cmp(&distance(&self.nodes[b])))
             .unwrap_or(0)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn edges_and_sides_agree() {
-        let m = Mesh::rectangle(2.0, 1.0, 4, 3);
-        assert_eq!((m.n_nodes(), m.n_elements()), (20, 12));
-        for edge in [Edge::Left, Edge::Right, Edge::Bottom, Edge::Top] {
-            let nodes = m.edge_nodes(edge);
-            let wall = if edge.sign() < 0.0 { 0.0 } else { m.size()[edge.axis()] };
-            assert!(nodes.iter().all(|&n| m.nodes[n][edge.axis()] == wall));
-            for (k, s) in m.edge_sides(edge).iter().enumerate() {
-                let e = m.element(s.element);
-                assert_eq!([e[s.local[0]], e[s.local[1]]], [nodes[k], nodes[k + 1]]);
-            }
-        }
-        assert_eq!(m.nearest_node([1.9, 0.1]), m.edge_nodes(Edge::Right)[0]);
     }
 }

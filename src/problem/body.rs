@@ -4,7 +4,7 @@ use super::ProblemError;
 use super::given::{folder, given_length};
 use crate::contact::{ContactEdge, MassChoice, Stress};
 use crate::fem::{Body, DofMap, Material, read_matrix};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
     Axis, BodyKind, ContactMethod, Inertia, Issue, MassKind, RedistributedMass, Scene,
 };
@@ -29,13 +29,15 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
 pub fn mesh(scene: &Scene) -> Mesh {
     let b = &scene.body;
     match b.kind {
-        BodyKind::Bar => Mesh::bar(b.size[0], b.elements[0]),
-        BodyKind::Plate => Mesh::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1]),
+        BodyKind::Bar => structured::bar(b.size[0], b.elements[0]),
+        BodyKind::Plate => {
+            structured::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1])
+        }
         BodyKind::Matrices => {
             // as many points as displacements; the files are read when the problem is set up
             let folder = folder(scene);
             let rows = b.mass_matrix.as_ref().and_then(|name| read_matrix(folder, name).ok());
-            Mesh::bar(given_length(scene), rows.map_or(1, |m| m.n_rows()))
+            structured::row(given_length(scene), rows.map_or(1, |m| m.n_rows()))
         }
     }
 }
@@ -60,7 +62,7 @@ pub(super) fn assemble(scene: &Scene) -> Body {
         .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
         .collect();
     let dofs = DofMap::new(&mesh, &fixed, scene.contact.as_ref().and_then(|c| c.edge));
-    Body::assemble(mesh, dofs, material, b.mass == MassKind::Lumped)
+    Body::assemble(mesh, dofs, &[material], b.mass == MassKind::Lumped)
 }
 
 pub(super) fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
@@ -92,10 +94,10 @@ pub(super) fn contact_edge(
             ))
             .into());
     }
-    let gap: Vec<f64> = nodes.iter().map(|&n| field.at(body.mesh.nodes[n])).collect();
+    let gap: Vec<f64> = nodes.iter().map(|&n| field.at(plane(body.mesh.nodes()[n]))).collect();
     // squares of gaps must not overflow
     if let Some(k) = gap.iter().position(|g| g.is_nan() || g.abs() > 1e60) {
-        let [x, y] = body.mesh.nodes[nodes[k]];
+        let [x, y, _] = body.mesh.nodes()[nodes[k]];
         return Err(scene
             .error(Issue::new(
                 "contact.gap",
@@ -105,4 +107,9 @@ pub(super) fn contact_edge(
             .into());
     }
     Ok(Some(ContactEdge { edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
+}
+
+/// A place in the plane of the expressions of a scene.
+pub(super) fn plane([x, y, _]: Point) -> [f64; 2] {
+    [x, y]
 }

@@ -1,5 +1,6 @@
 //! The state at `t = 0`.
 
+use super::body::plane;
 use super::modes::OpenModes;
 use super::{ProblemError, StoredState};
 use crate::contact::{State, System};
@@ -51,9 +52,9 @@ pub(super) fn initial_state(
         let nodal: Vec<f64> = system
             .body
             .mesh
-            .nodes
+            .nodes()
             .iter()
-            .flat_map(|&p| list.iter().map(move |f| f.at(p)))
+            .flat_map(|&p| list.iter().map(move |f| f.at(plane(p))))
             .collect();
         // squares must not overflow
         if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {
@@ -94,7 +95,7 @@ pub(super) fn check_penetration(
         // the points of such a body count from 1, its displacements from 0
         BodyKind::Matrices => format!("displacement {}", node.saturating_sub(1)),
         _ => {
-            let [x, y] = system.body.mesh.nodes[node];
+            let [x, y, _] = system.body.mesh.nodes()[node];
             format!("the node ({x}, {y})")
         }
     };

@@ -28,7 +28,7 @@ pub(super) fn loads(
             },
             LoadKind::Point => {
                 let at = l.at.as_deref().unwrap_or(&[]);
-                load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0)], &vector)
+                load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0), 0.0], &vector)
             }
             LoadKind::Mode => {
                 let key = format!("load[{i}].mode");

@@ -175,12 +175,11 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<14}{text}");
     };
-    let [ex, ey] = system.body.mesh.cells();
     let given = scene.body.kind == BodyKind::Matrices;
-    let kind = match system.body.mesh.dim {
+    let kind = match system.body.mesh.dim() {
         _ if given => "matrices".to_owned(),
-        1 => format!("bar, {}", plural(ex, "element", "elements")),
-        _ => format!("plate, {ex} × {ey} elements"),
+        1 => format!("bar, {}", plural(scene.body.elements[0], "element", "elements")),
+        _ => format!("plate, {} × {} elements", scene.body.elements[0], scene.body.elements[1]),
     };
     let follow = match system.n_contact() {
         0 => String::new(),

@@ -219,7 +219,7 @@ pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
 /// fields (displacement, velocity) of `dim` components for a mesh with the same nodes.
 pub fn read_state(
     path: &Path,
-    nodes: &[[f64; 2]],
+    nodes: &[[f64; 3]],
     dim: usize,
     interpolate: bool,
 ) -> Result<(Vec<f64>, Vec<f64>), StoreError> {
@@ -228,7 +228,7 @@ pub fn read_state(
 
 fn read_state_of(
     path: &Path,
-    nodes: &[[f64; 2]],
+    nodes: &[[f64; 3]],
     dim: usize,
     interpolate: bool,
 ) -> Result<(Vec<f64>, Vec<f64>), StoreError> {
@@ -300,7 +300,7 @@ type Cell = Vec<(usize, f64)>;
 fn cells_of(
     file: &hdf5::File,
     stored: &Array2<f64>,
-    nodes: &[[f64; 2]],
+    nodes: &[[f64; 3]],
     dim: usize,
     path: &Path,
 ) -> Result<Vec<Cell>, StoreError> {
@@ -315,7 +315,7 @@ fn cells_of(
             [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
         })
     };
-    let a = bounds(&mut nodes.iter().copied());
+    let a = bounds(&mut nodes.iter().map(|p| [p[0], p[1]]));
     let b = bounds(&mut stored.rows().into_iter().map(|r| [r[0], r[1]]));
     let size = (a[2] - a[0]).max(a[3] - a[1]);
     let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
@@ -326,7 +326,7 @@ fn cells_of(
         return Err(other());
     }
     let slack = 1e-9 * size;
-    let cell = |p: &[f64; 2]| -> Option<Cell> {
+    let cell = |p: &[f64; 3]| -> Option<Cell> {
         elements.rows().into_iter().find_map(|e| {
             let nodes: Vec<usize> = e.iter().map(|&i| i as usize).collect();
             let b = bounds(&mut nodes.iter().map(|&n| [stored[(n, 0)], stored[(n, 1)]]));

@@ -405,7 +405,8 @@ pub(super) fn along_axes(dofs: &DofMap, x: &[f64]) -> Vec<f64> {
 /// Bytes that the mesh and the attributes of a file take at the most.
 pub(super) fn size_of_mesh(system: &System) -> u64 {
     let mesh = &system.body.mesh;
-    (40 * mesh.n_nodes() + 8 * mesh.elements.len() + (64 << 10)) as u64
+    let numbers: usize = mesh.blocks().iter().map(|b| b.connectivity.len()).sum();
+    (40 * mesh.n_nodes() + 8 * numbers + (64 << 10)) as u64
 }
 
 /// A new file with everything that every file says of its origin, and the mesh.
@@ -435,14 +436,18 @@ fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), StoreError> {
         ndarray::Array2::from_shape_vec((rows, columns), values)
             .map_err(|e| hdf5::Error::from(e.to_string()))
     };
-    let nodes: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+    let nodes: Vec<f64> = mesh.nodes().iter().flat_map(|p| [p[0], p[1]]).collect();
     let nodes = ndarray::Array2::from_shape_vec((mesh.n_nodes(), 2), nodes)
         .map_err(|e| hdf5::Error::from(e.to_string()))?;
     g.new_dataset_builder().with_data(&nodes).create("nodes")?;
-    let elements = mesh.elements.iter().map(|&n| n as i64).collect();
-    let elements = array(mesh.n_elements(), mesh.nodes_per_element, elements)?;
+    // elements with fewer nodes than others are filled up with −1
+    let width = mesh.blocks().iter().map(|b| b.kind.nodes()).max().unwrap_or(0);
+    let elements = mesh
+        .elements()
+        .flat_map(|e| (0..width).map(move |k| e.nodes.get(k).map_or(-1, |&n| n as i64)));
+    let elements = array(mesh.n_elements(), width, elements.collect())?;
     g.new_dataset_builder().with_data(&elements).create("elements")?;
-    let index = |n: usize, c: usize| match (c < mesh.dim).then(|| dofs.of(n, c)).flatten() {
+    let index = |n: usize, c: usize| match (c < mesh.dim()).then(|| dofs.of(n, c)).flatten() {
         Some((i, _)) => i as i64,
         None => -1,
     };

@@ -148,8 +148,8 @@ pub fn reference_problem(name: &str) -> Reference {
         .iter()
         .map(|p| {
             let p = numbers(p);
-            let node = body.mesh.nearest_node([p[0], p[1]]);
-            let q = body.mesh.nodes[node];
+            let node = body.mesh.nearest_node([p[0], p[1], 0.0]);
+            let q = body.mesh.nodes()[node];
             assert!((p[0] - q[0]).hypot(p[1] - q[1]) < 1e-12);
             node
         })

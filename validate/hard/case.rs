@@ -120,9 +120,13 @@ fn simultaneous(checks: &mut Vec<Check>) -> Result<(), String> {
     let scene_ = scene(include_str!("symmetric.toml"), None)?;
     let (problem, report, states) = integrate(&scene_)?;
     let body = &problem.system.body;
-    let [_, height] = body.mesh.size();
-    let mirror: Vec<usize> =
-        body.mesh.nodes.iter().map(|p| body.mesh.nearest_node([p[0], height - p[1]])).collect();
+    let [_, height, _] = body.mesh.size();
+    let mirror: Vec<usize> = body
+        .mesh
+        .nodes()
+        .iter()
+        .map(|p| body.mesh.nearest_node([p[0], height - p[1], 0.0]))
+        .collect();
     let asymmetry = |u: &[f64]| {
         let nodal = body.dofs.scatter(u);
         (0..mirror.len())

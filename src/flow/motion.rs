@@ -1,0 +1,257 @@
+//! The motion of all modes of a phase in closed form (theory §6): free vibration about static, rigid and harmonic responses, with bounds of its
+//! fourth derivative and exact integrals of its powers.
+
+use nalgebra::Complex;
+
+use super::oscillator::Oscillator;
+use super::spectrum::Spectrum;
+use super::trigonometry::sin_cos;
+use crate::fem::{Harmonic, Loads};
+
+/// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
+/// treated by the response from rest, which has no small denominator.
+const RESONANCE: f64 = 1e-2;
+
+/// One harmonic load on one mode.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Forcing {
+    /// Steady response `Re(P e^{iΩt})`.
+    Steady(Complex<f64>),
+    /// Force `F`: near resonance.
+    FromRest(f64),
+}
+
+/// A harmonic load on all modes: `Ω`, `φ`, and for each mode `F_k` and how it is treated.
+pub(super) type ModalLoad = (f64, f64, Vec<(f64, Forcing)>);
+
+/// How each mode answers the harmonic loads at their present frequencies.
+fn excitation(phase: &Spectrum, loads: &Loads) -> Vec<ModalLoad> {
+    let of_load = |(load, forces): (&Harmonic, &Vec<f64>)| {
+        let treat = |(mode, &f): (&Oscillator, &f64)| {
+            let w = load.omega;
+            let (o, c) = (mode.omega, mode.c);
+            let denominator = Complex::new((o - w) * (o + w), 2.0 * c * w);
+            let near = denominator.norm() < RESONANCE * o.max(w).powi(2);
+            let forcing = if near {
+                Forcing::FromRest(f)
+            } else {
+                Forcing::Steady(Complex::new(f, 0.0) / denominator)
+            };
+            (f, forcing)
+        };
+        (load.omega, load.phase, phase.modes.iter().zip(forces).map(treat).collect())
+    };
+    loads.harmonics.iter().zip(&phase.harmonics).map(of_load).collect()
+}
+
+/// The motion of every mode since the start of the present phase.
+#[derive(Debug, Default)]
+pub struct Motion {
+    /// Start of the phase.
+    pub(super) start: f64,
+    pub(super) loads: Vec<ModalLoad>,
+    /// Homogeneous part at the start: displacement and velocity.
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+}
+
+impl Motion {
+    /// The motion that starts at `(q, q̇)`: what the particular solutions have at the start is taken out.
+    pub fn new(phase: &Spectrum, loads: &Loads, start: f64, q: &[f64], v: &[f64]) -> Motion {
+        let loads = excitation(phase, loads);
+        let mut motion = Motion { start, loads, q: q.to_vec(), v: v.to_vec() };
+        for (k, mode) in phase.modes.iter().enumerate() {
+            if mode.omega > 0.0 {
+                motion.q[k] -= phase.constant[k] / (mode.omega * mode.omega);
+            }
+            for (w, phi, forces) in &motion.loads {
+                if let Forcing::Steady(p) = forces[k].1 {
+                    let e = p * Complex::from_polar(1.0, w * start + phi);
+                    motion.q[k] -= e.re;
+                    motion.v[k] -= (e * Complex::new(0.0, *w)).re;
+                }
+            }
+        }
+        motion
+    }
+
+    /// Displacement and velocity of mode `k` at `t`.
+    pub fn mode(&self, phase: &Spectrum, k: usize, t: f64) -> (f64, f64) {
+        let mode = &phase.modes[k];
+        let tau = t - self.start;
+        let basis = mode.basis(tau);
+        let mut q = self.q[k] * basis.c + self.v[k] * basis.s;
+        let mut v = -self.q[k] * mode.omega * mode.omega * basis.s + self.v[k] * basis.ds;
+        let f = phase.constant[k];
+        if f != 0.0 {
+            if mode.omega > 0.0 {
+                q += f / (mode.omega * mode.omega);
+            } else {
+                let (z, dz) = mode.rigid_response(tau);
+                q += f * z;
+                v += f * dz;
+            }
+        }
+        for (w, phi, forces) in &self.loads {
+            match forces[k].1 {
+                Forcing::Steady(p) => {
+                    let e = p * Complex::from_polar(1.0, w * t + phi);
+                    q += e.re;
+                    v += (e * Complex::new(0.0, *w)).re;
+                }
+                Forcing::FromRest(f) => {
+                    let turn = Complex::from_polar(f, w * self.start + phi);
+                    let [e, de] = mode.response_from_rest(*w, tau);
+                    q += (turn * e).re;
+                    v += (turn * de).re;
+                }
+            }
+        }
+        (q, v)
+    }
+
+    /// Displacements and velocities of all modes at `t`.
+    pub fn at(&self, phase: &Spectrum, t: f64, q: &mut [f64], v: &mut [f64]) {
+        if !(phase.is_undamped && self.loads.is_empty()) {
+            for k in 0..q.len() {
+                (q[k], v[k]) = self.mode(phase, k, t);
+            }
+            return;
+        }
+        // every mode is an undamped oscillation about a static displacement
+        let n = phase.modes.len();
+        let tau = t - self.start;
+        let angle: Vec<f64> = phase.modes.iter().map(|m| m.omega * tau).collect();
+        let (mut sin, mut cos) = (vec![0.0; n], vec![0.0; n]);
+        sin_cos(&angle, &mut sin, &mut cos);
+        for k in 0..n {
+            let w = phase.modes[k].omega;
+            let (a, b) = (self.q[k], self.v[k]);
+            q[k] = a * cos[k] + b / w * sin[k] + phase.constant[k] / (w * w);
+            v[k] = b * cos[k] - a * w * sin[k];
+        }
+    }
+
+    /// Accelerations of all modes at `t`, where they are at `(q, q̇)`: `F − 2c q̇ − ω² q`.
+    pub fn acceleration(&self, phase: &Spectrum, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) {
+        for (k, m) in phase.modes.iter().enumerate() {
+            a[k] = phase.constant[k] - 2.0 * m.c * v[k] - m.omega * m.omega * q[k];
+            for (w, phi, forces) in &self.loads {
+                a[k] += forces[k].0 * (w * t + phi).cos();
+            }
+        }
+    }
+
+    /// The free part of `q̇` after `a`, `Re(c e^{s (t − a)})`, for modes that oscillate under steady responses.
+    pub(super) fn oscillation(&self, phase: &Spectrum, k: usize, a: f64, h: f64) -> Option<Term> {
+        let mode = &phase.modes[k];
+        let d = mode.discriminant();
+        let steady = |h: &ModalLoad| matches!(h.2[k].1, Forcing::Steady(_));
+        if d <= 0.01 * mode.omega * mode.omega || !self.loads.iter().all(steady) {
+            return None;
+        }
+        let [s, _] = mode.roots();
+        let amplitude = Complex::new(self.q[k], -(self.v[k] + mode.c * self.q[k]) / d.sqrt());
+        Some(Term { c: amplitude * s * (s * (a - self.start)).exp(), s, growth: (s * h).exp() })
+    }
+
+    /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end`.
+    pub(super) fn bounds(&self, phase: &Spectrum, k: usize, t: f64, end: f64) -> (f64, f64) {
+        let mode = &phase.modes[k];
+        let Oscillator { omega, c } = *mode;
+        let (tau, tau_end) = (t - self.start, end - self.start);
+        let d = mode.discriminant();
+        let (q, v) = (self.q[k].abs(), self.v[k].abs());
+        let (mut size, mut fourth) = if omega == 0.0 {
+            // v₀ (1 − e^{−2ct})/(2c): derivatives fall off
+            let decay = (-2.0 * c * tau).exp();
+            (q + v * tau_end, v * (2.0 * c).powi(3) * decay)
+        } else if d > 0.25 * omega * omega {
+            let w = d.sqrt();
+            let amplitude = self.q[k].hypot((self.v[k] + c * self.q[k]) / w);
+            let amplitude = if c > 0.0 { amplitude * (-c * tau).exp() } else { amplitude };
+            (amplitude, amplitude * omega.powi(4))
+        } else {
+            // strongly damped: x = |q| + |q̇|/ω falls at least like 2 (1 + 1.2cτ) e^{−slow τ} and never exceeds
+            // twice its first value; derivatives by the equation of motion, |q̈| ≤ ω²|q| + 2c|q̇| …
+            let slow = if d > 0.0 { c } else { omega * omega / (c + (-d).sqrt()) };
+            let decay = (2.0 * (1.0 + 1.2 * c * tau) * (-slow * tau).exp()).min(2.0);
+            let x = (q + v / omega) * decay;
+            let rate = 2.0 * c + omega;
+            (x, x * rate.powi(4))
+        };
+        if phase.constant[k] != 0.0 && omega == 0.0 {
+            let f = phase.constant[k].abs();
+            size += 0.5 * f * tau_end * tau_end;
+            fourth += f * (2.0 * c).powi(2);
+        }
+        for (w, _, forces) in &self.loads {
+            let (s, b) = match forces[k].1 {
+                Forcing::Steady(p) => (p.norm(), p.norm() * w.powi(4)),
+                Forcing::FromRest(f) => {
+                    let f = f.abs();
+                    let wd = d.abs().sqrt().max(1e-3 * omega);
+                    let s = f * tau_end * (0.5 * tau_end).min(1.0 / wd);
+                    let sum = w.powi(3) + w * w * omega + w * omega * omega + omega.powi(3);
+                    (s, w.powi(4) * s + 2.0 * f * sum / wd)
+                }
+            };
+            size += s;
+            fourth += b;
+        }
+        (size, fourth)
+    }
+}
+
+/// One exponential `c e^{s (t − a)}` with its growth `e^{s (b − a)}` over the interval.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    pub c: Complex<f64>,
+    pub s: Complex<f64>,
+    pub growth: Complex<f64>,
+}
+
+/// `∫ Re(x) Re(y)` over an interval of length `h`: two exponentials, integrated exactly.
+fn product_integral(x: &Term, y: &Term, h: f64) -> f64 {
+    let integral = |s: Complex<f64>, growth: Complex<f64>| {
+        let z = s * h;
+        if z.norm_sqr() > 0.04 {
+            return (growth - 1.0) / s;
+        }
+        // (e^z − 1)/z without cancellation
+        let mut sum = Complex::new(1.0, 0.0);
+        for n in (2..=11).rev() {
+            sum = sum * z / f64::from(n) + 1.0;
+        }
+        sum * h
+    };
+    let plain = x.c * y.c * integral(x.s + y.s, x.growth * y.growth);
+    let mixed = x.c * y.c.conj() * integral(x.s + y.s.conj(), x.growth * y.growth.conj());
+    0.5 * (plain + mixed).re
+}
+
+/// `∫ F q̇` and `∫ q̇²` over an interval of length `h`, from the free part of `q̇` at its start.
+pub(super) fn powers_in_closed_form(
+    free: &Term,
+    loads: &[ModalLoad],
+    k: usize,
+    turns: &[Term],
+    h: f64,
+) -> [f64; 2] {
+    let steady = |j: usize| match loads[j].2[k].1 {
+        Forcing::Steady(p) => Term { c: turns[j].c * p * turns[j].s, ..turns[j] },
+        Forcing::FromRest(_) => Term { c: Complex::new(0.0, 0.0), ..turns[j] },
+    };
+    let force = |j: usize| Term { c: turns[j].c * loads[j].2[k].0, ..turns[j] };
+    let mut sums = [0.0, product_integral(free, free, h)];
+    for j in 0..turns.len() {
+        let x = steady(j);
+        sums[1] += 2.0 * product_integral(free, &x, h);
+        sums[0] += product_integral(free, &force(j), h);
+        for i in 0..turns.len() {
+            sums[1] += product_integral(&x, &steady(i), h);
+            sums[0] += product_integral(&x, &force(i), h);
+        }
+    }
+    sums
+}

@@ -1,0 +1,113 @@
+//! One mode in time: `q̈ + 2c q̇ + ω² q = F`, under- and over-damped, rigid, through resonance.
+
+use nalgebra::Complex;
+
+/// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
+pub const GAUSS10: [(f64, f64); 5] = [
+    (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
+    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
+    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
+    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
+    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
+];
+
+/// What one mode does in time: the solution basis of `q̈ + 2c q̇ + ω² q = 0`.
+#[derive(Debug, Clone, Copy)]
+pub struct Oscillator {
+    /// Undamped circular frequency.
+    pub omega: f64,
+    /// Half the damping rate.
+    pub c: f64,
+}
+
+/// `S` (unit initial velocity), `S′`, and `C = S′ + 2cS` (unit initial displacement).
+#[derive(Debug, Clone, Copy)]
+pub struct Basis {
+    /// `S`
+    pub s: f64,
+    /// `S′`
+    pub ds: f64,
+    /// `C`
+    pub c: f64,
+}
+
+impl Oscillator {
+    /// `ω² − c²`: positive if the mode oscillates.
+    pub fn discriminant(&self) -> f64 {
+        (self.omega - self.c) * (self.omega + self.c)
+    }
+
+    /// The basis at `t`.
+    pub fn basis(&self, t: f64) -> Basis {
+        let Oscillator { omega, c } = *self;
+        let d = self.discriminant();
+        let x = d * t * t;
+        let (s, ds) = if x.abs() < 1e-4 {
+            // sin(√x)/√x and cos √x, for both signs of x, truncated below rounding
+            let sinc = 1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0));
+            let cos = 1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0));
+            let decay = (-c * t).exp();
+            (decay * t * sinc, decay * (cos - c * t * sinc))
+        } else if d > 0.0 {
+            let w = d.sqrt();
+            let (sin, cos) = (w * t).sin_cos();
+            let decay = if c == 0.0 { 1.0 } else { (-c * t).exp() };
+            (decay * sin / w, decay * (cos - c * sin / w))
+        } else {
+            let w = (-d).sqrt();
+            // the slow rate without cancellation
+            let (slow, fast) = (-omega * omega / (c + w), -(c + w));
+            let (a, b) = ((slow * t).exp(), (fast * t).exp());
+            ((a - b) / (2.0 * w), (slow * a - fast * b) / (2.0 * w))
+        };
+        Basis { s, ds, c: ds + 2.0 * c * s }
+    }
+
+    /// Response from rest to a unit constant force, and its rate (for `ω = 0`; else the static
+    /// displacement serves).
+    pub(super) fn rigid_response(&self, t: f64) -> (f64, f64) {
+        let s = self.basis(t).s;
+        let x = 2.0 * self.c * t;
+        let z = if x < 1e-3 {
+            0.5 * t * t * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
+        } else {
+            (t - s) / (2.0 * self.c)
+        };
+        (z, s)
+    }
+
+    /// The roots `λ±` of the characteristic equation.
+    pub(super) fn roots(&self) -> [Complex<f64>; 2] {
+        let d = self.discriminant();
+        if d >= 0.0 {
+            let w = d.sqrt();
+            [Complex::new(-self.c, w), Complex::new(-self.c, -w)]
+        } else {
+            let w = (-d).sqrt();
+            let slow = -self.omega * self.omega / (self.c + w);
+            [Complex::new(slow, 0.0), Complex::new(-self.c - w, 0.0)]
+        }
+    }
+
+    /// Response from rest to `e^{iΩt}` and its rate: the divided difference of `e^{st}` at `iΩ, λ+, λ−`.
+    pub(super) fn response_from_rest(&self, omega: f64, t: f64) -> [Complex<f64>; 2] {
+        let force = Complex::new(0.0, omega);
+        let [near, far] = self.roots();
+        let s = difference(near, far, t);
+        let e = (difference(force, near, t) - s) / (force - far);
+        [e, force * e + s]
+    }
+}
+
+/// The divided difference `(e^{at} − e^{bt})/(a − b)`, exact for `a = b`.
+fn difference(a: Complex<f64>, b: Complex<f64>, t: f64) -> Complex<f64> {
+    let x = (a - b) * (0.5 * t);
+    let sinhc = if x.norm() < 1e-2 {
+        let y = x * x;
+        Complex::new(1.0, 0.0)
+            + y / 6.0 * (Complex::new(1.0, 0.0) + y / 20.0 * (Complex::new(1.0, 0.0) + y / 42.0))
+    } else {
+        x.sinh() / x
+    };
+    ((a + b) * (0.5 * t)).exp() * sinhc * t
+}

@@ -1,0 +1,276 @@
+//! A state carried through a chain of phases in closed form, and the conditions at its switches as equations (theory §8).
+//!
+//! A phase that is entered and left by one and the same node has the spurious solution of length zero; there the equation is the divided
+//! difference `(h(t_{j+1}) − h(t_j)) / (t_{j+1} − t_j) = ∫₀¹ ḣ(t_j + s τ) ds = 0`.
+
+use std::rc::Rc;
+
+use faer::Mat;
+
+use super::chain::{Chain, Propagator, product};
+use crate::contact::System;
+use crate::fem::FemError;
+use crate::flow::drives::Drives;
+use crate::flow::motion::Motion;
+use crate::flow::oscillator::GAUSS10;
+use crate::flow::spectrum::Spectrum;
+
+impl Propagator {
+    /// The rate of the frame vector at `t = 0` in the first phase of a chain.
+    pub fn rate(&self, z: &[f64], chain: &Chain) -> Result<Vec<f64>, FemError> {
+        let still = Chain { sets: vec![chain.sets[0].clone()], nodes: vec![] };
+        Ok(self.walk(&still, z, &[], 0.0)?.rate_end)
+    }
+
+    /// The state carried through a chain, from the frame vector `z` at `t = 0` to `end`.
+    pub fn walk(
+        &self,
+        chain: &Chain,
+        z: &[f64],
+        times: &[f64],
+        end: f64,
+    ) -> Result<Walk, FemError> {
+        let n = self.n();
+        let mut x = Mat::zeros(n, 2);
+        for (i, s) in self.scale.iter().enumerate() {
+            x[(i, 0)] = z[i] / s;
+            x[(i, 1)] = if z.len() > n { z[n + i] } else { 0.0 };
+        }
+        let mut place = &self.open_set;
+        let mut links: Vec<Link> = vec![];
+        let mut events = vec![];
+        for (j, set) in chain.sets.iter().enumerate() {
+            if let Some(t) = self.transform(place, set)? {
+                x = product(t.as_ref().as_ref(), x.as_ref());
+            }
+            let spectrum = self.spectra.of_set(&self.system, set)?;
+            let (a, b) = (
+                if j == 0 { 0.0 } else { times[j - 1] },
+                if j < times.len() { times[j] } else { end },
+            );
+            let link = Link::new(&self.system, spectrum, (a, b), &x);
+            if let Some(previous) = links.last() {
+                // ü⁻ − ü⁺ in the modes of the new phase
+                let mut before = Mat::from_fn(n, 1, |i, _| previous.a1[i]);
+                if let Some(t) = self.transform(place, set)? {
+                    before = product(t.as_ref().as_ref(), before.as_ref());
+                }
+                let jump = (0..n).map(|i| before[(i, 0)] - link.a0[i]).collect();
+                events.push(previous.event(chain, j - 1, jump, self.system.body.frequency_bound()));
+            }
+            x = Mat::from_fn(n, 2, |i, c| if c == 0 { link.q1[i] } else { link.v1[i] });
+            links.push(link);
+            place = set;
+        }
+        let mut last = Mat::from_fn(n, 3, |i, c| {
+            let l = &links[links.len() - 1];
+            [l.q1[i], l.v1[i], l.a1[i]][c]
+        });
+        if let Some(t) = self.transform(place, &self.open_set)? {
+            last = product(t.as_ref().as_ref(), last.as_ref());
+        }
+        let frame = |u: usize, v: usize| -> Vec<f64> {
+            let up = (0..n).map(|i| self.scale[i] * last[(i, u)]);
+            up.chain((0..n).map(|i| last[(i, v)])).collect()
+        };
+        let (z_end, rate_end) = (frame(0, 1), frame(1, 2));
+        Ok(Walk { links, events, z_end, rate_end })
+    }
+}
+
+/// A state carried through a chain.
+#[derive(Debug)]
+pub struct Walk {
+    /// One link a phase.
+    pub links: Vec<Link>,
+    /// One event a switch.
+    pub events: Vec<Event>,
+    /// Frame vector at the end.
+    pub z_end: Vec<f64>,
+    /// Its rate.
+    pub rate_end: Vec<f64>,
+}
+
+impl Walk {
+    /// `u_O` at a time of the walk.
+    pub fn displacement(&self, t: f64) -> Vec<f64> {
+        let inside = self.links.iter().find(|l| t <= l.span.1);
+        inside.or(self.links.last()).map_or(vec![], |l| l.displacement(t))
+    }
+}
+
+/// One phase of a walk.
+#[derive(Debug)]
+pub struct Link {
+    spectrum: Rc<Spectrum>,
+    motion: Motion,
+    drives: Drives,
+    /// Start and end.
+    pub span: (f64, f64),
+    q1: Vec<f64>,
+    v1: Vec<f64>,
+    a0: Vec<f64>,
+    a1: Vec<f64>,
+    h0: Vec<f64>,
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Link {
+    fn new(system: &System, spectrum: Rc<Spectrum>, span: (f64, f64), x: &Mat<f64>) -> Link {
+        let n = spectrum.modes.len();
+        let (q0, v0) = (x.col_as_slice(0), x.col_as_slice(1));
+        let motion = Motion::new(&spectrum, &system.loads, span.0, q0, v0);
+        let [mut q1, mut v1, mut a0, mut a1] = [0; 4].map(|_| vec![0.0; n]);
+        motion.acceleration(&spectrum, span.0, q0, v0, &mut a0);
+        motion.at(&spectrum, span.1, &mut q1, &mut v1);
+        motion.acceleration(&spectrum, span.1, &q1, &v1, &mut a1);
+        let drives = spectrum.drives(&system.loads);
+        let mut h0 = spectrum.monitors(q0);
+        h0.iter_mut().enumerate().for_each(|(i, h)| *h += drives.at(i, span.0, 0));
+        Link { spectrum, motion, drives, span, q1, v1, a0, a1, h0 }
+    }
+
+    /// `∇h Φ` of a contact node's monitor in this phase.
+    pub(super) fn row(&self, node: usize) -> Vec<f64> {
+        self.spectrum.rows.row(node).iter().copied().collect()
+    }
+
+    /// Monitor of a contact node and its rate at any time of the phase.
+    pub fn monitor(&self, node: usize, t: f64) -> (f64, f64) {
+        let n = self.spectrum.modes.len();
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        self.motion.at(&self.spectrum, t, &mut q, &mut v);
+        let r = self.row(node);
+        let h = dot(&r, &q) + self.spectrum.offsets[node] + self.drives.at(node, t, 0);
+        (h, dot(&r, &v) + self.drives.at(node, t, 1))
+    }
+
+    fn displacement(&self, t: f64) -> Vec<f64> {
+        let n = self.spectrum.modes.len();
+        let (mut both, mut v) = (vec![0.0; 2 * n], vec![0.0; n]);
+        self.motion.at(&self.spectrum, t, &mut both[..n], &mut v);
+        let mut x = vec![0.0; 2 * n];
+        self.spectrum.from_modes(&both, &mut x);
+        x.truncate(n);
+        x
+    }
+
+    /// Carry tangent columns over the phase: the homogeneous flow of every mode.
+    pub(super) fn carry(&self, b: &mut Mat<f64>, k: usize) {
+        let tau = self.span.1 - self.span.0;
+        let basis: Vec<[f64; 4]> = self
+            .spectrum
+            .modes
+            .iter()
+            .map(|m| {
+                let x = m.basis(tau);
+                [x.c, x.s, -m.omega * m.omega * x.s, x.ds]
+            })
+            .collect();
+        let (left, right) = b.as_mut().split_at_col_mut(k);
+        for (q, v) in left.col_iter_mut().zip(right.col_iter_mut()) {
+            for ((q, v), [c, s, ws, ds]) in q.iter_mut().zip(v.iter_mut()).zip(&basis) {
+                (*q, *v) = (c * *q + s * *v, ws * *q + ds * *v);
+            }
+        }
+    }
+
+    /// The switch at the end of the phase.
+    fn event(&self, chain: &Chain, j: usize, jump: Vec<f64>, frequency_bound: f64) -> Event {
+        let node = chain.nodes[j];
+        let r = self.row(node);
+        let t = self.span.1;
+        let h = dot(&r, &self.q1) + self.spectrum.offsets[node] + self.drives.at(node, t, 0);
+        let rate = dot(&r, &self.v1) + self.drives.at(node, t, 1);
+        let plain = Event {
+            h,
+            rate,
+            equation: h,
+            jump,
+            from_start: false,
+            by_u: r,
+            by_v: vec![],
+            by_time: rate,
+            by_last_time: 0.0,
+        };
+        if chain.is_pair(j) { self.divided(plain, node, frequency_bound) } else { plain }
+    }
+
+    /// The divided difference of the monitor over the phase in place of its end value.
+    fn divided(&self, plain: Event, node: usize, frequency_bound: f64) -> Event {
+        let tau = self.span.1 - self.span.0;
+        let modes = &self.spectrum.modes;
+        let n = modes.len();
+        let r = plain.by_u;
+        let (mut by_u, mut by_v) = (vec![0.0; n], vec![0.0; n]);
+        if frequency_bound * tau.abs() > 2.0 {
+            for (i, m) in modes.iter().enumerate() {
+                let x = m.basis(tau);
+                (by_u[i], by_v[i]) = (r[i] * (x.c - 1.0) / tau, r[i] * x.s / tau);
+            }
+            let d = (plain.h - self.h0[node]) / tau;
+            let start_rate = self.monitor(node, self.span.0).1;
+            return Event {
+                equation: d,
+                from_start: true,
+                by_u,
+                by_v,
+                by_time: (plain.rate - d) / tau,
+                by_last_time: (d - start_rate) / tau,
+                ..plain
+            };
+        }
+        // short against every mode: the mean of the rate by quadrature
+        let (mut d, mut by_time, mut by_last_time) = (0.0, 0.0, 0.0);
+        let [mut q, mut v, mut a] = [0; 3].map(|_| vec![0.0; n]);
+        for (x, weight) in GAUSS10 {
+            for s in [0.5 * (1.0 - x), 0.5 * (1.0 + x)] {
+                let (t, w) = (self.span.0 + s * tau, 0.5 * weight);
+                self.motion.at(&self.spectrum, t, &mut q, &mut v);
+                self.motion.acceleration(&self.spectrum, t, &q, &v, &mut a);
+                d += w * (dot(&r, &v) + self.drives.at(node, t, 1));
+                let second = dot(&r, &a) + self.drives.at(node, t, 2);
+                by_time += w * s * second;
+                by_last_time += w * (1.0 - s) * second;
+                for (i, m) in modes.iter().enumerate() {
+                    let x = m.basis(s * tau);
+                    by_u[i] -= w * r[i] * m.omega * m.omega * x.s;
+                    by_v[i] += w * r[i] * x.ds;
+                }
+            }
+        }
+        Event { equation: d, from_start: true, by_u, by_v, by_time, by_last_time, ..plain }
+    }
+}
+
+/// A switch of a walk: the monitor, its equation and the equation's derivatives.
+#[derive(Debug)]
+pub struct Event {
+    /// Monitor at the switch.
+    pub h: f64,
+    /// Its rate before the switch.
+    pub rate: f64,
+    /// What must vanish: `h`, or its divided difference over the phase.
+    pub equation: f64,
+    /// `ü⁻ − ü⁺` in the modes of the next phase.
+    pub(super) jump: Vec<f64>,
+    /// Whether `by_u`, `by_v` act on the state at the start of the phase (else at its end).
+    pub(super) from_start: bool,
+    by_u: Vec<f64>,
+    by_v: Vec<f64>,
+    pub(super) by_time: f64,
+    pub(super) by_last_time: f64,
+}
+
+impl Event {
+    pub(super) fn row(&self, equations: &mut Mat<f64>, j: usize, b: &Mat<f64>, k: usize) {
+        for c in 0..k {
+            let of_v =
+                if self.by_v.is_empty() { 0.0 } else { dot(&self.by_v, b.col_as_slice(k + c)) };
+            equations[(j, c)] = dot(&self.by_u, b.col_as_slice(c)) + of_v;
+        }
+    }
+}
