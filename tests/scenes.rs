@@ -9,10 +9,11 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 8] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 9] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 604),
     ("half-plate-orbit", 8, 1.7132407257, 1.9918026789, 0.2211842615, 26),
+    ("half-plate-redistribution", 72, 1.4950996976, 32.6260012843, 0.3634242631, 355),
     ("half-plate-response", 40, 19.7903931430, 34.8704911655, 0.2314748540, 139),
     ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 26),
     ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4696),

@@ -217,11 +217,12 @@ impl PhaseInertia {
         }
     }
 
-    /// The same for two forces, one after the other in `b`; matrix and factor are read once.
+    /// The same for two forces, one after the other in `b`, with room for as many numbers in `room`; matrix and factor are read once.
     pub fn accelerate_pair(
         &self,
         kinematics: &Kinematics,
         b: &mut [f64],
+        room: &mut [f64],
         s: &mut Scratch,
         y_o: [&mut [f64]; 2],
     ) {
@@ -229,12 +230,19 @@ impl PhaseInertia {
         match &*self.shared {
             Inertia::Projected(p) => {
                 // the correction by a second solve starts from the force itself
-                let forces = if p.columns.is_none() { b.to_vec() } else { vec![] };
+                if p.columns.is_none() {
+                    room.copy_from_slice(b);
+                }
                 p.factor.solve(b, &mut s.solve);
                 for (k, y_o) in y_o.into_iter().enumerate() {
                     let part = k * n..(k + 1) * n;
-                    let force = forces.get(part.clone()).unwrap_or(&[]);
-                    self.project(p, force, &mut s.mu, &mut b[part.clone()], &mut s.solve);
+                    self.project(
+                        p,
+                        &room[part.clone()],
+                        &mut s.mu,
+                        &mut b[part.clone()],
+                        &mut s.solve,
+                    );
                     y_o.copy_from_slice(&b[part][..y_o.len()]);
                 }
             }

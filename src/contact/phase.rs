@@ -187,7 +187,7 @@ impl Phase {
         self.expand(x_o[0], &mut v[..n]);
         self.expand(x_o[1], &mut v[n..]);
         self.parts.body.stiffness.mul_pair(&v, &mut b);
-        self.inertia.accelerate_pair(&self.kinematics, &mut b, s, y_o);
+        self.inertia.accelerate_pair(&self.kinematics, &mut b, &mut v, s, y_o);
         s.pair = [v, b];
     }
 
