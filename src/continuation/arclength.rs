@@ -113,6 +113,16 @@ struct Walker<'f, F: Family, T> {
     count: usize,
 }
 
+/// How a step over borders ended.
+enum Leap {
+    /// At a point of the branch.
+    Landed(Option<Stop>),
+    /// Nowhere; a shorter one may.
+    TooFar,
+    /// The family has borders that are to be located.
+    NotOffered,
+}
+
 /// One corrected step.
 struct Step {
     x: Vec<f64>,
@@ -267,6 +277,9 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
                 return Ok(Some(stop));
             }
             let Some(step) = self.at(s)? else {
+                if let Leap::Landed(stop) = self.leap(s)? {
+                    return Ok(stop);
+                }
                 s *= 0.5;
                 continue;
             };
@@ -278,6 +291,14 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
             if borders.is_empty() {
                 return self.accept(s, step);
             }
+            match self.leap(s)? {
+                Leap::Landed(stop) => return Ok(stop),
+                Leap::TooFar if s > 4.0 * least => {
+                    s *= 0.5;
+                    continue;
+                }
+                _ => {}
+            }
             if let Some(stop) = self.cross_first(s, &step, &borders)? {
                 return Ok(stop);
             }
@@ -286,16 +307,64 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
     }
 
     fn turned_too_far(&self, step: &Step) -> bool {
-        let weights = self.family.weights(&step.x);
-        let cosine: f64 = self
-            .place
-            .tangent
-            .iter()
-            .zip(&step.tangent)
-            .zip(&weights)
-            .map(|((a, b), w)| w * a * b)
-            .sum();
-        cosine < 0.85
+        let plane = self.plane(&step.x);
+        plane.iter().zip(&step.tangent).map(|(c, t)| c * t).sum::<f64>() < 0.85
+    }
+
+    /// The present tangent as a condition on unknowns of another chart: charts share the unknowns that have a weight, and `λ`.
+    fn plane(&self, x: &[f64]) -> Vec<f64> {
+        let (t, weights) = (&self.place.tangent, self.family.weights(x));
+        let (shared, last) = (x.len().min(t.len()) - 1, x.len() - 1);
+        let mut c = vec![0.0; x.len()];
+        (0..shared).for_each(|i| c[i] = weights[i] * t[i]);
+        c[last] = weights[last] * Self::lambda(t);
+        c
+    }
+
+    /// A step over borders that the branch does not feel: the prediction's own chart, read anew, and the solution in it.
+    fn leap(&mut self, s: f64) -> Result<Leap, F::Error> {
+        let Place { x, tangent: t, .. } = &self.place;
+        let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
+        let Some((chart, x)) = self.family.reread(&predicted)? else {
+            return Ok(Leap::NotOffered);
+        };
+        let old = self.family.chart();
+        self.family.set_chart(&chart);
+        let Some(step) = self.landing(s, &x)? else {
+            self.family.set_chart(&old);
+            return Ok(Leap::TooFar);
+        };
+        let signature = self.family.signature(&step.x)?;
+        let Step { x, tangent, orientation, iterations } = step;
+        self.place = Place { x: x.clone(), tangent, step: s, chart, orientation, signature };
+        Ok(Leap::Landed(self.hand_out(x, None, iterations)))
+    }
+
+    /// The solution near `x` in its own chart, if it is admissible there, on the branch, and in the range.
+    fn landing(&mut self, s: f64, x: &[f64]) -> Result<Option<Step>, F::Error> {
+        let mut c = self.plane(x);
+        if self.options.natural {
+            c.fill(0.0);
+            c[x.len() - 1] = 1.0;
+        }
+        let gamma = c.iter().zip(x).map(|(c, x)| c * x).sum();
+        let Some(found) = correct(self.family, x, &c, gamma)? else { return Ok(None) };
+        let weights = self.family.weights(x);
+        let off: f64 =
+            found.x.iter().zip(x).zip(&weights).map(|((a, b), w)| w * (a - b).powi(2)).sum();
+        let (low, high) = self.options.range;
+        let inside = (low..=high).contains(&Self::lambda(&found.x));
+        if off.sqrt() > 2.0 * s.abs() || !inside || !self.family.overstepped(&found.x)?.is_empty() {
+            return Ok(None);
+        }
+        let along = self.plane(&found.x);
+        let Some((tangent, orientation)) =
+            tangent_of(self.family, &found.x, &found.jacobian, &along)
+        else {
+            return Ok(None);
+        };
+        let step = Step { x: found.x, tangent, orientation, iterations: found.iterations };
+        Ok((!self.turned_too_far(&step)).then_some(step))
     }
 
     fn accept(&mut self, s: f64, step: Step) -> Result<Option<Stop>, F::Error> {

@@ -49,6 +49,11 @@ pub trait Family {
     fn margin(&mut self, x: &[f64], border: &Self::Border) -> Result<f64, Self::Error>;
     /// The chart behind a border, and the point there; none if nothing is known behind it.
     fn beyond(&mut self, x: &[f64], border: &Self::Border) -> Option<(Self::Chart, Vec<f64>)>;
+    /// Where the map behind the charts is differentiable across their borders (an acceleration that is continuous at switches), a branch needs
+    /// not stop at them: the chart in which a state lies, and the state in it. None: borders are to be located and crossed.
+    fn reread(&mut self, _x: &[f64]) -> Result<Option<(Self::Chart, Vec<f64>)>, Self::Error> {
+        Ok(None)
+    }
     /// Numbers that stay the same between bifurcations: of real multipliers above one, of real ones below minus one, of
     /// complex ones outside the unit circle. Empty where stability is not asked for.
     fn signature(&mut self, _x: &[f64]) -> Result<Vec<i64>, Self::Error> {

@@ -57,6 +57,8 @@ pub enum ClassifyError {
 pub struct Surface<'a> {
     /// Operators.
     pub system: &'a System,
+    /// The phase that ends here.
+    pub phase: &'a Phase,
     /// Time.
     pub t: f64,
     /// Displacements.
@@ -112,7 +114,10 @@ impl Surface<'_> {
         points: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Selection, ClassifyError> {
-        let a = self.acceleration(&self.system.phase(present), scratch);
+        let a = match self.phase.set == *present && self.phase.held.is_empty() {
+            true => self.acceleration(self.phase, scratch),
+            false => self.acceleration(&self.system.phase(present), scratch),
+        };
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let blur = largest * self.resolution / UNITS;
         let at = Degenerate { present, points, t: self.t, x: self.v_o, order: 1, blur };

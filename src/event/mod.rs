@@ -276,6 +276,7 @@ impl<O: Observer> Run<'_, O> {
     ) -> Done<Result<Decision, Outcome>, O> {
         let surface = Surface {
             system: self.system,
+            phase: &self.phase,
             t: self.t,
             u_o: self.layout.u(&self.y),
             v_o: self.layout.v(&self.y),

@@ -424,6 +424,23 @@ impl Family for Segments<'_> {
         Some((chain, all))
     }
 
+    fn reread(&mut self, x: &[f64]) -> Result<Option<(Chain, Vec<f64>)>, OrbitError> {
+        if !self.body.system.promise().is_lipschitz {
+            return Ok(None);
+        }
+        let (z, _, omega) = self.parts(x);
+        let (z, end) = (z.to_vec(), self.end(omega));
+        self.set_frequency(omega);
+        match integrate(self.body, &self.body.state(&z), end) {
+            Ok(passage) => {
+                let x = self.unknowns(&z, &passage.times, omega);
+                Ok(Some((passage.chain, x)))
+            }
+            Err(OrbitError::Incomplete(_) | OrbitError::Held { .. }) => Ok(None),
+            Err(e) => Err(e),
+        }
+    }
+
     fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, OrbitError> {
         if !self.watch || self.body.n() > super::credentials::MULTIPLIER_LIMIT {
             return Ok(vec![]);
