@@ -370,3 +370,42 @@ fn misuse_is_explained() {
         assert!(error.contains(words), "{arguments:?}: {error}");
     }
 }
+
+/// Mass redistribution: harmonic balance has a point at nearly every frequency, and an orbit stands behind each one.
+#[test]
+fn harmonic_balance_of_redistributed_mass_leads_to_orbits() {
+    let folder = TempDir::new().unwrap();
+    let scene = "scenarios/half-plate-redistribution.toml";
+    let (series, checked) = (path(&folder, "hbm.h5").1, path(&folder, "checked.h5").1);
+    let range = ["--range", "1.60,2.05", "--step", "0.01"];
+    let hbm = ["backbone", scene, "--method", "hbm", "--harmonics", "7,15", "-o", &series];
+    signorini(&[&hbm[..], &range[..]].concat());
+    let result = json(&["crosscheck", &series, scene, "-o", &checked], 0);
+    let points = result["points"].as_array().unwrap();
+    for n_h in [7, 15] {
+        let of: Vec<&Value> = points.iter().filter(|p| p["harmonics"] == n_h).collect();
+        let orbits = of.iter().filter(|p| p["verdict"] == "orbit").count();
+        println!("N_h = {n_h}: an orbit from {orbits} of {} points", of.len());
+        assert!(of.len() >= 42 && orbits == of.len(), "{n_h}: {orbits} of {}", of.len());
+    }
+}
+
+/// A forced response of redistributed mass goes through first contact, folds and swaps of switches to the end of its range.
+#[test]
+fn a_response_of_redistributed_mass_passes_its_contacts() {
+    let folder = TempDir::new().unwrap();
+    let text = std::fs::read_to_string(root().join(RESPONSE)).unwrap();
+    let text = text.replace("[contact]\n", "[contact]\nmethod = \"mass-redistribution\"\n");
+    let (file, scene) = path(&folder, "scene.toml");
+    std::fs::write(file, text).unwrap();
+    let (stored, output) = path(&folder, "response.h5");
+    json(&["response", &scene, "--ratios", "0.02", "-o", &output], 0);
+    let family = StoredFamily::read(&stored).unwrap();
+    let orbits: Vec<_> = family.points.iter().filter_map(|p| p.orbit.as_ref()).collect();
+    assert!(orbits.len() > 100, "{}", orbits.len());
+    assert!(orbits.iter().all(|o| o.residual < 1e-10 && o.penetration < 1e-9 && o.tension < 1e-9));
+    assert!(orbits.iter().any(|o| o.switches.len() >= 8 && o.stable == Some(false)));
+    let (first, last) = (&family.points[0], &family.points[family.points.len() - 1]);
+    assert!(first.orbit.as_ref().is_some_and(|o| o.switches.is_empty()));
+    assert!(last.orbit.as_ref().is_some_and(|o| o.switches.is_empty()) && last.omega > first.omega);
+}
