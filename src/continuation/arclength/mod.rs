@@ -1,5 +1,8 @@
 //! Pseudo-arclength continuation over charts.
 
+mod borders;
+mod locate;
+
 use super::Family;
 use super::newton::{correct, tangent, tangent_of};
 
@@ -224,49 +227,6 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         x[x.len() - 1]
     }
 
-    /// A zero of `value` in `(0, s]`, where it is positive at 0 and negative at `s` (or the other way round): Illinois.
-    fn root(
-        &mut self,
-        (mut fa, s, mut fb): (f64, f64, f64),
-        mut value: impl FnMut(&mut F, &Step) -> Result<f64, F::Error>,
-    ) -> Result<Option<(f64, Step)>, F::Error> {
-        let (mut a, mut b) = (0.0, s);
-        let mut best = None;
-        let mut side = 0;
-        for _ in 0..60 {
-            let mut c = (a * fb - b * fa) / (fb - fa);
-            if !(c > a && c < b) {
-                c = 0.5 * (a + b);
-            }
-            let Some(step) = self.at(c)? else { return Ok(best) };
-            let f = value(self.family, &step)?;
-            best = Some((c, step));
-            if f == 0.0 || (b - a) <= 1e-13 * s {
-                break;
-            }
-            if (f > 0.0) == (fa > 0.0) {
-                if (c - a).abs() <= 1e-12 * s && side == 1 {
-                    break;
-                }
-                (a, fa) = (c, f);
-                if side == 1 {
-                    fb *= 0.5;
-                }
-                side = 1;
-            } else {
-                if (b - c).abs() <= 1e-12 * s && side == -1 {
-                    break;
-                }
-                (b, fb) = (c, f);
-                if side == -1 {
-                    fa *= 0.5;
-                }
-                side = -1;
-            }
-        }
-        Ok(best)
-    }
-
     /// One regular step, or the way to a border and over it.
     fn advance(&mut self) -> Result<Option<Stop>, F::Error> {
         let (_, least, largest) = self.options.step;
@@ -321,52 +281,6 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         c
     }
 
-    /// A step over borders that the branch does not feel: the prediction's own chart, read anew, and the solution in it.
-    fn leap(&mut self, s: f64) -> Result<Leap, F::Error> {
-        let Place { x, tangent: t, .. } = &self.place;
-        let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
-        let Some((chart, x)) = self.family.reread(&predicted)? else {
-            return Ok(Leap::NotOffered);
-        };
-        let old = self.family.chart();
-        self.family.set_chart(&chart);
-        let Some(step) = self.landing(s, &x)? else {
-            self.family.set_chart(&old);
-            return Ok(Leap::TooFar);
-        };
-        let signature = self.family.signature(&step.x)?;
-        let Step { x, tangent, orientation, iterations } = step;
-        self.place = Place { x: x.clone(), tangent, step: s, chart, orientation, signature };
-        Ok(Leap::Landed(self.hand_out(x, None, iterations)))
-    }
-
-    /// The solution near `x` in its own chart, if it is admissible there, on the branch, and in the range.
-    fn landing(&mut self, s: f64, x: &[f64]) -> Result<Option<Step>, F::Error> {
-        let mut c = self.plane(x);
-        if self.options.natural {
-            c.fill(0.0);
-            c[x.len() - 1] = 1.0;
-        }
-        let gamma = c.iter().zip(x).map(|(c, x)| c * x).sum();
-        let Some(found) = correct(self.family, x, &c, gamma)? else { return Ok(None) };
-        let weights = self.family.weights(x);
-        let off: f64 =
-            found.x.iter().zip(x).zip(&weights).map(|((a, b), w)| w * (a - b).powi(2)).sum();
-        let (low, high) = self.options.range;
-        let inside = (low..=high).contains(&Self::lambda(&found.x));
-        if off.sqrt() > 2.0 * s.abs() || !inside || !self.family.overstepped(&found.x)?.is_empty() {
-            return Ok(None);
-        }
-        let along = self.plane(&found.x);
-        let Some((tangent, orientation)) =
-            tangent_of(self.family, &found.x, &found.jacobian, &along)
-        else {
-            return Ok(None);
-        };
-        let step = Step { x: found.x, tangent, orientation, iterations: found.iterations };
-        Ok((!self.turned_too_far(&step)).then_some(step))
-    }
-
     fn accept(&mut self, s: f64, step: Step) -> Result<Option<Stop>, F::Error> {
         let (low, high) = self.options.range;
         let lambda = Self::lambda(&step.x);
@@ -416,151 +330,5 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
             // the branch leaves the range, and where it does could not be computed
             _ => Ok(Some(Stop::Step { lambda: Self::lambda(&self.place.x) })),
         }
-    }
-
-    /// Special points inside a step.
-    fn between(
-        &mut self,
-        s: f64,
-        step: &Step,
-        signature: &[i64],
-    ) -> Result<Option<Stop>, F::Error> {
-        let lambda_rate = |step: &Step| Self::lambda(&step.tangent);
-        let (before, after) = (Self::lambda(&self.place.tangent), lambda_rate(step));
-        let mut found = vec![];
-        let folds = before * after < 0.0;
-        if folds && let Some((s, p)) = self.root((before, s, after), |_, p| Ok(lambda_rate(p)))? {
-            found.push((s, p, Special::Fold));
-        }
-        if step.orientation * self.place.orientation < 0.0 {
-            let first = self.place.orientation;
-            let at = self.bisect(s, |_, p| Ok(p.orientation == first))?;
-            found.extend(at.map(|(s, p)| (s, p, Special::BranchPoint)));
-        } else if *signature != self.place.signature {
-            let first = self.place.signature.clone();
-            let special = Special::Stability(first.clone(), signature.to_vec());
-            // at a fold a multiplier passes +1: the same event, told once
-            let at = if folds || !self.options.locate {
-                None
-            } else {
-                self.bisect(s, |family, p| Ok(family.signature(&p.x)? == first))?
-            };
-            match at {
-                Some((s, p)) => found.push((s, p, special)),
-                None if folds => {}
-                None => found.push((
-                    s,
-                    Step { x: step.x.clone(), tangent: step.tangent.clone(), ..*step },
-                    special,
-                )),
-            }
-        }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, p, special) in found {
-            if let Some(stop) = self.hand_out(p.x, Some(special), p.iterations) {
-                return Ok(Some(stop));
-            }
-        }
-        Ok(None)
-    }
-
-    /// The last point of `(0, s)` at which `holds`, to a four-thousandth of the step.
-    fn bisect(
-        &mut self,
-        s: f64,
-        mut holds: impl FnMut(&mut F, &Step) -> Result<bool, F::Error>,
-    ) -> Result<Option<(f64, Step)>, F::Error> {
-        let (mut a, mut b) = (0.0, s);
-        let mut best = None;
-        for _ in 0..12 {
-            let c = 0.5 * (a + b);
-            let Some(step) = self.at(c)? else { break };
-            if holds(self.family, &step)? {
-                a = c;
-            } else {
-                b = c;
-            }
-            best = Some((c, step));
-        }
-        Ok(best)
-    }
-
-    /// Go to the first border within the step and over it. The outer option: whether a border was found.
-    #[allow(clippy::type_complexity)]
-    fn cross_first(
-        &mut self,
-        s: f64,
-        step: &Step,
-        borders: &[F::Border],
-    ) -> Result<Option<Option<Stop>>, F::Error> {
-        let mut first: Option<(f64, Step, F::Border)> = None;
-        for border in borders {
-            let (here, there) =
-                (self.family.margin(&self.place.x, border)?, self.family.margin(&step.x, border)?);
-            if !(here > 0.0 && there < 0.0) {
-                continue;
-            }
-            let at = self.root((here, s, there), |family, p| family.margin(&p.x, border))?;
-            if let Some((s, p)) = at
-                && first.as_ref().is_none_or(|(least, ..)| s < *least)
-            {
-                first = Some((s, p, border.clone()));
-            }
-        }
-        let Some((_, at, border)) = first else { return Ok(None) };
-        let (lambda, name) = (Self::lambda(&at.x), border.to_string());
-        let dead = Stop::DeadEnd { lambda, border: name.clone() };
-        let Some((chart, x)) = self.family.beyond(&at.x, &border) else {
-            return Ok(Some(Some(dead)));
-        };
-        let old_chart = self.family.chart();
-        self.family.set_chart(&chart);
-        let Some(place) = self.departure(chart, x, &at)? else {
-            self.family.set_chart(&old_chart);
-            return Ok(Some(Some(dead)));
-        };
-        self.place = place;
-        let x = self.place.x.clone();
-        Ok(Some(self.hand_out(x, Some(Special::Border(name)), at.iterations)))
-    }
-
-    /// The direction in which a new chart is admissible, tested with small steps to both sides.
-    fn departure(
-        &mut self,
-        chart: F::Chart,
-        x: Vec<f64>,
-        at: &Step,
-    ) -> Result<Option<Place<F::Chart>>, F::Error> {
-        let (_, least, largest) = self.options.step;
-        let mut c = vec![0.0; x.len()];
-        // a condition that is not orthogonal to the branch: its direction in the old chart, as far as both charts share unknowns
-        let shared = x.len().min(at.x.len()) - 1;
-        let weights = self.family.weights(&x);
-        for i in 0..shared {
-            c[i] = weights[i] * at.tangent[i];
-        }
-        c[x.len() - 1] = weights[x.len() - 1] * Self::lambda(&at.tangent);
-        let Some((t, orientation)) = tangent(self.family, &x, &c)? else { return Ok(None) };
-        let present = std::mem::replace(
-            &mut self.place,
-            Place { x, tangent: t, step: least, chart, orientation, signature: vec![] },
-        );
-        for scale in [1e-3, 1e-2, 1e-1, 1e-4, 3e-6] {
-            let s = (scale * largest).max(least);
-            for sign in [1.0, -1.0] {
-                let Some(trial) = self.at(sign * s)? else { continue };
-                if !self.family.overstepped(&trial.x)?.is_empty() {
-                    continue;
-                }
-                self.place.tangent.iter_mut().for_each(|t| *t *= sign);
-                // on the border itself stability is that of the new side
-                self.place.signature = self.family.signature(&trial.x)?;
-                self.place.orientation = self.at(s)?.map_or(orientation, |p| p.orientation);
-                self.place.step = present.step.min(0.25 * largest).max(s);
-                return Ok(Some(self.place.clone()));
-            }
-        }
-        self.place = present;
-        Ok(None)
     }
 }
