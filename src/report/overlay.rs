@@ -8,12 +8,10 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::crosscheck::{DASH, dash, parted};
-use super::families::{
-    Drawn, LOGARITHMIC, branches, draw_dashes, draw_line, of_branch, pieces, title,
-};
+use super::families::{LOGARITHMIC, branches, of_branch, pieces};
 use super::figure::{
-    self, Chart, Drawing, Entry, FigureError, INK, LINES, Mark, flat, legend_above, line, panel,
-    px, range, semilog, symbol, symbols, text,
+    self, Chart, Drawing, Drawn, Entry, FigureError, INK, LINES, Mark, draw_dashes, draw_line,
+    flat, legend_above, line, panel, px, range, semilog, symbol, symbols, text, title,
 };
 use crate::records::{Branch, Solver, Way};
 use crate::store::StoredFamily;
