@@ -6,7 +6,10 @@ use std::time::Instant;
 use clap::Args;
 
 use signorini::continuation::Go;
-use signorini::event::{Checkpoint, Grazing, Observer, Outcome, RunError, Sample, Switch};
+use signorini::event::{
+    Checkpoint, Grazing, Observer, Outcome, Report, Resumed, RunError, Sample, Switch,
+};
+use signorini::problem::Problem;
 use signorini::records::{Status, fingerprint};
 use signorini::report::summary;
 use signorini::scenario::Scene;
@@ -96,16 +99,41 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     writer.keep_checkpoints(id);
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
-    let mut observer = Progress { writer, bar: Bar::new(global, &scene), until };
-    let verify = arguments.verify_lcp;
+    let progress = Progress { writer, bar: Bar::new(global, &scene), until };
+    let report = integrate(&scene, &problem, arguments.verify_lcp, resumed, progress)?;
+    if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, interrupt::signal()) {
+        let text = format!(
+            "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
+            summary::significant(*t, 7),
+            summary::significant(until, 7),
+            output.display()
+        );
+        return Err(CliError::Interrupted(signal, text));
+    }
+    let wall = start.elapsed().as_secs_f64();
+    print(global, &scene, &problem, &report, &Written { output: &output, from, wall })?;
+    match report.outcome.is_complete() {
+        true => Ok(()),
+        false => Err(ended_early(&report, &output)),
+    }
+}
+
+/// Integrate from the start or from where an earlier run was interrupted, and end the file with how that went.
+fn integrate(
+    scene: &Scene,
+    problem: &Problem,
+    verify: bool,
+    resumed: Option<Resumed>,
+    mut progress: Progress,
+) -> Result<Report, CliError> {
     let result = match resumed {
-        None => simulate(&scene, &problem, verify, &mut observer),
-        Some(resumed) => go_on(&scene, &problem, verify, resumed, &mut observer),
+        None => simulate(scene, problem, verify, &mut progress),
+        Some(resumed) => go_on(scene, problem, verify, resumed, &mut progress),
     };
-    if let Some(bar) = &observer.bar {
+    if let Some(bar) = &progress.bar {
         bar.clear();
     }
-    let at = observer.writer.at().to_owned();
+    let at = progress.writer.at().to_owned();
     let report = match result {
         Ok(report) => report,
         Err(SimulateError::Run(RunError::Observer(e))) => {
@@ -119,7 +147,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         Err(e) => {
             let text = e.to_string();
             // the reason of the failure matters more than a failure to record it
-            let _ = observer.writer.finish(&Status::Failed(text.clone()));
+            let _ = progress.writer.finish(&Status::Failed(text.clone()));
             return Err(match e {
                 SimulateError::Scene(e) => e.into(),
                 SimulateError::Run(_) => CliError::Numerics(text),
@@ -131,20 +159,30 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         Outcome::Interrupted { .. } => Status::Interrupted,
         _ => Status::Failed(report.outcome.to_string()),
     };
-    observer.writer.finish(&status)?;
-    if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, interrupt::signal()) {
-        let text = format!(
-            "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
-            summary::significant(*t, 7),
-            summary::significant(until, 7),
-            output.display()
-        );
-        return Err(CliError::Interrupted(signal, text));
-    }
-    let wall = start.elapsed().as_secs_f64();
+    progress.writer.finish(&status)?;
+    Ok(report)
+}
+
+/// What there is to say of a file beside the report.
+struct Written<'p> {
+    output: &'p Path,
+    /// Time from which an interrupted run was gone on with.
+    from: Option<f64>,
+    /// Seconds that it took.
+    wall: f64,
+}
+
+fn print(
+    global: &Global,
+    scene: &Scene,
+    problem: &Problem,
+    report: &Report,
+    written: &Written,
+) -> Result<(), CliError> {
+    let Written { output, from, wall } = *written;
     global.print(
         || {
-            let mut json = summary::run_json(&scene, &problem.system, &report, wall);
+            let mut json = summary::run_json(scene, &problem.system, report, wall);
             json["output"] = output.display().to_string().into();
             if let Some(t) = from {
                 json["resumed_from"] = t.into();
@@ -152,8 +190,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             json
         },
         || {
-            let title = super::title(&scene);
-            let text = summary::run_text(&scene, &problem.system, &report, wall);
+            let title = super::title(scene);
+            let text = summary::run_text(scene, &problem.system, report, wall);
             let plot = format!("signorini plot {}", output.display());
             let from = from.map_or(String::new(), |t| {
                 let t = summary::significant(t, 7);
@@ -165,10 +203,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 output.display()
             )
         },
-    )?;
-    if report.outcome.is_complete() {
-        return Ok(());
-    }
+    )
+}
+
+/// Why a run did not reach its end time, with advice.
+fn ended_early(report: &Report, output: &Path) -> CliError {
     let advice = match report.outcome {
         Outcome::Accumulation { .. } => {
             "\n  a node that opens and closes without end has, as a rule, no equilibrium in either state: loads at the \
@@ -177,12 +216,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         Outcome::Flow(_) => "\n  try the integrator \"modal\", or a larger rtol",
         _ => "",
     };
-    Err(CliError::Reported(format!(
+    CliError::Reported(format!(
         "{}; everything up to t = {} is in {}{advice}",
         report.outcome,
         summary::significant(report.t_end, 10),
         output.display()
-    )))
+    ))
 }
 
 /// What stands there was not interrupted: there is nothing to go on with.

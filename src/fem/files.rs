@@ -61,97 +61,136 @@ pub(crate) fn check_size(data: &hdf5::Dataset, bytes: usize) -> Result<(), hdf5:
 /// Rows without an entry that a matrix may have.
 const EMPTY_ROWS: usize = 1_000_000;
 
-/// Parse the text of a Matrix Market file.
-pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
-    let mut lines = text.lines().enumerate();
-    let (_, header) = lines.next().ok_or("is empty")?;
-    let words: Vec<String> = header.split_whitespace().map(str::to_lowercase).collect();
-    let kind = match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["%%matrixmarket", "matrix", format, "real" | "integer", symmetry] => {
-            let is_dense = match format {
-                "coordinate" => false,
-                "array" => true,
-                other => return Err(format!("format \"{other}\" is neither coordinate nor array")),
-            };
-            match symmetry {
-                "general" => (is_dense, false),
-                "symmetric" => (is_dense, true),
-                other => {
-                    return Err(format!("symmetry \"{other}\" is neither general nor symmetric"));
-                }
-            }
-        }
-        _ => {
+/// What the first line of a Matrix Market file says.
+#[derive(Clone, Copy)]
+struct Format {
+    is_dense: bool,
+    is_symmetric: bool,
+}
+
+impl Format {
+    fn parse(header: &str) -> Result<Format, String> {
+        let words: Vec<String> = header.split_whitespace().map(str::to_lowercase).collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let ["%%matrixmarket", "matrix", format, "real" | "integer", symmetry] = words[..] else {
             return Err(
                 "does not begin with %%MatrixMarket matrix coordinate|array real general|symmetric"
                     .into(),
             );
-        }
-    };
-    let (is_dense, is_symmetric) = kind;
-    let mut data = lines.filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('%'));
-    let (_, sizes) = data.next().ok_or("has no sizes")?;
-    let sizes: Option<Vec<usize>> = sizes.split_whitespace().map(|w| w.parse().ok()).collect();
-    let sizes = sizes.ok_or("its sizes are not whole numbers")?;
-    let (rows, columns, count) = match (is_dense, &sizes[..]) {
-        (false, [n, m, _]) if is_symmetric && n != m => {
-            return Err(format!("is symmetric and {n} × {m}"));
-        }
-        (false, [rows, columns, count]) => (*rows, *columns, *count),
-        (true, [n, m]) if is_symmetric => {
-            if n != m {
-                return Err(format!("is symmetric and {n} × {m}"));
+        };
+        let is_dense = match format {
+            "coordinate" => false,
+            "array" => true,
+            other => return Err(format!("format \"{other}\" is neither coordinate nor array")),
+        };
+        let is_symmetric = match symmetry {
+            "general" => false,
+            "symmetric" => true,
+            other => return Err(format!("symmetry \"{other}\" is neither general nor symmetric")),
+        };
+        Ok(Format { is_dense, is_symmetric })
+    }
+}
+
+/// What the line of sizes says.
+#[derive(Clone, Copy)]
+struct Sizes {
+    rows: usize,
+    columns: usize,
+    /// Number of entries that follow.
+    count: usize,
+}
+
+impl Sizes {
+    fn parse(line: &str, format: Format) -> Result<Sizes, String> {
+        let sizes: Option<Vec<usize>> = line.split_whitespace().map(|w| w.parse().ok()).collect();
+        let sizes = sizes.ok_or("its sizes are not whole numbers")?;
+        let (rows, columns, count) = match (format.is_dense, &sizes[..]) {
+            (false, [rows, columns, count]) => (*rows, *columns, Some(*count)),
+            (true, [rows, columns]) if format.is_symmetric => {
+                let twice = rows.checked_add(1).and_then(|m| rows.checked_mul(m));
+                (*rows, *columns, Some(twice.unwrap_or(usize::MAX) / 2))
             }
-            (*n, *n, n.checked_add(1).and_then(|m| n.checked_mul(m)).unwrap_or(usize::MAX) / 2)
+            (true, [rows, columns]) => (*rows, *columns, rows.checked_mul(*columns)),
+            _ => return Err("its line of sizes has the wrong length".into()),
+        };
+        if format.is_symmetric && rows != columns {
+            return Err(format!("is symmetric and {rows} × {columns}"));
         }
-        (true, [rows, columns]) => {
-            (*rows, *columns, rows.checked_mul(*columns).unwrap_or(usize::MAX))
+        Ok(Sizes { rows, columns, count: count.unwrap_or(usize::MAX) })
+    }
+
+    /// Whether a text of so many bytes can hold that.
+    fn check(self, bytes: usize) -> Result<(), String> {
+        let Sizes { rows, columns, count } = self;
+        // every entry takes at least a digit and a line's end; sizes alone take no memory
+        if count > bytes / 2 {
+            return Err(format!(
+                "promises {count} entries in {bytes} bytes: is its line of sizes right?"
+            ));
         }
-        _ => return Err("its line of sizes has the wrong length".into()),
-    };
-    // every entry takes at least a digit and a line's end; sizes alone take no memory
-    if count > text.len() / 2 {
-        return Err(format!(
-            "promises {count} entries in {} bytes: is its line of sizes right?",
-            text.len()
-        ));
+        if rows.max(columns) > EMPTY_ROWS + count {
+            return Err(format!(
+                "is {rows} × {columns} with {count} entries: is its line of sizes right?"
+            ));
+        }
+        Ok(())
     }
-    if rows.max(columns) > EMPTY_ROWS + count {
-        return Err(format!(
-            "is {rows} × {columns} with {count} entries: is its line of sizes right?"
-        ));
-    }
-    let mut entries = vec![];
-    let mut found = 0;
-    let mut place = (0, 0);
-    for (k, line) in data {
-        let bad =
-            || format!("line {}: \"{line}\" is no entry of a {rows} × {columns} matrix", k + 1);
+}
+
+/// Reads the entries one by one.
+struct Entries {
+    format: Format,
+    sizes: Sizes,
+    /// Where the next entry of a dense matrix stands.
+    place: (usize, usize),
+}
+
+impl Entries {
+    fn parse(&mut self, line: &str) -> Option<(usize, usize, f64)> {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let (i, j, word) = match (is_dense, &words[..]) {
+        let (i, j, word) = match (self.format.is_dense, &words[..]) {
             (false, [i, j, v]) => {
                 let index = |w: &str| w.parse::<usize>().ok().and_then(|i| i.checked_sub(1));
-                (index(i).ok_or_else(bad)?, index(j).ok_or_else(bad)?, *v)
+                (index(i)?, index(j)?, *v)
             }
             (true, [v]) => {
-                let (i, j) = place;
+                let (i, j) = self.place;
                 // column by column; of a symmetric matrix the lower triangle
-                place = if i + 1 < rows {
-                    (i + 1, j)
-                } else {
-                    (if is_symmetric { j + 1 } else { 0 }, j + 1)
+                self.place = match i + 1 < self.sizes.rows {
+                    true => (i + 1, j),
+                    false => (if self.format.is_symmetric { j + 1 } else { 0 }, j + 1),
                 };
                 (i, j, *v)
             }
-            _ => return Err(bad()),
+            _ => return None,
         };
-        let value: f64 = word.parse().map_err(|_| bad())?;
-        if i >= rows || j >= columns || !value.is_finite() {
-            return Err(bad());
-        }
+        let value: f64 = word.parse().ok()?;
+        let inside = i < self.sizes.rows && j < self.sizes.columns;
+        (inside && value.is_finite()).then_some((i, j, value))
+    }
+}
+
+/// Parse the text of a Matrix Market file.
+pub fn parse_matrix_market(text: &str) -> Result<Csr, String> {
+    let mut lines = text.lines().enumerate();
+    let (_, header) = lines.next().ok_or("is empty")?;
+    let format = Format::parse(header)?;
+    let mut data = lines.filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('%'));
+    let (_, sizes) = data.next().ok_or("has no sizes")?;
+    let sizes = Sizes::parse(sizes, format)?;
+    sizes.check(text.len())?;
+    let Sizes { rows, columns, count } = sizes;
+    let mut reader = Entries { format, sizes, place: (0, 0) };
+    let mut entries = vec![];
+    let mut found = 0;
+    for (k, line) in data {
+        let (i, j, value) = reader.parse(line).ok_or_else(|| {
+            format!("line {}: \"{line}\" is no entry of a {rows} × {columns} matrix", k + 1)
+        })?;
         found += 1;
         entries.push((i, j, value));
-        if is_symmetric && i != j {
+        if format.is_symmetric && i != j {
             entries.push((j, i, value));
         }
     }

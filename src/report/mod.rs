@@ -2,6 +2,7 @@
 
 pub mod crosscheck;
 pub mod curve;
+mod edge;
 pub mod export;
 pub mod families;
 pub mod figure;

@@ -1,10 +1,13 @@
 //! Speed against error: table, CSV and picture of a work–precision study.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use plotters::prelude::*;
 
-use super::figure::{self, FigureError, INK, LINES, Mark, legend, line, loglog, px, text};
+use super::figure::{
+    self, Chart, FigureError, INK, LINES, Mark, draw_line, legend, line, loglog, px, text, viridis,
+};
 
 /// One solution of the scene.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -101,27 +104,12 @@ impl Study {
 
     /// Error against time, both logarithmic.
     pub fn picture(&self) -> Result<String, FigureError> {
-        let mut methods: Vec<&str> = vec![];
-        for p in &self.points {
-            if !methods.contains(&p.method.as_str()) {
-                methods.push(&p.method);
-            }
-        }
-        // the reference has no error to be drawn at
-        let error = |p: &Point| p.error.unwrap_or(f64::INFINITY);
-        let drawn: Vec<&Point> = self.points.iter().filter(|p| error(p) < 1.0).collect();
+        let drawn: Vec<&Point> = self.points.iter().filter(|p| p.is_drawn()).collect();
         if drawn.is_empty() {
             return Err(FigureError::Empty("no solution comes near the reference"));
         }
-        let log = |x: f64| x.max(FLOOR).log10();
-        let bounds = |f: &dyn Fn(&Point) -> f64| {
-            let values = || drawn.iter().map(|p| f(p));
-            let low = values().fold(f64::INFINITY, f64::min).floor();
-            let high = values().fold(f64::NEG_INFINITY, f64::max).ceil();
-            low..high.max(low + 1.0)
-        };
-        let x = bounds(&|p| log(error(p)));
-        let y = bounds(&|p| p.wall_s.log10());
+        let x = decades(drawn.iter().map(|p| p.place().0));
+        let y = decades(drawn.iter().map(|p| p.place().1));
         figure::svg((980, 600), |root| {
             let title = format!("{}: time against error, {} unknowns", self.title, self.n_o);
             root.draw(&Text::new(title, (px(12.0), px(8.0)), text(16)))
@@ -135,37 +123,75 @@ impl Study {
             let mut chart =
                 loglog(&sheet, x, y, "relative error of the final state", "wall time in s")?;
             let mut entries = vec![];
-            for (k, method) in methods.iter().enumerate() {
-                if !drawn.iter().any(|p| p.method == *method) {
-                    continue;
+            for (k, method) in self.methods().into_iter().enumerate() {
+                let places: Vec<(f64, f64)> =
+                    drawn.iter().filter(|p| p.method == method).map(|p| p.place()).collect();
+                if !places.is_empty() {
+                    let mark = draw_method(&mut chart, method, places, colour(k))?;
+                    entries.push((method, colour(k), mark));
                 }
-                let colour = if k < LINES.len() {
-                    LINES[k]
-                } else {
-                    [INK, figure::viridis(0.85), figure::viridis(0.1)][(k - LINES.len()) % 3]
-                };
-                let mut at: Vec<(f64, f64)> = drawn
-                    .iter()
-                    .filter(|p| p.method == *method)
-                    .map(|p| (log(error(p)), p.wall_s.log10()))
-                    .collect();
-                at.sort_by(|a, b| b.0.total_cmp(&a.0));
-                let peer = method.starts_with("scipy");
-                let style = line(colour, 1.8);
-                if peer {
-                    let dashes = DashedLineSeries::new(at.clone(), px(7.0), px(4.0), style);
-                    chart.draw_series(dashes).map_err(FigureError::draw)?;
-                } else {
-                    chart
-                        .draw_series(LineSeries::new(at.clone(), style))
-                        .map_err(FigureError::draw)?;
-                }
-                chart
-                    .draw_series(at.iter().map(|&p| Circle::new(p, px(4.0), colour.filled())))
-                    .map_err(FigureError::draw)?;
-                entries.push((*method, colour, if peer { Mark::Dashes } else { Mark::Line }));
             }
             legend(&strip, &entries)
         })
     }
+
+    /// The methods in the order of the points.
+    fn methods(&self) -> Vec<&str> {
+        let mut methods: Vec<&str> = vec![];
+        for p in &self.points {
+            if !methods.contains(&p.method.as_str()) {
+                methods.push(&p.method);
+            }
+        }
+        methods
+    }
+}
+
+impl Point {
+    /// Whether it is near enough to the reference; the reference itself has no error to be drawn at.
+    fn is_drawn(&self) -> bool {
+        self.error.is_some_and(|e| e < 1.0)
+    }
+
+    /// Decimal logarithms of error and time.
+    fn place(&self) -> (f64, f64) {
+        (self.error.unwrap_or(f64::INFINITY).max(FLOOR).log10(), self.wall_s.log10())
+    }
+}
+
+/// The decades that hold some logarithms, at least one.
+fn decades(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
+    let low = values.clone().fold(f64::INFINITY, f64::min).floor();
+    let high = values.fold(f64::NEG_INFINITY, f64::max).ceil();
+    low..high.max(low + 1.0)
+}
+
+/// Colour of the `k`-th method.
+fn colour(k: usize) -> RGBColor {
+    match k < LINES.len() {
+        true => LINES[k],
+        false => [INK, viridis(0.85), viridis(0.1)][(k - LINES.len()) % 3],
+    }
+}
+
+/// The solutions of a method, joined by tolerance; those of another program are dashed.
+fn draw_method(
+    chart: &mut Chart,
+    method: &str,
+    mut places: Vec<(f64, f64)>,
+    colour: RGBColor,
+) -> Result<Mark, FigureError> {
+    places.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let style = line(colour, 1.8);
+    let mark = if method.starts_with("scipy") { Mark::Dashes } else { Mark::Line };
+    if mark == Mark::Dashes {
+        let dashes = DashedLineSeries::new(places.clone(), px(7.0), px(4.0), style);
+        chart.draw_series(dashes).map_err(FigureError::draw)?;
+    } else {
+        draw_line(chart, places.clone(), style)?;
+    }
+    chart
+        .draw_series(places.iter().map(|&p| Circle::new(p, px(4.0), colour.filled())))
+        .map_err(FigureError::draw)?;
+    Ok(mark)
 }

@@ -9,13 +9,15 @@ use std::path::Path;
 use hdf5::Group;
 use serde_json as json;
 
+use super::crosscheck::write_crosscheck;
+use super::header::create_file;
 use super::journal::Journal;
+use super::mesh::{along_axes, size_of_mesh};
 use super::orbits::{Word, scalar, word, write_orbit, write_place};
 use super::output::{Staged, check_room};
-use super::series::{SeriesWriter, write_crosscheck};
+use super::series::SeriesWriter;
 use super::stored::{StoredFamily, names_of};
 use super::table::Table;
-use super::writer::{along_axes, create_file, size_of_mesh};
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
 use crate::records::{

@@ -5,26 +5,34 @@
 
 mod checkpoint;
 mod content;
+mod crosscheck;
 mod csv;
+mod events;
 mod family;
+mod header;
 mod journal;
+mod mesh;
 mod orbits;
 mod output;
 mod problem;
 mod reader;
 mod series;
+mod state;
 mod stored;
 mod table;
+mod trajectory;
 mod writer;
 
 pub use content::{Content, Origin, content, read_origin, read_switch_rates};
+pub use crosscheck::read_crosscheck;
 pub use csv::read_csv;
 pub use family::{FamilyPlan, FamilyWriter};
 pub use orbits::read_stored_orbit;
 pub use output::{MARK, Outputs, beside, replace, replace_with, room};
 pub use problem::write_problem;
-pub use reader::{Stored, read_state};
-pub use series::{Names, SeriesWriter, read_crosscheck, read_series};
+pub use reader::Stored;
+pub use series::{Names, SeriesWriter, read_series};
+pub use state::read_state;
 pub use stored::StoredFamily;
 pub use writer::{Writer, WriterOptions};
 

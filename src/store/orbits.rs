@@ -6,8 +6,8 @@ use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
 
+use super::mesh::along_axes;
 use super::reader::{Careful, open, reading};
-use super::writer::along_axes;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::System;
 use crate::records::{OrbitRecord, PlaceRecord};

@@ -10,7 +10,7 @@ use ndarray::{Array3, ArrayD};
 use super::reader::{Careful, open, reading};
 use super::table::Table;
 use super::{StoreError, write_text};
-use crate::records::{CheckRow, SeriesRecord, VerdictKind};
+use crate::records::SeriesRecord;
 
 /// The open tables of `/hbm`.
 pub struct SeriesWriter {
@@ -87,29 +87,21 @@ fn read_series_of(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRe
         path: path.to_owned(),
         what: format!("variable {what}"),
     };
-    let unusable = |why: String| StoreError::unusable(path, why);
     let omega: Vec<f64> =
         file.dataset(&names.omega).map_err(|_| missing(&names.omega))?.values()?;
     let data = file.dataset(&names.coefficients).map_err(|_| missing(&names.coefficients))?;
     let all: ArrayD<f64> = data.array()?;
-    let p = omega.len();
-    let shape = all.shape().to_vec();
-    // MATLAB stores the dimensions in reverse, and says so; a single point may have lost its dimension
+    let unusable = |why: String| StoreError::unusable(path, why);
     let of_matlab = data.attr("MATLAB_class").is_ok();
-    let wanted = |s: &[usize]| match *s {
-        [a, f, n] if !of_matlab && a == p && n == n_o && f % 2 == 1 => Some((false, f)),
-        [n, f, a] if a == p && n == n_o && f % 2 == 1 => Some((true, f)),
-        [f, n] if !of_matlab && p == 1 && n == n_o && f % 2 == 1 => Some((false, f)),
-        [n, f] if p == 1 && n == n_o && f % 2 == 1 => Some((true, f)),
-        _ => None,
-    };
-    let Some((reversed, functions)) = wanted(&shape) else {
-        return Err(unusable(format!(
-            "{} has the shape {shape:?}; {p} frequencies and {n_o} displacements u_O need [{p}, 2 N_h + 1, {n_o}]",
-            names.coefficients
-        )));
-    };
-    let most = (functions - 1) / 2;
+    let points = omega.len();
+    let order = Order::of(all.shape(), of_matlab, points, n_o).ok_or_else(|| {
+        unusable(format!(
+            "{} has the shape {:?}; {points} frequencies and {n_o} displacements u_O need [{points}, 2 N_h + 1, {n_o}]",
+            names.coefficients,
+            all.shape()
+        ))
+    })?;
+    let most = (order.functions - 1) / 2;
     if most > MOST_HARMONICS {
         return Err(unusable(format!("{most} harmonics: at most {MOST_HARMONICS}")));
     }
@@ -117,35 +109,77 @@ fn read_series_of(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRe
         let what = format!("{}, point {i}: {} is not a positive frequency", names.omega, omega[i]);
         return Err(unusable(what));
     }
-    let own = match file.dataset("hbm/harmonics") {
-        Err(_) => vec![most as i64; p],
-        Ok(data) => data.values::<i64>()?,
-    };
-    // the frequencies of other programs may stand beside an own table of another length
-    let own = if own.len() == p { own } else { vec![most as i64; p] };
-    if let Some((i, n)) = own.iter().enumerate().find(|(_, n)| !(0..=most as i64).contains(*n)) {
-        let what =
-            format!("/hbm/harmonics, point {i}: {n} harmonics, and the coefficients have {most}");
-        return Err(unusable(what));
-    }
+    let own = own_harmonics(&file, points, most, path)?;
     let flat: Vec<f64> = all.iter().copied().collect();
-    let at = |i: usize, f: usize, n: usize| match reversed {
-        false => flat[(i * functions + f) * n_o + n],
-        true => flat[(n * functions + f) * p + i],
+    let series = |i: usize| {
+        let coefficients: Vec<f64> = (0..2 * own[i] + 1)
+            .flat_map(|f| (0..n_o).map(move |n| (f, n)))
+            .map(|(f, n)| flat[order.place(i, f, n)])
+            .collect();
+        match coefficients.iter().find(|c| !is_reasonable(**c)) {
+            Some(c) => Err(unusable(format!("{}, point {i}: {c}", names.coefficients))),
+            None => Ok(SeriesRecord { omega: omega[i], n_h: own[i], coefficients }),
+        }
     };
-    (0..p)
-        .map(|i| {
-            let n_h = own[i] as usize;
-            let coefficients: Vec<f64> = (0..2 * n_h + 1)
-                .flat_map(|f| (0..n_o).map(move |n| (f, n)))
-                .map(|(f, n)| at(i, f, n))
-                .collect();
-            match coefficients.iter().find(|c| !is_reasonable(**c)) {
-                Some(c) => Err(unusable(format!("{}, point {i}: {c}", names.coefficients))),
-                None => Ok(SeriesRecord { omega: omega[i], n_h, coefficients }),
-            }
-        })
-        .collect()
+    (0..points).map(series).collect()
+}
+
+/// How the coefficients stand in their array.
+struct Order {
+    points: usize,
+    functions: usize,
+    n_o: usize,
+    /// Points last, as MATLAB's order looks from here.
+    reversed: bool,
+}
+
+impl Order {
+    /// MATLAB stores the dimensions in reverse, and says so; a single point may have lost its dimension.
+    fn of(shape: &[usize], of_matlab: bool, points: usize, n_o: usize) -> Option<Order> {
+        let p = points;
+        let (reversed, functions) = match *shape {
+            [a, f, n] if !of_matlab && a == p && n == n_o && f % 2 == 1 => (false, f),
+            [n, f, a] if a == p && n == n_o && f % 2 == 1 => (true, f),
+            [f, n] if !of_matlab && p == 1 && n == n_o && f % 2 == 1 => (false, f),
+            [n, f] if p == 1 && n == n_o && f % 2 == 1 => (true, f),
+            _ => return None,
+        };
+        Some(Order { points, functions, n_o, reversed })
+    }
+
+    /// Of function `f` of displacement `n` at a point.
+    fn place(&self, point: usize, f: usize, n: usize) -> usize {
+        match self.reversed {
+            false => (point * self.functions + f) * self.n_o + n,
+            true => (n * self.functions + f) * self.points + point,
+        }
+    }
+}
+
+/// The number of harmonics of each point, which an own file says.
+fn own_harmonics(
+    file: &hdf5::File,
+    points: usize,
+    most: usize,
+    path: &Path,
+) -> Result<Vec<usize>, StoreError> {
+    let Ok(data) = file.dataset("hbm/harmonics") else { return Ok(vec![most; points]) };
+    let own = data.values::<i64>()?;
+    // the frequencies of other programs may stand beside an own table of another length
+    if own.len() != points {
+        return Ok(vec![most; points]);
+    }
+    let wrong = |(i, n): (usize, i64)| {
+        StoreError::unusable(
+            path,
+            format!("/hbm/harmonics, point {i}: {n} harmonics, and the coefficients have {most}"),
+        )
+    };
+    let known = |(i, n): (usize, i64)| match usize::try_from(n) {
+        Ok(n) if n <= most => Ok(n),
+        _ => Err(wrong((i, n))),
+    };
+    own.into_iter().enumerate().map(known).collect()
 }
 
 /// A coefficient that a motion can have: finite, and no overflow in its square.
@@ -155,94 +189,3 @@ pub(super) fn is_reasonable(x: f64) -> bool {
 
 /// Most harmonics of a series.
 pub(super) const MOST_HARMONICS: usize = 500;
-
-/// Write `/crosscheck` into the file of a family.
-pub(super) fn write_crosscheck(file: &hdf5::File, rows: &[CheckRow]) -> Result<(), StoreError> {
-    let g = file.create_group("crosscheck")?;
-    let column = |name: &str, f: &dyn Fn(&CheckRow) -> f64| -> Result<(), StoreError> {
-        let values: Vec<f64> = rows.iter().map(f).collect();
-        g.new_dataset_builder().with_data(&values).create(name)?;
-        Ok(())
-    };
-    column("omega", &|r| r.omega)?;
-    column("harmonics", &|r| r.n_h as f64)?;
-    column("hbm_energy", &|r| r.energy)?;
-    column("residual", &|r| r.residual)?;
-    column("return_error", &|r| r.return_error)?;
-    column("moved", &|r| r.moved)?;
-    column("orbit_energy", &|r| r.orbit_energy)?;
-    column("contact_change", &|r| r.contact_change)?;
-    column("same_sequence", &|r| f64::from(u8::from(r.same_sequence)))?;
-    use hdf5::types::{FixedAscii, FixedUnicode};
-    // what a file has room for
-    let cut = |text: &str| {
-        let mut end = text.len().min(255);
-        while !text.is_char_boundary(end) {
-            end -= 1;
-        }
-        text[..end].replace('\0', " ").parse().unwrap_or_default()
-    };
-    let words: Vec<FixedAscii<32>> = rows
-        .iter()
-        .map(|r| FixedAscii::from_ascii(r.verdict.name().as_bytes()).unwrap_or_default())
-        .collect();
-    g.new_dataset_builder().with_data(&words).create("verdict")?;
-    let messages: Vec<FixedUnicode<256>> = rows.iter().map(|r| cut(&r.message)).collect();
-    g.new_dataset_builder().with_data(&messages).create("message")?;
-    Ok(())
-}
-
-/// Read `/crosscheck`, if the file holds one.
-pub fn read_crosscheck(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> {
-    reading(path, || read_crosscheck_of(path))
-}
-
-fn read_crosscheck_of(path: &Path) -> Result<Option<Vec<CheckRow>>, StoreError> {
-    use hdf5::types::FixedAscii;
-    let file = open(path)?;
-    let Ok(g) = file.group("crosscheck") else { return Ok(None) };
-    let words: Vec<FixedAscii<32>> = g.dataset("verdict")?.values()?;
-    // files of earlier versions keep the verdict only
-    let messages: Vec<hdf5::types::FixedUnicode<256>> = match g.dataset("message") {
-        Ok(data) => data.values()?,
-        Err(_) => vec![],
-    };
-    let names = [
-        "omega",
-        "harmonics",
-        "hbm_energy",
-        "residual",
-        "return_error",
-        "moved",
-        "orbit_energy",
-        "contact_change",
-        "same_sequence",
-    ];
-    let mut c: Vec<Vec<f64>> = vec![];
-    for name in names {
-        let column: Vec<f64> = g.dataset(name)?.values()?;
-        if column.len() != words.len() {
-            let what =
-                format!("damaged: /crosscheck/{name} has {} rows of {}", column.len(), words.len());
-            return Err(StoreError::unusable(path, what));
-        }
-        c.push(column);
-    }
-    Ok(Some(
-        (0..words.len())
-            .map(|i| CheckRow {
-                omega: c[0][i],
-                n_h: c[1][i] as usize,
-                energy: c[2][i],
-                residual: c[3][i],
-                return_error: c[4][i],
-                verdict: VerdictKind::of_name(words[i].as_str()),
-                message: messages.get(i).map_or(String::new(), |m| m.as_str().to_owned()),
-                moved: c[5][i],
-                orbit_energy: c[6][i],
-                contact_change: c[7][i],
-                same_sequence: c[8][i] == 1.0,
-            })
-            .collect(),
-    ))
-}

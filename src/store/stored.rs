@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use hdf5::Group;
 use serde_json as json;
 
+use super::crosscheck::read_crosscheck;
 use super::journal;
 use super::orbits::{Word, read_orbit, read_place, read_scalar};
 use super::reader::{Careful, open, reading};
-use super::series::{Names, read_crosscheck, read_series};
+use super::series::{Names, read_series};
 use super::{StoreError, read_text};
 use crate::records::{Branch, BranchEnd, FamilyKind, Outline, PointKind, PointRecord, Status};
 

@@ -1,0 +1,87 @@
+//! `--all`: the different orbits that a set of starts leads to.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use signorini::orbit::search::Effort;
+use signorini::orbit::{Closure, Orbit, Propagator, branch};
+use signorini::report::summary::significant;
+use signorini::scenario::Scene;
+
+use super::Arguments;
+use super::words::orbit_json;
+use crate::cli::progress::Bar;
+use crate::cli::{CliError, Global};
+
+/// Find and print them; `own` are guesses of the scene, which come first.
+pub(super) fn all(
+    arguments: &Arguments,
+    global: &Global,
+    scene: &Scene,
+    body: &mut Propagator,
+    (closure, omega): (Closure, f64),
+    own: Vec<Vec<f64>>,
+    begun: Instant,
+) -> Result<(), CliError> {
+    let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
+    starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
+    // the scene's own state comes first
+    starts.splice(0..0, own);
+    let bar = Bar::new(global, scene);
+    let count = starts.len();
+    let found = branch::all(body, closure, &starts, omega, &Effort::default(), |k| {
+        if let Some(bar) = &bar {
+            bar.set(k as f64 / count as f64, format!("{k} of {count} starts"));
+        }
+    });
+    if let Some(bar) = &bar {
+        bar.clear();
+    }
+    let found = found?;
+    let wall = begun.elapsed().as_secs_f64();
+    global.print(
+        || {
+            let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();
+            json!({"omega": omega, "starts": starts.len(), "orbits": orbits, "wall_s": wall})
+        },
+        || {
+            let head = format!(
+                "{} different orbits at omega = {omega} from {} starts ({wall:.1} s); others may exist",
+                found.len(),
+                starts.len()
+            );
+            format!("{head}\n{}", table(&found))
+        },
+    )?;
+    if found.is_empty() {
+        return Err(CliError::Reported(format!("no orbit found at omega = {omega}")));
+    }
+    Ok(())
+}
+
+/// A line an orbit.
+fn table(found: &[Orbit]) -> String {
+    let mut out = format!(
+        "  {:>14} {:>9} {:>13} {:>10} {:>10}  {}\n",
+        "energy", "switches", "contact time", "residual", "grazing", "stability"
+    );
+    for o in found {
+        let stable = match &o.stability {
+            None => "not computed".to_owned(),
+            Some(s) if s.is_stable() => "stable".to_owned(),
+            Some(s) => format!("unstable, {}", significant(s.largest, 5)),
+        };
+        let _ = writeln!(
+            out,
+            "  {:>14} {:>9} {:>13} {:>10.1e} {:>10.1e}  {stable}",
+            significant(o.energy, 9),
+            o.switches.len(),
+            significant(o.contact_time, 7),
+            o.residual,
+            o.grazing
+        );
+    }
+    out
+}

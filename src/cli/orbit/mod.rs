@@ -1,0 +1,235 @@
+//! `signorini orbit`
+
+mod all;
+mod near_return;
+mod words;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+
+use signorini::contact::State;
+use signorini::event::{self, Options, RunError};
+use signorini::families::start;
+use signorini::orbit::search::{Effort, Verdict, find};
+use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
+use signorini::problem::Problem;
+use signorini::records::Status;
+use signorini::scenario::Scene;
+use signorini::store::{Writer, WriterOptions};
+
+use super::family::{self, Output};
+use super::{CliError, Global, load};
+use all::all;
+use near_return::near_return;
+use words::{failure_json, orbit_json, orbit_text};
+
+/// Arguments of `orbit`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\n\
+    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini plot orbit.h5"
+)]
+pub struct Arguments {
+    /// The scene (TOML)
+    scene: PathBuf,
+    /// Circular frequency [default: that of the scene]
+    #[arg(long, value_name = "W", conflicts_with = "period", allow_negative_numbers = true)]
+    omega: Option<f64>,
+    /// Period instead
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    period: Option<f64>,
+    /// All different orbits that a set of starts leads to
+    #[arg(long)]
+    all: bool,
+    /// With --all: number of amplitudes of the first mode to start from
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    amplitudes: u32,
+    /// With --all: largest of these amplitudes, over grazing
+    #[arg(long, default_value_t = 4.0, value_name = "A", allow_negative_numbers = true)]
+    largest: f64,
+    /// Start from the first mode of the open body at this amplitude over grazing (negative: away from the obstacle), in place of the
+    /// scene's initial state
+    #[arg(long, value_name = "A", allow_negative_numbers = true, conflicts_with = "near_return")]
+    amplitude: Option<f64>,
+    /// Start from the best near-return of a stored trajectory (which also gives the period, unless one is given)
+    #[arg(long, value_name = "RUN.h5")]
+    near_return: Option<PathBuf>,
+    /// Shoot over the whole period with a phase condition, even where half of it would do
+    #[arg(long)]
+    full: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Arguments {
+    /// Refuse what makes no sense; the rules of the file, where one is written.
+    fn rules(&self, scene: &Scene, path: &Path) -> Result<WriterOptions, CliError> {
+        let near: Vec<&Path> = self.near_return.iter().map(|p| p.as_path()).collect();
+        let mut options = WriterOptions::default();
+        if !self.all {
+            options = self.output.rules(scene, path, false, &near)?;
+        } else if self.output.output.is_some() || self.amplitude.is_some() {
+            let message = "--all writes no file and has its own starts: leave out -o and --amplitude, then shoot the orbit you want \
+                           with --amplitude or [initial]";
+            return Err(CliError::Input(message.into()));
+        }
+        if self.amplitude.is_some_and(|a| !is_amplitude(a.abs())) {
+            let message =
+                "--amplitude: give a finite number that is not zero, in multiples of grazing";
+            return Err(CliError::Input(message.into()));
+        }
+        if !(is_amplitude(self.largest) && self.largest > 1.0) {
+            let message =
+                "--largest: give a number above 1: the amplitudes go from grazing up to it";
+            return Err(CliError::Input(message.into()));
+        }
+        Ok(options)
+    }
+
+    /// What closes the orbit, and its frequency; a near-return becomes the initial state.
+    fn target(&self, scene: &Scene, problem: &mut Problem) -> Result<(Closure, f64), CliError> {
+        let mut near_period = None;
+        if let Some(file) = &self.near_return {
+            let (period, state) = near_return(file, scene, &problem.system)?;
+            near_period = Some(period);
+            problem.initial = state;
+        }
+        let mut closure = start::closure(scene, problem)?;
+        if self.full && closure == Closure::Reversible {
+            closure = Closure::Autonomous;
+        }
+        let period = self.period.or(near_period.filter(|_| self.omega.is_none()));
+        let omega = family::omega(scene, self.omega, period)?;
+        family::check_frequency(problem, omega)?;
+        Ok((closure, omega))
+    }
+
+    /// The guesses that are shot from; `own` are those of the scene.
+    fn guesses(
+        &self,
+        own: Vec<Vec<f64>>,
+        initial: &State,
+        body: &Propagator,
+        closure: Closure,
+    ) -> Result<Vec<Vec<f64>>, CliError> {
+        let unknowns = closure.unknowns(body.n());
+        if let Some(amplitude) = self.amplitude {
+            let mut guess = branch::mode_guess(body, 1, amplitude).ok_or_else(|| {
+                CliError::Input("--amplitude: the first mode never reaches the obstacle".into())
+            })?;
+            guess.resize(unknowns, 0.0);
+            return Ok(vec![guess]);
+        }
+        match self.near_return.is_some() {
+            true => Ok(vec![body.frame(initial)[..unknowns].to_vec()]),
+            false => Ok(own),
+        }
+    }
+}
+
+/// One orbit, or all that can be found.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let begun = Instant::now();
+    let scene = Scene::read(&arguments.scene)?;
+    let path = arguments.output.path(&scene, "orbit");
+    let options = arguments.rules(&scene, &path)?;
+    let mut problem = load::of_scene(&scene)?;
+    let (closure, omega) = arguments.target(&scene, &mut problem)?;
+    let initial = problem.initial.clone();
+    let mut body = family::propagator(problem.system)?;
+    body.system.loads_mut().set_frequency(omega);
+    let own = start::guesses(&scene, &initial, &body, closure);
+    if arguments.all {
+        return all(arguments, global, &scene, &mut body, (closure, omega), own, begun);
+    }
+    let guesses = arguments.guesses(own, &initial, &body, closure)?;
+    let verdict = search(&mut body, closure, &guesses, omega)?;
+    let Verdict::Orbit(orbit) = &verdict else {
+        global.print(|| failure_json(&verdict, omega), String::new)?;
+        let advice = "try another frequency, another [initial] guess, or --all";
+        return Err(CliError::Reported(format!(
+            "no orbit at omega = {omega}: {verdict}\n  {advice}"
+        )));
+    };
+    write(&path, &options, &scene, &body, orbit)?;
+    let wall = begun.elapsed().as_secs_f64();
+    global.print(
+        || {
+            let mut json = orbit_json(&body, orbit);
+            json["wall_s"] = wall.into();
+            json["output"] = path.display().to_string().into();
+            json
+        },
+        || {
+            let title = super::title(&scene);
+            let plot = format!("signorini plot {}", path.display());
+            format!(
+                "{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
+                orbit_text(orbit),
+                "time",
+                "written to",
+                path.display()
+            )
+        },
+    )
+}
+
+/// The orbit that the first of the guesses leads to which leads to one, or why the first of all does not.
+fn search(
+    body: &mut Propagator,
+    closure: Closure,
+    guesses: &[Vec<f64>],
+    omega: f64,
+) -> Result<Verdict, CliError> {
+    for guess in guesses {
+        let effort = Effort { rescue: guesses.len() == 1, ..Effort::default() };
+        let found = find(body, closure, guess, omega, &effort)?;
+        if found.orbit().is_some() {
+            return Ok(found);
+        }
+    }
+    // the search for the cause, from the first guess
+    Ok(find(body, closure, &guesses[0], omega, &Effort::default())?)
+}
+
+/// Amplitudes that a motion can have, over grazing.
+fn is_amplitude(a: f64) -> bool {
+    a > 0.0 && a <= 1e6
+}
+
+/// The orbit file: a run over one period, and `/orbit`.
+fn write(
+    path: &Path,
+    options: &WriterOptions,
+    scene: &Scene,
+    body: &Propagator,
+    orbit: &Orbit,
+) -> Result<(), CliError> {
+    let mut writer = Writer::create(path, scene, &body.system, options)?;
+    let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
+    let done =
+        event::run(&body.system, &orbit.state, &run, &mut period_map::flow(body), &mut writer);
+    let report = match done {
+        Ok(report) => report,
+        Err(e) => {
+            writer.discard();
+            return Err(match e {
+                RunError::Observer(e) => e.into(),
+                RunError::Contact(e) => CliError::Numerics(e.to_string()),
+            });
+        }
+    };
+    writer.orbit(&branch::record(body, orbit)?, &body.system)?;
+    if report.outcome.is_complete() {
+        return Ok(writer.finish(&Status::Complete)?);
+    }
+    // the orbit is found and stored; the states along it are not all there
+    writer.finish(&Status::Failed(report.outcome.to_string()))?;
+    Err(CliError::Reported(format!(
+        "the orbit was found, but its run over one period ended early ({}); what there is stands in {}",
+        report.outcome,
+        path.display()
+    )))
+}

@@ -1,0 +1,118 @@
+//! What there is to say of an orbit, and of one that was not found.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use signorini::orbit::credentials::MULTIPLIER_LIMIT;
+use signorini::orbit::search::Verdict;
+use signorini::orbit::{Orbit, Propagator};
+use signorini::report::summary::significant;
+
+/// Why there is no orbit.
+pub(super) fn failure_json(verdict: &Verdict, omega: f64) -> Value {
+    let mut json = json!({
+        "status": "failed", "converged": false, "omega": omega, "verdict": verdict.word(), "message": verdict.to_string(),
+    });
+    match verdict {
+        Verdict::Fold { omega, energy, switches, singular_value } => {
+            json["fold"] = json!({"omega": omega, "energy": energy, "switches": switches, "singular_value": singular_value});
+        }
+        Verdict::Grazing { omega, what } => json["grazing"] = json!({"omega": omega, "what": what}),
+        Verdict::NotFound { residual, .. } => json["residual"] = json!(residual),
+        _ => {}
+    }
+    json
+}
+
+/// An orbit as a JSON object.
+pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
+    let switches: Vec<Value> = o
+        .switches
+        .iter()
+        .map(|s| json!({"t": s.t, "node": s.node, "kind": s.kind.name(), "energy_jump": s.energy_jump}))
+        .collect();
+    let stability = o.stability.as_ref();
+    json!({
+        "converged": true, "admissible": o.is_admissible(), "period": o.period, "omega": o.omega(), "energy": o.energy,
+        "amplitude": o.amplitude, "residual": o.residual, "newton_iterations": o.iterations, "switches": switches,
+        "contact_time": o.contact_time, "penetration": o.penetration, "tension": o.tension, "energy_balance": o.balance,
+        "grazing_distance": o.grazing, "n_o": body.n(),
+        "multipliers": stability.map(|s| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>()),
+        "trivial_multipliers": stability.map(|s| s.trivial), "largest_multiplier": stability.map(|s| s.largest),
+        "stable": stability.map(|s| s.is_stable()), "stability_lost_by": stability.and_then(|s| s.lost_by()),
+        "u0": o.state.u, "v0": o.state.v,
+    })
+}
+
+/// Whether an orbit is stable, and how it is not.
+fn stability_text(o: &Orbit) -> String {
+    let Some(s) = &o.stability else {
+        return format!("not computed above {MULTIPLIER_LIMIT} displacements");
+    };
+    let size = significant(s.largest, 8);
+    let trivial =
+        if s.trivial > 0 { " besides the two at +1 that every orbit of a family has" } else { "" };
+    match s.lost_by() {
+        None => format!("stable: all multipliers within the unit circle (largest {size}{trivial})"),
+        Some(by) => {
+            let [above, below, complex] = s.outside;
+            format!(
+                "unstable by {by}: largest multiplier {size}{trivial}; outside the unit circle {above} real above +1, {below} real below -1, {complex} complex"
+            )
+        }
+    }
+}
+
+/// An orbit in words.
+pub(super) fn orbit_text(o: &Orbit) -> String {
+    let mut out = String::new();
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<14}{text}");
+    };
+    line(
+        "orbit",
+        format!("omega = {}, period {}", significant(o.omega(), 10), significant(o.period, 10)),
+    );
+    line(
+        "energy",
+        format!(
+            "{} at most; largest contact displacement {}",
+            significant(o.energy, 10),
+            significant(o.amplitude, 7)
+        ),
+    );
+    line(
+        "residual",
+        format!(
+            "{:.1e} after a period of the event-driven integrator, {} Newton steps",
+            o.residual, o.iterations
+        ),
+    );
+    line(
+        "contact",
+        format!(
+            "{} switches; touches during {} of the period; {:.1e} from grazing",
+            o.switches.len(),
+            significant(o.contact_time / o.period, 4),
+            o.grazing
+        ),
+    );
+    line(
+        "admissible",
+        format!(
+            "penetration {:.1e}, tension {:.1e}, every switch proved",
+            o.penetration, o.tension
+        ),
+    );
+    line(
+        "balance",
+        format!(
+            "{:.1e} of the energy is not accounted for; the jumps add up to {:.1e}",
+            o.balance,
+            o.jumps.abs()
+        ),
+    );
+    line("stability", stability_text(o));
+    out
+}

@@ -1,0 +1,222 @@
+//! `signorini precision`
+
+mod bench;
+mod scipy;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
+use serde_json::json;
+
+use signorini::event::Options;
+use signorini::flow::{Flow, Tolerances};
+use signorini::problem::Problem;
+use signorini::report::figure::{self, Drawing};
+use signorini::report::precision::{Point, Study};
+use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
+use signorini::simulate::run_table;
+use signorini::store::{Outputs, beside, replace};
+
+use super::{CliError, Global, load};
+use bench::Bench;
+use scipy::scipy;
+
+/// Arguments of `precision`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  signorini precision scenarios/plate.toml\n  signorini precision scenarios/plate-half.toml --peer scipy -o half-plate-precision"
+)]
+pub struct Arguments {
+    /// The scene (TOML); its own integrator and tolerances are left aside
+    scene: PathBuf,
+    /// Beginning of the names of the CSV, SVG and PNG [default: the scene's name with -precision]
+    #[arg(short, long, value_name = "STEM")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing table of signorini's (its pictures are drawn anew in any case)
+    #[arg(long)]
+    force: bool,
+    /// How often each solution is timed (the median counts)
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    repeats: u32,
+    /// Solve the same matrices with another program in the same run
+    #[arg(long, value_enum)]
+    peer: Option<Peer>,
+}
+
+/// Other programs.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Peer {
+    /// SciPy's solve_ivp (RK45 and DOP853) with events; needs Python with validate/peers/requirements.txt
+    /// (the interpreter is SIGNORINI_PYTHON, .venv/bin/python or python3)
+    Scipy,
+}
+
+/// Above this size the reference is the Chebyshev flow.
+const MODAL_LIMIT: usize = 1500;
+
+/// Tolerances of the steppers.
+const LADDERS: [(Integrator, &[f64]); 2] = [
+    (Integrator::Dopri5, &[1e-4, 1e-6, 1e-8, 1e-10]),
+    (Integrator::Dop853, &[1e-4, 1e-6, 1e-8, 1e-10, 1e-12]),
+];
+/// Tolerances of the exact flows.
+const TIGHT: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
+
+/// Which flows take a scene.
+#[derive(Clone, Copy)]
+struct Able {
+    /// Small enough for the modal flow.
+    by_modes: bool,
+    /// Undamped under constant loads, as the Chebyshev flow and the peer want it.
+    conservative: bool,
+}
+
+impl Able {
+    fn of(problem: &Problem) -> Result<Self, CliError> {
+        let system = &problem.system;
+        let conservative = system.damping.is_none() && system.loads.harmonics.is_empty();
+        let by_modes = system.n_o() <= MODAL_LIMIT;
+        if !by_modes && !conservative {
+            return Err(CliError::Input(format!(
+                "{} unknowns with damping or harmonic loads are too many for the modal reference; use a smaller mesh",
+                system.n_o()
+            )));
+        }
+        Ok(Able { by_modes, conservative })
+    }
+
+    /// The flow that all others are compared with.
+    fn reference(self) -> Integrator {
+        if self.by_modes { Integrator::Modal } else { Integrator::Chebyshev }
+    }
+
+    /// What the errors refer to, in words.
+    fn name(self) -> String {
+        match (self.by_modes, self.conservative) {
+            (true, true) => "the modal flow, its own against chebyshev".into(),
+            _ => format!("the {} flow", self.reference().name()),
+        }
+    }
+
+    /// The exact flows: name, flow, and whether it is timed with what it knows.
+    fn exact(self) -> Vec<(&'static str, Integrator, bool)> {
+        let mut flows = vec![];
+        if self.by_modes {
+            flows.push(("modal, cold", Integrator::Modal, false));
+            flows.push(("modal, cached", Integrator::Modal, true));
+        }
+        if self.conservative {
+            flows.push(("chebyshev", Integrator::Chebyshev, false));
+        }
+        flows
+    }
+}
+
+/// Run the study.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let (scene, problem) = load::problem(&arguments.scene)?;
+    let (run, until) = run_table(&scene)?;
+    let stem = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}-precision", scene.stem())));
+    let outputs =
+        Outputs::new(arguments.force).reads(scene.source.file.clone()).reads_all(scene.files());
+    let csv = beside(&stem, ".csv");
+    for path in [&csv, &beside(&stem, ".svg"), &beside(&stem, ".png")] {
+        outputs.check_derived(path)?;
+    }
+    // flows borrow the problem for as long as the program runs
+    let problem: &'static Problem = Box::leak(Box::new(problem));
+    let able = Able::of(problem)?;
+    let mut bench = Bench {
+        problem,
+        options: Options { until, samples: 1, switch_limit: run.switch_limit },
+        repeats: arguments.repeats,
+        reference: vec![],
+        times: vec![],
+        omega: problem.system.body.frequency_unit(),
+    };
+    let bar = if global.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    let points = points(&mut bench, problem, able, arguments.peer, &bar)?;
+    bar.finish_and_clear();
+    let study = Study {
+        title: super::title(&scene),
+        n_o: problem.system.n_o(),
+        reference: able.name(),
+        footer: format!("signorini {}, one thread of {}", env!("CARGO_PKG_VERSION"), machine()),
+        points,
+    };
+    let drawing = Drawing { stem, svg: study.picture()? };
+    replace(&csv, study.csv().as_bytes())?;
+    let pictures = figure::save(&[drawing], &outputs, figure::DPI)?;
+    let written: Vec<String> =
+        std::iter::once(&csv).chain(&pictures).map(|p| p.display().to_string()).collect();
+    global.print(
+        || json!({"study": study, "written": written}),
+        || format!("{}  written: {}\n", study.text(), written.join(", ")),
+    )
+}
+
+/// The reference, the steppers, the exact flows and the peer.
+fn points(
+    bench: &mut Bench,
+    problem: &'static Problem,
+    able: Able,
+    peer: Option<Peer>,
+    bar: &ProgressBar,
+) -> Result<Vec<Point>, CliError> {
+    let make = |integrator, tolerances| -> Box<dyn Flow> {
+        by_name(integrator, &problem.system, tolerances)
+    };
+    bar.set_message("reference");
+    let report = bench.integrate(make(able.reference(), TIGHT).as_mut())?;
+    bench.reference = bench.state(&report.last.u, &report.last.v);
+    bench.times = report.switches.iter().map(|s| s.t).collect();
+    let mut points = vec![];
+    for (integrator, ladder) in LADDERS {
+        for &rtol in ladder {
+            bar.set_message(format!("{} at {rtol:.0e}", integrator.name()));
+            bar.tick();
+            let tolerances = Tolerances { rtol, atol: 1e-3 * rtol };
+            let flow = || make(integrator, tolerances);
+            points.push(bench.point(integrator.name(), Some(rtol), false, &flow)?);
+        }
+    }
+    for (name, integrator, warm) in able.exact() {
+        bar.set_message(name);
+        bar.tick();
+        points.push(bench.point(name, None, warm, &|| make(integrator, TIGHT))?);
+    }
+    judge_reference(&mut points, able);
+    if let Some(Peer::Scipy) = peer {
+        bar.set_message("SciPy");
+        bar.tick();
+        if !able.conservative {
+            return Err(CliError::Input(
+                "the peer solves undamped scenes under constant loads".into(),
+            ));
+        }
+        points.extend(scipy(bench)?);
+    }
+    Ok(points)
+}
+
+/// The reference cannot be its own judge: between the exact flows each is the other's.
+fn judge_reference(points: &mut [Point], able: Able) {
+    let other = points.iter().find(|p| able.by_modes && p.method == "chebyshev");
+    let (error, switch_error) = other.map_or((None, None), |p| (p.error, p.switch_error));
+    let own = able.reference().name();
+    for point in points.iter_mut().filter(|p| p.method.starts_with(own)) {
+        (point.error, point.switch_error) = (error, switch_error);
+    }
+}
+
+/// The processor's name.
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, n)| n.trim().to_owned())
+}

@@ -1,0 +1,149 @@
+//! Pictures of periodic orbits: a family over the frequency (`backbone`), Floquet multipliers (`multipliers`), the phase
+//! portrait of the contact nodes (`portrait`); and the table of a family as CSV.
+
+mod branches;
+mod frequency;
+mod head;
+mod multipliers;
+mod portrait;
+mod special;
+mod table;
+
+use std::path::Path;
+
+use super::crosscheck::crosscheck;
+use super::figure::{Drawing, FigureError};
+use crate::records::{CheckRow, OrbitRecord};
+use crate::store::{Stored, StoredFamily, beside};
+use frequency::{backbone, family_multipliers};
+use multipliers::orbit_multipliers;
+use portrait::portrait;
+
+pub(super) use branches::{branches, of_branch, pieces};
+pub use table::csv;
+
+/// Values that differ by more than this factor need a logarithmic axis.
+pub(super) const LOGARITHMIC: f64 = 50.0;
+
+/// What a picture is drawn from.
+#[derive(Clone, Copy)]
+enum Source<'s> {
+    Orbit(&'s Stored, &'s OrbitRecord, &'s [f64]),
+    Family(&'s StoredFamily),
+    Check(&'s StoredFamily, &'s [CheckRow]),
+}
+
+/// A picture's name and how it is drawn.
+type Picture = (&'static str, fn(Source) -> Result<String, FigureError>);
+
+const OF_ORBIT: [Picture; 2] = [
+    ("portrait", |s| match s {
+        Source::Orbit(stored, _, rates) => portrait(stored, rates),
+        _ => Err(FigureError::Empty("a family has no portrait")),
+    }),
+    ("multipliers", multipliers),
+];
+
+const OF_FAMILY: [Picture; 2] = [
+    ("backbone", |s| match s {
+        Source::Family(family) => backbone(family),
+        _ => Err(FigureError::Empty("this is no backbone")),
+    }),
+    ("multipliers", multipliers),
+];
+
+const OF_CHECK: [Picture; 2] = [
+    ("crosscheck", |s| match s {
+        Source::Check(family, rows) => crosscheck(family, rows),
+        _ => Err(FigureError::Empty("there is no cross-check")),
+    }),
+    ("multipliers", multipliers),
+];
+
+/// Names of the pictures of an orbit, beside those of a run.
+pub fn orbit_names() -> Vec<&'static str> {
+    OF_ORBIT.iter().map(|p| p.0).collect()
+}
+
+/// Names of the pictures of a family.
+pub fn family_names() -> Vec<&'static str> {
+    OF_FAMILY.iter().map(|p| p.0).collect()
+}
+
+/// Names of the pictures of a cross-check.
+pub fn check_names() -> Vec<&'static str> {
+    OF_CHECK.iter().map(|p| p.0).collect()
+}
+
+/// Draw the named pictures of an orbit (all that make sense if `only` is empty) to be written as `STEM-NAME.svg` and `.png`;
+/// `rates` are those of the monitors at the switches.
+pub fn pictures_of_orbit(
+    stored: &Stored,
+    orbit: &OrbitRecord,
+    rates: &[f64],
+    stem: &Path,
+    only: &[String],
+) -> Result<Vec<Drawing>, FigureError> {
+    draw(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(drawn, _)| drawn)
+}
+
+/// Draw the named pictures of a family, likewise; without any orbit there is nothing to draw.
+pub fn pictures_of_family(
+    family: &StoredFamily,
+    stem: &Path,
+    only: &[String],
+) -> Result<Vec<Drawing>, FigureError> {
+    something(draw(&OF_FAMILY, Source::Family(family), stem, only)?)
+}
+
+/// Draw the named pictures of a cross-check, likewise.
+pub fn pictures_of_check(
+    family: &StoredFamily,
+    rows: &[CheckRow],
+    stem: &Path,
+    only: &[String],
+) -> Result<Vec<Drawing>, FigureError> {
+    something(draw(&OF_CHECK, Source::Check(family, rows), stem, only)?)
+}
+
+/// What was drawn, and why the first picture that is not there was left out.
+type Drawings = (Vec<Drawing>, Option<FigureError>);
+
+/// A file of which nothing can be drawn says why.
+fn something((drawn, reason): Drawings) -> Result<Vec<Drawing>, FigureError> {
+    match reason {
+        Some(reason) if drawn.is_empty() => Err(reason),
+        _ => Ok(drawn),
+    }
+}
+
+fn draw(
+    pictures: &[Picture],
+    source: Source,
+    stem: &Path,
+    only: &[String],
+) -> Result<Drawings, FigureError> {
+    let (mut drawn, mut reason) = (vec![], None);
+    for (name, picture) in pictures {
+        if !only.is_empty() && !only.iter().any(|o| o == name) {
+            continue;
+        }
+        let svg = match picture(source) {
+            Ok(svg) => svg,
+            Err(e @ FigureError::Empty(_)) if only.is_empty() => {
+                reason = reason.or(Some(e));
+                continue;
+            }
+            Err(e) => return Err(e),
+        };
+        drawn.push(Drawing { stem: beside(stem, &format!("-{name}")), svg });
+    }
+    Ok((drawn, reason))
+}
+
+fn multipliers(source: Source) -> Result<String, FigureError> {
+    match source {
+        Source::Orbit(stored, orbit, _) => orbit_multipliers(stored, orbit),
+        Source::Family(family) | Source::Check(family, _) => family_multipliers(family),
+    }
+}

@@ -1,0 +1,36 @@
+//! The table of a family as CSV.
+
+use std::fmt::Write as _;
+
+use crate::report::export::number;
+use crate::store::StoredFamily;
+
+/// A row a point of a family; a point without an orbit has empty cells.
+pub fn csv(family: &StoredFamily) -> String {
+    let mut out = String::from(
+        "omega,energy,amplitude,residual,contact_time,grazing_distance,switches,stable,branch,special\n",
+    );
+    for p in &family.points {
+        out.push_str(&number(p.omega));
+        match &p.orbit {
+            Some(o) => {
+                for x in [o.energy, o.amplitude, o.residual, o.contact_time, o.grazing] {
+                    let _ = write!(out, ",{}", number(x));
+                }
+                let stable = o.stable.map_or(-1, i32::from);
+                let _ = write!(out, ",{},{stable}", o.switches.len());
+            }
+            None => out.push_str(",,,,,,,"),
+        }
+        let _ = writeln!(out, ",{},{}", p.branch, quoted(&p.special.to_string()));
+    }
+    out
+}
+
+/// A cell of a CSV file.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}

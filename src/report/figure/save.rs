@@ -1,0 +1,72 @@
+//! One way to write a picture as SVG and PNG.
+
+use std::path::PathBuf;
+
+use super::{FONT, FigureError};
+use crate::store::{MARK, Outputs, beside, replace};
+
+/// Dots per inch of a PNG where nobody asks for others.
+pub const DPI: u16 = 192;
+/// Units of length of a picture in an inch.
+const UNITS: f32 = 96.0;
+
+/// A picture that is drawn and not yet written.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// Its name without the ending.
+    pub stem: PathBuf,
+    /// What is on it.
+    pub svg: String,
+}
+
+/// Write `STEM.svg` and `STEM.png` of all drawings, or, where one of them may not be written, none; returns the paths.
+pub fn save(
+    drawings: &[Drawing],
+    outputs: &Outputs,
+    dpi: u16,
+) -> Result<Vec<PathBuf>, FigureError> {
+    let mut files = vec![];
+    for Drawing { stem, svg } in drawings {
+        let marked = match svg.find('>') {
+            Some(end) => format!("{}\n{MARK}{}", &svg[..=end], &svg[end + 1..]),
+            None => svg.clone(),
+        };
+        files.push((beside(stem, ".svg"), marked.into_bytes()));
+        files.push((beside(stem, ".png"), marked_png(png(svg, f32::from(dpi) / UNITS)?)));
+    }
+    files.iter().try_for_each(|(path, _)| outputs.check_derived(path))?;
+    files.iter().try_for_each(|(path, bytes)| replace(path, bytes))?;
+    Ok(files.into_iter().map(|f| f.0).collect())
+}
+
+/// A PNG that says which program made it: a chunk of text behind the header.
+fn marked_png(png: Vec<u8>) -> Vec<u8> {
+    /// Signature and header.
+    const HEAD: usize = 8 + 25;
+    let text = b"tEXtSoftware\0signorini";
+    if png.len() < HEAD {
+        return png;
+    }
+    let mut out = png[..HEAD].to_vec();
+    out.extend(((text.len() - 4) as u32).to_be_bytes());
+    out.extend(text);
+    out.extend(crc32fast::hash(text).to_be_bytes());
+    out.extend(&png[HEAD..]);
+    out
+}
+
+fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {
+    use resvg::{tiny_skia, usvg};
+    let mut options = usvg::Options::default();
+    let fonts = options.fontdb_mut();
+    fonts.load_font_data(FONT.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    let tree = usvg::Tree::from_str(svg, &options).map_err(FigureError::draw)?;
+    let size = tree.size();
+    let pixels = |x: f32| (x * scale).round() as u32;
+    let mut pixmap = tiny_skia::Pixmap::new(pixels(size.width()), pixels(size.height()))
+        .ok_or_else(|| FigureError::Draw("the picture is too large".into()))?;
+    let transform = tiny_skia::Transform::from_scale(scale, scale);
+    resvg::render(&tree, transform, &mut pixmap.as_mut());
+    pixmap.encode_png().map_err(FigureError::draw)
+}

@@ -1,0 +1,96 @@
+//! The legend of an overlay.
+
+use std::collections::BTreeSet;
+
+use plotters::prelude::RGBColor;
+
+use super::scene::{Look, Scene, is_response};
+use crate::records::Branch;
+use crate::report::families::of_branch;
+use crate::report::figure::{Entry, INK, Mark};
+
+/// Names in the legend.
+pub(super) struct Names {
+    ratios: Vec<(String, RGBColor, Mark)>,
+    harmonics: Vec<(String, RGBColor)>,
+    thin: String,
+}
+
+impl Names {
+    pub fn new(scene: &Scene) -> Self {
+        let full = scene.any(|look| matches!(look, Look::Response(_)));
+        let mark = if full { Mark::Line } else { Mark::Thin };
+        let ratio = |r: &f64| (format!("{r} %"), scene.colour(Look::Response(Some(*r))), mark);
+        let harmonic =
+            |n: &f64| (format!("N_h = {n}"), scene.colour(Look::Backbone(Some(*n as usize), true)));
+        let of_thin = scene.branches.iter().filter(|b| matches!(b.2, Look::ThinResponse(_)));
+        let used: BTreeSet<usize> = of_thin
+            .filter_map(|(f, b, _)| f.branches.get(*b).and_then(Branch::harmonics))
+            .collect();
+        let used: Vec<String> = used.iter().map(usize::to_string).collect();
+        let used =
+            if used.is_empty() { String::new() } else { format!(", N_h = {}", used.join(", ")) };
+        Names {
+            ratios: scene.ratios.iter().map(ratio).collect(),
+            harmonics: scene.harmonics.iter().map(harmonic).collect(),
+            thin: format!("harmonic balance{used}"),
+        }
+    }
+
+    /// The entries that belong together in rows.
+    pub fn groups<'n>(&'n self, scene: &Scene) -> Vec<Vec<Entry<'n>>> {
+        let groups = [self.response(scene), self.free(scene)];
+        groups.into_iter().filter(|g| !g.is_empty()).collect()
+    }
+
+    /// Forced responses.
+    fn response<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
+        let mut entries: Vec<Entry> = vec![];
+        if !scene.any(is_response) {
+            return entries;
+        }
+        let lead = match self.ratios.is_empty() {
+            true => "forced response:",
+            false => "forced response, damping ratio ξ:",
+        };
+        entries.push((lead, INK, Mark::Nothing));
+        entries.extend(self.ratios.iter().map(|(n, colour, mark)| (n.as_str(), *colour, *mark)));
+        let of = |stable: bool| {
+            scene.branches.iter().any(|(f, b, look)| {
+                matches!(look, Look::Response(_))
+                    && of_branch(f, *b)
+                        .filter_map(|p| p.orbit.as_ref())
+                        .any(|o| o.stable == Some(stable))
+            })
+        };
+        for (stable, name, mark) in
+            [(true, "stable", Mark::Line), (false, "unstable", Mark::Dashes)]
+        {
+            if of(stable) {
+                entries.push((name, INK, mark));
+            }
+        }
+        if scene.any(|look| matches!(look, Look::ThinResponse(_))) {
+            entries.push((&self.thin, INK, Mark::Thin));
+        }
+        entries
+    }
+
+    /// Orbits in time and backbones.
+    fn free<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
+        let mut entries: Vec<Entry> = vec![];
+        for (look, name) in
+            [(Look::Checked, "orbits in time"), (Look::Continued, "orbits continued in time")]
+        {
+            if scene.branches.iter().any(|b| b.2 == look) {
+                entries.push((name, scene.colour(look), Mark::Dot));
+            }
+        }
+        if scene.any(|look| matches!(look, Look::Backbone(..))) {
+            entries.push(("backbone by harmonic balance:", INK, Mark::Nothing));
+            let harmonics = self.harmonics.iter();
+            entries.extend(harmonics.map(|(n, colour)| (n.as_str(), *colour, Mark::Line)));
+        }
+        entries
+    }
+}

@@ -1,0 +1,118 @@
+//! What an overlay shows, by its looks, and the colours that tell branches apart.
+
+use plotters::prelude::RGBColor;
+
+use crate::records::{Branch, Solver, Way};
+use crate::report::families::{branches, of_branch};
+use crate::report::figure::LINES;
+use crate::store::StoredFamily;
+
+/// How the curves and dots of a branch are drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Look {
+    /// Forced response by shooting, of a damping ratio in percent.
+    Response(Option<f64>),
+    /// Forced response by harmonic balance.
+    ThinResponse(Option<f64>),
+    /// Backbone by harmonic balance, of a number of harmonics; whether its points are a grid of frequencies.
+    Backbone(Option<usize>, bool),
+    /// Orbits found from harmonic balance.
+    Checked,
+    /// Orbits found by continuation in time.
+    Continued,
+}
+
+fn look(family: &StoredFamily, branch: usize) -> Look {
+    let known = family.branches.get(branch);
+    let ratio = known.and_then(Branch::percent);
+    let outline = family.outline();
+    match (outline.solver, outline.way) {
+        (Solver::Check, _) => Look::Checked,
+        (Solver::HarmonicBalance, Way::Response) => Look::ThinResponse(ratio),
+        (Solver::Shooting, Way::Response) => Look::Response(ratio),
+        (Solver::HarmonicBalance, way) => {
+            Look::Backbone(known.and_then(Branch::harmonics), way == Way::Sequential)
+        }
+        (Solver::Shooting, _) => Look::Continued,
+    }
+}
+
+/// A colour on a scale through some anchors, `s ∈ [0, 1]`.
+fn scale(anchors: &[[u8; 3]], s: f64) -> RGBColor {
+    let x = s.clamp(0.0, 1.0) * (anchors.len() - 1) as f64;
+    let i = (x as usize).min(anchors.len().saturating_sub(2));
+    let f = x - i as f64;
+    let [a, b] = [anchors[i], anchors[(i + 1).min(anchors.len() - 1)]];
+    let mix = |c: usize| (f64::from(a[c]) * (1.0 - f) + f64::from(b[c]) * f).round() as u8;
+    RGBColor(mix(0), mix(1), mix(2))
+}
+
+/// Numbers of harmonics: blue to green.
+const HARMONICS: [[u8; 3]; 4] = [[130, 170, 235], [30, 105, 190], [0, 150, 160], [0, 110, 50]];
+/// Damping ratios: grey to orange.
+const RATIOS: [[u8; 3]; 4] = [[105, 105, 112], [172, 172, 178], [240, 180, 105], [215, 95, 0]];
+
+/// Where the `k`-th of `n` stands on a scale; one alone has the end that is easier to see.
+fn standing(k: usize, n: usize) -> f64 {
+    if n < 2 { 1.0 } else { k as f64 / (n - 1) as f64 }
+}
+
+/// Numbers that occur, ascending.
+fn ascending(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// All that is drawn, with the colours' scales.
+pub(super) struct Scene<'f> {
+    pub branches: Vec<(&'f StoredFamily, usize, Look)>,
+    pub harmonics: Vec<f64>,
+    pub ratios: Vec<f64>,
+}
+
+impl<'f> Scene<'f> {
+    pub fn new(families: &'f [StoredFamily]) -> Self {
+        let of = |f: &'f StoredFamily| branches(f).into_iter().map(move |b| (f, b, look(f, b)));
+        let branches: Vec<_> = families.iter().flat_map(of).collect();
+        let harmonics = branches.iter().filter_map(|(_, _, look)| match look {
+            Look::Backbone(n_h, _) => n_h.map(|n| n as f64),
+            _ => None,
+        });
+        let ratios = branches.iter().filter_map(|(_, _, look)| match look {
+            Look::Response(ratio) | Look::ThinResponse(ratio) => *ratio,
+            _ => None,
+        });
+        let (harmonics, ratios) = (ascending(harmonics), ascending(ratios));
+        Scene { branches, harmonics, ratios }
+    }
+
+    pub fn colour(&self, look: Look) -> RGBColor {
+        let on = |anchors: &[[u8; 3]], all: &[f64], value: Option<f64>| {
+            let k = value.and_then(|v| all.iter().position(|&o| o == v));
+            k.map_or(LINES[4], |k| scale(anchors, standing(k, all.len())))
+        };
+        match look {
+            Look::Response(ratio) | Look::ThinResponse(ratio) => on(&RATIOS, &self.ratios, ratio),
+            Look::Backbone(n_h, _) => on(&HARMONICS, &self.harmonics, n_h.map(|n| n as f64)),
+            Look::Checked => RGBColor(0, 0, 0),
+            Look::Continued => LINES[3],
+        }
+    }
+
+    pub fn any(&self, wanted: fn(&Look) -> bool) -> bool {
+        self.branches.iter().any(|(_, _, look)| wanted(look))
+    }
+}
+
+pub(super) fn is_response(look: &Look) -> bool {
+    matches!(look, Look::Response(_) | Look::ThinResponse(_))
+}
+
+/// Frequency and energy of the orbits of a branch.
+pub(super) fn points(family: &StoredFamily, branch: usize) -> impl Iterator<Item = (f64, f64)> {
+    let energy = |e: f64| (e.is_finite() && e > 0.0).then_some(e);
+    of_branch(family, branch)
+        .filter_map(move |p| p.orbit.as_ref().and_then(|o| energy(o.energy)).map(|e| (p.omega, e)))
+}

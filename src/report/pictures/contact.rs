@@ -1,0 +1,86 @@
+//! The picture `contact`: contact displacement and pressure of nodes along the edge.
+
+use plotters::prelude::*;
+
+use super::Options;
+use super::time::{over_time, time_range};
+use crate::report::curve::{self, Knot};
+use crate::report::edge::Edge;
+use crate::report::figure::{
+    self, Area, Drawn, Entry, FigureError, INK, Mark, SHADE, legend, line, px, range, title,
+};
+use crate::store::Stored;
+
+/// Contact displacement and pressure against time, contact intervals shaded.
+pub(super) fn contact(stored: &Stored, options: &Options) -> Result<String, FigureError> {
+    if stored.gap.is_empty() || stored.t.is_empty() {
+        return Err(FigureError::Empty("the body has no contact nodes"));
+    }
+    let edge = Edge::of(stored);
+    let chosen = |i: &usize| options.nodes.contains(&stored.contact_nodes[*i]);
+    let shown: Vec<usize> = match options.nodes.is_empty() {
+        true => edge.some(),
+        false => (0..stored.gap.len()).filter(chosen).collect(),
+    };
+    figure::svg((980, 620), |root| {
+        title(root, &stored.title, "contact")?;
+        let (_, sheet) = root.split_vertically(px(30.0));
+        let (main, bar) = edge.beside_bar(sheet, px(900.0));
+        let (strip, main) = main.split_vertically(px(20.0));
+        let panels = main.split_evenly((2, 1));
+        displacements(&panels[0], &strip, stored, &edge, &shown)?;
+        pressures(&panels[1], stored, &edge, &shown)?;
+        edge.bar(bar.as_ref())
+    })
+}
+
+/// Contact displacements, with the obstacle where all nodes have the same; and the legend.
+fn displacements(
+    area: &Area,
+    strip: &Area,
+    stored: &Stored,
+    edge: &Edge,
+    shown: &[usize],
+) -> Drawn {
+    let rows = stored.t.len();
+    let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| edge.motion(r, i).0));
+    let y = range(all.chain(stored.gap.iter().copied()));
+    let mut chart = over_time(area, stored, y, ("", "contact displacement"))?;
+    let mut entries: Vec<Entry> = vec![("in contact", SHADE, Mark::Patch)];
+    if let Some(gap) = edge.even_gap() {
+        let time = time_range(stored);
+        let ends = [(time.start, gap), (time.end, gap)];
+        let dashes = DashedLineSeries::new(ends, px(6.0), px(4.0), line(INK, 1.0));
+        chart.draw_series(dashes).map_err(FigureError::draw)?;
+        entries.push(("obstacle", INK, Mark::Dashes));
+    }
+    legend(strip, &entries)?;
+    for &i in shown {
+        let knot = |r: usize| {
+            let (x, v) = edge.motion(r, i);
+            Knot { t: stored.t[r], x, v }
+        };
+        let knots: Vec<Knot> = (0..rows).map(knot).collect();
+        let jump = |r: usize| stored.switch_t.contains(&stored.t[r]);
+        let series = curve::through(&knots, jump).into_iter().map(|k| (k.t, k.x));
+        chart
+            .draw_series(LineSeries::new(series, line(edge.colour(i), 2.0)))
+            .map_err(FigureError::draw)?;
+    }
+    Ok(())
+}
+
+/// Contact pressures.
+fn pressures(area: &Area, stored: &Stored, edge: &Edge, shown: &[usize]) -> Drawn {
+    let rows = stored.t.len();
+    let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| stored.pressure[(r, i)]));
+    let y = range(all.chain([0.0]));
+    let mut chart = over_time(area, stored, y, ("time", "contact pressure"))?;
+    for &i in shown {
+        let series = (0..rows).map(|r| (stored.t[r], stored.pressure[(r, i)]));
+        chart
+            .draw_series(LineSeries::new(series, line(edge.colour(i), 2.0)))
+            .map_err(FigureError::draw)?;
+    }
+    Ok(())
+}

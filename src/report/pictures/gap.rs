@@ -1,0 +1,89 @@
+//! The picture `gap`: the gap over the contact edge and time.
+
+use plotters::prelude::*;
+
+use super::Options;
+use super::time::time_range;
+use crate::report::edge::Edge;
+use crate::report::figure::{
+    self, Area, Chart, Drawn, FigureError, Ground, INK, colour_bar, line, panel_with, px, text,
+    title, viridis,
+};
+use crate::store::Stored;
+
+/// At most this many columns: neighbours in time are drawn together.
+const COLUMNS: usize = 900;
+
+/// The gap of a node at a stored state.
+fn gap(stored: &Stored, row: usize, i: usize) -> f64 {
+    stored.gap[i] - stored.contact_displacement(row, i)
+}
+
+/// Where the cells of the nodes begin and end: half-way between neighbours.
+fn boundaries(position: &[f64]) -> Vec<f64> {
+    let n_c = position.len();
+    let boundary = |i: usize| match i {
+        0 => position[0],
+        i if i == n_c => position[n_c - 1],
+        i => 0.5 * (position[i - 1] + position[i]),
+    };
+    (0..=n_c).map(boundary).collect()
+}
+
+/// The cells, white where most of the states of a cell are in contact.
+fn cells(chart: &mut Chart, stored: &Stored, position: &[f64], largest: f64) -> Drawn {
+    let (n_c, rows) = (stored.gap.len(), stored.t.len());
+    let boundaries = boundaries(position);
+    let stride = rows.div_ceil(COLUMNS);
+    let last = stored.t[rows - 1];
+    for start in (0..rows - 1).step_by(stride) {
+        let end = (start + stride).min(rows - 1);
+        // each cell reaches under its right and upper neighbours, which are drawn later: no seams
+        let beyond = stored.t[(end + stride).min(rows - 1)].min(last);
+        for i in 0..n_c {
+            let touching = (start..end).filter(|&r| stored.active[(r, i)] == 1).count();
+            let here = (start..end).map(|r| gap(stored, r, i)).fold(f64::INFINITY, f64::min);
+            let fill = if 2 * touching > end - start { WHITE } else { viridis(here / largest) };
+            let corners =
+                [(stored.t[start], boundaries[i]), (beyond, boundaries[(i + 2).min(n_c)])];
+            let cell = Rectangle::new(corners, fill.filled());
+            chart.draw_series(std::iter::once(cell)).map_err(FigureError::draw)?;
+        }
+    }
+    Ok(())
+}
+
+/// What white means, below the colour bar.
+fn note(bar: &Area) -> Drawn {
+    let (_, h) = bar.dim_in_pixel();
+    let top = h as i32 - px(30.0);
+    let (left, right) = (px(8.0), px(24.0));
+    bar.draw(&Rectangle::new([(left, top), (right, top + px(14.0))], line(INK, 1.0)))
+        .map_err(FigureError::draw)?;
+    bar.draw(&Text::new("contact", (px(29.0), top), text(12))).map_err(FigureError::draw)
+}
+
+/// The gap over the contact edge and time; contact is white.
+pub(super) fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureError> {
+    let (n_c, rows) = (stored.gap.len(), stored.t.len());
+    if n_c < 2 || rows < 2 {
+        return Err(FigureError::Empty(
+            "a gap map needs at least two contact nodes and two states",
+        ));
+    }
+    let edge = Edge::of(stored);
+    let largest = (0..rows)
+        .flat_map(|r| (0..n_c).map(move |i| (r, i)))
+        .map(|(r, i)| gap(stored, r, i))
+        .fold(f64::MIN_POSITIVE, f64::max);
+    figure::svg((980, 420), |root| {
+        title(root, &stored.title, "gap along the contact edge")?;
+        let (_, sheet) = root.split_vertically(px(30.0));
+        let (main, bar) = sheet.split_horizontally(px(895.0));
+        let label = format!("{} on the contact edge", edge.axis);
+        let under = |chart: &mut Chart<'_, '_>| cells(chart, stored, &edge.position, largest);
+        panel_with(&main, time_range(stored), edge.span(), "time", &label, Ground::Map, under)?;
+        colour_bar(&bar, 0.0..largest, "gap", viridis)?;
+        note(&bar)
+    })
+}

@@ -1,0 +1,74 @@
+//! The pictures of a stored run: contact, energy, gap map, deformed shapes.
+
+mod contact;
+mod gap;
+mod ledger;
+mod patches;
+mod plate;
+mod shapes;
+mod time;
+mod wall;
+
+use std::path::Path;
+
+use super::figure::{Drawing, FigureError};
+use crate::store::{Stored, beside};
+use contact::contact;
+use gap::gap_map;
+use ledger::energy;
+use shapes::shapes;
+
+/// A picture's name and how it is drawn.
+struct Picture {
+    name: &'static str,
+    draw: fn(&Stored, &Options) -> Result<String, FigureError>,
+}
+
+const PICTURES: [Picture; 4] = [
+    Picture { name: "contact", draw: contact },
+    Picture { name: "energy", draw: energy },
+    Picture { name: "gap", draw: gap_map },
+    Picture { name: "shapes", draw: shapes },
+];
+
+/// What a user may choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Times of the deformed shapes, as fractions of the stored time.
+    pub fractions: Vec<f64>,
+    /// Mesh nodes whose contact is drawn; none: up to twelve along the edge.
+    pub nodes: Vec<usize>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { fractions: (0..8).map(|k| f64::from(k) / 7.0).collect(), nodes: vec![] }
+    }
+}
+
+/// Names of the pictures.
+pub fn names() -> Vec<&'static str> {
+    PICTURES.iter().map(|p| p.name).collect()
+}
+
+/// Draw the named pictures (all that make sense if `only` is empty), to be written as `STEM-NAME.svg` and `.png`.
+pub fn draw_all(
+    stored: &Stored,
+    stem: &Path,
+    only: &[String],
+    options: &Options,
+) -> Result<Vec<Drawing>, FigureError> {
+    let mut drawn = vec![];
+    for picture in &PICTURES {
+        if !only.is_empty() && !only.iter().any(|o| o == picture.name) {
+            continue;
+        }
+        let svg = match (picture.draw)(stored, options) {
+            Ok(svg) => svg,
+            Err(FigureError::Empty(_)) if only.is_empty() => continue,
+            Err(e) => return Err(e),
+        };
+        drawn.push(Drawing { stem: beside(stem, &format!("-{}", picture.name)), svg });
+    }
+    Ok(drawn)
+}

@@ -1,0 +1,162 @@
+//! Deformed shapes of a plate, coloured by ‖u‖.
+
+use std::ops::Range;
+
+use plotters::prelude::*;
+
+use super::patches::{Corner, patches};
+use super::shapes::shape_span;
+use super::wall::{draw_outline, draw_wall, wall_line};
+use crate::report::figure::{
+    self, Area, Drawn, FigureError, colour_bar, line, px, range, text, title, viridis,
+};
+use crate::report::summary;
+use crate::store::Stored;
+
+/// Largest displacement as drawn, as a fraction of the body's length: linear elasticity knows no scale.
+const DRAWN: f64 = 0.25;
+
+/// Some stored states of a plate as they are drawn.
+struct Shapes<'s> {
+    stored: &'s Stored,
+    rows: &'s [usize],
+    /// The times whose fractions they are.
+    time: Range<f64>,
+    /// Largest `‖u‖` of these states.
+    largest: f64,
+    /// Of the displacements.
+    magnification: f64,
+    /// The obstacle.
+    wall: Option<Vec<[f64; 2]>>,
+}
+
+/// Where the plane lies on the pixels of a panel: equal scales in both directions.
+#[derive(Clone, Copy)]
+struct Place {
+    start: [f64; 2],
+    scale: f64,
+    border: f64,
+    height: f64,
+}
+
+impl Place {
+    fn on(canvas: &Area, x: &Range<f64>, y: &Range<f64>) -> Self {
+        let (w, h) = canvas.dim_in_pixel();
+        let (w, height) = (f64::from(w), f64::from(h));
+        let border = f64::from(px(4.0));
+        let scale = ((w - 2.0 * border) / (x.end - x.start))
+            .min((height - 2.0 * border) / (y.end - y.start));
+        Place { start: [x.start, y.start], scale, border, height }
+    }
+
+    fn pixel(&self, p: [f64; 2]) -> (i32, i32) {
+        let along = self.border + (p[0] - self.start[0]) * self.scale;
+        let up = self.height - self.border - (p[1] - self.start[1]) * self.scale;
+        (along.round() as i32, up.round() as i32)
+    }
+}
+
+impl<'s> Shapes<'s> {
+    fn of(stored: &'s Stored, rows: &'s [usize]) -> Self {
+        let n = stored.nodes.nrows();
+        let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
+        let largest = all.map(|(r, i)| size(stored, r, i)).fold(f64::MIN_POSITIVE, f64::max);
+        let length = stored.nodes.iter().fold(0.0f64, |m, x| m.max(*x));
+        let magnification = DRAWN * length / largest;
+        let wall = wall_line(stored, magnification);
+        Shapes { stored, rows, time: shape_span(stored), largest, magnification, wall }
+    }
+
+    /// A node as drawn.
+    fn position(&self, r: usize, i: usize) -> [f64; 2] {
+        let (nodes, m) = (&self.stored.nodes, self.magnification);
+        let [ux, uy] = self.stored.displacement(r, i);
+        [nodes[(i, 0)] + m * ux, nodes[(i, 1)] + m * uy]
+    }
+
+    /// The range of all that is drawn, deformed or not, along one axis.
+    fn extent(&self, c: usize) -> Range<f64> {
+        let n = self.stored.nodes.nrows();
+        let all = self.rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
+        let walls = self.wall.iter().flatten().map(|p| p[c]);
+        let nodes = (0..n).map(|i| self.stored.nodes[(i, c)]);
+        range(all.map(|(r, i)| self.position(r, i)[c]).chain(nodes).chain(walls))
+    }
+
+    /// One state with its time.
+    fn draw(&self, panel: &Area, r: usize, x: &Range<f64>, y: &Range<f64>) -> Drawn {
+        let stored = self.stored;
+        let Range { start, end } = self.time;
+        let fraction = (stored.t[r] - start) / (end - start);
+        let t = summary::significant(stored.t[r], 5);
+        let label = format!("t = {t} ({} %)", percent(fraction));
+        panel.draw(&Text::new(label, (px(8.0), px(2.0)), text(13))).map_err(FigureError::draw)?;
+        let (_, canvas) = panel.split_vertically(px(20.0));
+        let place = Place::on(&canvas, x, y);
+        for e in stored.elements.rows() {
+            let corner = |i: usize| Corner { at: self.position(r, i), value: size(stored, r, i) };
+            let corners: Vec<Corner> = e.iter().map(|&i| corner(i as usize)).collect();
+            for (patch, value) in patches(&corners, place.scale, self.largest) {
+                let patch: Vec<(i32, i32)> = patch.into_iter().map(|p| place.pixel(p)).collect();
+                fill(&canvas, &patch, viridis(value / self.largest))?;
+            }
+        }
+        draw_outline(&canvas, stored, |p| place.pixel(p))?;
+        draw_wall(&canvas, &self.wall, stored, |p| place.pixel(p))
+    }
+}
+
+/// `‖u‖` of a node at a stored state.
+fn size(stored: &Stored, r: usize, i: usize) -> f64 {
+    let [ux, uy] = stored.displacement(r, i);
+    ux.hypot(uy)
+}
+
+/// A patch of one colour; neighbours touch without a light seam.
+fn fill(canvas: &Area, patch: &[(i32, i32)], colour: RGBColor) -> Drawn {
+    canvas.draw(&Polygon::new(patch.to_vec(), colour.filled())).map_err(FigureError::draw)?;
+    let closed: Vec<_> = patch.iter().chain(&patch[..1]).copied().collect();
+    canvas.draw(&PathElement::new(closed, line(colour, 0.7))).map_err(FigureError::draw)
+}
+
+/// Deformed shapes side by side in one or two rows.
+pub(super) fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
+    let shapes = Shapes::of(stored, rows);
+    let (x, y) = (shapes.extent(0), shapes.extent(1));
+    let columns = if rows.len() > 3 { rows.len().div_ceil(2) } else { rows.len() };
+    let lines = rows.len().div_ceil(columns.max(1));
+    let width = 900.0 / columns.max(1) as f64;
+    let aspect = (y.end - y.start) / (x.end - x.start);
+    let height = (width - 12.0) * aspect + 32.0;
+    let sheet_height = 40 + (lines as f64 * height) as u32;
+    figure::svg((980, sheet_height.max(220)), |root| {
+        let magnified = significant(shapes.magnification);
+        title(root, &stored.title, &format!("deformed shape, displacements × {magnified}"))?;
+        let (_, sheet) = root.split_vertically(px(36.0));
+        let (main, bar) = sheet.split_horizontally(px(905.0));
+        let panels = main.split_evenly((lines, columns));
+        for (panel, &r) in panels.iter().zip(rows) {
+            shapes.draw(panel, r, &x, &y)?;
+        }
+        colour_bar(&bar, 0.0..shapes.largest, "‖u‖", viridis)
+    })
+}
+
+/// A fraction in percent with one decimal where it has one.
+fn percent(fraction: f64) -> String {
+    let text = format!("{:.1}", 100.0 * fraction);
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
+/// Three significant digits, no trailing zeros.
+fn significant(v: f64) -> String {
+    if v == 0.0 {
+        return "0".into();
+    }
+    let decimals = (2.0 - v.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    let text = format!("{v:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}

@@ -1,0 +1,95 @@
+//! The picture `shapes`: deformed shapes at fractions of the stored time.
+
+use std::ops::Range;
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use super::Options;
+use super::plate::plate_shapes;
+use super::time::time_range;
+use crate::report::figure::{
+    self, FigureError, INK, Mark, colour_bar, legend, line, panel, px, range, title, viridis,
+};
+use crate::scenario::{BodyKind, Scene};
+use crate::store::Stored;
+
+/// The span of time whose fractions are drawn: all that is stored, or the last period of a scene that
+/// has one.
+pub(super) fn shape_span(stored: &Stored) -> Range<f64> {
+    let time = time_range(stored);
+    let period = Scene::parse(&stored.scene, Path::new("stored")).ok().and_then(|s| s.period());
+    match period {
+        Some(t) if time.end - time.start > 2.0 * t => time.end - t..time.end,
+        _ => time,
+    }
+}
+
+/// Stored states nearest to the chosen fractions of that span.
+fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
+    let time = shape_span(stored);
+    let nearest = |f: &f64| {
+        let t = time.start + f * (time.end - time.start);
+        let row = stored.t.partition_point(|&s| s < t);
+        match row {
+            0 => 0,
+            r if r >= stored.t.len() => stored.t.len() - 1,
+            r if t - stored.t[r - 1] < stored.t[r] - t => r - 1,
+            r => r,
+        }
+    };
+    options.fractions.iter().map(nearest).collect()
+}
+
+/// Deformed shapes at fractions of the stored time, coloured by ‖u‖ (a bar: u against x).
+pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, FigureError> {
+    if stored.t.is_empty() {
+        return Err(FigureError::Empty("no states are stored"));
+    }
+    let scene = Scene::parse(&stored.scene, Path::new("stored"));
+    if scene.is_ok_and(|s| s.body.kind == BodyKind::Matrices) {
+        return Err(FigureError::Empty("a body given by matrices has no shape"));
+    }
+    let rows = chosen_rows(stored, options);
+    if stored.elements.ncols() == 2 {
+        bar_shapes(stored, &rows)
+    } else {
+        plate_shapes(stored, &rows)
+    }
+}
+
+/// Displacement against the coordinate of a bar.
+fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
+    let n = stored.nodes.nrows();
+    figure::svg((980, 460), |root| {
+        title(root, &stored.title, "displacement at successive times")?;
+        let (_, sheet) = root.split_vertically(px(30.0));
+        let (main, bar) = sheet.split_horizontally(px(895.0));
+        let x = range((0..n).map(|i| stored.nodes[(i, 0)]));
+        let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
+        let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
+        let (strip, main) = main.split_vertically(px(20.0));
+        // the obstacle limits the displacement of one end
+        let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
+        let wall = stored.gap.first().map(|g| sign * g);
+        let y = range([y.start, y.end].into_iter().chain(wall));
+        let reach = 0.04 * (x.end - x.start);
+        let mut chart = panel(&main, x, y, "x", "displacement u")?;
+        if let (Some(limit), Some(&node)) = (wall, stored.contact_nodes.first()) {
+            let at = stored.nodes[(node, 0)];
+            let ends = vec![(at - reach, limit), (at + reach, limit)];
+            chart
+                .draw_series(std::iter::once(PathElement::new(ends, line(INK, 2.5))))
+                .map_err(FigureError::draw)?;
+            legend(&strip, &[("limit set by the obstacle", INK, Mark::Line)])?;
+        }
+        for (k, &r) in rows.iter().enumerate() {
+            let s = k as f64 / (rows.len().max(2) - 1) as f64;
+            let series = (0..n).map(|i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
+            chart
+                .draw_series(LineSeries::new(series, line(viridis(0.92 * s), 2.0)))
+                .map_err(FigureError::draw)?;
+        }
+        colour_bar(&bar, shape_span(stored), "time", |s| viridis(0.92 * s))
+    })
+}

@@ -1,0 +1,70 @@
+//! The summary of a run as a JSON object.
+
+use serde_json::{Value, json};
+
+use super::{energy_warning, mass_ratio};
+use crate::contact::System;
+use crate::event::Report;
+use crate::scenario::Scene;
+
+/// The JSON object of `run`; the keys are part of the product's public face.
+pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> Value {
+    let switches: Vec<Value> = report
+        .switches
+        .iter()
+        .map(|s| {
+            json!({
+                "t": s.t, "node": s.node, "kind": s.kind.name(),
+                "energy_jump": s.energy_jump, "monitor_rate": s.monitor_rate,
+            })
+        })
+        .collect();
+    let grazings: Vec<Value> = report
+        .grazings
+        .iter()
+        .map(|g| json!({"t": g.t, "node": g.node, "distance": g.distance, "kind": g.kind.name()}))
+        .collect();
+    json!({
+        "title": scene.title,
+        "status": if report.outcome.is_complete() { "complete" } else { "failed" },
+        "verdict": report.outcome.to_string(),
+        "n_dof": system.n(),
+        "n_o": system.n_o(),
+        "n_contact": system.n_contact(),
+        "t_end": report.t_end,
+        "switches": switches,
+        "grazings": grazings,
+        "missed_switches": report.missed,
+        "certified": report.is_certified(),
+        "uncertified_phases": report.uncertified_phases,
+        "undecided_tangencies": report.undecided,
+        "integrator_note": report.flow_note,
+        "phases": report.phases,
+        "energy_start": report.energy_start,
+        "energy_end": report.energy_end,
+        "energy_jumps": report.energy_jumps,
+        "warning": energy_warning(report),
+        "energy_external": report.energy_external,
+        "energy_dissipated": report.energy_dissipated,
+        "energy_drift": report.energy_drift,
+        "energy_drift_total": report.energy_drift_total,
+        "max_penetration": report.max_penetration,
+        "max_tension": report.max_tension, "violation": report.violation,
+        "loosened_monitors": report.loosened,
+        "final": {"u": report.last.u, "v": report.last.v},
+        "rhs_evaluations": report.counters.rhs_evaluations,
+        "products": report.counters.products,
+        "factorisations": report.counters.factorisations,
+        "steps": report.counters.steps,
+        "rejected": report.counters.rejected,
+        "lcp_check": report.lcp_check,
+        "method": {
+            "name": system.method_name(),
+            "conserves_energy": system.promise().conserves_energy,
+            "is_lipschitz": system.promise().is_lipschitz,
+            "mass_ratio": mass_ratio(system),
+        },
+        "damping": system.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
+        "wall_s": wall_s,
+    })
+}

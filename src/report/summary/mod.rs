@@ -1,0 +1,52 @@
+//! The summary of a run, for people and for programs.
+
+mod json;
+mod promises;
+mod text;
+
+use crate::contact::System;
+use crate::event::Report;
+
+pub use json::run_json;
+pub use text::run_text;
+
+/// A number with so many significant digits, plain where that is readable.
+pub fn significant(x: f64, digits: usize) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let exponent = x.abs().log10().floor() as i32;
+    if (-4..7).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        return format!("{x:.decimals$}");
+    }
+    format!("{x:.*e}", digits - 1)
+}
+
+/// A number of things.
+fn plural(n: usize, word: &str, plural: &str) -> String {
+    format!("{n} {}", if n == 1 { word } else { plural })
+}
+
+/// The jumps at switches belong to the method, but a motion that they feed is not that of the body.
+fn energy_warning(report: &Report) -> Option<String> {
+    let brought = report.energy_start + report.energy_external.max(0.0);
+    (report.energy_jumps > 0.1 * brought && report.energy_jumps > 0.0).then(|| {
+        format!(
+            "the jumps at switches have added {} to an energy of {}: on this mesh the method feeds the motion; refine it, \
+             or damp it",
+            significant(report.energy_jumps, 3),
+            significant(brought, 3)
+        )
+    })
+}
+
+/// Above this many contact points the jump of the mass is not computed for the sake of the summary.
+const RATIO_LIMIT: usize = 200;
+
+/// `μ` of the paper's mass, where it is worth its cost.
+fn mass_ratio(system: &System) -> Option<f64> {
+    let jumps =
+        !system.promise().conserves_energy && (1..=RATIO_LIMIT).contains(&system.n_contact());
+    jumps.then(|| system.mass_ratio().ok()).flatten()
+}

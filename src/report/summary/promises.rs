@@ -1,0 +1,63 @@
+//! What the method of contact promises, and what is proved of the switches of a run.
+
+use super::{mass_ratio, plural, significant};
+use crate::contact::System;
+use crate::event::Report;
+
+/// What is proved of the switches, and what is not.
+pub(super) fn certificate(report: &Report) -> String {
+    if report.is_certified() {
+        return "proved complete in every phase, from bounds of the exact flow".to_owned();
+    }
+    let mut but = vec![];
+    let on_interpolants = report.uncertified_phases == report.phases;
+    if report.uncertified_phases > 0 && !on_interpolants {
+        let phases = plural(report.uncertified_phases, "phase", "phases");
+        but.push(format!("in {phases} on the interpolants of the steps only"));
+    }
+    if report.undecided > 0 {
+        but.push(plural(report.undecided, "undecided tangency", "undecided tangencies"));
+    }
+    if report.missed > 0 {
+        but.push(format!("{} that the search missed", plural(report.missed, "switch", "switches")));
+    }
+    if report.loosened > 0 {
+        let monitors = plural(report.loosened, "monitor", "monitors");
+        but.push(format!("{monitors} further below zero than rounding explains"));
+    }
+    match (but.is_empty(), on_interpolants) {
+        (true, true) => "proved complete on the interpolant of every step".to_owned(),
+        (true, false) => format!(
+            "not proved complete: the contact conditions are violated by {:.1e}",
+            report.violation
+        ),
+        (false, _) => format!("not proved complete: {}", but.join("; ")),
+    }
+}
+
+/// What the contact method promises: its conditions, its energy.
+pub(super) fn promises(system: &System) -> [String; 2] {
+    let promise = system.promise();
+    let stress = match promise.is_strong {
+        true => "gap and stress of the displacement field",
+        false => "gap and nodal reaction",
+    };
+    let energy = match (promise.conserves_energy, promise.is_lipschitz) {
+        (true, true) => "energy conserved, acceleration continuous".to_owned(),
+        (true, false) => "energy conserved".to_owned(),
+        _ => {
+            let ratio = mass_ratio(system).map_or(String::new(), |mu| {
+                let trust = match mu {
+                    mu if mu < 3.5 => "tens of periods",
+                    mu if mu < 10.0 => "a few periods",
+                    _ => "an undamped motion gains energy within periods, inertia = \"constant\" conserves it",
+                };
+                format!(" (the mass jumps by μ = {}: {trust})", significant(mu, 3))
+            });
+            format!(
+                "energy exact between switches, jumps at them{ratio}; the contact impulse is O(h) low"
+            )
+        }
+    };
+    [stress.to_owned(), energy]
+}

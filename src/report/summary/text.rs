@@ -1,0 +1,192 @@
+//! The summary of a run in words, a paragraph for each thing that there is to say.
+
+use std::fmt::Write as _;
+
+use super::promises::{certificate, promises};
+use super::{energy_warning, plural, significant};
+use crate::contact::System;
+use crate::contact::lcp::PMatrix;
+use crate::event::{Report, SwitchKind};
+use crate::scenario::{BodyKind, Scene};
+
+/// The summary of a run in words.
+pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> String {
+    let given = scene.body.kind == BodyKind::Matrices;
+    let mut out = Lines::default();
+    body(&mut out, scene, system, given);
+    damping(&mut out, system);
+    if system.n_contact() > 0 {
+        contact(&mut out, system, given);
+    }
+    out.line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
+    if system.n_contact() > 0 {
+        switches(&mut out, report, given);
+        search(&mut out, report);
+    }
+    energy(&mut out, system, report);
+    lcp_check(&mut out, report);
+    work(&mut out, scene, report, wall_s);
+    out.0
+}
+
+/// Labelled lines.
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    fn line(&mut self, label: &str, text: String) {
+        let _ = writeln!(self.0, "  {label:<14}{text}");
+    }
+}
+
+/// What was discretised, and how far it moves by itself; `given`: by matrices.
+fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
+    let kind = match system.body.mesh.dim() {
+        _ if given => "matrices".to_owned(),
+        1 => format!("bar, {}", plural(scene.body.elements[0], "element", "elements")),
+        _ => format!("plate, {} × {} elements", scene.body.elements[0], scene.body.elements[1]),
+    };
+    let follow = match system.n_contact() {
+        0 => String::new(),
+        n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
+    };
+    out.line(
+        "body",
+        format!("{kind}, {}{follow}", plural(system.n(), "displacement", "displacements")),
+    );
+}
+
+fn damping(out: &mut Lines, system: &System) {
+    let Some(d) = system.damping else { return };
+    let terms = [(d.alpha, "M"), (d.beta, "K")];
+    let terms = terms.iter().filter(|(c, _)| *c != 0.0);
+    let terms: Vec<_> = terms.map(|(c, m)| format!("{} {m}", significant(*c, 7))).collect();
+    out.line("damping", format!("C = {}", terms.join(" + ")));
+}
+
+/// The contact problem, and the method with its promises.
+fn contact(out: &mut Lines, system: &System, given: bool) {
+    let proof = match system.conditions().p_matrix {
+        PMatrix::Minors => "unique (all principal minors of N_C positive)",
+        _ => "unique (N_C positive definite)",
+    };
+    let nodes = match given {
+        true => plural(system.n_contact(), "displacement", "displacements"),
+        false => plural(system.n_contact(), "node", "nodes"),
+    };
+    out.line("contact", format!("{nodes}; contact displacements {proof}"));
+    let [stress, energy] = promises(system);
+    out.line("method", format!("{}: {stress}", system.method_name()));
+    out.line("", energy);
+}
+
+/// How many switches there were, the first and the last.
+fn switches(out: &mut Lines, report: &Report, given: bool) {
+    let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
+    let mut text = format!(
+        "{} ({closings} close, {} open) in {}",
+        plural(report.switches.len(), "switch", "switches"),
+        report.switches.len() - closings,
+        plural(report.phases, "smooth phase", "smooth phases"),
+    );
+    if !report.grazings.is_empty() {
+        let _ = write!(text, "; {}", plural(report.grazings.len(), "grazing", "grazings"));
+    }
+    if report.missed > 0 {
+        let _ = write!(text, "; {} MISSED by the search", report.missed);
+    }
+    out.line("switches", text);
+    if let (Some(a), Some(b)) = (report.switches.first(), report.switches.last()) {
+        let (first, last) = (significant(a.t, 10), significant(b.t, 10));
+        let place = |node: usize| match given {
+            // the points of a body from matrices count from 1, its displacements from 0
+            true => format!("displacement {}", node.saturating_sub(1)),
+            false => format!("node {node}"),
+        };
+        let text = format!(
+            "first at t = {first} ({}), last at t = {last} ({})",
+            place(a.node),
+            place(b.node)
+        );
+        out.line("", text);
+    }
+}
+
+/// Whether all switches were found, and how well the contact conditions hold.
+fn search(out: &mut Lines, report: &Report) {
+    out.line("search", certificate(report));
+    out.line(
+        "contact error",
+        format!(
+            "penetration ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state ({:.1e} of the sizes at play)",
+            report.max_penetration, report.max_tension, report.violation
+        ),
+    );
+}
+
+/// The ledger of energy.
+fn energy(out: &mut Lines, system: &System, report: &Report) {
+    let (start, end) = (significant(report.energy_start, 10), significant(report.energy_end, 10));
+    out.line("energy", format!("{start} at the start, {end} at the end (kinetic + elastic)"));
+    let mut part = |x: f64, what: &str| {
+        let sign = if x >= 0.0 { "+" } else { "" };
+        out.line("", format!("{sign}{} {what}", significant(x, 7)));
+    };
+    if !system.loads.is_none() {
+        part(report.energy_external, "by the work of the loads");
+    }
+    if system.damping.is_some() {
+        part(-report.energy_dissipated, "by damping");
+    }
+    if system.n_contact() > 0 {
+        part(report.energy_jumps, "by the jumps at switches (part of the method)");
+    }
+    out.line(
+        "",
+        format!(
+            "{:.1e} relative drift inside phases, {:.1e} over the whole run (integration error)",
+            report.energy_drift, report.energy_drift_total
+        ),
+    );
+    if let Some(warning) = energy_warning(report) {
+        out.line("WARNING", warning);
+    }
+}
+
+/// How far the contact solutions are from those of other methods.
+fn lcp_check(out: &mut Lines, report: &Report) {
+    let Some(check) = report.lcp_check else { return };
+    let enumeration = match check.enumeration {
+        Some(e) => format!("{e:.1e} from enumeration, "),
+        None => String::new(),
+    };
+    out.line(
+        "LCP check",
+        format!(
+            "{} states: {enumeration}{:.1e} from the interior-point method",
+            check.states, check.interior_point
+        ),
+    );
+}
+
+/// What the integrator did, and how long it took.
+fn work(out: &mut Lines, scene: &Scene, report: &Report, wall_s: f64) {
+    let c = &report.counters;
+    let integrator = scene.run.as_ref().map_or("", |r| r.integrator.name());
+    let rejected =
+        if c.rejected > 0 { format!(" (+{} rejected)", c.rejected) } else { String::new() };
+    let mut work = format!("{integrator}: {}{rejected}", plural(c.steps as usize, "step", "steps"));
+    for (count, one, many) in [
+        (c.rhs_evaluations, "right-hand side", "right-hand sides"),
+        (c.products, "product", "products"),
+        (c.factorisations, "eigensolution", "eigensolutions"),
+    ] {
+        if count > 0 {
+            let _ = write!(work, ", {}", plural(count as usize, one, many));
+        }
+    }
+    out.line("work", format!("{work}, {wall_s:.3} s"));
+    if let Some(note) = &report.flow_note {
+        out.line("", note.clone());
+    }
+}

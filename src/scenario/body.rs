@@ -1,0 +1,169 @@
+//! `[body]`: a bar or a plate of elements, or matrices from files.
+
+use serde::Deserialize;
+
+use super::check::{Check, length, positive};
+use super::{Issue, Scene};
+
+/// Most nodes of a mesh.
+const MOST_NODES: usize = 50_000_000;
+
+/// `[body]`
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Bar, plate, or matrices from files.
+    pub kind: BodyKind,
+    /// `[L]` or `[L, H]`.
+    #[serde(default)]
+    pub size: Vec<f64>,
+    /// `[n]` or `[nx, ny]`.
+    #[serde(default)]
+    pub elements: Vec<usize>,
+    /// Young's modulus E.
+    pub young: Option<f64>,
+    /// Poisson's ratio ν (plate).
+    pub poisson: Option<f64>,
+    /// Mass density ρ.
+    pub density: Option<f64>,
+    /// Thickness h (plate), 1 by default.
+    pub thickness: Option<f64>,
+    /// Cross-section A (bar), 1 by default.
+    pub area: Option<f64>,
+    /// Consistent or row-sum lumped mass.
+    #[serde(default)]
+    pub mass: MassKind,
+    /// File of `M` over all displacements (kind `matrices`): Matrix Market, or `FILE.h5:/dataset`.
+    pub mass_matrix: Option<String>,
+    /// File of `K`.
+    pub stiffness_matrix: Option<String>,
+    /// File of `C`, which must be a combination of `M` and `K`.
+    pub damping_matrix: Option<String>,
+}
+
+/// Kinds of body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BodyKind {
+    /// One-dimensional bar, two-node elements.
+    Bar,
+    /// Rectangular plate in its plane (plane stress), four-node elements.
+    Plate,
+    /// `M`, `K` and the boundary operator from files.
+    Matrices,
+}
+
+/// How a mass matrix is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MassKind {
+    /// `∫ Pᵀ P`.
+    #[default]
+    Consistent,
+    /// Row sums on the diagonal.
+    Lumped,
+}
+
+impl Scene {
+    pub(super) fn check_body(&self) -> Check {
+        if self.body.kind == BodyKind::Matrices {
+            return self.check_matrices();
+        }
+        self.body.check_presence()?;
+        self.body.check_mesh(self.dim())?;
+        self.body.check_section()
+    }
+}
+
+impl Body {
+    /// What a body of elements must have, and what only matrices have.
+    fn check_presence(&self) -> Check {
+        let files = [
+            ("body.mass_matrix", self.mass_matrix.is_some()),
+            ("body.stiffness_matrix", self.stiffness_matrix.is_some()),
+            ("body.damping_matrix", self.damping_matrix.is_some()),
+        ];
+        if let Some((key, _)) = files.iter().find(|f| f.1) {
+            let message = "belongs to kind = \"matrices\", this body has elements";
+            return Err(Issue::new(*key, message, "remove the key or change body.kind"));
+        }
+        for (key, value) in [("young", self.young), ("density", self.density)] {
+            if value.is_none() {
+                return Err(Issue::new(
+                    format!("body.{key}"),
+                    "is missing",
+                    format!("{key} = 1.0"),
+                ));
+            }
+        }
+        for (key, is_empty) in
+            [("size", self.size.is_empty()), ("elements", self.elements.is_empty())]
+        {
+            if is_empty {
+                return Err(Issue::new(
+                    format!("body.{key}"),
+                    "is missing",
+                    "see the scene reference in the README",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Size, elements and the numbers that every body of elements has.
+    fn check_mesh(&self, dim: usize) -> Check {
+        let (size, elements) =
+            if dim == 1 { ("[1.0]", "[20]") } else { ("[1.0, 0.5]", "[20, 10]") };
+        length("body.size", self.size.len(), dim, size)?;
+        length("body.elements", self.elements.len(), dim, elements)?;
+        self.size.iter().try_for_each(|&v| positive("body.size", v))?;
+        positive("body.young", self.young.unwrap_or(f64::NAN))?;
+        positive("body.density", self.density.unwrap_or(f64::NAN))?;
+        if self.elements.contains(&0) {
+            return Err(Issue::new("body.elements", "needs at least one element", elements));
+        }
+        let product = |n: usize, &e: &usize| n.saturating_mul(e.saturating_add(1));
+        let n_nodes = self.elements.iter().fold(1usize, product);
+        if n_nodes > MOST_NODES {
+            return Err(Issue::new(
+                "body.elements",
+                format!("{n_nodes} nodes are more than this program can hold"),
+                "give at most 50 million nodes",
+            ));
+        }
+        Ok(())
+    }
+
+    /// What a bar or a plate has alone.
+    fn check_section(&self) -> Check {
+        let misplaced = |key: &str, owner: &str| {
+            let message = format!("belongs to a {owner}, this body is not one");
+            Err(Issue::new(key, message, "remove the key or change body.kind"))
+        };
+        match self.kind {
+            BodyKind::Bar if self.poisson.is_some() => misplaced("body.poisson", "plate"),
+            BodyKind::Bar if self.thickness.is_some() => misplaced("body.thickness", "plate"),
+            BodyKind::Bar => positive("body.area", self.area.unwrap_or(1.0)),
+            BodyKind::Plate if self.area.is_some() => misplaced("body.area", "bar"),
+            BodyKind::Matrices => Ok(()),
+            BodyKind::Plate => {
+                positive("body.thickness", self.thickness.unwrap_or(1.0))?;
+                self.check_poisson()
+            }
+        }
+    }
+
+    fn check_poisson(&self) -> Check {
+        let nu = self.poisson.ok_or_else(|| {
+            Issue::new("body.poisson", "is missing", "a plate needs a Poisson ratio, -1 < ν < 1")
+        })?;
+        if nu > -1.0 && nu < 1.0 {
+            return Ok(());
+        }
+        Err(Issue::new(
+            "body.poisson",
+            format!("{nu} makes the plane-stress stiffness indefinite"),
+            "give -1 < ν < 1 (plane stress; isotropic solids have ν ≤ 0.5)",
+        ))
+    }
+}

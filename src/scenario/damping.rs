@@ -1,0 +1,69 @@
+//! `[damping]`
+
+use serde::Deserialize;
+
+use super::check::{Check, count_from_one};
+use super::{Issue, Scene};
+
+/// `[damping]`: exactly one of the three.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Damping {
+    /// `C = α M + β K` as `[α, β]`.
+    pub rayleigh: Option<[f64; 2]>,
+    /// Ratio at one mode (stiffness proportional, α = 0).
+    pub ratio: Option<f64>,
+    /// The mode of `ratio`, 1 by default.
+    pub mode: Option<usize>,
+    /// Ratios at two modes: `[[mode, ξ], [mode, ξ]]`.
+    pub ratios: Option<[(usize, f64); 2]>,
+}
+
+impl Scene {
+    pub(super) fn check_damping(&self) -> Check {
+        let Some(d) = &self.damping else { return Ok(()) };
+        let given = [d.rayleigh.is_some(), d.ratio.is_some(), d.ratios.is_some()];
+        if given.iter().filter(|&&g| g).count() != 1 {
+            return Err(Issue::new(
+                "damping",
+                "give exactly one of rayleigh, ratio, ratios",
+                "rayleigh = [0.0, 1e-3], or ratio = 0.01 with mode = 1, or ratios = [[1, 0.01], [3, 0.01]]",
+            ));
+        }
+        let non_negative = |key: &str, v: f64| {
+            if v.is_finite() && v >= 0.0 {
+                return Ok(());
+            }
+            Err(Issue::new(key, format!("must not be negative, is {v}"), "give numbers ≥ 0"))
+        };
+        if let Some(r) = d.rayleigh {
+            r.iter().try_for_each(|&v| non_negative("damping.rayleigh", v))?;
+        }
+        if let Some(r) = d.ratio {
+            non_negative("damping.ratio", r)?;
+        } else if d.mode.is_some() {
+            return Err(Issue::new(
+                "damping.mode",
+                "goes with `ratio` only",
+                "remove it or give ratio",
+            ));
+        }
+        if let Some(m) = d.mode {
+            count_from_one("damping.mode", m)?;
+        }
+        if let Some([(m1, r1), (m2, r2)]) = d.ratios {
+            for (m, r) in [(m1, r1), (m2, r2)] {
+                count_from_one("damping.ratios", m)?;
+                non_negative("damping.ratios", r)?;
+            }
+            if m1 == m2 {
+                return Err(Issue::new(
+                    "damping.ratios",
+                    "names one mode twice",
+                    "give two different modes",
+                ));
+            }
+        }
+        Ok(())
+    }
+}

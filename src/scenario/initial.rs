@@ -1,0 +1,83 @@
+//! `[initial]`: the state at the start.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::check::{Check, count_from_one, finite, length};
+use super::{Field, Issue, Scene};
+
+/// `[initial]`
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// Start in a mode of the open phase.
+    pub mode: Option<usize>,
+    /// Contact displacement of largest magnitude, over the gap.
+    pub amplitude: Option<f64>,
+    /// Displacement components.
+    pub displacement: Option<Vec<Field>>,
+    /// Velocity components.
+    pub velocity: Option<Vec<Field>>,
+    /// A stored state.
+    pub file: Option<PathBuf>,
+    /// The static equilibrium under the constant loads, contact included (with `velocity`, if given).
+    #[serde(default)]
+    pub equilibrium: bool,
+}
+
+impl Scene {
+    pub(super) fn check_initial(&self) -> Check {
+        let s = &self.initial;
+        let field = s.displacement.is_some() || s.velocity.is_some() && !s.equilibrium;
+        let forms = [s.mode.is_some(), field, s.file.is_some(), s.equilibrium];
+        if forms.iter().filter(|&&g| g).count() > 1 {
+            return Err(Issue::new(
+                "initial",
+                "mixes several forms",
+                "give mode and amplitude, or displacement and velocity, or equilibrium, or file",
+            ));
+        }
+        match (s.mode, s.amplitude) {
+            (Some(m), Some(a)) => {
+                count_from_one("initial.mode", m)?;
+                finite("initial.amplitude", a)?;
+                let scalable = match &self.contact {
+                    Some(c) => !matches!(c.gap, Some(Field::Constant(0.0))),
+                    None => true,
+                };
+                if !scalable {
+                    return Err(Issue::new(
+                        "initial.amplitude",
+                        "counts in gaps, and the gap is 0",
+                        "give the initial state as displacement = [\"…\"]",
+                    ));
+                }
+            }
+            (Some(_), None) => {
+                return Err(Issue::new(
+                    "initial.amplitude",
+                    "is missing",
+                    "give amplitude = -1.4 (in gaps)",
+                ));
+            }
+            (None, Some(_)) => {
+                return Err(Issue::new(
+                    "initial.amplitude",
+                    "goes with `mode` only",
+                    "give mode = 1",
+                ));
+            }
+            (None, None) => {}
+        }
+        for (key, list) in
+            [("initial.displacement", &s.displacement), ("initial.velocity", &s.velocity)]
+        {
+            if let Some(list) = list {
+                let example = if self.dim() == 1 { "[\"-2*x\"]" } else { "[\"-2*x\", \"0\"]" };
+                length(key, list.len(), self.dim(), example)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,162 @@
+//! `[[load]]`
+
+use serde::Deserialize;
+
+use super::check::{Check, count_from_one, finite, length, positive};
+use super::{Amplitude, Edge, Issue, Scene};
+
+/// `[[load]]`
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// What kind.
+    pub kind: LoadKind,
+    /// The mode (kind `mode`).
+    pub mode: Option<usize>,
+    /// The edge (kind `traction`).
+    pub edge: Option<Edge>,
+    /// The point (kind `point`); the load acts on the nearest node.
+    pub at: Option<Vec<f64>>,
+    /// Number or vector, as the kind needs.
+    pub amplitude: Option<Amplitude>,
+    /// Instead of the amplitude of a harmonic load of kind `mode`: the peak of the linear resonance of that mode, over the amplitude
+    /// that grazes the obstacle.
+    pub peak: Option<f64>,
+    /// Harmonic `cos(ω t + phase)`; absent: constant.
+    pub omega: Option<f64>,
+    /// Phase of the harmonic.
+    #[serde(default)]
+    pub phase: f64,
+}
+
+/// Kinds of load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadKind {
+    /// `M A* φ_k`: in the shape of a mode of the open body.
+    Mode,
+    /// Acceleration of gravity on the mass.
+    Gravity,
+    /// Force per unit area on an edge.
+    Traction,
+    /// Force at a node.
+    Point,
+}
+
+impl Scene {
+    pub(super) fn check_loads(&self) -> Check {
+        (0..self.loads.len()).try_for_each(|i| {
+            self.loads[i].check_keys(i)?;
+            self.check_place(i)?;
+            self.loads[i].check_harmonic(i)?;
+            self.check_amplitude(i)
+        })
+    }
+
+    /// Mode, edge or point.
+    fn check_place(&self, i: usize) -> Check {
+        let l = &self.loads[i];
+        if let Some(m) = l.mode {
+            count_from_one(&key(i, "mode"), m)?;
+        }
+        if let Some(edge) = l.edge {
+            self.check_edge(&key(i, "edge"), edge)?;
+        }
+        if let Some(at) = &l.at {
+            length(&key(i, "at"), at.len(), self.dim(), "[1.0, 0.0]")?;
+            for (v, size) in at.iter().zip(&self.body.size) {
+                if !(*v >= 0.0 && v <= size) {
+                    let message = format!("{v} is outside the body");
+                    return Err(Issue::new(key(i, "at"), message, format!("give 0 to {size}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// One number or a vector, as the kind needs.
+    fn check_amplitude(&self, i: usize) -> Check {
+        let kind = self.loads[i].kind;
+        let key = key(i, "amplitude");
+        let Some(amplitude) = self.amplitude_of(i)? else { return Ok(()) };
+        match (amplitude, kind) {
+            (Amplitude::Scalar(a), _) if kind == LoadKind::Mode || self.dim() == 1 => {
+                finite(&key, *a)
+            }
+            (Amplitude::Vector(v), k) if k != LoadKind::Mode => {
+                length(&key, v.len(), self.dim(), "[0.0, -9.81]")?;
+                v.iter().try_for_each(|&a| finite(&key, a))
+            }
+            (_, LoadKind::Mode) => {
+                Err(Issue::new(key, "a mode has one amplitude", "amplitude = 0.1"))
+            }
+            _ => Err(Issue::new(key, "needs the x and y components", "amplitude = [0.0, -9.81]")),
+        }
+    }
+
+    /// The amplitude of a load, or none where the peak of a resonance stands for it.
+    fn amplitude_of(&self, i: usize) -> Result<Option<&Amplitude>, Issue> {
+        let l = &self.loads[i];
+        let key = key(i, "peak");
+        let example = "peak = 3.0 with kind = \"mode\", omega and [damping], or amplitude = 0.1";
+        let fail = |message: &str| Err(Issue::new(key.clone(), message, example));
+        match (&l.amplitude, l.peak) {
+            (Some(_), Some(_)) => fail("stands beside amplitude: one of them is enough"),
+            (Some(a), None) => Ok(Some(a)),
+            (None, None) => Err(Issue::new(self::key(i, "amplitude"), "is missing", example)),
+            (None, Some(_)) if l.kind != LoadKind::Mode => fail("goes with kind = \"mode\" only"),
+            (None, Some(_)) if l.omega.is_none() => {
+                fail("is that of a harmonic load: omega is missing")
+            }
+            (None, Some(_)) if self.damping.is_none() || self.contact.is_none() => {
+                fail("needs [damping] and [contact]: without them no peak and no grazing amplitude")
+            }
+            (None, Some(p)) => positive(&key, p).map(|()| None),
+        }
+    }
+}
+
+/// A key of the `i`-th load.
+fn key(i: usize, name: &str) -> String {
+    format!("load[{i}].{name}")
+}
+
+impl Load {
+    /// Keys that belong to one kind.
+    fn check_keys(&self, i: usize) -> Check {
+        for (name, given, kind) in [
+            ("mode", self.mode.is_some(), LoadKind::Mode),
+            ("edge", self.edge.is_some(), LoadKind::Traction),
+            ("at", self.at.is_some(), LoadKind::Point),
+        ] {
+            let kind_name = format!("{kind:?}").to_lowercase();
+            if given && self.kind != kind {
+                let message = format!("goes with kind = \"{kind_name}\" only");
+                return Err(Issue::new(key(i, name), message, "remove it or change the kind"));
+            }
+            if !given && self.kind == kind {
+                let message = format!("is missing: kind = \"{kind_name}\" needs it");
+                let help = match kind {
+                    LoadKind::Mode => "mode = 1",
+                    LoadKind::Traction => "edge = \"right\"",
+                    _ => "at = [1.0, 0.0]",
+                };
+                return Err(Issue::new(key(i, name), message, help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Frequency and phase.
+    fn check_harmonic(&self, i: usize) -> Check {
+        match self.omega {
+            Some(w) => positive(&key(i, "omega"), w)?,
+            None if self.phase != 0.0 => {
+                let message = "a constant load has no phase";
+                return Err(Issue::new(key(i, "phase"), message, "remove it, or give omega"));
+            }
+            None => {}
+        }
+        finite(&key(i, "phase"), self.phase)
+    }
+}

@@ -1,0 +1,130 @@
+//! `[run]`: how long, and by which integrator.
+
+use serde::Deserialize;
+
+use super::check::{Check, positive};
+use super::{Issue, Scene};
+
+/// `[run]`
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// End time.
+    pub until: Option<f64>,
+    /// Or: number of periods of the load or orbit.
+    pub periods: Option<f64>,
+    /// The flow of a smooth phase.
+    #[serde(default)]
+    pub integrator: Integrator,
+    /// Relative tolerance of a step.
+    #[serde(default = "default_rtol")]
+    pub rtol: f64,
+    /// Absolute tolerance of a step, over the scales of the problem (largest gap; gap × frequency).
+    #[serde(default = "default_atol")]
+    pub atol: f64,
+    /// Number of stored states, evenly spaced.
+    #[serde(default = "default_samples")]
+    pub samples: usize,
+    /// Most switches a contact node may make within ten shortest natural periods before the run
+    /// is ended as an accumulation.
+    #[serde(default = "default_switch_limit")]
+    pub switch_limit: f64,
+}
+
+fn default_rtol() -> f64 {
+    1e-9
+}
+fn default_atol() -> f64 {
+    1e-12
+}
+fn default_samples() -> usize {
+    400
+}
+fn default_switch_limit() -> f64 {
+    40.0
+}
+
+/// Flows of one smooth phase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Integrator {
+    /// Dormand–Prince 5(4).
+    Dopri5,
+    /// Dormand–Prince 8(5,3).
+    Dop853,
+    /// Exact, by the modes of each active set.
+    Modal,
+    /// Exact without modes, for large undamped bodies under constant loads.
+    Chebyshev,
+    /// Whichever costs least, phase by phase.
+    #[default]
+    Auto,
+}
+
+impl Integrator {
+    /// The name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Integrator::Dopri5 => "dopri5",
+            Integrator::Dop853 => "dop853",
+            Integrator::Modal => "modal",
+            Integrator::Chebyshev => "chebyshev",
+            Integrator::Auto => "auto",
+        }
+    }
+}
+
+impl Scene {
+    pub(super) fn check_run(&self) -> Check {
+        let Some(r) = &self.run else { return Ok(()) };
+        match (r.until, r.periods) {
+            (Some(t), None) => positive("run.until", t)?,
+            (None, Some(n)) => {
+                positive("run.periods", n)?;
+                if self.period().is_none() {
+                    return Err(Issue::new(
+                        "run.periods",
+                        "counts periods, and the scene has none",
+                        "give until = …, or a load with omega, or [orbit] omega or period",
+                    ));
+                }
+            }
+            _ => {
+                return Err(Issue::new(
+                    "run",
+                    "give exactly one of until, periods",
+                    "until = 3.36",
+                ));
+            }
+        }
+        for (key, v) in [("run.rtol", r.rtol), ("run.atol", r.atol)] {
+            positive(key, v)?;
+            if v >= 0.1 {
+                return Err(Issue::new(key, format!("{v} is no tolerance"), "give 1e-13 to 1e-3"));
+            }
+        }
+        if r.rtol < 1e-14 {
+            return Err(Issue::new(
+                "run.rtol",
+                format!("{} is below rounding error", r.rtol),
+                "give at least 1e-14",
+            ));
+        }
+        if r.samples < 1 {
+            return Err(Issue::new(
+                "run.samples",
+                "needs at least one stored state",
+                "samples = 400",
+            ));
+        }
+        let moving = self.loads.iter().any(|l| l.omega.is_some());
+        if r.integrator == Integrator::Chebyshev && (self.damping.is_some() || moving) {
+            return Err(Issue::new(
+                "run.integrator",
+                "chebyshev needs an undamped body and constant loads",
+                "give \"modal\" (exact) or \"dop853\", which take damping and harmonic loads",
+            ));
+        }
+        positive("run.switch_limit", r.switch_limit)
+    }
+}

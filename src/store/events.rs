@@ -1,0 +1,198 @@
+//! `/switches` and `/grazings`: their tables, and what an interrupted run reads back from them.
+
+use hdf5::types::FixedAscii;
+
+use super::StoreError;
+use super::reader::Careful;
+use super::table::Table;
+use crate::contact::{ActiveSet, System};
+use crate::event::{Grazing, GrazingKind, Switch, SwitchKind};
+
+/// A word in a table.
+type Word = FixedAscii<32>;
+
+/// Rows of a chunk: there are few.
+const CHUNK: usize = 64;
+
+fn word(text: &str) -> Word {
+    Word::from_ascii(text.as_bytes()).unwrap_or_default()
+}
+
+/// A set as numbers: 1 = contact.
+pub(super) fn flags(set: &ActiveSet) -> Vec<u8> {
+    set.flags().iter().map(|&a| u8::from(a)).collect()
+}
+
+/// The open tables of switches and grazings.
+pub(super) struct Events {
+    switch_t: Table<f64>,
+    switch_node: Table<i64>,
+    switch_kind: Table<Word>,
+    switch_rate: Table<f64>,
+    switch_jump: Table<f64>,
+    switch_before: Table<u8>,
+    switch_after: Table<u8>,
+    grazing_t: Table<f64>,
+    grazing_node: Table<i64>,
+    grazing_distance: Table<f64>,
+    grazing_kind: Table<Word>,
+}
+
+impl Events {
+    /// Create both groups, for `n_c` contact nodes.
+    pub fn create(file: &hdf5::File, n_c: usize) -> Result<Self, StoreError> {
+        let s = file.create_group("switches")?;
+        let set = |name: &str| Table::create(&s, name, Some(n_c), CHUNK, false, "1 = contact");
+        let rate_units = "length/time (close) | stress/time (open)";
+        let switch_t = Table::create(&s, "t", None, CHUNK, false, "time")?;
+        let switch_node = Table::create(&s, "node", None, CHUNK, false, "mesh node")?;
+        let switch_kind = Table::create(&s, "kind", None, CHUNK, false, "close | open")?;
+        let switch_rate = Table::create(&s, "monitor_rate", None, CHUNK, false, rate_units)?;
+        let switch_jump = Table::create(&s, "energy_jump", None, CHUNK, false, "energy")?;
+        let (switch_before, switch_after) = (set("active_before")?, set("active_after")?);
+        let g = file.create_group("grazings")?;
+        let distance_units = "length (gap) | stress (pressure)";
+        Ok(Events {
+            switch_t,
+            switch_node,
+            switch_kind,
+            switch_rate,
+            switch_jump,
+            switch_before,
+            switch_after,
+            grazing_t: Table::create(&g, "t", None, CHUNK, false, "time")?,
+            grazing_node: Table::create(&g, "node", None, CHUNK, false, "mesh node")?,
+            grazing_distance: Table::create(&g, "distance", None, CHUNK, false, distance_units)?,
+            grazing_kind: Table::create(&g, "kind", None, CHUNK, false, "words")?,
+        })
+    }
+
+    /// Go on behind so many rows.
+    pub fn reopen(file: &hdf5::File, switches: usize, grazings: usize) -> Result<Self, StoreError> {
+        let s = file.group("switches")?;
+        let g = file.group("grazings")?;
+        Ok(Events {
+            switch_t: Table::reopen(&s, "t", switches)?,
+            switch_node: Table::reopen(&s, "node", switches)?,
+            switch_kind: Table::reopen(&s, "kind", switches)?,
+            switch_rate: Table::reopen(&s, "monitor_rate", switches)?,
+            switch_jump: Table::reopen(&s, "energy_jump", switches)?,
+            switch_before: Table::reopen(&s, "active_before", switches)?,
+            switch_after: Table::reopen(&s, "active_after", switches)?,
+            grazing_t: Table::reopen(&g, "t", grazings)?,
+            grazing_node: Table::reopen(&g, "node", grazings)?,
+            grazing_distance: Table::reopen(&g, "distance", grazings)?,
+            grazing_kind: Table::reopen(&g, "kind", grazings)?,
+        })
+    }
+
+    pub fn switch(&mut self, s: &Switch) {
+        self.switch_t.push(&[s.t]);
+        self.switch_node.push(&[s.node as i64]);
+        self.switch_kind.push(&[word(s.kind.name())]);
+        self.switch_rate.push(&[s.monitor_rate]);
+        self.switch_jump.push(&[s.energy_jump]);
+        self.switch_before.push(&flags(&s.before));
+        self.switch_after.push(&flags(&s.after));
+    }
+
+    pub fn grazing(&mut self, g: &Grazing) {
+        self.grazing_t.push(&[g.t]);
+        self.grazing_node.push(&[g.node as i64]);
+        self.grazing_distance.push(&[g.distance]);
+        self.grazing_kind.push(&[word(g.kind.name())]);
+    }
+
+    /// Bytes of all rows that wait.
+    pub fn waiting_bytes(&self) -> u64 {
+        let numbers = [
+            &self.switch_t,
+            &self.switch_rate,
+            &self.switch_jump,
+            &self.grazing_t,
+            &self.grazing_distance,
+        ];
+        let numbers = numbers.map(Table::waiting_bytes);
+        let flags = [&self.switch_before, &self.switch_after].map(Table::waiting_bytes);
+        let nodes = [&self.switch_node, &self.grazing_node].map(Table::waiting_bytes);
+        let words = [&self.switch_kind, &self.grazing_kind].map(Table::waiting_bytes);
+        numbers.into_iter().chain(flags).chain(nodes).chain(words).sum()
+    }
+
+    /// Append all rows that wait.
+    pub fn append(&mut self) -> Result<(), StoreError> {
+        for table in [
+            &mut self.switch_t,
+            &mut self.switch_rate,
+            &mut self.switch_jump,
+            &mut self.grazing_t,
+            &mut self.grazing_distance,
+        ] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_before, &mut self.switch_after] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_node, &mut self.grazing_node] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_kind, &mut self.grazing_kind] {
+            table.append()?;
+        }
+        Ok(())
+    }
+}
+
+/// The sets of a table.
+fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
+    let rows: ndarray::Array2<u8> = file.dataset(name)?.table()?;
+    let set = |r: ndarray::ArrayView1<u8>| ActiveSet::new(r.iter().map(|&a| a == 1).collect());
+    Ok(rows.rows().into_iter().map(set).collect())
+}
+
+/// Contact node of a mesh node.
+fn contact_of(system: &System, node: i64) -> usize {
+    system.body.dofs.contact_nodes.iter().position(|&n| n as i64 == node).unwrap_or(0)
+}
+
+/// The switches so far.
+pub(super) fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Switch>, StoreError> {
+    let numbers = |name: &str| -> Result<Vec<f64>, StoreError> {
+        Ok(file.dataset(&format!("switches/{name}"))?.values()?)
+    };
+    let (t, rate, jump) = (numbers("t")?, numbers("monitor_rate")?, numbers("energy_jump")?);
+    let node: Vec<i64> = file.dataset("switches/node")?.values()?;
+    let kind: Vec<Word> = file.dataset("switches/kind")?.values()?;
+    let (before, after) =
+        (sets(file, "switches/active_before")?, sets(file, "switches/active_after")?);
+    let switch = |k: usize| Switch {
+        t: t[k],
+        contact: contact_of(system, node[k]),
+        node: node[k] as usize,
+        kind: if kind[k].as_str() == "close" { SwitchKind::Close } else { SwitchKind::Open },
+        monitor_rate: rate[k],
+        energy_jump: jump[k],
+        before: before[k].clone(),
+        after: after[k].clone(),
+    };
+    Ok((0..t.len()).map(switch).collect())
+}
+
+/// The grazings so far.
+pub(super) fn read_grazings(
+    file: &hdf5::File,
+    system: &System,
+) -> Result<Vec<Grazing>, StoreError> {
+    let t: Vec<f64> = file.dataset("grazings/t")?.values()?;
+    let distance: Vec<f64> = file.dataset("grazings/distance")?.values()?;
+    let node: Vec<i64> = file.dataset("grazings/node")?.values()?;
+    let kind: Vec<Word> = file.dataset("grazings/kind")?.values()?;
+    let grazing = |k: usize| Grazing {
+        t: t[k],
+        contact: contact_of(system, node[k]),
+        node: node[k] as usize,
+        distance: distance[k],
+        kind: GrazingKind::of_name(kind[k].as_str()).unwrap_or(GrazingKind::NearMiss),
+    };
+    Ok((0..t.len()).map(grazing).collect())
+}

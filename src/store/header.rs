@@ -1,0 +1,48 @@
+//! What every file says of its origin.
+
+use std::path::Path;
+
+use super::mesh::write_mesh;
+use super::writer::WriterOptions;
+use super::{StoreError, write_text};
+use crate::contact::System;
+use crate::records::Status;
+use crate::scenario::Scene;
+
+/// A new file with everything that every file says of its origin, and the mesh.
+pub(super) fn create_file(
+    path: &Path,
+    scene: &Scene,
+    system: &System,
+    options: &WriterOptions,
+) -> Result<hdf5::File, StoreError> {
+    let file = hdf5::File::create(path)
+        .map_err(|e| StoreError::write(path, std::io::Error::other(e.to_string())))?;
+    write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
+    write_text(&file, "title", &scene.title)?;
+    write_text(&file, "scene", &scene.source.text)?;
+    write_text(&file, "scene_file", &scene.source.file.display().to_string())?;
+    write_text(&file, "command", &options.command)?;
+    write_text(&file, "created", &timestamp())?;
+    write_text(&file, "status", &Status::Running.to_string())?;
+    write_mesh(&file, system)?;
+    Ok(file)
+}
+
+/// Seconds since 1970 as an ISO 8601 time in UTC.
+fn timestamp() -> String {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let seconds = now.map_or(0, |d| d.as_secs());
+    let (days, rest) = ((seconds / 86_400) as i64, seconds % 86_400);
+    // civil date from days (Howard Hinnant's algorithm)
+    let z = days + 719_468;
+    let era = z.div_euclid(146_097);
+    let doe = z.rem_euclid(146_097);
+    let yoe = (doe - doe / 1_460 + doe / 36_524 - doe / 146_096) / 365;
+    let doy = doe - (365 * yoe + yoe / 4 - yoe / 100);
+    let mp = (5 * doy + 2) / 153;
+    let (day, month) = (doy - (153 * mp + 2) / 5 + 1, if mp < 10 { mp + 3 } else { mp - 9 });
+    let year = yoe + era * 400 + i64::from(month <= 2);
+    let (h, m, s) = (rest / 3_600, rest / 60 % 60, rest % 60);
+    format!("{year:04}-{month:02}-{day:02}T{h:02}:{m:02}:{s:02}Z")
+}

@@ -1,0 +1,157 @@
+//! The state that a file offers as an initial one, on a mesh with the same nodes or interpolated from another.
+
+use std::path::Path;
+
+use ndarray::Array2;
+
+use super::StoreError;
+use super::reader::{Careful, open, reading};
+
+/// Displacement and velocity.
+type State = (Vec<f64>, Vec<f64>);
+
+/// The state that a file offers as an initial one: of `/orbit` if there is one, else the last of `/trajectory`; as nodal
+/// fields (displacement, velocity) of `dim` components for a mesh with the same nodes.
+pub fn read_state(
+    path: &Path,
+    nodes: &[[f64; 3]],
+    dim: usize,
+    interpolate: bool,
+) -> Result<State, StoreError> {
+    reading(path, || read_state_of(path, nodes, dim, interpolate))
+}
+
+fn damaged(path: &Path, what: &str) -> StoreError {
+    StoreError::unusable(path, format!("damaged: {what}"))
+}
+
+fn read_state_of(
+    path: &Path,
+    nodes: &[[f64; 3]],
+    dim: usize,
+    interpolate: bool,
+) -> Result<State, StoreError> {
+    let file = open(path)?;
+    let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
+    let stored: Array2<f64> =
+        file.dataset("mesh/nodes").map_err(|_| missing("/mesh/nodes"))?.table()?;
+    if stored.ncols() != 2 {
+        return Err(damaged(path, "/mesh/nodes"));
+    }
+    let same = is_same(nodes, &stored);
+    if !same && !interpolate {
+        return Err(StoreError::unusable(path, "its body has other displacements than this scene"));
+    }
+    let cells = if same { None } else { Some(cells_of(&file, &stored, nodes, dim, path)?) };
+    let map: Array2<i64> = file.dataset("mesh/dof_map")?.table()?;
+    if map.dim() != (stored.nrows(), 2) {
+        return Err(damaged(path, "/mesh/dof_map"));
+    }
+    let (u, v) = stored_state(&file, path, map.len())?;
+    if !u.iter().chain(&v).all(|x| x.is_finite()) {
+        return Err(damaged(path, "a state that is not finite"));
+    }
+    let fits = |i: &i64| *i == -1 || usize::try_from(*i).is_ok_and(|i| i < u.len().min(v.len()));
+    if !map.iter().all(fits) {
+        return Err(damaged(path, "/mesh/dof_map"));
+    }
+    let on_nodes = |x: &[f64]| match (nodal(x, &map, dim), &cells) {
+        (field, None) => field,
+        (field, Some(cells)) => interpolated(&field, cells, dim),
+    };
+    Ok((on_nodes(&u), on_nodes(&v)))
+}
+
+/// Whether a scene has the nodes of a file.
+fn is_same(nodes: &[[f64; 3]], stored: &Array2<f64>) -> bool {
+    let size = nodes.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+    let near =
+        |(i, p): (usize, &[f64; 3])| (0..2).all(|c| (p[c] - stored[(i, c)]).abs() <= 1e-9 * size);
+    stored.dim() == (nodes.len(), 2) && nodes.iter().enumerate().all(near)
+}
+
+/// The displacements as a file holds them, at most `most` of them: of the orbit, or the last of the trajectory.
+fn stored_state(file: &hdf5::File, path: &Path, most: usize) -> Result<State, StoreError> {
+    if let (Ok(u), Ok(v)) = (file.dataset("orbit/u0"), file.dataset("orbit/v0")) {
+        return Ok((u.values::<f64>()?, v.values::<f64>()?));
+    }
+    let missing = || StoreError::Missing { path: path.to_owned(), what: "state".into() };
+    let last = |name: &str| -> Result<Vec<f64>, StoreError> {
+        let table = file.dataset(name).map_err(|_| missing())?;
+        match table.shape()[..] {
+            [rows, columns] if rows > 0 && columns <= most => {
+                let row = table.read_slice::<f64, _, ndarray::Ix1>((rows - 1, ..))?;
+                Ok(row.to_vec())
+            }
+            _ => Err(missing()),
+        }
+    };
+    Ok((last("trajectory/u")?, last("trajectory/v")?))
+}
+
+/// `dim` components a node; prescribed displacements are zero.
+fn nodal(x: &[f64], map: &Array2<i64>, dim: usize) -> Vec<f64> {
+    let mut field = vec![0.0; dim * map.nrows()];
+    for n in 0..map.nrows() {
+        for c in 0..dim {
+            if let Some(&value) = usize::try_from(map[(n, c)]).ok().and_then(|i| x.get(i)) {
+                field[dim * n + c] = value;
+            }
+        }
+    }
+    field
+}
+
+/// A field at points of the mesh.
+fn interpolated(field: &[f64], cells: &[Cell], dim: usize) -> Vec<f64> {
+    let at = |cell: &Cell, c: usize| cell.iter().map(|(n, w)| w * field[dim * n + c]).sum::<f64>();
+    cells.iter().flat_map(|cell| (0..dim).map(move |c| at(cell, c))).collect()
+}
+
+/// Corners of the element that a point lies in, with their weights.
+type Cell = Vec<(usize, f64)>;
+
+/// Where the nodes of a scene lie in a stored mesh of the same rectangle: a state on another mesh is interpolated.
+fn cells_of(
+    file: &hdf5::File,
+    stored: &Array2<f64>,
+    nodes: &[[f64; 3]],
+    dim: usize,
+    path: &Path,
+) -> Result<Vec<Cell>, StoreError> {
+    let other = || {
+        StoreError::unusable(
+            path,
+            "its body is not the body of this scene: the meshes cover different regions",
+        )
+    };
+    let bounds = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
+            [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
+        })
+    };
+    let a = bounds(&mut nodes.iter().map(|p| [p[0], p[1]]));
+    let b = bounds(&mut stored.rows().into_iter().map(|r| [r[0], r[1]]));
+    let size = (a[2] - a[0]).max(a[3] - a[1]);
+    let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
+    let corners = if dim == 1 { 2 } else { 4 };
+    let fits = |i: &i64| usize::try_from(*i).is_ok_and(|i| i < stored.nrows());
+    let near = a.iter().zip(&b).all(|(x, y)| (x - y).abs() <= 1e-9 * size);
+    if stored.ncols() != 2 || elements.ncols() != corners || !near || !elements.iter().all(fits) {
+        return Err(other());
+    }
+    let slack = 1e-9 * size;
+    let cell = |p: &[f64; 3]| -> Option<Cell> {
+        elements.rows().into_iter().find_map(|e| {
+            let nodes: Vec<usize> = e.iter().map(|&i| i as usize).collect();
+            let b = bounds(&mut nodes.iter().map(|&n| [stored[(n, 0)], stored[(n, 1)]]));
+            let inside = (0..dim).all(|c| p[c] >= b[c] - slack && p[c] <= b[c + 2] + slack);
+            let weight = |n: usize| -> f64 {
+                let share = |c: usize| 1.0 - (p[c] - stored[(n, c)]).abs() / (b[c + 2] - b[c]);
+                (0..dim).map(share).product()
+            };
+            inside.then(|| nodes.iter().map(|&n| (n, weight(n))).collect())
+        })
+    };
+    nodes.iter().map(|p| cell(p).ok_or_else(other)).collect()
+}
