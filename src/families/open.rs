@@ -118,11 +118,19 @@ fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Op
         let orbit = p.orbit.as_ref().is_none_or(|o| o.u0.len() == n && o.v0.len() == n);
         let series =
             p.series.as_ref().is_none_or(|s| s.coefficients.len() == (2 * s.n_h + 1) * n_o);
+        // a place that belongs to the point: its frequency, and (shooting: ½‖z‖² is an energy) the size of its motion
+        let belongs = |place: &PlaceRecord| {
+            let same = place.x.last().is_some_and(|w| (w - p.omega).abs() <= 1e-6 * p.omega.abs());
+            let energy = p.orbit.as_ref().map_or(0.0, |o| o.energy.abs());
+            let motion =
+                unknowns.map_or(0.0, |n| 0.5 * place.x.iter().take(n).map(|x| x * x).sum::<f64>());
+            same && (energy == 0.0 || motion <= 1e6 * energy)
+        };
         p.omega.is_finite()
             && p.branch < stored.branches.len()
             && orbit
             && series
-            && p.place.as_ref().is_none_or(place_fits)
+            && p.place.as_ref().is_none_or(|place| place_fits(place) && belongs(place))
     };
     let bad = stored.points.iter().position(|p| !fits(p))?;
     Some(format!("damaged: point {bad} does not fit the body"))
