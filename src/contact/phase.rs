@@ -37,7 +37,7 @@ pub struct Monitor {
 pub struct Phase {
     /// The active set (held nodes count as in contact).
     pub set: ActiveSet,
-    /// Nodes held on the switching surface (none but in exceptional cases: [`super::held`]).
+    /// Nodes held on the switching surface (none but in exceptional cases: theory §5).
     pub held: Vec<usize>,
     /// The monitors of the phase, in the order of the contact nodes.
     pub monitors: Vec<Monitor>,

@@ -20,6 +20,9 @@ use faer::Mat;
 /// A solution further than this from what the points before it let expect, relative, is a jump to another branch.
 pub const JUMP: f64 = 0.25;
 
+/// A chart, and a state in it.
+pub type InChart<F> = (<F as Family>::Chart, Vec<f64>);
+
 /// A residual with a parameter, piece by piece smooth.
 pub trait Family {
     /// One smooth piece.
@@ -51,7 +54,7 @@ pub trait Family {
     fn beyond(&mut self, x: &[f64], border: &Self::Border) -> Option<(Self::Chart, Vec<f64>)>;
     /// Where the map behind the charts is differentiable across their borders (an acceleration that is continuous at switches), a branch needs
     /// not stop at them: the chart in which a state lies, and the state in it. None: borders are to be located and crossed.
-    fn reread(&mut self, _x: &[f64]) -> Result<Option<(Self::Chart, Vec<f64>)>, Self::Error> {
+    fn reread(&mut self, _x: &[f64]) -> Result<Option<InChart<Self>>, Self::Error> {
         Ok(None)
     }
     /// Numbers that stay the same between bifurcations: of real multipliers above one, of real ones below minus one, of

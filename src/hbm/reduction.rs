@@ -122,7 +122,7 @@ impl Reduction {
     /// Square of the lowest frequency that is not a rigid motion's: the unit of modal stiffness.
     pub fn stiffness_unit(&self) -> f64 {
         let elastic = self.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
-        elastic.unwrap_or_else(|| self.system.units.frequency).powi(2)
+        elastic.unwrap_or(self.system.units.frequency).powi(2)
     }
 
     /// Whether the open body can move rigidly.
