@@ -114,6 +114,38 @@ const BAD: &[(&str, &str, usize, &str, &str)] = &[
         "load[0].at",
         "outside",
     ),
+    ("gap = 1.0", "gap = 1.0\nmethod = \"penalti\"", 18, "contact.method", "unknown variant"),
+    (
+        "gap = 1.0",
+        "gap = 1.0\nmass = \"condensed\"",
+        18,
+        "contact.mass",
+        "not read by method = \"nbm\"",
+    ),
+    (
+        "gap = 1.0",
+        "gap = 1.0\nmethod = \"mass-redistribution\"\ninertia = \"constant\"",
+        19,
+        "contact.inertia",
+        "not read",
+    ),
+    (
+        "gap = 1.0",
+        "gap = 1.0\nmethod = \"mass-redistribution\"\nmass = \"klr\"",
+        19,
+        "contact.mass",
+        "unknown variant",
+    ),
+    ("gap = 1.0", "gap = 1.0\nstress = \"nodal\"", 18, "contact.stress", "unknown variant"),
+    ("gap = 1.0", "gap = 1.0\nstress = [[[1, 2.0]]]", 18, "contact.stress", "matrices"),
+    (
+        "gap = 1.0",
+        "gap = 1.0\nstress = \"reaction\"\nboundary_mass = \"lumped\"",
+        19,
+        "contact.boundary_mass",
+        "not read",
+    ),
+    ("amplitude = -1.4", "amplitude = -1.4\nequilibrium = true", 19, "initial", "several forms"),
 ];
 
 #[test]

@@ -251,3 +251,13 @@ fn loads_on_the_contact_edge_move_the_contact() {
     // the gaps are those of the complementarity problem by enumeration
     assert!(exact.lcp_check.unwrap().enumeration.unwrap() < 1e-11);
 }
+
+/// Where nothing holds the body against the constant loads there is no equilibrium, and the message says so.
+#[test]
+fn no_equilibrium_is_said() {
+    let text = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [6]\nyoung = 1.0\ndensity = 1.0\n\
+         [contact]\nedge = \"right\"\ngap = 1.0\n[[load]]\nkind = \"gravity\"\namplitude = -1.0\n\
+         [initial]\nequilibrium = true\n";
+    let error = Problem::new(&common::scene(text), None).unwrap_err().to_string();
+    assert!(error.contains("initial.equilibrium") && error.contains("holds"), "{error}");
+}
