@@ -261,3 +261,23 @@ fn no_equilibrium_is_said() {
     let error = Problem::new(&common::scene(text), None).unwrap_err().to_string();
     assert!(error.contains("initial.equilibrium") && error.contains("holds"), "{error}");
 }
+
+/// A body from matrices needs no boundary operator where the pressure is the nodal reaction: it moves as the mesh that the matrices came from.
+#[test]
+fn matrices_alone_are_enough_for_nodal_reactions() {
+    let path = common::root().join("validate/foreign/half-plate.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let kept: Vec<&str> = text.lines().filter(|l| !l.starts_with("n_")).collect();
+    let text = kept.join("\n").replace("[contact]", "[contact]\nmethod = \"mass-redistribution\"");
+    let scene = signorini::scenario::Scene::parse(&text, &path).unwrap();
+    let given = Problem::new(&scene, None).unwrap();
+    let meshed = Problem::new(&common::shipped("half-plate-redistribution.toml"), None).unwrap();
+    let run = |p: &Problem| {
+        let z = Propagator::new(Problem::new(&scene, None).unwrap().system).unwrap();
+        let start = z.state(&signorini::orbit::branch::mode_guess(&z, 1, -1.4).unwrap());
+        run(&p.system, &start, 10.0, Integrator::Modal)
+    };
+    let (a, b) = (run(&given), run(&meshed));
+    assert_eq!(a.switches.len(), b.switches.len());
+    assert!(a.switches.len() >= 20 && relative(&a.last.u, &b.last.u) < 1e-8);
+}
