@@ -17,7 +17,8 @@
 //! A*ᵀ ( M A* ü_O + C A* u̇_O + K (A* u_O + d*) − f(t) ) = 0
 //! ```
 //!
-//! with `u_O`, `u̇_O` continuous. This crate integrates it from switch to switch of the active set. Source: Urman and
+//! with `u_O`, `u̇_O` continuous. Other discretisations of the same contact (nodal reactions for the stress, one mass in every phase: [`contact`]) keep this
+//! form: a method is a map from an active set to the data of a linear phase. This crate integrates it from switch to switch of the active set. Source: Urman and
 //! Legrand, *Nodal-Boundary Finite-Element Method for the Signorini Problem in Two Dimensions*, IDETC-CIE 2021 (its
 //! printed eq. 4 has the sign inside the max reversed).
 //!
