@@ -71,9 +71,6 @@ pub struct Surface<'a> {
 
 /// Up to this many nodes all `2^k` sets are tried at the level of accelerations.
 const ENUMERATION_LIMIT: usize = 10;
-/// Up to this many nodes all combinations of held nodes are tried.
-const HELD_LIMIT: usize = 5;
-
 impl Surface<'_> {
     /// Decide the degenerate nodes; the others keep their place in `present`.
     pub fn decide(
@@ -141,7 +138,12 @@ impl Surface<'_> {
     }
 
     /// Second derivatives of the monitors of `nodes` in a phase, over their rounding error.
-    fn curvatures(&self, phase: &Phase, nodes: &[usize], scratch: &mut Scratch) -> Vec<f64> {
+    pub(super) fn curvatures(
+        &self,
+        phase: &Phase,
+        nodes: &[usize],
+        scratch: &mut Scratch,
+    ) -> Vec<f64> {
         let a = self.acceleration(phase, scratch);
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let curvatures = phase.monitor_curvatures_at(self.t, &a);
@@ -207,46 +209,5 @@ impl Surface<'_> {
             change.iter().for_each(|&i| set.set(i, !set.is_active(i)));
         }
         Err(ClassifyError::Unresolved { t: self.t, nodes: nodes.to_vec() })
-    }
-
-    /// Neither side can be entered: hold as few nodes as possible on the surface.
-    fn held(
-        &self,
-        base: &ActiveSet,
-        nodes: &[usize],
-        scratch: &mut Scratch,
-    ) -> Result<Decision, ClassifyError> {
-        let unresolved = || ClassifyError::Unresolved { t: self.t, nodes: nodes.to_vec() };
-        if nodes.len() > HELD_LIMIT {
-            return Err(unresolved());
-        }
-        // each node: 0 free, 1 in contact, 2 held
-        let count = 3usize.pow(nodes.len() as u32);
-        let digit = |code: usize, k: usize| code / 3usize.pow(k as u32) % 3;
-        let n_held = |code: usize| (0..nodes.len()).filter(|&k| digit(code, k) == 2).count();
-        let mut codes: Vec<usize> = (0..count).filter(|&c| n_held(c) > 0).collect();
-        codes.sort_by_key(|&c| n_held(c));
-        for code in codes {
-            let mut set = base.clone();
-            let (mut held, mut others) = (vec![], vec![]);
-            for (k, &i) in nodes.iter().enumerate() {
-                set.set(i, digit(code, k) >= 1);
-                if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
-            }
-            let phase = self.system.held_phase(&set, &held);
-            let theta = phase.held_theta(self.t, self.u_o, self.v_o, scratch);
-            let inside = theta.iter().all(|t| (0.0..=1.0).contains(t));
-            if inside && self.curvatures(&phase, &others, scratch).iter().all(|&c| c >= -1.0) {
-                let grazing = nodes.to_vec();
-                return Ok(Decision {
-                    set,
-                    held,
-                    order: Order::Acceleration,
-                    grazing,
-                    ambiguous: false,
-                });
-            }
-        }
-        Err(unresolved())
     }
 }

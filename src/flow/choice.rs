@@ -2,11 +2,9 @@
 //!
 //! Exact flows know no held nodes (Filippov, theory §5): such phases always go by Dormand–Prince at a tight tolerance.
 
-use super::{Counters, Enclosure, Flow, FlowError, RungeKutta, Tolerances, dop853::DOP853};
+use super::held::TIGHT;
+use super::{Counters, Enclosure, Flow, FlowError, RungeKutta, dop853::DOP853};
 use crate::contact::{Phase, System};
-
-/// Tolerance of the phases with held nodes.
-const TIGHT: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
 
 /// Which of several flows takes a phase.
 pub trait Rule {

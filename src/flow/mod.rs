@@ -11,6 +11,7 @@ pub mod choice;
 pub mod dop853;
 pub mod dopri5;
 pub mod drives;
+mod held;
 pub mod modal;
 pub mod motion;
 pub mod oscillator;

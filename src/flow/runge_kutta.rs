@@ -7,9 +7,10 @@
 
 use super::bernstein::{Bernstein, Nested};
 use super::drives::Drives;
+use super::held;
 use super::tableau::Tableau;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
-use crate::contact::{MonitorKind, Phase, Scratch, System};
+use crate::contact::{Phase, Scratch, System};
 
 /// Tolerances of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,38 +168,11 @@ impl<'a> RungeKutta<'a> {
             self.monitors.push(Bernstein::from_nested(&nested));
         }
         if !phase.held.is_empty() {
-            self.enclose_held(phase);
-        }
-    }
-
-    /// The weights of held nodes depend on the acceleration: interpolate them over the window.
-    fn enclose_held(&mut self, phase: &Phase) {
-        const POINTS: usize = 6;
-        let at = |i: usize| i as f64 / (POINTS - 1) as f64;
-        let interpolation = nalgebra::SMatrix::<f64, POINTS, POINTS>::from_fn(|i, j| {
-            let mut unit = [0.0; POINTS];
-            unit[j] = 1.0;
-            Bernstein::new(&unit).at(at(i))
-        });
-        let Some(inverse) = interpolation.try_inverse() else { return };
-        let n = self.layout.n_o;
-        let (t0, t1) = (self.t0, self.t1);
-        let mut y = vec![0.0; self.layout.len()];
-        let thetas: Vec<Vec<f64>> = (0..POINTS)
-            .map(|i| {
-                self.dense.at(at(i), &mut y);
-                let t = t0 + at(i) * (t1 - t0);
-                phase.held_theta(t, &y[..n], &y[n..2 * n], &mut self.scratch)
-            })
-            .collect();
-        for (index, monitor) in phase.monitors.iter().enumerate() {
-            let Some(j) = phase.held.iter().position(|&i| i == monitor.node) else { continue };
-            let value = |theta: f64| match monitor.kind {
-                MonitorKind::HeldToFree => 1.0 - theta,
-                _ => theta,
-            };
-            let samples = nalgebra::SVector::<f64, POINTS>::from_fn(|i, _| value(thetas[i][j]));
-            self.monitors[index] = Bernstein::new((inverse * samples).as_slice());
+            let (window, dense) = ((self.t0, self.t1), &self.dense);
+            let layout = self.layout;
+            let weights =
+                held::enclose(phase, layout, window, &mut self.scratch, |s, y| dense.at(s, y));
+            weights.into_iter().for_each(|(index, weight)| self.monitors[index] = weight);
         }
     }
 
