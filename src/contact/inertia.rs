@@ -53,7 +53,7 @@ pub(super) struct ConstantMass {
     mass: Csr,
     /// `M_0`.
     pub reduced: Csr,
-    factor: SpdFactor,
+    pub factor: SpdFactor,
     /// `N_O M_0⁻¹ N_Oᵀ`.
     pub gram: DMatrix<f64>,
 }

@@ -76,7 +76,7 @@ impl Nbm {
             Some(new) => {
                 let constant = ConstantMass::new(new.mass.clone(), &conditions)?;
                 let highest = match mass {
-                    MassChoice::Optimal => redistribution::bound_of_all(body, &constant)?,
+                    MassChoice::Optimal => redistribution::bound_of_all(body, &constant),
                     _ => {
                         let bound = redistribution::bound(body, &conditions, &constant, stress)?;
                         bound * body.frequency_bound()

@@ -34,7 +34,7 @@ pub struct LeastCost {
 
 /// The flow that has seen no phase yet.
 pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
-    let conservative = system.is_conservative();
+    let conservative = system.is_conservative() && system.units.highest.is_finite();
     let n = system.n_o() as f64;
     let (other, cost): (Box<dyn Flow + '_>, f64) = if conservative {
         (Box::new(Chebyshev::new(system)), PRODUCTS)

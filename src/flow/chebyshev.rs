@@ -283,6 +283,9 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+        if !self.omega.is_finite() {
+            return Err(FlowError::NoBound);
+        }
         let n = self.layout.n_o;
         // where the last window ended without an event, nobody has asked yet
         self.end_state();

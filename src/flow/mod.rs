@@ -106,6 +106,11 @@ pub enum FlowError {
         /// Time.
         t: f64,
     },
+    /// No bound of the natural frequencies is known for the contact method on this body.
+    #[error(
+        "no bound of the natural frequencies is known here, which chebyshev needs; use modal or dop853"
+    )]
+    NoBound,
     /// The state is no longer finite.
     #[error("the state is not finite after t = {t:.9}")]
     NotFinite {

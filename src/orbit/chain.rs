@@ -95,7 +95,7 @@ impl Propagator {
 
     /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads.
     pub fn is_large(&self) -> bool {
-        self.n() > LARGE && self.system.is_conservative()
+        self.n() > LARGE && self.system.is_conservative() && self.system.units.highest.is_finite()
     }
 
     /// From modal coordinates of one set to those of another: `Φ_bᵀ M_b Φ_a`; none if they are the same.
