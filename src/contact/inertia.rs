@@ -22,7 +22,7 @@ use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::kinematics::Kinematics;
 use super::phase::Scratch;
-use crate::fem::{Csr, SolveScratch, SpdFactor};
+use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
 /// Columns of `M⁻¹Rᵀ` are kept while they hold at most this many numbers.
 const STORE_LIMIT: usize = 2_000_000;
@@ -34,11 +34,9 @@ pub(super) enum Inertia {
     Constant(ConstantMass),
 }
 
-/// `M`, and what the projections of all phases share.
+/// What the projections of all phases share: the factor of the body's own `M`, the rows, their Gram matrix.
 #[derive(Debug)]
 pub(super) struct Projector {
-    /// `M` over `u`.
-    mass: Csr,
     factor: SpdFactor,
     rows: Csr,
     pub gram: DMatrix<f64>,
@@ -56,6 +54,28 @@ pub(super) struct ConstantMass {
     pub factor: SpdFactor,
     /// `N_O M_0⁻¹ N_Oᵀ`.
     pub gram: DMatrix<f64>,
+}
+
+/// `R M⁻¹ Rᵀ` of sparse rows; `each` is shown the columns `M⁻¹ Rᵀ` one after the other.
+pub(super) fn gram(
+    factor: &SpdFactor,
+    rows: &Csr,
+    mut each: impl FnMut(usize, &[f64]),
+) -> DMatrix<f64> {
+    let size = rows.n_rows();
+    let mut gram = DMatrix::<f64>::zeros(size, size);
+    let mut scratch = factor.scratch();
+    let mut x = vec![0.0; rows.n_cols()];
+    for k in 0..size {
+        x.fill(0.0);
+        rows.row(k).for_each(|(j, v)| x[j] = v);
+        factor.solve(&mut x, &mut scratch);
+        for l in 0..size {
+            gram[(l, k)] = rows.row_dot(l, &x);
+        }
+        each(k, &x);
+    }
+    gram
 }
 
 impl Projector {
@@ -82,25 +102,16 @@ impl Projector {
         }
         let n = mass.n_rows();
         let rows = Csr::from_triplets(2 * size, n, entries);
-        let mut gram = DMatrix::<f64>::zeros(2 * size, 2 * size);
         let keep = limit > 0 && (matches!(factor, SpdFactor::Diagonal(_)) || 2 * size * n <= limit);
         let mut columns = vec![];
-        let mut scratch = factor.scratch();
-        let mut x = vec![0.0; n];
-        for k in 0..2 * size {
-            x.fill(0.0);
-            rows.row(k).for_each(|(j, v)| x[j] = v);
-            factor.solve(&mut x, &mut scratch);
-            for l in 0..2 * size {
-                gram[(l, k)] = rows.row_dot(l, &x);
-            }
+        let gram = gram(&factor, &rows, |k, x| {
             if keep {
                 let entries = x.iter().enumerate().filter(|(_, v)| **v != 0.0);
                 columns.extend(entries.map(|(j, &v)| (k, j, v)));
             }
-        }
+        });
         let columns = keep.then(|| Csr::from_triplets(2 * size, n, columns));
-        Ok(Projector { mass: mass.clone(), factor, rows, gram, columns })
+        Ok(Projector { factor, rows, gram, columns })
     }
 }
 
@@ -108,17 +119,7 @@ impl ConstantMass {
     pub fn new(reduced: Csr, conditions: &Conditions) -> Result<ConstantMass, ContactError> {
         let (size, n_o) = (conditions.len(), reduced.n_rows());
         let factor = SpdFactor::new(&reduced, "mass matrix of the displacements u_O")?;
-        let mut gram = DMatrix::<f64>::zeros(size, size);
-        let mut scratch = factor.scratch();
-        let mut x = vec![0.0; n_o];
-        for k in 0..size {
-            x.fill(0.0);
-            conditions.n_o.row(k).for_each(|(j, v)| x[j] = v);
-            factor.solve(&mut x, &mut scratch);
-            for l in 0..size {
-                gram[(l, k)] = conditions.n_o.row_dot(l, &x);
-            }
-        }
+        let gram = gram(&factor, &conditions.n_o, |_, _| ());
         let n = n_o + size;
         let mass = Csr::from_triplets(n, n, reduced.triplets().collect());
         Ok(ConstantMass { mass, reduced, factor, gram })
@@ -127,9 +128,9 @@ impl ConstantMass {
 
 impl Inertia {
     /// `M*` over `u`: the kinetic energy is `½ u̇ᵀM*u̇`.
-    pub fn mass(&self) -> &Csr {
+    pub fn mass<'a>(&'a self, body: &'a Body) -> &'a Csr {
         match self {
-            Inertia::Projected(p) => &p.mass,
+            Inertia::Projected(_) => &body.mass,
             Inertia::Constant(c) => &c.mass,
         }
     }
@@ -261,9 +262,9 @@ impl PhaseInertia {
     }
 
     /// `M_α`.
-    pub fn matrix(&self, a_star: &Csr) -> Csr {
+    pub fn matrix(&self, body: &Body, a_star: &Csr) -> Csr {
         match &*self.shared {
-            Inertia::Projected(p) => p.mass.congruence(a_star),
+            Inertia::Projected(_) => body.mass.congruence(a_star),
             Inertia::Constant(c) => c.reduced.clone(),
         }
     }

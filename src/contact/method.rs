@@ -77,7 +77,7 @@ pub(super) trait Method: Debug + Send + Sync {
     fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase;
 
     /// `M*` over `u`: the kinetic energy is `½ u̇ᵀM*u̇`.
-    fn mass(&self) -> &Csr;
+    fn mass<'a>(&'a self, body: &'a Body) -> &'a Csr;
 
     /// The load of a uniform acceleration, on the mass of the method.
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64>;

@@ -145,8 +145,8 @@ impl Method for Nbm {
         Phase::new(parts.clone(), kinematics, inertia, set.clone())
     }
 
-    fn mass(&self) -> &Csr {
-        self.inertia.mass()
+    fn mass<'a>(&'a self, body: &'a Body) -> &'a Csr {
+        self.inertia.mass(body)
     }
 
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {

@@ -198,7 +198,7 @@ impl Phase {
         let v = &s.v;
         let mut power = 0.0;
         if alpha > 0.0 {
-            power += alpha * self.inertia.shared.mass().quadratic(v);
+            power += alpha * self.inertia.shared.mass(&self.parts.body).quadratic(v);
         }
         if beta > 0.0 {
             power += beta * self.parts.body.stiffness.quadratic(v);
@@ -319,7 +319,7 @@ impl Phase {
     /// them).
     pub fn matrices(&self) -> (Csr, Csr) {
         let a = self.a_star();
-        (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&a))
+        (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&self.parts.body, &a))
     }
 
     /// `A* = [I; A_α]`, sparse.

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::Conditions;
-use super::inertia::ConstantMass;
+use super::inertia::{ConstantMass, gram};
 use super::kinematics::Kinematics;
 use super::nbm::Stress;
 use crate::fem::{Body, Csr, Loads, SpdFactor, load};
@@ -128,34 +128,25 @@ pub(super) fn optimal(body: &Body) -> Redistributed {
     Redistributed { mass, weight: Weight::Nodal(weight) }
 }
 
+/// The block of the first `n` rows and columns: `M_OO`, `K_OO`.
+fn leading(a: &Csr, n: usize) -> Csr {
+    Csr::from_triplets(n, n, a.triplets().filter(|(i, j, _)| *i < n && *j < n).collect())
+}
+
 /// Eigenvalues of `(M_open, M_closed)` other than 1, `M_open = A_∅ᵀ M A_∅`, `M_closed = M_OO`: with `M_open − M_OO = W S Wᵀ`, `W = [M_OC, A_∅ᵀ]`, they
 /// are those of `I + S (Wᵀ M_OO⁻¹ W)`.
 fn mass_spectrum(body: &Body, conditions: &Arc<Conditions>) -> Result<Vec<f64>, ContactError> {
     let (size, n_o) = (conditions.len(), body.dofs.n_o);
-    let inner = body.mass.triplets().filter(|(i, j, _)| *i < n_o && *j < n_o).collect();
-    let factor = SpdFactor::new(
-        &Csr::from_triplets(n_o, n_o, inner),
-        "mass matrix of the displacements u_O",
-    )?;
+    let factor = SpdFactor::new(&leading(&body.mass, n_o), "mass matrix of the displacements u_O")?;
     let a_star = open_expansion(conditions);
-    let column = |k: usize| -> Vec<(usize, f64)> {
-        match k.checked_sub(size) {
-            None => body.mass.row(n_o + k).filter(|(j, _)| *j < n_o).collect(),
-            Some(i) => a_star.row(n_o + i).collect(),
-        }
-    };
-    let columns: Vec<Vec<(usize, f64)>> = (0..2 * size).map(column).collect();
-    let mut scratch = factor.scratch();
-    let mut gram = DMatrix::<f64>::zeros(2 * size, 2 * size);
-    let mut x = vec![0.0; n_o];
-    for k in 0..2 * size {
-        x.fill(0.0);
-        columns[k].iter().for_each(|&(j, v)| x[j] = v);
-        factor.solve(&mut x, &mut scratch);
-        for l in 0..2 * size {
-            gram[(l, k)] = columns[l].iter().map(|&(j, v)| v * x[j]).sum();
-        }
+    let mut entries = vec![];
+    for i in 0..size {
+        let coupling = body.mass.row(n_o + i).filter(|(j, _)| *j < n_o);
+        entries.extend(coupling.map(|(j, v)| (i, j, v)));
+        entries.extend(a_star.row(n_o + i).map(|(j, v)| (size + i, j, v)));
     }
+    let rows = Csr::from_triplets(2 * size, n_o, entries);
+    let gram = gram(&factor, &rows, |_, _| ());
     let middle = DMatrix::from_fn(2 * size, 2 * size, |a, b| match (a < size, b < size) {
         (true, true) => 0.0,
         (false, false) => body
@@ -229,8 +220,7 @@ pub(super) fn bound(
 /// `ω²M_0 − K_OO`. Not finite where none was found.
 pub(super) fn bound_of_all(body: &Body, mass: &ConstantMass) -> f64 {
     let n_o = body.dofs.n_o;
-    let inner = body.stiffness.triplets().filter(|(i, j, _)| *i < n_o && *j < n_o).collect();
-    let stiffness = Csr::from_triplets(n_o, n_o, inner);
+    let stiffness = leading(&body.stiffness, n_o);
     let mut scratch = mass.factor.scratch();
     let mut x: Vec<f64> = (0..n_o).map(|i| (1.7 * (i * i) as f64 + 0.3).sin()).collect();
     let (mut y, mut square) = (vec![0.0; n_o], 0.0);

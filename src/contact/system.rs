@@ -263,7 +263,7 @@ impl System {
 
     /// `M*` over `u`.
     pub fn mass(&self) -> &Csr {
-        self.method.mass()
+        self.method.mass(&self.body)
     }
 
     /// The load of a uniform acceleration.

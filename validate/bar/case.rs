@@ -5,7 +5,8 @@
 //! first order with exactly two switches a period. Expected errors at `T/2` (root mean square over the interior nodes,
 //! relative): an independent prototype.
 
-use super::{Case, Check, Effort, Outcome, integrate, nodal_x, order, scene};
+use super::{Case, Check, Effort, Outcome, Trajectory, integrate, nodal_x, order, scene};
+use signorini::problem::Problem;
 
 pub const CASE: Case = Case {
     name: "bar",
@@ -20,9 +21,21 @@ const EXPECTED: [(usize, f64); 6] =
     [(10, 4.85e-2), (20, 1.92e-2), (40, 9.23e-3), (80, 4.45e-3), (160, 2.31e-3), (320, 1.14e-3)];
 
 /// Displacement at `T/2`.
-pub fn half_period(x: f64) -> f64 {
+fn half_period(x: f64) -> f64 {
     let v = 1.0 / (2.0 * T - 6.0);
     if x < T / 2.0 - 1.0 { 2.0 * v * x } else { 2.0 * v * (T - 2.0 - x) }
+}
+
+/// Root mean square of the error at `T/2` over the interior nodes, relative.
+pub fn error_at_half_period(problem: &Problem, trajectory: &Trajectory, n: usize) -> f64 {
+    let u = trajectory.at(T / 2.0);
+    let (mut distance, mut size) = (0.0, 0.0);
+    for node in 1..n {
+        let exact = half_period(node as f64 / n as f64);
+        distance += (nodal_x(problem, u, node) - exact).powi(2);
+        size += exact * exact;
+    }
+    f64::sqrt(distance / size)
 }
 
 fn run(effort: Effort) -> Outcome {
@@ -32,14 +45,7 @@ fn run(effort: Effort) -> Outcome {
     for &(n, expected) in cases {
         let scene = scene(include_str!("scene.toml"), Some(&[n]))?;
         let (problem, report, trajectory) = integrate(&scene)?;
-        let u = trajectory.at(T / 2.0);
-        let (mut distance, mut size) = (0.0, 0.0);
-        for node in 1..n {
-            let exact = half_period(node as f64 / n as f64);
-            distance += (nodal_x(&problem, u, node) - exact).powi(2);
-            size += exact * exact;
-        }
-        let error = f64::sqrt(distance / size);
+        let error = error_at_half_period(&problem, &trajectory, n);
         errors.push(error);
         checks.push(Check::near(format!("{n} elements: error at T/2"), error, expected, 0.02));
         checks.push(Check::near(

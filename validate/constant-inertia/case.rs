@@ -4,8 +4,8 @@
 //! elements without a gap, released from `u = (−x, 0)`: over 450 units of time its energy is that of the start, where the paper's mass
 //! lets it grow without bound.
 
-use super::bar::half_period;
-use super::{Case, Check, Effort, Outcome, integrate, nodal_x, order, scene};
+use super::bar::error_at_half_period;
+use super::{Case, Check, Effort, Outcome, integrate, order, scene};
 use signorini::problem::Problem;
 use signorini::scenario::{Inertia, Scene};
 
@@ -33,14 +33,7 @@ fn run(effort: Effort) -> Outcome {
         let mut scene = scene(include_str!("../bar/scene.toml"), Some(&[n]))?;
         constant(&mut scene);
         let (problem, report, trajectory) = integrate(&scene)?;
-        let u = trajectory.at(1.68);
-        let (mut distance, mut size) = (0.0, 0.0);
-        for node in 1..n {
-            let exact = half_period(node as f64 / n as f64);
-            distance += (nodal_x(&problem, u, node) - exact).powi(2);
-            size += exact * exact;
-        }
-        let error = f64::sqrt(distance / size);
+        let error = error_at_half_period(&problem, &trajectory, n);
         errors.push(error);
         checks.push(Check::near(format!("bar, {n} elements: error at T/2"), error, expected, 0.02));
         let jumps = report.energy_jumps.abs() / report.energy_start;
