@@ -44,7 +44,7 @@ fn names(folder: &Path) -> BTreeSet<String> {
 }
 
 fn dataset(file: &Path, path: &str) -> Vec<f64> {
-    hdf5::File::open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
+    common::hdf5_files().open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
 }
 
 const PLATE: &str = "title = 'a <plate> & \"a wall\"'\n[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [6, 3]\nyoung = 1.0\n\
@@ -158,16 +158,6 @@ fn others_read_what_is_written() {
     }
 }
 
-fn patiently(path: &Path) -> hdf5::File {
-    for _ in 0..200 {
-        if let Ok(file) = hdf5::File::open(path) {
-            return file;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(50));
-    }
-    panic!("{path:?} does not open");
-}
-
 /// What a plan says is what stands there afterwards, and every file says who made it.
 #[test]
 fn targets_are_told_before_and_files_are_marked() {
@@ -188,8 +178,9 @@ fn targets_are_told_before_and_files_are_marked() {
         for path in &targets {
             match path.extension().unwrap().to_str().unwrap() {
                 "csv" => {}
-                // a program that another test started meanwhile may hold the handle that it inherited
-                "h5" => assert!(patiently(path).attr("signorini_version").is_ok()),
+                "h5" => assert!(
+                    common::hdf5_files().open(path).unwrap().attr("signorini_version").is_ok()
+                ),
                 _ => {
                     let text = fs::read_to_string(path).unwrap();
                     let start = format!("<?xml version=\"1.0\"?>\n{}\n", signorini::store::MARK);

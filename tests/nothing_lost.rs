@@ -33,13 +33,13 @@ fn at(folder: &TempDir, name: &str) -> String {
 }
 
 fn omegas(file: &str) -> Vec<(f64, f64)> {
-    let file = hdf5::File::open(file).unwrap();
+    let file = common::hdf5_files().open(file).unwrap();
     let column = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
     column("backbone/branch").into_iter().zip(column("backbone/omega")).collect()
 }
 
 fn status(file: &str) -> String {
-    let file = hdf5::File::open(file).unwrap();
+    let file = common::hdf5_files().open(file).unwrap();
     let text = file.attr("status").unwrap().read_scalar::<hdf5::types::VarLenUnicode>().unwrap();
     text.as_str().to_owned()
 }

@@ -21,6 +21,14 @@ pub fn program() -> std::process::Command {
     command
 }
 
+/// How tests open HDF5 files: without a lock. A child that another thread starts meanwhile inherits the lock until it
+/// has become the program, and the program is then refused a file that nobody holds.
+pub fn hdf5_files() -> hdf5::FileBuilder {
+    let mut files = hdf5::File::with_options();
+    files.with_fapl(|access| access.file_locking(false));
+    files
+}
+
 /// All datasets of an HDF5 file: shape and bytes.
 pub fn datasets(path: &Path) -> BTreeMap<String, (Vec<usize>, Vec<u8>)> {
     fn walk(g: &hdf5::Group, all: &mut BTreeMap<String, (Vec<usize>, Vec<u8>)>) {
@@ -54,7 +62,7 @@ pub fn datasets(path: &Path) -> BTreeMap<String, (Vec<usize>, Vec<u8>)> {
         }
     }
     let mut all = BTreeMap::new();
-    walk(&hdf5::File::open(path).unwrap(), &mut all);
+    walk(&hdf5_files().open(path).unwrap(), &mut all);
     assert!(!all.is_empty());
     all
 }

@@ -368,7 +368,7 @@ impl Material {
 
     /// The chain's matrices as Matrix Market, dense and sparse, and as HDF5; a scene for each.
     fn chain(&self) {
-        let file = hdf5::File::create(self.folder.join("chain.h5")).unwrap();
+        let file = crate::common::hdf5_files().create(self.folder.join("chain.h5")).unwrap();
         for &(name, rows, columns, values) in MATRICES {
             let array = ndarray::Array2::from_shape_vec((rows, columns), values.to_vec()).unwrap();
             file.new_dataset_builder().with_data(&array).create(name).unwrap();
@@ -387,7 +387,7 @@ impl Material {
 
     /// The first harmonic-balance points as CSV.
     fn series(&self) {
-        let file = hdf5::File::open(self.folder.join("hbm.h5")).unwrap();
+        let file = crate::common::hdf5_files().open(self.folder.join("hbm.h5")).unwrap();
         let omega: Vec<f64> = file.dataset("hbm/omega").unwrap().read_raw().unwrap();
         let all: ndarray::Array3<f64> = file.dataset("hbm/coefficients").unwrap().read().unwrap();
         let mut text = String::from("point,omega,k,part,u_1,u_2\n");

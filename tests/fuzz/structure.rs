@@ -252,7 +252,7 @@ fn attribute(rng: &Splitmix, file: &File, path: &str) -> Result<()> {
 
 /// One to three changes of a proper file. A change that HDF5 does not take is left out.
 pub fn mutate(rng: &Splitmix, path: &Path) -> Result<()> {
-    let file = File::open_rw(path)?;
+    let file = crate::common::hdf5_files().open_rw(path)?;
     for _ in 0..1 + rng.below(3) {
         let mut all = vec![];
         objects(&file, "", 4, &mut all);
