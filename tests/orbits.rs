@@ -49,14 +49,14 @@ fn derivative_of_the_period_map() {
         for (z, r) in z.iter_mut().zip(random(n, 5)) {
             *z += 0.02 * r;
         }
-        let (_, j) = linearised(&body, closure, &z, period).unwrap();
+        let (_, j) = linearised(&mut body, closure, &z, period).unwrap();
         let mut worst = 0.0f64;
         for k in 0..4 {
             let d = random(z.len(), 77 + k);
             let h = 1e-6;
             let at = |s: f64| {
                 let y: Vec<f64> = z.iter().zip(&d).map(|(z, d)| z + s * d).collect();
-                linearised(&body, closure, &y, period).unwrap().0
+                linearised(&mut body, closure, &y, period).unwrap().0
             };
             let (up, down) = (at(h), at(-h));
             let exact = &j * Mat::from_fn(d.len(), 1, |i, _| d[i]);
@@ -212,7 +212,7 @@ fn a_branch_passes_grazings_and_swaps() {
         );
         let Some(place) = &p.place else { continue };
         let z = &place_of(place).x[..body.n()];
-        let again = examine(&body, Closure::Reversible, z, TAU / p.omega, 0, false).unwrap();
+        let again = examine(&mut body, Closure::Reversible, z, TAU / p.omega, 0, false).unwrap();
         assert!((again.energy / orbit.energy - 1.0).abs() < 1e-12);
     }
 }
@@ -345,7 +345,7 @@ fn tangent_products_are_the_dense_derivative() {
     for (z, r) in z.iter_mut().zip(random(n, 5)) {
         *z += 0.02 * r;
     }
-    let (r, j) = linearised(&body, Closure::Reversible, &z, period).unwrap();
+    let (r, j) = linearised(&mut body, Closure::Reversible, &z, period).unwrap();
     let (_, tangent) = half_period(&body, &z, 0.5 * period).unwrap();
     let d = random(n, 8);
     let exact = &j * Mat::from_fn(n, 1, |i, _| d[i]);

@@ -6,6 +6,7 @@
 
 pub mod auto;
 pub mod bernstein;
+pub mod cache;
 pub mod chebyshev;
 pub mod choice;
 pub mod dop853;

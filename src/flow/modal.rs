@@ -9,11 +9,10 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use nalgebra::{Complex, DVector};
+use nalgebra::DVector;
 
 use super::drives::Drives;
-use super::motion::{Forcing, ModalLoad, Motion, Term, powers_in_closed_form};
-use super::oscillator::GAUSS10;
+use super::motion::{Forcing, ModalLoad, Motion};
 use super::spectrum::{Spectra, Spectrum};
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, System};
@@ -174,46 +173,13 @@ impl<'a> Modal<'a> {
         if self.layout.work.is_none() && self.layout.dissipated.is_none() {
             return sums;
         }
-        // e^{i(Ωa + φ)} of each harmonic load, and its growth over the interval
-        let turn = |h: &ModalLoad| Term {
-            c: Complex::from_polar(1.0, h.0 * a + h.1),
-            s: Complex::new(0.0, h.0),
-            growth: Complex::from_polar(1.0, h.0 * (b - a)),
-        };
-        let turns: Vec<Term> = self.motion.loads.iter().map(turn).collect();
+        let turns = self.motion.turns(a, b);
         for (k, mode) in phase.modes.iter().enumerate() {
-            let part = match self.motion.oscillation(phase, k, a, b - a) {
-                Some(free) => powers_in_closed_form(&free, &self.motion.loads, k, &turns, b - a),
-                None => self.powers_by_quadrature(phase, k, a, b),
-            };
+            let part = self.motion.powers(phase, k, &turns, (a, b));
             sums[0] += part[0];
             sums[1] += 2.0 * mode.c * part[1];
         }
         sums[0] += self.drives.work(a, b);
-        sums
-    }
-
-    /// `∫ F q̇` and `∫ q̇²` by Gauss–Legendre, with as many points as the mode's frequency asks for: for modes
-    /// that are not a sum of well separated exponentials.
-    fn powers_by_quadrature(&self, phase: &Spectrum, k: usize, a: f64, b: f64) -> [f64; 2] {
-        let mut sums = [0.0; 2];
-        let mode = &phase.modes[k];
-        let load = self.motion.loads.iter().map(|h| h.0).fold(0.0, f64::max);
-        let parts = ((b - a) * (mode.omega + load).max(2.0 * mode.c) / 2.0).ceil().max(1.0);
-        let h = (b - a) / parts;
-        for j in 0..parts as usize {
-            let left = a + j as f64 * h;
-            for (x, weight) in GAUSS10 {
-                for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
-                    let (_, v) = self.motion.mode(phase, k, t);
-                    let harmonics = self.motion.loads.iter();
-                    let force: f64 =
-                        harmonics.map(|(w, phi, f)| f[k].0 * (w * t + phi).cos()).sum();
-                    sums[0] += 0.5 * h * weight * force * v;
-                    sums[1] += 0.5 * h * weight * v * v;
-                }
-            }
-        }
         sums
     }
 

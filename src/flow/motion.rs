@@ -3,7 +3,7 @@
 
 use nalgebra::Complex;
 
-use super::oscillator::Oscillator;
+use super::oscillator::{GAUSS10, Oscillator};
 use super::spectrum::Spectrum;
 use super::trigonometry::sin_cos;
 use crate::fem::{Harmonic, Loads};
@@ -143,7 +143,7 @@ impl Motion {
     }
 
     /// The free part of `q̇` after `a`, `Re(c e^{s (t − a)})`, for modes that oscillate under steady responses.
-    pub(super) fn oscillation(&self, phase: &Spectrum, k: usize, a: f64, h: f64) -> Option<Term> {
+    fn oscillation(&self, phase: &Spectrum, k: usize, a: f64, h: f64) -> Option<Term> {
         let mode = &phase.modes[k];
         let d = mode.discriminant();
         let steady = |h: &ModalLoad| matches!(h.2[k].1, Forcing::Steady(_));
@@ -155,6 +155,72 @@ impl Motion {
         Some(Term { c: amplitude * s * (s * (a - self.start)).exp(), s, growth: (s * h).exp() })
     }
 
+    /// `e^{i(Ωa + φ)}` of each harmonic load, and its growth up to `b`.
+    pub(super) fn turns(&self, a: f64, b: f64) -> Vec<Term> {
+        let turn = |h: &ModalLoad| Term {
+            c: Complex::from_polar(1.0, h.0 * a + h.1),
+            s: Complex::new(0.0, h.0),
+            growth: Complex::from_polar(1.0, h.0 * (b - a)),
+        };
+        self.loads.iter().map(turn).collect()
+    }
+
+    /// `∫ F q̇` and `∫ q̇²` of mode `k` from `a` to `b`; `turns` are those of the interval.
+    pub(super) fn powers(
+        &self,
+        phase: &Spectrum,
+        k: usize,
+        turns: &[Term],
+        (a, b): (f64, f64),
+    ) -> [f64; 2] {
+        match self.oscillation(phase, k, a, b - a) {
+            Some(free) => powers_in_closed_form(&free, &self.loads, k, turns, b - a),
+            None => self.powers_by_quadrature(phase, k, a, b),
+        }
+    }
+
+    /// The same by Gauss–Legendre, with as many points as the mode's frequency asks for: for modes
+    /// that are not a sum of well separated exponentials.
+    fn powers_by_quadrature(&self, phase: &Spectrum, k: usize, a: f64, b: f64) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        let mode = &phase.modes[k];
+        let load = self.loads.iter().map(|h| h.0).fold(0.0, f64::max);
+        let parts = ((b - a) * (mode.omega + load).max(2.0 * mode.c) / 2.0).ceil().max(1.0);
+        let h = (b - a) / parts;
+        for j in 0..parts as usize {
+            let left = a + j as f64 * h;
+            for (x, weight) in GAUSS10 {
+                for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
+                    let (_, v) = self.mode(phase, k, t);
+                    let harmonics = self.loads.iter();
+                    let force: f64 =
+                        harmonics.map(|(w, phi, f)| f[k].0 * (w * t + phi).cos()).sum();
+                    sums[0] += 0.5 * h * weight * force * v;
+                    sums[1] += 0.5 * h * weight * v * v;
+                }
+            }
+        }
+        sums
+    }
+
+    /// `∫ u̇_OᵀM_α u̇_O` from `a` to `b`.
+    pub fn squared_speed(&self, phase: &Spectrum, a: f64, b: f64) -> f64 {
+        let turns = self.turns(a, b);
+        (0..phase.modes.len()).map(|k| self.powers(phase, k, &turns, (a, b))[1]).sum()
+    }
+
+    /// `∂q/∂α` and `∂q̇/∂α` of all modes at `t`, for a body with the damping `C = βK + αM` under constant loads (`2c = α + βω²`; the start is held).
+    pub fn by_mass_damping(&self, phase: &Spectrum, t: f64) -> (Vec<f64>, Vec<f64>) {
+        let tau = t - self.start;
+        let of_mode = |(k, m): (usize, &Oscillator)| {
+            let (s, ds) = m.basis_by_damping(tau);
+            let c = ds + 2.0 * m.basis(tau).s + 2.0 * m.c * s;
+            let (q, v) = (self.q[k], self.v[k]);
+            (0.5 * (q * c + v * s), 0.5 * (v * ds - q * m.omega * m.omega * s))
+        };
+        phase.modes.iter().enumerate().map(of_mode).unzip()
+    }
+
     /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end`.
     pub(super) fn bounds(&self, phase: &Spectrum, k: usize, t: f64, end: f64) -> (f64, f64) {
         let mode = &phase.modes[k];
@@ -162,15 +228,22 @@ impl Motion {
         let (tau, tau_end) = (t - self.start, end - self.start);
         let d = mode.discriminant();
         let (q, v) = (self.q[k].abs(), self.v[k].abs());
+        // a mode that is fed (c < 0) is largest at the end
+        let worst = if c < 0.0 { tau_end } else { tau };
         let (mut size, mut fourth) = if omega == 0.0 {
             // v₀ (1 − e^{−2ct})/(2c): derivatives fall off
-            let decay = (-2.0 * c * tau).exp();
-            (q + v * tau_end, v * (2.0 * c).powi(3) * decay)
+            let decay = (-2.0 * c * worst).exp();
+            (q + v * tau_end * decay.max(1.0), v * (2.0 * c).abs().powi(3) * decay)
         } else if d > 0.25 * omega * omega {
             let w = d.sqrt();
             let amplitude = self.q[k].hypot((self.v[k] + c * self.q[k]) / w);
-            let amplitude = if c > 0.0 { amplitude * (-c * tau).exp() } else { amplitude };
+            let amplitude = if c != 0.0 { amplitude * (-c * worst).exp() } else { amplitude };
             (amplitude, amplitude * omega.powi(4))
+        } else if c < 0.0 {
+            // strongly fed: time runs backwards in the bound below
+            let rate = -c + (-d).max(0.0).sqrt();
+            let x = 2.0 * (q + v / omega) * (1.0 - 1.2 * c * tau_end) * (rate * tau_end).exp();
+            (x, x * (omega - 2.0 * c).powi(4))
         } else {
             // strongly damped: x = |q| + |q̇|/ω falls at least like 2 (1 + 1.2cτ) e^{−slow τ} and never exceeds
             // twice its first value; derivatives by the equation of motion, |q̈| ≤ ω²|q| + 2c|q̇| …
@@ -182,7 +255,7 @@ impl Motion {
         };
         if phase.constant[k] != 0.0 && omega == 0.0 {
             let f = phase.constant[k].abs();
-            size += 0.5 * f * tau_end * tau_end;
+            size += 0.5 * f * tau_end * tau_end * (-2.0 * c * tau_end).exp().max(1.0);
             fourth += f * (2.0 * c).powi(2);
         }
         for (w, _, forces) in &self.loads {
@@ -231,7 +304,7 @@ fn product_integral(x: &Term, y: &Term, h: f64) -> f64 {
 }
 
 /// `∫ F q̇` and `∫ q̇²` over an interval of length `h`, from the free part of `q̇` at its start.
-pub(super) fn powers_in_closed_form(
+fn powers_in_closed_form(
     free: &Term,
     loads: &[ModalLoad],
     k: usize,

@@ -39,7 +39,7 @@ impl Oscillator {
 
     /// The basis at `t`.
     pub fn basis(&self, t: f64) -> Basis {
-        let Oscillator { omega, c } = *self;
+        let c = self.c;
         let d = self.discriminant();
         let x = d * t * t;
         let (s, ds) = if x.abs() < 1e-4 {
@@ -55,12 +55,46 @@ impl Oscillator {
             (decay * sin / w, decay * (cos - c * sin / w))
         } else {
             let w = (-d).sqrt();
-            // the slow rate without cancellation
-            let (slow, fast) = (-omega * omega / (c + w), -(c + w));
-            let (a, b) = ((slow * t).exp(), (fast * t).exp());
-            ((a - b) / (2.0 * w), (slow * a - fast * b) / (2.0 * w))
+            let [upper, lower] = self.rates();
+            let (a, b) = ((upper * t).exp(), (lower * t).exp());
+            ((a - b) / (2.0 * w), (upper * a - lower * b) / (2.0 * w))
         };
         Basis { s, ds, c: ds + 2.0 * c * s }
+    }
+
+    /// `∂S/∂c` and `∂S′/∂c` at `t`; then `∂C/∂c = ∂S′/∂c + 2S + 2c ∂S/∂c`.
+    ///
+    /// With `d = ω² − c²`, `S = e^{−ct} f(d)` where `f = sin(√d t)/√d`, and `∂d/∂c = −2c`.
+    pub fn basis_by_damping(&self, t: f64) -> (f64, f64) {
+        let c = self.c;
+        let d = self.discriminant();
+        let x = d * t * t;
+        let Basis { s, ds, .. } = self.basis(t);
+        // e^{−ct} cos(√d t), and e^{−ct} ∂f/∂d
+        let cos = ds + c * s;
+        let by_d = if x.abs() < 0.5 {
+            // Σ_k (−1)^k k x^{k−1}/(2k+1)!, k ≥ 1
+            let mut sum = 0.0;
+            let mut factor = -1.0 / 6.0;
+            for k in 1..12 {
+                let k = f64::from(k);
+                sum += k * factor;
+                factor *= -x / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
+            }
+            (-c * t).exp() * t.powi(3) * sum
+        } else {
+            (t * cos - s) / (2.0 * d)
+        };
+        let by_c = -t * s - 2.0 * c * by_d;
+        (by_c, -t * cos + c * t * s - s - c * by_c)
+    }
+
+    /// Both real rates of a mode that does not oscillate, the upper one first, without cancellation.
+    fn rates(&self) -> [f64; 2] {
+        let w = (-self.discriminant()).sqrt();
+        let large = -(self.c + w.copysign(self.c));
+        let small = self.omega * self.omega / large;
+        if self.c >= 0.0 { [small, large] } else { [large, small] }
     }
 
     /// Response from rest to a unit constant force, and its rate (for `ω = 0`; else the static
@@ -68,7 +102,7 @@ impl Oscillator {
     pub(super) fn rigid_response(&self, t: f64) -> (f64, f64) {
         let s = self.basis(t).s;
         let x = 2.0 * self.c * t;
-        let z = if x < 1e-3 {
+        let z = if x.abs() < 1e-3 {
             0.5 * t * t * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
         } else {
             (t - s) / (2.0 * self.c)
@@ -83,9 +117,7 @@ impl Oscillator {
             let w = d.sqrt();
             [Complex::new(-self.c, w), Complex::new(-self.c, -w)]
         } else {
-            let w = (-d).sqrt();
-            let slow = -self.omega * self.omega / (self.c + w);
-            [Complex::new(slow, 0.0), Complex::new(-self.c - w, 0.0)]
+            self.rates().map(|rate| Complex::new(rate, 0.0))
         }
     }
 
@@ -110,4 +142,37 @@ fn difference(a: Complex<f64>, b: Complex<f64>, t: f64) -> Complex<f64> {
         x.sinh() / x
     };
     ((a + b) * (0.5 * t)).exp() * sinhc * t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Under-, over- and critically damped, fed, with many time constants: against differences of the closed form.
+    #[test]
+    fn derivatives_by_damping_are_those_of_the_basis() {
+        for (omega, c) in [
+            (1.5, -0.05),
+            (1.5, 0.2),
+            (1.5, 1.5),
+            (1.5, 1.501),
+            (1.5, 4.0),
+            (0.3, -0.4),
+            (40.0, 90.0),
+        ] {
+            for t in [0.01, 0.3, 2.0] {
+                let h = 1e-5 * omega;
+                let at = |c: f64| Oscillator { omega, c }.basis(t);
+                let (up, down) = (at(c + h), at(c - h));
+                let (s, ds) = Oscillator { omega, c }.basis_by_damping(t);
+                let scale = t * at(c).s.abs() + 1e-9;
+                assert!(((up.s - down.s) / (2.0 * h) - s).abs() < 1e-6 * scale, "{omega} {c} {t}");
+                let scale = at(c).s.abs() + t * at(c).ds.abs() + 1e-9;
+                assert!(
+                    ((up.ds - down.ds) / (2.0 * h) - ds).abs() < 1e-6 * scale,
+                    "{omega} {c} {t}"
+                );
+            }
+        }
+    }
 }

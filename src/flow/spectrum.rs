@@ -5,23 +5,35 @@
 //! through resonance, rigid motions (`ω = 0`). The basis does not depend on the frequencies of the loads.
 
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use std::ops::Deref;
 use std::rc::Rc;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
+use super::cache::Cache;
 use super::drives::Drives;
 use super::oscillator::Oscillator;
-use crate::contact::{ActiveSet, Drive, Phase, System};
+use crate::contact::{ActiveSet, Drive, Phase, Rayleigh, System};
 use crate::fem::{FemError, Loads, eigen};
 
-/// The eigenbasis of one active set with its loads.
+/// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
 pub struct Spectrum {
     /// The modes, lowest first.
     pub modes: Vec<Oscillator>,
+    damping: Option<Rayleigh>,
+    basis: Rc<Eigenbasis>,
+    /// Undamped, without rigid motions.
+    pub(super) is_undamped: bool,
+}
+
+/// What does not depend on the damping: `α M + β K` has the same modes whatever `α` and `β`.
+#[derive(Debug)]
+pub struct Eigenbasis {
+    /// Natural frequencies, lowest first.
+    omega: Vec<f64>,
     /// `Φ`: `u_O = Φ q`.
     pub shapes: Mat<f64>,
     /// `ΦᵀM_α`: `q = ΦᵀM_α u_O`.
@@ -36,22 +48,37 @@ pub struct Spectrum {
     pub offsets: Vec<f64>,
     /// What harmonic loads on `u_C` add to the monitors, at the frequencies of the time when this was made.
     drives: Vec<Drive>,
-    /// Undamped, without rigid motions.
-    pub(super) is_undamped: bool,
+}
+
+impl Deref for Spectrum {
+    type Target = Eigenbasis;
+
+    fn deref(&self) -> &Eigenbasis {
+        &self.basis
+    }
 }
 
 impl Spectrum {
     /// The eigensolution of a phase without held nodes.
     pub fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
+        Ok(Self::damped(Rc::new(Eigenbasis::new(system, phase)?), system.damping))
+    }
+
+    /// The modes of a basis under a damping.
+    fn damped(basis: Rc<Eigenbasis>, damping: Option<Rayleigh>) -> Self {
+        let (alpha, beta) = damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let mode = |&omega: &f64| Oscillator { omega, c: 0.5 * (alpha + beta * omega * omega) };
+        let modes: Vec<Oscillator> = basis.omega.iter().map(mode).collect();
+        let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
+        Spectrum { modes, damping, basis, is_undamped }
+    }
+}
+
+impl Eigenbasis {
+    fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
         let (k, m) = phase.matrices();
         let n = system.n_o();
         let all = eigen::all(&k, &m, system.units.frequency)?;
-        let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
-        let modes: Vec<Oscillator> = all
-            .omega
-            .iter()
-            .map(|&omega| Oscillator { omega, c: 0.5 * (alpha + beta * omega * omega) })
-            .collect();
         let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
         let mut inverse = Mat::<f64>::zeros(n, n);
         let mut column = vec![0.0; n];
@@ -73,12 +100,10 @@ impl Spectrum {
             rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
         }
         let offsets = phase.monitor_offsets();
-        let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
         let drives = phase.drives().to_vec();
-        Ok(Spectrum {
+        Ok(Eigenbasis {
             drives,
-            is_undamped,
-            modes,
+            omega: all.omega,
             shapes,
             inverse,
             constant,
@@ -123,29 +148,49 @@ fn product(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     matmul(y, Accum::Replace, a.as_ref(), x, 1.0, Par::Seq);
 }
 
-/// The spectra of the phases of one body, computed when they are first asked for.
-#[derive(Debug, Default)]
+/// Bytes of the eigenbases that are kept: fine meshes visit hundreds of phases.
+const BUDGET: usize = 320 << 20;
+
+/// The spectra of the phases of one body, computed when they are first asked for; the least recently used go when there are too many.
+#[derive(Debug)]
 pub struct Spectra {
-    known: RefCell<HashMap<ActiveSet, Rc<Spectrum>>>,
+    known: RefCell<Cache<ActiveSet, Rc<Spectrum>>>,
     computed: Cell<u64>,
+}
+
+impl Default for Spectra {
+    fn default() -> Self {
+        Spectra { known: RefCell::new(Cache::new(BUDGET)), computed: Cell::new(0) }
+    }
 }
 
 impl Spectra {
     /// The spectrum of a phase.
     pub fn of(&self, system: &System, phase: &Phase) -> Result<Rc<Spectrum>, FemError> {
-        if let Some(known) = self.known.borrow().get(&phase.set) {
-            return Ok(known.clone());
+        if let Some(known) = self.known(system, &phase.set) {
+            return Ok(known);
         }
         let new = Rc::new(Spectrum::new(system, phase)?);
         self.computed.set(self.computed.get() + 1);
-        self.known.borrow_mut().insert(phase.set.clone(), new.clone());
+        let bytes = 16 * new.shapes.nrows() * new.shapes.ncols();
+        self.known.borrow_mut().insert(phase.set.clone(), new.clone(), bytes);
         Ok(new)
+    }
+
+    /// What is known of an active set, under the present damping.
+    fn known(&self, system: &System, set: &ActiveSet) -> Option<Rc<Spectrum>> {
+        let mut known = self.known.borrow_mut();
+        let spectrum = known.get_mut(set)?;
+        if spectrum.damping != system.damping {
+            *spectrum = Rc::new(Spectrum::damped(spectrum.basis.clone(), system.damping));
+        }
+        Some(spectrum.clone())
     }
 
     /// The spectrum of an active set.
     pub fn of_set(&self, system: &System, set: &ActiveSet) -> Result<Rc<Spectrum>, FemError> {
-        if let Some(known) = self.known.borrow().get(set) {
-            return Ok(known.clone());
+        if let Some(known) = self.known(system, set) {
+            return Ok(known);
         }
         self.of(system, &system.phase(set))
     }

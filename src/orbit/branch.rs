@@ -326,7 +326,7 @@ pub fn all(
         tick(k + 1);
     }
     found.sort_by(|a, b| a.energy.total_cmp(&b.energy));
-    let examine = |o: &Orbit| {
+    let mut examine = |o: &Orbit| {
         super::credentials::examine(
             body,
             closure,
@@ -336,7 +336,7 @@ pub fn all(
             effort.multipliers,
         )
     };
-    found.iter().map(examine).collect()
+    found.iter().map(&mut examine).collect()
 }
 
 /// A set of starts for [`all`]: the first mode from grazing to `most` times grazing, alone and with each of the next modes that move the

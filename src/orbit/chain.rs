@@ -15,15 +15,15 @@
 //! a motion without contact and all unknowns are of one kind.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
-use crate::contact::{ActiveSet, State, System};
+use crate::contact::{ActiveSet, Rayleigh, State, System};
 use crate::fem::FemError;
+use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
 
 /// Above this size orbits are shot without the modes of the phases.
@@ -52,7 +52,10 @@ impl Chain {
 }
 
 /// From the modes of one active set to those of another.
-type Transforms = HashMap<(ActiveSet, ActiveSet), Rc<Mat<f64>>>;
+type Transforms = Cache<(ActiveSet, ActiveSet), Rc<Mat<f64>>>;
+
+/// Bytes of the transforms that are kept.
+const BUDGET: usize = 96 << 20;
 
 /// A body with the modes of its phases, ready to carry states and tangents through chains.
 #[derive(Debug)]
@@ -84,8 +87,17 @@ impl Propagator {
         let open = spectra.of_set(&system, &open_set)?;
         let unit = system.units.frequency;
         let scale = open.modes.iter().map(|m| if m.omega > 0.0 { m.omega } else { unit }).collect();
-        let transforms = RefCell::default();
+        let transforms = RefCell::new(Cache::new(BUDGET));
         Ok(Propagator { system, spectra, open, scale, open_set, transforms })
+    }
+
+    /// Change the damping; the modes stay.
+    pub fn set_damping(&mut self, damping: Option<Rayleigh>) -> Result<(), FemError> {
+        if self.system.damping != damping {
+            self.system.damping = damping;
+            self.open = self.spectra.of_set(&self.system, &self.open_set)?;
+        }
+        Ok(())
     }
 
     /// Number of displacements `u_O`.
@@ -108,13 +120,14 @@ impl Propagator {
             return Ok(None);
         }
         let key = (from.clone(), to.clone());
-        if let Some(known) = self.transforms.borrow().get(&key) {
+        if let Some(known) = self.transforms.borrow_mut().get_mut(&key) {
             return Ok(Some(known.clone()));
         }
         let a = self.spectra.of_set(&self.system, from)?;
         let b = self.spectra.of_set(&self.system, to)?;
         let new = Rc::new(product(b.inverse.as_ref(), a.shapes.as_ref()));
-        self.transforms.borrow_mut().insert(key, new.clone());
+        let bytes = 8 * new.nrows() * new.ncols();
+        self.transforms.borrow_mut().insert(key, new.clone(), bytes);
         Ok(Some(new))
     }
 

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use super::OrbitError;
 use super::chain::Propagator;
-use super::floquet::{Stability, stability};
+use super::floquet::{Stability, stability, stability_under_load};
 use super::period_map::{Passage, integrate_with};
 use super::shooting::Closure;
 use crate::contact::State;
@@ -30,7 +30,8 @@ pub struct Orbit {
     pub z: Vec<f64>,
     /// State at `t = 0`.
     pub state: State,
-    /// Largest energy `H` over the period: for a reversible orbit, that at the far point.
+    /// Largest energy `H` over the period: for a reversible orbit, that at the far point. Of a viscous orbit the energy at `t = 0`, where the pinned
+    /// mode is at rest.
     pub energy: f64,
     /// Largest contact displacement in magnitude.
     pub amplitude: f64,
@@ -56,6 +57,21 @@ pub struct Orbit {
     pub grazing: f64,
     /// Multipliers, unless the body is too large for them.
     pub stability: Option<Stability>,
+    /// What a viscous orbit has besides.
+    pub viscous: Option<Feedback>,
+}
+
+/// What a viscous orbit has besides: its feedback.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feedback {
+    /// `α` of the feedback `−αM u̇`.
+    pub alpha: f64,
+    /// Viscosity `β` of `C = βK`.
+    pub beta: f64,
+    /// Energy that the viscosity takes and the feedback gives back a period, `α ∮ u̇ᵀMu̇ dt`.
+    pub turned_over: f64,
+    /// Multipliers of the damped body under `αM u̇(t)` as a prescribed load.
+    pub under_load: Option<Stability>,
 }
 
 /// An orbit fails by more than these.
@@ -176,15 +192,17 @@ impl Observer for Scan<'_> {
 
 /// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.
 pub fn examine(
-    body: &Propagator,
+    body: &mut Propagator,
     closure: Closure,
     z: &[f64],
     period: f64,
     iterations: usize,
     multipliers: bool,
 ) -> Result<Orbit, OrbitError> {
+    closure.adopt(body, z)?;
+    let body = &*body;
     let system = &body.system;
-    let state = body.state(z);
+    let state = body.state(closure.frame(z));
     let mut scan = Scan {
         body,
         energy: 0.0,
@@ -196,7 +214,7 @@ pub fn examine(
     };
     let passage: Passage = integrate_with(body, &state, period, SAMPLES, &mut scan)?;
     let report = &passage.report;
-    let mut start = z.to_vec();
+    let mut start = closure.frame(z).to_vec();
     start.resize(2 * body.n(), 0.0);
     let end = body.frame(&report.last);
     let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
@@ -211,20 +229,38 @@ pub fn examine(
     let stiffness =
         system.constraints.iter().map(|c| c.stiffness).fold(f64::MIN_POSITIVE, f64::max);
     let energy = scan.energy.max(f64::MIN_POSITIVE);
-    let stability = if multipliers && body.n() <= MULTIPLIER_LIMIT {
-        match stability(body, closure, &start, &passage, period) {
-            Ok(known) => Some(known),
-            // at a grazing, or at rest on the obstacle, the monodromy matrix is not finite
-            Err(OrbitError::Eigen(_)) => None,
-            Err(e) => return Err(e),
+    let multipliers = multipliers && body.n() <= MULTIPLIER_LIMIT;
+    let known = |computed: Result<Stability, OrbitError>| match computed {
+        Ok(known) => Ok(Some(known)),
+        // at a grazing, or at rest on the obstacle, the monodromy matrix is not finite
+        Err(OrbitError::Eigen(_)) => Ok(None),
+        Err(e) => Err(e),
+    };
+    let stability = match multipliers {
+        true => known(stability(body, closure, &start, &passage, period))?,
+        false => None,
+    };
+    let viscous = match closure {
+        Closure::Viscous(pin) => {
+            let alpha = z[z.len() - 1];
+            let walk = body.walk(&passage.chain, &start, &passage.times, period)?;
+            let under_load = match multipliers {
+                true => known(stability_under_load(body, &start, &passage, period, alpha))?,
+                false => None,
+            };
+            let turned_over = alpha * walk.squared_speed();
+            Some(Feedback { alpha, beta: pin.beta, turned_over, under_load })
         }
-    } else {
-        None
+        _ => None,
+    };
+    let energy_at_start = || -> Result<f64, OrbitError> {
+        let (u, v) = state.full(system)?;
+        Ok(system.elastic(&u) + system.kinetic(&v))
     };
     Ok(Orbit {
         closure,
         period,
-        energy: scan.energy,
+        energy: if viscous.is_some() { energy_at_start()? } else { scan.energy },
         amplitude: scan.amplitude,
         residual: norm(&difference) / norm(&start).max(f64::MIN_POSITIVE),
         iterations,
@@ -236,6 +272,7 @@ pub fn examine(
         jumps: report.energy_jumps / energy,
         grazing: scan.grazing,
         stability,
+        viscous,
         switches: passage.report.switches,
         z: z.to_vec(),
         state,

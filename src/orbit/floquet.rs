@@ -3,7 +3,8 @@
 //! `M = ∂x(T)/∂x(0)`: propagators of the phases and saltation matrices, in the frame of [`super::chain`], where a motion without switches
 //! is a rotation. An autonomous orbit has the eigenvector `ẋ(0)` with multiplier +1; a conservative family has a
 //! second one, in a Jordan block with the first, which a numerical eigensolution knows to half the digits only. So `ẋ(0)` is taken out
-//! first, by an orthogonal similarity: what is left has a simple +1.
+//! first, by an orthogonal similarity: what is left has a simple +1. A viscous orbit is fed by `−αM u̇`: its multipliers are those of
+//! the self-excited system, with one +1; beside them stand those of the damped body under `αM u̇(t)` as a prescribed load.
 
 use faer::Mat;
 
@@ -11,7 +12,7 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::period_map::Passage;
 use super::shooting::Closure;
-use super::tangent::Switches;
+use super::tangent::Variation;
 use crate::continuation::norm;
 
 /// A multiplier: real and imaginary part.
@@ -64,7 +65,7 @@ pub fn monodromy(
     let n = body.n();
     let walk = body.walk(&passage.chain, z, &passage.times, period)?;
     let start = Mat::<f64>::identity(2 * n, 2 * n);
-    Ok(body.tangent(&passage.chain, &walk, start.as_ref(), Switches::Saltation)?.end)
+    Ok(body.tangent(&passage.chain, &walk, &Variation::of_map(start.as_ref()))?.end)
 }
 
 /// Stability of an orbit from its monodromy matrix.
@@ -84,34 +85,65 @@ pub fn stability(
     } else {
         m
     };
-    let values = rest.eigenvalues().map_err(|_| OrbitError::Eigen("Floquet multipliers"))?;
-    let mut values: Vec<Multiplier> = values.iter().map(|v| (v.re, v.im)).collect();
+    let mut values = multipliers(&rest)?;
     let mut trivial = vec![];
     if autonomous {
         let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
         let nearest =
             (0..values.len()).min_by(|&a, &b| far(&values[a]).total_cmp(&far(&values[b])));
-        trivial.extend(nearest.map(|k| values.swap_remove(k)));
+        if !matches!(closure, Closure::Viscous(_)) {
+            trivial.extend(nearest.map(|k| values.swap_remove(k)));
+        }
         trivial.insert(0, (1.0, 0.0));
     }
-    let size = |v: &Multiplier| v.0.hypot(v.1);
-    // conjugates have one modulus: the order must not depend on rounding
-    values.sort_by(|a, b| {
-        (size(b), b.0, b.1).partial_cmp(&(size(a), a.0, a.1)).unwrap_or(std::cmp::Ordering::Equal)
-    });
-    let largest = values.first().map_or(0.0, size);
-    let mut outside = [0; 3];
-    for v in values.iter().filter(|v| size(v) > 1.0 + OUTSIDE) {
-        let kind = match (v.1 != 0.0, v.0 > 0.0) {
-            (true, _) => 2,
-            (false, true) => 0,
-            (false, false) => 1,
-        };
-        outside[kind] += 1;
+    Ok(Stability::of(trivial, values))
+}
+
+/// The multipliers of the damped body that `αM u̇(t)` of its orbit drives as a prescribed load: the same switches, `α = 0` in the variation.
+pub fn stability_under_load(
+    body: &Propagator,
+    z: &[f64],
+    passage: &Passage,
+    period: f64,
+    alpha: f64,
+) -> Result<Stability, OrbitError> {
+    let n = body.n();
+    let walk = body.walk(&passage.chain, z, &passage.times, period)?;
+    let start = Mat::<f64>::identity(2 * n, 2 * n);
+    let variation = Variation { released: alpha, ..Variation::of_map(start.as_ref()) };
+    let m = body.tangent(&passage.chain, &walk, &variation)?.end;
+    Ok(Stability::of(vec![], multipliers(&m)?))
+}
+
+fn multipliers(m: &Mat<f64>) -> Result<Vec<Multiplier>, OrbitError> {
+    let values = m.eigenvalues().map_err(|_| OrbitError::Eigen("Floquet multipliers"))?;
+    Ok(values.iter().map(|v| (v.re, v.im)).collect())
+}
+
+impl Stability {
+    /// Of the multipliers that belong to every orbit of the kind, and all others.
+    fn of(mut trivial: Vec<Multiplier>, mut values: Vec<Multiplier>) -> Stability {
+        let size = |v: &Multiplier| v.0.hypot(v.1);
+        // conjugates have one modulus: the order must not depend on rounding
+        values.sort_by(|a, b| {
+            (size(b), b.0, b.1)
+                .partial_cmp(&(size(a), a.0, a.1))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        let largest = values.first().map_or(0.0, size);
+        let mut outside = [0; 3];
+        for v in values.iter().filter(|v| size(v) > 1.0 + OUTSIDE) {
+            let kind = match (v.1 != 0.0, v.0 > 0.0) {
+                (true, _) => 2,
+                (false, true) => 0,
+                (false, false) => 1,
+            };
+            outside[kind] += 1;
+        }
+        let count = trivial.len();
+        trivial.extend(values);
+        Stability { multipliers: trivial, trivial: count, outside, largest }
     }
-    let count = trivial.len();
-    trivial.extend(values);
-    Ok(Stability { multipliers: trivial, trivial: count, outside, largest })
 }
 
 /// The block that is left of `M` when its eigenvector `p` (multiplier +1) is rotated to the first axis and struck out.

@@ -7,6 +7,7 @@
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
 //! - [`saltation`] — how a perturbation passes a switch;
+//! - [`viscous`] — the viscous nonlinear mode: what is pinned, which viscosity, where to start;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
@@ -26,6 +27,7 @@ pub mod search;
 pub mod segments;
 pub mod shooting;
 pub mod tangent;
+pub mod viscous;
 pub mod walk;
 
 pub use chain::{Chain, Propagator};
@@ -33,6 +35,7 @@ pub use credentials::Orbit;
 pub use floquet::Stability;
 pub use segments::Segments;
 pub use shooting::Closure;
+pub use viscous::Pin;
 
 use crate::contact::ContactError;
 use crate::event::Outcome;
@@ -63,6 +66,16 @@ pub enum OrbitError {
         "a body of {0} displacements is too large for full-period shooting; shoot a reversible orbit (start at rest)"
     )]
     Large(usize),
+    /// The feedback of a viscous orbit is beyond all that could be one.
+    #[error(
+        "alpha = {alpha:.3e} is beyond {most:.3e}, three times the frequency of the pinned mode"
+    )]
+    Feedback {
+        /// `α`
+        alpha: f64,
+        /// Its bound.
+        most: f64,
+    },
     /// An eigenvalue or singular value problem failed.
     #[error("the {0} could not be computed")]
     Eigen(&'static str),

@@ -147,7 +147,9 @@ pub fn find(
     let period = TAU / omega;
     let shot = match shoot(body, closure, z, period, &effort.newton) {
         Ok(shot) => shot,
-        Err(e @ (OrbitError::Incomplete(_) | OrbitError::Held { .. })) => {
+        Err(
+            e @ (OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. }),
+        ) => {
             let (residual, singular_value) = (f64::INFINITY, f64::NAN);
             return Ok(Verdict::NotFound { residual, singular_value, reason: Some(e.to_string()) });
         }
@@ -158,7 +160,7 @@ pub fn find(
     }
     if !effort.rescue
         || body.is_large()
-        || closure == Closure::Autonomous
+        || matches!(closure, Closure::Autonomous | Closure::Viscous(_))
         || shot.passage.chain.events() == 0
     {
         let reason = None;
@@ -170,7 +172,7 @@ pub fn find(
 
 /// Whether a solution of the shooting equations is an orbit.
 fn judge(
-    body: &Propagator,
+    body: &mut Propagator,
     closure: Closure,
     z: &[f64],
     omega: f64,

@@ -17,7 +17,7 @@ use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
 use super::shooting::Closure;
-use super::tangent::Switches;
+use super::tangent::Variation;
 use super::walk::Walk;
 use crate::continuation::{Family, norm};
 
@@ -206,7 +206,7 @@ impl Family for Segments<'_> {
         let r = self.assemble(x, &walk);
         let (n, m) = (self.closure.unknowns(self.body.n()), self.chain.events());
         let start = Mat::<f64>::identity(n, n);
-        let tangent = self.body.tangent(&self.chain, &walk, start.as_ref(), Switches::Free)?;
+        let tangent = self.body.tangent(&self.chain, &walk, &Variation::free(start.as_ref()))?;
         let closure = self.closure.derivative(&tangent.end, n);
         let mut j = Mat::zeros(n + m, n + m + 1);
         for c in 0..n + m {

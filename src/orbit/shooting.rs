@@ -1,7 +1,8 @@
 //! Newton's method on the event-driven map.
 //!
 //! Reversible: `u̇_O(0) = 0`, unknown `u_O(0)`, residual `u̇_O(T/2)`. Full period: unknown `x(0)`, residual `x(T) − x(0)`; for an
-//! autonomous system with the phase condition `ẋ(0)ᵀ δx = 0` in the sense of least squares. The derivative has one saltation matrix
+//! autonomous system with the phase condition `ẋ(0)ᵀ δx = 0` in the sense of least squares. Viscous: unknown `(x(0), α)`, residual `x(T) − x(0)`
+//! and the phase condition `q̇_k(0) = 0` of the pinned mode ([`super::viscous`]). The derivative has one saltation matrix
 //! a switch. The map has corners where the sequence of switches changes, so every trial step of the line search reads the
 //! sequence anew.
 
@@ -12,12 +13,13 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::krylov;
 use super::period_map::{Passage, integrate};
-use super::tangent::Switches;
+use super::tangent::Variation;
+use super::viscous::Pin;
 use super::walk::Walk;
 use crate::continuation::norm;
 
 /// When an orbit closes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Closure {
     /// At rest at `t = 0` and `t = T/2` (undamped, no harmonic load).
     Reversible,
@@ -25,6 +27,8 @@ pub enum Closure {
     Forced,
     /// `x(T) = x(0)`, autonomous, with a phase condition.
     Autonomous,
+    /// `x(T) = x(0)` of a viscous body that is fed by `−αM u̇`, pinned to a mode; the last unknown is `α`.
+    Viscous(Pin),
 }
 
 impl Closure {
@@ -35,25 +39,54 @@ impl Closure {
 
     /// Number of unknowns in `z` for a body of `n` displacements.
     pub fn unknowns(self, n: usize) -> usize {
-        if self == Closure::Reversible { n } else { 2 * n }
+        match self {
+            Closure::Reversible => n,
+            Closure::Viscous(_) => 2 * n + 1,
+            _ => 2 * n,
+        }
+    }
+
+    /// The frame vector among the unknowns.
+    pub fn frame<'z>(&self, z: &'z [f64]) -> &'z [f64] {
+        match self {
+            Closure::Viscous(_) => &z[..z.len() - 1],
+            _ => z,
+        }
+    }
+
+    /// Give the body what the unknowns say of it: the damping of a viscous orbit.
+    pub fn adopt(self, body: &mut Propagator, z: &[f64]) -> Result<(), OrbitError> {
+        if let Closure::Viscous(pin) = self {
+            let alpha = z[z.len() - 1];
+            pin.check(alpha)?;
+            body.set_damping(Some(pin.damping(alpha)))?;
+        }
+        Ok(())
     }
 
     /// The residual at the end of a walk from `z`.
     pub fn residual(self, z: &[f64], z_end: &[f64]) -> Vec<f64> {
         match self {
             Closure::Reversible => z_end[z.len()..].to_vec(),
+            Closure::Viscous(pin) => {
+                let closes = z_end.iter().zip(z).map(|(e, s)| e - s);
+                closes.chain([z[z_end.len() / 2 + pin.mode]]).collect()
+            }
             _ => z_end.iter().zip(z).map(|(e, s)| e - s).collect(),
         }
     }
 
-    /// Its derivative with respect to `z` from the columns that start as the unit vectors.
+    /// Its derivative with respect to `z` from the columns that start as the unit vectors (viscous: and that of `α`).
     pub fn derivative(self, end: &Mat<f64>, unknowns: usize) -> Mat<f64> {
         match self {
             Closure::Reversible => {
                 Mat::from_fn(unknowns, end.ncols(), |i, j| end[(unknowns + i, j)])
             }
-            _ => Mat::from_fn(unknowns, end.ncols(), |i, j| {
-                end[(i, j)] - f64::from(u8::from(i == j))
+            _ => Mat::from_fn(unknowns, end.ncols(), |i, j| match self {
+                Closure::Viscous(pin) if i == end.nrows() => {
+                    f64::from(u8::from(j == i / 2 + pin.mode))
+                }
+                _ => end[(i, j)] - f64::from(u8::from(i == j)),
             }),
         }
     }
@@ -102,33 +135,43 @@ struct Image {
 /// Most tangent products of a Newton step.
 const MOST_PRODUCTS: usize = 1500;
 
-fn image(body: &Propagator, closure: Closure, z: &[f64], period: f64) -> Result<Image, OrbitError> {
+fn image(
+    body: &mut Propagator,
+    closure: Closure,
+    z: &[f64],
+    period: f64,
+) -> Result<Image, OrbitError> {
+    closure.adopt(body, z)?;
     let end = closure.end(period);
-    let passage = integrate(body, &body.state(z), end)?;
+    let frame = closure.frame(z);
+    let passage = integrate(body, &body.state(frame), end)?;
     let walk = match body.is_large() {
         true => None,
-        false => Some(body.walk(&passage.chain, z, &passage.times, end)?),
+        false => Some(body.walk(&passage.chain, frame, &passage.times, end)?),
     };
     let r = match &walk {
         Some(walk) => closure.residual(z, &walk.z_end),
         None => closure.residual(z, &body.frame(&passage.report.last)),
     };
-    let size = norm(&r) / norm(z).max(f64::MIN_POSITIVE);
+    let size = norm(&r) / norm(frame).max(f64::MIN_POSITIVE);
     Ok(Image { passage, walk, r, size, end })
 }
 
 /// `∂R/∂z` of the event-driven map.
 fn jacobian(body: &Propagator, closure: Closure, at: &Image) -> Result<Mat<f64>, OrbitError> {
     let unknowns = closure.unknowns(body.n());
-    let start = Mat::<f64>::identity(unknowns, unknowns);
+    let by_feedback = matches!(closure, Closure::Viscous(_));
+    let columns = unknowns - usize::from(by_feedback);
+    let start = Mat::<f64>::identity(columns, columns);
     let Some(walk) = &at.walk else { return Err(OrbitError::Large(body.n())) };
-    let tangent = body.tangent(&at.passage.chain, walk, start.as_ref(), Switches::Saltation)?;
+    let variation = Variation { by_feedback, ..Variation::of_map(start.as_ref()) };
+    let tangent = body.tangent(&at.passage.chain, walk, &variation)?;
     Ok(closure.derivative(&tangent.end, unknowns))
 }
 
 /// The derivative of the period map (or of the half-period residual) at a state, with the residual: for tests.
 pub fn linearised(
-    body: &Propagator,
+    body: &mut Propagator,
     closure: Closure,
     z: &[f64],
     period: f64,
@@ -168,7 +211,7 @@ fn newton_step(
 /// Newton's method from the frame vector `z`. Evaluations that fail along the line search count as no progress; one that fails
 /// at the guess is an error.
 pub fn shoot(
-    body: &Propagator,
+    body: &mut Propagator,
     closure: Closure,
     z: &[f64],
     period: f64,
@@ -192,7 +235,7 @@ pub fn shoot(
             return Ok(shot(z, at, iteration));
         }
         // a step much longer than the state leads anywhere
-        let excess = norm(&step) / norm(&z);
+        let excess = norm(closure.frame(&step)) / norm(closure.frame(&z));
         if excess > 0.5 {
             step.iter_mut().for_each(|s| *s *= 0.5 / excess);
         }

@@ -16,6 +16,32 @@ pub enum Switches {
     Free,
 }
 
+/// What is varied, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Variation<'a> {
+    /// Columns at the start: frame vectors, `2n` rows, or `n` for displacements only.
+    pub start: MatRef<'a, f64>,
+    /// How tangents pass switches.
+    pub switches: Switches,
+    /// Whether one more column is the derivative by `α` of a body that is fed by `−αM u̇`.
+    pub by_feedback: bool,
+    /// `α` of a feedback that is a prescribed load to the tangent: the variation of the body that does without it.
+    pub released: f64,
+}
+
+impl<'a> Variation<'a> {
+    /// The derivative of the event-driven map.
+    pub fn of_map(start: MatRef<'a, f64>) -> Self {
+        let switches = Switches::Saltation;
+        Variation { start, switches, by_feedback: false, released: 0.0 }
+    }
+
+    /// With switching times as variables of their own.
+    pub fn free(start: MatRef<'a, f64>) -> Self {
+        Variation { switches: Switches::Free, ..Variation::of_map(start) }
+    }
+}
+
 /// Columns at the end of a chain, and the rows of the switch equations.
 #[derive(Debug)]
 pub struct Tangent {
@@ -26,20 +52,20 @@ pub struct Tangent {
 }
 
 impl Propagator {
-    /// Carry the columns of `start` (frame vectors, `2n` rows, or `n` for displacements only) along a walk.
+    /// Carry columns along a walk.
     ///
     /// With `Switches::Saltation` the result is the derivative of the event-driven map. With `Switches::Free` one column a
-    /// switching time is added at the right.
+    /// switching time is added at the right, with `by_feedback` one more behind all others.
     pub fn tangent(
         &self,
         chain: &Chain,
         walk: &Walk,
-        start: MatRef<f64>,
-        switches: Switches,
+        variation: &Variation,
     ) -> Result<Tangent, FemError> {
+        let Variation { start, switches, by_feedback, released } = *variation;
         let (n, given, m) = (self.n(), start.ncols(), chain.events());
         let free = switches == Switches::Free;
-        let k = given + if free { m } else { 0 };
+        let k = given + if free { m } else { 0 } + usize::from(by_feedback);
         // [Q | V] in the modes of the present phase
         let mut b = Mat::<f64>::zeros(n, 2 * k);
         for c in 0..given {
@@ -68,7 +94,10 @@ impl Propagator {
             if let Some(e) = event.filter(|e| free && e.from_start) {
                 e.row(&mut equations, j, &b, k);
             }
-            link.carry(&mut b, k);
+            link.carry(&mut b, k, released);
+            if by_feedback {
+                link.feed(&mut b, k, k - 1);
+            }
             let Some(e) = event else { continue };
             if free {
                 if !e.from_start {

@@ -12,7 +12,7 @@ use crate::contact::System;
 use crate::fem::FemError;
 use crate::flow::drives::Drives;
 use crate::flow::motion::Motion;
-use crate::flow::oscillator::GAUSS10;
+use crate::flow::oscillator::{GAUSS10, Oscillator};
 use crate::flow::spectrum::Spectrum;
 
 impl Propagator {
@@ -92,6 +92,11 @@ pub struct Walk {
 }
 
 impl Walk {
+    /// `∮ u̇ᵀMu̇ dt`
+    pub fn squared_speed(&self) -> f64 {
+        self.links.iter().map(Link::squared_speed).sum()
+    }
+
     /// `u_O` at a time of the walk.
     pub fn displacement(&self, t: f64) -> Vec<f64> {
         let inside = self.links.iter().find(|l| t <= l.span.1);
@@ -158,14 +163,15 @@ impl Link {
         x
     }
 
-    /// Carry tangent columns over the phase: the homogeneous flow of every mode.
-    pub(super) fn carry(&self, b: &mut Mat<f64>, k: usize) {
+    /// Carry tangent columns over the phase: the homogeneous flow of every mode, under the damping `C + αM`.
+    pub(super) fn carry(&self, b: &mut Mat<f64>, k: usize, alpha: f64) {
         let tau = self.span.1 - self.span.0;
         let basis: Vec<[f64; 4]> = self
             .spectrum
             .modes
             .iter()
             .map(|m| {
+                let m = Oscillator { c: m.c + 0.5 * alpha, ..*m };
                 let x = m.basis(tau);
                 [x.c, x.s, -m.omega * m.omega * x.s, x.ds]
             })
@@ -176,6 +182,17 @@ impl Link {
                 (*q, *v) = (c * *q + s * *v, ws * *q + ds * *v);
             }
         }
+    }
+
+    /// Add to a tangent column what the phase itself gives to `∂/∂α` of a body that is fed by `−αM u̇`.
+    pub(super) fn feed(&self, b: &mut Mat<f64>, k: usize, column: usize) {
+        let (q, v) = self.motion.by_mass_damping(&self.spectrum, self.span.1);
+        b.col_as_slice_mut(column).iter_mut().zip(&q).for_each(|(b, q)| *b -= q);
+        b.col_as_slice_mut(k + column).iter_mut().zip(&v).for_each(|(b, v)| *b -= v);
+    }
+
+    fn squared_speed(&self) -> f64 {
+        self.motion.squared_speed(&self.spectrum, self.span.0, self.span.1)
     }
 
     /// The switch at the end of the phase.
