@@ -5,25 +5,29 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
+use signorini::contact::State;
 use signorini::continuation::Options;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
+use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
 use signorini::orbit::branch::Start;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
-use signorini::records::{Branch, BranchEnd, Direction, FamilyKind, Grid, Walk, fingerprint};
+use signorini::records::{
+    Branch, BranchEnd, Direction, FamilyKind, Grid, PointMethod, Walk, fingerprint,
+};
 use signorini::scenario::{Issue, Scene};
 use signorini::store::FamilyPlan;
 
 use super::balance::{self, Choice};
 use super::family::{self, Job, Output};
-use super::{CliError, Global, load, plain};
+use super::{CliError, Global, load, plain, viscous};
 
 /// Arguments of `backbone`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5\n  signorini backbone scenarios/half-plate-orbit.toml --follow arclength --omega 1.8 --points 200 -o branch.h5\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5 --resume\n  signorini plot backbone.h5"
+    after_help = "Example:\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5\n  signorini backbone scenarios/half-plate-orbit.toml --follow arclength --omega 1.8 --points 200 -o branch.h5\n  signorini backbone scenarios/half-plate-orbit.toml --viscous --step 0.02 -o viscous.h5\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5 --resume\n  signorini plot backbone.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -50,6 +54,8 @@ pub struct Arguments {
     /// Go on with an unfinished file, or widen the range of a finished one; everything else must be as it was
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    viscous: viscous::Arguments,
     #[command(flatten)]
     balance: balance::Arguments,
     #[command(flatten)]
@@ -119,9 +125,23 @@ impl Arguments {
     fn request<'s>(&self, scene: &'s Scene) -> Result<Request<'s>, CliError> {
         let range = family::range(scene, self.range.as_deref())?;
         let choice = self.balance.choice(scene)?;
+        if self.viscous.viscous && choice.is_balance() {
+            let message = "--viscous is by shooting: leave --method hbm out";
+            return Err(CliError::Input(message.into()));
+        }
+        let viscosity = self.viscosity(scene)?;
         let walk = self.walk(scene, range)?;
         let points = self.points;
-        Ok(Request { scene, range, choice, walk, points })
+        Ok(Request { scene, range, choice, walk, points, viscosity })
+    }
+
+    /// The viscosity, if a viscous family is asked for.
+    fn viscosity(&self, scene: &Scene) -> Result<Option<Viscosity>, CliError> {
+        if !self.viscous.viscous {
+            return Ok(None);
+        }
+        let body = family::propagator(load::of_scene(scene)?.system)?;
+        self.viscous.viscosity(scene, &body)
     }
 }
 
@@ -133,6 +153,8 @@ struct Request<'s> {
     walk: Walk,
     /// Most points a branch.
     points: usize,
+    /// Of the viscous nonlinear mode.
+    viscosity: Option<Viscosity>,
 }
 
 /// What is computed by itself: one or several branches.
@@ -152,7 +174,7 @@ impl Request<'_> {
     fn closure(&self, problem: &Problem) -> Result<Closure, CliError> {
         let (low, high) = self.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
-        let closure = start::closure(self.scene, problem)?;
+        let closure = self.kind(problem)?;
         if self.walk.grid().is_none() && closure == Closure::Autonomous {
             let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
             let message = "families by arclength start from a state at rest";
@@ -161,10 +183,25 @@ impl Request<'_> {
         Ok(closure)
     }
 
+    /// How the orbits close.
+    fn kind(&self, problem: &Problem) -> Result<Closure, CliError> {
+        match &self.viscosity {
+            Some(v) => Ok(viscous::closure(v)),
+            None => Ok(start::closure(self.scene, problem)?),
+        }
+    }
+
+    fn method(&self) -> PointMethod {
+        match &self.viscosity {
+            Some(v) => PointMethod::Viscous { beta: v.pin.beta, mode: v.pin.mode + 1 },
+            None => self.choice.method(),
+        }
+    }
+
     fn plan(&self, problem: &Problem) -> FamilyPlan {
         FamilyPlan {
             identity: FamilyKind {
-                method: self.choice.method(),
+                method: self.method(),
                 walk: self.walk,
                 problem: fingerprint(problem),
             },
@@ -217,9 +254,12 @@ impl Request<'_> {
         let task = Task { index, known, options: &options, points_suffice: true };
         Ok(match piece {
             Piece::OrbitsOnGrid(stretch) => {
-                let (mut body, closure, guesses) = self.shooting()?;
+                let (mut body, closure, initial) = self.shooting()?;
                 let known = known.branch(0);
-                sequence::orbits(&mut body, closure, guesses, *stretch, &known, take)?
+                let guesses = |body: &Propagator, omega: f64| {
+                    start::guesses(self.scene, &initial, body, closure, omega)
+                };
+                sequence::orbits(&mut body, closure, &guesses, *stretch, &known, take)?
             }
             Piece::SeriesOnGrid(stretch) => {
                 let mut body = self.choice.body(self.scene)?;
@@ -227,7 +267,8 @@ impl Request<'_> {
                 sequence::series(&mut body, what, *stretch, &known.all(), take)?
             }
             Piece::OrbitsAlong(direction) => {
-                let (mut body, closure, guesses) = self.shooting()?;
+                let (mut body, closure, initial) = self.shooting()?;
+                let guesses = start::guesses(self.scene, &initial, &body, closure, omega);
                 let start = |body: &mut Propagator| {
                     let orbit = follow::first_orbit(body, closure, &guesses, omega)?;
                     Ok(Ok(Start::Orbit(Box::new(orbit), direction.sign())))
@@ -241,14 +282,12 @@ impl Request<'_> {
         })
     }
 
-    /// A body for shooting, how its orbits close, and guesses at the first one.
-    fn shooting(&self) -> Result<(Propagator, Closure, Vec<Vec<f64>>), CliError> {
+    /// A body for shooting, how its orbits close, and the scene's initial state.
+    fn shooting(&self) -> Result<(Propagator, Closure, State), CliError> {
         let problem = load::of_scene(self.scene)?;
-        let closure = start::closure(self.scene, &problem)?;
+        let closure = self.kind(&problem)?;
         let initial = problem.initial.clone();
-        let body = family::propagator(problem.system)?;
-        let guesses = start::guesses(self.scene, &initial, &body, closure);
-        Ok((body, closure, guesses))
+        Ok((family::propagator(problem.system)?, closure, initial))
     }
 
     /// Frequency of the first orbit, and how a branch is followed from there.
@@ -272,6 +311,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let request = arguments.request(&scene)?;
     let problem = load::of_scene(&scene)?;
     let closure = request.closure(&problem)?;
+    if let Some(viscosity) = &request.viscosity {
+        viscous::warn(viscosity, problem.system.n_o(), scene.reduction.is_some());
+    }
     let shooting = !request.choice.is_balance();
     let asked = Asked {
         path: &path,

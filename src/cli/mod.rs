@@ -20,6 +20,7 @@ mod resources;
 mod response;
 mod run;
 mod validate;
+mod viscous;
 
 use std::process::ExitCode;
 

@@ -43,8 +43,8 @@ pub fn orbits(
                 Err(why) => return Ok(Err(why)),
             },
         };
-        let stop = branch::arclength(body, closure, from, options, take)?;
-        Ok(stop.ok_or_else(|| NO_TANGENT.into()))
+        let ending = branch::arclength(body, closure, from, options, take)?;
+        Ok(ending.map(|e| (e.to_string(), e.stop)).ok_or_else(|| NO_TANGENT.into()))
     })
 }
 
@@ -56,7 +56,7 @@ pub fn first_orbit(
     omega: f64,
 ) -> Result<Orbit, FamilyError> {
     for guess in guesses {
-        let verdict = find(body, closure, guess, omega, &Effort::default())?;
+        let verdict = find(body, closure, guess, omega, &Effort::of(closure))?;
         if let Some(orbit) = verdict.orbit() {
             return Ok(orbit.clone());
         }
@@ -86,12 +86,12 @@ pub fn series(
             },
         };
         let stop = series_branch::arclength(body, n_h, from, options, take)?;
-        Ok(stop.ok_or_else(|| NO_TANGENT.into()))
+        Ok(stop.map(|s| (s.to_string(), s)).ok_or_else(|| NO_TANGENT.into()))
     })
 }
 
-/// Why a branch was not followed at all, in words, or how following it ended.
-type Followed = Result<Result<Stop, String>, FamilyError>;
+/// Why a branch was not followed at all, in words, or how following it ended, in words and as a value.
+type Followed = Result<Result<(String, Stop), String>, FamilyError>;
 
 /// Go on along a branch: `follow` starts from the last place that is known (or from nothing) and hands its points on.
 fn go_on(
@@ -118,9 +118,9 @@ fn go_on(
     };
     Ok(match follow(known::last_place(&earlier), &options, &mut numbered)? {
         Err(why) => ended(index, EndReason::Stuck, why, false),
-        Ok(stop) => {
+        Ok((text, stop)) => {
             let complete = stop == Stop::Range || (points_suffice && stop == Stop::Points);
-            ended(index, reason(&stop), stop.to_string(), complete)
+            ended(index, reason(&stop), text, complete)
         }
     })
 }

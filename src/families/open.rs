@@ -104,7 +104,10 @@ fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Op
         let along = !tangent.is_empty();
         let length = match unknowns {
             None => !x.is_empty(),
-            Some(z) if along => x.len() == z + events + 1 && place.sets.len() == events + 1,
+            // viscous branches have no charts
+            Some(z) if along && !place.sets.is_empty() => {
+                x.len() == z + events + 1 && place.sets.len() == events + 1
+            }
             Some(z) => x.len() == z + 1,
         };
         length

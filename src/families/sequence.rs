@@ -32,12 +32,12 @@ fn solution_of(p: &&PointRecord) -> Option<(f64, Vec<f64>)> {
     Some((*omega, z.to_vec()))
 }
 
-/// Orbits at each frequency; `first` are the guesses while nothing is known, `known` the points of an earlier run in the order of the
+/// Orbits at each frequency; `first` are the guesses at one while nothing is known, `known` the points of an earlier run in the order of the
 /// walk.
 pub fn orbits(
     body: &mut Propagator,
     closure: Closure,
-    first: Vec<Vec<f64>>,
+    first: &dyn Fn(&Propagator, f64) -> Vec<Vec<f64>>,
     stretch: Stretch,
     known: &[&PointRecord],
     take: Take,
@@ -47,8 +47,7 @@ pub fn orbits(
     for (places, before) in legs.each(known) {
         let frequencies = legs.frequencies(places);
         let solutions = before.iter().filter_map(solution_of).collect();
-        let plan =
-            Sequential { grid: &frequencies, effort: Effort::default(), first: first.clone() };
+        let plan = Sequential { grid: &frequencies, effort: Effort::of(closure), first };
         let mut next = places.iter();
         branch::sequential(body, closure, &plan, solutions, |point, _| {
             let index = next.next().copied().unwrap_or_default();

@@ -49,13 +49,17 @@ pub fn guesses(
     initial: &State,
     body: &Propagator,
     closure: Closure,
+    omega: f64,
 ) -> Vec<Vec<f64>> {
     let s = &scene.initial;
     let given =
         s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some();
     let unknowns = closure.unknowns(body.n());
     let mut list = vec![];
-    if given {
+    if let Closure::Viscous(pin) = closure {
+        list.extend(given.then(|| pin.unknowns(body.frame(initial))));
+        list.extend(pin.guesses(body, omega));
+    } else if given {
         list.push(body.frame(initial)[..unknowns].to_vec());
     } else if closure == Closure::Forced {
         list.push(body.linear_response());

@@ -172,6 +172,24 @@ impl Body {
         }
     }
 
+    /// Speed of pressure waves; none for given matrices.
+    pub fn wave_speed(&self) -> Option<f64> {
+        self.materials().iter().map(Material::wave_speed).reduce(f64::max)
+    }
+
+    /// Median size along the contact normal of the elements that have contact nodes; none for given matrices.
+    pub fn size_at_contact(&self) -> Option<f64> {
+        let (mesh, axis) = (&self.mesh, self.dofs.contact_axis);
+        let touches = |e: &Element| e.nodes.iter().any(|n| self.dofs.contact_nodes.contains(n));
+        let size = |e: Element| {
+            let x = || e.nodes.iter().map(|&n| mesh.nodes()[n][axis]);
+            x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
+        };
+        let mut sizes: Vec<f64> = mesh.elements().filter(touches).map(size).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get(sizes.len() / 2).copied().filter(|_| self.is_of_elements())
+    }
+
     /// Upper bound of the natural frequencies of the body and of all phases of the paper's mass: the largest natural frequency of an
     /// element by itself (Irons; supports and contact conditions only take motions away).
     pub fn frequency_bound(&self) -> f64 {

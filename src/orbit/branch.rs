@@ -2,17 +2,21 @@
 
 use std::f64::consts::TAU;
 
-use super::OrbitError;
 use super::chain::{Chain, Propagator};
-use super::credentials::Orbit;
+use super::credentials::{Feedback, Orbit};
+use super::floquet::Stability;
+use super::mapped::Mapped;
 use super::search::{Effort, Verdict, chain_of, find};
 use super::segments::Segments;
 use super::shooting::Closure;
+use super::viscous;
+use super::{OrbitError, OrbitFamily};
 use crate::contact::ActiveSet;
 use crate::continuation::{self, Go, JUMP, Options, Place, Special, Stop, guesses};
 use crate::event::SwitchKind;
 use crate::records::{
     GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange, VerdictKind,
+    ViscousRecord,
 };
 
 /// An orbit as a file keeps it.
@@ -32,13 +36,23 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         balance: orbit.balance,
         u0,
         v0,
-        multipliers: stability
-            .map_or(vec![], |s| s.multipliers.iter().map(|&(re, im)| [re, im]).collect()),
+        multipliers: pairs(stability),
         trivial: stability.map_or(0, |s| s.trivial),
         stable: stability.map(|s| s.is_stable()),
         jumps: switches.clone().map(|s| s.energy_jump).collect(),
         switches: switches.map(|s| (s.t, s.node, s.kind == SwitchKind::Close)).collect(),
+        viscous: orbit.viscous.as_ref().map(feedback),
     })
+}
+
+fn pairs(stability: Option<&Stability>) -> Vec<[f64; 2]> {
+    stability.map_or(vec![], |s| s.multipliers.iter().map(|&(re, im)| [re, im]).collect())
+}
+
+fn feedback(f: &Feedback) -> ViscousRecord {
+    let Feedback { alpha, beta, turned_over, under_load } = f;
+    let under_load = pairs(under_load.as_ref());
+    ViscousRecord { alpha: *alpha, beta: *beta, turned_over: *turned_over, under_load }
 }
 
 /// Where a continuation stands, as a file keeps it.
@@ -113,35 +127,130 @@ pub fn arclength(
     start: Start,
     options: &Options,
     mut take: impl FnMut(PointRecord) -> Go,
-) -> Result<Option<Stop>, OrbitError> {
-    let watch = true;
-    let (place, mut family) = match start {
-        Start::Place(place) => {
-            let mut family = Segments::new(body, closure, place.chart.clone());
-            family.watch = watch;
-            (place, family)
-        }
+) -> Result<Option<Ending>, OrbitError> {
+    let (chain, start) = match start {
+        Start::Place(place) => (place.chart.clone(), Begin::Place(place)),
         Start::Orbit(orbit, direction) => {
             body.system.loads_mut().set_frequency(orbit.omega());
-            let (chain, times) = chain_of(body, &orbit)?;
+            let (chain, times) = match closure {
+                Closure::Viscous(_) => (Chain { sets: vec![], nodes: vec![] }, vec![]),
+                _ => chain_of(body, &orbit)?,
+            };
+            let x = orbit.z.iter().copied().chain(times).chain([orbit.omega()]).collect();
+            (chain, Begin::At(x, direction))
+        }
+    };
+    match closure {
+        Closure::Viscous(pin) => {
+            across_corners(&mut Mapped::new(body, pin), start, options, &mut take)
+        }
+        _ => {
             let mut family = Segments::new(body, closure, chain);
-            family.watch = watch;
-            let x = family.unknowns(&orbit.z, &times, orbit.omega());
-            let Some(place) = Place::start(&mut family, x, direction, options.step.0)? else {
+            let stop = along(&mut family, start, options, &mut take)?.map(|(stop, _)| stop);
+            Ok(stop.map(Ending::of))
+        }
+    }
+}
+
+/// How a branch ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ending {
+    /// How the continuation stopped.
+    pub stop: Stop,
+    /// The grazing that it stopped at, if that is the reason.
+    pub grazing: Option<String>,
+}
+
+impl Ending {
+    fn of(stop: Stop) -> Ending {
+        Ending { stop, grazing: None }
+    }
+}
+
+impl std::fmt::Display for Ending {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (&self.grazing, &self.stop) {
+            (Some(what), Stop::Step { lambda }) => {
+                write!(
+                    f,
+                    "ends at a grazing corner at {lambda:.9}, where {what}; no step across finds another side"
+                )
+            }
+            (_, stop) => write!(f, "{stop}"),
+        }
+    }
+}
+
+/// Where a branch begins, in the unknowns of its family.
+enum Begin {
+    Place(Place<Chain>),
+    At(Vec<f64>, f64),
+}
+
+/// Follow a viscous family; where a grazing corner stops it, go on behind the corner if a step across finds the other side.
+fn across_corners(
+    family: &mut Mapped,
+    start: Begin,
+    options: &Options,
+    take: &mut dyn FnMut(PointRecord) -> Go,
+) -> Result<Option<Ending>, OrbitError> {
+    let (mut options, mut start) = (options.clone(), start);
+    loop {
+        let mut count = 0;
+        let mut counted = |p: PointRecord| {
+            count += 1;
+            take(p)
+        };
+        let Some((stop, last)) = along(family, start, &options, &mut counted)? else {
+            return Ok(None);
+        };
+        options.points = options.points.saturating_sub(count);
+        let Stop::Step { .. } = stop else { return Ok(Some(Ending::of(stop))) };
+        let Some(what) = family.grazing(&last.x)? else { return Ok(Some(Ending::of(stop))) };
+        // what was not passed right behind a corner is not passed by trying again
+        let behind = match count > 3 && options.points > 0 {
+            true => family.across(&last)?,
+            false => None,
+        };
+        let Some(place) = behind else { return Ok(Some(Ending { stop, grazing: Some(what) })) };
+        let special = Special::Border(format!("{what}: a corner of the branch"));
+        let point = point(family, &place.x, Some(&special), Some(&place))?;
+        if take(point).is_break() {
+            return Ok(Some(Ending::of(Stop::Interrupted)));
+        }
+        start = Begin::Place(place);
+    }
+}
+
+/// Follow a family; how that ended, and where.
+fn along<F: OrbitFamily>(
+    family: &mut F,
+    start: Begin,
+    options: &Options,
+    take: &mut dyn FnMut(PointRecord) -> Go,
+) -> Result<Option<(Stop, Place<Chain>)>, OrbitError> {
+    let place = match start {
+        Begin::Place(place) => place,
+        Begin::At(x, direction) => {
+            let Some(place) = Place::start(family, x, direction, options.step.0)? else {
                 return Ok(None);
             };
-            let point = point(&mut family, &place.x, Some(&Special::Start), Some(&place))?;
+            let point = point(family, &place.x, Some(&Special::Start), Some(&place))?;
             if take(point).is_break() {
-                return Ok(Some(Stop::Interrupted));
+                return Ok(Some((Stop::Interrupted, place)));
             }
-            (place, family)
+            place
         }
     };
     let mut failed = None;
-    let stop = continuation::follow(&mut family, place, options, |family, p| {
+    let mut last = place.clone();
+    let stop = continuation::follow(family, place, options, |family, p| {
         // a special point inside a step is no place to go on from: the step is made anew
         let regular = matches!(p.special, None | Some(Special::Border(_)));
         let place = regular.then_some(&p.place);
+        if regular {
+            last = p.place.clone();
+        }
         match point(family, &p.x, p.special.as_ref(), place) {
             Ok(point) => take(point),
             Err(e) => {
@@ -152,21 +261,24 @@ pub fn arclength(
     })?;
     match failed {
         Some(e) => Err(e),
-        None => Ok(Some(stop)),
+        None => Ok(Some((stop, last))),
     }
 }
 
-fn point(
-    family: &mut Segments,
+fn point<F: OrbitFamily>(
+    family: &mut F,
     x: &[f64],
     special: Option<&Special>,
     place: Option<&Place<Chain>>,
 ) -> Result<PointRecord, OrbitError> {
     let orbit = family.orbit(x)?;
-    let flaws = orbit.flaws();
+    let mut flaws = orbit.flaws();
+    if orbit.viscous.is_some() && orbit.switches.is_empty() {
+        flaws.push("no contact".into());
+    }
     let kind = special.map_or(PointKind::Regular, kind_of);
     let (orbit, special) = if flaws.is_empty() {
-        (Some(record(family.body, &orbit)?), kind)
+        (Some(record(family.body(), &orbit)?), kind)
     } else {
         (None, PointKind::Failed(flaws.join("; ")))
     };
@@ -185,8 +297,8 @@ pub struct Sequential<'a> {
     pub grid: &'a [f64],
     /// What to do for one orbit.
     pub effort: Effort,
-    /// Guesses while nothing is known.
-    pub first: Vec<Vec<f64>>,
+    /// Guesses at a frequency while nothing is known.
+    pub first: &'a dyn Fn(&Propagator, f64) -> Vec<Vec<f64>>,
 }
 
 /// How often a step that fails is halved.
@@ -206,9 +318,10 @@ pub fn sequential(
         let verdict = try_at(body, closure, plan, &known, omega)?;
         let point = match verdict.orbit() {
             Some(orbit) => {
+                let found = closure.frame(&orbit.z);
                 let distance = |a: &[f64]| {
-                    let d: f64 = a.iter().zip(&orbit.z).map(|(a, b)| (a - b).powi(2)).sum();
-                    (d / orbit.z.iter().map(|z| z * z).sum::<f64>()).sqrt()
+                    let d: f64 = a.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum();
+                    (d / found.iter().map(|z| z * z).sum::<f64>()).sqrt()
                 };
                 let jumped = expected.as_deref().is_some_and(|e| distance(e) > JUMP);
                 let special = if known.is_empty() {
@@ -248,7 +361,7 @@ fn try_at(
 ) -> Result<Verdict, OrbitError> {
     let mut list: Vec<Vec<f64>> = guesses(known, omega).into_iter().map(|g| g.1).collect();
     if list.is_empty() {
-        list.clone_from(&plan.first);
+        list = (plan.first)(body, omega);
     }
     // quick attempts first, the search for the cause last
     let quick = Effort { rescue: false, ..plan.effort };
@@ -278,6 +391,15 @@ fn try_at(
                 return Ok(verdict);
             }
         }
+    }
+    if let Closure::Viscous(pin) = closure {
+        // a basin that reaches from the linear mode: higher viscosity first, then down
+        let found = viscous::by_viscosity(body, pin, omega, &quick)?;
+        return Ok(found.unwrap_or(Verdict::NotFound {
+            residual: f64::NAN,
+            singular_value: f64::NAN,
+            reason: Some("no path of viscosities leads to an orbit".into()),
+        }));
     }
     let mut worst = None;
     for guess in list.iter().rev() {

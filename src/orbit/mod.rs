@@ -9,6 +9,7 @@
 //! - [`saltation`] — how a perturbation passes a switch;
 //! - [`viscous`] — the viscous nonlinear mode: what is pinned, which viscosity, where to start;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
+//! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits: sequential, natural, by arclength, with all that a file keeps of them;
@@ -21,6 +22,7 @@ pub mod check;
 pub mod credentials;
 pub mod floquet;
 pub mod krylov;
+pub mod mapped;
 pub mod period_map;
 pub mod saltation;
 pub mod search;
@@ -38,8 +40,17 @@ pub use shooting::Closure;
 pub use viscous::Pin;
 
 use crate::contact::ContactError;
+use crate::continuation::Family;
 use crate::event::Outcome;
 use crate::fem::FemError;
+
+/// A family whose solutions are orbits.
+pub trait OrbitFamily: Family<Chart = Chain, Error = OrbitError> {
+    /// The orbit of a solution, with its credentials.
+    fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError>;
+    /// The body.
+    fn body(&self) -> &Propagator;
+}
 
 /// The period map could not be evaluated.
 #[derive(Debug, thiserror::Error)]

@@ -135,6 +135,17 @@ impl Default for Effort {
     }
 }
 
+impl Effort {
+    /// What an orbit of a kind is worth: viscous ones are found in a few steps, or not from there.
+    pub fn of(closure: Closure) -> Effort {
+        let newton = match closure {
+            Closure::Viscous(_) => Settings { iterations: 15, ..Settings::default() },
+            _ => Settings::default(),
+        };
+        Effort { newton, ..Effort::default() }
+    }
+}
+
 /// The orbit of frequency `omega` near the frame vector `z` (displacements only for a reversible one).
 pub fn find(
     body: &mut Propagator,

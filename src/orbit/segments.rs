@@ -12,13 +12,13 @@ use std::fmt;
 
 use faer::Mat;
 
-use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
 use super::shooting::Closure;
 use super::tangent::Variation;
 use super::walk::Walk;
+use super::{OrbitError, OrbitFamily};
 use crate::continuation::{Family, norm};
 
 /// A family of orbits of one body.
@@ -451,9 +451,12 @@ impl Family for Segments<'_> {
     }
 }
 
-impl Segments<'_> {
-    /// The orbit of a solution, with its credentials.
-    pub fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
+impl OrbitFamily for Segments<'_> {
+    fn body(&self) -> &Propagator {
+        self.body
+    }
+
+    fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
         if let Some((known, orbit)) = &self.examined
             && known == x
         {
@@ -466,7 +469,9 @@ impl Segments<'_> {
         self.examined = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
     }
+}
 
+impl Segments<'_> {
     /// The chart has a switch that the integrator does not see: the phase before it is about to vanish.
     fn unknown_border(&self, phase: usize) -> Border {
         Border::Phase { phase, what: self.describe(phase) }

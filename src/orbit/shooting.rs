@@ -123,19 +123,27 @@ pub struct Shot {
 }
 
 /// The map at `z`.
-struct Image {
+pub(super) struct Image {
     passage: Passage,
     /// None for a large body, which has the modes of no phase.
     walk: Option<Walk>,
-    r: Vec<f64>,
+    /// The residual.
+    pub r: Vec<f64>,
     size: f64,
     end: f64,
+}
+
+impl Image {
+    /// The rate of the frame vector at the end; empty for a large body.
+    pub fn rate_end(&self) -> &[f64] {
+        self.walk.as_ref().map_or(&[], |w| &w.rate_end)
+    }
 }
 
 /// Most tangent products of a Newton step.
 const MOST_PRODUCTS: usize = 1500;
 
-fn image(
+pub(super) fn image(
     body: &mut Propagator,
     closure: Closure,
     z: &[f64],
@@ -158,7 +166,11 @@ fn image(
 }
 
 /// `∂R/∂z` of the event-driven map.
-fn jacobian(body: &Propagator, closure: Closure, at: &Image) -> Result<Mat<f64>, OrbitError> {
+pub(super) fn jacobian(
+    body: &Propagator,
+    closure: Closure,
+    at: &Image,
+) -> Result<Mat<f64>, OrbitError> {
     let unknowns = closure.unknowns(body.n());
     let by_feedback = matches!(closure, Closure::Viscous(_));
     let columns = unknowns - usize::from(by_feedback);

@@ -11,6 +11,8 @@
 use super::OrbitError;
 use super::branch::mode_guess;
 use super::chain::Propagator;
+use super::search::{Effort, Verdict, find};
+use super::shooting::Closure;
 use crate::contact::Rayleigh;
 
 /// What a viscous orbit is pinned to.
@@ -61,6 +63,11 @@ impl Pin {
         self.travel_time() / (sharpness * sharpness)
     }
 
+    /// Above `3.5 √(c/(Lβ))`, in frequency, nothing is left of a motion (to 1e-4 of its energy).
+    pub fn cutoff(&self) -> f64 {
+        3.5 / (self.travel_time() * self.beta).sqrt()
+    }
+
     /// `C = βK − αM`.
     pub fn damping(&self, alpha: f64) -> Rayleigh {
         Rayleigh { alpha: -alpha, beta: self.beta }
@@ -73,6 +80,12 @@ impl Pin {
             true => Ok(()),
             false => Err(OrbitError::Feedback { alpha, most }),
         }
+    }
+
+    /// Unknowns `(z, α)` of a state whose feedback is not known.
+    pub fn unknowns(&self, mut z: Vec<f64>) -> Vec<f64> {
+        z.push(FEEDBACK * self.omega);
+        z
     }
 
     /// Unknowns `(z, α)` to start from at the frequency `omega`: the pinned mode, at rest on the side away from the obstacle.
@@ -110,4 +123,39 @@ pub fn pinned_mode(body: &Propagator) -> Option<usize> {
     }
     let shares: Vec<f64> = (0..n).map(share).collect();
     (0..n).max_by(|&a, &b| shares[a].total_cmp(&shares[b]).then(b.cmp(&a)))
+}
+
+/// Sharpness of the fronts that every start leads to, and by how much one step may raise it.
+const SMOOTH: (f64, f64) = (7.0, 1.43);
+
+/// The orbit at a frequency along a path of falling viscosities: fronts of sharpness 7 first, where the basin of the linear mode is widest. None
+/// if there is no orbit at some viscosity of the path.
+pub fn by_viscosity(
+    body: &mut Propagator,
+    pin: Pin,
+    omega: f64,
+    effort: &Effort,
+) -> Result<Option<Verdict>, OrbitError> {
+    let (mut sharpness, last) = (SMOOTH.0, pin.sharpness());
+    let at = |sharpness: f64| Pin { beta: pin.beta_of(sharpness), ..pin };
+    let mut found = None;
+    if sharpness < last {
+        for guess in pin.guesses(body, omega) {
+            let verdict = find(body, Closure::Viscous(at(sharpness)), &guess, omega, effort)?;
+            if verdict.orbit().is_some() {
+                found = Some(verdict);
+                break;
+            }
+        }
+    }
+    while let Some(orbit) = found.as_ref().and_then(Verdict::orbit) {
+        let z = orbit.z.clone();
+        if sharpness >= last {
+            return Ok(found);
+        }
+        sharpness = last.min(SMOOTH.1 * sharpness);
+        let pin = if sharpness == last { pin } else { at(sharpness) };
+        found = Some(find(body, Closure::Viscous(pin), &z, omega, effort)?);
+    }
+    Ok(None)
 }

@@ -22,10 +22,18 @@ pub struct FamilyKind {
 }
 
 /// How a point of a family is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum PointMethod {
     /// In time.
     Shooting,
+    /// In time: the viscous nonlinear mode.
+    Viscous {
+        /// `β` of `C = βK − αM`.
+        #[serde(with = "bits::one")]
+        beta: f64,
+        /// The mode it is pinned to, from 1.
+        mode: usize,
+    },
     /// By harmonic balance.
     HarmonicBalance {
         /// The equation solved for the acceleration, in place of the balance of forces.
@@ -145,6 +153,7 @@ impl FamilyKind {
     pub fn outline(&self) -> Outline {
         let solver = match self.method {
             PointMethod::Shooting => Solver::Shooting,
+            PointMethod::Viscous { .. } => Solver::Viscous,
             PointMethod::HarmonicBalance { .. } => Solver::HarmonicBalance,
             PointMethod::Check { .. } => Solver::Check,
         };
@@ -163,6 +172,7 @@ impl std::fmt::Display for FamilyKind {
         write!(f, "{}", self.outline())?;
         match self.method {
             PointMethod::Shooting => {}
+            PointMethod::Viscous { beta, mode } => write!(f, ", beta {beta}, mode {mode}")?,
             PointMethod::HarmonicBalance { acceleration, samples, shot } => {
                 let form = if acceleration { "acceleration" } else { "force" };
                 write!(f, ", {form} form")?;
@@ -200,6 +210,8 @@ pub struct Outline {
 pub enum Solver {
     /// Shooting.
     Shooting,
+    /// Shooting of the viscous nonlinear mode.
+    Viscous,
     /// Harmonic balance.
     HarmonicBalance,
     /// Shooting from the points of another file.
@@ -225,6 +237,7 @@ impl Outline {
         let solver = match name {
             _ if name.contains("crosscheck") => Solver::Check,
             _ if name.starts_with("hbm") => Solver::HarmonicBalance,
+            _ if name.starts_with("viscous") => Solver::Viscous,
             _ => Solver::Shooting,
         };
         let way = match name {
@@ -250,6 +263,7 @@ impl std::fmt::Display for Outline {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let solver = match self.solver {
             Solver::Shooting => "shooting",
+            Solver::Viscous => "viscous",
             Solver::HarmonicBalance => "hbm",
             Solver::Check => "crosscheck",
         };
@@ -328,6 +342,7 @@ mod tests {
     fn a_name_begins_with_the_outline() {
         let method = [
             PointMethod::Shooting,
+            PointMethod::Viscous { beta: 0.01, mode: 2 },
             PointMethod::HarmonicBalance { acceleration: true, samples: Some(64), shot: true },
             PointMethod::Check { quick: true },
         ];

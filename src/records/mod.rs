@@ -22,7 +22,7 @@ pub use check::{CheckRow, VerdictKind};
 pub use kind::{
     BranchEnd, EndReason, FamilyKind, Grid, Outline, PointMethod, Solver, Walk, Way, fingerprint,
 };
-pub use orbit::OrbitRecord;
+pub use orbit::{OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};

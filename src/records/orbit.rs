@@ -10,7 +10,7 @@ pub struct OrbitRecord {
     /// Period.
     #[serde(with = "bits::one")]
     pub period: f64,
-    /// Largest energy over the period.
+    /// Largest energy over the period; of a viscous orbit the energy at `t = 0`.
     #[serde(with = "bits::one")]
     pub energy: f64,
     /// Largest contact displacement.
@@ -53,4 +53,24 @@ pub struct OrbitRecord {
     /// Energy jumps at the switches.
     #[serde(with = "bits::many")]
     pub jumps: Vec<f64>,
+    /// What a viscous orbit has besides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscous: Option<ViscousRecord>,
+}
+
+/// The feedback of a viscous orbit: `C = βK − αM`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ViscousRecord {
+    /// `α`
+    #[serde(with = "bits::one")]
+    pub alpha: f64,
+    /// `β`
+    #[serde(with = "bits::one")]
+    pub beta: f64,
+    /// Energy that the viscosity takes and the feedback gives back a period.
+    #[serde(with = "bits::one")]
+    pub turned_over: f64,
+    /// Multipliers of the damped body under `αM u̇(t)` as a prescribed load. Empty: not computed.
+    #[serde(with = "bits::pairs")]
+    pub under_load: Vec<[f64; 2]>,
 }

@@ -71,6 +71,7 @@ impl Scene {
         self.check_loads()?;
         self.check_initial()?;
         self.check_orbit()?;
+        self.check_reduction()?;
         self.check_run()
     }
 }

@@ -13,6 +13,7 @@ mod initial;
 mod load;
 mod matrices;
 mod orbit;
+mod reduction;
 mod run;
 mod support;
 
@@ -28,7 +29,8 @@ pub use error::{Issue, SceneError};
 pub use expression::{Amplitude, Field};
 pub use initial::Initial;
 pub use load::{Load, LoadKind};
-pub use orbit::Orbit;
+pub use orbit::{Auto, Beta, Orbit};
+pub use reduction::Reduction;
 pub use run::{Integrator, Run};
 pub use support::{Axis, Support};
 
@@ -58,6 +60,8 @@ pub struct Scene {
     pub run: Option<Run>,
     /// What `orbit`, `backbone` and `response` do.
     pub orbit: Option<Orbit>,
+    /// Fixed-interface modes of `u_O` in place of all displacements.
+    pub reduction: Option<Reduction>,
     /// Where the scene was read from.
     #[serde(skip)]
     pub source: Source,

@@ -17,8 +17,30 @@ pub struct Orbit {
     pub harmonics: Option<usize>,
     /// Range of continuation.
     pub range: Option<[f64; 2]>,
+    /// Viscosity `β` of `C = βK − αM` for the viscous nonlinear mode.
+    pub beta: Option<Beta>,
+    /// The mode of the open body that the viscous nonlinear mode is pinned to, from 1.
+    pub mode: Option<usize>,
     /// Damping ratios of `response`, in place of the scene's own.
     pub ratios: Option<Vec<f64>>,
+}
+
+/// `[orbit] beta`
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "give a number (a time), or \"auto\"")]
+pub enum Beta {
+    /// In the scene's unit of time.
+    Number(f64),
+    /// What the mesh resolves.
+    Word(Auto),
+}
+
+/// The word of [`Beta`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Auto {
+    /// `"auto"`
+    Auto,
 }
 
 impl Scene {
@@ -47,6 +69,12 @@ impl Scene {
                     "give the lower frequency first",
                 ));
             }
+        }
+        if let Some(Beta::Number(beta)) = o.beta {
+            positive("orbit.beta", beta)?;
+        }
+        if o.mode == Some(0) {
+            return Err(Issue::new("orbit.mode", "modes count from 1", "mode = 1"));
         }
         if o.harmonics == Some(0) {
             return Err(Issue::new("orbit.harmonics", "needs at least one", "harmonics = 15"));

@@ -21,7 +21,8 @@ use super::table::Table;
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
 use crate::records::{
-    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, PointRecord, Status, Walk,
+    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, PointMethod, PointRecord, Status,
+    ViscousRecord, Walk,
 };
 use crate::scenario::Scene;
 
@@ -67,6 +68,16 @@ const ROWS: [(&str, &str); 10] = [
     ("branch", "number"),
     ("index", "place on the branch"),
 ];
+
+/// Rows of the viscous nonlinear mode besides.
+const OF_VISCOUS: [(&str, &str); 3] =
+    [("alpha", "1/time"), ("beta", "time"), ("energy_turned_over", "energy a period")];
+
+/// The rows of a family.
+fn rows_of(plan: &FamilyPlan) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    let viscous = matches!(plan.identity.method, PointMethod::Viscous { .. });
+    ROWS.iter().chain(OF_VISCOUS.iter().filter(move |_| viscous))
+}
 
 impl FamilyWriter {
     /// Create the file.
@@ -132,7 +143,7 @@ impl FamilyWriter {
             // every row is flushed on its own: small chunks, no compression
             let row =
                 |(name, units): &(&str, &str)| Table::create(&g, name, None, 64, false, units);
-            let rows: Result<Vec<_>, _> = ROWS.iter().map(row).collect();
+            let rows: Result<Vec<_>, _> = rows_of(plan).map(row).collect();
             let special = Table::create(&g, "special", None, 64, false, "words")?;
             let points = g.create_group("points")?;
             file.flush()?;
@@ -204,6 +215,8 @@ impl FamilyWriter {
         let nan = f64::NAN;
         let o = p.orbit.as_ref();
         let of = |f: &dyn Fn(&OrbitRecord) -> f64| o.map_or(nan, f);
+        let of_viscous =
+            |f: &dyn Fn(&ViscousRecord) -> f64| o.and_then(|o| o.viscous.as_ref()).map_or(nan, f);
         let row = [
             p.omega,
             of(&|o| o.energy),
@@ -215,6 +228,9 @@ impl FamilyWriter {
             of(&|o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))),
             p.branch as f64,
             p.index as f64,
+            of_viscous(&|v| v.alpha),
+            of_viscous(&|v| v.beta),
+            of_viscous(&|v| v.turned_over),
         ];
         for (table, x) in self.rows.iter_mut().zip(row) {
             table.push(&[x]);

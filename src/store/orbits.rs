@@ -10,7 +10,7 @@ use super::mesh::along_axes;
 use super::reader::{Careful, open, reading};
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::System;
-use crate::records::{OrbitRecord, PlaceRecord};
+use crate::records::{OrbitRecord, PlaceRecord, ViscousRecord};
 
 pub(super) type Word = FixedAscii<64>;
 
@@ -81,17 +81,44 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
         o.switches.iter().map(|s| word(if s.2 { "close" } else { "open" })).collect();
     s.new_dataset_builder().with_data(&kinds).create("kind")?;
     s.new_dataset_builder().with_data(&o.jumps).create("energy_jump")?;
+    o.viscous.as_ref().map_or(Ok(()), |v| write_viscous(g, v))
+}
+
+const OF_VISCOUS: [&str; 3] = ["alpha", "beta", "energy_turned_over"];
+
+fn write_viscous(g: &Group, v: &ViscousRecord) -> Result<(), StoreError> {
+    let numbers = [v.alpha, v.beta, v.turned_over];
+    OF_VISCOUS.iter().zip(numbers).try_for_each(|(name, x)| scalar(g, name, x))?;
+    let flat: Vec<f64> = v.under_load.iter().flatten().copied().collect();
+    let multipliers = matrix(v.under_load.len(), 2, flat)?;
+    g.new_dataset_builder().with_data(&multipliers).create("multipliers_under_load")?;
     Ok(())
+}
+
+fn read_viscous(g: &Group) -> Result<Option<ViscousRecord>, StoreError> {
+    if g.attr(OF_VISCOUS[0]).is_err() {
+        return Ok(None);
+    }
+    let [mut alpha, mut beta, mut turned_over] = [0.0; 3];
+    for (x, name) in [&mut alpha, &mut beta, &mut turned_over].into_iter().zip(OF_VISCOUS) {
+        *x = read_scalar(g, name)?;
+    }
+    let under_load = read_pairs(g, "multipliers_under_load")?;
+    Ok(Some(ViscousRecord { alpha, beta, turned_over, under_load }))
+}
+
+fn read_pairs(g: &Group, name: &str) -> Result<Vec<[f64; 2]>, StoreError> {
+    let table: Array2<f64> = g.dataset(name)?.table()?;
+    if table.ncols() != 2 {
+        return Err(hdf5::Error::from(format!("{name} are no pairs")).into());
+    }
+    Ok(table.rows().into_iter().map(|r| [r[0], r[1]]).collect())
 }
 
 pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
     let mut n = [0.0; 9];
     for (x, name) in n.iter_mut().zip(NUMBERS) {
         *x = read_scalar(g, name)?;
-    }
-    let multipliers: Array2<f64> = g.dataset("multipliers")?.table()?;
-    if multipliers.ncols() != 2 {
-        return Err(hdf5::Error::from("multipliers are no pairs").into());
     }
     let s = g.group("switches")?;
     let t: Vec<f64> = s.dataset("t")?.values()?;
@@ -110,7 +137,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         balance: n[8],
         u0: g.dataset("u0")?.values()?,
         v0: g.dataset("v0")?.values()?,
-        multipliers: multipliers.rows().into_iter().map(|r| [r[0], r[1]]).collect(),
+        multipliers: read_pairs(g, "multipliers")?,
         trivial: read_scalar(g, "trivial_multipliers")? as usize,
         stable: match read_text(g, "stable").as_deref() {
             Some("yes") => Some(true),
@@ -119,6 +146,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
         },
         switches: switches.map(|((&t, &n), k)| (t, n as usize, k.as_str() == "close")).collect(),
         jumps: s.dataset("energy_jump")?.values()?,
+        viscous: read_viscous(g)?,
     })
 }
 

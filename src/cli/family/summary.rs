@@ -10,6 +10,7 @@ use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
 use super::jobs::Carried;
+use crate::cli::viscous::{CONSERVATIVE, MEANING};
 use crate::cli::{CliError, Global, title};
 
 /// Special points that are listed.
@@ -34,6 +35,9 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
             "omega": p.omega, "branch": p.branch, "special": p.special, "converged": o.is_some(),
             "energy": o.map(|o| o.energy), "amplitude": o.map(|o| o.amplitude), "residual": o.map(|o| o.residual),
             "switches": o.map(|o| o.switches.len()), "stable": o.and_then(|o| o.stable),
+            "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
+            "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta),
+            "energy_turned_over": o.and_then(|o| o.viscous.as_ref()).map(|v| v.turned_over),
         })
     };
     let stop = |e: &BranchEnd| json!({"branch": e.branch, "stop": e.text, "complete": e.complete});
@@ -51,6 +55,11 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
         let _ = writeln!(out, "  {label:<14}{text}");
     };
     line("found", found(stored, *resumed));
+    match stored.outline().solver {
+        Solver::Viscous => line("what", MEANING.into()),
+        Solver::Shooting if is_free(scene) => line("what", CONSERVATIVE.into()),
+        _ => {}
+    }
     for e in ends {
         let name = match ends.len() {
             1 => String::new(),
@@ -75,6 +84,11 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     out
 }
 
+/// Whether motions of a scene conserve their energy.
+fn is_free(scene: &Scene) -> bool {
+    scene.damping.is_none() && scene.loads.iter().all(|l| l.omega.is_none())
+}
+
 /// Whether a point is listed: not those that every family has, nor those that are counted.
 fn is_on_the_way(kind: &PointKind) -> bool {
     use PointKind::{EndOfRange, Gap, Jump, Regular, Start};
@@ -84,7 +98,7 @@ fn is_on_the_way(kind: &PointKind) -> bool {
 /// How many orbits there are, and of what stability.
 fn found(stored: &StoredFamily, resumed: usize) -> String {
     let orbits = || stored.points.iter().filter_map(|p| p.orbit.as_ref());
-    let stable = match orbits().any(|o| o.stable.is_some()) {
+    let stable = match orbits().any(|o| o.stable.is_some() && o.viscous.is_none()) {
         true => {
             let count = orbits().filter(|o| o.stable == Some(true)).count();
             format!(", {count} of them stable")
@@ -107,7 +121,7 @@ fn on_a_grid(stored: &StoredFamily) -> String {
         return String::new();
     }
     let hint = match outline.solver {
-        Solver::Shooting => {
+        Solver::Shooting | Solver::Viscous => {
             "; the branch folds back there, or another crosses it: --follow arclength goes around"
         }
         _ => "; more harmonics, or --follow arclength, may close them",

@@ -13,6 +13,7 @@ use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
 use signorini::families::start;
 use signorini::orbit::search::{Effort, Verdict, find};
+use signorini::orbit::viscous::by_viscosity;
 use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
 use signorini::problem::Problem;
 use signorini::records::Status;
@@ -20,7 +21,7 @@ use signorini::scenario::Scene;
 use signorini::store::{Writer, WriterOptions};
 
 use super::family::{self, Output};
-use super::{CliError, Global, load};
+use super::{CliError, Global, load, viscous};
 use all::all;
 use near_return::near_return;
 use words::{failure_json, orbit_json, orbit_text};
@@ -29,7 +30,7 @@ use words::{failure_json, orbit_json, orbit_text};
 #[derive(Debug, Args)]
 #[command(
     after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\n\
-    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini plot orbit.h5"
+    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini plot orbit.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -60,6 +61,8 @@ pub struct Arguments {
     #[arg(long)]
     full: bool,
     #[command(flatten)]
+    viscous: viscous::Arguments,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -74,6 +77,17 @@ impl Arguments {
             let message = "--all writes no file and has its own starts: leave out -o and --amplitude, then shoot the orbit you want \
                            with --amplitude or [initial]";
             return Err(CliError::Input(message.into()));
+        }
+        let other = [
+            ("--all", self.all),
+            ("--full", self.full),
+            ("--near-return", self.near_return.is_some()),
+        ];
+        if let Some((name, _)) = other.iter().find(|(_, given)| *given && self.viscous.viscous) {
+            let message = format!(
+                "{name} does not go with --viscous: there is one viscous orbit at a frequency outside internal resonances, shot over the whole period"
+            );
+            return Err(CliError::Input(message));
         }
         if self.amplitude.is_some_and(|a| !is_amplitude(a.abs())) {
             let message =
@@ -96,7 +110,11 @@ impl Arguments {
             near_period = Some(period);
             problem.initial = state;
         }
-        let mut closure = start::closure(scene, problem)?;
+        // the kind of a viscous orbit is known when its modes are
+        let mut closure = match self.viscous.viscous {
+            true => Closure::Autonomous,
+            false => start::closure(scene, problem)?,
+        };
         if self.full && closure == Closure::Reversible {
             closure = Closure::Autonomous;
         }
@@ -116,9 +134,14 @@ impl Arguments {
     ) -> Result<Vec<Vec<f64>>, CliError> {
         let unknowns = closure.unknowns(body.n());
         if let Some(amplitude) = self.amplitude {
-            let mut guess = branch::mode_guess(body, 1, amplitude).ok_or_else(|| {
-                CliError::Input("--amplitude: the first mode never reaches the obstacle".into())
+            let mode = if let Closure::Viscous(pin) = closure { pin.mode + 1 } else { 1 };
+            let mut guess = branch::mode_guess(body, mode, amplitude).ok_or_else(|| {
+                CliError::Input(format!("--amplitude: mode {mode} never reaches the obstacle"))
             })?;
+            if let Closure::Viscous(pin) = closure {
+                guess.resize(2 * body.n(), 0.0);
+                guess = pin.unknowns(guess);
+            }
             guess.resize(unknowns, 0.0);
             return Ok(vec![guess]);
         }
@@ -136,19 +159,29 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let path = arguments.output.path(&scene, "orbit");
     let options = arguments.rules(&scene, &path)?;
     let mut problem = load::of_scene(&scene)?;
-    let (closure, omega) = arguments.target(&scene, &mut problem)?;
+    let (mut closure, omega) = arguments.target(&scene, &mut problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.system)?;
+    if let Some(viscosity) = arguments.viscous.viscosity(&scene, &body)? {
+        viscous::warn(&viscosity, body.n(), scene.reduction.is_some());
+        closure = viscous::closure(&viscosity);
+    }
     body.system.loads_mut().set_frequency(omega);
-    let own = start::guesses(&scene, &initial, &body, closure);
+    let own = start::guesses(&scene, &initial, &body, closure, omega);
     if arguments.all {
         return all(arguments, global, &scene, &mut body, (closure, omega), own, begun);
     }
     let guesses = arguments.guesses(own, &initial, &body, closure)?;
     let verdict = search(&mut body, closure, &guesses, omega)?;
     let Verdict::Orbit(orbit) = &verdict else {
+        let viscous = arguments.viscous.viscous;
         global.print(|| failure_json(&verdict, omega), String::new)?;
-        let advice = "try another frequency, another [initial] guess, or --all";
+        let advice = match viscous {
+            true => {
+                "try another frequency or a larger --beta; in the tongue of an internal resonance follow the family: signorini backbone --viscous --follow arclength"
+            }
+            false => "try another frequency, another [initial] guess, or --all",
+        };
         return Err(CliError::Reported(format!(
             "no orbit at omega = {omega}: {verdict}\n  {advice}"
         )));
@@ -184,14 +217,20 @@ fn search(
     omega: f64,
 ) -> Result<Verdict, CliError> {
     for guess in guesses {
-        let effort = Effort { rescue: guesses.len() == 1, ..Effort::default() };
+        let effort = Effort { rescue: guesses.len() == 1, ..Effort::of(closure) };
         let found = find(body, closure, guess, omega, &effort)?;
         if found.orbit().is_some() {
             return Ok(found);
         }
     }
+    if let Closure::Viscous(pin) = closure
+        && let Some(found) = by_viscosity(body, pin, omega, &Effort::of(closure))?
+        && found.orbit().is_some()
+    {
+        return Ok(found);
+    }
     // the search for the cause, from the first guess
-    Ok(find(body, closure, &guesses[0], omega, &Effort::default())?)
+    Ok(find(body, closure, &guesses[0], omega, &Effort::of(closure))?)
 }
 
 /// Amplitudes that a motion can have, over grazing.

@@ -6,8 +6,10 @@ use serde_json::{Value, json};
 
 use signorini::orbit::credentials::MULTIPLIER_LIMIT;
 use signorini::orbit::search::Verdict;
-use signorini::orbit::{Orbit, Propagator};
+use signorini::orbit::{Orbit, Propagator, Stability};
 use signorini::report::summary::significant;
+
+use crate::cli::viscous::MEANING;
 
 /// Why there is no orbit.
 pub(super) fn failure_json(verdict: &Verdict, omega: f64) -> Value {
@@ -33,16 +35,26 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         .map(|s| json!({"t": s.t, "node": s.node, "kind": s.kind.name(), "energy_jump": s.energy_jump}))
         .collect();
     let stability = o.stability.as_ref();
-    json!({
+    let pairs = |s: &Stability| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>();
+    let mut json = json!({
         "converged": true, "admissible": o.is_admissible(), "period": o.period, "omega": o.omega(), "energy": o.energy,
         "amplitude": o.amplitude, "residual": o.residual, "newton_iterations": o.iterations, "switches": switches,
         "contact_time": o.contact_time, "penetration": o.penetration, "tension": o.tension, "energy_balance": o.balance,
         "grazing_distance": o.grazing, "n_o": body.n(),
-        "multipliers": stability.map(|s| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>()),
+        "multipliers": stability.map(pairs),
         "trivial_multipliers": stability.map(|s| s.trivial), "largest_multiplier": stability.map(|s| s.largest),
         "stable": stability.map(|s| s.is_stable()), "stability_lost_by": stability.and_then(|s| s.lost_by()),
         "u0": o.state.u, "v0": o.state.v,
-    })
+    });
+    if let Some(v) = &o.viscous {
+        json["alpha"] = v.alpha.into();
+        json["beta"] = v.beta.into();
+        json["energy_start"] = o.energy.into();
+        json["energy_turned_over"] = v.turned_over.into();
+        json["multipliers_under_load"] = json!(v.under_load.as_ref().map(pairs));
+        json["largest_multiplier_under_load"] = json!(v.under_load.as_ref().map(|s| s.largest));
+    }
+    json
 }
 
 /// Whether an orbit is stable, and how it is not.
@@ -51,8 +63,11 @@ fn stability_text(o: &Orbit) -> String {
         return format!("not computed above {MULTIPLIER_LIMIT} displacements");
     };
     let size = significant(s.largest, 8);
-    let trivial =
-        if s.trivial > 0 { " besides the two at +1 that every orbit of a family has" } else { "" };
+    let trivial = match s.trivial {
+        0 => "",
+        1 => " besides the one at +1",
+        _ => " besides the two at +1 that every orbit of a family has",
+    };
     match s.lost_by() {
         None => format!("stable: all multipliers within the unit circle (largest {size}{trivial})"),
         Some(by) => {
@@ -74,10 +89,11 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
         "orbit",
         format!("omega = {}, period {}", significant(o.omega(), 10), significant(o.period, 10)),
     );
+    let when = if o.viscous.is_some() { "at t = 0" } else { "at most" };
     line(
         "energy",
         format!(
-            "{} at most; largest contact displacement {}",
+            "{} {when}; largest contact displacement {}",
             significant(o.energy, 10),
             significant(o.amplitude, 7)
         ),
@@ -113,6 +129,31 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
             o.jumps.abs()
         ),
     );
+    if let Some(v) = &o.viscous {
+        line("viscous", MEANING.into());
+        line(
+            "",
+            format!(
+                "alpha = {}, beta = {}; handed round a period: {}, {} of the energy",
+                significant(v.alpha, 10),
+                significant(v.beta, 6),
+                significant(v.turned_over, 6),
+                significant(v.turned_over / o.energy, 3)
+            ),
+        );
+        let (own, load) = (o.stability.as_ref(), v.under_load.as_ref());
+        if let (Some(own), Some(load)) = (own, load) {
+            line(
+                "multipliers",
+                format!(
+                    "largest {} of the self-excited system (besides the one at +1; no statement about the body), {} of the damped body with alpha M v(t) as a load",
+                    significant(own.largest, 8),
+                    significant(load.largest, 8)
+                ),
+            );
+        }
+        return out;
+    }
     line("stability", stability_text(o));
     out
 }

@@ -29,11 +29,11 @@ fn look(family: &StoredFamily, branch: usize) -> Look {
     match (outline.solver, outline.way) {
         (Solver::Check, _) => Look::Checked,
         (Solver::HarmonicBalance, Way::Response) => Look::ThinResponse(ratio),
-        (Solver::Shooting, Way::Response) => Look::Response(ratio),
+        (Solver::Shooting | Solver::Viscous, Way::Response) => Look::Response(ratio),
         (Solver::HarmonicBalance, way) => {
             Look::Backbone(known.and_then(Branch::harmonics), way == Way::Sequential)
         }
-        (Solver::Shooting, _) => Look::Continued,
+        (Solver::Shooting | Solver::Viscous, _) => Look::Continued,
     }
 }
 

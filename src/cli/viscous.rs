@@ -1,0 +1,76 @@
+//! The viscous nonlinear mode behind `orbit --viscous` and `backbone --viscous`: its arguments and its words.
+
+use clap::Args;
+
+use signorini::families::viscous::Viscosity;
+use signorini::orbit::{Closure, Propagator};
+use signorini::report::summary::significant;
+use signorini::scenario::Scene;
+
+use super::{CliError, plain};
+
+/// What a viscous orbit is.
+pub const MEANING: &str = "periodic motion of the Kelvin-Voigt body C = beta K, kept going by -alpha M; converges with the mesh; the conservative limit is not claimed";
+
+/// What a conservative orbit is.
+pub const CONSERVATIVE: &str = "orbits of the discrete system, exact for this mesh; under refinement they have no limit (--viscous ones have)";
+
+/// Above so many displacements a viscous orbit wants a reduced body.
+const WORTH_REDUCING: usize = 700;
+
+/// Options of the viscous nonlinear mode.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// The viscous nonlinear mode: the body C = beta K, kept going by -alpha M with alpha unknown; converges with the mesh
+    #[arg(long)]
+    pub viscous: bool,
+    /// Viscous: beta, a time [default: that of the scene's [orbit], or what the mesh resolves]
+    #[arg(long, value_name = "BETA", allow_negative_numbers = true, requires = "viscous")]
+    pub beta: Option<f64>,
+}
+
+impl Arguments {
+    /// The viscosity, if it is asked for.
+    pub fn viscosity(
+        &self,
+        scene: &Scene,
+        body: &Propagator,
+    ) -> Result<Option<Viscosity>, CliError> {
+        if !self.viscous {
+            return Ok(None);
+        }
+        if let Some(beta) = self.beta.filter(|b| !(b.is_finite() && *b > 0.0)) {
+            return Err(CliError::Input(format!("--beta {}: give a positive time", plain(beta))));
+        }
+        Ok(Some(Viscosity::of_scene(scene, body, self.beta)?))
+    }
+}
+
+/// How the orbits of a viscosity close.
+pub fn closure(v: &Viscosity) -> Closure {
+    Closure::Viscous(v.pin)
+}
+
+/// Say on stderr what is to be said of a viscosity on its mesh.
+pub fn warn(v: &Viscosity, n_o: usize, reduced: bool) {
+    if let Some(n) = v.elements.filter(|_| v.is_unresolved()) {
+        let number = |x: f64| significant(x, 4);
+        eprintln!(
+            "signorini: WARNING: beta = {} asks for fronts of sharpness sqrt(L/(c beta)) = {}, and the mesh has n = {} elements over the length of \
+             the body: above n/2 = {} (better n/4 = {}) orbits are those of the mesh; give beta >= {}, or refine it",
+            number(v.pin.beta),
+            number(v.pin.sharpness()),
+            number(n),
+            number(0.5 * n),
+            number(0.25 * n),
+            number(v.pin.beta_of(0.5 * n))
+        );
+    }
+    if n_o > WORTH_REDUCING && !reduced {
+        eprintln!(
+            "signorini: WARNING: {n_o} displacements move by themselves: [reduction] with cutoff = {} keeps what this viscosity leaves, for a small part of \
+             the time",
+            significant(v.pin.cutoff(), 3)
+        );
+    }
+}

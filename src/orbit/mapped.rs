@@ -1,0 +1,171 @@
+//! Viscous orbits as a family: `X = (z, α, ω)` and the event-driven map itself, which reads the sequence of active sets anew every time.
+//!
+//! Viscous motions have as many corners as undamped ones, but neighbouring charts almost agree there: the branch need not stop at them. Where a grazing
+//! bends it too much for any step, [`Mapped::across`] tries longer ones.
+
+use std::f64::consts::TAU;
+
+use faer::Mat;
+
+use super::chain::{Chain, Propagator};
+use super::credentials::{Orbit, examine};
+use super::shooting::{Closure, image, jacobian};
+use super::viscous::Pin;
+use super::{OrbitError, OrbitFamily};
+use crate::continuation::{self, Family, Place, norm};
+
+/// A family of viscous orbits of one body.
+pub struct Mapped<'a> {
+    body: &'a mut Propagator,
+    pin: Pin,
+    examined: Option<(Vec<f64>, Orbit)>,
+}
+
+/// Unit of `α` in the arclength, over the frequency of the pinned mode; and of `ω`.
+const UNITS: (f64, f64) = (0.063, 0.032);
+
+/// Steps of arclength over a corner that no shorter step passes.
+const ACROSS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
+
+/// An orbit this near to a grazing, over the unit of length, is at one.
+const GRAZING: f64 = 1e-3;
+
+impl<'a> Mapped<'a> {
+    /// The family of a body that is pinned to a mode.
+    pub fn new(body: &'a mut Propagator, pin: Pin) -> Mapped<'a> {
+        Mapped { body, pin, examined: None }
+    }
+
+    fn closure(&self) -> Closure {
+        Closure::Viscous(self.pin)
+    }
+
+    /// What the map says, or nothing where it cannot be evaluated.
+    fn evaluate(&mut self, x: &[f64], derive: bool) -> Result<Option<Evaluated>, OrbitError> {
+        let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
+        let (n, closure) = (self.body.n(), self.closure());
+        let at = match image(self.body, closure, z, TAU / omega) {
+            Ok(at) => at,
+            Err(
+                OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. },
+            ) => return Ok(None),
+            Err(e) => return Err(e),
+        };
+        let mut j = Mat::zeros(0, 0);
+        if derive {
+            let by_z = jacobian(self.body, closure, &at)?;
+            let m = by_z.nrows();
+            // the end moves with the frequency: dT/dω = −T/ω
+            let rate = at.rate_end();
+            j = Mat::from_fn(m, m + 1, |i, k| match k == m {
+                true if i < 2 * n => -TAU / (omega * omega) * rate[i],
+                true => 0.0,
+                false => by_z[(i, k)],
+            });
+        }
+        Ok(Some((at.r, j)))
+    }
+
+    /// The branch behind a corner that no short step passes: the first of some longer ones that leads to an orbit. `x` and a tangent there.
+    pub fn across(&mut self, place: &Place<Chain>) -> Result<Option<Place<Chain>>, OrbitError> {
+        for s in ACROSS {
+            let (x, t) = (&place.x, &place.tangent);
+            let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
+            let c: Vec<f64> = self.weights(x).iter().zip(t).map(|(w, t)| w * t).collect();
+            let gamma = c.iter().zip(&predicted).map(|(c, x)| c * x).sum();
+            let Some(found) = continuation::correct(self, &predicted, &c, gamma)? else { continue };
+            let off = found.x.iter().zip(&predicted).zip(self.weights(&predicted));
+            let off: f64 = off.map(|((a, b), w)| w * (a - b).powi(2)).sum();
+            if off.sqrt() > 2.0 * s {
+                continue;
+            }
+            let Some((tangent, orientation)) = continuation::tangent(self, &found.x, &c)? else {
+                continue;
+            };
+            let signature = self.signature(&found.x)?;
+            let step = 0.1 * s;
+            let chart = self.chart();
+            return Ok(Some(Place { x: found.x, tangent, step, chart, orientation, signature }));
+        }
+        Ok(None)
+    }
+
+    /// What grazes at a place, in words, if anything does.
+    pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
+        let orbit = self.orbit(x)?;
+        Ok((orbit.grazing < GRAZING)
+            .then(|| format!("a contact grazes to {:.1e} of the unit of length", orbit.grazing)))
+    }
+}
+
+type Evaluated = (Vec<f64>, Mat<f64>);
+
+impl OrbitFamily for Mapped<'_> {
+    fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
+        if let Some((known, orbit)) = &self.examined
+            && known == x
+        {
+            return Ok(orbit.clone());
+        }
+        let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
+        let closure = self.closure();
+        let orbit = examine(self.body, closure, z, TAU / omega, 0, true)?;
+        self.examined = Some((x.to_vec(), orbit.clone()));
+        Ok(orbit)
+    }
+
+    fn body(&self) -> &Propagator {
+        self.body
+    }
+}
+
+impl Family for Mapped<'_> {
+    type Chart = Chain;
+    type Border = &'static str;
+    type Error = OrbitError;
+
+    fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, OrbitError> {
+        Ok(self.evaluate(x, false)?.map_or_else(|| vec![f64::NAN; x.len() - 1], |(r, _)| r))
+    }
+
+    fn linearise(&mut self, x: &[f64]) -> Result<Evaluated, OrbitError> {
+        let nowhere = || (vec![f64::NAN; x.len() - 1], Mat::zeros(x.len() - 1, x.len()));
+        Ok(self.evaluate(x, true)?.unwrap_or_else(nowhere))
+    }
+
+    fn rounding(&self, x: &[f64]) -> f64 {
+        let n = 2 * self.body.n();
+        2e-14 * norm(&x[..n]).max(1e-300) * (1.0 + (n as f64).sqrt() * 0.1)
+    }
+
+    fn weights(&self, x: &[f64]) -> Vec<f64> {
+        let n = 2 * self.body.n();
+        let size = norm(&x[..n]).max(1e-300);
+        let unit = |share: f64| (share * self.pin.omega).powi(-2);
+        let of_state = (0..n).map(|_| 1.0 / (size * size));
+        of_state.chain([unit(UNITS.0), unit(UNITS.1)]).collect()
+    }
+
+    fn chart(&self) -> Chain {
+        Chain { sets: vec![], nodes: vec![] }
+    }
+
+    fn set_chart(&mut self, _: &Chain) {}
+
+    fn overstepped(&mut self, _: &[f64]) -> Result<Vec<&'static str>, OrbitError> {
+        Ok(vec![])
+    }
+
+    fn margin(&mut self, _: &[f64], _: &&'static str) -> Result<f64, OrbitError> {
+        Ok(f64::INFINITY)
+    }
+
+    fn beyond(&mut self, _: &[f64], _: &&'static str) -> Option<(Chain, Vec<f64>)> {
+        None
+    }
+
+    fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, OrbitError> {
+        let orbit = self.orbit(x)?;
+        Ok(orbit.stability.map_or(vec![], |s| s.outside.iter().map(|&k| k as i64).collect()))
+    }
+}
