@@ -25,6 +25,14 @@ fn half_plate(nx: usize, ny: usize, method: &str) -> String {
     )
 }
 
+/// The plate of the README, 1 × 0.5, both halves.
+fn full_plate(nx: usize, ny: usize, more: &str) -> String {
+    format!(
+        "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [{nx}, {ny}]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n{more}"
+    )
+}
+
 fn viscous_orbit(scene: &str, beta: f64, omega: f64) -> Orbit {
     orbit_of(common::problem(scene).system, beta, omega)
 }
@@ -105,4 +113,27 @@ fn mass_moved_to_the_neighbours_has_the_orbit_of_the_prototype() {
         System::on_edge(body, Some(&edge), (Stress::Reaction, MassChoice::Condensed)).unwrap();
     let orbit = orbit_of(system, 0.01, 1.80);
     compare(&orbit, (0.6763363078, 0.1116876097, 8, Some(0.3997916034), None));
+}
+
+#[test]
+#[ignore = "a minute; `cargo test --release -- --ignored`"]
+fn large_bodies_are_reduced() {
+    let reduced = |modes: usize| format!("[reduction]\nmodes = {modes}\n");
+    let cases = [
+        (half_plate(40, 12, &reduced(146)), 183, (0.7229586779, 0.1179269283, 26, 0.3999563637)),
+        (half_plate(46, 21, &reduced(146)), 210, (0.7271429782, 0.1175337019, 44, 0.3997268600)),
+        (full_plate(46, 21, &reduced(230)), 296, (1.2833768306, 0.1760989338, 44, 0.3869266830)),
+    ];
+    for (scene, unknowns, (energy, alpha, switches, first)) in cases {
+        let system = common::problem(&scene).system;
+        assert_eq!(system.n_o(), unknowns);
+        let orbit = orbit_of(system, 0.01, 1.80);
+        let found = orbit.viscous.as_ref().unwrap().alpha;
+        println!("{} {found} {:?}", orbit.energy, orbit.stability.as_ref().map(|s| s.largest));
+        assert!((orbit.energy / energy - 1.0).abs() < 1e-6, "{} {energy}", orbit.energy);
+        assert!((found - alpha).abs() < 1e-6, "{found} {alpha}");
+        assert_eq!(orbit.switches.len(), switches);
+        assert!((orbit.switches[0].t / orbit.period - first).abs() < 1e-6);
+        assert!(orbit.residual <= 1e-11 && orbit.flaws().is_empty(), "{:?}", orbit.flaws());
+    }
 }

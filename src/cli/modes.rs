@@ -39,7 +39,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     global.print(
         || {
-            let object = |m: &signorini::fem::Modes| json!({"omega": m.omega, "shapes": m.shapes});
+            let object = |m: &signorini::fem::Modes| {
+                let shapes: Vec<_> = m.shapes.iter().map(|x| system.body.nodal_o(x)).collect();
+                json!({"omega": m.omega, "shapes": shapes})
+            };
             json!({"title": scene.title, "n_o": system.n_o(), "open": object(&open), "closed": closed.as_ref().map(object)})
         },
         || {

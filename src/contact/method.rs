@@ -11,7 +11,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::phase::{Parts, Phase, Scratch};
-use crate::fem::{Body, Csr, Loads};
+use crate::fem::{Body, Csr, Loads, Reduction};
 
 /// The active set of a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +54,8 @@ pub struct Promise {
 pub(super) trait Method: Debug + Send + Sync {
     /// In words, for summaries.
     fn name(&self) -> &'static str;
+    /// The same method for a body in fewer coordinates of `u_O`.
+    fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError>;
 
     /// What can be relied on.
     fn promise(&self) -> Promise;

@@ -16,7 +16,7 @@ use super::kinematics::Kinematics;
 use super::method::{Degenerate, Method, Promise, Selection};
 use super::phase::{Parts, Phase, Scratch};
 use super::redistribution::{self, Redistributed};
-use crate::fem::{Body, Csr, Loads, load};
+use crate::fem::{Body, Csr, Loads, Reduction, load};
 
 /// Where the pressure comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -104,6 +104,13 @@ impl Method for Nbm {
             (Stress::Reaction, MassChoice::Condensed) => "mass redistribution, condensed",
             (Stress::Reaction, MassChoice::Optimal) => "mass redistribution, optimal",
         }
+    }
+
+    fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
+        let Conditions { n_c, n_o, area, gap, .. } = &*self.conditions;
+        let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
+        let operator = BoundaryOperator { n_c, n_o, area };
+        Ok(Arc::new(Nbm::new(body, operator, gap.clone(), self.choice)?))
     }
 
     fn promise(&self) -> Promise {

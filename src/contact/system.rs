@@ -10,7 +10,7 @@ use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
 use super::redistribution;
-use crate::fem::{Body, Csr, Loads};
+use crate::fem::{Body, Csr, Harmonic, Loads, Reduction};
 use crate::mesh::Edge;
 
 /// Rayleigh damping `C = α M + β K`.
@@ -130,6 +130,19 @@ impl System {
     ) -> Result<System, ContactError> {
         let method = Nbm::new(&body, operator, gap, choice)?;
         Ok(System::of_method(body, Arc::new(method)))
+    }
+
+    /// The system in fewer coordinates of `u_O`: the same contact conditions, damping and loads. Loads are those of the full body.
+    pub fn reduced(&self, reduction: &Arc<Reduction>) -> Result<System, ContactError> {
+        let body = self.body.reduced(reduction.clone())?;
+        let method = self.method.reduced(&body, reduction)?;
+        let mut system = System::of_method(body, method);
+        system.damping = self.damping;
+        let loads = system.loads_mut();
+        loads.constant = self.loads.constant.as_ref().map(|f| reduction.load(f));
+        let harmonic = |h: &Harmonic| Harmonic { force: reduction.load(&h.force), ..h.clone() };
+        loads.harmonics = self.loads.harmonics.iter().map(harmonic).collect();
+        Ok(system)
     }
 
     fn of_method(body: Body, method: Arc<dyn Method>) -> System {

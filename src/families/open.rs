@@ -97,7 +97,7 @@ fn continued(asked: &Asked, stored: &StoredFamily) -> Result<FamilyPlan, FamilyE
 /// What does not fit a body, if anything: whoever goes on with the points may index without fear. `unknowns` are those of an orbit,
 /// where orbits are shot.
 fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Option<String> {
-    let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
+    let (n, n_o, n_c) = (system.body.nodal_dofs().n(), system.n_o(), system.n_contact());
     let place_fits = |place: &PlaceRecord| {
         let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
         let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);

@@ -1,11 +1,14 @@
 //! The assembled body: `M ü + C u̇ + K u = f + contact`, prescribed displacements eliminated.
 
+use std::borrow::Cow;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::FemError;
 use super::dofs::DofMap;
 use super::eigen;
 use super::element::{self, ElementMatrices, Material};
+use super::reduction::Reduction;
 use super::sparse::Csr;
 use crate::mesh::{Element, Mesh, Point, structured};
 
@@ -20,6 +23,15 @@ pub enum Origin {
         lowest: f64,
         /// Bound of all.
         highest: f64,
+    },
+    /// Of a body of elements, in fewer coordinates.
+    Reduced {
+        /// Its materials.
+        materials: Vec<Material>,
+        /// Bound of all frequencies that are left.
+        highest: f64,
+        /// From the coordinates to the displacements.
+        reduction: Arc<Reduction>,
     },
 }
 
@@ -94,9 +106,52 @@ impl Body {
     /// The materials of the regions; none for given matrices.
     pub fn materials(&self) -> &[Material] {
         match &self.origin {
-            Origin::Elements(materials) => materials,
+            Origin::Elements(materials) | Origin::Reduced { materials, .. } => materials,
             Origin::Matrices { .. } => &[],
         }
+    }
+
+    /// The body in the coordinates `y` of a reduction of its `u_O`; its mesh stays for files and pictures.
+    pub fn reduced(&self, reduction: Arc<Reduction>) -> Result<Body, FemError> {
+        let (mass, stiffness) =
+            (reduction.congruence(&self.mass), reduction.congruence(&self.stiffness));
+        let modes = eigen::all(&stiffness, &mass, self.frequency_unit())?;
+        let highest = (1.0 + 1e-9) * modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
+        let materials = self.materials().to_vec();
+        Ok(Body {
+            mesh: self.mesh.clone(),
+            dofs: self.dofs.of_coordinates(reduction.n_y()),
+            origin: Origin::Reduced { materials, highest, reduction },
+            mass,
+            stiffness,
+        })
+    }
+
+    /// The reduction of its `u_O`, if there is one.
+    pub fn reduction(&self) -> Option<&Reduction> {
+        match &self.origin {
+            Origin::Reduced { reduction, .. } => Some(reduction),
+            _ => None,
+        }
+    }
+
+    /// Numbering of the displacements of the mesh, which is that of `u` where nothing is reduced.
+    pub fn nodal_dofs(&self) -> &DofMap {
+        self.reduction().map_or(&self.dofs, |r| &r.dofs)
+    }
+
+    /// `u_O` of the mesh.
+    pub fn nodal_o<'x>(&self, u_o: &'x [f64]) -> Cow<'x, [f64]> {
+        self.reduction().map_or(Cow::Borrowed(u_o), |r| Cow::Owned(r.expand(u_o)))
+    }
+
+    /// `u = (u_O, u_C)` of the mesh.
+    pub fn nodal<'x>(&self, u: &'x [f64]) -> Cow<'x, [f64]> {
+        let Some(reduction) = self.reduction() else { return Cow::Borrowed(u) };
+        let (y, u_c) = u.split_at(self.dofs.n_o);
+        let mut all = reduction.expand(y);
+        all.extend(u_c);
+        Cow::Owned(all)
     }
 
     /// Whether there are elements to integrate over.
@@ -165,7 +220,7 @@ impl Body {
     pub fn frequency_unit(&self) -> f64 {
         match &self.origin {
             Origin::Matrices { lowest, .. } => *lowest,
-            Origin::Elements(materials) => {
+            Origin::Elements(materials) | Origin::Reduced { materials, .. } => {
                 let speed = materials.iter().map(Material::wave_speed).fold(0.0, f64::max);
                 std::f64::consts::FRAC_PI_2 * speed / self.mesh.length()
             }
@@ -187,14 +242,14 @@ impl Body {
         };
         let mut sizes: Vec<f64> = mesh.elements().filter(touches).map(size).collect();
         sizes.sort_by(f64::total_cmp);
-        sizes.get(sizes.len() / 2).copied().filter(|_| self.is_of_elements())
+        sizes.get(sizes.len() / 2).copied().filter(|_| !self.materials().is_empty())
     }
 
     /// Upper bound of the natural frequencies of the body and of all phases of the paper's mass: the largest natural frequency of an
     /// element by itself (Irons; supports and contact conditions only take motions away).
     pub fn frequency_bound(&self) -> f64 {
         let materials = match &self.origin {
-            Origin::Matrices { highest, .. } => return *highest,
+            Origin::Matrices { highest, .. } | Origin::Reduced { highest, .. } => return *highest,
             Origin::Elements(materials) => materials,
         };
         let lumped = self.mass.as_diagonal().is_some();

@@ -87,6 +87,11 @@ impl DofMap {
         }
     }
 
+    /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.
+    pub fn of_coordinates(&self, n_o: usize) -> DofMap {
+        DofMap { n_o, index: vec![None; self.index.len()], ..self.clone() }
+    }
+
     /// Place in `u` of a row of given matrices.
     pub fn row(&self, row: usize) -> usize {
         self.rows.get(row).copied().unwrap_or(row)

@@ -130,6 +130,7 @@ fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, Fem
 
     let (mut basis, mut m_basis): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
     let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+    let mut next_check = count + 10;
     loop {
         let mut w = mq.clone();
         basis.push(q);
@@ -147,7 +148,9 @@ fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, Fem
         let norm = dot(&w, &mw).max(0.0).sqrt();
         let steps = alpha.len();
         let done = steps >= limit || norm <= 1e-300;
-        if steps >= count && (steps % 10 == 0 || done) {
+        if steps >= next_check || done {
+            // each check costs an eigensolution of the small problem
+            next_check = steps + (steps / 8).max(10);
             let mut t = nalgebra::DMatrix::<f64>::zeros(steps, steps);
             for i in 0..steps {
                 t[(i, i)] = alpha[i];

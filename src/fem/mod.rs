@@ -6,6 +6,7 @@ pub mod eigen;
 pub mod element;
 mod files;
 pub mod load;
+pub mod reduction;
 pub mod sparse;
 pub mod stress;
 
@@ -16,6 +17,7 @@ pub use element::Material;
 pub(crate) use files::check_size;
 pub use files::read_matrix;
 pub use load::{Harmonic, Loads};
+pub use reduction::{Kept, Reduction};
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 
 use thiserror::Error;

@@ -22,6 +22,8 @@ use crate::records::{
 /// An orbit as a file keeps it.
 pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitError> {
     let (u0, v0) = orbit.state.full(&body.system)?;
+    let nodal = |x: &[f64]| body.system.body.nodal(x).into_owned();
+    let (u0, v0) = (nodal(&u0), nodal(&v0));
     let stability = orbit.stability.as_ref();
     let switches = orbit.switches.iter();
     Ok(OrbitRecord {

@@ -9,6 +9,7 @@ mod given;
 mod initial;
 mod loads;
 mod modes;
+mod reduction;
 mod rigid;
 
 use thiserror::Error;
@@ -100,6 +101,6 @@ impl Problem {
         let initial = initial_state(scene, &system, &modes, stored)?;
         let problem = Problem { system, initial };
         problem.check_rigid_motion(scene)?;
-        Ok(problem)
+        reduction::reduced(scene, problem)
     }
 }

@@ -334,8 +334,8 @@ impl FamilyWriter {
 fn turned(p: &PointRecord, system: &System) -> PointRecord {
     let mut p = p.clone();
     if let Some(o) = &mut p.orbit {
-        o.u0 = along_axes(&system.body.dofs, &o.u0);
-        o.v0 = along_axes(&system.body.dofs, &o.v0);
+        o.u0 = along_axes(system.body.nodal_dofs(), &o.u0);
+        o.v0 = along_axes(system.body.nodal_dofs(), &o.v0);
     }
     p
 }

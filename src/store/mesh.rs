@@ -30,7 +30,7 @@ fn array(
 
 /// Write `/mesh`.
 pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), StoreError> {
-    let (mesh, dofs) = (&system.body.mesh, &system.body.dofs);
+    let (mesh, dofs) = (&system.body.mesh, system.body.nodal_dofs());
     let g = file.create_group("mesh")?;
     let nodes: Vec<f64> = mesh.nodes().iter().flat_map(|p| [p[0], p[1]]).collect();
     let nodes = ndarray::Array2::from_shape_vec((mesh.n_nodes(), 2), nodes)

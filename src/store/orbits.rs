@@ -50,7 +50,7 @@ const NUMBERS: [&str; 9] = [
 ];
 
 pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result<(), StoreError> {
-    let dofs = &system.body.dofs;
+    let dofs = system.body.nodal_dofs();
     let numbers = [
         o.period,
         o.energy,

@@ -1,11 +1,13 @@
 //! `/trajectory` and `/energy`: the tables of the stored states.
 
+use std::sync::Arc;
+
 use super::StoreError;
 use super::events::flags;
 use super::mesh::along_axes;
 use super::table::Table;
 use crate::event::Sample;
-use crate::fem::DofMap;
+use crate::fem::Body;
 
 /// Aim of a chunk's size in bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
@@ -15,7 +17,7 @@ const ENERGY: [&str; 6] = ["t", "kinetic", "elastic", "external", "dissipated", 
 
 /// The open tables of the stored states.
 pub(super) struct Trajectory {
-    dofs: DofMap,
+    body: Arc<Body>,
     t: Table<f64>,
     u: Table<f64>,
     v: Table<f64>,
@@ -26,8 +28,8 @@ pub(super) struct Trajectory {
 
 impl Trajectory {
     /// Create both groups, for `n_c` contact nodes.
-    pub fn create(file: &hdf5::File, dofs: &DofMap, n_c: usize) -> Result<Self, StoreError> {
-        let n = dofs.n();
+    pub fn create(file: &hdf5::File, body: &Arc<Body>, n_c: usize) -> Result<Self, StoreError> {
+        let n = body.nodal_dofs().n();
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
         let g = file.create_group("trajectory")?;
         let column = |name: &str, columns, compressed, units: &str| {
@@ -44,11 +46,11 @@ impl Trajectory {
             .iter()
             .map(|name| Table::create(&g, name, None, chunk, false, units(name)))
             .collect();
-        Ok(Trajectory { dofs: dofs.clone(), t, u, v, pressure, active, energy: energy? })
+        Ok(Trajectory { body: body.clone(), t, u, v, pressure, active, energy: energy? })
     }
 
     /// Go on behind so many states.
-    pub fn reopen(file: &hdf5::File, dofs: &DofMap, states: usize) -> Result<Self, StoreError> {
+    pub fn reopen(file: &hdf5::File, body: &Arc<Body>, states: usize) -> Result<Self, StoreError> {
         let g = file.group("trajectory")?;
         let column = |name: &str| Table::<f64>::reopen(&g, name, states);
         let (t, u, v, pressure) = (column("t")?, column("u")?, column("v")?, column("pressure")?);
@@ -56,12 +58,13 @@ impl Trajectory {
         let g = file.group("energy")?;
         let energy: Result<Vec<_>, _> =
             ENERGY.iter().map(|name| Table::reopen(&g, name, states)).collect();
-        Ok(Trajectory { dofs: dofs.clone(), t, u, v, pressure, active, energy: energy? })
+        Ok(Trajectory { body: body.clone(), t, u, v, pressure, active, energy: energy? })
     }
 
     pub fn push(&mut self, s: &Sample) {
         self.t.push(&[s.t]);
-        let (u, v) = (along_axes(&self.dofs, s.u), along_axes(&self.dofs, s.v));
+        let of_mesh = |x| along_axes(self.body.nodal_dofs(), &self.body.nodal(x));
+        let (u, v) = (of_mesh(s.u), of_mesh(s.v));
         self.u.push(&u);
         self.v.push(&v);
         self.active.push(&flags(s.active));

@@ -63,7 +63,7 @@ impl Writer {
             .and_then(|()| create_file(staged.at(), scene, system, options))
             .inspect_err(|_| staged.discard())?;
         let n_c = system.n_contact();
-        let trajectory = Trajectory::create(&file, &system.body.dofs, n_c)?;
+        let trajectory = Trajectory::create(&file, &system.body, n_c)?;
         let events = Events::create(&file, n_c)?;
         file.flush()?;
         Ok(Writer {
@@ -114,7 +114,7 @@ impl Writer {
                 return Err(refuse("it was made from another scene"));
             }
             let [states, switches, grazings] = checkpoint.rows;
-            let trajectory = Trajectory::reopen(&file, &system.body.dofs, states)?;
+            let trajectory = Trajectory::reopen(&file, &system.body, states)?;
             write_text(&file, "status", &Status::Running.to_string())?;
             let events = Events::reopen(&file, switches, grazings)?;
             let writer = Writer {

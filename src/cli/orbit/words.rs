@@ -44,7 +44,7 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         "multipliers": stability.map(pairs),
         "trivial_multipliers": stability.map(|s| s.trivial), "largest_multiplier": stability.map(|s| s.largest),
         "stable": stability.map(|s| s.is_stable()), "stability_lost_by": stability.and_then(|s| s.lost_by()),
-        "u0": o.state.u, "v0": o.state.v,
+        "u0": body.system.body.nodal_o(&o.state.u), "v0": body.system.body.nodal_o(&o.state.v),
     });
     if let Some(v) = &o.viscous {
         json["alpha"] = v.alpha.into();

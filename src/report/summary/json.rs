@@ -51,7 +51,7 @@ pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         "max_penetration": report.max_penetration,
         "max_tension": report.max_tension, "violation": report.violation,
         "loosened_monitors": report.loosened,
-        "final": {"u": report.last.u, "v": report.last.v},
+        "final": {"u": system.body.nodal_o(&report.last.u), "v": system.body.nodal_o(&report.last.v)},
         "rhs_evaluations": report.counters.rhs_evaluations,
         "products": report.counters.products,
         "factorisations": report.counters.factorisations,

@@ -1,0 +1,38 @@
+//! `[reduction]`: a problem in fewer coordinates of `u_O`.
+
+use std::sync::Arc;
+
+use super::{Problem, ProblemError};
+use crate::contact::State;
+use crate::fem::{FemError, Kept, Reduction};
+use crate::scenario::{Issue, RedistributedMass, Scene};
+
+/// The problem as the scene's `[reduction]` has it.
+pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, ProblemError> {
+    let Some(asked) = &scene.reduction else { return Ok(problem) };
+    let Problem { system, initial } = problem;
+    if scene.contact.as_ref().is_some_and(|c| c.mass == Some(RedistributedMass::Optimal)) {
+        let message = "is spread over the whole body, and [reduction] keeps modes of it only";
+        let help = "give mass = \"condensed\", or leave [reduction] out";
+        return Err(scene.error(Issue::new("contact.mass", message, help)).into());
+    }
+    let kept = match (asked.modes, asked.cutoff) {
+        (Some(count), _) => Kept::Modes(count),
+        (_, cutoff) => Kept::Below(cutoff.unwrap_or(f64::INFINITY)),
+    };
+    let mut touched: Vec<usize> = system.conditions().n_o.triplets().map(|e| e.1).collect();
+    touched.sort_unstable();
+    touched.dedup();
+    let reduction = Reduction::new(&system.body, &touched, kept).map_err(|e| match e {
+        FemError::NotPositiveDefinite { .. } => {
+            let message = "needs a body that its supports and its interface hold";
+            let help = "add a [[support]], or leave [reduction] out";
+            scene.error(Issue::new("reduction", message, help)).into()
+        }
+        other => ProblemError::Fem(other),
+    })?;
+    let reduction = Arc::new(reduction);
+    let project = |x: &[f64]| reduction.project(x);
+    let initial = State { u: project(&initial.u), v: project(&initial.v) };
+    Ok(Problem { system: system.reduced(&reduction)?, initial })
+}
