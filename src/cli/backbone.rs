@@ -122,25 +122,25 @@ impl Arguments {
     }
 
     /// What is asked for of a scene, if it makes sense.
-    fn request<'s>(&self, scene: &'s Scene) -> Result<Request<'s>, CliError> {
+    fn request<'s>(&self, scene: &'s Scene, problem: &'s Problem) -> Result<Request<'s>, CliError> {
         let range = family::range(scene, self.range.as_deref())?;
         let choice = self.balance.choice(scene)?;
         if self.viscous.viscous && choice.is_balance() {
             let message = "--viscous is by shooting: leave --method hbm out";
             return Err(CliError::Input(message.into()));
         }
-        let viscosity = self.viscosity(scene)?;
+        let viscosity = self.viscosity(scene, problem)?;
         let walk = self.walk(scene, range)?;
         let points = self.points;
-        Ok(Request { scene, range, choice, walk, points, viscosity })
+        Ok(Request { scene, problem, range, choice, walk, points, viscosity })
     }
 
     /// The viscosity, if a viscous family is asked for.
-    fn viscosity(&self, scene: &Scene) -> Result<Option<Viscosity>, CliError> {
+    fn viscosity(&self, scene: &Scene, problem: &Problem) -> Result<Option<Viscosity>, CliError> {
         if !self.viscous.viscous {
             return Ok(None);
         }
-        let body = family::propagator(load::of_scene(scene)?.system)?;
+        let body = family::propagator(problem.system.clone())?;
         self.viscous.viscosity(scene, &body)
     }
 }
@@ -148,6 +148,7 @@ impl Arguments {
 /// What is asked for, checked.
 struct Request<'s> {
     scene: &'s Scene,
+    problem: &'s Problem,
     range: (f64, f64),
     choice: Choice,
     walk: Walk,
@@ -171,10 +172,10 @@ enum Piece {
 
 impl Request<'_> {
     /// Refuse what the body of the scene cannot do; how its orbits close.
-    fn closure(&self, problem: &Problem) -> Result<Closure, CliError> {
+    fn closure(&self) -> Result<Closure, CliError> {
         let (low, high) = self.range;
-        [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
-        let closure = self.kind(problem)?;
+        [low, high].into_iter().try_for_each(|w| family::check_frequency(self.problem, w))?;
+        let closure = self.kind()?;
         if self.walk.grid().is_none() && closure == Closure::Autonomous {
             let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
             let message = "families by arclength start from a state at rest";
@@ -184,10 +185,10 @@ impl Request<'_> {
     }
 
     /// How the orbits close.
-    fn kind(&self, problem: &Problem) -> Result<Closure, CliError> {
+    fn kind(&self) -> Result<Closure, CliError> {
         match &self.viscosity {
             Some(v) => Ok(viscous::closure(v)),
-            None => Ok(start::closure(self.scene, problem)?),
+            None => Ok(start::closure(self.scene, self.problem)?),
         }
     }
 
@@ -284,10 +285,9 @@ impl Request<'_> {
 
     /// A body for shooting, how its orbits close, and the scene's initial state.
     fn shooting(&self) -> Result<(Propagator, Closure, State), CliError> {
-        let problem = load::of_scene(self.scene)?;
-        let closure = self.kind(&problem)?;
-        let initial = problem.initial.clone();
-        Ok((family::propagator(problem.system)?, closure, initial))
+        let closure = self.kind()?;
+        let Problem { system, initial } = self.problem.clone();
+        Ok((family::propagator(system)?, closure, initial))
     }
 
     /// Frequency of the first orbit, and how a branch is followed from there.
@@ -308,9 +308,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
     let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
-    let request = arguments.request(&scene)?;
     let problem = load::of_scene(&scene)?;
-    let closure = request.closure(&problem)?;
+    let request = arguments.request(&scene, &problem)?;
+    let closure = request.closure()?;
     if let Some(viscosity) = &request.viscosity {
         viscous::warn(viscosity, problem.system.n_o(), scene.reduction.is_some());
     }

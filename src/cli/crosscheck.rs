@@ -61,6 +61,7 @@ const LARGEST: f64 = 1e6;
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
+    family::check_full(&scene, "a cross-check")?;
     let path = arguments.output.path(&scene, "crosscheck");
     let options =
         arguments.output.rules(&scene, &path, arguments.resume, &[&arguments.backbone])?;

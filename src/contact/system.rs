@@ -61,8 +61,8 @@ pub struct Units {
     pub highest: f64,
 }
 
-/// A body in contact.
-#[derive(Debug)]
+/// A body in contact. A clone shares its matrices.
+#[derive(Debug, Clone)]
 pub struct System {
     /// Matrices over `u = (u_O, u_C)` as assembled, numbering, geometry.
     pub body: Arc<Body>,

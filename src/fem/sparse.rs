@@ -129,13 +129,52 @@ impl Csr {
 
     /// `Aᵀ B A` of this matrix `B` and a sparse `A`.
     pub fn congruence(&self, a: &Csr) -> Csr {
-        let mut entries = vec![];
-        for (i, j, v) in self.triplets() {
-            for (p, x) in a.row(i) {
-                entries.extend(a.row(j).map(|(q, y)| (p, q, x * v * y)));
+        a.transposed().product(&self.product(a))
+    }
+
+    /// `A B`, row by row into one dense row (Gustavson 1978).
+    pub fn product(&self, b: &Csr) -> Csr {
+        let mut product = Csr { n_cols: b.n_cols, row_start: vec![0], col: vec![], val: vec![] };
+        let mut sum = vec![0.0; b.n_cols];
+        let mut seen = vec![false; b.n_cols];
+        let mut columns: Vec<usize> = vec![];
+        for i in 0..self.n_rows() {
+            for (k, x) in self.row(i) {
+                for (j, y) in b.row(k) {
+                    if !seen[j] {
+                        seen[j] = true;
+                        columns.push(j);
+                    }
+                    sum[j] += x * y;
+                }
             }
+            columns.sort_unstable();
+            for j in columns.drain(..) {
+                if sum[j] != 0.0 {
+                    product.col.push(j as u32);
+                    product.val.push(sum[j]);
+                }
+                (sum[j], seen[j]) = (0.0, false);
+            }
+            product.row_start.push(product.col.len());
         }
-        Csr::from_triplets(a.n_cols(), a.n_cols(), entries)
+        product
+    }
+
+    /// `Aᵀ`
+    pub fn transposed(&self) -> Csr {
+        let mut row_start = vec![0; self.n_cols + 1];
+        self.col.iter().for_each(|&j| row_start[j as usize + 1] += 1);
+        for j in 0..self.n_cols {
+            row_start[j + 1] += row_start[j];
+        }
+        let mut next = row_start.clone();
+        let (mut col, mut val) = (vec![0; self.col.len()], vec![0.0; self.col.len()]);
+        for (i, j, v) in self.triplets() {
+            (col[next[j]], val[next[j]]) = (i as u32, v);
+            next[j] += 1;
+        }
+        Csr { n_cols: self.n_rows(), row_start, col, val }
     }
 
     /// Row sums of absolute values: the growth of rounding errors in a product.

@@ -16,7 +16,7 @@ use super::cache::Cache;
 use super::drives::Drives;
 use super::oscillator::Oscillator;
 use crate::contact::{ActiveSet, Drive, Phase, Rayleigh, System};
-use crate::fem::{FemError, Loads, eigen};
+use crate::fem::{Csr, FemError, Loads, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
@@ -80,12 +80,7 @@ impl Eigenbasis {
         let n = system.n_o();
         let all = eigen::all(&k, &m, system.units.frequency)?;
         let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
-        let mut inverse = Mat::<f64>::zeros(n, n);
-        let mut column = vec![0.0; n];
-        for (j, shape) in all.shapes.iter().enumerate() {
-            m.mul(shape, &mut column);
-            column.iter().enumerate().for_each(|(i, &x)| inverse[(j, i)] = x);
-        }
+        let inverse = times_mass(&shapes, &m);
         // modal forces: φᵀ A*ᵀ f
         let projected = |f: &[f64]| -> Vec<f64> {
             all.shapes.iter().map(|x| x.iter().zip(f).map(|(a, b)| a * b).sum()).collect()
@@ -138,6 +133,25 @@ impl Eigenbasis {
     pub fn from_modes(&self, q: &[f64], x: &mut [f64]) {
         product(&self.shapes, q, x);
     }
+}
+
+/// `ΦᵀM`; a mass that is full (of a reduced body) is multiplied as such.
+fn times_mass(shapes: &Mat<f64>, m: &Csr) -> Mat<f64> {
+    let n = m.n_rows();
+    let mut inverse = Mat::<f64>::zeros(n, n);
+    if m.n_entries() > n * n / 8 {
+        let mut full = Mat::<f64>::zeros(n, n);
+        m.triplets().for_each(|(i, j, v)| full[(i, j)] = v);
+        let (left, right) = (shapes.transpose(), full.as_ref());
+        matmul(inverse.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
+        return inverse;
+    }
+    let mut column = vec![0.0; n];
+    for j in 0..n {
+        m.mul(shapes.col_as_slice(j), &mut column);
+        column.iter().enumerate().for_each(|(i, &x)| inverse[(j, i)] = x);
+    }
+    inverse
 }
 
 /// `Y = A X` for the two columns of `X`, one after the other in memory.

@@ -43,7 +43,7 @@ pub enum ProblemError {
 }
 
 /// The body, its loads and its initial state.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Problem {
     /// Operators.
     pub system: System,

@@ -7,6 +7,7 @@ mod summary;
 
 pub use jobs::{Job, carry_out, conclude, run_jobs};
 pub use plan::{
-    Output, at_least_one, check_frequency, omega, propagator, range, round_number, writer_options,
+    Output, at_least_one, check_frequency, check_full, omega, propagator, range, round_number,
+    writer_options,
 };
 pub use summary::print;

@@ -60,6 +60,16 @@ pub fn writer_options(
     Ok(WriterOptions { outputs, command: command.join(" ") })
 }
 
+/// Refuse what is not in the coordinates of a reduced body.
+pub fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
+    if scene.reduction.is_none() {
+        return Ok(());
+    }
+    let help = "leave [reduction] out of the scene";
+    let message = format!("{what} needs all displacements of the body");
+    Err(scene.error(Issue::new("reduction", message, help)).into())
+}
+
 /// A number of points.
 pub fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())

@@ -106,6 +106,7 @@ impl Arguments {
     fn target(&self, scene: &Scene, problem: &mut Problem) -> Result<(Closure, f64), CliError> {
         let mut near_period = None;
         if let Some(file) = &self.near_return {
+            family::check_full(scene, "a near-return")?;
             let (period, state) = near_return(file, scene, &problem.system)?;
             near_period = Some(period);
             problem.initial = state;
