@@ -15,6 +15,7 @@ mod orbit;
 mod point;
 mod series;
 mod special;
+mod statement;
 mod status;
 
 pub use branch::{Branch, Direction};
@@ -26,4 +27,5 @@ pub use orbit::{OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};
+pub use statement::{Changed, ErrorStatement, Variation};
 pub use status::Status;

@@ -18,6 +18,7 @@ mod problem;
 mod reader;
 mod series;
 mod state;
+mod statement;
 mod stored;
 mod table;
 mod trajectory;
@@ -33,6 +34,7 @@ pub use problem::write_problem;
 pub use reader::Stored;
 pub use series::{Names, SeriesWriter, read_series};
 pub use state::read_state;
+pub use statement::write_statement;
 pub use stored::StoredFamily;
 pub use writer::{Writer, WriterOptions};
 

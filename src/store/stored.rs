@@ -10,8 +10,11 @@ use super::journal;
 use super::orbits::{Word, read_orbit, read_place, read_scalar};
 use super::reader::{Careful, open, reading};
 use super::series::{Names, read_series};
+use super::statement::read_statement;
 use super::{StoreError, read_text};
-use crate::records::{Branch, BranchEnd, FamilyKind, Outline, PointKind, PointRecord, Status};
+use crate::records::{
+    Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, PointKind, PointRecord, Status,
+};
 
 /// A stored family.
 #[derive(Debug, Clone, Default)]
@@ -38,6 +41,8 @@ pub struct StoredFamily {
     pub points: Vec<PointRecord>,
     /// Most harmonics of `/hbm`.
     pub harmonics: usize,
+    /// How far its energies may be off, if that was computed.
+    pub statement: Option<ErrorStatement>,
 }
 
 /// Names of branches.
@@ -109,6 +114,7 @@ impl StoredFamily {
             ends: json::from_str(&parsed("ends")).unwrap_or_default(),
             points,
             harmonics,
+            statement: read_statement(&g)?,
         })
     }
 }
