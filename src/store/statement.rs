@@ -67,8 +67,9 @@ pub(super) fn read_statement(family: &Group) -> Result<Option<ErrorStatement>, S
     let count = statement.omega.len();
     let mut columns =
         statement.variations.iter().map(|v| &v.energy).chain([&statement.energy, &statement.slope]);
-    match columns.all(|c| c.len() == count) {
-        true => Ok(Some(statement)),
-        false => Err(hdf5::Error::from("columns of the error statement differ in length").into()),
+    if !columns.all(|c| c.len() == count) {
+        return Err(hdf5::Error::from("columns of the error statement differ in length").into());
     }
+    drop(columns);
+    Ok(Some(statement))
 }
