@@ -9,6 +9,7 @@ use signorini::contact::State;
 use signorini::continuation::Options;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
+use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
 use signorini::orbit::branch::Start;
@@ -56,6 +57,9 @@ pub struct Arguments {
     resume: bool,
     #[command(flatten)]
     viscous: viscous::Arguments,
+    /// Viscous: leave out the error statement (the same orbits with another viscosity, mesh, contact discretisation, number of modes)
+    #[arg(long, requires = "viscous")]
+    quick: bool,
     #[command(flatten)]
     balance: balance::Arguments,
     #[command(flatten)]
@@ -324,7 +328,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         unknowns: shooting.then(|| closure.unknowns(problem.system.n_o())),
         options,
     };
-    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+    let mut carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
         // a grid that was widened counts from where it began
         let pieces = request.pieces(writer.plan().identity.walk);
         let job = |piece| -> Job {
@@ -334,6 +338,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.range, bar)
     })?;
+    if let Some(viscosity) = &request.viscosity {
+        let fresh = carried.stored.points.len() > carried.resumed;
+        if !arguments.quick && (fresh || carried.stored.statement.is_none()) {
+            let judged = Judged {
+                scene: &scene,
+                problem: &problem,
+                viscosity,
+                points: &carried.stored.points,
+            };
+            carried.stored.statement = viscous::state(global, &judged, &path, &asked.options)?;
+        }
+    }
     family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
     if carried.stored.points.iter().all(|p| p.orbit.is_none()) {
         return Err(CliError::Reported("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`".into()));

@@ -4,7 +4,8 @@
 //! steps without a hole. On a grid of frequencies the rest are [`Legs`], onwards from the last point that is known and back
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program.
-//! [`start`] says where they begin, [`viscous`] how viscous they are.
+//! [`start`] says where they begin, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! may be.
 
 pub mod check;
 pub mod follow;
@@ -13,6 +14,7 @@ mod legs;
 mod open;
 pub mod sequence;
 pub mod start;
+pub mod statement;
 pub mod viscous;
 
 pub use known::Known;
