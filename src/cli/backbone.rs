@@ -12,7 +12,7 @@ use signorini::families::sequence::{self, Stretch};
 use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
-use signorini::orbit::branch::Start;
+use signorini::orbit::along::Start;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::records::{

@@ -12,10 +12,12 @@
 //! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
-//! - [`branch`] — families of orbits: sequential, natural, by arclength, with all that a file keeps of them;
+//! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
+//! - [`along`] — families by arclength, through folds and corners;
 //! - [`check`] — a series of another method against the equations in time;
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
+pub mod along;
 pub mod branch;
 pub mod chain;
 pub mod check;
