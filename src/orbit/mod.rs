@@ -6,6 +6,7 @@
 //! - [`period_map`] — the motion over a time from a state, with the sequence of active sets that the integrator finds;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
+//! - [`nearest`] — the conservative orbit nearest to a viscous one;
 //! - [`saltation`] — how a perturbation passes a switch;
 //! - [`viscous`] — the viscous nonlinear mode: what is pinned, which viscosity, where to start;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
@@ -25,6 +26,7 @@ pub mod credentials;
 pub mod floquet;
 pub mod krylov;
 pub mod mapped;
+pub mod nearest;
 pub mod period_map;
 pub mod saltation;
 pub mod search;

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use signorini::records::{Branch, BranchEnd, PointKind, PointRecord, Solver, Way};
+use signorini::records::{
+    Branch, BranchEnd, GapReason, PointKind, PointMethod, PointRecord, Solver, Walk, Way,
+};
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
@@ -124,7 +126,8 @@ fn is_free(scene: &Scene) -> bool {
 /// Whether a point is listed: not those that every family has, nor those that are counted.
 fn is_on_the_way(kind: &PointKind) -> bool {
     use PointKind::{EndOfRange, Gap, Jump, Regular, Start};
-    !matches!(kind, Regular | Start | EndOfRange | Jump | Gap(_))
+    let none_near = matches!(kind, Gap(GapReason::NoneNear { .. }));
+    none_near || !matches!(kind, Regular | Start | EndOfRange | Jump | Gap(_))
 }
 
 /// How many orbits there are, and of what stability.
@@ -146,6 +149,17 @@ fn found(stored: &StoredFamily, resumed: usize) -> String {
 
 /// What a grid of frequencies left open, and what to do about it.
 fn on_a_grid(stored: &StoredFamily) -> String {
+    let near = stored
+        .points
+        .iter()
+        .filter(|p| matches!(p.special, PointKind::Gap(GapReason::NoneNear { .. })));
+    if stored
+        .identity
+        .as_ref()
+        .is_some_and(|i| i.method == PointMethod::Shooting && i.walk == Walk::Given)
+    {
+        return format!(" near viscous ones, none near {} others", near.count());
+    }
     let gaps = stored.points.iter().filter(|p| p.special.is_gap()).count();
     let jumps = stored.points.iter().filter(|p| p.special == PointKind::Jump).count();
     let outline = stored.outline();
