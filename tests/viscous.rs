@@ -4,7 +4,9 @@ mod common;
 
 use signorini::contact::{ContactEdge, MassChoice, Stress, System};
 use signorini::continuation::{Go, Options, Stop};
+use signorini::event::{self, Silent};
 use signorini::fem::Csr;
+use signorini::flow::Tolerances;
 use signorini::mesh::Edge;
 use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::branch::mode_guess;
@@ -12,6 +14,8 @@ use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::viscous::{self, Pin};
 use signorini::orbit::{Closure, Orbit, Propagator};
 use signorini::records::{PointKind, PointRecord};
+use signorini::scenario::Integrator;
+use signorini::simulate::by_name;
 
 fn bar(n: usize) -> String {
     format!(
@@ -264,4 +268,29 @@ fn units_do_not_matter() {
         young * thickness * gap * gap,
     );
     assert!((unit[0] / steel[0] - 1.0).abs() < 1e-9);
+}
+
+/// Dormand and Prince, which know neither modes nor closed forms, come back to where they started.
+#[test]
+fn runge_kutta_returns_to_the_viscous_orbit() {
+    let mut body = Propagator::new(common::problem(&half_plate(10, 3, "")).system).unwrap();
+    let pin = Pin::new(&body, viscous::pinned_mode(&body).unwrap(), 0.01);
+    let closure = Closure::Viscous(pin);
+    let guess = pin.guesses(&body, 1.8).remove(0);
+    let verdict = find(&mut body, closure, &guess, 1.8, &Effort::of(closure)).unwrap();
+    let orbit = verdict.orbit().unwrap();
+    for (rtol, most) in [(1e-7, 1e-5), (1e-10, 2e-8)] {
+        let tolerances = Tolerances { rtol, atol: 1e-3 * rtol };
+        let mut flow = by_name(Integrator::Dop853, &body.system, tolerances);
+        let options = event::Options { until: orbit.period, samples: 1, switch_limit: 40.0 };
+        let report =
+            event::run(&body.system, &orbit.state, &options, flow.as_mut(), &mut Silent).unwrap();
+        let (start, end) = (body.frame(&orbit.state), body.frame(&report.last));
+        let distance = common::relative(&end, &start);
+        assert!(distance < most, "{distance}");
+        assert_eq!(report.switches.len(), orbit.switches.len());
+        // the viscosity takes what the feedback gives, but for the jumps of the mass
+        let balance = report.energy_dissipated - report.energy_jumps;
+        assert!(balance.abs() < 1e-5 * orbit.energy, "{balance}");
+    }
 }
