@@ -21,6 +21,8 @@ mod harmonic_balance;
 mod oscillator;
 #[path = "oscillator-orbits/case.rs"]
 mod oscillator_orbits;
+#[path = "refinement/case.rs"]
+mod refinement;
 #[path = "strip/case.rs"]
 mod strip;
 #[path = "zero-gap-bar/case.rs"]
@@ -92,7 +94,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 12] = [
+pub static CASES: [Case; 13] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -105,6 +107,7 @@ pub static CASES: [Case; 12] = [
     oscillator_orbits::CASE,
     harmonic_balance::CASE,
     forced::CASE,
+    refinement::CASE,
 ];
 
 /// A scene of a case with another number of elements.
