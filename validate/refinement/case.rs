@@ -6,7 +6,9 @@
 
 use std::f64::consts::TAU;
 
-use signorini::orbit::Propagator;
+use signorini::contact::State;
+use signorini::orbit::nearest::nearest;
+use signorini::orbit::{Orbit, Propagator};
 
 use super::{Case, Check, Effort, Outcome, scene};
 
@@ -45,12 +47,20 @@ fn errors(body: &mut Propagator, beta: Option<f64>) -> Result<Vec<f64>, String> 
                 let slope = 1.0 / (TAU / omega - 3.0);
                 let (n, n_o) = (body.system.body.mesh.n_nodes() - 1, body.n());
                 let u = (1..=n_o).map(|i| -slope * i as f64 / n as f64).collect();
-                orbits::conservative(body, u, omega)?
+                conservative(body, u, omega)?
             }
         };
         found.extend(orbit.map(|o| (o.energy / exact(omega) - 1.0).abs()));
     }
     Ok(found)
+}
+
+/// The conservative orbit nearest to displacements `u_O` at rest.
+fn conservative(body: &mut Propagator, u: Vec<f64>, omega: f64) -> Result<Option<Orbit>, String> {
+    let v = vec![0.0; u.len()];
+    let z = body.frame(&State { u, v })[..body.n()].to_vec();
+    let verdict = nearest(body, &z, omega).map_err(|e| e.to_string())?;
+    Ok(verdict.orbit().cloned())
 }
 
 fn bars(short: bool, checks: &mut Vec<Check>) -> Result<(), String> {

@@ -1,7 +1,5 @@
 //! One viscous or conservative orbit of a scene, found from what everybody would start from.
 
-use signorini::contact::State;
-use signorini::orbit::nearest::nearest;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::viscous::{by_viscosity, pinned_mode};
 use signorini::orbit::{Closure, Orbit, Pin, Propagator};
@@ -44,16 +42,4 @@ pub fn viscous(body: &mut Propagator, beta: f64, omega: f64) -> Result<Option<Or
     }
     let found = by_viscosity(body, pin, omega, &effort).map_err(|e| e.to_string())?;
     Ok(found.and_then(|v| v.orbit().cloned()))
-}
-
-/// The conservative orbit nearest to displacements `u_O` at rest.
-pub fn conservative(
-    body: &mut Propagator,
-    u: Vec<f64>,
-    omega: f64,
-) -> Result<Option<Orbit>, String> {
-    let v = vec![0.0; u.len()];
-    let z = body.frame(&State { u, v })[..body.n()].to_vec();
-    let verdict = nearest(body, &z, omega).map_err(|e| e.to_string())?;
-    Ok(verdict.orbit().cloned())
 }

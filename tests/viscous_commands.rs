@@ -1,0 +1,250 @@
+//! The viscous nonlinear mode on the command line: what it prints, what it keeps, what it refuses; reduced bodies.
+
+mod common;
+
+use std::path::Path;
+use std::process::Output;
+
+use common::{datasets, hdf5_files, program};
+use serde_json::Value;
+use signorini::records::Changed;
+use signorini::store::StoredFamily;
+use tempfile::TempDir;
+
+const PLATE: &str = "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [12, 4]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+    [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
+    [contact]\nedge = \"right\"\ngap = 1.0\n";
+
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Folder {
+        Folder(tempfile::tempdir().unwrap())
+    }
+
+    fn at(&self, name: &str) -> String {
+        self.0.path().join(name).display().to_string()
+    }
+
+    fn scene(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.at(name), text).unwrap();
+        self.at(name)
+    }
+}
+
+fn run(arguments: &[&str]) -> Output {
+    program().args(arguments).args(["--threads", "1"]).output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = run(&[arguments, &["--json"]].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn refused(arguments: &[&str], words: &str) {
+    let output = run(arguments);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    assert!(text.contains(words), "{arguments:?}: {text}");
+}
+
+#[test]
+fn an_orbit_says_what_it_is() {
+    let folder = Folder::new();
+    let scene = folder.scene("a.toml", &format!("{PLATE}[orbit]\nbeta = 0.03\nomega = 1.8\n"));
+    let file = folder.at("a.h5");
+    let orbit = json(&["orbit", &scene, "--viscous", "-o", &file]);
+    let number = |key: &str| orbit[key].as_f64().unwrap_or(f64::NAN);
+    assert_eq!(number("beta"), 0.03);
+    assert_eq!(number("energy"), number("energy_start"));
+    assert!(number("alpha") > 0.0 && number("energy_turned_over") > 0.0);
+    assert_eq!(orbit["trivial_multipliers"], 1);
+    assert!(number("largest_multiplier_under_load") < 1.0);
+    // the file keeps it
+    let stored = hdf5_files().open(&file).unwrap().group("orbit").unwrap();
+    let attribute = |name: &str| stored.attr(name).unwrap().read_scalar::<f64>().unwrap();
+    assert_eq!(attribute("alpha"), number("alpha"));
+    assert_eq!(attribute("energy_turned_over"), number("energy_turned_over"));
+    assert!(stored.dataset("multipliers_under_load").unwrap().shape()[0] > 0);
+    // the energy that is handed round is what the viscosity takes: the dissipation of the period, feedback apart
+    let text = run(&["orbit", &scene, "--viscous", "-o", &file, "--force"]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    for words in ["kept going by -alpha M", "self-excited", "conservative limit is not claimed"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+}
+
+#[test]
+fn beta_is_what_the_mesh_resolves() {
+    let folder = Folder::new();
+    let scene = folder.scene("a.toml", &format!("{PLATE}[orbit]\nbeta = \"auto\"\n"));
+    let orbit = json(&["orbit", &scene, "--viscous", "--omega", "1.7", "-o", &folder.at("a.h5")]);
+    // (L/c)/min(10, n/2)², L/c a quarter period of the mode, n elements over it at the speed of pressure waves
+    let first = json(&["modes", &scene])["open"]["omega"][0].as_f64().unwrap();
+    let time = std::f64::consts::FRAC_PI_2 / first;
+    let n = time * (1.0f64 / (1.0 - 0.09)).sqrt() * 12.0;
+    let beta = time / (0.5 * n).min(10.0).powi(2);
+    assert!((orbit["beta"].as_f64().unwrap() / beta - 1.0).abs() < 1e-12);
+    let warned = run(&[
+        "orbit",
+        &scene,
+        "--viscous",
+        "--omega",
+        "1.7",
+        "--beta",
+        "0.004",
+        "-o",
+        &folder.at("b.h5"),
+    ]);
+    let text = String::from_utf8_lossy(&warned.stderr).into_owned();
+    assert!(text.contains("WARNING: beta = 0.004000 asks for fronts"), "{text}");
+}
+
+#[test]
+fn a_family_says_how_far_off_it_may_be() {
+    let folder = Folder::new();
+    let scene =
+        folder.scene("a.toml", &format!("{PLATE}[orbit]\nbeta = 0.03\nrange = [1.62, 1.74]\n"));
+    let (file, quick) = (folder.at("a.h5"), folder.at("quick.h5"));
+    let family = json(&["backbone", &scene, "--viscous", "--step", "0.02", "-o", &file]);
+    let statement = &family["error_statement"];
+    let names: Vec<&str> = statement["variations"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| v["changed"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["half_viscosity", "half_mesh", "quarter_mesh", "other_contact"]);
+    let stored = StoredFamily::read(Path::new(&file)).unwrap();
+    let kept = stored.statement.unwrap();
+    assert_eq!(kept.omega.len(), 5);
+    // the other contact on the same mesh is the family of that scene, at the same viscosity
+    let other = PLATE.replace("gap = 1.0\n", "gap = 1.0\nmethod = \"mass-redistribution\"\n");
+    let other = folder.scene("b.toml", &format!("{other}[orbit]\nbeta = 0.03\n"));
+    let omega = kept.omega[2];
+    let orbit = json(&[
+        "orbit",
+        &other,
+        "--viscous",
+        "--omega",
+        &omega.to_string(),
+        "-o",
+        &folder.at("b.h5"),
+    ]);
+    let expected = kept.of(Changed::OtherContact).unwrap().energy[2];
+    assert!((orbit["energy"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
+    // a half family gone on with, and the same family at once
+    let left = ["backbone", &scene, "--viscous", "--quick", "--step", "0.02", "-o", &quick];
+    let narrow = [&left[..], &["--range", "1.62,1.68"]].concat();
+    assert_eq!(json(&narrow)["points"].as_array().unwrap().len(), 4);
+    let wide = json(&[&left[..], &["--resume"]].concat());
+    assert_eq!(wide["points"].as_array().unwrap().len(), 7);
+    assert!(wide.get("error_statement").is_none());
+    let (whole, resumed) = (datasets(Path::new(&file)), datasets(Path::new(&quick)));
+    for (name, bytes) in &resumed {
+        assert!(whole.get(name) == Some(bytes), "{name} differs");
+    }
+    // the statement is computed when it is asked for
+    let late = json(&["backbone", &scene, "--viscous", "--step", "0.02", "-o", &quick, "--resume"]);
+    assert_eq!(late["error_statement"], *statement);
+}
+
+#[test]
+fn what_has_no_viscous_mode_is_refused() {
+    let folder = Folder::new();
+    let with = |more: &str| {
+        folder.scene("a.toml", &format!("{PLATE}[orbit]\nomega = 1.8\nrange = [1.7, 1.8]\n{more}"))
+    };
+    let out = folder.at("a.h5");
+    let orbit = |scene: &str| ["orbit", scene, "--viscous", "-o", &out].map(String::from);
+    let check = |more: &str, words: &str| {
+        let scene = with(more);
+        let arguments = orbit(&scene);
+        refused(&arguments.iter().map(String::as_str).collect::<Vec<_>>(), words);
+    };
+    check("[damping]\nratio = 0.01\nmode = 1\n", "no other damping");
+    check(
+        "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.1\nomega = 1.8\n",
+        "no harmonic load",
+    );
+    check("[reduction]\nmodes = 3\ncutoff = 4.0\n", "exactly one of modes, cutoff");
+    let scene = with("");
+    refused(&["orbit", &scene, "--viscous", "--beta", "-1", "-o", &out], "give a positive time");
+    refused(&["orbit", &scene, "--beta", "0.1", "-o", &out], "--viscous");
+    refused(&["orbit", &scene, "--viscous", "--all"], "does not go with --viscous");
+    refused(&["backbone", &scene, "--viscous", "--method", "hbm", "-o", &out], "by shooting");
+    refused(&["backbone", &scene, "--conservative-from", &scene, "-o", &out], "a.toml");
+    let scene = with("[reduction]\nmodes = 20\n");
+    refused(&["backbone", &scene, "--method", "hbm", "-o", &out], "[reduction]");
+    let beta = PLATE.to_owned() + "[orbit]\nbeta = \"large\"\n";
+    refused(&["orbit", &folder.scene("b.toml", &beta), "--viscous", "-o", &out], "\"auto\"");
+}
+
+#[test]
+fn conservative_orbits_are_looked_for_near_viscous_ones() {
+    let folder = Folder::new();
+    let scene =
+        folder.scene("a.toml", &format!("{PLATE}[orbit]\nbeta = 0.01\nrange = [1.6, 1.8]\n"));
+    let (viscous, near) = (folder.at("v.h5"), folder.at("c.h5"));
+    json(&["backbone", &scene, "--viscous", "--quick", "--step", "0.02", "-o", &viscous]);
+    let found = json(&["backbone", &scene, "--conservative-from", &viscous, "-o", &near]);
+    let points = found["points"].as_array().unwrap();
+    assert_eq!(points.len(), 11);
+    let mut counts = [0; 2];
+    for p in points {
+        match p["converged"].as_bool().unwrap() {
+            true => {
+                counts[0] += 1;
+                assert!(p["residual"].as_f64().unwrap() < 1e-9 && p["alpha"].is_null());
+            }
+            false => {
+                counts[1] += 1;
+                let special = p["special"].as_str().unwrap();
+                assert!(special.starts_with("gap: none near: smallest defect"), "{special}");
+            }
+        }
+    }
+    assert!(counts[0] > 0 && counts[1] > 0, "{counts:?}");
+}
+
+/// Reduced bodies: files and JSON hold the displacements of the mesh, and with all modes kept nothing changes.
+#[test]
+fn a_reduced_body_is_told_on_its_mesh() {
+    let folder = Folder::new();
+    let more = "[initial]\nmode = 1\namplitude = -1.3\n[run]\nuntil = 3.0\nintegrator = \"modal\"\nsamples = 20\n";
+    let full = folder.scene("full.toml", &format!("{PLATE}{more}"));
+    let all = folder.scene("all.toml", &format!("{PLATE}{more}[reduction]\nmodes = 1000\n"));
+    let some = folder.scene("some.toml", &format!("{PLATE}{more}[reduction]\nmodes = 30\n"));
+    let read = |scene: &str, name: &str| {
+        let file = folder.at(name);
+        let summary = json(&["run", scene, "-o", &file]);
+        let u: Vec<f64> =
+            hdf5_files().open(&file).unwrap().dataset("trajectory/u").unwrap().read_raw().unwrap();
+        (summary, u)
+    };
+    let (a, u) = read(&full, "full.h5");
+    let (b, v) = read(&all, "all.h5");
+    let (c, w) = read(&some, "some.h5");
+    assert_eq!(u.len(), v.len());
+    assert!(common::relative(&v, &u) < 1e-9, "{}", common::relative(&v, &u));
+    assert_eq!(
+        a["final"]["u"].as_array().unwrap().len(),
+        b["final"]["u"].as_array().unwrap().len()
+    );
+    assert!(b["n_o"].as_u64() == a["n_o"].as_u64());
+    // few modes: a smoother motion of the same body
+    assert!(c["n_o"].as_u64() < a["n_o"].as_u64());
+    assert_eq!(
+        c["final"]["u"].as_array().unwrap().len(),
+        a["final"]["u"].as_array().unwrap().len()
+    );
+    let _ = w;
+    let (modes, fewer) = (json(&["modes", &full]), json(&["modes", &some]));
+    let lowest = |m: &Value| m["open"]["omega"][0].as_f64().unwrap();
+    assert!((lowest(&fewer) / lowest(&modes) - 1.0).abs() < 1e-5);
+    assert_eq!(
+        fewer["open"]["shapes"][0].as_array().unwrap().len(),
+        modes["open"]["shapes"][0].as_array().unwrap().len()
+    );
+}
