@@ -57,11 +57,10 @@ pub fn legend(strip: &Area, entries: &[Entry]) -> Drawn {
             strip.draw(&Rectangle::new(corners, colour.filled())).map_err(FigureError::draw)?;
         }
         let pieces: &[(f64, f64)] = match mark {
-            Mark::Line | Mark::Thin => &[(0.0, 1.0)],
+            Mark::Line | Mark::Thin | Mark::Bearing(_) => &[(0.0, 1.0)],
             Mark::Dashes => &[(0.0, 0.25), (0.375, 0.625), (0.75, 1.0)],
             _ => &[],
         };
-        symbol(strip, (x + sample / 2, middle), *mark, *colour)?;
         let width = if *mark == Mark::Thin { 0.9 } else { 1.8 };
         for &(a, b) in pieces {
             let at = |s: f64| (x + (s * f64::from(sample)) as i32, middle);
@@ -69,6 +68,7 @@ pub fn legend(strip: &Area, entries: &[Entry]) -> Drawn {
                 .draw(&PathElement::new(vec![at(a), at(b)], line(*colour, width)))
                 .map_err(FigureError::draw)?;
         }
+        symbol(strip, (x + sample / 2, middle), *mark, *colour)?;
         x -= space;
     }
     Ok(())

@@ -6,7 +6,7 @@ use plotters::prelude::RGBColor;
 
 use super::scene::{Look, Scene, is_response};
 use crate::records::Branch;
-use crate::report::families::of_branch;
+use crate::report::families::{Axis, error_entries, of_branch};
 use crate::report::figure::{Entry, INK, Mark};
 
 /// Names in the legend.
@@ -38,8 +38,8 @@ impl Names {
     }
 
     /// The entries that belong together in rows.
-    pub fn groups<'n>(&'n self, scene: &Scene) -> Vec<Vec<Entry<'n>>> {
-        let groups = [self.response(scene), self.free(scene)];
+    pub fn groups<'n>(&'n self, scene: &'n Scene) -> Vec<Vec<Entry<'n>>> {
+        let groups = [self.response(scene), self.free(scene), curves(scene), errors(scene)];
         groups.into_iter().filter(|g| !g.is_empty()).collect()
     }
 
@@ -76,15 +76,11 @@ impl Names {
         entries
     }
 
-    /// Orbits in time and backbones.
+    /// Orbits that were checked, and backbones of one kind.
     fn free<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
         let mut entries: Vec<Entry> = vec![];
-        for (look, name) in
-            [(Look::Checked, "orbits in time"), (Look::Continued, "orbits continued in time")]
-        {
-            if scene.branches.iter().any(|b| b.2 == look) {
-                entries.push((name, scene.colour(look), Mark::Dot));
-            }
+        if scene.any(|look| *look == Look::Checked) {
+            entries.push(("orbits in time", scene.colour(Look::Checked), Mark::Dot));
         }
         if scene.any(|look| matches!(look, Look::Backbone(..))) {
             entries.push(("backbone by harmonic balance:", INK, Mark::Nothing));
@@ -93,4 +89,15 @@ impl Names {
         }
         entries
     }
+}
+
+/// Curves that have a name of their own.
+fn curves<'n>(scene: &'n Scene) -> Vec<Entry<'n>> {
+    scene.curves.iter().map(|c| (c.name.as_str(), c.colour, Mark::Bearing(c.mark))).collect()
+}
+
+/// What is stated about the energies.
+fn errors(scene: &Scene) -> Vec<Entry<'static>> {
+    let stated = scene.curves.iter().map(|c| (c.family, c.colour)).collect::<Vec<_>>();
+    if scene.axis == Axis::Energy { error_entries(&stated) } else { vec![] }
 }

@@ -1,0 +1,227 @@
+//! The error statement of a family around its energies: a band along its points, or bars where it is no graph over the frequency.
+
+use plotters::prelude::*;
+
+use super::branches::{branches, of_branch, runs};
+use crate::records::{Changed, ErrorStatement};
+use crate::report::figure::{
+    Chart, Drawn, Entry, INK, Mark, clipped, draw_area, draw_line, line, px, tint,
+};
+use crate::store::StoredFamily;
+
+/// Share of the colour that is left in the band of everything.
+const LIGHT: f64 = 0.18;
+/// The same where what is numerical lies on top of it.
+const DARK: f64 = 0.42;
+/// On a logarithmic axis a band goes down at most to this part of the least energy.
+const LOWEST: f64 = 0.3;
+/// Half the length of the stroke at the end of a bar.
+const CAP: f64 = 3.0;
+
+/// How far everything reaches, and what is numerical alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    Everything,
+    Numerical,
+}
+
+impl Reach {
+    /// The lighter one first: the other lies on it.
+    const BOTH: [Reach; 2] = [Reach::Everything, Reach::Numerical];
+
+    fn name(self) -> &'static str {
+        match self {
+            Reach::Everything => "viscosity",
+            Reach::Numerical => "mesh and contact",
+        }
+    }
+
+    fn share(self) -> f64 {
+        match self {
+            Reach::Everything => LIGHT,
+            Reach::Numerical => DARK,
+        }
+    }
+
+    fn bar(self) -> Mark {
+        match self {
+            Reach::Everything => Mark::Bar,
+            Reach::Numerical => Mark::Beam,
+        }
+    }
+
+    /// Frequencies, ascending, with the energy and the half width of the band there; without the viscosity there is no second band.
+    fn knots(self, statement: &ErrorStatement) -> Vec<Knot> {
+        if self == Reach::Everything && statement.of(Changed::HalfViscosity).is_none() {
+            return vec![];
+        }
+        let widths = statement.band(self == Reach::Numerical);
+        let all = statement.omega.iter().zip(&statement.energy).zip(widths);
+        let mut knots: Vec<Knot> =
+            all.map(|((&omega, &energy), width)| Knot { omega, energy, width }).collect();
+        knots.retain(|k| [k.omega, k.energy, k.width].iter().all(|x| x.is_finite()));
+        knots.sort_by(|a, b| a.omega.total_cmp(&b.omega));
+        knots
+    }
+}
+
+/// What is known at a frequency of the statement.
+struct Knot {
+    omega: f64,
+    energy: f64,
+    width: f64,
+}
+
+/// The half width between the knots.
+fn width_at(knots: &[Knot], omega: f64) -> Option<f64> {
+    let near = |k: &&Knot| (k.omega - omega).abs() <= 1e-9 * omega.abs();
+    if let Some(knot) = knots.iter().find(near) {
+        return Some(knot.width);
+    }
+    let next = knots.partition_point(|k| k.omega < omega);
+    let (a, b) = (knots.get(next.checked_sub(1)?)?, knots.get(next)?);
+    let s = (omega - a.omega) / (b.omega - a.omega);
+    Some(a.width + s * (b.width - a.width))
+}
+
+/// Whether a family has one energy at each frequency.
+fn is_graph(family: &StoredFamily) -> bool {
+    let mut spans = vec![];
+    for branch in branches(family) {
+        let orbits = of_branch(family, branch).filter(|p| p.orbit.is_some());
+        let omega: Vec<f64> = orbits.map(|p| p.omega).collect();
+        let goes = |sign: f64| omega.windows(2).all(|w| sign * (w[1] - w[0]) > 0.0);
+        match omega[..] {
+            [] => {}
+            [first, .., last] if goes(1.0) || goes(-1.0) => {
+                spans.push((first.min(last), first.max(last)));
+            }
+            [only] => spans.push((only, only)),
+            _ => return false,
+        }
+    }
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    spans.windows(2).all(|w| w[1].0 >= w[0].1)
+}
+
+/// What is drawn of a statement.
+enum Shape {
+    /// Branch, and a line of frequencies, lower and upper energies.
+    Band(usize, Vec<(f64, [f64; 2])>),
+    /// Frequency, lower and upper energy.
+    Bar(f64, [f64; 2]),
+}
+
+fn around(energy: f64, width: f64) -> [f64; 2] {
+    [energy * (1.0 - width), energy * (1.0 + width)]
+}
+
+/// Bands along the branches, or bars.
+fn shapes(family: &StoredFamily, reach: Reach) -> Vec<Shape> {
+    let knots = family.statement.as_ref().map(|s| reach.knots(s)).unwrap_or_default();
+    if knots.is_empty() {
+        return vec![];
+    }
+    if !is_graph(family) {
+        return knots.iter().map(|k| Shape::Bar(k.omega, around(k.energy, k.width))).collect();
+    }
+    let mut bands = vec![];
+    for branch in branches(family) {
+        for run in runs(family, branch, &|o| o.energy.is_finite().then_some(o.energy)) {
+            let ends = |&(omega, energy): &(f64, f64)| {
+                width_at(&knots, omega).map(|width| (omega, around(energy, width)))
+            };
+            let known: Vec<_> = run.iter().map(ends).collect();
+            let parts = known.split(Option::is_none).filter(|part| part.len() > 1);
+            bands.extend(parts.map(|p| Shape::Band(branch, p.iter().flatten().copied().collect())));
+        }
+    }
+    bands
+}
+
+/// Energies that a picture must have room for; on a logarithmic axis not all of what is below the least of the orbits.
+pub(in crate::report) fn reached(family: &StoredFamily, least: f64, logarithmic: bool) -> Vec<f64> {
+    let ends = Reach::BOTH.into_iter().flat_map(|reach| shapes(family, reach));
+    let ends = ends.flat_map(|shape| match shape {
+        Shape::Band(_, points) => points.into_iter().flat_map(|p| p.1).collect::<Vec<f64>>(),
+        Shape::Bar(_, ends) => ends.to_vec(),
+    });
+    ends.map(|e| if logarithmic { e.max(LOWEST * least) } else { e }).collect()
+}
+
+/// Draw what is stated about the energies; `scaled` leads to the vertical axis.
+pub(in crate::report) fn draw_errors(
+    chart: &mut Chart,
+    family: &StoredFamily,
+    colour: &dyn Fn(usize) -> RGBColor,
+    scaled: &dyn Fn(f64) -> f64,
+) -> Drawn {
+    // a logarithm of what is not positive lies below every frame
+    let scaled = |e: f64| scaled(e.max(f64::MIN_POSITIVE));
+    let light = !shapes(family, Reach::Everything).is_empty();
+    for reach in Reach::BOTH {
+        for shape in shapes(family, reach) {
+            match shape {
+                Shape::Band(branch, points) => {
+                    let lower = points.iter().map(|p| (p.0, scaled(p.1[0])));
+                    let upper = points.iter().rev().map(|p| (p.0, scaled(p.1[1])));
+                    let share = match reach {
+                        Reach::Numerical if light => 1.0 - (1.0 - DARK) / (1.0 - LIGHT),
+                        _ => reach.share(),
+                    };
+                    let style = colour(branch).mix(share).filled();
+                    draw_area(chart, lower.chain(upper).collect(), style)?;
+                }
+                Shape::Bar(omega, ends) => bar(chart, (omega, ends.map(scaled)), reach)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A bar: thin with caps for everything, thick without for what is numerical.
+fn bar(chart: &mut Chart, (omega, ends): (f64, [f64; 2]), reach: Reach) -> Drawn {
+    let frame = (chart.x_range(), chart.y_range());
+    let (width, _) = chart.plotting_area().dim_in_pixel();
+    let cap = (frame.0.end - frame.0.start) * f64::from(px(CAP)) / f64::from(width.max(1));
+    let mut strokes = vec![ends.map(|y| (omega, y))];
+    if reach == Reach::Everything {
+        strokes.extend(ends.map(|y| [(omega - cap, y), (omega + cap, y)]));
+    }
+    let thickness = if reach == Reach::Everything { 1.0 } else { 2.6 };
+    let style = line(bar_colour(reach), thickness);
+    for part in strokes.iter().flat_map(|s| clipped(s, &frame)) {
+        draw_line(chart, part, style)?;
+    }
+    Ok(())
+}
+
+/// Bars lie beside all colours of branches.
+fn bar_colour(reach: Reach) -> RGBColor {
+    tint(INK, if reach == Reach::Everything { 0.6 } else { 0.8 })
+}
+
+/// What the legend says of the statements of some families with their colours; nothing if there are none.
+pub(in crate::report) fn error_entries(
+    families: &[(&StoredFamily, RGBColor)],
+) -> Vec<Entry<'static>> {
+    let mut entries: Vec<Entry> = vec![];
+    for reach in Reach::BOTH.into_iter().rev() {
+        let drawn = |(f, colour): &(&StoredFamily, RGBColor)| {
+            shapes(f, reach).into_iter().next().map(|shape| (shape, *colour))
+        };
+        let all: Vec<_> = families.iter().filter_map(drawn).collect();
+        let band = all.iter().filter(|(shape, _)| matches!(shape, Shape::Band(..)));
+        let colours: Vec<RGBColor> = band.map(|(_, colour)| *colour).collect();
+        match colours[..] {
+            _ if all.is_empty() => {}
+            [] => entries.push((reach.name(), bar_colour(reach), reach.bar())),
+            [colour] => entries.push((reach.name(), tint(colour, reach.share()), Mark::Patch)),
+            _ => entries.push((reach.name(), tint(INK, reach.share()), Mark::Patch)),
+        }
+    }
+    if !entries.is_empty() {
+        entries.insert(0, ("error of the energy:", INK, Mark::Nothing));
+    }
+    entries
+}
