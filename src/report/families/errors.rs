@@ -149,11 +149,12 @@ pub(in crate::report) fn reached(family: &StoredFamily, least: f64, logarithmic:
     ends.map(|e| if logarithmic { e.max(LOWEST * least) } else { e }).collect()
 }
 
-/// Draw what is stated about the energies; `scaled` leads to the vertical axis.
+/// Draw what is stated about the energies, in the colours of the branches and in that of the family; `scaled` leads to the
+/// vertical axis.
 pub(in crate::report) fn draw_errors(
     chart: &mut Chart,
     family: &StoredFamily,
-    colour: &dyn Fn(usize) -> RGBColor,
+    (colour, ink): (&dyn Fn(usize) -> RGBColor, RGBColor),
     scaled: &dyn Fn(f64) -> f64,
 ) -> Drawn {
     // a logarithm of what is not positive lies below every frame
@@ -172,7 +173,7 @@ pub(in crate::report) fn draw_errors(
                     let style = colour(branch).mix(share).filled();
                     draw_area(chart, lower.chain(upper).collect(), style)?;
                 }
-                Shape::Bar(omega, ends) => bar(chart, (omega, ends.map(scaled)), reach)?,
+                Shape::Bar(omega, ends) => bar(chart, (omega, ends.map(scaled)), reach, ink)?,
             }
         }
     }
@@ -180,7 +181,7 @@ pub(in crate::report) fn draw_errors(
 }
 
 /// A bar: thin with caps for everything, thick without for what is numerical.
-fn bar(chart: &mut Chart, (omega, ends): (f64, [f64; 2]), reach: Reach) -> Drawn {
+fn bar(chart: &mut Chart, (omega, ends): (f64, [f64; 2]), reach: Reach, ink: RGBColor) -> Drawn {
     let frame = (chart.x_range(), chart.y_range());
     let (width, _) = chart.plotting_area().dim_in_pixel();
     let cap = (frame.0.end - frame.0.start) * f64::from(px(CAP)) / f64::from(width.max(1));
@@ -189,16 +190,16 @@ fn bar(chart: &mut Chart, (omega, ends): (f64, [f64; 2]), reach: Reach) -> Drawn
         strokes.extend(ends.map(|y| [(omega - cap, y), (omega + cap, y)]));
     }
     let thickness = if reach == Reach::Everything { 1.0 } else { 2.6 };
-    let style = line(bar_colour(reach), thickness);
+    let style = line(bar_colour(reach, ink), thickness);
     for part in strokes.iter().flat_map(|s| clipped(s, &frame)) {
         draw_line(chart, part, style)?;
     }
     Ok(())
 }
 
-/// Bars lie beside all colours of branches.
-fn bar_colour(reach: Reach) -> RGBColor {
-    tint(INK, if reach == Reach::Everything { 0.6 } else { 0.8 })
+/// Thin strokes need more colour than areas.
+fn bar_colour(reach: Reach, ink: RGBColor) -> RGBColor {
+    tint(ink, if reach == Reach::Everything { 0.6 } else { 0.8 })
 }
 
 /// What the legend says of the statements of some families with their colours; nothing if there are none.
@@ -207,17 +208,21 @@ pub(in crate::report) fn error_entries(
 ) -> Vec<Entry<'static>> {
     let mut entries: Vec<Entry> = vec![];
     for reach in Reach::BOTH.into_iter().rev() {
-        let drawn = |(f, colour): &(&StoredFamily, RGBColor)| {
-            shapes(f, reach).into_iter().next().map(|shape| (shape, *colour))
-        };
-        let all: Vec<_> = families.iter().filter_map(drawn).collect();
-        let band = all.iter().filter(|(shape, _)| matches!(shape, Shape::Band(..)));
-        let colours: Vec<RGBColor> = band.map(|(_, colour)| *colour).collect();
-        match colours[..] {
-            _ if all.is_empty() => {}
-            [] => entries.push((reach.name(), bar_colour(reach), reach.bar())),
-            [colour] => entries.push((reach.name(), tint(colour, reach.share()), Mark::Patch)),
-            _ => entries.push((reach.name(), tint(INK, reach.share()), Mark::Patch)),
+        let (mut bands, mut bars) = (vec![], vec![]);
+        for (family, colour) in families {
+            match shapes(family, reach).first() {
+                Some(Shape::Band(..)) => bands.push(*colour),
+                Some(Shape::Bar(..)) => bars.push(*colour),
+                None => {}
+            }
+        }
+        // those of several families share an entry
+        let common = |colours: &[RGBColor]| if let [only] = colours { *only } else { INK };
+        if !bands.is_empty() {
+            entries.push((reach.name(), tint(common(&bands), reach.share()), Mark::Patch));
+        }
+        if !bars.is_empty() {
+            entries.push((reach.name(), bar_colour(reach, common(&bars)), reach.bar()));
         }
     }
     if !entries.is_empty() {

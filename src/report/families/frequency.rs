@@ -166,7 +166,8 @@ impl Quantity {
             false => panel(area, x.clone(), y.clone(), x_label, self.label)?,
         };
         if self.errors {
-            draw_errors(&mut chart, family, &|branch| colour(family, branch), &scaled)?;
+            let colours = (&(|branch| colour(family, branch)) as &dyn Fn(usize) -> _, ink(family));
+            draw_errors(&mut chart, family, colours, &scaled)?;
         }
         if let Some(level) = self.level() {
             let ends = vec![(x.start, scaled(level)), (x.end, scaled(level))];

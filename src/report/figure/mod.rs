@@ -21,7 +21,7 @@ use crate::store::StoreError;
 
 pub use clip::{Frame, clipped, clipped_area};
 pub use colour::{GRID, INK, LINES, SHADE, colour_bar, tint, viridis};
-pub use legend::{Entry, legend, legend_above};
+pub use legend::{Entry, legend, legend_above, legend_columns};
 pub use logarithmic::{columns, loglog, semilog};
 pub use mark::{Mark, flat, symbol, symbols};
 pub use panel::{Ground, equal_panel, panel, panel_with};

@@ -26,7 +26,7 @@ pub(super) fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64
     let mut sheet = Sheet { chart, frame, scene, scaled };
     if scene.axis == Axis::Energy {
         for curve in &scene.curves {
-            draw_errors(sheet.chart, curve.family, &|_| curve.colour, scaled)?;
+            draw_errors(sheet.chart, curve.family, (&|_| curve.colour, curve.colour), scaled)?;
         }
     }
     for layer in Layer::ALL {

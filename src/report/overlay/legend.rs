@@ -7,7 +7,7 @@ use plotters::prelude::RGBColor;
 use super::scene::{Look, Scene, is_response};
 use crate::records::Branch;
 use crate::report::families::{Axis, error_entries, of_branch};
-use crate::report::figure::{Entry, INK, Mark};
+use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, legend_columns};
 
 /// Names in the legend.
 pub(super) struct Names {
@@ -37,10 +37,12 @@ impl Names {
         }
     }
 
-    /// The entries that belong together in rows.
-    pub fn groups<'n>(&'n self, scene: &'n Scene) -> Vec<Vec<Entry<'n>>> {
-        let groups = [self.response(scene), self.free(scene), curves(scene), errors(scene)];
-        groups.into_iter().filter(|g| !g.is_empty()).collect()
+    /// Draw what belongs together in rows of its own; what is left of the sheet.
+    pub fn draw<'b>(&self, sheet: Area<'b>, scene: &Scene) -> Result<Area<'b>, FigureError> {
+        let sheet = legend_above(sheet, &self.response(scene))?;
+        let sheet = legend_above(sheet, &self.free(scene))?;
+        let sheet = legend_columns(sheet, &curves(scene))?;
+        legend_above(sheet, &errors(scene))
     }
 
     /// Forced responses.

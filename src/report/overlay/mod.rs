@@ -14,8 +14,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::families::{Axis, LOGARITHMIC, reached};
 use super::figure::{
-    self, Chart, Drawing, Drawn, FigureError, Mark, flat, legend_above, panel, px, range, semilog,
-    symbol, text, title,
+    self, Chart, Drawing, Drawn, FigureError, Mark, flat, panel, px, range, semilog, symbol, text,
+    title,
 };
 use crate::store::StoredFamily;
 use draw::draw;
@@ -64,11 +64,8 @@ fn overlay(families: &[StoredFamily], options: &Options) -> Result<String, Figur
     let scaled = |v: f64| if logarithmic { v.log10() } else { v };
     figure::svg((980, 720), |root| {
         title(root, &common, &format!("{} against frequency", options.axis.name()))?;
-        let (_, mut sheet) = root.split_vertically(px(32.0));
-        let names = Names::new(&scene);
-        for entries in names.groups(&scene) {
-            sheet = legend_above(sheet, &entries)?;
-        }
+        let (_, sheet) = root.split_vertically(px(32.0));
+        let sheet = Names::new(&scene).draw(sheet, &scene)?;
         let free: Vec<&StoredFamily> = families.iter().collect();
         let labels = ("frequency ω", options.axis.label(&free));
         let mut chart = match logarithmic {

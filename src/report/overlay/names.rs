@@ -43,7 +43,7 @@ fn may_be_confused(a: &StoredFamily, b: &StoredFamily) -> bool {
 /// Add a word to some names.
 fn add(names: &mut [String], words: &[String], wanted: impl Fn(usize) -> bool) {
     for (k, (name, word)) in names.iter_mut().zip(words).enumerate() {
-        if wanted(k) && !word.is_empty() {
+        if wanted(k) && !name.contains(word.as_str()) {
             *name = format!("{name}, {word}");
         }
     }
