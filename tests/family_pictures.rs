@@ -193,7 +193,7 @@ fn an_error_statement_is_a_band_or_bars_around_the_energy() {
     let svg = together(&[graph.clone(), family(PointMethod::Shooting, &UP)], Axis::Energy);
     expect(&svg, &entries);
     assert_eq!(areas(&svg), 2);
-    assert_eq!(areas(&together(&[graph.clone()], Axis::Amplitude)), 0);
+    assert_eq!(areas(&together(std::slice::from_ref(&graph), Axis::Amplitude)), 0);
     // a curve that turns back has bars
     let folded = StoredFamily { statement: Some(stated(&FOLDED)), ..family(VISCOUS, &FOLDED) };
     let svg = picture(&folded, None, "backbone");

@@ -40,10 +40,11 @@ fn may_be_confused(a: &StoredFamily, b: &StoredFamily) -> bool {
     all(a).iter().any(|n| of_b.contains(n))
 }
 
-/// Add a word to some names.
+/// Add a word to some names, unless they say it already.
 fn add(names: &mut [String], words: &[String], wanted: impl Fn(usize) -> bool) {
     for (k, (name, word)) in names.iter_mut().zip(words).enumerate() {
-        if wanted(k) && !name.contains(word.as_str()) {
+        let said = word.is_empty() || name.split(", ").any(|part| part == word);
+        if wanted(k) && !said {
             *name = format!("{name}, {word}");
         }
     }
