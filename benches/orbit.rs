@@ -7,6 +7,7 @@ use signorini::continuation::{Go, Options, Place, follow};
 use signorini::hbm::newton::{Settings, solve};
 use signorini::hbm::response::{ladder, mode_start};
 use signorini::hbm::{Form, Reduction};
+use signorini::orbit::OrbitFamily;
 use signorini::orbit::branch::mode_guess;
 use signorini::orbit::search::{Effort, chain_of, find};
 use signorini::orbit::{Closure, Propagator, Segments};

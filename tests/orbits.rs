@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 use common::{problem, random, shipped};
 use faer::Mat;
 use signorini::continuation::{Go, Options, Stop};
-use signorini::orbit::branch::{Start, all, arclength, mode_guess, place_of, starts};
+use signorini::orbit::along::{Start, arclength};
+use signorini::orbit::branch::{all, mode_guess, place_of, starts};
 use signorini::orbit::chain::Propagator;
 use signorini::orbit::credentials::examine;
 use signorini::orbit::period_map::integrate;
@@ -54,7 +55,7 @@ fn derivative_of_the_period_map() {
         for k in 0..4 {
             let d = random(z.len(), 77 + k);
             let h = 1e-6;
-            let at = |s: f64| {
+            let mut at = |s: f64| {
                 let y: Vec<f64> = z.iter().zip(&d).map(|(z, d)| z + s * d).collect();
                 linearised(&mut body, closure, &y, period).unwrap().0
             };
@@ -184,7 +185,7 @@ fn branch(body: &mut Propagator, start: Start, points: usize) -> (Vec<PointRecor
         list.push(p);
         Go::Continue(())
     });
-    (list, stop.unwrap())
+    (list, stop.unwrap().map(|e| e.stop))
 }
 
 /// Arclength through touches, swaps of two switches and folds: every point is an orbit, and re-integrates to itself.
@@ -338,7 +339,7 @@ fn failures_are_verdicts() {
 #[test]
 fn tangent_products_are_the_dense_derivative() {
     use signorini::orbit::krylov::half_period;
-    let body = half_plate();
+    let mut body = half_plate();
     let n = body.n();
     let period = 3.4;
     let mut z = mode_guess(&body, 1, -1.3).unwrap();

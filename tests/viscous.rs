@@ -3,11 +3,15 @@
 mod common;
 
 use signorini::contact::{ContactEdge, MassChoice, Stress, System};
+use signorini::continuation::{Go, Options, Stop};
 use signorini::fem::Csr;
 use signorini::mesh::Edge;
+use signorini::orbit::along::{Start, arclength};
+use signorini::orbit::branch::mode_guess;
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::viscous::{self, Pin};
 use signorini::orbit::{Closure, Orbit, Propagator};
+use signorini::records::{PointKind, PointRecord};
 
 fn bar(n: usize) -> String {
     format!(
@@ -136,4 +140,128 @@ fn large_bodies_are_reduced() {
         assert!((orbit.switches[0].t / orbit.period - first).abs() < 1e-6);
         assert!(orbit.residual <= 1e-11 && orbit.flaws().is_empty(), "{:?}", orbit.flaws());
     }
+}
+
+/// The load that keeps the phase: `F M φ_1 sin ωt` with `v_1(0) = 0`, a forced orbit of the damped body.
+#[test]
+fn the_damped_body_under_a_load_has_the_orbit_of_the_prototype() {
+    let load = "[damping]\nrayleigh = [0.0, 0.02]\n[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.2220197576\nomega = 1.8\nphase = -1.5707963267948966\n";
+    let mut body = Propagator::new(common::problem(&half_plate(10, 3, load)).system).unwrap();
+    let found = [1.2, 1.5, 1.8, 2.2].into_iter().find_map(|a| {
+        let mut guess = mode_guess(&body, 1, -a).unwrap();
+        guess.resize(2 * body.n(), 0.0);
+        let verdict = find(&mut body, Closure::Forced, &guess, 1.8, &Effort::default()).unwrap();
+        verdict.orbit().cloned()
+    });
+    let orbit = found.unwrap();
+    let (u, v) = orbit.state.full(&body.system).unwrap();
+    let energy = body.system.elastic(&u) + body.system.kinetic(&v);
+    assert!((energy / 0.6895774880 - 1.0).abs() < 1e-8, "{energy}");
+    assert!((orbit.switches[0].t / orbit.period - 0.3789585768).abs() < 1e-8);
+    assert_eq!(orbit.switches.len(), 8);
+    let largest = orbit.stability.as_ref().unwrap().largest;
+    assert!((largest - 0.697024).abs() < 2e-6, "{largest}");
+    // the velocity of the mode vanishes at t = 0
+    let z = &orbit.z;
+    assert!(z[body.n()].abs() < 1e-8 * z[0].abs());
+}
+
+/// Through the 3:1 tongue: two folds, which harmonic balance with 31 harmonics has at 1.9205051 and 1.9151740 (2e-5), and three orbits between them.
+#[test]
+fn a_tongue_is_passed_from_the_linear_mode() {
+    let scene = half_plate(10, 3, "method = \"mass-redistribution\"\n");
+    let mut body = Propagator::new(common::problem(&scene).system).unwrap();
+    let pin = Pin::new(&body, viscous::pinned_mode(&body).unwrap(), 0.01);
+    let closure = Closure::Viscous(pin);
+    let start = pin.guesses(&body, 1.87).into_iter().find_map(|guess| {
+        let verdict = find(&mut body, closure, &guess, 1.87, &Effort::of(closure)).unwrap();
+        verdict.orbit().cloned()
+    });
+    let start = Start::Orbit(Box::new(start.unwrap()), 1.0);
+    let range = (1.85, 1.94);
+    let options =
+        Options { range, step: (0.005, 1e-8, 0.05), points: 600, locate: false, natural: false };
+    let mut points = vec![];
+    let ending = arclength(&mut body, closure, start, &options, |p| {
+        points.push(p);
+        Go::Continue(())
+    });
+    assert_eq!(ending.unwrap().unwrap().stop, Stop::Range);
+    let folds: Vec<f64> =
+        points.iter().filter(|p| p.special == PointKind::Fold).map(|p| p.omega).collect();
+    assert_eq!(folds.len(), 2);
+    assert!((folds[0] - 1.9205051).abs() < 2e-5 && (folds[1] - 1.9151740).abs() < 2e-5);
+    // every crossing of one frequency between the folds leads to an orbit of its own
+    let omega = 1.918;
+    let between = |p: &&[PointRecord]| (p[0].omega - omega) * (p[1].omega - omega) < 0.0;
+    let mut energies = vec![];
+    for pair in points.windows(2).filter(between) {
+        let place = pair[0].place.as_ref().or(pair[1].place.as_ref()).unwrap();
+        let guess = &place.x[..place.x.len() - 1];
+        let verdict = find(&mut body, closure, guess, omega, &Effort::of(closure)).unwrap();
+        let orbit = verdict.orbit().unwrap();
+        assert!(orbit.flaws().is_empty() && orbit.residual < 1e-11);
+        energies.push(orbit.energy);
+    }
+    assert_eq!(energies.len(), 3);
+    assert!(energies[0] < 0.9 * energies[2] && energies[2] < 0.95 * energies[1], "{energies:?}");
+}
+
+/// Energies of a backbone by the program, over a unit.
+fn backbone(scene: &str, arguments: &[&str], unit: f64) -> Vec<f64> {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(at("scene.toml"), scene).unwrap();
+    let output = common::program()
+        .args(["backbone", &at("scene.toml"), "--viscous", "--quick", "--json", "-o", &at("v.h5")])
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let points = json["points"].as_array().unwrap();
+    points.iter().map(|p| p["energy"].as_f64().unwrap_or(f64::NAN) / unit).collect()
+}
+
+#[test]
+fn units_do_not_matter() {
+    let unit = backbone(
+        &half_plate(10, 3, ""),
+        &["--range", "1.6,1.88", "--step", "0.04", "--beta", "0.02"],
+        1.0,
+    );
+    // steel, 0.2 m long, 5 mm thick, a gap of 30 μm
+    let (young, density, length, thickness, gap) = (2.1e11f64, 7800.0, 0.2, 5e-3, 3e-5);
+    let rate = (young / density).sqrt() / length;
+    let scene = format!(
+        "[body]\nkind = \"plate\"\nsize = [0.2, 0.06]\nelements = [10, 3]\nyoung = {young:e}\npoisson = 0.3\ndensity = {density:e}\n\
+         thickness = {thickness:e}\n[[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
+         [contact]\nedge = \"right\"\ngap = {gap:e}\n"
+    );
+    let number = |x: f64| format!("{x:.17e}");
+    let range = format!("{},{}", number(1.6 * rate), number(1.8800001 * rate));
+    let (step, beta) = (number(0.04 * rate), number(0.02 / rate));
+    let steel = backbone(
+        &scene,
+        &["--range", &range, "--step", &step, "--beta", &beta],
+        young * thickness * gap * gap,
+    );
+    assert_eq!(unit.len(), 8);
+    assert_eq!(steel.len(), 8);
+    for (a, b) in unit.iter().zip(&steel) {
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    }
+    // and the viscosity that the mesh resolves
+    let unit = backbone(&half_plate(20, 6, ""), &["--range", "1.7,1.71", "--step", "0.1"], 1.0);
+    let steel = backbone(
+        &scene.replace("[10, 3]", "[20, 6]"),
+        &[
+            "--range",
+            &format!("{},{}", number(1.7 * rate), number(1.71 * rate)),
+            "--step",
+            &number(rate),
+        ],
+        young * thickness * gap * gap,
+    );
+    assert!((unit[0] / steel[0] - 1.0).abs() < 1e-9);
 }

@@ -1,24 +1,26 @@
 //! `signorini backbone`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
 use signorini::contact::State;
 use signorini::continuation::Options;
+use signorini::families::conservative;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
+use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
-use signorini::orbit::branch::Start;
+use signorini::orbit::along::Start;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::records::{
-    Branch, BranchEnd, Direction, FamilyKind, Grid, PointMethod, Walk, fingerprint,
+    Branch, BranchEnd, Direction, FamilyKind, Grid, PointMethod, PointRecord, Walk, fingerprint,
 };
 use signorini::scenario::{Issue, Scene};
-use signorini::store::FamilyPlan;
+use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Choice};
 use super::family::{self, Job, Output};
@@ -56,6 +58,12 @@ pub struct Arguments {
     resume: bool,
     #[command(flatten)]
     viscous: viscous::Arguments,
+    /// Viscous: leave out the error statement (the same orbits with another viscosity, mesh, contact discretisation, number of modes)
+    #[arg(long, requires = "viscous")]
+    quick: bool,
+    /// Look for a conservative orbit near each orbit of a viscous family, once; most have none
+    #[arg(long, value_name = "VISCOUS.h5", conflicts_with_all = ["viscous", "follow", "range", "step", "omega"])]
+    conservative_from: Option<PathBuf>,
     #[command(flatten)]
     balance: balance::Arguments,
     #[command(flatten)]
@@ -105,6 +113,9 @@ impl Arguments {
 
     /// How points follow one another.
     fn walk(&self, scene: &Scene, range: (f64, f64)) -> Result<Walk, CliError> {
+        if self.conservative_from.is_some() {
+            return Ok(Walk::Given);
+        }
         let step = self.step(range)?;
         if self.follow == Follow::Sequential {
             return Ok(Walk::Grid(Grid { origin: range.0, step }));
@@ -123,16 +134,44 @@ impl Arguments {
 
     /// What is asked for of a scene, if it makes sense.
     fn request<'s>(&self, scene: &'s Scene, problem: &'s Problem) -> Result<Request<'s>, CliError> {
-        let range = family::range(scene, self.range.as_deref())?;
+        let near = self.near(problem)?;
+        let range = match &near[..] {
+            [] => family::range(scene, self.range.as_deref())?,
+            points => {
+                let omega = || points.iter().map(|p| p.omega);
+                (omega().fold(f64::INFINITY, f64::min), omega().fold(0.0, f64::max))
+            }
+        };
         let choice = self.balance.choice(scene)?;
-        if self.viscous.viscous && choice.is_balance() {
-            let message = "--viscous is by shooting: leave --method hbm out";
-            return Err(CliError::Input(message.into()));
+        let by_shooting =
+            [("--viscous", self.viscous.viscous), ("--conservative-from", !near.is_empty())];
+        if let Some((name, _)) = by_shooting.iter().find(|(_, given)| *given && choice.is_balance())
+        {
+            let message = format!("{name} is by shooting: leave --method hbm out");
+            return Err(CliError::Input(message));
         }
         let viscosity = self.viscosity(scene, problem)?;
         let walk = self.walk(scene, range)?;
-        let points = self.points;
-        Ok(Request { scene, problem, range, choice, walk, points, viscosity })
+        let points = if near.is_empty() { self.points } else { near.len() };
+        Ok(Request { scene, problem, range, choice, walk, points, viscosity, near })
+    }
+
+    /// The orbits of a viscous family to look near.
+    fn near(&self, problem: &Problem) -> Result<Vec<PointRecord>, CliError> {
+        let Some(path) = &self.conservative_from else { return Ok(vec![]) };
+        let refuse = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
+        let mut points = StoredFamily::read(path)?.points;
+        points.retain(|p| p.orbit.is_some());
+        if points.iter().all(|p| p.orbit.as_ref().is_none_or(|o| o.viscous.is_none())) {
+            return refuse(
+                "no viscous orbits are in it; give a file of `signorini backbone --viscous`",
+            );
+        }
+        let n = problem.system.body.nodal_dofs().n();
+        if points.iter().any(|p| p.orbit.as_ref().is_some_and(|o| o.u0.len() != n)) {
+            return refuse("its body has other displacements than this scene");
+        }
+        Ok(points)
     }
 
     /// The viscosity, if a viscous family is asked for.
@@ -156,6 +195,8 @@ struct Request<'s> {
     points: usize,
     /// Of the viscous nonlinear mode.
     viscosity: Option<Viscosity>,
+    /// Viscous orbits that conservative ones are looked for near.
+    near: Vec<PointRecord>,
 }
 
 /// What is computed by itself: one or several branches.
@@ -164,6 +205,8 @@ enum Piece {
     OrbitsOnGrid(Stretch),
     /// Solutions of harmonic balance on a grid, a branch for each number of harmonics.
     SeriesOnGrid(Stretch),
+    /// Orbits near those of a viscous family.
+    OrbitsNear,
     /// Orbits along the family.
     OrbitsAlong(Direction),
     /// Solutions of harmonic balance along the family, with a number of harmonics.
@@ -176,6 +219,11 @@ impl Request<'_> {
         let (low, high) = self.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(self.problem, w))?;
         let closure = self.kind()?;
+        if self.walk == Walk::Given && closure != Closure::Reversible {
+            let message =
+                "conservative orbits are looked for at rest, without damping and harmonic loads";
+            return Err(CliError::Input(message.into()));
+        }
         if self.walk.grid().is_none() && closure == Closure::Autonomous {
             let help = "leave [initial] out, or give a state at rest: the orbit of `signorini orbit` starts at rest where it can";
             let message = "families by arclength start from a state at rest";
@@ -204,7 +252,11 @@ impl Request<'_> {
             identity: FamilyKind {
                 method: self.method(),
                 walk: self.walk,
-                problem: fingerprint(problem),
+                problem: fingerprint(problem)
+                    ^ match &self.near[..] {
+                        [] => 0,
+                        points => conservative::fingerprint(points),
+                    },
             },
             range: [self.range.0, self.range.1],
             branches: self.branches(),
@@ -214,7 +266,7 @@ impl Request<'_> {
 
     fn branches(&self) -> Vec<Branch> {
         let along = |piece: Piece| match piece {
-            Piece::OrbitsOnGrid(_) => vec![Branch::Sequential],
+            Piece::OrbitsOnGrid(_) | Piece::OrbitsNear => vec![Branch::Sequential],
             Piece::SeriesOnGrid(_) => self.choice.sequential_branches(),
             Piece::OrbitsAlong(direction) => vec![Branch::Along(direction)],
             Piece::SeriesAlong(harmonics, direction) => {
@@ -228,6 +280,7 @@ impl Request<'_> {
     fn pieces(&self, walk: Walk) -> Vec<Piece> {
         let balance = self.choice.is_balance();
         match walk.grid() {
+            _ if walk == Walk::Given => vec![Piece::OrbitsNear],
             Some(grid) => {
                 let stretch = Stretch { grid, range: self.range, downwards: false };
                 vec![match balance {
@@ -261,6 +314,10 @@ impl Request<'_> {
                     start::guesses(self.scene, &initial, body, closure, omega)
                 };
                 sequence::orbits(&mut body, closure, &guesses, *stretch, &known, take)?
+            }
+            Piece::OrbitsNear => {
+                let (mut body, ..) = self.shooting()?;
+                conservative::orbits(&mut body, &self.near, &known.branch(0), take)?
             }
             Piece::SeriesOnGrid(stretch) => {
                 let mut body = self.choice.body(self.scene)?;
@@ -307,7 +364,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let begun = Instant::now();
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
-    let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
+    let read: Vec<&Path> = arguments.conservative_from.iter().map(|p| p.as_path()).collect();
+    let options = arguments.output.rules(&scene, &path, arguments.resume, &read)?;
     let problem = load::of_scene(&scene)?;
     let request = arguments.request(&scene, &problem)?;
     let closure = request.closure()?;
@@ -324,7 +382,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         unknowns: shooting.then(|| closure.unknowns(problem.system.n_o())),
         options,
     };
-    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+    let mut carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
         // a grid that was widened counts from where it began
         let pieces = request.pieces(writer.plan().identity.walk);
         let job = |piece| -> Job {
@@ -334,8 +392,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.range, bar)
     })?;
+    if let Some(viscosity) = &request.viscosity {
+        let fresh = carried.stored.points.len() > carried.resumed;
+        if !arguments.quick && (fresh || carried.stored.statement.is_none()) {
+            let judged = Judged {
+                scene: &scene,
+                problem: &problem,
+                viscosity,
+                points: &carried.stored.points,
+            };
+            carried.stored.statement = viscous::state(global, &judged, &path, &asked.options)?;
+        }
+    }
     family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
-    if carried.stored.points.iter().all(|p| p.orbit.is_none()) {
+    // near viscous orbits there need not be any
+    if request.near.is_empty() && carried.stored.points.iter().all(|p| p.orbit.is_none()) {
         return Err(CliError::Reported("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`".into()));
     }
     Ok(())

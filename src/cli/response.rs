@@ -9,7 +9,7 @@ use signorini::continuation::Options;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::{Asked, FamilyError, Known, start};
-use signorini::orbit::branch::Start;
+use signorini::orbit::along::Start;
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;

@@ -173,7 +173,7 @@ impl Phase {
             self.expand_velocity(t, v_o, &mut s.v);
         }
         self.inertia.accelerate(&self.kinematics, s, a_o);
-        if let Some(d) = damping.filter(|d| d.alpha > 0.0) {
+        if let Some(d) = damping.filter(|d| d.alpha != 0.0) {
             a_o.iter_mut().zip(v_o).for_each(|(a, v)| *a -= d.alpha * v);
         }
     }
@@ -197,7 +197,7 @@ impl Phase {
         self.expand(v_o, &mut s.v);
         let v = &s.v;
         let mut power = 0.0;
-        if alpha > 0.0 {
+        if alpha != 0.0 {
             power += alpha * self.inertia.shared.mass(&self.parts.body).quadratic(v);
         }
         if beta > 0.0 {

@@ -3,7 +3,8 @@
 use super::{FamilyError, Known, ended, known};
 use crate::continuation::{Go, Options, Stop};
 use crate::hbm::branch as series_branch;
-use crate::orbit::branch::{self, Start};
+use crate::orbit::along::{self, Start};
+use crate::orbit::branch;
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, Orbit, Propagator};
 use crate::records::{BranchEnd, EndReason, PlaceRecord, PointRecord};
@@ -43,7 +44,7 @@ pub fn orbits(
                 Err(why) => return Ok(Err(why)),
             },
         };
-        let ending = branch::arclength(body, closure, from, options, take)?;
+        let ending = along::arclength(body, closure, from, options, take)?;
         Ok(ending.map(|e| (e.to_string(), e.stop)).ok_or_else(|| NO_TANGENT.into()))
     })
 }

@@ -3,16 +3,20 @@
 //! A family is opened ([`open`]) new or to go on with. What is [`Known`] of it are the points of an earlier run that stand: whole
 //! steps without a hole. On a grid of frequencies the rest are [`Legs`], onwards from the last point that is known and back
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
-//! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program.
-//! [`start`] says where they begin, [`viscous`] how viscous they are.
+//! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
+//! [`conservative`] looks near those of a viscous family.
+//! [`start`] says where they begin, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! may be.
 
 pub mod check;
+pub mod conservative;
 pub mod follow;
 mod known;
 mod legs;
 mod open;
 pub mod sequence;
 pub mod start;
+pub mod statement;
 pub mod viscous;
 
 pub use known::Known;

@@ -1,18 +1,16 @@
-//! Families of orbits, point by point, with all that a file keeps of them.
+//! Families of orbits frequency by frequency, and what a file keeps of an orbit; along the branch: [`super::along`].
 
 use std::f64::consts::TAU;
 
+use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Feedback, Orbit};
 use super::floquet::Stability;
-use super::mapped::Mapped;
-use super::search::{Effort, Verdict, chain_of, find};
-use super::segments::Segments;
+use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
 use super::viscous;
-use super::{OrbitError, OrbitFamily};
 use crate::contact::ActiveSet;
-use crate::continuation::{self, Go, JUMP, Options, Place, Special, Stop, guesses};
+use crate::continuation::{Go, JUMP, Place, Special, guesses};
 use crate::event::SwitchKind;
 use crate::records::{
     GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange, VerdictKind,
@@ -58,7 +56,7 @@ fn feedback(f: &Feedback) -> ViscousRecord {
 }
 
 /// Where a continuation stands, as a file keeps it.
-fn place_record(place: &Place<Chain>) -> PlaceRecord {
+pub(super) fn place_record(place: &Place<Chain>) -> PlaceRecord {
     PlaceRecord {
         x: place.x.clone(),
         tangent: place.tangent.clone(),
@@ -112,185 +110,6 @@ impl Verdict {
             Verdict::NotFound { .. } => VerdictKind::NotFound,
         }
     }
-}
-
-/// Where a branch begins.
-pub enum Start {
-    /// At an orbit, towards growing (`> 0`) or falling frequency.
-    Orbit(Box<Orbit>, f64),
-    /// Where an earlier continuation stood.
-    Place(Place<Chain>),
-}
-
-/// Follow a family by arclength (or, with `natural`, by frequency).
-pub fn arclength(
-    body: &mut Propagator,
-    closure: Closure,
-    start: Start,
-    options: &Options,
-    mut take: impl FnMut(PointRecord) -> Go,
-) -> Result<Option<Ending>, OrbitError> {
-    let (chain, start) = match start {
-        Start::Place(place) => (place.chart.clone(), Begin::Place(place)),
-        Start::Orbit(orbit, direction) => {
-            body.system.loads_mut().set_frequency(orbit.omega());
-            let (chain, times) = match closure {
-                Closure::Viscous(_) => (Chain { sets: vec![], nodes: vec![] }, vec![]),
-                _ => chain_of(body, &orbit)?,
-            };
-            let x = orbit.z.iter().copied().chain(times).chain([orbit.omega()]).collect();
-            (chain, Begin::At(x, direction))
-        }
-    };
-    match closure {
-        Closure::Viscous(pin) => {
-            across_corners(&mut Mapped::new(body, pin), start, options, &mut take)
-        }
-        _ => {
-            let mut family = Segments::new(body, closure, chain);
-            let stop = along(&mut family, start, options, &mut take)?.map(|(stop, _)| stop);
-            Ok(stop.map(Ending::of))
-        }
-    }
-}
-
-/// How a branch ended.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ending {
-    /// How the continuation stopped.
-    pub stop: Stop,
-    /// The grazing that it stopped at, if that is the reason.
-    pub grazing: Option<String>,
-}
-
-impl Ending {
-    fn of(stop: Stop) -> Ending {
-        Ending { stop, grazing: None }
-    }
-}
-
-impl std::fmt::Display for Ending {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match (&self.grazing, &self.stop) {
-            (Some(what), Stop::Step { lambda }) => {
-                write!(
-                    f,
-                    "ends at a grazing corner at {lambda:.9}, where {what}; no step across finds another side"
-                )
-            }
-            (_, stop) => write!(f, "{stop}"),
-        }
-    }
-}
-
-/// Where a branch begins, in the unknowns of its family.
-enum Begin {
-    Place(Place<Chain>),
-    At(Vec<f64>, f64),
-}
-
-/// Follow a viscous family; where a grazing corner stops it, go on behind the corner if a step across finds the other side.
-fn across_corners(
-    family: &mut Mapped,
-    start: Begin,
-    options: &Options,
-    take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Option<Ending>, OrbitError> {
-    let (mut options, mut start) = (options.clone(), start);
-    loop {
-        let mut count = 0;
-        let mut counted = |p: PointRecord| {
-            count += 1;
-            take(p)
-        };
-        let Some((stop, last)) = along(family, start, &options, &mut counted)? else {
-            return Ok(None);
-        };
-        options.points = options.points.saturating_sub(count);
-        let Stop::Step { .. } = stop else { return Ok(Some(Ending::of(stop))) };
-        let Some(what) = family.grazing(&last.x)? else { return Ok(Some(Ending::of(stop))) };
-        // what was not passed right behind a corner is not passed by trying again
-        let behind = match count > 3 && options.points > 0 {
-            true => family.across(&last)?,
-            false => None,
-        };
-        let Some(place) = behind else { return Ok(Some(Ending { stop, grazing: Some(what) })) };
-        let special = Special::Border(format!("{what}: a corner of the branch"));
-        let point = point(family, &place.x, Some(&special), Some(&place))?;
-        if take(point).is_break() {
-            return Ok(Some(Ending::of(Stop::Interrupted)));
-        }
-        start = Begin::Place(place);
-    }
-}
-
-/// Follow a family; how that ended, and where.
-fn along<F: OrbitFamily>(
-    family: &mut F,
-    start: Begin,
-    options: &Options,
-    take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Option<(Stop, Place<Chain>)>, OrbitError> {
-    let place = match start {
-        Begin::Place(place) => place,
-        Begin::At(x, direction) => {
-            let Some(place) = Place::start(family, x, direction, options.step.0)? else {
-                return Ok(None);
-            };
-            let point = point(family, &place.x, Some(&Special::Start), Some(&place))?;
-            if take(point).is_break() {
-                return Ok(Some((Stop::Interrupted, place)));
-            }
-            place
-        }
-    };
-    let mut failed = None;
-    let mut last = place.clone();
-    let stop = continuation::follow(family, place, options, |family, p| {
-        // a special point inside a step is no place to go on from: the step is made anew
-        let regular = matches!(p.special, None | Some(Special::Border(_)));
-        let place = regular.then_some(&p.place);
-        if regular {
-            last = p.place.clone();
-        }
-        match point(family, &p.x, p.special.as_ref(), place) {
-            Ok(point) => take(point),
-            Err(e) => {
-                failed = Some(e);
-                Go::Break(())
-            }
-        }
-    })?;
-    match failed {
-        Some(e) => Err(e),
-        None => Ok(Some((stop, last))),
-    }
-}
-
-fn point<F: OrbitFamily>(
-    family: &mut F,
-    x: &[f64],
-    special: Option<&Special>,
-    place: Option<&Place<Chain>>,
-) -> Result<PointRecord, OrbitError> {
-    let orbit = family.orbit(x)?;
-    let mut flaws = orbit.flaws();
-    if orbit.viscous.is_some() && orbit.switches.is_empty() {
-        flaws.push("no contact".into());
-    }
-    let kind = special.map_or(PointKind::Regular, kind_of);
-    let (orbit, special) = if flaws.is_empty() {
-        (Some(record(family.body(), &orbit)?), kind)
-    } else {
-        (None, PointKind::Failed(flaws.join("; ")))
-    };
-    Ok(PointRecord {
-        omega: x[x.len() - 1],
-        special,
-        orbit,
-        place: place.map(place_record),
-        ..PointRecord::default()
-    })
 }
 
 /// How a sequential continuation tries.

@@ -90,11 +90,11 @@ impl<'a> Mapped<'a> {
         Ok(None)
     }
 
-    /// What grazes at a place, in words, if anything does.
+    /// How near a place is to a grazing, in words, if it is.
     pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
         let orbit = self.orbit(x)?;
         Ok((orbit.grazing < GRAZING)
-            .then(|| format!("a contact grazes to {:.1e} of the unit of length", orbit.grazing)))
+            .then(|| format!("{:.1e} of the unit of length", orbit.grazing)))
     }
 }
 

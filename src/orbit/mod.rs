@@ -6,16 +6,19 @@
 //! - [`period_map`] — the motion over a time from a state, with the sequence of active sets that the integrator finds;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
+//! - [`nearest`] — the conservative orbit nearest to a viscous one;
 //! - [`saltation`] — how a perturbation passes a switch;
 //! - [`viscous`] — the viscous nonlinear mode: what is pinned, which viscosity, where to start;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - [`credentials`] — everything an orbit has to show before it is one;
-//! - [`branch`] — families of orbits: sequential, natural, by arclength, with all that a file keeps of them;
+//! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
+//! - [`along`] — families by arclength, through folds and corners;
 //! - [`check`] — a series of another method against the equations in time;
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
+pub mod along;
 pub mod branch;
 pub mod chain;
 pub mod check;
@@ -23,6 +26,7 @@ pub mod credentials;
 pub mod floquet;
 pub mod krylov;
 pub mod mapped;
+pub mod nearest;
 pub mod period_map;
 pub mod saltation;
 pub mod search;

@@ -182,7 +182,7 @@ pub fn find(
 }
 
 /// Whether a solution of the shooting equations is an orbit.
-fn judge(
+pub(super) fn judge(
     body: &mut Propagator,
     closure: Closure,
     z: &[f64],

@@ -129,7 +129,8 @@ pub(super) struct Image {
     walk: Option<Walk>,
     /// The residual.
     pub r: Vec<f64>,
-    size: f64,
+    /// Its norm over that of the state.
+    pub size: f64,
     end: f64,
 }
 

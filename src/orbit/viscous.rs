@@ -136,16 +136,18 @@ pub fn by_viscosity(
     omega: f64,
     effort: &Effort,
 ) -> Result<Option<Verdict>, OrbitError> {
-    let (mut sharpness, last) = (SMOOTH.0, pin.sharpness());
-    let at = |sharpness: f64| Pin { beta: pin.beta_of(sharpness), ..pin };
+    let last = pin.sharpness();
+    let mut sharpness = last.min(SMOOTH.0);
+    let at = |sharpness: f64| match sharpness == last {
+        true => pin,
+        false => Pin { beta: pin.beta_of(sharpness), ..pin },
+    };
     let mut found = None;
-    if sharpness < last {
-        for guess in pin.guesses(body, omega) {
-            let verdict = find(body, Closure::Viscous(at(sharpness)), &guess, omega, effort)?;
-            if verdict.orbit().is_some() {
-                found = Some(verdict);
-                break;
-            }
+    for guess in pin.guesses(body, omega) {
+        let verdict = find(body, Closure::Viscous(at(sharpness)), &guess, omega, effort)?;
+        if verdict.orbit().is_some() {
+            found = Some(verdict);
+            break;
         }
     }
     while let Some(orbit) = found.as_ref().and_then(Verdict::orbit) {
@@ -154,8 +156,7 @@ pub fn by_viscosity(
             return Ok(found);
         }
         sharpness = last.min(SMOOTH.1 * sharpness);
-        let pin = if sharpness == last { pin } else { at(sharpness) };
-        found = Some(find(body, Closure::Viscous(pin), &z, omega, effort)?);
+        found = Some(find(body, Closure::Viscous(at(sharpness)), &z, omega, effort)?);
     }
     Ok(None)
 }

@@ -99,6 +99,11 @@ pub enum GapReason {
     },
     /// There was nothing to start from.
     NoStart,
+    /// No conservative orbit is near a viscous one.
+    NoneNear {
+        /// Smallest defect that was reached, over the size of the motion.
+        defect: f64,
+    },
     /// In words: of another version, or cut off by a file.
     Words(String),
 }
@@ -276,12 +281,18 @@ impl GapReason {
             let theta = name.rsplit(' ').next()?.parse().ok()?;
             Some(GapReason::Inadmissible { theta })
         };
+        let none_near = || {
+            let defect = name.strip_prefix("none near: smallest defect ")?.parse().ok()?;
+            Some(GapReason::NoneNear { defect })
+        };
         let verdict = match VerdictKind::of_name(name) {
             VerdictKind::Other(_) => None,
             known => Some(GapReason::Verdict(known)),
         };
-        [verdict, converged(), inadmissible(), Some(GapReason::NoContact), Some(GapReason::NoStart)]
+        let plain = [Some(GapReason::NoContact), Some(GapReason::NoStart)];
+        [verdict, converged(), inadmissible(), none_near()]
             .into_iter()
+            .chain(plain)
             .flatten()
             .find(|reason| reason.to_string() == name)
             .unwrap_or_else(|| GapReason::Words(name.to_owned()))
@@ -300,6 +311,7 @@ impl Display for GapReason {
                 write!(f, "the active sets violate the contact conditions at phase {theta:.6}")
             }
             GapReason::NoStart => write!(f, "no solution with fewer harmonics to start from"),
+            GapReason::NoneNear { defect } => write!(f, "none near: smallest defect {defect:.1e}"),
             GapReason::Words(words) => f.write_str(words),
         }
     }
@@ -315,6 +327,7 @@ mod tests {
             GapReason::NoContact,
             GapReason::Inadmissible { theta: 1.25 },
             GapReason::NoStart,
+            GapReason::NoneNear { defect: 2.5e-4 },
             GapReason::Words("what another version says: 7".into()),
         ];
         let verdicts = VerdictKind::ALL.map(GapReason::Verdict);

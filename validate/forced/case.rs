@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 
 use signorini::continuation::{Go, Options};
-use signorini::orbit::branch::{Start, arclength};
+use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::period_map::integrate;
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};

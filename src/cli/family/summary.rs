@@ -5,12 +5,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use signorini::records::{Branch, BranchEnd, PointKind, PointRecord, Solver, Way};
+use signorini::records::{
+    Branch, BranchEnd, GapReason, PointKind, PointMethod, PointRecord, Solver, Walk, Way,
+};
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
 use super::jobs::Carried;
-use crate::cli::viscous::{CONSERVATIVE, MEANING};
+use crate::cli::viscous::{CONSERVATIVE, MEANING, statement_json, statement_text};
 use crate::cli::{CliError, Global, title};
 
 /// Special points that are listed.
@@ -44,8 +46,12 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
     let points: Vec<Value> = stored.points.iter().map(point).collect();
     let stops: Vec<Value> = ends.iter().map(stop).collect();
     let branches: Vec<String> = stored.branches.iter().map(Branch::to_string).collect();
-    json!({"points": points, "branches": branches, "stops": stops, "resumed": resumed, "wall_s": wall,
-        "output": path.display().to_string()})
+    let mut json = json!({"points": points, "branches": branches, "stops": stops, "resumed": resumed, "wall_s": wall,
+        "output": path.display().to_string()});
+    if let Some(statement) = &stored.statement {
+        json["error_statement"] = statement_json(statement);
+    }
+    json
 }
 
 fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
@@ -78,10 +84,38 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     if specials.len() > MOST {
         line("", format!("… and {} more; all are in the file", specials.len() - MOST));
     }
+    if stored.outline().solver == Solver::Viscous {
+        for (k, text) in errors(stored).into_iter().enumerate() {
+            line(if k == 0 { "errors" } else { "" }, text);
+        }
+    }
     line("time", format!("{wall:.1} s"));
     let path = path.display();
     line("written to", format!("{path} (pictures: signorini plot {path})"));
     out
+}
+
+/// How far the energies of a viscous family may be off.
+fn errors(stored: &StoredFamily) -> Vec<String> {
+    let share = |p: &PointRecord| {
+        let orbit = p.orbit.as_ref()?;
+        Some(orbit.viscous.as_ref()?.turned_over / orbit.energy)
+    };
+    let shares = || stored.points.iter().filter_map(share);
+    let mut lines = match &stored.statement {
+        Some(statement) => statement_text(statement),
+        None => {
+            vec!["left out (--quick): nothing is said of viscosity, mesh, contact and modes".into()]
+        }
+    };
+    if let (Some(low), Some(high)) = (shares().reduce(f64::min), shares().reduce(f64::max)) {
+        lines.push(format!(
+            "handed round a period by viscosity and feedback: {:.0} to {:.0} % of the energy",
+            100.0 * low,
+            100.0 * high
+        ));
+    }
+    lines
 }
 
 /// Whether motions of a scene conserve their energy.
@@ -92,7 +126,8 @@ fn is_free(scene: &Scene) -> bool {
 /// Whether a point is listed: not those that every family has, nor those that are counted.
 fn is_on_the_way(kind: &PointKind) -> bool {
     use PointKind::{EndOfRange, Gap, Jump, Regular, Start};
-    !matches!(kind, Regular | Start | EndOfRange | Jump | Gap(_))
+    let none_near = matches!(kind, Gap(GapReason::NoneNear { .. }));
+    none_near || !matches!(kind, Regular | Start | EndOfRange | Jump | Gap(_))
 }
 
 /// How many orbits there are, and of what stability.
@@ -114,6 +149,17 @@ fn found(stored: &StoredFamily, resumed: usize) -> String {
 
 /// What a grid of frequencies left open, and what to do about it.
 fn on_a_grid(stored: &StoredFamily) -> String {
+    let near = stored
+        .points
+        .iter()
+        .filter(|p| matches!(p.special, PointKind::Gap(GapReason::NoneNear { .. })));
+    if stored
+        .identity
+        .as_ref()
+        .is_some_and(|i| i.method == PointMethod::Shooting && i.walk == Walk::Given)
+    {
+        return format!(" near viscous ones, none near {} others", near.count());
+    }
     let gaps = stored.points.iter().filter(|p| p.special.is_gap()).count();
     let jumps = stored.points.iter().filter(|p| p.special == PointKind::Jump).count();
     let outline = stored.outline();
