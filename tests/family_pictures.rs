@@ -199,6 +199,12 @@ fn an_error_statement_is_a_band_or_bars_around_the_energy() {
     let svg = picture(&folded, None, "backbone");
     expect(&svg, &entries);
     assert_eq!(areas(&svg), 0);
+    // nothing more to draw for a viscosity that does less than the mesh
+    let mut small = graph.clone();
+    small.statement.as_mut().unwrap().variations[0].energy = UP.map(|p| p.1 * 1.01).to_vec();
+    let svg = picture(&small, None, "backbone");
+    expect(&svg, &["mesh and contact (the viscosity within)"]);
+    assert!(areas(&svg) == 1 && !says(&svg, "viscosity"));
     // nothing is known where no orbit was found, and less than nothing makes no band
     let mut lacking = graph;
     let statement = lacking.statement.as_mut().unwrap();

@@ -13,6 +13,8 @@ use crate::store::StoredFamily;
 const LIGHT: f64 = 0.18;
 /// The same where what is numerical lies on top of it.
 const DARK: f64 = 0.42;
+/// Name of the only band where the viscosity does nowhere more than what is numerical.
+const WITHIN: &str = "mesh and contact (the viscosity within)";
 /// On a logarithmic axis a band goes down at most to this part of the least energy.
 const LOWEST: f64 = 0.3;
 /// Half the length of the stroke at the end of a bar.
@@ -50,12 +52,14 @@ impl Reach {
         }
     }
 
-    /// Frequencies, ascending, with the energy and the half width of the band there; without the viscosity there is no second band.
+    /// Frequencies, ascending, with the energy and the half width of the band there; where the viscosity reaches no further there is no second band.
     fn knots(self, statement: &ErrorStatement) -> Vec<Knot> {
-        if self == Reach::Everything && statement.of(Changed::HalfViscosity).is_none() {
+        let widths = statement.band(self == Reach::Numerical);
+        let further =
+            |(w, numerical): (&f64, f64)| *w > numerical || (numerical.is_nan() && !w.is_nan());
+        if self == Reach::Everything && !widths.iter().zip(statement.band(true)).any(further) {
             return vec![];
         }
-        let widths = statement.band(self == Reach::Numerical);
         let all = statement.omega.iter().zip(&statement.energy).zip(widths);
         let mut knots: Vec<Knot> =
             all.map(|((&omega, &energy), width)| Knot { omega, energy, width }).collect();
@@ -202,29 +206,40 @@ fn bar_colour(reach: Reach, ink: RGBColor) -> RGBColor {
     tint(ink, if reach == Reach::Everything { 0.6 } else { 0.8 })
 }
 
+/// Whether the viscosity was changed and does nowhere more than the rest.
+fn viscosity_is_within(family: &StoredFamily) -> bool {
+    let known = family.statement.as_ref().and_then(|s| s.of(Changed::HalfViscosity));
+    known.is_some_and(|v| v.energy.iter().any(|e| e.is_finite()))
+        && shapes(family, Reach::Everything).is_empty()
+}
+
 /// What the legend says of the statements of some families with their colours; nothing if there are none.
 pub(in crate::report) fn error_entries(
     families: &[(&StoredFamily, RGBColor)],
 ) -> Vec<Entry<'static>> {
-    let mut entries: Vec<Entry> = vec![];
+    // those of several families share an entry
+    let common = |colours: &[RGBColor]| if let [only] = colours { *only } else { INK };
+    let stated = || families.iter().filter(|(f, _)| f.statement.is_some());
+    let within = stated().all(|(f, _)| viscosity_is_within(f));
+    let (mut bands, mut bars): (Vec<Entry>, Vec<Entry>) = (vec![], vec![]);
     for reach in Reach::BOTH.into_iter().rev() {
-        let (mut bands, mut bars) = (vec![], vec![]);
+        let (mut of_bands, mut of_bars) = (vec![], vec![]);
         for (family, colour) in families {
             match shapes(family, reach).first() {
-                Some(Shape::Band(..)) => bands.push(*colour),
-                Some(Shape::Bar(..)) => bars.push(*colour),
+                Some(Shape::Band(..)) => of_bands.push(*colour),
+                Some(Shape::Bar(..)) => of_bars.push(*colour),
                 None => {}
             }
         }
-        // those of several families share an entry
-        let common = |colours: &[RGBColor]| if let [only] = colours { *only } else { INK };
-        if !bands.is_empty() {
-            entries.push((reach.name(), tint(common(&bands), reach.share()), Mark::Patch));
+        let name = if within && reach == Reach::Numerical { WITHIN } else { reach.name() };
+        if !of_bands.is_empty() {
+            bands.push((name, tint(common(&of_bands), reach.share()), Mark::Patch));
         }
-        if !bars.is_empty() {
-            entries.push((reach.name(), bar_colour(reach, common(&bars)), reach.bar()));
+        if !of_bars.is_empty() {
+            bars.push((name, bar_colour(reach, common(&of_bars)), reach.bar()));
         }
     }
+    let mut entries = [bands, bars].concat();
     if !entries.is_empty() {
         entries.insert(0, ("error of the energy:", INK, Mark::Nothing));
     }
