@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::families;
@@ -19,11 +19,11 @@ use super::{CliError, Global};
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot checked.h5\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
 )]
 pub struct Arguments {
     /// A file of this program; several files of families (`backbone`, `response`, `crosscheck`) give one picture of energy
-    /// against frequency
+    /// or amplitude against frequency
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Beginning of the pictures' names [default: the file's name without its ending; for several files `overlay`]
@@ -42,15 +42,39 @@ pub struct Arguments {
     /// Dots per inch of the PNG (the pictures are about ten inches wide)
     #[arg(long, default_value_t = 192, value_parser = clap::value_parser!(u16).range(24..=1200))]
     dpi: u16,
+    /// Families: what is shown over the frequency [default: energy; of one family both, one below the other]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    axis: Option<Axis>,
     /// Several files: limits of the energy
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     energy: Vec<f64>,
+    /// Several files: limits of the amplitude
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    amplitude: Vec<f64>,
     /// Several files: limits of the frequency
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     frequency: Vec<f64>,
     /// Several files: a cross with a name, for example 1.8,1.04,A; may be given again
-    #[arg(long, value_name = "OMEGA,ENERGY,LABEL")]
+    #[arg(long, value_name = "OMEGA,VALUE,LABEL")]
     point: Vec<String>,
+}
+
+/// What is shown over the frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Axis {
+    /// Largest energy
+    Energy,
+    /// Largest contact displacement
+    Amplitude,
+}
+
+impl From<Axis> for families::Axis {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::Energy => families::Axis::Energy,
+            Axis::Amplitude => families::Axis::Amplitude,
+        }
+    }
 }
 
 /// Draw the pictures.
@@ -69,6 +93,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
 fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError> {
     for (name, given) in [
         ("energy", !arguments.energy.is_empty()),
+        ("amplitude", !arguments.amplitude.is_empty()),
         ("frequency", !arguments.frequency.is_empty()),
         ("point", !arguments.point.is_empty()),
     ] {
@@ -95,6 +120,10 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
     if let Some(bad) = arguments.at.iter().find(|f| !(0.0..=1.0).contains(*f)) {
         return Err(CliError::Input(format!("--at {bad}: give fractions between 0 and 1")));
     }
+    if arguments.axis.is_some() && (kind != Content::Family || checked.is_some()) {
+        let message = "--axis belongs to the picture of a family (`backbone`, `response`)";
+        return Err(CliError::Input(message.into()));
+    }
     let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
     if kind != Content::Family {
         return of_run(arguments, file, &stem);
@@ -107,7 +136,10 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
     let family = StoredFamily::read(file)?;
     Ok(match checked {
         Some(rows) => families::pictures_of_check(&family, &rows, &stem, &arguments.only)?,
-        None => families::pictures_of_family(&family, &stem, &arguments.only)?,
+        None => {
+            let axis = arguments.axis.map(families::Axis::from);
+            families::pictures_of_family(&family, axis, &stem, &arguments.only)?
+        }
     })
 }
 
@@ -125,8 +157,17 @@ fn of_files(arguments: &Arguments) -> Result<Drawing, CliError> {
         [low, high] if low.is_finite() && high.is_finite() && low < high => Ok(Some(low..high)),
         _ => Err(CliError::Input(format!("--{name}: give two numbers, the lower one first"))),
     };
+    let axis = arguments.axis.unwrap_or(Axis::Energy);
+    let (of_axis, of_other) = match axis {
+        Axis::Energy => (("energy", &arguments.energy), ("amplitude", &arguments.amplitude)),
+        Axis::Amplitude => (("amplitude", &arguments.amplitude), ("energy", &arguments.energy)),
+    };
+    if !of_other.1.is_empty() {
+        return input(format!("--{}: the picture shows the {}", of_other.0, of_axis.0));
+    }
     let options = overlay::Options {
-        energy: limits("energy", &arguments.energy)?,
+        axis: axis.into(),
+        value: limits(of_axis.0, of_axis.1)?,
         frequency: limits("frequency", &arguments.frequency)?,
         points: arguments.point.iter().map(|p| point(p)).collect::<Result<_, _>>()?,
     };
@@ -149,13 +190,13 @@ fn point(text: &str) -> Result<(f64, f64, String), CliError> {
     let number = |s: &str| s.trim().parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
     let parts: Vec<&str> = text.splitn(3, ',').collect();
     let place = match parts[..] {
-        [omega, energy, label] => number(omega).zip(number(energy)).map(|place| (place, label)),
+        [omega, value, label] => number(omega).zip(number(value)).map(|place| (place, label)),
         _ => None,
     };
     match place {
-        Some(((omega, energy), label)) => Ok((omega, energy, label.trim().to_owned())),
+        Some(((omega, value), label)) => Ok((omega, value, label.trim().to_owned())),
         None => Err(CliError::Input(format!(
-            "--point {text}: give a frequency, an energy and a name, for example 1.8,1.04,A"
+            "--point {text}: give a frequency, an energy (or amplitude) and a name, for example 1.8,1.04,A"
         ))),
     }
 }

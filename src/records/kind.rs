@@ -231,6 +231,17 @@ pub enum Way {
     Natural,
 }
 
+impl std::fmt::Display for Way {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Way::Sequential => "sequential",
+            Way::Response => "response",
+            Way::Arclength => "arclength",
+            Way::Natural => "natural",
+        })
+    }
+}
+
 impl Outline {
     /// The outline of a family of that name. The names of all versions hold the same words, of which these decide.
     pub fn of_name(name: &str) -> Outline {
@@ -267,13 +278,7 @@ impl std::fmt::Display for Outline {
             Solver::HarmonicBalance => "hbm",
             Solver::Check => "crosscheck",
         };
-        let way = match self.way {
-            Way::Sequential => "sequential",
-            Way::Response => "response",
-            Way::Arclength => "arclength",
-            Way::Natural => "natural",
-        };
-        write!(f, "{solver} {way}")
+        write!(f, "{solver} {}", self.way)
     }
 }
 

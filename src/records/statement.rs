@@ -98,12 +98,12 @@ impl ErrorStatement {
     }
 
     /// Largest `|E′/E − 1|` at each frequency of what is numerical (`true`), or of everything: the half width of a band. Meshes coarser than half of the
-    /// family's say nothing about its own error.
+    /// family's say nothing about its own error. Not a number where nothing of it is known.
     pub fn band(&self, numerical: bool) -> Vec<f64> {
         let counts = |v: &&Variation| {
             v.changed != Changed::QuarterMesh && (v.changed.is_numerical() || !numerical)
         };
-        let mut widths = vec![0.0f64; self.omega.len()];
+        let mut widths = vec![f64::NAN; self.omega.len()];
         for v in self.variations.iter().filter(counts) {
             widths.iter_mut().zip(self.relative(v)).for_each(|(w, r)| *w = w.max(r.abs()));
         }
@@ -134,5 +134,8 @@ mod tests {
         assert!((statement.shift(&statement.variations[0])[0] + 0.01).abs() < 1e-12);
         assert!((statement.band(true)[0] - 0.04).abs() < 1e-12);
         assert!((statement.band(false)[0] - 0.1).abs() < 1e-12);
+        let alone =
+            ErrorStatement { variations: vec![v(Changed::OtherContact, f64::NAN)], ..statement };
+        assert!(alone.band(true)[0].is_nan());
     }
 }

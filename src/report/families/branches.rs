@@ -14,6 +14,11 @@ pub(super) fn is_sequential(family: &StoredFamily) -> bool {
     family.outline().is_point_by_point()
 }
 
+/// The viscous nonlinear mode: its multipliers are those of the self-excited system, not of the body.
+pub(in crate::report) fn is_viscous(family: &StoredFamily) -> bool {
+    family.outline().solver == Solver::Viscous
+}
+
 /// The points of a branch in their order; points of different branches are interleaved in the file.
 pub(in crate::report) fn of_branch(
     family: &StoredFamily,
@@ -68,7 +73,33 @@ pub(super) fn branch_names(family: &StoredFamily) -> (String, Vec<String>) {
 /// A quantity of an orbit, if it has it.
 pub(in crate::report) type Value<'v> = &'v dyn Fn(&OrbitRecord) -> Option<f64>;
 
-/// A piece of a branch of one stability.
+/// A branch in runs of neighbours that belong together, whatever their stability; an orbit alone is a run of one.
+pub(in crate::report) fn runs(
+    family: &StoredFamily,
+    branch: usize,
+    value: Value,
+) -> Vec<Vec<(f64, f64)>> {
+    let mut runs: Vec<Vec<(f64, f64)>> = vec![];
+    let mut goes_on = false;
+    for p in of_branch(family, branch) {
+        let here = p.orbit.as_ref().and_then(value).map(|y| (p.omega, y));
+        match (here, runs.last_mut()) {
+            (Some(point), Some(run)) if goes_on && !parted(family, p) => run.push(point),
+            (Some(point), _) => runs.push(vec![point]),
+            _ => {}
+        }
+        goes_on = here.is_some();
+    }
+    runs
+}
+
+/// Whether a point does not belong together with the one before it: the orbits of a cross-check were found one by one.
+fn parted(family: &StoredFamily, p: &PointRecord) -> bool {
+    family.outline().solver == Solver::Check
+        || (is_sequential(family) && p.special == PointKind::Jump)
+}
+
+/// A piece of a branch of one stability; that of a viscous family is not known.
 pub(in crate::report) struct Piece {
     pub(in crate::report) stable: Option<bool>,
     pub(in crate::report) points: Vec<(f64, f64)>,
@@ -77,17 +108,14 @@ pub(in crate::report) struct Piece {
 /// A branch in pieces that may be drawn as lines.
 pub(in crate::report) fn pieces(family: &StoredFamily, branch: usize, value: Value) -> Vec<Piece> {
     let mut pieces: Vec<Piece> = vec![];
-    // the orbits of a cross-check were found one by one
-    if family.outline().solver == Solver::Check {
-        return pieces;
-    }
+    let viscous = is_viscous(family);
     let mut before: Option<(&PointRecord, f64)> = None;
     let mut goes_on = false;
     for p in of_branch(family, branch) {
         let here = p.orbit.as_ref().and_then(value).map(|y| (p, y));
-        let parted = is_sequential(family) && p.special == PointKind::Jump;
-        if let (Some((a, y_a)), Some((b, y_b)), false) = (before, here, parted) {
-            let stability = |p: &PointRecord| p.orbit.as_ref().and_then(|o| o.stable);
+        if let (Some((a, y_a)), Some((b, y_b)), false) = (before, here, parted(family, p)) {
+            let stability =
+                |p: &PointRecord| p.orbit.as_ref().and_then(|o| o.stable).filter(|_| !viscous);
             // at a point of stability its neighbour decides
             let stable = match (is_critical(a), is_critical(b)) {
                 (true, false) => stability(b),

@@ -1,13 +1,17 @@
 //! Pictures of periodic orbits: a family over the frequency (`backbone`), Floquet multipliers (`multipliers`), the phase
 //! portrait of the contact nodes (`portrait`); and the table of a family as CSV.
 
+mod axis;
 mod branches;
+mod errors;
 mod frequency;
 mod head;
+mod look;
 mod multipliers;
 mod portrait;
 mod special;
 mod table;
+mod words;
 
 use std::path::Path;
 
@@ -19,8 +23,11 @@ use frequency::{backbone, family_multipliers};
 use multipliers::orbit_multipliers;
 use portrait::portrait;
 
-pub(super) use branches::{branches, of_branch, pieces};
+pub use axis::Axis;
+pub(super) use branches::{branches, of_branch, pieces, runs};
+pub(super) use errors::{draw_errors, error_entries, reached};
 pub use table::csv;
+pub(super) use words::kind;
 
 /// Values that differ by more than this factor need a logarithmic axis.
 pub(super) const LOGARITHMIC: f64 = 50.0;
@@ -29,7 +36,7 @@ pub(super) const LOGARITHMIC: f64 = 50.0;
 #[derive(Clone, Copy)]
 enum Source<'s> {
     Orbit(&'s Stored, &'s OrbitRecord, &'s [f64]),
-    Family(&'s StoredFamily),
+    Family(&'s StoredFamily, Option<Axis>),
     Check(&'s StoredFamily, &'s [CheckRow]),
 }
 
@@ -46,7 +53,7 @@ const OF_ORBIT: [Picture; 2] = [
 
 const OF_FAMILY: [Picture; 2] = [
     ("backbone", |s| match s {
-        Source::Family(family) => backbone(family),
+        Source::Family(family, axis) => backbone(family, axis),
         _ => Err(FigureError::Empty("this is no backbone")),
     }),
     ("multipliers", multipliers),
@@ -87,13 +94,14 @@ pub fn pictures_of_orbit(
     draw(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(drawn, _)| drawn)
 }
 
-/// Draw the named pictures of a family, likewise; without any orbit there is nothing to draw.
+/// Draw the named pictures of a family, likewise, the backbone on both axes or on one; without any orbit there is nothing to draw.
 pub fn pictures_of_family(
     family: &StoredFamily,
+    axis: Option<Axis>,
     stem: &Path,
     only: &[String],
 ) -> Result<Vec<Drawing>, FigureError> {
-    something(draw(&OF_FAMILY, Source::Family(family), stem, only)?)
+    something(draw(&OF_FAMILY, Source::Family(family, axis), stem, only)?)
 }
 
 /// Draw the named pictures of a cross-check, likewise.
@@ -144,6 +152,6 @@ fn draw(
 fn multipliers(source: Source) -> Result<String, FigureError> {
     match source {
         Source::Orbit(stored, orbit, _) => orbit_multipliers(stored, orbit),
-        Source::Family(family) | Source::Check(family, _) => family_multipliers(family),
+        Source::Family(family, _) | Source::Check(family, _) => family_multipliers(family),
     }
 }

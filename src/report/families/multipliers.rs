@@ -95,12 +95,13 @@ pub(super) fn orbit_multipliers(
     let length = |r: &Range<f64>| r.end - r.start;
     let tall = (660.0 * length(&all.1) / length(&all.0)).clamp(330.0, 760.0) as u32;
     figure::svg(if far { (980, 560) } else { (770, tall + 104) }, |root| {
-        let stable = match orbit.stable {
-            Some(true) => ", stable",
-            Some(false) => ", unstable",
-            None => "",
+        let what = match orbit.stable {
+            _ if orbit.viscous.is_some() => "multipliers of the self-excited system",
+            Some(true) => "Floquet multipliers, stable",
+            Some(false) => "Floquet multipliers, unstable",
+            None => "Floquet multipliers",
         };
-        title(root, &stored.title, &format!("Floquet multipliers{stable}"))?;
+        title(root, &stored.title, what)?;
         let (_, sheet) = root.split_vertically(px(32.0));
         let (strip, sheet) = sheet.split_vertically(px(20.0));
         let present = groups.iter().filter(|g| !g.members.is_empty());

@@ -12,6 +12,9 @@ pub(super) enum Special {
 }
 
 impl Special {
+    /// All, the last on top.
+    pub(super) const ALL: [Special; 3] = [Special::Border, Special::Bifurcation, Special::Fold];
+
     pub(super) fn mark(self) -> Mark {
         match self {
             Special::Border => Mark::Ring,

@@ -22,6 +22,12 @@ pub const LINES: [RGBColor; 5] = [
     RGBColor(86, 86, 86),
 ];
 
+/// A colour thinned with white, `share ∈ [0, 1]` of it left.
+pub fn tint(colour: RGBColor, share: f64) -> RGBColor {
+    let thin = |c: u8| (255.0 - share * (255.0 - f64::from(c))).round() as u8;
+    RGBColor(thin(colour.0), thin(colour.1), thin(colour.2))
+}
+
 /// The colour map viridis, `s ∈ [0, 1]`.
 pub fn viridis(s: f64) -> RGBColor {
     const TABLE: [[u8; 3]; 9] = [

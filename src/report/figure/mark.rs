@@ -13,12 +13,20 @@ pub enum Mark {
     Thin,
     /// A dashed line.
     Dashes,
+    /// A full line that bears marks.
+    Bearing(&'static Mark),
     /// A filled patch.
     Patch,
     /// A filled dot.
     Dot,
     /// An open circle.
     Ring,
+    /// A filled disc that is seen on a line.
+    Disc,
+    /// An open circle that is seen on a line.
+    Circle,
+    /// A filled square.
+    Square,
     /// A filled triangle.
     Triangle,
     /// A filled diamond.
@@ -29,6 +37,10 @@ pub enum Mark {
     Speck,
     /// A short stroke, as on the edge of a panel.
     Tick,
+    /// A thin upright stroke with caps.
+    Bar,
+    /// A thick upright stroke.
+    Beam,
     /// The name alone.
     Nothing,
 }
@@ -37,7 +49,7 @@ impl Mark {
     /// Length of the sample in a legend.
     pub(super) fn sample(self) -> i32 {
         match self {
-            Mark::Line | Mark::Thin | Mark::Dashes | Mark::Patch => px(24.0),
+            Mark::Line | Mark::Thin | Mark::Dashes | Mark::Bearing(_) | Mark::Patch => px(24.0),
             Mark::Nothing => 0,
             _ => px(9.0),
         }
@@ -66,6 +78,16 @@ pub fn symbol(area: &Area, (x, y): (i32, i32), mark: Mark, colour: RGBColor) -> 
             area.draw(&Circle::new((x, y), px(2.1), WHITE.filled())).map_err(FigureError::draw)?;
             area.draw(&Circle::new((x, y), px(2.1), line(colour, 1.0))).map_err(FigureError::draw)
         }
+        Mark::Disc => {
+            area.draw(&Circle::new((x, y), px(4.2), WHITE.filled())).map_err(FigureError::draw)?;
+            area.draw(&Circle::new((x, y), px(3.5), colour.filled())).map_err(FigureError::draw)
+        }
+        Mark::Circle => {
+            area.draw(&Circle::new((x, y), px(3.4), WHITE.filled())).map_err(FigureError::draw)?;
+            area.draw(&Circle::new((x, y), px(3.4), line(colour, 1.4))).map_err(FigureError::draw)
+        }
+        Mark::Bearing(mark) => symbol(area, (x, y), *mark, colour),
+        Mark::Square => filled(&[(-3.2, -3.2), (3.2, -3.2), (3.2, 3.2), (-3.2, 3.2)]),
         Mark::Triangle => filled(&[(0.0, -5.2), (4.5, 3.2), (-4.5, 3.2)]),
         Mark::Diamond => filled(&[(0.0, -4.8), (4.0, 0.0), (0.0, 4.8), (-4.0, 0.0)]),
         Mark::Cross => {
@@ -76,6 +98,12 @@ pub fn symbol(area: &Area, (x, y): (i32, i32), mark: Mark, colour: RGBColor) -> 
             stroke(&[(-2.4, -2.4), (2.4, 2.4)], 1.1)?;
             stroke(&[(-2.4, 2.4), (2.4, -2.4)], 1.1)
         }
+        Mark::Bar => {
+            stroke(&[(0.0, -5.0), (0.0, 5.0)], 1.0)?;
+            stroke(&[(-3.0, -5.0), (3.0, -5.0)], 1.0)?;
+            stroke(&[(-3.0, 5.0), (3.0, 5.0)], 1.0)
+        }
+        Mark::Beam => stroke(&[(0.0, -5.0), (0.0, 5.0)], 2.6),
         Mark::Tick => stroke(&[(0.0, -4.0), (0.0, 4.0)], 1.2),
         Mark::Line | Mark::Thin | Mark::Dashes | Mark::Patch | Mark::Nothing => Ok(()),
     }

@@ -3,6 +3,7 @@
 //! plotters draws the SVG; the PNG is rasterised from that same SVG with the font that the program carries, so both
 //! show the same and neither needs fonts of the system.
 
+mod clip;
 mod colour;
 mod legend;
 mod logarithmic;
@@ -18,8 +19,9 @@ use thiserror::Error;
 
 use crate::store::StoreError;
 
-pub use colour::{GRID, INK, LINES, SHADE, colour_bar, viridis};
-pub use legend::{Entry, legend, legend_above};
+pub use clip::{Frame, clipped, clipped_area};
+pub use colour::{GRID, INK, LINES, SHADE, colour_bar, tint, viridis};
+pub use legend::{Entry, legend, legend_above, legend_columns};
 pub use logarithmic::{columns, loglog, semilog};
 pub use mark::{Mark, flat, symbol, symbols};
 pub use panel::{Ground, equal_panel, panel, panel_with};
@@ -105,6 +107,16 @@ pub fn title(area: &Area, title: &str, what: &str) -> Drawn {
 pub fn draw_line(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
     let path = PathElement::new(points, style);
     chart.draw_series(std::iter::once(path)).map(|_| ()).map_err(FigureError::draw)
+}
+
+/// An area of a chart, so far within its frame.
+pub fn draw_area(chart: &mut Chart, outline: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
+    let outline = clipped_area(outline, &(chart.x_range(), chart.y_range()));
+    if outline.len() < 3 {
+        return Ok(());
+    }
+    let area = Polygon::new(outline, style);
+    chart.draw_series(std::iter::once(area)).map(|_| ()).map_err(FigureError::draw)
 }
 
 /// A dashed line through points of a chart.

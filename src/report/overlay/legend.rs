@@ -6,8 +6,8 @@ use plotters::prelude::RGBColor;
 
 use super::scene::{Look, Scene, is_response};
 use crate::records::Branch;
-use crate::report::families::of_branch;
-use crate::report::figure::{Entry, INK, Mark};
+use crate::report::families::{Axis, error_entries, of_branch};
+use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, legend_columns};
 
 /// Names in the legend.
 pub(super) struct Names {
@@ -37,10 +37,12 @@ impl Names {
         }
     }
 
-    /// The entries that belong together in rows.
-    pub fn groups<'n>(&'n self, scene: &Scene) -> Vec<Vec<Entry<'n>>> {
-        let groups = [self.response(scene), self.free(scene)];
-        groups.into_iter().filter(|g| !g.is_empty()).collect()
+    /// Draw what belongs together in rows of its own; what is left of the sheet.
+    pub fn draw<'b>(&self, sheet: Area<'b>, scene: &Scene) -> Result<Area<'b>, FigureError> {
+        let sheet = legend_above(sheet, &self.response(scene))?;
+        let sheet = legend_above(sheet, &self.free(scene))?;
+        let sheet = legend_columns(sheet, &curves(scene))?;
+        legend_above(sheet, &errors(scene))
     }
 
     /// Forced responses.
@@ -76,15 +78,11 @@ impl Names {
         entries
     }
 
-    /// Orbits in time and backbones.
+    /// Orbits that were checked, and backbones of one kind.
     fn free<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
         let mut entries: Vec<Entry> = vec![];
-        for (look, name) in
-            [(Look::Checked, "orbits in time"), (Look::Continued, "orbits continued in time")]
-        {
-            if scene.branches.iter().any(|b| b.2 == look) {
-                entries.push((name, scene.colour(look), Mark::Dot));
-            }
+        if scene.any(|look| *look == Look::Checked) {
+            entries.push(("orbits in time", scene.colour(Look::Checked), Mark::Dot));
         }
         if scene.any(|look| matches!(look, Look::Backbone(..))) {
             entries.push(("backbone by harmonic balance:", INK, Mark::Nothing));
@@ -93,4 +91,15 @@ impl Names {
         }
         entries
     }
+}
+
+/// Curves that have a name of their own.
+fn curves<'n>(scene: &'n Scene) -> Vec<Entry<'n>> {
+    scene.curves.iter().map(|c| (c.name.as_str(), c.colour, Mark::Bearing(c.mark))).collect()
+}
+
+/// What is stated about the energies.
+fn errors(scene: &Scene) -> Vec<Entry<'static>> {
+    let stated = scene.curves.iter().map(|c| (c.family, c.colour)).collect::<Vec<_>>();
+    if scene.axis == Axis::Energy { error_entries(&stated) } else { vec![] }
 }

@@ -1,7 +1,9 @@
-//! The picture `overlay`: families of several files in one panel, energy against frequency.
+//! The picture `overlay`: families of several files in one panel, energy or amplitude against frequency.
 
-mod clip;
+mod curves;
+mod draw;
 mod legend;
+mod names;
 mod scene;
 
 use std::ops::Range;
@@ -10,26 +12,26 @@ use std::path::Path;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::crosscheck::{DASH, dash, parted};
-use super::families::{LOGARITHMIC, pieces};
+use super::families::{Axis, LOGARITHMIC, reached};
 use super::figure::{
-    self, Chart, Drawing, Drawn, FigureError, Mark, draw_dashes, draw_line, flat, legend_above,
-    line, panel, px, range, semilog, symbol, symbols, text, title,
+    self, Chart, Drawing, Drawn, FigureError, Mark, flat, panel, px, range, semilog, symbol, text,
+    title,
 };
-use crate::records::OrbitRecord;
 use crate::store::StoredFamily;
-use clip::clipped;
+use draw::draw;
 use legend::Names;
-use scene::{Look, Scene, is_response, points};
+use scene::Scene;
 
 /// What a user may choose.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
-    /// Limits of the energy.
-    pub energy: Option<Range<f64>>,
+    /// What is shown over the frequency.
+    pub axis: Axis,
+    /// Its limits.
+    pub value: Option<Range<f64>>,
     /// Limits of the frequency.
     pub frequency: Option<Range<f64>>,
-    /// Places that are marked: frequency, energy, name.
+    /// Places that are marked: frequency, energy or amplitude, name.
     pub points: Vec<(f64, f64, String)>,
 }
 
@@ -43,97 +45,57 @@ pub fn picture(
 }
 
 fn overlay(families: &[StoredFamily], options: &Options) -> Result<String, FigureError> {
-    let scene = Scene::new(families);
-    let all = || scene.branches.iter().flat_map(|(f, b, _)| points(f, *b));
-    let marked = || options.points.iter().map(|(omega, energy, _)| (*omega, *energy));
+    let common = common_title(families);
+    let scene = Scene::new(families, options.axis, &common);
+    let all = || scene.branches.iter().flat_map(|(f, b, _)| scene.points(f, *b));
+    let marked = || options.points.iter().map(|(omega, value, _)| (*omega, *value));
     if all().next().is_none() {
         return Err(FigureError::Empty("the families hold no orbit"));
     }
     let x = options.frequency.clone();
     let x = x.unwrap_or_else(|| range(all().chain(marked()).map(|p| p.0)));
-    let within = |e: f64| options.energy.as_ref().is_none_or(|y| y.contains(&e));
+    let within = |v: f64| options.value.as_ref().is_none_or(|y| y.contains(&v));
     let shown: Vec<f64> =
         all().chain(marked()).filter(|p| x.contains(&p.0) && within(p.1)).map(|p| p.1).collect();
     if shown.is_empty() {
         return Err(FigureError::Empty("no orbit lies within these limits"));
     }
-    let ends = options.energy.clone().unwrap_or_else(|| {
-        let least = shown.iter().copied().fold(f64::INFINITY, f64::min);
-        least..shown.iter().copied().fold(0.0, f64::max)
-    });
-    let logarithmic = ends.start > 0.0 && ends.end > LOGARITHMIC * ends.start;
+    let (y, logarithmic) = vertical(&scene, options, &shown);
     let scaled = |v: f64| if logarithmic { v.log10() } else { v };
-    let y = match options.energy {
-        Some(_) => scaled(ends.start)..scaled(ends.end),
-        None => range([scaled(ends.start), scaled(ends.end)]),
-    };
     figure::svg((980, 720), |root| {
-        title(root, &common_title(families), "energy against frequency")?;
-        let (_, mut sheet) = root.split_vertically(px(32.0));
-        let names = Names::new(&scene);
-        for entries in names.groups(&scene) {
-            sheet = legend_above(sheet, &entries)?;
-        }
-        let labels = ("frequency ω", "largest energy H");
+        title(root, &common, &format!("{} against frequency", options.axis.name()))?;
+        let (_, sheet) = root.split_vertically(px(32.0));
+        let sheet = Names::new(&scene).draw(sheet, &scene)?;
+        let free: Vec<&StoredFamily> = families.iter().collect();
+        let labels = ("frequency ω", options.axis.label(&free));
         let mut chart = match logarithmic {
             true => semilog(&sheet, x.clone(), y.clone(), labels.0, labels.1)?,
             false => panel(&sheet, x.clone(), y.clone(), labels.0, labels.1)?,
         };
         draw(&mut chart, &scene, &scaled)?;
-        options.points.iter().try_for_each(|(omega, energy, name)| {
-            let inside = x.contains(omega) && *energy > 0.0 && y.contains(&scaled(*energy));
-            if inside { label(&chart, (*omega, scaled(*energy)), name) } else { Ok(()) }
+        options.points.iter().try_for_each(|(omega, value, name)| {
+            let inside = x.contains(omega) && *value > 0.0 && y.contains(&scaled(*value));
+            if inside { label(&chart, (*omega, scaled(*value)), name) } else { Ok(()) }
         })
     })
 }
 
-/// Lines first, dots on top of them.
-fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64) -> Drawn {
-    let frame = (chart.x_range(), chart.y_range());
-    let dash_width = DASH * (frame.0.end - frame.0.start);
-    let flat_points = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-        points.into_iter().map(|(x, v)| (x, scaled(v))).collect()
-    };
-    for wanted in [
-        (|look| matches!(look, Look::Response(_))) as fn(&Look) -> bool,
-        |look| matches!(look, Look::ThinResponse(_)),
-        |look| matches!(look, Look::Backbone(..)),
-    ] {
-        for (family, branch, look) in scene.branches.iter().filter(|(_, _, look)| wanted(look)) {
-            let colour = scene.colour(*look);
-            if let Look::Response(_) = look {
-                let energy = |o: &OrbitRecord| (o.energy > 0.0).then_some(o.energy);
-                for piece in pieces(family, *branch, &energy) {
-                    for points in clipped(&flat_points(piece.points), &frame) {
-                        match piece.stable {
-                            Some(false) => draw_dashes(chart, points, line(colour, 1.3))?,
-                            _ => draw_line(chart, points, line(colour, 2.0))?,
-                        }
-                    }
-                }
-                continue;
-            }
-            let width = if is_response(look) { 0.8 } else { 1.2 };
-            let all: Vec<(f64, f64)> = points(family, *branch).collect();
-            let parts = match look {
-                Look::Backbone(_, false) => vec![all],
-                _ => parted(&all),
-            };
-            for part in parts {
-                for points in clipped(&flat_points(dash(part, dash_width)), &frame) {
-                    draw_line(chart, points, line(colour, width))?;
-                }
-            }
-        }
+/// The range of the vertical axis, or of its logarithm, and whether it is the latter.
+fn vertical(scene: &Scene, options: &Options, shown: &[f64]) -> (Range<f64>, bool) {
+    let least = shown.iter().copied().fold(f64::INFINITY, f64::min);
+    let ends = options.value.clone();
+    let ends = ends.unwrap_or_else(|| least..shown.iter().copied().fold(0.0, f64::max));
+    let logarithmic = ends.start > 0.0 && ends.end > LOGARITHMIC * ends.start;
+    let scaled = |v: f64| if logarithmic { v.log10() } else { v };
+    if options.value.is_some() {
+        return (scaled(ends.start)..scaled(ends.end), logarithmic);
     }
-    for wanted in [Look::Continued, Look::Checked] {
-        for (family, branch, look) in scene.branches.iter().filter(|(_, _, look)| *look == wanted) {
-            let places = points(family, *branch).map(|(x, v)| (x, scaled(v)));
-            let inside = places.filter(|p| frame.0.contains(&p.0) && frame.1.contains(&p.1));
-            symbols(chart, inside, Mark::Dot, scene.colour(*look))?;
-        }
+    let mut all = vec![ends.start, ends.end];
+    if options.axis == Axis::Energy {
+        let stated = scene.curves.iter().flat_map(|c| reached(c.family, least, logarithmic));
+        all.extend(stated);
     }
-    Ok(())
+    (range(all.into_iter().map(scaled)), logarithmic)
 }
 
 /// A cross and its name.

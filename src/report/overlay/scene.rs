@@ -2,8 +2,9 @@
 
 use plotters::prelude::RGBColor;
 
-use crate::records::{Branch, Solver, Way};
-use crate::report::families::{branches, of_branch};
+use super::curves::{Curve, curves};
+use crate::records::{Branch, OrbitRecord, Solver, Way};
+use crate::report::families::{Axis, branches, of_branch};
 use crate::report::figure::LINES;
 use crate::store::StoredFamily;
 
@@ -18,22 +19,24 @@ pub(super) enum Look {
     Backbone(Option<usize>, bool),
     /// Orbits found from harmonic balance.
     Checked,
-    /// Orbits found by continuation in time.
-    Continued,
+    /// Free orbits by shooting, and series beside those of another file: a curve of its own.
+    Curve(usize),
 }
 
-fn look(family: &StoredFamily, branch: usize) -> Look {
+fn look(family: &StoredFamily, branch: usize, curve: Option<usize>) -> Look {
+    if let Some(curve) = curve {
+        return Look::Curve(curve);
+    }
     let known = family.branches.get(branch);
     let ratio = known.and_then(Branch::percent);
     let outline = family.outline();
     match (outline.solver, outline.way) {
-        (Solver::Check, _) => Look::Checked,
         (Solver::HarmonicBalance, Way::Response) => Look::ThinResponse(ratio),
-        (Solver::Shooting | Solver::Viscous, Way::Response) => Look::Response(ratio),
         (Solver::HarmonicBalance, way) => {
             Look::Backbone(known.and_then(Branch::harmonics), way == Way::Sequential)
         }
-        (Solver::Shooting | Solver::Viscous, _) => Look::Continued,
+        (Solver::Shooting | Solver::Viscous, _) => Look::Response(ratio),
+        (Solver::Check, _) => Look::Checked,
     }
 }
 
@@ -70,11 +73,18 @@ pub(super) struct Scene<'f> {
     pub branches: Vec<(&'f StoredFamily, usize, Look)>,
     pub harmonics: Vec<f64>,
     pub ratios: Vec<f64>,
+    pub curves: Vec<Curve<'f>>,
+    pub axis: Axis,
 }
 
 impl<'f> Scene<'f> {
-    pub fn new(families: &'f [StoredFamily]) -> Self {
-        let of = |f: &'f StoredFamily| branches(f).into_iter().map(move |b| (f, b, look(f, b)));
+    /// `title` begins the titles of all families.
+    pub fn new(families: &'f [StoredFamily], axis: Axis, title: &str) -> Self {
+        let curves = curves(families, title);
+        let of = |f: &'f StoredFamily| {
+            let curve = |b: usize| curves.iter().position(|c| c.holds(f, b));
+            branches(f).into_iter().map(|b| (f, b, look(f, b, curve(b)))).collect::<Vec<_>>()
+        };
         let branches: Vec<_> = families.iter().flat_map(of).collect();
         let harmonics = branches.iter().filter_map(|(_, _, look)| match look {
             Look::Backbone(n_h, _) => n_h.map(|n| n as f64),
@@ -85,7 +95,7 @@ impl<'f> Scene<'f> {
             _ => None,
         });
         let (harmonics, ratios) = (ascending(harmonics), ascending(ratios));
-        Scene { branches, harmonics, ratios }
+        Scene { branches, harmonics, ratios, curves, axis }
     }
 
     pub fn colour(&self, look: Look) -> RGBColor {
@@ -97,8 +107,20 @@ impl<'f> Scene<'f> {
             Look::Response(ratio) | Look::ThinResponse(ratio) => on(&RATIOS, &self.ratios, ratio),
             Look::Backbone(n_h, _) => on(&HARMONICS, &self.harmonics, n_h.map(|n| n as f64)),
             Look::Checked => RGBColor(0, 0, 0),
-            Look::Continued => LINES[3],
+            Look::Curve(k) => self.curves[k].colour,
         }
+    }
+
+    /// What is drawn of an orbit: a logarithm may be asked for.
+    pub fn value(&self, orbit: &OrbitRecord) -> Option<f64> {
+        let value = self.axis.of(orbit);
+        (value.is_finite() && value > 0.0).then_some(value)
+    }
+
+    /// Frequency and value of the orbits of a branch.
+    pub fn points(&self, family: &StoredFamily, branch: usize) -> impl Iterator<Item = (f64, f64)> {
+        let orbits = of_branch(family, branch).filter_map(|p| Some((p.omega, p.orbit.as_ref()?)));
+        orbits.filter_map(|(omega, orbit)| Some((omega, self.value(orbit)?)))
     }
 
     pub fn any(&self, wanted: fn(&Look) -> bool) -> bool {
@@ -108,11 +130,4 @@ impl<'f> Scene<'f> {
 
 pub(super) fn is_response(look: &Look) -> bool {
     matches!(look, Look::Response(_) | Look::ThinResponse(_))
-}
-
-/// Frequency and energy of the orbits of a branch.
-pub(super) fn points(family: &StoredFamily, branch: usize) -> impl Iterator<Item = (f64, f64)> {
-    let energy = |e: f64| (e.is_finite() && e > 0.0).then_some(e);
-    of_branch(family, branch)
-        .filter_map(move |p| p.orbit.as_ref().and_then(|o| energy(o.energy)).map(|e| (p.omega, e)))
 }
