@@ -166,7 +166,7 @@ fn what_has_no_viscous_mode_is_refused() {
     check("[damping]\nratio = 0.01\nmode = 1\n", "no other damping");
     check(
         "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.1\nomega = 1.8\n",
-        "no harmonic load",
+        "own feedback keeps it going",
     );
     check("[reduction]\nmodes = 3\ncutoff = 4.0\n", "exactly one of modes, cutoff");
     let scene = with("");
@@ -225,7 +225,7 @@ fn a_reduced_body_is_told_on_its_mesh() {
     };
     let (a, u) = read(&full, "full.h5");
     let (b, v) = read(&all, "all.h5");
-    let (c, w) = read(&some, "some.h5");
+    let (c, _) = read(&some, "some.h5");
     assert_eq!(u.len(), v.len());
     assert!(common::relative(&v, &u) < 1e-9, "{}", common::relative(&v, &u));
     assert_eq!(
@@ -239,10 +239,11 @@ fn a_reduced_body_is_told_on_its_mesh() {
         c["final"]["u"].as_array().unwrap().len(),
         a["final"]["u"].as_array().unwrap().len()
     );
-    let _ = w;
     let (modes, fewer) = (json(&["modes", &full]), json(&["modes", &some]));
     let lowest = |m: &Value| m["open"]["omega"][0].as_f64().unwrap();
-    assert!((lowest(&fewer) / lowest(&modes) - 1.0).abs() < 1e-5);
+    // a Rayleigh quotient on fewer shapes
+    let above = lowest(&fewer) / lowest(&modes) - 1.0;
+    assert!(above > -1e-12 && above < 1e-3, "{above}");
     assert_eq!(
         fewer["open"]["shapes"][0].as_array().unwrap().len(),
         modes["open"]["shapes"][0].as_array().unwrap().len()
