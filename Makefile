@@ -51,6 +51,8 @@ pictures: build
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
 	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision --force
 	cp out/plate-precision.png docs/precision.png
+	cargo run --release --locked --example refinement -- out/refinement
+	cp out/refinement.png docs/refinement.png
 
 # figure 1: forced responses, backbones by harmonic balance, orbits in time; figure 2: the orbit at A over one period
 PLATE := scenarios/half-plate-orbit.toml

@@ -9,16 +9,17 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 9] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 10] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 604),
     ("half-plate-orbit", 8, 1.7132407257, 1.9918026789, 0.2211842615, 26),
     ("half-plate-redistribution", 24, 1.4950996976, 9.5455379485, 0.3634242631, 92),
     ("half-plate-response", 40, 19.7903931430, 34.8704911655, 0.2314748540, 139),
+    ("half-plate-viscous", 108, 1.5511996680, 1.9953274497, 0.3048548095, 4561),
     ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 26),
     ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4696),
     ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 628),
-    ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4473),
+    ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4341),
 ];
 
 #[test]
@@ -94,7 +95,12 @@ fn exact_flows_agree_on_the_shipped_scenes() {
         println!("{name}: modal and chebyshev differ by {e:.1e}");
         // two weak bounces of the free bar (at 3.61 and 3.64) amplify what the eigensolution rounds, about 1e-13 in the
         // first switching time, some thousandfold
-        let bound = if name == "bouncing-bar" { 1e-9 } else { 1e-11 };
+        // 108 switches, most of them weak, do the same to the undamped motion of the fine half plate
+        let bound = match name {
+            "bouncing-bar" => 1e-9,
+            "half-plate-viscous" => 3e-10,
+            _ => 1e-11,
+        };
         assert!(e < bound, "{name}: {e:e}");
         assert_eq!(a.switches.len(), b.switches.len());
     }

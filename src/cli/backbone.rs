@@ -379,7 +379,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         system: &problem.system,
         plan: request.plan(&problem),
         points: request.points,
-        unknowns: shooting.then(|| closure.unknowns(problem.system.n_o())),
+        unknowns: shooting.then(|| closure.sizes(problem.system.n_o())),
         options,
     };
     let mut carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {

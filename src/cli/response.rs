@@ -206,7 +206,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         system: &problem.system,
         plan: request.plan(&problem),
         points: arguments.points,
-        unknowns: shooting.then(|| Closure::Forced.unknowns(problem.system.n_o())),
+        unknowns: shooting.then(|| Closure::Forced.sizes(problem.system.n_o())),
         options,
     };
     let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {

@@ -20,8 +20,8 @@ pub struct Asked<'a> {
     pub plan: FamilyPlan,
     /// Most points of a branch that is followed by arclength.
     pub points: usize,
-    /// Unknowns of an orbit, where orbits are shot.
-    pub unknowns: Option<usize>,
+    /// Number of unknowns of an orbit, where orbits are shot, and how many of them are its state.
+    pub unknowns: Option<(usize, usize)>,
     /// How files are written.
     pub options: WriterOptions,
 }
@@ -95,8 +95,12 @@ fn continued(asked: &Asked, stored: &StoredFamily) -> Result<FamilyPlan, FamilyE
 }
 
 /// What does not fit a body, if anything: whoever goes on with the points may index without fear. `unknowns` are those of an orbit,
-/// where orbits are shot.
-fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Option<String> {
+/// and of its state, where orbits are shot.
+fn misfit(
+    stored: &StoredFamily,
+    system: &System,
+    unknowns: Option<(usize, usize)>,
+) -> Option<String> {
     let (n, n_o, n_c) = (system.body.nodal_dofs().n(), system.n_o(), system.n_contact());
     let place_fits = |place: &PlaceRecord| {
         let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
@@ -105,10 +109,10 @@ fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Op
         let length = match unknowns {
             None => !x.is_empty(),
             // viscous branches have no charts
-            Some(z) if along && !place.sets.is_empty() => {
+            Some((z, _)) if along && !place.sets.is_empty() => {
                 x.len() == z + events + 1 && place.sets.len() == events + 1
             }
-            Some(z) => x.len() == z + 1,
+            Some((z, _)) => x.len() == z + 1,
         };
         length
             && (!along || tangent.len() == x.len())
@@ -125,8 +129,8 @@ fn misfit(stored: &StoredFamily, system: &System, unknowns: Option<usize>) -> Op
         let belongs = |place: &PlaceRecord| {
             let same = place.x.last().is_some_and(|w| (w - p.omega).abs() <= 1e-6 * p.omega.abs());
             let energy = p.orbit.as_ref().map_or(0.0, |o| o.energy.abs());
-            let motion =
-                unknowns.map_or(0.0, |n| 0.5 * place.x.iter().take(n).map(|x| x * x).sum::<f64>());
+            let motion = unknowns
+                .map_or(0.0, |(_, n)| 0.5 * place.x.iter().take(n).map(|x| x * x).sum::<f64>());
             same && (energy == 0.0 || motion <= 1e6 * energy)
         };
         p.omega.is_finite()

@@ -38,7 +38,8 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         v0,
         multipliers: pairs(stability),
         trivial: stability.map_or(0, |s| s.trivial),
-        stable: stability.map(|s| s.is_stable()),
+        // the multipliers of a viscous orbit are those of the self-excited system: no statement about the body
+        stable: stability.filter(|_| orbit.viscous.is_none()).map(|s| s.is_stable()),
         jumps: switches.clone().map(|s| s.energy_jump).collect(),
         switches: switches.map(|s| (s.t, s.node, s.kind == SwitchKind::Close)).collect(),
         viscous: orbit.viscous.as_ref().map(feedback),

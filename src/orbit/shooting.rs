@@ -46,6 +46,12 @@ impl Closure {
         }
     }
 
+    /// Number of unknowns, and how many of them are the state.
+    pub fn sizes(self, n: usize) -> (usize, usize) {
+        let all = self.unknowns(n);
+        (all, if matches!(self, Closure::Viscous(_)) { 2 * n } else { all })
+    }
+
     /// The frame vector among the unknowns.
     pub fn frame<'z>(&self, z: &'z [f64]) -> &'z [f64] {
         match self {

@@ -137,7 +137,7 @@ fn plates(short: bool, checks: &mut Vec<Check>) -> Result<(), String> {
     checks.push(Check::at_most(
         "half plates: the same over that of the coarsest mesh",
         spread[last] / spread[0],
-        0.6,
+        if short { 0.7 } else { 0.4 },
     ));
     Ok(())
 }

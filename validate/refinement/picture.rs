@@ -1,7 +1,7 @@
 //! `cargo run --release --example refinement -- out/refinement`: the picture of the README, energy against the size of the elements.
 //!
-//! Half plate at `ω = 1.80`: viscous orbits with `β = 0.01` by three discretisations of the contact on five meshes, and all conservative orbits that a set
-//! of starts leads to on three of them. About three minutes.
+//! Half plate: viscous orbits with `β = 0.01` at three frequencies by three discretisations of the contact on five meshes, and, at one of the
+//! frequencies, all conservative orbits that a set of starts leads to on three of them. About four minutes.
 
 use std::path::{Path, PathBuf};
 
@@ -10,25 +10,27 @@ use signorini::orbit::Closure;
 use signorini::orbit::branch::{all, starts};
 use signorini::orbit::search::Effort;
 use signorini::report::figure::{
-    self, DPI, Drawing, FigureError, INK, LINES, Mark, draw_line, legend_above, line, panel, px,
-    symbols, title,
+    self, Area, DPI, Drawing, FigureError, INK, LINES, Mark, draw_line, legend_above, line, panel,
+    px, range, symbols, title,
 };
 use signorini::scenario::{Reduction, Scene};
 use signorini::store::Outputs;
 
 mod orbits;
 
+/// The frequency at which conservative orbits are looked for, and all frequencies.
 const OMEGA: f64 = 1.8;
+const FREQUENCIES: [f64; 3] = [1.7, OMEGA, 1.96];
 const BETA: f64 = 0.01;
 const MESHES: [[usize; 2]; 5] = [[10, 3], [15, 5], [20, 6], [30, 9], [46, 21]];
 
-/// Places of a picture.
+/// Length of the elements, and energy.
 type Places = Vec<(f64, f64)>;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let stem = std::env::args().nth(1).ok_or("give the name of the picture")?;
     let scene = Scene::parse(include_str!("half-plate.toml"), Path::new("half-plate.toml"))?;
-    let viscous: Vec<Places> = (0..orbits::METHODS.len())
+    let viscous: Vec<[Places; 3]> = (0..orbits::METHODS.len())
         .map(|method| viscous(&scene, method))
         .collect::<Result<_, String>>()?;
     let conservative = conservative(&scene)?;
@@ -39,17 +41,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Energies of the viscous orbits over the meshes.
-fn viscous(scene: &Scene, method: usize) -> Result<Places, String> {
-    let mut places = vec![];
+/// Energies of the viscous orbits of a method over the meshes, at every frequency.
+fn viscous(scene: &Scene, method: usize) -> Result<[Places; 3], String> {
+    let mut places = [const { vec![] }; 3];
     for mesh in MESHES {
         let mut scene = orbits::with_method(scene.clone(), &mesh, method);
-        // large bodies by 3.5/√β
+        // large bodies by 4.5/√β
         scene.reduction = (mesh[0] > 20).then_some(Reduction { modes: None, cutoff: Some(45.0) });
         let mut body = orbits::body(&scene)?;
-        if let Some(orbit) = orbits::viscous(&mut body, BETA, OMEGA)? {
-            eprintln!("{}, {mesh:?}: {}", orbits::METHODS[method], orbit.energy);
-            places.push((1.0 / mesh[0] as f64, orbit.energy));
+        for (omega, places) in FREQUENCIES.into_iter().zip(&mut places) {
+            if let Some(orbit) = orbits::viscous(&mut body, BETA, omega)? {
+                eprintln!("{}, {mesh:?}, {omega}: {}", orbits::METHODS[method], orbit.energy);
+                places.push((1.0 / mesh[0] as f64, orbit.energy));
+            }
         }
     }
     Ok(places)
@@ -64,43 +68,60 @@ fn conservative(scene: &Scene) -> Result<Places, String> {
         let effort = Effort { multipliers: false, ..Effort::default() };
         let found = all(&mut body, Closure::Reversible, &starts, OMEGA, &effort, |_| ())
             .map_err(|e| e.to_string())?;
-        eprintln!(
-            "conservative, {mesh:?}: {:?}",
-            found.iter().map(|o| o.energy).collect::<Vec<_>>()
-        );
-        places.extend(found.iter().map(|o| (1.0 / mesh[0] as f64, o.energy)));
+        let energies: Vec<f64> = found.iter().map(|o| o.energy).collect();
+        eprintln!("conservative, {mesh:?}: {energies:?}");
+        places.extend(energies.into_iter().map(|e| (1.0 / mesh[0] as f64, e)));
     }
     Ok(places)
 }
 
-/// The meshes and energies that are shown.
+/// The lengths that are shown, and the energies beside the conservative orbits.
 const X: (f64, f64) = (0.0, 0.105);
 const Y: (f64, f64) = (0.5, 2.4);
 
-fn picture(viscous: &[Places], conservative: &Places) -> Result<String, FigureError> {
-    figure::svg((860, 470), |root| {
-        title(
-            root,
-            "Half plate, ω = 1.80",
-            "energy of periodic motions on finer and finer meshes",
-        )?;
+/// How each method is drawn, the one that lies below first.
+const MARKS: [Mark; 3] = [Mark::Triangle, Mark::Circle, Mark::Cross];
+
+fn picture(viscous: &[[Places; 3]], conservative: &Places) -> Result<String, FigureError> {
+    figure::svg((980, 560), |root| {
+        let what = "energy of periodic motions on finer and finer meshes";
+        title(root, "Half plate 1 × 0.3, gap 1", what)?;
         let (_, sheet) = root.split_vertically(px(32.0));
-        let marks = [Mark::Dot, Mark::Triangle, Mark::Diamond];
-        let mut entries: Vec<(&str, RGBColor, Mark)> = orbits::METHODS
-            .iter()
-            .zip(LINES)
-            .zip(marks)
-            .map(|((name, c), m)| (*name, c, m))
-            .collect();
+        let methods = orbits::METHODS.iter().zip(LINES).zip(MARKS);
+        let mut entries: Vec<(&str, RGBColor, Mark)> =
+            methods.map(|((name, colour), mark)| (*name, colour, mark)).collect();
         entries[0].0 = "viscous, β = 0.01: nodal boundary method";
-        entries.push(("conservative: all that were found", INK, Mark::Cross));
+        entries.push(("conservative orbits of the mesh", INK, Mark::Dot));
         let sheet = legend_above(sheet, &entries)?;
-        let mut chart = panel(&sheet, X.0..X.1, Y.0..Y.1, "length of the elements", "energy")?;
-        for (places, (_, colour, mark)) in viscous.iter().zip(&entries) {
-            draw_line(&mut chart, places.clone(), line(*colour, 1.6))?;
-            symbols(&chart, places.iter().copied(), *mark, *colour)?;
+        let (left, right) = sheet.split_horizontally(px(520.0));
+        let all = viscous.iter().map(|of| of[1].clone()).collect::<Vec<_>>();
+        let y_label = format!("energy at ω = {OMEGA:.2}");
+        families(&left, &all, Y, "length of the elements", &y_label, Some(conservative))?;
+        let rows = right.split_evenly((3, 1));
+        for (k, (area, omega)) in rows.iter().zip(FREQUENCIES).enumerate() {
+            let all: Vec<Places> = viscous.iter().map(|of| of[k].clone()).collect();
+            let y = range(all.iter().flatten().map(|p| p.1));
+            let label = if k == 2 { "length of the elements" } else { "" };
+            families(area, &all, (y.start, y.end), label, &format!("ω = {omega:.2}"), None)?;
         }
-        let shown: Places = conservative.iter().copied().filter(|p| p.1 < Y.1).collect();
-        symbols(&chart, shown, Mark::Cross, INK)
+        Ok(())
     })
+}
+
+/// One panel: a curve a method, conservative orbits as dots.
+fn families(
+    area: &Area,
+    all: &[Places],
+    y: (f64, f64),
+    x_label: &str,
+    y_label: &str,
+    conservative: Option<&Places>,
+) -> Result<(), FigureError> {
+    let mut chart = panel(area, X.0..X.1, y.0..y.1, x_label, y_label)?;
+    for ((places, colour), mark) in all.iter().zip(LINES).zip(MARKS) {
+        draw_line(&mut chart, places.clone(), line(colour, 1.4))?;
+        symbols(&chart, places.iter().copied(), mark, colour)?;
+    }
+    let shown = conservative.into_iter().flatten().copied().filter(|p| p.1 < y.1);
+    symbols(&chart, shown, Mark::Dot, INK)
 }

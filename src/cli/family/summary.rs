@@ -78,7 +78,11 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     for (k, p) in specials.iter().take(MOST).enumerate() {
         let energy =
             p.orbit.as_ref().map_or(String::new(), |o| format!(", energy {:.6}", o.energy));
-        let text = format!("omega = {:.8}{energy}: {}", p.omega, p.special);
+        let whose = match (&p.special, stored.outline().solver) {
+            (PointKind::Stability(_), Solver::Viscous) => " (self-excited system)",
+            _ => "",
+        };
+        let text = format!("omega = {:.8}{energy}: {}{whose}", p.omega, p.special);
         line(if k == 0 { "on the way" } else { "" }, text);
     }
     if specials.len() > MOST {

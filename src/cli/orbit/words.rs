@@ -35,6 +35,8 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         .map(|s| json!({"t": s.t, "node": s.node, "kind": s.kind.name(), "energy_jump": s.energy_jump}))
         .collect();
     let stability = o.stability.as_ref();
+    // of a viscous orbit they are those of the self-excited system: no statement about the body
+    let of_body = stability.filter(|_| o.viscous.is_none());
     let pairs = |s: &Stability| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>();
     let mut json = json!({
         "converged": true, "admissible": o.is_admissible(), "period": o.period, "omega": o.omega(), "energy": o.energy,
@@ -43,7 +45,7 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         "grazing_distance": o.grazing, "n_o": body.n(),
         "multipliers": stability.map(pairs),
         "trivial_multipliers": stability.map(|s| s.trivial), "largest_multiplier": stability.map(|s| s.largest),
-        "stable": stability.map(|s| s.is_stable()), "stability_lost_by": stability.and_then(|s| s.lost_by()),
+        "stable": of_body.map(|s| s.is_stable()), "stability_lost_by": of_body.and_then(|s| s.lost_by()),
         "u0": body.system.body.nodal_o(&o.state.u), "v0": body.system.body.nodal_o(&o.state.v),
     });
     if let Some(v) = &o.viscous {

@@ -50,10 +50,22 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
         0 => String::new(),
         n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
     };
-    out.line(
-        "body",
-        format!("{kind}, {}{follow}", plural(system.n(), "displacement", "displacements")),
-    );
+    let unknowns = match system.body.reduction() {
+        None => plural(system.n(), "displacement", "displacements"),
+        Some(_) => plural(system.n(), "coordinate", "coordinates"),
+    };
+    out.line("body", format!("{kind}, {unknowns}{follow}"));
+    if let Some(reduction) = system.body.reduction() {
+        let next = reduction
+            .cutoff
+            .map_or(String::new(), |w| format!(", all below omega = {}", significant(w, 4)));
+        let text = format!(
+            "in place of {} displacements of the mesh: {} modes of the body whose interface is held{next}; u_C is not reduced",
+            reduction.dofs.n(),
+            reduction.modes
+        );
+        out.line("reduction", text);
+    }
 }
 
 fn damping(out: &mut Lines, system: &System) {
