@@ -20,7 +20,7 @@ use signorini::records::{
     Branch, BranchEnd, Direction, FamilyKind, Grid, PointMethod, PointRecord, Walk, fingerprint,
 };
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{FamilyPlan, StoredFamily};
+use signorini::store::FamilyPlan;
 
 use super::balance::{self, Choice};
 use super::family::{self, Job, Output};
@@ -134,7 +134,10 @@ impl Arguments {
 
     /// What is asked for of a scene, if it makes sense.
     fn request<'s>(&self, scene: &'s Scene, problem: &'s Problem) -> Result<Request<'s>, CliError> {
-        let near = self.near(problem)?;
+        let near = match &self.conservative_from {
+            Some(path) => viscous::orbits_of(path, problem)?,
+            None => vec![],
+        };
         let range = match &near[..] {
             [] => family::range(scene, self.range.as_deref())?,
             points => {
@@ -154,24 +157,6 @@ impl Arguments {
         let walk = self.walk(scene, range)?;
         let points = if near.is_empty() { self.points } else { near.len() };
         Ok(Request { scene, problem, range, choice, walk, points, viscosity, near })
-    }
-
-    /// The orbits of a viscous family to look near.
-    fn near(&self, problem: &Problem) -> Result<Vec<PointRecord>, CliError> {
-        let Some(path) = &self.conservative_from else { return Ok(vec![]) };
-        let refuse = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
-        let mut points = StoredFamily::read(path)?.points;
-        points.retain(|p| p.orbit.is_some());
-        if points.iter().all(|p| p.orbit.as_ref().is_none_or(|o| o.viscous.is_none())) {
-            return refuse(
-                "no viscous orbits are in it; give a file of `signorini backbone --viscous`",
-            );
-        }
-        let n = problem.system.body.nodal_dofs().n();
-        if points.iter().any(|p| p.orbit.as_ref().is_some_and(|o| o.u0.len() != n)) {
-            return refuse("its body has other displacements than this scene");
-        }
-        Ok(points)
     }
 
     /// The viscosity, if a viscous family is asked for.

@@ -9,10 +9,11 @@ use signorini::continuation::Go;
 use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
 use signorini::orbit::{Closure, Propagator};
-use signorini::records::{ErrorStatement, Variation};
+use signorini::problem::Problem;
+use signorini::records::{ErrorStatement, PointRecord, Variation};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
-use signorini::store::{WriterOptions, write_statement};
+use signorini::store::{StoredFamily, WriterOptions, write_statement};
 
 use super::progress::Bar;
 use super::{CliError, Global, interrupt, plain};
@@ -168,4 +169,21 @@ pub fn warn(v: &Viscosity, n_o: usize, reduced: bool) {
             significant(v.pin.cutoff(), 3)
         );
     }
+}
+
+/// The orbits of a viscous family to look near.
+pub fn orbits_of(path: &Path, problem: &Problem) -> Result<Vec<PointRecord>, CliError> {
+    let refuse = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
+    let mut points = StoredFamily::read(path)?.points;
+    points.retain(|p| p.orbit.is_some());
+    if points.iter().all(|p| p.orbit.as_ref().is_none_or(|o| o.viscous.is_none())) {
+        return refuse(
+            "no viscous orbits are in it; give a file of `signorini backbone --viscous`",
+        );
+    }
+    let n = problem.system.body.nodal_dofs().n();
+    if points.iter().any(|p| p.orbit.as_ref().is_some_and(|o| o.u0.len() != n)) {
+        return refuse("its body has other displacements than this scene");
+    }
+    Ok(points)
 }

@@ -190,6 +190,32 @@ impl Observer for Scan<'_> {
     }
 }
 
+/// At a grazing, or at rest on the obstacle, the monodromy matrix is not finite.
+fn if_known(computed: Result<Stability, OrbitError>) -> Result<Option<Stability>, OrbitError> {
+    match computed {
+        Ok(known) => Ok(Some(known)),
+        Err(OrbitError::Eigen(_)) => Ok(None),
+        Err(e) => Err(e),
+    }
+}
+
+/// What the feedback of a viscous orbit gives back, and the multipliers without it.
+fn feedback(
+    body: &Propagator,
+    (alpha, beta): (f64, f64),
+    start: &[f64],
+    passage: &Passage,
+    period: f64,
+    multipliers: bool,
+) -> Result<Feedback, OrbitError> {
+    let walk = body.walk(&passage.chain, start, &passage.times, period)?;
+    let under_load = match multipliers {
+        true => if_known(stability_under_load(body, start, passage, period, alpha))?,
+        false => None,
+    };
+    Ok(Feedback { alpha, beta, turned_over: alpha * walk.squared_speed(), under_load })
+}
+
 /// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.
 pub fn examine(
     body: &mut Propagator,
@@ -229,27 +255,15 @@ pub fn examine(
     let stiffness =
         system.constraints.iter().map(|c| c.stiffness).fold(f64::MIN_POSITIVE, f64::max);
     let energy = scan.energy.max(f64::MIN_POSITIVE);
-    let multipliers = multipliers && body.n() <= MULTIPLIER_LIMIT;
-    let known = |computed: Result<Stability, OrbitError>| match computed {
-        Ok(known) => Ok(Some(known)),
-        // at a grazing, or at rest on the obstacle, the monodromy matrix is not finite
-        Err(OrbitError::Eigen(_)) => Ok(None),
-        Err(e) => Err(e),
-    };
-    let stability = match multipliers {
-        true => known(stability(body, closure, &start, &passage, period))?,
+    let wanted = multipliers && body.n() <= MULTIPLIER_LIMIT;
+    let stability = match wanted {
+        true => if_known(stability(body, closure, &start, &passage, period))?,
         false => None,
     };
     let viscous = match closure {
         Closure::Viscous(pin) => {
             let alpha = z[z.len() - 1];
-            let walk = body.walk(&passage.chain, &start, &passage.times, period)?;
-            let under_load = match multipliers {
-                true => known(stability_under_load(body, &start, &passage, period, alpha))?,
-                false => None,
-            };
-            let turned_over = alpha * walk.squared_speed();
-            Some(Feedback { alpha, beta: pin.beta, turned_over, under_load })
+            Some(feedback(body, (alpha, pin.beta), &start, &passage, period, wanted)?)
         }
         _ => None,
     };

@@ -81,6 +81,28 @@ fn stability_text(o: &Orbit) -> String {
     }
 }
 
+/// What there is to say of the feedback of a viscous orbit, with labels.
+fn viscous_text(o: &Orbit) -> Vec<(&'static str, String)> {
+    let Some(v) = &o.viscous else { return vec![] };
+    let feedback = format!(
+        "alpha = {}, beta = {}; handed round a period: {}, {} of the energy",
+        significant(v.alpha, 10),
+        significant(v.beta, 6),
+        significant(v.turned_over, 6),
+        significant(v.turned_over / o.energy, 3)
+    );
+    let mut lines = vec![("viscous", MEANING.to_owned()), ("", feedback)];
+    if let (Some(own), Some(load)) = (&o.stability, &v.under_load) {
+        let text = format!(
+            "largest {} of the self-excited system (besides the one at +1; no statement about the body), {} of the damped body with alpha M v(t) as a load",
+            significant(own.largest, 8),
+            significant(load.largest, 8)
+        );
+        lines.push(("multipliers", text));
+    }
+    lines
+}
+
 /// An orbit in words.
 pub(super) fn orbit_text(o: &Orbit) -> String {
     let mut out = String::new();
@@ -131,29 +153,8 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
             o.jumps.abs()
         ),
     );
-    if let Some(v) = &o.viscous {
-        line("viscous", MEANING.into());
-        line(
-            "",
-            format!(
-                "alpha = {}, beta = {}; handed round a period: {}, {} of the energy",
-                significant(v.alpha, 10),
-                significant(v.beta, 6),
-                significant(v.turned_over, 6),
-                significant(v.turned_over / o.energy, 3)
-            ),
-        );
-        let (own, load) = (o.stability.as_ref(), v.under_load.as_ref());
-        if let (Some(own), Some(load)) = (own, load) {
-            line(
-                "multipliers",
-                format!(
-                    "largest {} of the self-excited system (besides the one at +1; no statement about the body), {} of the damped body with alpha M v(t) as a load",
-                    significant(own.largest, 8),
-                    significant(load.largest, 8)
-                ),
-            );
-        }
+    if o.viscous.is_some() {
+        viscous_text(o).into_iter().for_each(|(label, text)| line(label, text));
         return out;
     }
     line("stability", stability_text(o));
