@@ -12,7 +12,7 @@
 //! With `q = Σ_k a_k cos kθ + b_k sin kθ` the Galerkin equations are `D_k q_k + Q n_k = f_k`, `D_k = Ω² − k²ω² + ikωC₀`. Between two
 //! switches the integrand of `n_k` is a trigonometric polynomial, so its integral is a closed form ([`balance`]); the switches are the roots of the monitors
 //! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`
-//! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body.
+//! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body. [`viscous`] has the feedback of a viscous body as one more unknown.
 
 pub mod balance;
 pub mod branch;
@@ -20,11 +20,13 @@ pub mod newton;
 pub mod reduction;
 pub mod response;
 pub mod series;
+pub mod viscous;
 
 pub use balance::{Balance, Quadrature};
 pub use newton::{Failure, Solution};
 pub use reduction::{Form, Reduction};
 pub use series::{Basis, Series};
+pub use viscous::Viscous;
 
 use crate::contact::ContactError;
 use crate::fem::FemError;

@@ -184,7 +184,7 @@ impl Linear {
     }
 
     /// `x ← D⁻¹ x`.
-    fn divide(&self, x: &mut Series) {
+    pub(super) fn divide(&self, x: &mut Series) {
         let modes = x.n;
         for (k, (re, im)) in self.d.iter().enumerate() {
             let cosine = if x.basis == Basis::Cosine || k == 0 { k } else { 2 * k - 1 };
@@ -201,6 +201,13 @@ impl Linear {
                 x.a[(cosine + 1) * modes + i] = (re[i] * b + im[i] * a) / size;
             }
         }
+    }
+
+    /// What unit forces on mode `i` in `cos kθ` and in `sin kθ` give of its `sin kθ`: entries of `D_k⁻¹`.
+    pub(super) fn sine_of(&self, k: usize, i: usize) -> (f64, f64) {
+        let (re, im) = (self.d[k].0[i], self.d[k].1[i]);
+        let size = re * re + im * im;
+        (im / size, re / size)
     }
 
     /// `D x`.
@@ -224,7 +231,7 @@ impl Linear {
     }
 
     /// `N′ Ĝ`: columns of `N′` taken together as `Ĝ` takes them.
-    fn times_g(
+    pub(super) fn times_g(
         &self,
         reduction: &Reduction,
         derivative: &Mat<f64>,
@@ -261,7 +268,12 @@ impl Linear {
 }
 
 /// The residual `D q + Q n − f` and its size over that of its terms, in the norm of the modes' displacements.
-fn residual(reduction: &Reduction, linear: &Linear, q: &Series, n: &Series) -> (Series, f64) {
+pub(super) fn residual(
+    reduction: &Reduction,
+    linear: &Linear,
+    q: &Series,
+    n: &Series,
+) -> (Series, f64) {
     let dq = linear.multiply(q);
     let mut r = dq.clone();
     let mut terms = norm(&linear.f.a);
@@ -346,7 +358,7 @@ pub fn solve(
 
 /// A phase angle at which the complementarity problem, solved anew, has another active set than the walk along the series; asked in the
 /// middle of every phase.
-fn inadmissible(
+pub(super) fn inadmissible(
     reduction: &Reduction,
     q: &Series,
     omega: f64,

@@ -11,7 +11,7 @@ use faer::linalg::solvers::Solve;
 use super::HbmError;
 use super::series::Basis;
 use crate::contact::State;
-use crate::contact::{ActiveSet, Drive, System};
+use crate::contact::{ActiveSet, Drive, Rayleigh, System};
 use crate::fem::{Csr, Loads};
 use crate::flow::spectrum::{Spectra, Spectrum};
 
@@ -68,6 +68,7 @@ pub struct Reduction {
     pub system: System,
     /// Modes of the open phase.
     pub open: Rc<Spectrum>,
+    spectra: Spectra,
     /// Force or acceleration form.
     pub form: Form,
     /// Cosine series or full.
@@ -140,7 +141,8 @@ impl Reduction {
         }
         let n_c = system.n_contact();
         let open_set = ActiveSet::open(n_c);
-        let open = Spectra::default().of_set(&system, &open_set)?;
+        let spectra = Spectra::default();
+        let open = spectra.of_set(&system, &open_set)?;
         let n = system.n_o();
         let (stiffness, mass) = system.open_phase().matrices();
         let directions = system.directions();
@@ -165,7 +167,19 @@ impl Reduction {
         let full = system.damping.is_some() || !system.loads.harmonics.is_empty();
         let basis = if full { Basis::Full } else { Basis::Cosine };
         let phases = RefCell::default();
-        Ok(Reduction { system, open, form, basis, q, q_in, lifted, mass, stiffness, phases })
+        Ok(Reduction {
+            system,
+            open,
+            spectra,
+            form,
+            basis,
+            q,
+            q_in,
+            lifted,
+            mass,
+            stiffness,
+            phases,
+        })
     }
 
     /// Number of modes.
@@ -176,6 +190,16 @@ impl Reduction {
     /// Set the frequency of the harmonic loads.
     pub fn set_frequency(&mut self, omega: f64) {
         self.system.loads_mut().set_frequency(omega);
+    }
+
+    /// Change the damping. Phases that are known stand: `β` must be what it was, and in the acceleration form `α` is not in them.
+    pub(super) fn set_damping(&mut self, damping: Rayleigh) -> Result<(), HbmError> {
+        debug_assert!(self.form == Form::Acceleration);
+        debug_assert!(self.system.damping.is_some_and(|d| d.beta == damping.beta));
+        self.system.damping = Some(damping);
+        let open = ActiveSet::open(self.system.n_contact());
+        self.open = self.spectra.of_set(&self.system, &open)?;
+        Ok(())
     }
 
     /// A phase on the reduced directions.

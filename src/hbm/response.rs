@@ -78,15 +78,19 @@ impl Summary {
     }
 }
 
+/// The modal displacement of a mode of the open phase (from 0) that grazes the obstacle.
+pub(super) fn grazing_of_mode(reduction: &Reduction, mode: usize) -> Option<f64> {
+    let system = &reduction.system;
+    let shape = reduction.open.shapes.col_as_slice(mode);
+    let mut full = vec![0.0; system.n()];
+    system.open_phase().expand(shape, &mut full);
+    crate::problem::grazing_scale(system, &full)
+}
+
 /// The start that the method knows: one harmonic, the first mode at `amplitude` times grazing.
 pub fn mode_start(reduction: &Reduction, amplitude: f64) -> Option<Series> {
-    let system = &reduction.system;
-    let n = reduction.n();
-    let shape: Vec<f64> = (0..n).map(|i| reduction.open.shapes[(i, 0)]).collect();
-    let mut full = vec![0.0; system.n()];
-    system.open_phase().expand(&shape, &mut full);
-    let scale = crate::problem::grazing_scale(system, &full)?;
-    let mut q = Series::zeros(reduction.basis, 1, n);
+    let scale = grazing_of_mode(reduction, 0)?;
+    let mut q = Series::zeros(reduction.basis, 1, reduction.n());
     // the far point at t = 0
     q.of_mut(1)[0] = -amplitude * scale;
     Some(q)

@@ -76,10 +76,15 @@ impl Pin {
     /// Refuse a feedback that could not be one.
     pub(super) fn check(&self, alpha: f64) -> Result<(), OrbitError> {
         let most = MOST_FEEDBACK * self.omega;
-        match alpha.abs() <= most {
+        match self.is_feedback(alpha) {
             true => Ok(()),
             false => Err(OrbitError::Feedback { alpha, most }),
         }
+    }
+
+    /// Whether a feedback could be one.
+    pub fn is_feedback(&self, alpha: f64) -> bool {
+        alpha.abs() <= MOST_FEEDBACK * self.omega
     }
 
     /// Unknowns `(z, α)` of a state whose feedback is not known.

@@ -1,0 +1,278 @@
+//! Harmonic balance of the viscous nonlinear mode: the acceleration form with `α` unknown, pinned to a mode.
+//!
+//! In the acceleration form the feedback `−αM_α` is `−α` times the identity in *every* phase, so that `α` never enters the interface terms: it is one more
+//! column, and the phase condition one more row,
+//!
+//! ```text
+//! R(q, α) = D(α) q + Q N(Q̂ᵀq) − f = 0,     p(q) = Σ_k k b_k[j] = 0   (φ_jᵀM u̇(0) = 0),     ∂R/∂α = −ω dq/dθ
+//! ```
+//!
+//! At fixed `α` the Jacobian is singular at a solution (`J dq/dθ = 0`), but `D` is not, because it is damped: Newton's system is condensed on the interface and
+//! `α`,
+//!
+//! ```text
+//! [ I + N′Ĝ     N′ Q̂ᵀD⁻¹R_α ] [δn]   [ −N′ Q̂ᵀD⁻¹R    ]
+//! [ pᵀD⁻¹Q      pᵀD⁻¹R_α    ] [δα] = [ p(q) − pᵀD⁻¹R ],     δq = −D⁻¹(R + Q δn + R_α δα)
+//! ```
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+use super::balance::{Balance, Quadrature, project_in};
+use super::newton::{Linear, Settings, inadmissible, residual};
+use super::series::{Basis, Series};
+use super::{Failure, Form, HbmError, Reduction, Solution};
+use crate::contact::System;
+use crate::orbit::Pin;
+
+/// A body prepared for the harmonic balance of its viscous nonlinear mode.
+pub struct Viscous {
+    reduction: Reduction,
+    /// What it is pinned to.
+    pub pin: Pin,
+}
+
+/// A converged series with its feedback.
+#[derive(Debug, Clone)]
+pub struct Fed {
+    /// The series.
+    pub solution: Solution,
+    /// `α`
+    pub alpha: f64,
+}
+
+/// Amplitudes of the pinned mode over the one that is expected at a frequency.
+const AMPLITUDES: [f64; 4] = [1.3, 1.0, 1.6, 1.15];
+
+/// `α` over the frequency of the pinned mode to start from.
+const FEEDBACK: f64 = 0.063;
+
+/// Numbers of harmonics on the way up.
+const RUNGS: [usize; 4] = [3, 7, 15, 31];
+
+/// The equations along a series.
+struct Evaluated {
+    linear: Linear,
+    y: Series,
+    balance: Balance,
+    r: Series,
+    size: f64,
+}
+
+impl Viscous {
+    /// The body of a system without damping.
+    pub fn new(mut system: System, pin: Pin) -> Result<Viscous, HbmError> {
+        system.damping = Some(pin.damping(0.0));
+        Ok(Viscous { reduction: Reduction::new(system, Form::Acceleration)?, pin })
+    }
+
+    /// The body with the feedback that was set last.
+    pub fn reduction(&self) -> &Reduction {
+        &self.reduction
+    }
+
+    /// Give the body a feedback.
+    pub fn set_feedback(&mut self, alpha: f64) -> Result<(), HbmError> {
+        self.reduction.set_damping(self.pin.damping(alpha))
+    }
+
+    /// A series of `n_h` harmonics to start from: the pinned mode at the amplitude that is expected at `omega`, times `factor`.
+    pub fn start(&self, n_h: usize, omega: f64, factor: f64) -> Option<Series> {
+        let grazing = super::response::grazing_of_mode(&self.reduction, self.pin.mode)?;
+        let expected = 1.0 + 3.2 * (omega / self.pin.omega - 1.014).max(0.0);
+        let mut q = Series::zeros(Basis::Full, n_h, self.reduction.n());
+        q.of_mut(1)[self.pin.mode] = -factor * expected * grazing;
+        Some(q)
+    }
+
+    /// The solution with `n_h` harmonics: from the linear mode at once, or up a ladder of harmonics.
+    pub fn from_mode(
+        &mut self,
+        n_h: usize,
+        omega: f64,
+        settings: &Settings,
+    ) -> Result<Result<Fed, Failure>, HbmError> {
+        let alpha = FEEDBACK * self.pin.omega;
+        let rungs: Vec<usize> = RUNGS.into_iter().filter(|k| *k < n_h).chain([n_h]).collect();
+        let mut last = Err(Failure::NoStart);
+        for first in [n_h, rungs[0]] {
+            for factor in AMPLITUDES {
+                let Some(start) = self.start(first, omega, factor) else { return Ok(last) };
+                last = self.solve(&start, alpha, omega, settings)?;
+                for rung in rungs.iter().filter(|k| **k > first) {
+                    let Ok(below) = &last else { break };
+                    let (q, alpha) = (below.solution.q.with_harmonics(*rung), below.alpha);
+                    last = self.solve(&q, alpha, omega, settings)?;
+                }
+                if last.is_ok() {
+                    return Ok(last);
+                }
+            }
+        }
+        Ok(last)
+    }
+
+    /// The solution at a frequency from a guess.
+    pub fn solve(
+        &mut self,
+        guess: &Series,
+        alpha: f64,
+        omega: f64,
+        settings: &Settings,
+    ) -> Result<Result<Fed, Failure>, HbmError> {
+        let (mut q, mut alpha) = (guess.clone(), alpha);
+        let mut at = self.evaluate(&q, alpha, omega, settings.quadrature)?;
+        let mut iterations = 0;
+        while iterations < settings.iterations && at.size > 1e-15 && at.size.is_finite() {
+            let (step, by_alpha) = self.step(&q, omega, &at);
+            if !by_alpha.is_finite() || step.iter().any(|s| !s.is_finite()) {
+                break;
+            }
+            iterations += 1;
+            let mut best = None;
+            let mut lambda = 1.0;
+            while lambda > 1e-3 {
+                let mut trial = q.clone();
+                trial.a.iter_mut().zip(&step).for_each(|(q, s)| *q += lambda * s);
+                let fed = alpha + lambda * by_alpha;
+                if self.pin.is_feedback(fed)
+                    && let Ok(there) = self.evaluate(&trial, fed, omega, settings.quadrature)
+                    && there.size < (1.0 - 0.1 * lambda) * at.size
+                {
+                    best = Some((trial, fed, there));
+                    break;
+                }
+                lambda *= 0.5;
+            }
+            let Some((next, fed, there)) = best else { break };
+            let ended = there.size <= settings.tolerance && there.size > 0.1 * at.size;
+            (q, alpha, at) = (next, fed, there);
+            if ended {
+                break;
+            }
+        }
+        let Evaluated { balance, size, .. } = at;
+        if size > settings.tolerance || size.is_nan() {
+            return Ok(Err(Failure::NotConverged { residual: size, iterations }));
+        }
+        if balance.crossings.is_empty() {
+            return Ok(Err(Failure::NoContact));
+        }
+        self.set_feedback(alpha)?;
+        if settings.quadrature == Quadrature::EventResolved
+            && let Some(theta) = inadmissible(&self.reduction, &q, omega, &balance)?
+        {
+            return Ok(Err(Failure::Inadmissible { theta }));
+        }
+        let Balance { crossings, sets, undecided, .. } = balance;
+        let solution =
+            Solution { omega, q, residual: size, iterations, crossings, sets, undecided };
+        Ok(Ok(Fed { solution, alpha }))
+    }
+
+    fn evaluate(
+        &mut self,
+        q: &Series,
+        alpha: f64,
+        omega: f64,
+        quadrature: Quadrature,
+    ) -> Result<Evaluated, HbmError> {
+        self.set_feedback(alpha)?;
+        let linear = Linear::new(&self.reduction, q.basis, q.n_h, omega);
+        let y = project_in(&self.reduction, q);
+        let balance = Balance::new(&self.reduction, q, &y, omega, quadrature)?;
+        let (r, size) = residual(&self.reduction, &linear, q, &balance.n);
+        Ok(Evaluated { linear, y, balance, r, size })
+    }
+
+    /// `∂R/∂α = −ω dq/dθ`
+    fn by_alpha(q: &Series, omega: f64) -> Series {
+        let mut x = Series::zeros(q.basis, q.n_h, q.n);
+        for k in 1..=q.n_h {
+            let rate = k as f64 * omega;
+            let (cos, sin) = (2 * k - 1, 2 * k);
+            x.of_mut(cos).iter_mut().zip(q.of(sin)).for_each(|(x, b)| *x = -rate * b);
+            x.of_mut(sin).iter_mut().zip(q.of(cos)).for_each(|(x, a)| *x = rate * a);
+        }
+        x
+    }
+
+    /// `p(q) = Σ_k k b_k[j]`
+    fn phase(&self, q: &Series) -> f64 {
+        (1..=q.n_h).map(|k| k as f64 * q.of(2 * k)[self.pin.mode]).sum()
+    }
+
+    /// The Newton step `(δq, δα)`.
+    fn step(&self, q: &Series, omega: f64, at: &Evaluated) -> (Vec<f64>, f64) {
+        let Evaluated { linear, balance, r, y, .. } = at;
+        let reduction = &self.reduction;
+        let mut of_r = r.clone();
+        linear.divide(&mut of_r);
+        let mut of_alpha = Self::by_alpha(q, omega);
+        linear.divide(&mut of_alpha);
+        let column = |x: &Series| {
+            let x = project_in(reduction, x);
+            &balance.derivative * Mat::from_fn(y.a.len(), 1, |i, _| x.a[i])
+        };
+        let (right, border) = (column(&of_r), column(&of_alpha));
+        let core = linear.times_g(reduction, &balance.derivative, q.basis, q.n_h);
+        let size = core.nrows();
+        let mut a = Mat::<f64>::zeros(size + 1, size + 1);
+        a.submatrix_mut(0, 0, size, size).copy_from(&core);
+        for i in 0..size {
+            a[(i, i)] += 1.0;
+            a[(i, size)] = border[(i, 0)];
+        }
+        // pᵀ D⁻¹ Q, column by column
+        let rank = reduction.q.ncols();
+        for k in 1..=q.n_h {
+            let (cos, sin) = linear.sine_of(k, self.pin.mode);
+            for c in 0..rank {
+                let weight = k as f64 * reduction.q[(self.pin.mode, c)];
+                a[(size, (2 * k - 1) * rank + c)] = weight * cos;
+                a[(size, 2 * k * rank + c)] = weight * sin;
+            }
+        }
+        a[(size, size)] = self.phase(&of_alpha);
+        let rhs = Mat::from_fn(size + 1, 1, |i, _| match i == size {
+            true => self.phase(q) - self.phase(&of_r),
+            false => -right[(i, 0)],
+        });
+        let solution = a.partial_piv_lu().solve(rhs);
+        let by_alpha = solution[(size, 0)];
+        // −D⁻¹(R + Q δn + R_α δα)
+        let mut x = r.clone();
+        for i in 0..q.basis.len(q.n_h) {
+            for c in 0..rank {
+                let dn = solution[(i * rank + c, 0)];
+                let q = reduction.q.col_as_slice(c);
+                x.of_mut(i).iter_mut().zip(q).for_each(|(x, q)| *x += q * dn);
+            }
+        }
+        linear.divide(&mut x);
+        let step = x.a.iter().zip(&of_alpha.a).map(|(x, a)| -x - a * by_alpha).collect();
+        (step, by_alpha)
+    }
+
+    /// Residual `(R, p)` at `(q, α)`, and its derivative in a direction: for tests.
+    pub fn directional(
+        &mut self,
+        (q, alpha): (&Series, f64),
+        (direction, by_alpha): (&Series, f64),
+        omega: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), HbmError> {
+        self.set_feedback(alpha)?;
+        let (mut r, mut change) = super::newton::directional(
+            &self.reduction,
+            q,
+            direction,
+            omega,
+            Quadrature::EventResolved,
+        )?;
+        let more = Self::by_alpha(q, omega);
+        change.iter_mut().zip(&more.a).for_each(|(c, m)| *c += by_alpha * m);
+        r.push(self.phase(q));
+        change.push(self.phase(direction));
+        Ok((r, change))
+    }
+}

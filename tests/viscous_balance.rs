@@ -1,0 +1,114 @@
+//! Harmonic balance of the viscous nonlinear mode against numbers of an independent program, and against orbits in time.
+
+mod common;
+
+use common::{Splitmix, problem};
+use signorini::hbm::newton::Settings;
+use signorini::hbm::viscous::Fed;
+use signorini::hbm::{Series, Viscous};
+use signorini::orbit::search::{Effort, find};
+use signorini::orbit::viscous::pinned_mode;
+use signorini::orbit::{Closure, Pin, Propagator};
+
+const CONDENSED: &str = "method = \"mass-redistribution\"\n";
+
+fn bar(n: usize) -> String {
+    format!(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+         [contact]\nedge = \"right\"\ngap = 1.0\n"
+    )
+}
+
+fn half_plate(nx: usize, ny: usize, method: &str) -> String {
+    format!(
+        "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [{nx}, {ny}]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
+         [contact]\nedge = \"right\"\ngap = 1.0\n{method}"
+    )
+}
+
+/// The body for harmonic balance and the one for shooting, with `β = 0.01`.
+fn bodies(scene: &str) -> (Viscous, Propagator) {
+    let shooter = Propagator::new(problem(scene).system).unwrap();
+    let pin = Pin::new(&shooter, pinned_mode(&shooter).unwrap(), 0.01);
+    (Viscous::new(problem(scene).system, pin).unwrap(), shooter)
+}
+
+/// Energy of a solution at `t = 0`.
+fn energy(body: &Viscous, fed: &Fed) -> f64 {
+    let reduction = body.reduction();
+    let (q, dq) = fed.solution.q.at(0.0);
+    let state = reduction.state(&q, &dq, fed.solution.omega);
+    let (u, v) = state.full(&reduction.system).unwrap();
+    reduction.system.elastic(&u) + reduction.system.kinetic(&v)
+}
+
+#[test]
+fn series_have_the_numbers_of_the_prototype() {
+    let tau = std::f64::consts::TAU;
+    for (scene, n_h, omega, expected, alpha, first) in [
+        (bar(20), 7, 1.86, 3.3927735297, 0.1036056818, 0.3966971463),
+        (half_plate(10, 3, ""), 15, 1.80, 0.6581162488, 0.1465260926, 0.3920361382),
+        (half_plate(10, 3, CONDENSED), 15, 1.80, 0.6698998816, 0.1076188049, 0.4008083270),
+        (half_plate(20, 6, ""), 15, 1.80, 0.6988086031, 0.1203563100, 0.4001693433),
+    ] {
+        let (mut body, _) = bodies(&scene);
+        let fed = body.from_mode(n_h, omega, &Settings::default()).unwrap().unwrap();
+        let found = energy(&body, &fed);
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        assert!((fed.alpha - alpha).abs() < 1e-9, "{} {alpha}", fed.alpha);
+        let switch = fed.solution.crossings[0].theta / tau;
+        assert!((switch - first).abs() < 1e-9, "{switch} {first}");
+    }
+}
+
+/// The distance to the orbit falls like `N_h^-3`, and every series leads to the same orbit.
+#[test]
+fn series_converge_to_the_orbit_in_time() {
+    let (mut body, mut shooter) = bodies(&half_plate(10, 3, ""));
+    let closure = Closure::Viscous(body.pin);
+    let mut distances = vec![];
+    for n_h in [7, 15, 31] {
+        let fed = body.from_mode(n_h, 1.8, &Settings::default()).unwrap().unwrap();
+        let (q, dq) = fed.solution.q.at(0.0);
+        let state = body.reduction().state(&q, &dq, 1.8);
+        let mut guess = shooter.frame(&state);
+        guess.push(fed.alpha);
+        let verdict = find(&mut shooter, closure, &guess, 1.8, &Effort::of(closure)).unwrap();
+        let orbit = verdict.orbit().unwrap();
+        assert!((orbit.energy / 0.6567459227 - 1.0).abs() < 1e-9);
+        let n = 2 * shooter.n();
+        distances.push(common::relative(&guess[..n], &orbit.z[..n]));
+    }
+    println!("{distances:?}");
+    // measured by the prototype: 5.1e-2, 3.9e-3, 1.8e-4
+    for (found, expected) in distances.iter().zip([5.1e-2, 3.9e-3, 1.8e-4]) {
+        assert!(*found < 2.0 * expected && *found > 0.5 * expected, "{found} {expected}");
+    }
+}
+
+#[test]
+fn the_derivative_is_that_of_the_residual() {
+    for method in ["", CONDENSED] {
+        let (mut body, _) = bodies(&half_plate(10, 3, method));
+        let fed = body.from_mode(7, 1.8, &Settings::default()).unwrap().unwrap();
+        let rng = Splitmix::new(7);
+        let q = &fed.solution.q;
+        let mut direction = Series::zeros(q.basis, q.n_h, q.n);
+        let size = q.a.iter().map(|a| a * a).sum::<f64>().sqrt();
+        for x in &mut direction.a {
+            *x = size * (rng.below(2001) as f64 / 1000.0 - 1.0) / 30.0;
+        }
+        let at = |body: &mut Viscous, h: f64| {
+            let mut there = q.clone();
+            there.a.iter_mut().zip(&direction.a).for_each(|(x, d)| *x += h * d);
+            body.directional((&there, fed.alpha + 0.3 * h), (&direction, 0.3), 1.8).unwrap()
+        };
+        let h = 1e-6;
+        let (up, down, change) = (at(&mut body, h).0, at(&mut body, -h).0, at(&mut body, 0.0).1);
+        let difference: Vec<f64> = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        let e = common::relative(&difference, &change);
+        println!("{e:e}");
+        assert!(e < 1e-8, "{e}");
+    }
+}
