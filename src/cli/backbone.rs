@@ -146,12 +146,13 @@ impl Arguments {
             }
         };
         let choice = self.balance.choice(scene)?;
-        let by_shooting =
-            [("--viscous", self.viscous.viscous), ("--conservative-from", !near.is_empty())];
-        if let Some((name, _)) = by_shooting.iter().find(|(_, given)| *given && choice.is_balance())
-        {
-            let message = format!("{name} is by shooting: leave --method hbm out");
-            return Err(CliError::Input(message));
+        if choice.is_balance() && !near.is_empty() {
+            let message = "--conservative-from is by shooting: leave --method hbm out";
+            return Err(CliError::Input(message.into()));
+        }
+        if choice.is_balance() && self.viscous.viscous {
+            let sequential = self.follow == Follow::Sequential;
+            self.balance.check_viscous(sequential).map_err(CliError::Input)?;
         }
         let viscosity = self.viscosity(scene, problem)?;
         let walk = self.walk(scene, range)?;
@@ -226,9 +227,11 @@ impl Request<'_> {
     }
 
     fn method(&self) -> PointMethod {
-        match &self.viscosity {
-            Some(v) => PointMethod::Viscous { beta: v.pin.beta, mode: v.pin.mode + 1 },
-            None => self.choice.method(),
+        let Some(Viscosity { pin, .. }) = &self.viscosity else { return self.choice.method() };
+        let (beta, mode) = (pin.beta, pin.mode + 1);
+        match self.choice.is_balance() {
+            true => PointMethod::ViscousBalance { beta, mode, shot: self.choice.is_shot() },
+            false => PointMethod::Viscous { beta, mode },
         }
     }
 
@@ -305,8 +308,18 @@ impl Request<'_> {
                 conservative::orbits(&mut body, &self.near, &known.branch(0), take)?
             }
             Piece::SeriesOnGrid(stretch) => {
-                let mut body = self.choice.body(self.scene)?;
                 let what = (&harmonics[..], settings);
+                if let Some(Viscosity { pin, .. }) = &self.viscosity {
+                    let mut body = self.choice.viscous_body(self.problem, *pin)?;
+                    return Ok(sequence::viscous_series(
+                        &mut body,
+                        what,
+                        *stretch,
+                        &known.all(),
+                        take,
+                    )?);
+                }
+                let mut body = self.choice.body(self.scene)?;
                 sequence::series(&mut body, what, *stretch, &known.all(), take)?
             }
             Piece::OrbitsAlong(direction) => {
@@ -377,7 +390,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.range, bar)
     })?;
-    if let Some(viscosity) = &request.viscosity {
+    if let Some(viscosity) = request.viscosity.as_ref().filter(|_| shooting) {
         let fresh = carried.stored.points.len() > carried.resumed;
         if !arguments.quick && (fresh || carried.stored.statement.is_none()) {
             let judged = Judged {

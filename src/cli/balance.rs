@@ -4,7 +4,9 @@ use clap::{Args, ValueEnum};
 
 use signorini::hbm::branch::Body;
 use signorini::hbm::newton::Settings;
-use signorini::hbm::{Form, Quadrature, Reduction};
+use signorini::hbm::{Form, Quadrature, Reduction, Viscous, fed};
+use signorini::orbit::Pin;
+use signorini::problem::Problem;
 use signorini::records::{Branch, PointMethod};
 use signorini::scenario::Scene;
 
@@ -65,6 +67,23 @@ impl Arguments {
         Ok(Choice { method, harmonics, form, samples, shoot, settings })
     }
 
+    /// Refuse what the viscous nonlinear mode by harmonic balance does not have.
+    pub fn check_viscous(&self, sequential: bool) -> Result<(), String> {
+        if self.aft.is_some() {
+            return Err("--aft samples a force that jumps with the acceleration of a viscous body, and half of its solutions do not converge: leave it out".into());
+        }
+        if !sequential {
+            return Err("--viscous --method hbm goes frequency by frequency: leave --follow out, or follow orbits in time without --method hbm".into());
+        }
+        if self.form != FormName::Force {
+            return Err(
+                "--viscous --method hbm solves for the acceleration anyway: leave --form out"
+                    .into(),
+            );
+        }
+        Ok(())
+    }
+
     /// The numbers of harmonics, ascending.
     fn list(&self, scene: &Scene) -> Result<Vec<usize>, CliError> {
         let of_scene = scene.orbit.as_ref().and_then(|o| o.harmonics);
@@ -123,6 +142,20 @@ impl Choice {
     /// Whether harmonic balance is chosen.
     pub fn is_balance(&self) -> bool {
         self.method == Method::Hbm
+    }
+
+    /// Whether an orbit is shot from every solution.
+    pub fn is_shot(&self) -> bool {
+        self.shoot
+    }
+
+    /// A body for the harmonic balance of its viscous nonlinear mode, and for shooting if that is asked for.
+    pub fn viscous_body(&self, problem: &Problem, pin: Pin) -> Result<fed::Body, CliError> {
+        let shooter = match self.shoot {
+            true => Some(family::propagator(problem.system.clone())?),
+            false => None,
+        };
+        Ok(fed::Body { viscous: Viscous::new(problem.system.clone(), pin)?, shooter })
     }
 
     /// How a point is computed, for the file.

@@ -72,6 +72,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     let series = read(arguments, problem.system.n_o())?;
     let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
+    if own
+        .as_ref()
+        .is_some_and(|f| f.identity.as_ref().is_some_and(|i| i.method.viscosity().is_some()))
+    {
+        return Err(CliError::Input(format!(
+            "{} holds viscous modes, and a cross-check is for conservative and forced ones: `backbone --viscous --method hbm --shoot` shoots from every point",
+            arguments.backbone.display()
+        )));
+    }
     if own.is_some_and(|f| f.scene != scene.source.text) {
         eprintln!(
             "signorini: WARNING: {} was made from another scene than {}; if it is another body, the verdicts mean nothing",

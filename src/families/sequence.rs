@@ -3,6 +3,7 @@
 use super::follow::Take;
 use super::{FamilyError, Legs, ended};
 use crate::hbm::branch as series_branch;
+use crate::hbm::fed;
 use crate::hbm::newton::Settings;
 use crate::orbit::branch::{self, Sequential};
 use crate::orbit::search::Effort;
@@ -64,6 +65,20 @@ pub fn orbits(
     Ok(ended(0, EndReason::Range, text, true))
 }
 
+/// Viscous nonlinear modes by harmonic balance at each frequency, all numbers of harmonics at once; `known` as in [`series`].
+pub fn viscous_series(
+    body: &mut fed::Body,
+    (harmonics, settings): (&[usize], &Settings),
+    stretch: Stretch,
+    known: &[&PointRecord],
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    at_once(harmonics, stretch, known, take, |grid, before, take| {
+        let plan = fed::Sequential { grid, harmonics, settings };
+        Ok(fed::sequential(body, &plan, before, take)?)
+    })
+}
+
 /// Solutions of harmonic balance at each frequency, all numbers of harmonics at once; `known` are the points of an earlier run in the
 /// order of the walk.
 pub fn series(
@@ -73,13 +88,26 @@ pub fn series(
     known: &[&PointRecord],
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
+    at_once(harmonics, stretch, known, take, |grid, before, take| {
+        let plan = series_branch::Sequential { grid, harmonics, settings };
+        Ok(series_branch::sequential(body, &plan, before, take)?)
+    })
+}
+
+/// The legs of a grid on which all numbers of harmonics are solved for together at a frequency.
+fn at_once(
+    harmonics: &[usize],
+    stretch: Stretch,
+    known: &[&PointRecord],
+    take: Take,
+    mut solve: impl FnMut(&[f64], &[&PointRecord], Take) -> Result<(), FamilyError>,
+) -> Result<BranchEnd, FamilyError> {
     let mut interrupted = false;
     let legs = stretch.legs(known);
     for (places, before) in legs.each(known) {
         let frequencies = legs.frequencies(places);
-        let plan = series_branch::Sequential { grid: &frequencies, harmonics, settings };
         let mut next = places.iter().flat_map(|place| harmonics.iter().map(move |_| *place));
-        series_branch::sequential(body, &plan, &before, |point| {
+        solve(&frequencies, &before, &mut |point| {
             let index = next.next().unwrap_or_default();
             let go = take(PointRecord { index, ..point });
             interrupted = go.is_break();

@@ -20,7 +20,7 @@ pub struct Body {
 }
 
 /// Coefficients of `u_O` in the order of files.
-fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
+pub(super) fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
     let n = reduction.n();
     let n_h = s.q.n_h;
     let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
@@ -97,7 +97,7 @@ fn point(
 }
 
 /// Why there is no solution, as a file keeps it.
-fn gap_reason(failure: &Failure) -> GapReason {
+pub(super) fn gap_reason(failure: &Failure) -> GapReason {
     match *failure {
         Failure::NotConverged { residual, iterations } => {
             GapReason::NotConverged { residual, iterations }

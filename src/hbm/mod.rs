@@ -16,6 +16,7 @@
 
 pub mod balance;
 pub mod branch;
+pub mod fed;
 pub mod newton;
 pub mod reduction;
 pub mod response;

@@ -43,6 +43,16 @@ pub enum PointMethod {
         /// An orbit was shot from every point.
         shot: bool,
     },
+    /// By harmonic balance: the viscous nonlinear mode, the equation solved for the acceleration.
+    ViscousBalance {
+        /// `β` of `C = βK − αM`.
+        #[serde(with = "bits::one")]
+        beta: f64,
+        /// The mode it is pinned to, from 1.
+        mode: usize,
+        /// An orbit was shot from every point.
+        shot: bool,
+    },
     /// Given by a file, checked in time.
     Check {
         /// The cause of failures was not looked for.
@@ -148,13 +158,27 @@ impl FamilyKind {
     }
 }
 
+impl PointMethod {
+    /// `β`, if the orbits are those of a viscous body.
+    pub fn viscosity(&self) -> Option<f64> {
+        match self {
+            PointMethod::Viscous { beta, .. } | PointMethod::ViscousBalance { beta, .. } => {
+                Some(*beta)
+            }
+            _ => None,
+        }
+    }
+}
+
 impl FamilyKind {
     /// The kind without its numbers.
     pub fn outline(&self) -> Outline {
         let solver = match self.method {
             PointMethod::Shooting => Solver::Shooting,
             PointMethod::Viscous { .. } => Solver::Viscous,
-            PointMethod::HarmonicBalance { .. } => Solver::HarmonicBalance,
+            PointMethod::HarmonicBalance { .. } | PointMethod::ViscousBalance { .. } => {
+                Solver::HarmonicBalance
+            }
             PointMethod::Check { .. } => Solver::Check,
         };
         let way = match self.walk {
@@ -182,6 +206,10 @@ impl std::fmt::Display for FamilyKind {
                 if shot {
                     write!(f, ", orbits shot")?;
                 }
+            }
+            PointMethod::ViscousBalance { beta, mode, shot } => {
+                let shot = if shot { ", orbits shot" } else { "" };
+                write!(f, ", viscous, beta {beta}, mode {mode}{shot}")?;
             }
             PointMethod::Check { quick } => write!(f, "{}", if quick { ", quick" } else { "" })?,
         }
@@ -349,6 +377,7 @@ mod tests {
             PointMethod::Shooting,
             PointMethod::Viscous { beta: 0.01, mode: 2 },
             PointMethod::HarmonicBalance { acceleration: true, samples: Some(64), shot: true },
+            PointMethod::ViscousBalance { beta: 0.01, mode: 1, shot: true },
             PointMethod::Check { quick: true },
         ];
         let grid = Grid { origin: 1.8, step: 0.005 };

@@ -21,8 +21,7 @@ use super::table::Table;
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
 use crate::records::{
-    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, PointMethod, PointRecord, Status,
-    ViscousRecord, Walk,
+    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, PointRecord, Status, ViscousRecord, Walk,
 };
 use crate::scenario::Scene;
 
@@ -75,7 +74,7 @@ const OF_VISCOUS: [(&str, &str); 3] =
 
 /// The rows of a family.
 fn rows_of(plan: &FamilyPlan) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
-    let viscous = matches!(plan.identity.method, PointMethod::Viscous { .. });
+    let viscous = plan.identity.method.viscosity().is_some();
     ROWS.iter().chain(OF_VISCOUS.iter().filter(move |_| viscous))
 }
 

@@ -62,7 +62,9 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     };
     line("found", found(stored, *resumed));
     match stored.outline().solver {
-        Solver::Viscous => line("what", MEANING.into()),
+        _ if stored.identity.as_ref().is_some_and(|i| i.method.viscosity().is_some()) => {
+            line("what", MEANING.into());
+        }
         Solver::Shooting if is_free(scene) => line("what", CONSERVATIVE.into()),
         _ => {}
     }

@@ -1,15 +1,12 @@
 //! What a family is, in words for titles and legends.
 
-use crate::records::{PointMethod, Solver, Way};
+use crate::records::{Solver, Way};
 use crate::report::summary::significant;
 use crate::store::StoredFamily;
 
 /// `β = …` of a viscous family.
 pub(in crate::report) fn viscosity(family: &StoredFamily) -> Option<String> {
-    let known = family.identity.as_ref().and_then(|identity| match identity.method {
-        PointMethod::Viscous { beta, .. } => Some(beta),
-        _ => None,
-    });
+    let known = family.identity.as_ref().and_then(|identity| identity.method.viscosity());
     let orbits = family.points.iter().filter_map(|p| p.orbit.as_ref());
     let beta =
         known.or_else(|| orbits.filter_map(|o| o.viscous.as_ref()).map(|v| v.beta).next())?;
@@ -30,7 +27,10 @@ pub(in crate::report) fn kind(family: &StoredFamily) -> String {
             None => "viscous shooting".into(),
         },
         Solver::HarmonicBalance if response => "forced response by harmonic balance".into(),
-        Solver::HarmonicBalance => "harmonic balance".into(),
+        Solver::HarmonicBalance => match viscosity(family) {
+            Some(beta) => format!("viscous, {beta}, harmonic balance"),
+            None => "harmonic balance".into(),
+        },
         Solver::Check => "orbits in time".into(),
     }
 }
