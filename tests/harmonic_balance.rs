@@ -255,6 +255,7 @@ fn crosscheck_knows_true_motions() {
     let lie = Candidate {
         omega: 1.8,
         coefficients: truth.coefficients[..3 * n].iter().map(|c| 0.3 * c).collect(),
+        alpha: None,
     };
     let checked = check(&mut body, Closure::Reversible, &lie, &Effort::default()).unwrap();
     assert!(checked.verdict.orbit().is_none() || checked.moved > 0.1, "{}", checked.verdict);

@@ -173,7 +173,10 @@ fn what_has_no_viscous_mode_is_refused() {
     refused(&["orbit", &scene, "--viscous", "--beta", "-1", "-o", &out], "give a positive time");
     refused(&["orbit", &scene, "--beta", "0.1", "-o", &out], "--viscous");
     refused(&["orbit", &scene, "--viscous", "--all"], "does not go with --viscous");
-    refused(&["backbone", &scene, "--viscous", "--method", "hbm", "-o", &out], "by shooting");
+    let balance = ["backbone", &scene, "--viscous", "--method", "hbm", "-o", &out];
+    refused(&[&balance[..], &["--follow", "natural"]].concat(), "frequency by frequency");
+    let near = ["--method", "hbm", "--conservative-from", &scene];
+    refused(&[&["backbone", &scene, "-o", &out], &near[..]].concat(), "a.toml");
     refused(&["backbone", &scene, "--conservative-from", &scene, "-o", &out], "a.toml");
     let scene = with("[reduction]\nmodes = 20\n");
     refused(&["backbone", &scene, "--method", "hbm", "-o", &out], "[reduction]");
@@ -247,5 +250,52 @@ fn a_reduced_body_is_told_on_its_mesh() {
     assert_eq!(
         fewer["open"]["shapes"][0].as_array().unwrap().len(),
         modes["open"]["shapes"][0].as_array().unwrap().len()
+    );
+}
+
+/// Harmonic balance of viscous modes: from every series shooting finds an orbit, all numbers of harmonics the same; also from a CSV with a column of α.
+#[test]
+fn series_of_viscous_modes_are_cross_checked() {
+    let folder = Folder::new();
+    let scene = folder.scene("a.toml", &format!("{PLATE}[orbit]\nbeta = 0.02\n"));
+    let (series, checked) = (folder.at("h.h5"), folder.at("c.h5"));
+    let balance = ["backbone", &scene, "--viscous", "--method", "hbm", "--harmonics", "3,7,15"];
+    let grid = ["--range", "1.62,1.82", "--step", "0.04", "-o", &series];
+    let family = json(&[&balance[..], &grid[..]].concat());
+    let points = family["points"].as_array().unwrap();
+    assert_eq!(points.len(), 18);
+    assert!(points.iter().all(|p| p["converged"] == true), "{family}");
+    // the damping of the mode is told from seven harmonics on
+    assert!(points.iter().all(|p| p["alpha"].is_null() == (p["branch"] == 0)));
+    let report = json(&["crosscheck", &series, &scene, "-o", &checked]);
+    let rows = report["points"].as_array().unwrap();
+    let energy = |r: &Value| r["orbit_energy"].as_f64().unwrap();
+    for three in rows.chunks(3) {
+        assert!(three.iter().all(|r| r["verdict"] == "orbit"), "{three:?}");
+        let e = energy(&three[2]);
+        assert!(three.iter().all(|r| (energy(r) / e - 1.0).abs() < 1e-6), "{three:?}");
+        let moved = |k: usize| three[k]["moved"].as_f64().unwrap();
+        assert!(moved(2) < 0.3 * moved(1) && moved(1) < 0.5 * moved(0), "{three:?}");
+    }
+    // the same numbers from another program
+    let stored = StoredFamily::read(Path::new(&series)).unwrap();
+    let s = stored.points.iter().filter_map(|p| p.series.as_ref()).find(|s| s.n_h == 7).unwrap();
+    let n_o = s.coefficients.len() / 15;
+    let names: Vec<String> = (1..=n_o).map(|i| format!("u_{i}")).collect();
+    let mut csv = format!("point,omega,alpha,k,part,{}\n", names.join(","));
+    for (f, row) in s.coefficients.chunks(n_o).enumerate() {
+        let part = if f > 0 && f % 2 == 0 { "sin" } else { "cos" };
+        let cells: Vec<String> = row.iter().map(|x| format!("{x:e}")).collect();
+        let (k, alpha) = (f.div_ceil(2), s.alpha.unwrap());
+        csv += &format!("1,{:e},{alpha:e},{k},{part},{}\n", s.omega, cells.join(","));
+    }
+    let csv = folder.scene("theirs.csv", &csv);
+    let theirs = json(&["crosscheck", &csv, &scene, "-o", &folder.at("d.h5")]);
+    let own = rows.iter().find(|r| r["harmonics"] == 7).unwrap();
+    assert!((energy(&theirs["points"][0]) / energy(own) - 1.0).abs() < 1e-12);
+    refused(&[&balance[..], &["--aft", "64"], &grid[..]].concat(), "leave it out");
+    refused(
+        &["crosscheck", &csv, &scene, "--beta", "0", "-o", &folder.at("e.h5")],
+        "positive time",
     );
 }

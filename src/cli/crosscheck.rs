@@ -24,7 +24,7 @@ use signorini::store::{FamilyPlan, FamilyWriter, Names, StoredFamily, read_csv, 
 
 use super::family::{self, Output};
 use super::progress::Bar;
-use super::{CliError, Global, interrupt, load, plain};
+use super::{CliError, Global, interrupt, load, plain, viscous};
 
 /// Arguments of `crosscheck`.
 #[derive(Debug, Args)]
@@ -44,6 +44,12 @@ pub struct Arguments {
     /// Name of the variable that holds the coefficients: points × (2 N_h + 1) × n_O, order a_0, a_1, b_1, a_2, b_2, …
     #[arg(long, value_name = "NAME")]
     coefficients: Option<String>,
+    /// Name of the variable that holds alpha, for viscous nonlinear modes (MATLAB)
+    #[arg(long, value_name = "NAME")]
+    alpha: Option<String>,
+    /// Viscous nonlinear modes of another program: beta [default: that of the file, or of the scene's [orbit]]
+    #[arg(long, value_name = "BETA", allow_negative_numbers = true)]
+    beta: Option<f64>,
     /// Do not look for the cause where shooting fails
     #[arg(long)]
     quick: bool,
@@ -52,6 +58,36 @@ pub struct Arguments {
     resume: bool,
     #[command(flatten)]
     output: Output,
+}
+
+impl Arguments {
+    /// How the orbits close: those of a viscous body where the series have `α`; `known` is the viscosity of an own file.
+    fn closure(
+        &self,
+        scene: &Scene,
+        problem: &Problem,
+        series: &[SeriesRecord],
+        known: Option<f64>,
+    ) -> Result<Closure, CliError> {
+        let fed = series.iter().filter(|s| s.alpha.is_some()).count();
+        if fed > 0 && fed < series.len() {
+            return Err(CliError::Input("some points have an alpha, and others have none".into()));
+        }
+        if fed > 0 {
+            let body = family::propagator(problem.system.clone())?;
+            let beta = self.beta.or(known);
+            return Ok(viscous::closure(&viscous::with_beta(scene, &body, beta)?));
+        }
+        if self.beta.is_some() {
+            return Err(CliError::Input(
+                "--beta: the series have no alpha, so they are not those of a viscous body".into(),
+            ));
+        }
+        Ok(match start::closure(scene, problem)? {
+            Closure::Autonomous => Closure::Reversible,
+            other => other,
+        })
+    }
 }
 
 /// Displacements of a series over the scene's unit of length: beyond, the units are others.
@@ -66,21 +102,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let options =
         arguments.output.rules(&scene, &path, arguments.resume, &[&arguments.backbone])?;
     let problem = load::of_scene(&scene)?;
-    let closure = match start::closure(&scene, &problem)? {
-        Closure::Autonomous => Closure::Reversible,
-        other => other,
-    };
     let series = read(arguments, problem.system.n_o())?;
     let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
-    if own
-        .as_ref()
-        .is_some_and(|f| f.identity.as_ref().is_some_and(|i| i.method.viscosity().is_some()))
-    {
-        return Err(CliError::Input(format!(
-            "{} holds viscous modes, and a cross-check is for conservative and forced ones: `backbone --viscous --method hbm --shoot` shoots from every point",
-            arguments.backbone.display()
-        )));
-    }
+    let known = own.as_ref().and_then(|f| f.identity.as_ref()?.method.viscosity());
+    let closure = arguments.closure(&scene, &problem, &series, known)?;
     if own.is_some_and(|f| f.scene != scene.source.text) {
         eprintln!(
             "signorini: WARNING: {} was made from another scene than {}; if it is another body, the verdicts mean nothing",
@@ -96,7 +121,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         path: &path,
         scene: &scene,
         system: &problem.system,
-        plan: plan(arguments, &problem, &series, &harmonics),
+        plan: plan(arguments, &problem, (&series, closure), &harmonics),
         points: series.len(),
         unknowns: None,
         options,
@@ -143,17 +168,18 @@ fn check_units(
 fn plan(
     arguments: &Arguments,
     problem: &Problem,
-    series: &[SeriesRecord],
+    (series, closure): (&[SeriesRecord], Closure),
     harmonics: &[usize],
 ) -> FamilyPlan {
     let frequencies = || series.iter().map(|s| s.omega);
     let (low, high) =
         (frequencies().fold(f64::INFINITY, f64::min), frequencies().fold(0.0, f64::max));
+    let beta = if let Closure::Viscous(pin) = closure { pin.beta.to_bits() } else { 0 };
     FamilyPlan {
         identity: FamilyKind {
             method: PointMethod::Check { quick: arguments.quick },
             walk: Walk::Given,
-            problem: fingerprint(problem) ^ check::fingerprint(series),
+            problem: fingerprint(problem) ^ check::fingerprint(series) ^ beta,
         },
         range: [low, high],
         branches: harmonics.iter().map(|&harmonics| Branch::Checked { harmonics }).collect(),
@@ -163,11 +189,13 @@ fn plan(
 
 fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {
     let path = &arguments.backbone;
-    let named = arguments.omega.is_some() || arguments.coefficients.is_some();
+    let given = [&arguments.omega, &arguments.coefficients, &arguments.alpha];
+    let named = given.iter().any(|name| name.is_some());
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         if named {
             return Err(CliError::Input(
-                "--omega and --coefficients name variables of a MATLAB file, not of CSV".into(),
+                "--omega, --coefficients and --alpha name variables of a MATLAB file, not of CSV"
+                    .into(),
             ));
         }
         return Ok(read_csv(path, n_o)?);
@@ -175,6 +203,7 @@ fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError
     let own = Names::default();
     let names = Names {
         omega: arguments.omega.clone().unwrap_or(own.omega),
+        alpha: arguments.alpha.clone().unwrap_or(own.alpha),
         coefficients: arguments.coefficients.clone().unwrap_or(own.coefficients),
     };
     read_series(path, &names, n_o).map_err(|e| match e {

@@ -48,11 +48,20 @@ impl Arguments {
         if !self.viscous {
             return Ok(None);
         }
-        if let Some(beta) = self.beta.filter(|b| !(b.is_finite() && *b > 0.0)) {
-            return Err(CliError::Input(format!("--beta {}: give a positive time", plain(beta))));
-        }
-        Ok(Some(Viscosity::of_scene(scene, body, self.beta)?))
+        with_beta(scene, body, self.beta).map(Some)
     }
+}
+
+/// The viscosity of a scene, or another one.
+pub fn with_beta(
+    scene: &Scene,
+    body: &Propagator,
+    beta: Option<f64>,
+) -> Result<Viscosity, CliError> {
+    if let Some(beta) = beta.filter(|b| !(b.is_finite() && *b > 0.0)) {
+        return Err(CliError::Input(format!("--beta {}: give a positive time", plain(beta))));
+    }
+    Ok(Viscosity::of_scene(scene, body, beta)?)
 }
 
 /// Compute the error statement of a family, with a progress bar, and add it to its file. Interrupted: the family stays without it.

@@ -14,8 +14,9 @@ pub fn point(
     series: &SeriesRecord,
     quick: bool,
 ) -> Result<PointRecord, FamilyError> {
-    let candidate = Candidate { omega: series.omega, coefficients: series.coefficients.clone() };
-    let effort = Effort { rescue: !quick, ..Effort::default() };
+    let SeriesRecord { omega, coefficients, alpha, .. } = series.clone();
+    let candidate = Candidate { omega, coefficients, alpha };
+    let effort = Effort { rescue: !quick, ..Effort::of(closure) };
     let checked = check(body, closure, &candidate, &effort);
     let orbit = checked.as_ref().ok().and_then(|checked| checked.verdict.orbit());
     let orbit = orbit.map(|orbit| branch::record(body, orbit)).transpose()?;
@@ -72,7 +73,7 @@ fn failed(series: &SeriesRecord, message: String) -> CheckRow {
 
 /// All numbers of the series, as one.
 pub fn fingerprint(series: &[SeriesRecord]) -> u64 {
-    let bits = series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]));
+    let bits = series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]).chain(&s.alpha));
     bits.fold(series.len() as u64, |h, x| {
         (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3)
     })

@@ -29,7 +29,7 @@ pub(super) fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord
         let state = reduction.state(s.q.of(i), &vec![0.0; n], 1.0);
         coefficients[f * n..(f + 1) * n].copy_from_slice(&state.u);
     }
-    SeriesRecord { omega: s.omega, n_h, coefficients }
+    SeriesRecord { omega: s.omega, n_h, coefficients, alpha: None }
 }
 
 /// A solution in the time domain as a file keeps it.

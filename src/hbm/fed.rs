@@ -8,7 +8,9 @@ use super::{Failure, HbmError};
 use crate::continuation::{Go, JUMP, guesses};
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, Propagator};
-use crate::records::{OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
+use crate::records::{
+    OrbitRecord, PlaceRecord, PointKind, PointRecord, SeriesRecord, ViscousRecord,
+};
 
 /// With fewer harmonics `α`, the damping of the mode, is off by tens of per cent, and is not told.
 pub const LEAST_FOR_ALPHA: usize = 7;
@@ -164,7 +166,7 @@ fn point(body: &mut Body, fed: &Fed, kind: PointKind) -> Result<PointRecord, Hbm
     if s.undecided > 0 && special == PointKind::Regular {
         special = PointKind::Undecided(s.undecided);
     }
-    let series = Some(series_record(reduction, s));
+    let series = Some(SeriesRecord { alpha: Some(fed.alpha), ..series_record(reduction, s) });
     Ok(PointRecord {
         omega: s.omega,
         special,

@@ -19,6 +19,8 @@ pub struct Candidate {
     pub omega: f64,
     /// `a_0, a_1, b_1, a_2, b_2, …`, each of length `n_O`.
     pub coefficients: Vec<f64>,
+    /// `α` of its feedback, if it is to be that of a viscous body.
+    pub alpha: Option<f64>,
 }
 
 /// What the time domain says of a candidate.
@@ -85,6 +87,11 @@ pub fn check(
         other => other,
     };
     let period = TAU / candidate.omega;
+    let mut guess = match closure {
+        Closure::Viscous(_) => vec![candidate.alpha.unwrap_or(0.0)],
+        _ => vec![],
+    };
+    closure.adopt(body, &guess)?;
     let (residual, contact_time, sequence) = along(body, candidate, period)?;
     let [u, v, _] = candidate.at(n, 0.0);
     let state = State { u, v };
@@ -100,12 +107,13 @@ pub fn check(
         Err(OrbitError::Incomplete(_) | OrbitError::Held { .. }) => f64::NAN,
         Err(e) => return Err(e),
     };
-    let unknowns = closure.unknowns(n);
-    let verdict = find(body, closure, &z[..unknowns], candidate.omega, effort)?;
+    guess.splice(0..0, z[..closure.sizes(n).1].iter().copied());
+    let verdict = find(body, closure, &guess, candidate.omega, effort)?;
     let (mut moved, mut contact_change, mut same_sequence) = (f64::NAN, f64::NAN, false);
     if let Some(orbit) = verdict.orbit() {
-        let d: Vec<f64> = orbit.z.iter().zip(&z).map(|(a, b)| a - b).collect();
-        moved = norm(&d) / norm(&orbit.z);
+        let found = closure.frame(&orbit.z);
+        let d: Vec<f64> = found.iter().zip(&z).map(|(a, b)| a - b).collect();
+        moved = norm(&d) / norm(found);
         contact_change = (orbit.contact_time - contact_time) / period;
         let of_orbit: Vec<(usize, bool)> =
             orbit.switches.iter().map(|s| (s.contact, s.kind == SwitchKind::Close)).collect();
@@ -203,5 +211,5 @@ pub fn series_of_orbit(
             c.iter_mut().zip(&u).for_each(|(c, u)| *c += weight * x * u);
         }
     }
-    Ok(Candidate { omega, coefficients })
+    Ok(Candidate { omega, coefficients, alpha: None })
 }

@@ -13,6 +13,17 @@ pub mod one {
     }
 }
 
+/// A number that may be missing.
+pub mod maybe {
+    use super::*;
+    pub fn serialize<S: Serializer>(x: &Option<f64>, s: S) -> Result<S::Ok, S::Error> {
+        x.map(f64::to_bits).serialize(s)
+    }
+    pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<Option<f64>, D::Error> {
+        Ok(Option::<u64>::deserialize(d)?.map(f64::from_bits))
+    }
+}
+
 /// A list.
 pub mod many {
     use super::*;

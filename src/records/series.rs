@@ -20,4 +20,7 @@ pub struct SeriesRecord {
     /// `a_0, a_1, b_1, …`, each of length `n_O`.
     #[serde(with = "bits::many")]
     pub coefficients: Vec<f64>,
+    /// `α` of the feedback, for a viscous nonlinear mode.
+    #[serde(default, with = "bits::maybe", skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<f64>,
 }

@@ -16,6 +16,7 @@ struct CsvPoint {
     /// Line of its first row.
     line: usize,
     omega: f64,
+    alpha: Option<f64>,
     /// Values and line of each function.
     rows: BTreeMap<(usize, bool), (usize, Vec<f64>)>,
 }
@@ -24,11 +25,13 @@ struct CsvPoint {
 struct Row {
     label: String,
     omega: f64,
+    alpha: Option<f64>,
     function: (usize, bool),
     values: Vec<f64>,
 }
 
-/// Read series from CSV: a header, then one row a function: `point, omega, k, part, u_1, …, u_nO` with `part` `cos` or `sin`. The rows
+/// Read series from CSV: a header, then one row a function: `point, omega, k, part, u_1, …, u_nO` with `part` `cos` or `sin`; for viscous nonlinear modes
+/// `alpha` stands behind `omega`. The rows
 /// may stand in any order; points come in the order of their first rows. A point has the cosine of every harmonic from 0 to its
 /// last, and either all sines or none (a motion that is symmetric in time). Cells are parted by commas, semicolons or tabs.
 pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
@@ -48,19 +51,23 @@ fn read(bytes: &[u8], n_o: usize) -> Result<Vec<SeriesRecord>, Refused> {
     let (first, header) = lines.next().ok_or_else(|| (1, "the file is empty".into()))?;
     let separator = [',', ';', '\t'].into_iter().find(|s| header.contains(*s)).unwrap_or(',');
     let names = cells_of(header, separator);
-    if names.len() < 4 || names[..4] != ["point", "omega", "k", "part"] {
-        let why = "the header must begin with point, omega, k, part (separated by commas)";
+    let has_alpha = names.get(2).is_some_and(|name| name == "alpha");
+    let begins = |wanted: &[&str]| names.len() >= wanted.len() && names[..wanted.len()] == *wanted;
+    if !(begins(&["point", "omega", "k", "part"])
+        || begins(&["point", "omega", "alpha", "k", "part"]))
+    {
+        let why = "the header must begin with point, omega, k, part (separated by commas; alpha behind omega for viscous modes)";
         return Err((first + 1, why.into()));
     }
     let mut points: Vec<CsvPoint> = vec![];
     let mut place_of: HashMap<String, usize> = HashMap::new();
     for (k, line) in lines {
         let number = k + 1;
-        let row = Row::read(line, separator, n_o).map_err(|why| (number, why))?;
+        let row = Row::read(line, separator, n_o, has_alpha).map_err(|why| (number, why))?;
         let Some(row) = row else { continue };
         let place = *place_of.entry(row.label.clone()).or_insert_with(|| {
-            let (label, omega, rows) = (row.label.clone(), row.omega, BTreeMap::new());
-            points.push(CsvPoint { label, line: number, omega, rows });
+            let (label, omega, alpha) = (row.label.clone(), row.omega, row.alpha);
+            points.push(CsvPoint { label, line: number, omega, alpha, rows: BTreeMap::new() });
             points.len() - 1
         });
         points[place].add(row, number).map_err(|why| (number, why))?;
@@ -79,8 +86,19 @@ fn finite(text: &str) -> Option<f64> {
 
 impl Row {
     /// Read a row; none if it is the sine of harmonic 0, which is zero.
-    fn read(line: &str, separator: char, n_o: usize) -> Result<Option<Row>, String> {
-        let cells = cells_of(line, separator);
+    fn read(
+        line: &str,
+        separator: char,
+        n_o: usize,
+        has_alpha: bool,
+    ) -> Result<Option<Row>, String> {
+        let mut cells = cells_of(line, separator);
+        let mut alpha = None;
+        if has_alpha && cells.len() > 2 {
+            let text = cells.remove(2);
+            let number = finite(&text).filter(|a| is_reasonable(*a));
+            alpha = Some(number.ok_or_else(|| format!("alpha \"{text}\" is not a number"))?);
+        }
         if cells.len() != 4 + n_o {
             let found = cells.len().saturating_sub(4);
             return Err(format!(
@@ -114,14 +132,17 @@ impl Row {
             return Err("a displacement is beyond all reason".into());
         }
         let label = cells.into_iter().next().unwrap_or_default();
-        Ok(Some(Row { label, omega, function: (harmonic, is_sine), values }))
+        Ok(Some(Row { label, omega, alpha, function: (harmonic, is_sine), values }))
     }
 }
 
 impl CsvPoint {
     /// Add a row that stands in line `number`.
     fn add(&mut self, row: Row, number: usize) -> Result<(), String> {
-        let Row { label, omega, function, values } = row;
+        let Row { label, omega, alpha, function, values } = row;
+        if self.alpha != alpha {
+            return Err(format!("point {label} has two values of alpha"));
+        }
         if self.omega != omega {
             return Err(format!("point {label} has omega {} and {omega}", self.omega));
         }
@@ -157,6 +178,6 @@ impl CsvPoint {
             let f = place_of_function(function);
             coefficients[f * n_o..(f + 1) * n_o].copy_from_slice(values);
         }
-        Ok(SeriesRecord { omega: self.omega, n_h, coefficients })
+        Ok(SeriesRecord { omega: self.omega, n_h, coefficients, alpha: self.alpha })
     }
 }

@@ -240,7 +240,12 @@ impl FamilyWriter {
         if let Some(series) = &p.series {
             if self.series.is_none() {
                 let most = self.plan.harmonics;
-                self.series = Some(SeriesWriter::create(&self.file, most, system.n_o())?);
+                self.series = Some(SeriesWriter::create(
+                    &self.file,
+                    most,
+                    system.n_o(),
+                    series.alpha.is_some(),
+                )?);
             }
             if let Some(writer) = &mut self.series {
                 writer.push(series, count)?;

@@ -17,6 +17,8 @@ pub struct SeriesWriter {
     omega: Table<f64>,
     harmonics: Table<i64>,
     point: Table<i64>,
+    /// `α`, for viscous nonlinear modes.
+    alpha: Option<Table<f64>>,
     coefficients: Dataset,
     rows: usize,
     functions: usize,
@@ -24,17 +26,27 @@ pub struct SeriesWriter {
 }
 
 impl SeriesWriter {
-    /// Create `/hbm` for up to `n_h` harmonics in the file of a family.
-    pub fn create(file: &hdf5::File, n_h: usize, n_o: usize) -> Result<SeriesWriter, StoreError> {
+    /// Create `/hbm` for up to `n_h` harmonics in the file of a family; `fed`: with `α`.
+    pub fn create(
+        file: &hdf5::File,
+        n_h: usize,
+        n_o: usize,
+        fed: bool,
+    ) -> Result<SeriesWriter, StoreError> {
         let g = file.create_group("hbm")?;
         let functions = 2 * n_h + 1;
         let omega = Table::create(&g, "omega", None, 64, false, "1/time")?;
         let harmonics = Table::create(&g, "harmonics", None, 64, false, "number")?;
         let point = Table::create(&g, "point", None, 64, false, "row of /backbone")?;
+        let alpha = match fed {
+            true => Some(Table::create(&g, "alpha", None, 64, false, "1/time")?),
+            false => None,
+        };
         let builder = g.new_dataset::<f64>().chunk((1, functions, n_o)).deflate(1);
         let coefficients = builder.shape((0.., functions, n_o)).create("coefficients")?;
         write_text(&coefficients, "units", "length; order a_0, a_1, b_1, a_2, b_2, … of u_O")?;
-        Ok(SeriesWriter { omega, harmonics, point, coefficients, rows: 0, functions, n_o })
+        let rows = 0;
+        Ok(SeriesWriter { omega, harmonics, point, alpha, coefficients, rows, functions, n_o })
     }
 
     /// Append a series that belongs to row `point` of `/backbone`.
@@ -45,6 +57,10 @@ impl SeriesWriter {
         self.harmonics.append()?;
         self.point.push(&[point as i64]);
         self.point.append()?;
+        if let Some(alpha) = &mut self.alpha {
+            alpha.push(&[s.alpha.unwrap_or(f64::NAN)]);
+            alpha.append()?;
+        }
         let mut all = vec![0.0; self.functions * self.n_o];
         let shared = all.len().min(s.coefficients.len());
         all[..shared].copy_from_slice(&s.coefficients[..shared]);
@@ -62,13 +78,19 @@ impl SeriesWriter {
 pub struct Names {
     /// Frequencies, `p` numbers.
     pub omega: String,
+    /// `α` of viscous nonlinear modes, `p` numbers, if there is such a variable.
+    pub alpha: String,
     /// Coefficients, of shape `p × (2N_h+1) × n_O` in MATLAB's or in C's order.
     pub coefficients: String,
 }
 
 impl Default for Names {
     fn default() -> Self {
-        Names { omega: "hbm/omega".into(), coefficients: "hbm/coefficients".into() }
+        Names {
+            omega: "hbm/omega".into(),
+            alpha: "hbm/alpha".into(),
+            coefficients: "hbm/coefficients".into(),
+        }
     }
 }
 
@@ -109,6 +131,15 @@ fn read_series_of(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRe
         let what = format!("{}, point {i}: {} is not a positive frequency", names.omega, omega[i]);
         return Err(unusable(what));
     }
+    let alpha: Option<Vec<f64>> = match file.dataset(&names.alpha) {
+        Ok(data) => Some(data.values()?),
+        Err(_) => None,
+    };
+    if let Some(alpha) = &alpha
+        && (alpha.len() != points || !alpha.iter().all(|a| is_reasonable(*a)))
+    {
+        return Err(unusable(format!("{}: not one finite number a frequency", names.alpha)));
+    }
     let own = own_harmonics(&file, points, most, path)?;
     let flat: Vec<f64> = all.iter().copied().collect();
     let series = |i: usize| {
@@ -118,7 +149,10 @@ fn read_series_of(path: &Path, names: &Names, n_o: usize) -> Result<Vec<SeriesRe
             .collect();
         match coefficients.iter().find(|c| !is_reasonable(**c)) {
             Some(c) => Err(unusable(format!("{}, point {i}: {c}", names.coefficients))),
-            None => Ok(SeriesRecord { omega: omega[i], n_h: own[i], coefficients }),
+            None => {
+                let alpha = alpha.as_ref().map(|a| a[i]);
+                Ok(SeriesRecord { omega: omega[i], n_h: own[i], coefficients, alpha })
+            }
         }
     };
     (0..points).map(series).collect()
