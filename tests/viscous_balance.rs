@@ -3,12 +3,14 @@
 mod common;
 
 use common::{Splitmix, problem};
+use signorini::continuation::{Go, Options, Stop};
 use signorini::hbm::newton::Settings;
 use signorini::hbm::viscous::Fed;
-use signorini::hbm::{Series, Viscous};
+use signorini::hbm::{Series, Viscous, fed, tongue};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::viscous::pinned_mode;
 use signorini::orbit::{Closure, Pin, Propagator};
+use signorini::records::PointKind;
 
 const CONDENSED: &str = "method = \"mass-redistribution\"\n";
 
@@ -110,5 +112,27 @@ fn the_derivative_is_that_of_the_residual() {
         let e = common::relative(&difference, &change);
         println!("{e:e}");
         assert!(e < 1e-8, "{e}");
+    }
+}
+
+/// Through the 3:1 tongue with fifteen harmonics: the folds of the prototype.
+#[test]
+fn folds_of_the_tongue_are_those_of_the_prototype() {
+    let (mut viscous, _) = bodies(&half_plate(10, 3, CONDENSED));
+    let start = viscous.from_mode(15, 1.87, &Settings::default()).unwrap().unwrap();
+    let mut body = fed::Body { viscous, shooter: None };
+    let range = (1.86, 1.93);
+    let options =
+        Options { range, step: (0.005, 1e-8, 0.05), points: 600, locate: false, natural: false };
+    let mut folds = vec![];
+    let start = tongue::Start::Solution(Box::new(start), 1.0);
+    let stop = tongue::arclength(&mut body, 15, start, &options, |p| {
+        folds.extend((p.special == PointKind::Fold).then_some(p.omega));
+        Go::Continue(())
+    });
+    assert_eq!(stop.unwrap(), Some(Stop::Range));
+    assert_eq!(folds.len(), 2, "{folds:?}");
+    for (found, expected) in folds.iter().zip([1.9205044090, 1.9151789798]) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
     }
 }

@@ -174,7 +174,7 @@ fn what_has_no_viscous_mode_is_refused() {
     refused(&["orbit", &scene, "--beta", "0.1", "-o", &out], "--viscous");
     refused(&["orbit", &scene, "--viscous", "--all"], "does not go with --viscous");
     let balance = ["backbone", &scene, "--viscous", "--method", "hbm", "-o", &out];
-    refused(&[&balance[..], &["--follow", "natural"]].concat(), "frequency by frequency");
+    refused(&[&balance[..], &["--form", "acceleration"]].concat(), "leave --form out");
     let near = ["--method", "hbm", "--conservative-from", &scene];
     refused(&[&["backbone", &scene, "-o", &out], &near[..]].concat(), "a.toml");
     refused(&["backbone", &scene, "--conservative-from", &scene, "-o", &out], "a.toml");
@@ -293,7 +293,8 @@ fn series_of_viscous_modes_are_cross_checked() {
     let theirs = json(&["crosscheck", &csv, &scene, "-o", &folder.at("d.h5")]);
     let own = rows.iter().find(|r| r["harmonics"] == 7).unwrap();
     assert!((energy(&theirs["points"][0]) / energy(own) - 1.0).abs() < 1e-12);
-    refused(&[&balance[..], &["--aft", "64"], &grid[..]].concat(), "leave it out");
+    let sampled = ["--range", "1.62,1.82", "--aft", "64", "-o", &folder.at("f.h5")];
+    refused(&[&balance[..], &sampled[..]].concat(), "leave it out");
     refused(
         &["crosscheck", &csv, &scene, "--beta", "0", "-o", &folder.at("e.h5")],
         "positive time",

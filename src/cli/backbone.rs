@@ -151,8 +151,7 @@ impl Arguments {
             return Err(CliError::Input(message.into()));
         }
         if choice.is_balance() && self.viscous.viscous {
-            let sequential = self.follow == Follow::Sequential;
-            self.balance.check_viscous(sequential).map_err(CliError::Input)?;
+            self.balance.check_viscous().map_err(CliError::Input)?;
         }
         let viscosity = self.viscosity(scene, problem)?;
         let walk = self.walk(scene, range)?;
@@ -332,8 +331,13 @@ impl Request<'_> {
                 follow::orbits(&mut body, closure, task, start, take)?
             }
             Piece::SeriesAlong(n_h, direction) => {
+                let what = (*n_h, omega, direction.sign());
+                if let Some(Viscosity { pin, .. }) = &self.viscosity {
+                    let mut body = self.choice.viscous_body(self.problem, *pin)?;
+                    return Ok(follow::viscous_series(&mut body, what, task, take)?);
+                }
                 let mut body = self.choice.body(self.scene)?;
-                follow::series(&mut body, (*n_h, omega, direction.sign()), task, take)?
+                follow::series(&mut body, what, task, take)?
             }
         })
     }

@@ -68,12 +68,9 @@ impl Arguments {
     }
 
     /// Refuse what the viscous nonlinear mode by harmonic balance does not have.
-    pub fn check_viscous(&self, sequential: bool) -> Result<(), String> {
+    pub fn check_viscous(&self) -> Result<(), String> {
         if self.aft.is_some() {
             return Err("--aft samples a force that jumps with the acceleration of a viscous body, and half of its solutions do not converge: leave it out".into());
-        }
-        if !sequential {
-            return Err("--viscous --method hbm goes frequency by frequency: leave --follow out, or follow orbits in time without --method hbm".into());
         }
         if self.form != FormName::Force {
             return Err(

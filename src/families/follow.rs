@@ -3,6 +3,8 @@
 use super::{FamilyError, Known, ended, known};
 use crate::continuation::{Go, Options, Stop};
 use crate::hbm::branch as series_branch;
+use crate::hbm::newton::Settings;
+use crate::hbm::{fed, tongue};
 use crate::orbit::along::{self, Start};
 use crate::orbit::branch;
 use crate::orbit::search::{Effort, find};
@@ -87,6 +89,31 @@ pub fn series(
             },
         };
         let stop = series_branch::arclength(body, n_h, from, options, take)?;
+        Ok(stop.map(|s| (s.to_string(), s)).ok_or_else(|| NO_TANGENT.into()))
+    })
+}
+
+/// The same of viscous nonlinear modes.
+pub fn viscous_series(
+    body: &mut fed::Body,
+    (n_h, omega, direction): (usize, f64, f64),
+    task: Task,
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    go_on(task, take, |place, options, take| {
+        let from = match place {
+            Some(place) => {
+                let place = tongue::place_of(&body.viscous, n_h, place);
+                tongue::Start::Place(place.ok_or(FamilyError::Place)?)
+            }
+            None => match body.viscous.from_mode(n_h, omega, &Settings::default())? {
+                Ok(fed) => tongue::Start::Solution(Box::new(fed), direction),
+                Err(e) => {
+                    return Ok(Err(format!("no solution to start from at omega = {omega}: {e}")));
+                }
+            },
+        };
+        let stop = tongue::arclength(body, n_h, from, options, take)?;
         Ok(stop.map(|s| (s.to_string(), s)).ok_or_else(|| NO_TANGENT.into()))
     })
 }

@@ -70,7 +70,8 @@ pub fn sequential(
                     let x = unknowns.iter().copied().chain([omega]).collect();
                     push(track, omega, unknowns);
                     let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
-                    let point = point(body, &fed, kind)?;
+                    let Body { viscous, shooter } = body;
+                    let point = point(viscous, shooter.as_mut(), &fed, kind)?;
                     below = Some(fed);
                     PointRecord { place, ..point }
                 }
@@ -130,8 +131,12 @@ fn attempt(
 }
 
 /// A solution as a point, with the multipliers of the orbit shot from it if that is asked for.
-fn point(body: &mut Body, fed: &Fed, kind: PointKind) -> Result<PointRecord, HbmError> {
-    let Body { viscous, shooter } = body;
+pub(super) fn point(
+    viscous: &Viscous,
+    shooter: Option<&mut Propagator>,
+    fed: &Fed,
+    kind: PointKind,
+) -> Result<PointRecord, HbmError> {
     let reduction = viscous.reduction();
     let s = &fed.solution;
     let told = s.q.n_h >= LEAST_FOR_ALPHA;

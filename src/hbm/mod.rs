@@ -12,7 +12,8 @@
 //! With `q = Σ_k a_k cos kθ + b_k sin kθ` the Galerkin equations are `D_k q_k + Q n_k = f_k`, `D_k = Ω² − k²ω² + ikωC₀`. Between two
 //! switches the integrand of `n_k` is a trigonometric polynomial, so its integral is a closed form ([`balance`]); the switches are the roots of the monitors
 //! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`
-//! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body. [`viscous`] has the feedback of a viscous body as one more unknown.
+//! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body. [`viscous`] has the feedback of a viscous body as one more unknown,
+//! [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
 
 pub mod balance;
 pub mod branch;
@@ -21,6 +22,7 @@ pub mod newton;
 pub mod reduction;
 pub mod response;
 pub mod series;
+pub mod tongue;
 pub mod viscous;
 
 pub use balance::{Balance, Quadrature};

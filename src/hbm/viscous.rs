@@ -186,7 +186,7 @@ impl Viscous {
     }
 
     /// `∂R/∂α = −ω dq/dθ`
-    fn by_alpha(q: &Series, omega: f64) -> Series {
+    pub(super) fn by_alpha(q: &Series, omega: f64) -> Series {
         let mut x = Series::zeros(q.basis, q.n_h, q.n);
         for k in 1..=q.n_h {
             let rate = k as f64 * omega;
@@ -198,7 +198,7 @@ impl Viscous {
     }
 
     /// `p(q) = Σ_k k b_k[j]`
-    fn phase(&self, q: &Series) -> f64 {
+    pub(super) fn phase(&self, q: &Series) -> f64 {
         (1..=q.n_h).map(|k| k as f64 * q.of(2 * k)[self.pin.mode]).sum()
     }
 
