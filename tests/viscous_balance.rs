@@ -4,9 +4,9 @@ mod common;
 
 use common::{Splitmix, problem};
 use signorini::continuation::{Go, Options, Stop};
-use signorini::hbm::newton::Settings;
+use signorini::hbm::newton::{Settings, solve};
 use signorini::hbm::viscous::Fed;
-use signorini::hbm::{Series, Viscous, fed, tongue};
+use signorini::hbm::{Form, Reduction, Series, Viscous, fed, tongue};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::viscous::pinned_mode;
 use signorini::orbit::{Closure, Pin, Propagator};
@@ -135,4 +135,38 @@ fn folds_of_the_tongue_are_those_of_the_prototype() {
     for (found, expected) in folds.iter().zip([1.9205044090, 1.9151789798]) {
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
     }
+}
+
+/// The damped body under a load on its mode, upper branch: from the viscous mode at the same frequency, a quarter of a period late.
+#[test]
+fn the_forced_series_has_the_numbers_of_the_prototype() {
+    let load = "[damping]\nrayleigh = [0.0, 0.01]\n[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.12\nomega = 1.7\n";
+    let (mut body, _) = bodies(&half_plate(10, 3, ""));
+    let free = body.from_mode(15, 1.7, &Settings::default()).unwrap().unwrap().solution.q;
+    let system = problem(&half_plate(10, 3, load)).system;
+    let reduction = Reduction::new(system, Form::Acceleration).unwrap();
+    let mut found = vec![];
+    for lag in [0.3, 0.6, 0.9, 1.2, 1.5] {
+        // q(θ − lag), the far point of the free motion being its start
+        let mut guess = free.clone();
+        for k in 1..=free.n_h {
+            let (sin, cos) = (k as f64 * (std::f64::consts::PI + lag)).sin_cos();
+            for i in 0..free.n {
+                let (a, b) = (free.of(2 * k - 1)[i], free.of(2 * k)[i]);
+                guess.of_mut(2 * k - 1)[i] = a * cos - b * sin;
+                guess.of_mut(2 * k)[i] = a * sin + b * cos;
+            }
+        }
+        if let Ok(s) = solve(&reduction, &guess, 1.7, &Settings::default()).unwrap() {
+            let amplitude = s.q.of(1)[0].hypot(s.q.of(2)[0]);
+            let (q, dq) = s.q.at(0.0);
+            let (u, v) = reduction.state(&q, &dq, 1.7).full(&reduction.system).unwrap();
+            let energy = reduction.system.elastic(&u) + reduction.system.kinetic(&v);
+            found.push((amplitude, energy, s.crossings.len()));
+        }
+    }
+    let upper = found.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    assert!((upper.0 / 0.5060802672 - 1.0).abs() < 1e-9, "{found:?}");
+    assert!((upper.1 / 0.4428188364 - 1.0).abs() < 1e-9, "{found:?}");
+    assert_eq!(upper.2, 8);
 }
