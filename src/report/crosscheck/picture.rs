@@ -9,7 +9,7 @@ use super::convergence::{medians, shares};
 use super::parted::{DASH, dash, parted};
 use super::tally::{Tally, by_harmonics, of_harmonics};
 use crate::records::{CheckRow, VerdictKind};
-use crate::report::families::LOGARITHMIC;
+use crate::report::families::{LOGARITHMIC, is_viscous};
 use crate::report::figure::{
     self, Area, Drawn, Entry, FigureError, INK, LINES, Mark, draw_line, legend, legend_above, line,
     panel, px, range, semilog, symbols, title, viridis,
@@ -54,6 +54,7 @@ pub(in crate::report) fn crosscheck(
     let several = groups.len() > 1;
     let x = range(rows.iter().map(|r| r.omega));
     let found = rows.iter().any(CheckRow::is_orbit);
+    let energy = if is_viscous(family) { "energy H at t = 0" } else { "largest energy H" };
     figure::svg((980, if several { 1120 } else { 800 }), |root| {
         let what = match &groups[..] {
             [only] => format!("harmonic balance ({}) against orbits in time", only.name),
@@ -63,10 +64,10 @@ pub(in crate::report) fn crosscheck(
         let (_, sheet) = root.split_vertically(px(32.0));
         let sheet = head(sheet, &groups, rows)?;
         if !found {
-            return energies(&sheet, &groups, x.clone(), "frequency ω");
+            return energies(&sheet, &groups, x.clone(), ("frequency ω", energy));
         }
         let (upper, sheet) = sheet.split_vertically(px(if several { 500.0 } else { 430.0 }));
-        energies(&upper, &groups, x.clone(), "")?;
+        energies(&upper, &groups, x.clone(), ("", energy))?;
         let (lower, rest) = match several {
             false => (sheet, None),
             true => {
@@ -121,7 +122,12 @@ fn head<'b>(sheet: Area<'b>, groups: &[Group], rows: &[CheckRow]) -> Result<Area
     legend_above(sheet, &entries)
 }
 
-fn energies(area: &Area, groups: &[Group], x: Range<f64>, x_label: &str) -> Drawn {
+fn energies(
+    area: &Area,
+    groups: &[Group],
+    x: Range<f64>,
+    (x_label, energy): (&str, &str),
+) -> Drawn {
     let all = || groups.iter().flat_map(|g| g.rows.iter());
     let positive = |v: &f64| v.is_finite() && *v > 0.0;
     let values: Vec<f64> =
@@ -133,8 +139,8 @@ fn energies(area: &Area, groups: &[Group], x: Range<f64>, x_label: &str) -> Draw
     let y = range(values.iter().map(|&v| scaled(v)));
     let dash_width = DASH * (x.end - x.start);
     let mut chart = match logarithmic {
-        true => semilog(area, x, y, x_label, "largest energy H")?,
-        false => panel(area, x, y, x_label, "largest energy H")?,
+        true => semilog(area, x, y, x_label, energy)?,
+        false => panel(area, x, y, x_label, energy)?,
     };
     for g in groups {
         let points: Vec<(f64, f64)> =

@@ -24,6 +24,7 @@ use multipliers::orbit_multipliers;
 use portrait::portrait;
 
 pub use axis::Axis;
+pub(in crate::report) use branches::is_viscous;
 pub(super) use branches::{branches, of_branch, pieces, runs};
 pub(super) use errors::{draw_errors, error_entries, reached};
 pub use table::csv;
