@@ -2,6 +2,8 @@
 
 mod common;
 
+use common::{bar, half_plate};
+
 use signorini::contact::{ContactEdge, MassChoice, Stress, System};
 use signorini::continuation::{Go, Options, Stop};
 use signorini::event::{self, Silent};
@@ -16,22 +18,6 @@ use signorini::orbit::{Closure, Orbit, Propagator};
 use signorini::records::{PointKind, PointRecord};
 use signorini::scenario::Integrator;
 use signorini::simulate::by_name;
-
-fn bar(n: usize) -> String {
-    format!(
-        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
-         [contact]\nedge = \"right\"\ngap = 1.0\n"
-    )
-}
-
-/// The half plate of `scenarios/half-plate-orbit.toml` on any mesh.
-fn half_plate(nx: usize, ny: usize, method: &str) -> String {
-    format!(
-        "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [{nx}, {ny}]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
-         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
-         [contact]\nedge = \"right\"\ngap = 1.0\n{method}"
-    )
-}
 
 /// The plate of the README, 1 × 0.5, both halves.
 fn full_plate(nx: usize, ny: usize, more: &str) -> String {

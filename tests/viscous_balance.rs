@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Splitmix, problem};
+use common::{Splitmix, bar, half_plate, problem};
 use signorini::continuation::{Go, Options, Stop};
 use signorini::hbm::newton::{Settings, solve};
 use signorini::hbm::viscous::Fed;
@@ -13,21 +13,6 @@ use signorini::orbit::{Closure, Pin, Propagator};
 use signorini::records::PointKind;
 
 const CONDENSED: &str = "method = \"mass-redistribution\"\n";
-
-fn bar(n: usize) -> String {
-    format!(
-        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
-         [contact]\nedge = \"right\"\ngap = 1.0\n"
-    )
-}
-
-fn half_plate(nx: usize, ny: usize, method: &str) -> String {
-    format!(
-        "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [{nx}, {ny}]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
-         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
-         [contact]\nedge = \"right\"\ngap = 1.0\n{method}"
-    )
-}
 
 /// The body for harmonic balance and the one for shooting, with `β = 0.01`.
 fn bodies(scene: &str) -> (Viscous, Propagator) {

@@ -23,7 +23,8 @@ pub const JUMP: f64 = 0.25;
 /// A chart, and a state in it.
 pub type InChart<F> = (<F as Family>::Chart, Vec<f64>);
 
-/// A residual with a parameter, piece by piece smooth.
+/// A residual with a parameter, piece by piece smooth. A family that is smooth everywhere has one chart and no borders
+/// ([`std::convert::Infallible`]): it keeps the defaults of what asks for them.
 pub trait Family {
     /// One smooth piece.
     type Chart: Clone + std::fmt::Debug;
@@ -47,11 +48,17 @@ pub trait Family {
     /// Go to a chart.
     fn set_chart(&mut self, chart: &Self::Chart);
     /// The borders that a solution has overstepped; none: it is admissible.
-    fn overstepped(&mut self, x: &[f64]) -> Result<Vec<Self::Border>, Self::Error>;
+    fn overstepped(&mut self, _x: &[f64]) -> Result<Vec<Self::Border>, Self::Error> {
+        Ok(vec![])
+    }
     /// Distance to a border: positive inside, zero on it.
-    fn margin(&mut self, x: &[f64], border: &Self::Border) -> Result<f64, Self::Error>;
+    fn margin(&mut self, _x: &[f64], _border: &Self::Border) -> Result<f64, Self::Error> {
+        Ok(f64::INFINITY)
+    }
     /// The chart behind a border, and the point there; none if nothing is known behind it.
-    fn beyond(&mut self, x: &[f64], border: &Self::Border) -> Option<(Self::Chart, Vec<f64>)>;
+    fn beyond(&mut self, _x: &[f64], _border: &Self::Border) -> Option<InChart<Self>> {
+        None
+    }
     /// Where the map behind the charts is differentiable across their borders (an acceleration that is continuous at switches), a branch needs
     /// not stop at them: the chart in which a state lies, and the state in it. None: borders are to be located and crossed.
     fn reread(&mut self, _x: &[f64]) -> Result<Option<InChart<Self>>, Self::Error> {

@@ -1,6 +1,6 @@
 //! Series of another program or method against the equations in time, each with the orbit that shooting finds from it.
 
-use super::FamilyError;
+use super::{FamilyError, digest};
 use crate::orbit::check::{Candidate, Checked, check};
 use crate::orbit::search::Effort;
 use crate::orbit::{Closure, Propagator, branch};
@@ -73,8 +73,7 @@ fn failed(series: &SeriesRecord, message: String) -> CheckRow {
 
 /// All numbers of the series, as one.
 pub fn fingerprint(series: &[SeriesRecord]) -> u64 {
-    let bits = series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]).chain(&s.alpha));
-    bits.fold(series.len() as u64, |h, x| {
-        (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3)
-    })
+    let numbers =
+        series.iter().flat_map(|s| s.coefficients.iter().chain([&s.omega]).chain(&s.alpha));
+    digest(series.len(), numbers)
 }

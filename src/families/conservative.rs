@@ -1,7 +1,7 @@
 //! Conservative orbits looked for near viscous ones: one attempt a point.
 
 use super::follow::Take;
-use super::{FamilyError, ended};
+use super::{FamilyError, digest, ended};
 use crate::contact::State;
 use crate::orbit::Propagator;
 use crate::orbit::branch::record;
@@ -23,11 +23,7 @@ pub fn orbits(
         }
         let Some(orbit) = &viscous.orbit else { continue };
         let n_o = body.system.body.nodal_dofs().n_o;
-        let nodal = &orbit.u0[..n_o];
-        let u = match body.system.body.reduction() {
-            Some(reduction) => reduction.project(nodal),
-            None => nodal.to_vec(),
-        };
+        let u = body.system.body.coordinates(&orbit.u0[..n_o]).into_owned();
         let v = vec![0.0; u.len()];
         let z = body.frame(&State { u, v })[..body.n()].to_vec();
         let omega = viscous.omega;
@@ -50,8 +46,5 @@ pub fn orbits(
 /// All numbers of the points, as one.
 pub fn fingerprint(points: &[PointRecord]) -> u64 {
     let orbits = points.iter().filter_map(|p| p.orbit.as_ref());
-    let bits = orbits.flat_map(|o| o.u0.iter().chain([&o.period]));
-    bits.fold(points.len() as u64, |h, x| {
-        (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3)
-    })
+    digest(points.len(), orbits.flat_map(|o| o.u0.iter().chain([&o.period])))
 }

@@ -84,3 +84,9 @@ pub enum FamilyError {
 fn ended(branch: usize, reason: EndReason, text: impl Into<String>, complete: bool) -> BranchEnd {
     BranchEnd { branch, reason, text: text.into(), complete }
 }
+
+/// Numbers of so many things, as one.
+fn digest<'x>(count: usize, numbers: impl Iterator<Item = &'x f64>) -> u64 {
+    numbers
+        .fold(count as u64, |h, x| (h.rotate_left(5) ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3))
+}

@@ -74,7 +74,7 @@ pub fn viscous_series(
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     at_once(harmonics, stretch, known, take, |grid, before, take| {
-        let plan = fed::Sequential { grid, harmonics, settings };
+        let plan = series_branch::Sequential { grid, harmonics, settings };
         Ok(fed::sequential(body, &plan, before, take)?)
     })
 }

@@ -163,13 +163,8 @@ impl Changing {
     /// A frame vector of the family's body in the frame of this one, which has the same displacements.
     fn moved(&self, base: &Propagator, frame: &[f64]) -> Vec<f64> {
         let State { u, v } = base.state(frame);
-        let moved = |x: &[f64]| {
-            let nodal = base.system.body.nodal_o(x);
-            match self.body.system.body.reduction() {
-                Some(reduction) => reduction.project(&nodal),
-                None => nodal.into_owned(),
-            }
-        };
+        let (from, to) = (&base.system.body, &self.body.system.body);
+        let moved = |x: &[f64]| to.coordinates(&from.nodal_o(x)).into_owned();
         self.body.frame(&State { u: moved(&u), v: moved(&v) })
     }
 }

@@ -145,6 +145,11 @@ impl Body {
         self.reduction().map_or(Cow::Borrowed(u_o), |r| Cow::Owned(r.expand(u_o)))
     }
 
+    /// The coordinates of a `u_O` of the mesh.
+    pub fn coordinates<'x>(&self, u_o: &'x [f64]) -> Cow<'x, [f64]> {
+        self.reduction().map_or(Cow::Borrowed(u_o), |r| Cow::Owned(r.project(u_o)))
+    }
+
     /// `u = (u_O, u_C)` of the mesh.
     pub fn nodal<'x>(&self, u: &'x [f64]) -> Cow<'x, [f64]> {
         let Some(reduction) = self.reduction() else { return Cow::Borrowed(u) };

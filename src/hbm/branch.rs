@@ -3,8 +3,8 @@
 use super::newton::{Failure, Settings, solve};
 use super::response::{self, Harmonics, Origin, Point, Summary, Track};
 use super::{Basis, HbmError, Reduction, Series, Solution};
-use crate::continuation::{self, Go, Options, Place, Stop};
-use crate::orbit::branch::kind_of;
+use crate::continuation::{self, Family, Go, Options, Place, Stop};
+use crate::orbit::branch::{kind_of, record as orbit_record};
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, Propagator};
 use crate::records::{
@@ -20,7 +20,7 @@ pub struct Body {
 }
 
 /// Coefficients of `u_O` in the order of files.
-pub(super) fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
+fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
     let n = reduction.n();
     let n_h = s.q.n_h;
     let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
@@ -62,31 +62,45 @@ fn point(
     s: &Solution,
     kind: PointKind,
 ) -> Result<PointRecord, HbmError> {
-    let mut orbit = record(reduction, s)?;
+    let orbit = record(reduction, s)?;
+    let closure = if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::Forced };
+    let shooter = shooter.map(|body| (body, closure));
+    confirmed(reduction, shooter, (s, None), orbit, kind)
+}
+
+/// A solution as a point: with the multipliers of the orbit that is shot from it (and from its `α`), if that is asked for.
+pub(super) fn confirmed(
+    reduction: &Reduction,
+    shooter: Option<(&mut Propagator, Closure)>,
+    (s, alpha): (&Solution, Option<f64>),
+    mut orbit: OrbitRecord,
+    kind: PointKind,
+) -> Result<PointRecord, HbmError> {
     let mut special = kind;
-    if let Some(body) = shooter {
-        let closure =
-            if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::Forced };
+    if let Some((body, closure)) = shooter {
         let (q, dq) = s.q.at(0.0);
-        let z = body.frame(&reduction.state(&q, &dq, s.omega));
-        let effort = Effort { rescue: false, ..Effort::default() };
-        let verdict = find(body, closure, &z[..closure.unknowns(body.n())], s.omega, &effort)?;
-        match verdict.orbit().and_then(|o| o.stability.as_ref()) {
-            Some(stability) => {
-                orbit.stable = Some(stability.is_stable());
-                orbit.multipliers = stability.multipliers.iter().map(|m| [m.0, m.1]).collect();
-                orbit.trivial = stability.trivial;
+        let mut guess = body.frame(&reduction.state(&q, &dq, s.omega));
+        guess.truncate(closure.sizes(body.n()).1);
+        guess.extend(alpha);
+        let effort = Effort { rescue: false, ..Effort::of(closure) };
+        let verdict = find(body, closure, &guess, s.omega, &effort)?;
+        match verdict.orbit() {
+            Some(found) if found.stability.is_some() => {
+                let known = orbit_record(body, found)?;
+                orbit.stable = known.stable;
+                orbit.multipliers = known.multipliers;
+                orbit.trivial = known.trivial;
             }
-            None if special == PointKind::Regular => {
+            _ if special == PointKind::Regular => {
                 special = PointKind::NoOrbitNear(verdict.kind());
             }
-            None => {}
+            _ => {}
         }
     }
     if s.undecided > 0 && special == PointKind::Regular {
         special = PointKind::Undecided(s.undecided);
     }
-    let series = Some(series_record(reduction, s));
+    let series = Some(SeriesRecord { alpha, ..series_record(reduction, s) });
     Ok(PointRecord {
         omega: s.omega,
         special,
@@ -236,8 +250,12 @@ fn place_record(place: &Place<()>) -> PlaceRecord {
 
 /// The place that a file kept, if it is one of this body's with `n_h` harmonics.
 pub fn place_of(reduction: &Reduction, n_h: usize, record: &PlaceRecord) -> Option<Place<()>> {
-    let unknowns = reduction.basis.len(n_h) * reduction.q.ncols();
-    let fits = record.x.len() == unknowns + 1 && record.tangent.len() == unknowns + 1;
+    place_with(reduction.basis.len(n_h) * reduction.q.ncols() + 1, record)
+}
+
+/// The place that a file kept, if it has so many unknowns.
+pub(super) fn place_with(unknowns: usize, record: &PlaceRecord) -> Option<Place<()>> {
+    let fits = record.x.len() == unknowns && record.tangent.len() == unknowns;
     fits.then(|| Place {
         x: record.x.clone(),
         tangent: record.tangent.clone(),
@@ -249,9 +267,9 @@ pub fn place_of(reduction: &Reduction, n_h: usize, record: &PlaceRecord) -> Opti
 }
 
 /// Where a branch begins.
-pub enum Start {
+pub enum Start<S = Solution> {
     /// At a solution, towards growing (`> 0`) or falling frequency.
-    Solution(Box<Solution>, f64),
+    Solution(Box<S>, f64),
     /// Where an earlier continuation stood.
     Place(Place<()>),
 }
@@ -262,29 +280,52 @@ pub fn arclength(
     n_h: usize,
     start: Start,
     options: &Options,
-    mut take: impl FnMut(PointRecord) -> Go,
+    take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Stop>, HbmError> {
     let Body { reduction, shooter } = body;
     let mut family = Harmonics { reduction, n_h };
-    let place = match start {
-        Start::Place(place) => place,
-        Start::Solution(solution, direction) => {
-            let x = family.unknowns(&solution)?;
-            let Some(place) = Place::start(&mut family, x, direction, options.step.0)? else {
-                return Ok(None);
-            };
-            place
-        }
+    let begin = match start {
+        Start::Place(place) => Begin::Place(place),
+        Start::Solution(solution, direction) => Begin::At(family.unknowns(&solution)?, direction),
+    };
+    let record = |family: &mut Harmonics, x: &[f64], kind| {
+        let solution = family.solution(x)?;
+        point(family.reduction, shooter.as_mut(), &solution, kind).map(Some)
+    };
+    along(&mut family, begin, options, record, take)
+}
+
+/// Where a branch begins, in the unknowns of its family.
+pub(super) enum Begin {
+    /// Where an earlier continuation stood.
+    Place(Place<()>),
+    /// At a solution, towards growing (`> 0`) or falling frequency.
+    At(Vec<f64>, f64),
+}
+
+/// Follow a family of series; `record` makes a point of its unknowns, or none where they cannot be evaluated.
+pub(super) fn along<F: Family<Chart = (), Error = HbmError>>(
+    family: &mut F,
+    begin: Begin,
+    options: &Options,
+    mut record: impl FnMut(&mut F, &[f64], PointKind) -> Result<Option<PointRecord>, HbmError>,
+    mut take: impl FnMut(PointRecord) -> Go,
+) -> Result<Option<Stop>, HbmError> {
+    let place = match begin {
+        Begin::Place(place) => place,
+        Begin::At(x, direction) => match Place::start(family, x, direction, options.step.0)? {
+            Some(place) => place,
+            None => return Ok(None),
+        },
     };
     let mut failed = None;
-    let stop = continuation::follow(&mut family, place, options, |family, p| {
+    let stop = continuation::follow(family, place, options, |family, p| {
         // a special point inside a step is no place to go on from: the step is made anew
         let place = p.special.is_none().then(|| place_record(&p.place));
         let kind = p.special.as_ref().map_or(PointKind::Regular, kind_of);
-        let record =
-            family.solution(&p.x).and_then(|s| point(family.reduction, shooter.as_mut(), &s, kind));
-        match record {
-            Ok(record) => take(PointRecord { place, ..record }),
+        match record(family, &p.x, kind) {
+            Ok(Some(record)) => take(PointRecord { place, ..record }),
+            Ok(None) => Go::Continue(()),
             Err(e) => {
                 failed = Some(e);
                 Go::Break(())

@@ -1,16 +1,13 @@
 //! Families of viscous nonlinear modes by harmonic balance, point by point, with all that a file keeps of them.
 
-use super::branch::{gap_reason, record, series_record};
-use super::newton::Settings;
+use super::branch::{Sequential, confirmed, gap_reason, record};
+use super::response::is_far;
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
 use super::{Failure, HbmError};
-use crate::continuation::{Go, JUMP, guesses};
-use crate::orbit::search::{Effort, find};
+use crate::continuation::{Go, guesses};
 use crate::orbit::{Closure, Propagator};
-use crate::records::{
-    OrbitRecord, PlaceRecord, PointKind, PointRecord, SeriesRecord, ViscousRecord,
-};
+use crate::records::{OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
 
 /// With fewer harmonics `α`, the damping of the mode, is off by tens of per cent, and is not told.
 pub const LEAST_FOR_ALPHA: usize = 7;
@@ -23,17 +20,7 @@ pub struct Body {
     pub shooter: Option<Propagator>,
 }
 
-/// What is computed at each frequency.
-pub struct Sequential<'a> {
-    /// Frequencies, in order.
-    pub grid: &'a [f64],
-    /// Numbers of harmonics, ascending: a branch each.
-    pub harmonics: &'a [usize],
-    /// Newton's settings.
-    pub settings: &'a Settings,
-}
-
-/// What is known of one number of harmonics: `(q, α)` at the last two frequencies.
+/// What is known of one number of harmonics: `(q, α)` at the frequencies so far.
 type Track = Vec<(f64, Vec<f64>)>;
 
 /// Sequential continuation: at each frequency and for each number of harmonics from the secant, the previous point, the solution with fewer harmonics, the
@@ -49,7 +36,7 @@ pub fn sequential(
         if let (Some(track), Some(place)) = (tracks.get_mut(p.branch), &p.place)
             && let [unknowns @ .., omega] = &place.x[..]
         {
-            push(track, *omega, unknowns.to_vec());
+            track.push((*omega, unknowns.to_vec()));
         }
     }
     for &omega in plan.grid {
@@ -68,7 +55,7 @@ pub fn sequential(
                     let unknowns: Vec<f64> =
                         fed.solution.q.a.iter().copied().chain([fed.alpha]).collect();
                     let x = unknowns.iter().copied().chain([omega]).collect();
-                    push(track, omega, unknowns);
+                    track.push((omega, unknowns));
                     let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
                     let Body { viscous, shooter } = body;
                     let point = point(viscous, shooter.as_mut(), &fed, kind)?;
@@ -87,19 +74,6 @@ pub fn sequential(
         }
     }
     Ok(())
-}
-
-fn push(track: &mut Track, omega: f64, unknowns: Vec<f64>) {
-    track.push((omega, unknowns));
-    if track.len() > 2 {
-        track.remove(0);
-    }
-}
-
-/// Whether a series is far from what the points before it let expect.
-fn is_far(expected: &[f64], found: &[f64]) -> bool {
-    let d: f64 = expected.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum();
-    d > JUMP * JUMP * found.iter().map(|x| x * x).sum::<f64>()
 }
 
 /// A solution of `n_h` harmonics from the first of all guesses that leads to one.
@@ -149,34 +123,7 @@ pub(super) fn point(
     let plain = record(reduction, s)?;
     let system = &reduction.system;
     let energy = system.elastic(&plain.u0) + system.kinetic(&plain.v0);
-    let mut orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
-    let mut special = kind;
-    if let Some(body) = shooter {
-        let closure = Closure::Viscous(viscous.pin);
-        let (q, dq) = s.q.at(0.0);
-        let mut guess = body.frame(&reduction.state(&q, &dq, s.omega));
-        guess.push(fed.alpha);
-        let verdict = find(body, closure, &guess, s.omega, &Effort::of(closure))?;
-        match verdict.orbit().and_then(|o| o.stability.as_ref()) {
-            Some(known) => {
-                orbit.multipliers = known.multipliers.iter().map(|m| [m.0, m.1]).collect();
-                orbit.trivial = known.trivial;
-            }
-            None if special == PointKind::Regular => {
-                special = PointKind::NoOrbitNear(verdict.kind());
-            }
-            None => {}
-        }
-    }
-    if s.undecided > 0 && special == PointKind::Regular {
-        special = PointKind::Undecided(s.undecided);
-    }
-    let series = Some(SeriesRecord { alpha: Some(fed.alpha), ..series_record(reduction, s) });
-    Ok(PointRecord {
-        omega: s.omega,
-        special,
-        orbit: Some(orbit),
-        series,
-        ..PointRecord::default()
-    })
+    let orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
+    let shooter = shooter.map(|body| (body, Closure::Viscous(viscous.pin)));
+    confirmed(reduction, shooter, (s, Some(fed.alpha)), orbit, kind)
 }

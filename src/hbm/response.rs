@@ -1,5 +1,7 @@
 //! Families of harmonic-balance solutions: the ladder of harmonics at a frequency, and the family for [`crate::continuation`].
 
+use std::convert::Infallible;
+
 use faer::Mat;
 
 use super::HbmError;
@@ -130,16 +132,6 @@ pub struct Harmonics<'a> {
     pub n_h: usize,
 }
 
-/// Nothing lies between charts.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NoBorder {}
-
-impl std::fmt::Display for NoBorder {
-    fn fmt(&self, _: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match *self {}
-    }
-}
-
 impl Harmonics<'_> {
     fn series(&self, x: &[f64]) -> Series {
         let mut n = Series::zeros(self.reduction.basis, self.n_h, self.reduction.q.ncols());
@@ -181,7 +173,7 @@ impl Harmonics<'_> {
 
 impl Family for Harmonics<'_> {
     type Chart = ();
-    type Border = NoBorder;
+    type Border = Infallible;
     type Error = HbmError;
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, HbmError> {
@@ -229,18 +221,6 @@ impl Family for Harmonics<'_> {
     fn chart(&self) {}
 
     fn set_chart(&mut self, (): &()) {}
-
-    fn overstepped(&mut self, _: &[f64]) -> Result<Vec<NoBorder>, HbmError> {
-        Ok(vec![])
-    }
-
-    fn margin(&mut self, _: &[f64], border: &NoBorder) -> Result<f64, HbmError> {
-        match *border {}
-    }
-
-    fn beyond(&mut self, _: &[f64], border: &NoBorder) -> Option<((), Vec<f64>)> {
-        match *border {}
-    }
 }
 
 /// Where a point of a sequential continuation came from.
@@ -327,7 +307,7 @@ pub fn sequential(
                 Ok((s, origin)) => {
                     track.push(omega, s.q.clone());
                     below = Some(s.q.clone());
-                    let jumped = guesses.first().is_some_and(|e| is_far(e, &s.q));
+                    let jumped = guesses.first().is_some_and(|e| is_far(&e.a, &s.q.a));
                     (Ok(s), origin, jumped)
                 }
                 Err(failure) => (Err(failure), Origin::Ladder, false),
@@ -392,8 +372,7 @@ fn attempt(
 }
 
 /// Whether a solution is far from what the points before it let expect.
-fn is_far(expected: &Series, found: &Series) -> bool {
-    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-    let d: f64 = expected.a.iter().zip(&found.a).map(|(a, b)| (a - b).powi(2)).sum();
-    d > JUMP * JUMP * square(&found.a)
+pub(super) fn is_far(expected: &[f64], found: &[f64]) -> bool {
+    let d: f64 = expected.iter().zip(found).map(|(a, b)| (a - b).powi(2)).sum();
+    d > JUMP * JUMP * found.iter().map(|x| x * x).sum::<f64>()
 }

@@ -2,18 +2,19 @@
 //!
 //! With `q = D(α, ω)⁻¹ (f − Q n)` the equations are `n = N(Q̂ᵀq)` and `p(q) = 0`; `∂q/∂α = −D⁻¹ R_α` ([`super::viscous`]).
 
+use std::convert::Infallible;
+
 use faer::Mat;
 
 use super::balance::{Balance, Quadrature, project_in};
+use super::branch::{self, Begin};
 use super::fed::{Body, point};
 use super::newton::Linear;
-use super::response::NoBorder;
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
 use super::{HbmError, Solution};
-use crate::continuation::{self, Family, Go, Options, Place, Stop, norm};
-use crate::orbit::branch::kind_of;
-use crate::records::{PlaceRecord, PointKind, PointRecord};
+use crate::continuation::{Family, Go, Options, Place, Stop, norm};
+use crate::records::{PlaceRecord, PointRecord};
 
 /// The family of `n_h` harmonics.
 struct Tongue<'a> {
@@ -21,11 +22,8 @@ struct Tongue<'a> {
     n_h: usize,
 }
 
-/// Unit of `α` in the arclength, over the frequency of the pinned mode; and of `ω`.
-const UNITS: (f64, f64) = (0.063, 0.032);
-
-/// The equations at a point: residual, derivative by `(n, α)`, the series, its projections.
-type At = (Vec<f64>, Mat<f64>, Series, Balance);
+/// The equations at a point: residual, linear part, the series, its projections.
+type At = (Vec<f64>, Linear, Series, Balance);
 
 impl Tongue<'_> {
     /// The interface projections, `α`, `ω`.
@@ -51,8 +49,7 @@ impl Tongue<'_> {
         }
         self.body.set_feedback(alpha)?;
         let reduction = self.body.reduction();
-        let (rank, mode) = (reduction.q.ncols(), self.body.pin.mode);
-        let mut of_n = Series::zeros(Basis::Full, self.n_h, rank);
+        let mut of_n = Series::zeros(Basis::Full, self.n_h, reduction.q.ncols());
         of_n.a.copy_from_slice(n);
         let linear = Linear::new(reduction, Basis::Full, self.n_h, omega);
         let q = linear.solve(reduction, &of_n);
@@ -62,31 +59,9 @@ impl Tongue<'_> {
             Err(HbmError::Switches(_) | HbmError::Contact(_)) => return Ok(None),
             Err(e) => return Err(e),
         };
-        let m = n.len();
-        let scale = reduction.stiffness_unit();
         let mut r: Vec<f64> = n.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
-        r.push(scale * self.body.phase(&q));
-        let mut w = Viscous::by_alpha(&q, omega);
-        linear.divide(&mut w);
-        let of_w = project_in(reduction, &w);
-        let border = &balance.derivative * Mat::from_fn(of_w.a.len(), 1, |i, _| of_w.a[i]);
-        let core = linear.times_g(reduction, &balance.derivative, Basis::Full, self.n_h);
-        let mut j = Mat::<f64>::zeros(m + 1, m + 1);
-        j.submatrix_mut(0, 0, m, m).copy_from(&core);
-        for i in 0..m {
-            j[(i, i)] += 1.0;
-            j[(i, m)] = border[(i, 0)];
-        }
-        for k in 1..=self.n_h {
-            let (cos, sin) = linear.sine_of(k, mode);
-            for c in 0..rank {
-                let weight = -scale * k as f64 * reduction.q[(mode, c)];
-                j[(m, (2 * k - 1) * rank + c)] = weight * cos;
-                j[(m, 2 * k * rank + c)] = weight * sin;
-            }
-        }
-        j[(m, m)] = -scale * self.body.phase(&w);
-        Ok(Some((r, j, q, balance)))
+        r.push(reduction.stiffness_unit() * self.body.phase(&q));
+        Ok(Some((r, linear, q, balance)))
     }
 
     /// The solution at `X`.
@@ -108,7 +83,7 @@ impl Tongue<'_> {
 
 impl Family for Tongue<'_> {
     type Chart = ();
-    type Border = NoBorder;
+    type Border = Infallible;
     type Error = HbmError;
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, HbmError> {
@@ -124,9 +99,13 @@ impl Family for Tongue<'_> {
             self.residual(&y)
         };
         let (up, down) = (shifted(h)?, shifted(-h)?);
-        let Some((r, j, ..)) = self.at(x)? else {
+        let Some((r, linear, q, balance)) = self.at(x)? else {
             return Ok((vec![f64::NAN; m], Mat::zeros(m, m + 1)));
         };
+        // by n and α, q changes by −D⁻¹Q and −w: the last row has the other sign
+        let (mut j, _) = self.body.bordered(&linear, &balance, &q, x[m]);
+        let scale = self.body.reduction().stiffness_unit();
+        (0..m).for_each(|c| j[(m - 1, c)] *= -scale);
         let of_omega = |i: usize| (up[i] - down[i]) / (2.0 * h);
         let whole = Mat::from_fn(m, m + 1, |i, c| if c < m { j[(i, c)] } else { of_omega(i) });
         Ok((r, whole))
@@ -139,58 +118,21 @@ impl Family for Tongue<'_> {
     fn weights(&self, x: &[f64]) -> Vec<f64> {
         let n = self.parts(x).0;
         let size = n.iter().map(|x| x * x).sum::<f64>().max(1e-2 * self.unit().powi(2));
-        let unit = |share: f64| (share * self.body.pin.omega).powi(-2);
-        n.iter().map(|_| 1.0 / size).chain([unit(UNITS.0), unit(UNITS.1)]).collect()
+        n.iter().map(|_| 1.0 / size).chain(self.body.pin.weights()).collect()
     }
 
     fn chart(&self) {}
 
     fn set_chart(&mut self, (): &()) {}
-
-    fn overstepped(&mut self, _: &[f64]) -> Result<Vec<NoBorder>, HbmError> {
-        Ok(vec![])
-    }
-
-    fn margin(&mut self, _: &[f64], border: &NoBorder) -> Result<f64, HbmError> {
-        match *border {}
-    }
-
-    fn beyond(&mut self, _: &[f64], border: &NoBorder) -> Option<((), Vec<f64>)> {
-        match *border {}
-    }
 }
 
 /// Where a branch begins.
-pub enum Start {
-    /// At a solution, towards growing (`> 0`) or falling frequency.
-    Solution(Box<Fed>, f64),
-    /// Where an earlier continuation stood.
-    Place(Place<()>),
-}
+pub type Start = branch::Start<Fed>;
 
 /// The place that a file kept, if it is one of this body's with `n_h` harmonics.
 pub fn place_of(body: &Viscous, n_h: usize, record: &PlaceRecord) -> Option<Place<()>> {
     let unknowns = Basis::Full.len(n_h) * body.reduction().q.ncols() + 2;
-    let fits = record.x.len() == unknowns && record.tangent.len() == unknowns;
-    fits.then(|| Place {
-        x: record.x.clone(),
-        tangent: record.tangent.clone(),
-        step: record.step,
-        chart: (),
-        orientation: record.orientation,
-        signature: record.signature.clone(),
-    })
-}
-
-fn place_record(place: &Place<()>) -> PlaceRecord {
-    PlaceRecord {
-        x: place.x.clone(),
-        tangent: place.tangent.clone(),
-        step: place.step,
-        orientation: place.orientation,
-        signature: place.signature.clone(),
-        ..PlaceRecord::default()
-    }
+    branch::place_with(unknowns, record)
 }
 
 /// Follow a family of `n_h` harmonics by arclength (or, with `natural`, by frequency).
@@ -199,37 +141,17 @@ pub fn arclength(
     n_h: usize,
     start: Start,
     options: &Options,
-    mut take: impl FnMut(PointRecord) -> Go,
+    take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Stop>, HbmError> {
     let Body { viscous, shooter } = body;
     let mut family = Tongue { body: viscous, n_h };
-    let place = match start {
-        Start::Place(place) => place,
-        Start::Solution(fed, direction) => {
-            let x = family.unknowns(&fed)?;
-            match Place::start(&mut family, x, direction, options.step.0)? {
-                Some(place) => place,
-                None => return Ok(None),
-            }
-        }
+    let begin = match start {
+        Start::Place(place) => Begin::Place(place),
+        Start::Solution(fed, direction) => Begin::At(family.unknowns(&fed)?, direction),
     };
-    let mut failed = None;
-    let stop = continuation::follow(&mut family, place, options, |family, p| {
-        // a special point inside a step is no place to go on from: the step is made anew
-        let place = p.special.is_none().then(|| place_record(&p.place));
-        let kind = p.special.as_ref().map_or(PointKind::Regular, kind_of);
-        let found = match family.solution(&p.x) {
-            Ok(Some(fed)) => point(family.body, shooter.as_mut(), &fed, kind),
-            Ok(None) => return Go::Continue(()),
-            Err(e) => Err(e),
-        };
-        match found {
-            Ok(record) => take(PointRecord { place, ..record }),
-            Err(e) => {
-                failed = Some(e);
-                Go::Break(())
-            }
-        }
-    })?;
-    failed.map_or(Ok(Some(stop)), Err)
+    let record = |family: &mut Tongue, x: &[f64], kind| match family.solution(x)? {
+        Some(fed) => point(family.body, shooter.as_mut(), &fed, kind).map(Some),
+        None => Ok(None),
+    };
+    branch::along(&mut family, begin, options, record, take)
 }

@@ -44,16 +44,12 @@ pub struct Fed {
 /// Amplitudes of the pinned mode over the one that is expected at a frequency.
 const AMPLITUDES: [f64; 4] = [1.3, 1.0, 1.6, 1.15];
 
-/// `α` over the frequency of the pinned mode to start from.
-const FEEDBACK: f64 = 0.063;
-
 /// Numbers of harmonics on the way up.
 const RUNGS: [usize; 4] = [3, 7, 15, 31];
 
 /// The equations along a series.
 struct Evaluated {
     linear: Linear,
-    y: Series,
     balance: Balance,
     r: Series,
     size: f64,
@@ -79,7 +75,7 @@ impl Viscous {
     /// A series of `n_h` harmonics to start from: the pinned mode at the amplitude that is expected at `omega`, times `factor`.
     pub fn start(&self, n_h: usize, omega: f64, factor: f64) -> Option<Series> {
         let grazing = super::response::grazing_of_mode(&self.reduction, self.pin.mode)?;
-        let expected = 1.0 + 3.2 * (omega / self.pin.omega - 1.014).max(0.0);
+        let expected = self.pin.growth(omega);
         let mut q = Series::zeros(Basis::Full, n_h, self.reduction.n());
         q.of_mut(1)[self.pin.mode] = -factor * expected * grazing;
         Some(q)
@@ -92,7 +88,7 @@ impl Viscous {
         omega: f64,
         settings: &Settings,
     ) -> Result<Result<Fed, Failure>, HbmError> {
-        let alpha = FEEDBACK * self.pin.omega;
+        let alpha = self.pin.feedback();
         let rungs: Vec<usize> = RUNGS.into_iter().filter(|k| *k < n_h).chain([n_h]).collect();
         let mut last = Err(Failure::NoStart);
         for first in [n_h, rungs[0]] {
@@ -182,7 +178,7 @@ impl Viscous {
         let y = project_in(&self.reduction, q);
         let balance = Balance::new(&self.reduction, q, &y, omega, quadrature)?;
         let (r, size) = residual(&self.reduction, &linear, q, &balance.n);
-        Ok(Evaluated { linear, y, balance, r, size })
+        Ok(Evaluated { linear, balance, r, size })
     }
 
     /// `∂R/∂α = −ω dq/dθ`
@@ -202,19 +198,18 @@ impl Viscous {
         (1..=q.n_h).map(|k| k as f64 * q.of(2 * k)[self.pin.mode]).sum()
     }
 
-    /// The Newton step `(δq, δα)`.
-    fn step(&self, q: &Series, omega: f64, at: &Evaluated) -> (Vec<f64>, f64) {
-        let Evaluated { linear, balance, r, y, .. } = at;
-        let reduction = &self.reduction;
-        let mut of_r = r.clone();
-        linear.divide(&mut of_r);
-        let mut of_alpha = Self::by_alpha(q, omega);
-        linear.divide(&mut of_alpha);
-        let column = |x: &Series| {
-            let x = project_in(reduction, x);
-            &balance.derivative * Mat::from_fn(y.a.len(), 1, |i, _| x.a[i])
-        };
-        let (right, border) = (column(&of_r), column(&of_alpha));
+    /// `[I + N′Ĝ, N′Q̂ᵀw; pᵀD⁻¹Q, pᵀw]` and `w = D⁻¹R_α`, along a series.
+    pub(super) fn bordered(
+        &self,
+        linear: &Linear,
+        balance: &Balance,
+        q: &Series,
+        omega: f64,
+    ) -> (Mat<f64>, Series) {
+        let (reduction, mode) = (&self.reduction, self.pin.mode);
+        let mut w = Self::by_alpha(q, omega);
+        linear.divide(&mut w);
+        let border = self.through(balance, &w);
         let core = linear.times_g(reduction, &balance.derivative, q.basis, q.n_h);
         let size = core.nrows();
         let mut a = Mat::<f64>::zeros(size + 1, size + 1);
@@ -226,14 +221,32 @@ impl Viscous {
         // pᵀ D⁻¹ Q, column by column
         let rank = reduction.q.ncols();
         for k in 1..=q.n_h {
-            let (cos, sin) = linear.sine_of(k, self.pin.mode);
+            let (cos, sin) = linear.sine_of(k, mode);
             for c in 0..rank {
-                let weight = k as f64 * reduction.q[(self.pin.mode, c)];
+                let weight = k as f64 * reduction.q[(mode, c)];
                 a[(size, (2 * k - 1) * rank + c)] = weight * cos;
                 a[(size, 2 * k * rank + c)] = weight * sin;
             }
         }
-        a[(size, size)] = self.phase(&of_alpha);
+        a[(size, size)] = self.phase(&w);
+        (a, w)
+    }
+
+    /// `N′ Q̂ᵀ x`
+    fn through(&self, balance: &Balance, x: &Series) -> Mat<f64> {
+        let x = project_in(&self.reduction, x);
+        &balance.derivative * Mat::from_fn(x.a.len(), 1, |i, _| x.a[i])
+    }
+
+    /// The Newton step `(δq, δα)`.
+    fn step(&self, q: &Series, omega: f64, at: &Evaluated) -> (Vec<f64>, f64) {
+        let Evaluated { linear, balance, r, .. } = at;
+        let reduction = &self.reduction;
+        let mut of_r = r.clone();
+        linear.divide(&mut of_r);
+        let right = self.through(balance, &of_r);
+        let (a, of_alpha) = self.bordered(linear, balance, q, omega);
+        let (size, rank) = (a.nrows() - 1, reduction.q.ncols());
         let rhs = Mat::from_fn(size + 1, 1, |i, _| match i == size {
             true => self.phase(q) - self.phase(&of_r),
             false => -right[(i, 0)],

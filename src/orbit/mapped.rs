@@ -3,6 +3,7 @@
 //! Viscous motions have as many corners as undamped ones, but neighbouring charts almost agree there: the branch need not stop at them. Where a grazing
 //! bends it too much for any step, [`Mapped::across`] tries longer ones.
 
+use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 use faer::Mat;
@@ -20,9 +21,6 @@ pub struct Mapped<'a> {
     pin: Pin,
     examined: Option<(Vec<f64>, Orbit)>,
 }
-
-/// Unit of `α` in the arclength, over the frequency of the pinned mode; and of `ω`.
-const UNITS: (f64, f64) = (0.063, 0.032);
 
 /// Steps of arclength over a corner that no shorter step passes.
 const ACROSS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
@@ -121,7 +119,7 @@ impl OrbitFamily for Mapped<'_> {
 
 impl Family for Mapped<'_> {
     type Chart = Chain;
-    type Border = &'static str;
+    type Border = Infallible;
     type Error = OrbitError;
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, OrbitError> {
@@ -141,9 +139,8 @@ impl Family for Mapped<'_> {
     fn weights(&self, x: &[f64]) -> Vec<f64> {
         let n = 2 * self.body.n();
         let size = norm(&x[..n]).max(1e-300);
-        let unit = |share: f64| (share * self.pin.omega).powi(-2);
         let of_state = (0..n).map(|_| 1.0 / (size * size));
-        of_state.chain([unit(UNITS.0), unit(UNITS.1)]).collect()
+        of_state.chain(self.pin.weights()).collect()
     }
 
     fn chart(&self) -> Chain {
@@ -151,18 +148,6 @@ impl Family for Mapped<'_> {
     }
 
     fn set_chart(&mut self, _: &Chain) {}
-
-    fn overstepped(&mut self, _: &[f64]) -> Result<Vec<&'static str>, OrbitError> {
-        Ok(vec![])
-    }
-
-    fn margin(&mut self, _: &[f64], _: &&'static str) -> Result<f64, OrbitError> {
-        Ok(f64::INFINITY)
-    }
-
-    fn beyond(&mut self, _: &[f64], _: &&'static str) -> Option<(Chain, Vec<f64>)> {
-        None
-    }
 
     fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, OrbitError> {
         let orbit = self.orbit(x)?;

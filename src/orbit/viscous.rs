@@ -87,9 +87,24 @@ impl Pin {
         alpha.abs() <= MOST_FEEDBACK * self.omega
     }
 
+    /// `α` to start from where none is known.
+    pub fn feedback(&self) -> f64 {
+        FEEDBACK * self.omega
+    }
+
+    /// The amplitude of the family at a frequency over that near grazing, roughly.
+    pub fn growth(&self, omega: f64) -> f64 {
+        1.0 + 3.2 * (omega / self.omega - FIRST).max(0.0)
+    }
+
+    /// Weights of `α` and `ω` in the arclength of a family.
+    pub fn weights(&self) -> [f64; 2] {
+        [FEEDBACK, 0.032].map(|share| (share * self.omega).powi(-2))
+    }
+
     /// Unknowns `(z, α)` of a state whose feedback is not known.
     pub fn unknowns(&self, mut z: Vec<f64>) -> Vec<f64> {
-        z.push(FEEDBACK * self.omega);
+        z.push(self.feedback());
         z
     }
 
@@ -97,7 +112,7 @@ impl Pin {
     pub fn guesses(&self, body: &Propagator, omega: f64) -> Vec<Vec<f64>> {
         let ratio = omega / self.omega;
         let near = ratio < 0.5 * (1.0 + FIRST) + 0.01;
-        let expected = 1.3 * (1.0 + 3.2 * (ratio - FIRST).max(0.0));
+        let expected = 1.3 * self.growth(omega);
         let anywhere = [expected].into_iter().chain(AMPLITUDES).map(|a| (a, FEEDBACK));
         let close = NEAR_GRAZING.into_iter().filter(|_| near);
         let guess = |(a, alpha): (f64, f64)| {

@@ -77,6 +77,23 @@ pub fn problem(text: &str) -> Problem {
     Problem::new(&scene(text), None).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// A bar of unit length and gap.
+pub fn bar(n: usize) -> String {
+    format!(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+         [contact]\nedge = \"right\"\ngap = 1.0\n"
+    )
+}
+
+/// The half plate of `scenarios/half-plate-orbit.toml` on any mesh.
+pub fn half_plate(nx: usize, ny: usize, method: &str) -> String {
+    format!(
+        "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [{nx}, {ny}]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
+         [contact]\nedge = \"right\"\ngap = 1.0\n{method}"
+    )
+}
+
 /// A shipped scene.
 pub fn shipped(name: &str) -> Scene {
     Scene::read(&root().join("scenarios").join(name)).unwrap_or_else(|e| panic!("{e}"))
