@@ -1,4 +1,4 @@
-//! Loads `f(t) = f₀ + Σ_j f_j cos(ω_j t + φ_j)` on all displacements `u = (u_O, u_C)`.
+//! Loads `f(t) = f₀ + Σ_j f_j d^m/dt^m cos(ω_j t + φ_j)` on all displacements `u = (u_O, u_C)`; `m > 0` where a support moves: its velocity and acceleration.
 
 use super::body::Body;
 use crate::mesh::{Edge, Point};
@@ -12,17 +12,38 @@ pub struct Harmonic {
     pub omega: f64,
     /// Phase.
     pub phase: f64,
+    /// `m`: the force follows this derivative of the cosine, so that its size follows the frequency.
+    pub derivative: u32,
 }
 
 impl Harmonic {
-    /// `cos(ωt + φ)`, or its derivative of order 1 or 2.
+    /// `d^m/dt^m cos(ωt + φ)`, or its derivative of the order `order`.
     pub fn factor(&self, t: f64, order: u32) -> f64 {
         let angle = self.omega * t + self.phase;
-        match order {
+        let m = self.derivative + order;
+        let unit = match m % 4 {
             0 => angle.cos(),
-            1 => -self.omega * angle.sin(),
-            _ => -self.omega * self.omega * angle.cos(),
-        }
+            1 => -angle.sin(),
+            2 => -angle.cos(),
+            _ => angle.sin(),
+        };
+        self.omega.powi(m as i32) * unit
+    }
+
+    /// `ω^m`: the force is `ω^m f cos(ωt + ψ)` with the angle `ψ` of [`Harmonic::angle`].
+    pub fn size(&self) -> f64 {
+        self.omega.powi(self.derivative as i32)
+    }
+
+    /// `ψ = φ + mπ/2`.
+    pub fn angle(&self) -> f64 {
+        self.phase + f64::from(self.derivative) * std::f64::consts::FRAC_PI_2
+    }
+
+    /// `∂/∂ω` of [`Harmonic::factor`] at a fixed time.
+    pub fn factor_by_frequency(&self, t: f64) -> f64 {
+        let m = f64::from(self.derivative);
+        (m * self.factor(t, 0) + t * self.factor(t, 1)) / self.omega
     }
 }
 
@@ -49,7 +70,9 @@ impl Loads {
     /// Add a load; without `omega` it is constant, and has no phase.
     pub fn push(&mut self, force: Vec<f64>, omega: Option<f64>, phase: f64) {
         match omega {
-            Some(omega) => self.harmonics.push(Harmonic { force, omega, phase }),
+            Some(omega) => {
+                self.harmonics.push(Harmonic { force, omega, phase, derivative: 0 });
+            }
             None => match &mut self.constant {
                 Some(c) => c.iter_mut().zip(&force).for_each(|(c, f)| *c += f),
                 None => self.constant = Some(force),
@@ -64,7 +87,7 @@ impl Loads {
             None => f.fill(0.0),
         }
         for h in &self.harmonics {
-            let c = (h.omega * t + h.phase).cos();
+            let c = h.factor(t, 0);
             f.iter_mut().zip(&h.force).for_each(|(f, a)| *f += c * a);
         }
     }
@@ -73,7 +96,7 @@ impl Loads {
     pub fn harmonic_power(&self, t: f64, v: &[f64]) -> f64 {
         let power = |h: &Harmonic| {
             let dot: f64 = h.force.iter().zip(v).map(|(f, v)| f * v).sum();
-            (h.omega * t + h.phase).cos() * dot
+            h.factor(t, 0) * dot
         };
         self.harmonics.iter().map(power).sum()
     }

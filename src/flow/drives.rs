@@ -23,9 +23,14 @@ impl Drives {
         self.0.iter().map(|d| d.load.factor(t, order) * d.monitor[index]).sum()
     }
 
+    /// `∂/∂ω` of what they add to a monitor at a fixed time `t`.
+    pub fn by_frequency(&self, index: usize, t: f64) -> f64 {
+        self.0.iter().map(|d| d.load.factor_by_frequency(t) * d.monitor[index]).sum()
+    }
+
     /// Amplitude of all of them in a monitor, and a bound of the fourth derivative.
     pub fn bounds(&self, index: usize) -> (f64, f64) {
-        let size = |d: &Drive| d.monitor[index].abs();
+        let size = |d: &Drive| d.load.size() * d.monitor[index].abs();
         let fourth = self.0.iter().map(|d| size(d) * d.load.omega.powi(4)).sum();
         (self.0.iter().map(size).sum(), fourth)
     }
@@ -46,7 +51,8 @@ impl Drives {
                 let force = &y.load.force[n_o..];
                 let dot: f64 = x.displacement.iter().zip(force).map(|(d, f)| d * f).sum();
                 let (w, v) = (x.load.omega, y.load.omega);
-                let (p, q) = (x.load.phase, y.load.phase);
+                let (p, q) = (x.load.angle(), y.load.angle());
+                let dot = x.load.size() * y.load.size() * dot;
                 // −ω sin(ωt + p) cos(vt + q) = −ω/2 [sin((ω+v)t + p+q) + sin((ω−v)t + p−q)]
                 let integral = |rate: f64, phase: f64| {
                     let half = 0.5 * rate * (b - a);

@@ -34,10 +34,10 @@ pub struct Modal<'a> {
     t1: f64,
     end: Vec<f64>,
     end_known: bool,
-    /// Work and dissipation at the start of the window.
-    integrals: [f64; 2],
-    /// The latest time in the window to which the powers were integrated, and their gain.
-    integrated: Cell<(f64, [f64; 2])>,
+    /// A time up to the start of the window, with work and dissipation there.
+    known: (f64, [f64; 2]),
+    /// The latest time for which they were asked, likewise.
+    latest: Cell<(f64, [f64; 2])>,
     /// Bounds of the size and of the fourth derivative of each monitor in the window, and whether they hold
     /// for the whole phase.
     sizes: Vec<f64>,
@@ -69,8 +69,8 @@ impl<'a> Modal<'a> {
             t1: 0.0,
             end: vec![0.0; layout.len()],
             end_known: true,
-            integrals: [0.0; 2],
-            integrated: Cell::new((0.0, [0.0; 2])),
+            known: (0.0, [0.0; 2]),
+            latest: Cell::new((0.0, [0.0; 2])),
             sizes: vec![],
             fourth: vec![],
             steady: false,
@@ -183,17 +183,17 @@ impl<'a> Modal<'a> {
         sums
     }
 
-    /// Gain of work and dissipation from the start of the window to `t`, going on from the last time asked for.
-    fn gain(&self, phase: &Spectrum, t: f64) -> [f64; 2] {
-        let (from, known) = match self.integrated.get() {
-            (from, known) if self.t0 <= from && from <= t => (from, known),
-            // back to the start of the window: the end was asked for before the samples
-            _ => (self.t0, [0.0; 2]),
+    /// Work and dissipation at `t`, going on from the last time asked for.
+    fn integrals(&self, phase: &Spectrum, t: f64) -> [f64; 2] {
+        let (from, known) = match self.latest.get() {
+            latest if latest.0 <= t => latest,
+            // the end of the window was asked for before the samples
+            _ => self.known,
         };
         let more = self.integrate_powers(phase, from, t);
-        let gain = [known[0] + more[0], known[1] + more[1]];
-        self.integrated.set((t, gain));
-        gain
+        let sums = [known[0] + more[0], known[1] + more[1]];
+        self.latest.set((t, sums));
+        sums
     }
 
     /// Set the end of the window; state, work and dissipation there are computed when they are asked for.
@@ -207,17 +207,17 @@ impl<'a> Modal<'a> {
         let Some(phase) = self.phase.clone().filter(|_| !self.end_known) else { return };
         let mut end = std::mem::take(&mut self.end);
         self.write_state(&phase, self.t1, &mut end);
-        self.write_integrals(self.gain(&phase, self.t1), &mut end);
+        self.write_integrals(self.integrals(&phase, self.t1), &mut end);
         self.end = end;
         self.end_known = true;
     }
 
-    fn write_integrals(&self, gain: [f64; 2], y: &mut [f64]) {
+    fn write_integrals(&self, sums: [f64; 2], y: &mut [f64]) {
         if let Some(i) = self.layout.work {
-            y[i] = self.integrals[0] + gain[0];
+            y[i] = sums[0];
         }
         if let Some(i) = self.layout.dissipated {
-            y[i] = self.integrals[1] + gain[1];
+            y[i] = sums[1];
         }
     }
 }
@@ -227,6 +227,9 @@ impl Flow for Modal<'_> {
         (self.t0, self.t1) = (t, t);
         self.end.copy_from_slice(y);
         self.end_known = true;
+        let value = |i: Option<usize>| i.map_or(0.0, |i| y[i]);
+        self.known = (t, [value(self.layout.work), value(self.layout.dissipated)]);
+        self.latest.set(self.known);
         self.values.borrow_mut().clear();
         self.failure = None;
         self.steady = false;
@@ -248,13 +251,8 @@ impl Flow for Modal<'_> {
             return Err(failure);
         }
         let Some(modal) = self.phase.clone() else { return Err(FlowError::NoModes { t: self.t1 }) };
-        if self.layout.work.is_some() || self.layout.dissipated.is_some() {
-            self.complete_end();
-        }
         self.t0 = self.t1;
-        let value = |i: Option<usize>| i.map_or(0.0, |i| self.end[i]);
-        self.integrals = [value(self.layout.work), value(self.layout.dissipated)];
-        self.integrated.set((self.t0, [0.0; 2]));
+        self.known = self.latest.get();
         let last = self.values.borrow().iter().find(|(t, _)| *t == self.t0).cloned();
         *self.values.borrow_mut() = last.into_iter().collect();
         let length = self.window_length(&modal, t_limit);
@@ -289,7 +287,7 @@ impl Flow for Modal<'_> {
             y.copy_from_slice(&self.end);
         } else if let Some(phase) = self.modal() {
             self.write_state(phase, t, y);
-            self.write_integrals(self.gain(phase, t), y);
+            self.write_integrals(self.integrals(phase, t), y);
         }
     }
 

@@ -3,7 +3,7 @@
 
 use nalgebra::Complex;
 
-use super::oscillator::{GAUSS10, Oscillator};
+use super::oscillator::{Basis, GAUSS10, Oscillator};
 use super::spectrum::Spectrum;
 use super::trigonometry::sin_cos;
 use crate::fem::{Harmonic, Loads};
@@ -28,7 +28,7 @@ pub(super) type ModalLoad = (f64, f64, Vec<(f64, Forcing)>);
 fn excitation(phase: &Spectrum, loads: &Loads) -> Vec<ModalLoad> {
     let of_load = |(load, forces): (&Harmonic, &Vec<f64>)| {
         let treat = |(mode, &f): (&Oscillator, &f64)| {
-            let w = load.omega;
+            let (w, f) = (load.omega, load.size() * f);
             let (o, c) = (mode.omega, mode.c);
             let denominator = Complex::new((o - w) * (o + w), 2.0 * c * w);
             let near = denominator.norm() < RESONANCE * o.max(w).powi(2);
@@ -39,7 +39,7 @@ fn excitation(phase: &Spectrum, loads: &Loads) -> Vec<ModalLoad> {
             };
             (f, forcing)
         };
-        (load.omega, load.phase, phase.modes.iter().zip(forces).map(treat).collect())
+        (load.omega, load.angle(), phase.modes.iter().zip(forces).map(treat).collect())
     };
     loads.harmonics.iter().zip(&phase.harmonics).map(of_load).collect()
 }
@@ -75,11 +75,22 @@ impl Motion {
         motion
     }
 
-    /// Displacement and velocity of mode `k` at `t`.
-    pub fn mode(&self, phase: &Spectrum, k: usize, t: f64) -> (f64, f64) {
+    /// `e^{i(Ωt + φ)}` of each harmonic load.
+    fn turned(&self, t: f64) -> Vec<Complex<f64>> {
+        self.loads.iter().map(|(w, phi, _)| Complex::from_polar(1.0, w * t + phi)).collect()
+    }
+
+    /// Displacement and velocity of mode `k` at `t`, with its solution basis and the turned loads there.
+    fn mode(
+        &self,
+        phase: &Spectrum,
+        k: usize,
+        t: f64,
+        basis: &Basis,
+        turned: &[Complex<f64>],
+    ) -> (f64, f64) {
         let mode = &phase.modes[k];
         let tau = t - self.start;
-        let basis = mode.basis(tau);
         let mut q = self.q[k] * basis.c + self.v[k] * basis.s;
         let mut v = -self.q[k] * mode.omega * mode.omega * basis.s + self.v[k] * basis.ds;
         let f = phase.constant[k];
@@ -92,10 +103,10 @@ impl Motion {
                 v += f * dz;
             }
         }
-        for (w, phi, forces) in &self.loads {
+        for ((w, phi, forces), turned) in self.loads.iter().zip(turned) {
             match forces[k].1 {
                 Forcing::Steady(p) => {
-                    let e = p * Complex::from_polar(1.0, w * t + phi);
+                    let e = p * turned;
                     q += e.re;
                     v += (e * Complex::new(0.0, *w)).re;
                 }
@@ -112,18 +123,24 @@ impl Motion {
 
     /// Displacements and velocities of all modes at `t`.
     pub fn at(&self, phase: &Spectrum, t: f64, q: &mut [f64], v: &mut [f64]) {
-        if !(phase.is_undamped && self.loads.is_empty()) {
-            for k in 0..q.len() {
-                (q[k], v[k]) = self.mode(phase, k, t);
+        let n = phase.modes.len();
+        let tau = t - self.start;
+        let undamped = phase.is_undamped && self.loads.is_empty();
+        let angle: Vec<f64> = match undamped {
+            true => phase.modes.iter().map(|m| m.omega * tau).collect(),
+            false => phase.modes.iter().map(|m| m.discriminant().max(0.0).sqrt() * tau).collect(),
+        };
+        let (mut sin, mut cos) = (vec![0.0; n], vec![0.0; n]);
+        sin_cos(&angle, &mut sin, &mut cos);
+        if !undamped {
+            let turned = self.turned(t);
+            for k in 0..n {
+                let basis = phase.modes[k].basis_of(tau, sin[k], cos[k]);
+                (q[k], v[k]) = self.mode(phase, k, t, &basis, &turned);
             }
             return;
         }
         // every mode is an undamped oscillation about a static displacement
-        let n = phase.modes.len();
-        let tau = t - self.start;
-        let angle: Vec<f64> = phase.modes.iter().map(|m| m.omega * tau).collect();
-        let (mut sin, mut cos) = (vec![0.0; n], vec![0.0; n]);
-        sin_cos(&angle, &mut sin, &mut cos);
         for k in 0..n {
             let w = phase.modes[k].omega;
             let (a, b) = (self.q[k], self.v[k]);
@@ -142,17 +159,27 @@ impl Motion {
         }
     }
 
-    /// The free part of `q̇` after `a`, `Re(c e^{s (t − a)})`, for modes that oscillate under steady responses.
-    fn oscillation(&self, phase: &Spectrum, k: usize, a: f64, h: f64) -> Option<Term> {
+    /// The free part of `q̇` after `a`, a sum of two `Re(c e^{s (t − a)})`, for modes with well separated roots under steady responses.
+    fn free(&self, phase: &Spectrum, k: usize, a: f64, h: f64) -> Option<[Term; 2]> {
         let mode = &phase.modes[k];
-        let d = mode.discriminant();
+        let (q, v, d) = (self.q[k], self.v[k], mode.discriminant());
         let steady = |h: &ModalLoad| matches!(h.2[k].1, Forcing::Steady(_));
-        if d <= 0.01 * mode.omega * mode.omega || !self.loads.iter().all(steady) {
+        if d.abs() <= 0.01 * mode.omega * mode.omega || !self.loads.iter().all(steady) {
             return None;
         }
-        let [s, _] = mode.roots();
-        let amplitude = Complex::new(self.q[k], -(self.v[k] + mode.c * self.q[k]) / d.sqrt());
-        Some(Term { c: amplitude * s * (s * (a - self.start)).exp(), s, growth: (s * h).exp() })
+        let term = |amplitude: Complex<f64>, s: Complex<f64>| Term {
+            c: amplitude * s * power(s * (a - self.start)),
+            s,
+            growth: power(s * h),
+        };
+        let [s, r] = mode.roots();
+        if d > 0.0 {
+            let amplitude = Complex::new(q, -(v + mode.c * q) / d.sqrt());
+            return Some([term(amplitude, s), Term::default()]);
+        }
+        // q = c₁ e^{st} + c₂ e^{rt}, both real
+        let apart = s - r;
+        Some([term((v - r * q) / apart, s), term((s * q - v) / apart, r)])
     }
 
     /// `e^{i(Ωa + φ)}` of each harmonic load, and its growth up to `b`.
@@ -173,7 +200,7 @@ impl Motion {
         turns: &[Term],
         (a, b): (f64, f64),
     ) -> [f64; 2] {
-        match self.oscillation(phase, k, a, b - a) {
+        match self.free(phase, k, a, b - a) {
             Some(free) => powers_in_closed_form(&free, &self.loads, k, turns, b - a),
             None => self.powers_by_quadrature(phase, k, a, b),
         }
@@ -191,7 +218,8 @@ impl Motion {
             let left = a + j as f64 * h;
             for (x, weight) in GAUSS10 {
                 for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
-                    let (_, v) = self.mode(phase, k, t);
+                    let basis = mode.basis(t - self.start);
+                    let (_, v) = self.mode(phase, k, t, &basis, &self.turned(t));
                     let harmonics = self.loads.iter();
                     let force: f64 =
                         harmonics.map(|(w, phi, f)| f[k].0 * (w * t + phi).cos()).sum();
@@ -277,11 +305,16 @@ impl Motion {
 }
 
 /// One exponential `c e^{s (t − a)}` with its growth `e^{s (b − a)}` over the interval.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Term {
     pub c: Complex<f64>,
     pub s: Complex<f64>,
     pub growth: Complex<f64>,
+}
+
+/// `e^z`; what would be a denormal number is zero.
+fn power(z: Complex<f64>) -> Complex<f64> {
+    if z.re < -700.0 { Complex::default() } else { z.exp() }
 }
 
 /// `∫ Re(x) Re(y)` over an interval of length `h`: two exponentials, integrated exactly.
@@ -305,7 +338,7 @@ fn product_integral(x: &Term, y: &Term, h: f64) -> f64 {
 
 /// `∫ F q̇` and `∫ q̇²` over an interval of length `h`, from the free part of `q̇` at its start.
 fn powers_in_closed_form(
-    free: &Term,
+    free: &[Term; 2],
     loads: &[ModalLoad],
     k: usize,
     turns: &[Term],
@@ -316,11 +349,18 @@ fn powers_in_closed_form(
         Forcing::FromRest(_) => Term { c: Complex::new(0.0, 0.0), ..turns[j] },
     };
     let force = |j: usize| Term { c: turns[j].c * loads[j].2[k].0, ..turns[j] };
-    let mut sums = [0.0, product_integral(free, free, h)];
+    let [first, second] = free;
+    let mut sums = [0.0, product_integral(first, first, h)];
+    let two = second.c != Complex::default();
+    if two {
+        sums[1] += product_integral(second, second, h) + 2.0 * product_integral(first, second, h);
+    }
     for j in 0..turns.len() {
-        let x = steady(j);
-        sums[1] += 2.0 * product_integral(free, &x, h);
-        sums[0] += product_integral(free, &force(j), h);
+        let (x, f) = (steady(j), force(j));
+        for free in [first].into_iter().chain(two.then_some(second)) {
+            sums[1] += 2.0 * product_integral(free, &x, h);
+            sums[0] += product_integral(free, &f, h);
+        }
         for i in 0..turns.len() {
             sums[1] += product_integral(&x, &steady(i), h);
             sums[0] += product_integral(&x, &force(i), h);

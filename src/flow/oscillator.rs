@@ -39,6 +39,12 @@ impl Oscillator {
 
     /// The basis at `t`.
     pub fn basis(&self, t: f64) -> Basis {
+        let (sin, cos) = (self.discriminant().max(0.0).sqrt() * t).sin_cos();
+        self.basis_of(t, sin, cos)
+    }
+
+    /// The basis at `t`, where sine and cosine of `√(ω² − c²) t` are at hand (of modes that oscillate).
+    pub(super) fn basis_of(&self, t: f64, sin: f64, cos: f64) -> Basis {
         let c = self.c;
         let d = self.discriminant();
         let x = d * t * t;
@@ -50,13 +56,12 @@ impl Oscillator {
             (decay * t * sinc, decay * (cos - c * t * sinc))
         } else if d > 0.0 {
             let w = d.sqrt();
-            let (sin, cos) = (w * t).sin_cos();
-            let decay = if c == 0.0 { 1.0 } else { (-c * t).exp() };
+            let decay = if c == 0.0 { 1.0 } else { decay(-c * t) };
             (decay * sin / w, decay * (cos - c * sin / w))
         } else {
             let w = (-d).sqrt();
             let [upper, lower] = self.rates();
-            let (a, b) = ((upper * t).exp(), (lower * t).exp());
+            let (a, b) = (decay(upper * t), decay(lower * t));
             ((a - b) / (2.0 * w), (upper * a - lower * b) / (2.0 * w))
         };
         Basis { s, ds, c: ds + 2.0 * c * s }
@@ -129,6 +134,11 @@ impl Oscillator {
         let e = (difference(force, near, t) - s) / (force - far);
         [e, force * e + s]
     }
+}
+
+/// `e^x`; what would be a denormal number is zero, and costs nothing.
+fn decay(x: f64) -> f64 {
+    if x < -700.0 { 0.0 } else { x.exp() }
 }
 
 /// The divided difference `(e^{at} − e^{bt})/(a − b)`, exact for `a = b`.

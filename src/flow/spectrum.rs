@@ -163,7 +163,7 @@ fn product(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
 }
 
 /// Bytes of the eigenbases that are kept: fine meshes visit hundreds of phases.
-const BUDGET: usize = 320 << 20;
+const BUDGET: usize = 512 << 20;
 
 /// The spectra of the phases of one body, computed when they are first asked for; the least recently used go when there are too many.
 #[derive(Debug)]

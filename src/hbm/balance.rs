@@ -153,7 +153,7 @@ fn interface(
 ) -> Vec<f64> {
     let mut n: Vec<f64> = op.s.iter().map(|s| -s).collect();
     for (load, part) in reduction.system.loads.harmonics.iter().zip(&op.loads) {
-        let c = (theta + load.phase).cos();
+        let c = load.size() * (theta + load.angle()).cos();
         n.iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
     }
     for (f, (k, is_sine)) in y.basis.functions(y.n_h).into_iter().enumerate() {
@@ -234,8 +234,10 @@ fn event_resolved(
             n.of_mut(k).iter_mut().zip(&op.s).for_each(|(n, s)| *n -= constant * s);
             for (load, part) in reduction.system.loads.harmonics.iter().zip(&op.loads) {
                 // cos(θ + φ) = cos φ cos θ − sin φ sin θ
-                let (sin, cos) = load.phase.sin_cos();
-                let c = scale * (cos * integral[k * count + 1] - sin * integral[k * count + 2]);
+                let (sin, cos) = load.angle().sin_cos();
+                let c = load.size()
+                    * scale
+                    * (cos * integral[k * count + 1] - sin * integral[k * count + 2]);
                 n.of_mut(k).iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
             }
         }

@@ -130,7 +130,8 @@ impl Linear {
         f.of_mut(0).copy_from_slice(&reduction.open.constant);
         for (load, forces) in reduction.system.loads.harmonics.iter().zip(&reduction.open.harmonics)
         {
-            let (sin, cos) = load.phase.sin_cos();
+            let (sin, cos) = load.angle().sin_cos();
+            let (sin, cos) = (load.size() * sin, load.size() * cos);
             if n_h >= 1 {
                 f.of_mut(1).iter_mut().zip(forces).for_each(|(x, p)| *x += cos * p);
                 if basis == Basis::Full {

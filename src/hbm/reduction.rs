@@ -50,7 +50,11 @@ impl PhaseOperator {
     pub fn monitor_constant(&self, contact: usize, function: usize, loads: &Loads) -> f64 {
         let driven = |of_phase: &dyn Fn(f64) -> f64| -> f64 {
             let drives = self.drives.iter();
-            drives.map(|d| d.monitor[contact] * of_phase(loads.harmonics[d.index].phase)).sum()
+            let part = |d: &Drive| {
+                let load = &loads.harmonics[d.index];
+                load.size() * d.monitor[contact] * of_phase(load.angle())
+            };
+            drives.map(part).sum()
         };
         // cos(θ + φ) = cos φ cos θ − sin φ sin θ
         match function {

@@ -27,27 +27,37 @@ pub fn arclength(
     options: &Options,
     mut take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Ending>, OrbitError> {
+    let mapped = is_mapped(body, closure);
     let (chain, start) = match start {
         Start::Place(place) => (place.chart.clone(), Begin::Place(place)),
         Start::Orbit(orbit, direction) => {
             body.system.loads_mut().set_frequency(orbit.omega());
-            let (chain, times) = match closure {
-                Closure::Viscous(_) => (Chain { sets: vec![], nodes: vec![] }, vec![]),
-                _ => chain_of(body, &orbit)?,
+            let (chain, times) = match mapped {
+                true => (Chain { sets: vec![], nodes: vec![] }, vec![]),
+                false => chain_of(body, &orbit)?,
             };
             let x = orbit.z.iter().copied().chain(times).chain([orbit.omega()]).collect();
             (chain, Begin::At(x, direction))
         }
     };
+    if mapped {
+        return across_corners(&mut Mapped::new(body, closure), start, options, &mut take);
+    }
+    let mut family = Segments::new(body, closure, chain);
+    let stop = along(&mut family, start, options, &mut take)?.map(|(stop, _)| stop);
+    Ok(stop.map(Ending::of))
+}
+
+/// Above this many displacements a forced, viscous body passes more corners than multi-segment shooting, which locates every one of them, has steps for.
+const MANY_CORNERS: usize = 150;
+
+/// Whether a family is followed on the event-driven map itself.
+fn is_mapped(body: &Propagator, closure: Closure) -> bool {
+    let is_viscous = body.system.damping.is_some_and(|d| d.beta > 0.0);
     match closure {
-        Closure::Viscous(pin) => {
-            across_corners(&mut Mapped::new(body, pin), start, options, &mut take)
-        }
-        _ => {
-            let mut family = Segments::new(body, closure, chain);
-            let stop = along(&mut family, start, options, &mut take)?.map(|(stop, _)| stop);
-            Ok(stop.map(Ending::of))
-        }
+        Closure::Viscous(_) => true,
+        Closure::Forced => is_viscous && body.n() > MANY_CORNERS,
+        Closure::Reversible | Closure::Autonomous => false,
     }
 }
 
@@ -92,7 +102,7 @@ enum Begin {
     At(Vec<f64>, f64),
 }
 
-/// Follow a viscous family; where a grazing corner stops it, go on behind the corner if a step across finds the other side.
+/// Follow a family on the map itself; where a grazing corner stops it, go on behind the corner if there is a way around or a step across.
 fn across_corners(
     family: &mut Mapped,
     start: Begin,
@@ -129,7 +139,10 @@ fn across_corners(
         let Some(what) = family.grazing(&last.x)? else { return Ok(Some(Ending::of(stop))) };
         // what was not passed right behind a corner is not passed by trying again
         let behind = match count > 3 && options.points > 0 && !options.natural {
-            true => family.across(&last)?,
+            true => match family.around(&last)? {
+                Some(place) => Some(place),
+                None => family.across(&last)?,
+            },
             false => None,
         };
         let Some(place) = behind else {

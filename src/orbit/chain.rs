@@ -57,6 +57,9 @@ type Transforms = Cache<(ActiveSet, ActiveSet), Rc<Mat<f64>>>;
 /// Bytes of the transforms that are kept.
 const BUDGET: usize = 96 << 20;
 
+/// Bodies so small that the transforms of a whole period are among them go from phase to phase by one product, larger ones by two.
+const BY_TRANSFORM: usize = 200;
+
 /// A body with the modes of its phases, ready to carry states and tangents through chains.
 #[derive(Debug)]
 pub struct Propagator {
@@ -110,25 +113,36 @@ impl Propagator {
         self.n() > LARGE && self.system.is_conservative() && self.system.units.highest.is_finite()
     }
 
-    /// From modal coordinates of one set to those of another: `Φ_bᵀ M_b Φ_a`; none if they are the same.
-    pub(super) fn transform(
+    /// Columns in the modal coordinates of one set in those of another: `Φ_bᵀ M_b Φ_a b`; none if the sets are the same.
+    pub(super) fn passed(
         &self,
         from: &ActiveSet,
         to: &ActiveSet,
-    ) -> Result<Option<Rc<Mat<f64>>>, FemError> {
+        b: MatRef<f64>,
+    ) -> Result<Option<Mat<f64>>, FemError> {
         if from == to {
             return Ok(None);
         }
+        if self.n() <= BY_TRANSFORM {
+            return Ok(Some(product(self.transform(from, to)?.as_ref().as_ref(), b)));
+        }
+        let u = product(self.spectra.of_set(&self.system, from)?.shapes.as_ref(), b);
+        let to = self.spectra.of_set(&self.system, to)?;
+        Ok(Some(product(to.inverse.as_ref(), u.as_ref())))
+    }
+
+    /// `Φ_bᵀ M_b Φ_a`.
+    fn transform(&self, from: &ActiveSet, to: &ActiveSet) -> Result<Rc<Mat<f64>>, FemError> {
         let key = (from.clone(), to.clone());
         if let Some(known) = self.transforms.borrow_mut().get_mut(&key) {
-            return Ok(Some(known.clone()));
+            return Ok(known.clone());
         }
         let a = self.spectra.of_set(&self.system, from)?;
         let b = self.spectra.of_set(&self.system, to)?;
         let new = Rc::new(product(b.inverse.as_ref(), a.shapes.as_ref()));
         let bytes = 8 * new.nrows() * new.ncols();
         self.transforms.borrow_mut().insert(key, new.clone(), bytes);
-        Ok(Some(new))
+        Ok(new)
     }
 
     /// `x = (u_O, u̇_O)` of a frame vector `z` (length `2n`, or `n` for a state at rest).
@@ -164,7 +178,8 @@ impl Propagator {
             for (load, forces) in self.system.loads.harmonics.iter().zip(&self.open.harmonics) {
                 let w = load.omega;
                 let stiffness = Complex::new((m.omega - w) * (m.omega + w), 2.0 * m.c * w);
-                let response = Complex::from_polar(forces[k], load.phase) / stiffness;
+                let response =
+                    Complex::from_polar(load.size() * forces[k], load.angle()) / stiffness;
                 q += response.re;
                 v -= w * response.im;
             }

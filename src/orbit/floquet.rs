@@ -12,7 +12,6 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::period_map::Passage;
 use super::shooting::Closure;
-use super::tangent::Variation;
 use crate::continuation::norm;
 
 /// A multiplier: real and imaginary part.
@@ -64,8 +63,7 @@ pub fn monodromy(
 ) -> Result<Mat<f64>, OrbitError> {
     let n = body.n();
     let walk = body.walk(&passage.chain, z, &passage.times, period)?;
-    let start = Mat::<f64>::identity(2 * n, 2 * n);
-    Ok(body.tangent(&passage.chain, &walk, &Variation::of_map(start.as_ref()))?.end)
+    Ok(body.derivative((&passage.chain, &walk), 2 * n, (None, 0.0))?)
 }
 
 /// Stability of an orbit from its monodromy matrix.
@@ -109,9 +107,7 @@ pub fn stability_under_load(
 ) -> Result<Stability, OrbitError> {
     let n = body.n();
     let walk = body.walk(&passage.chain, z, &passage.times, period)?;
-    let start = Mat::<f64>::identity(2 * n, 2 * n);
-    let variation = Variation { released: alpha, ..Variation::of_map(start.as_ref()) };
-    let m = body.tangent(&passage.chain, &walk, &variation)?.end;
+    let m = body.derivative((&passage.chain, &walk), 2 * n, (None, alpha))?;
     Ok(Stability::of(vec![], multipliers(&m)?))
 }
 

@@ -1,7 +1,7 @@
-//! Viscous orbits as a family: `X = (z, α, ω)` and the event-driven map itself, which reads the sequence of active sets anew every time.
+//! Damped orbits as a family: `X = (z, α, ω)` or `(z, ω)`, and the event-driven map itself, which reads the sequence of active sets anew every time.
 //!
-//! Viscous motions have as many corners as undamped ones, but neighbouring charts almost agree there: the branch need not stop at them. Where a grazing
-//! bends it too much for any step, [`Mapped::across`] tries longer ones.
+//! Motions of viscous bodies have as many corners as undamped ones, but neighbouring charts almost agree there: the branch need not stop at them. Where a
+//! grazing bends it too much for any step, [`Mapped::around`] goes through the charts on both sides of it, and [`Mapped::across`] tries longer steps.
 
 use std::convert::Infallible;
 use std::f64::consts::TAU;
@@ -10,38 +10,41 @@ use faer::Mat;
 
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
+use super::period_map::integrate;
+use super::segments::Segments;
 use super::shooting::{Closure, image, jacobian};
-use super::viscous::Pin;
 use super::{OrbitError, OrbitFamily};
-use crate::continuation::{self, Family, Place, norm};
+use crate::continuation::{self, Family, Go, Options, Place, Special, norm};
 
 /// A family of viscous orbits of one body.
 pub struct Mapped<'a> {
     body: &'a mut Propagator,
-    pin: Pin,
+    closure: Closure,
     examined: Option<(Vec<f64>, Orbit)>,
 }
 
 /// Steps of arclength over a corner that no shorter step passes.
 const ACROSS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
+/// First, least and largest step around a corner, the most points there, and how many of them behind the last border are enough.
+const AROUND: (f64, f64, f64) = (1e-4, 1e-10, 5e-3);
+const MOST_AROUND: usize = 40;
+const CLEAR: usize = 3;
+
 /// An orbit this near to a grazing, over the unit of length, is at one.
 const GRAZING: f64 = 1e-3;
 
 impl<'a> Mapped<'a> {
-    /// The family of a body that is pinned to a mode.
-    pub fn new(body: &'a mut Propagator, pin: Pin) -> Mapped<'a> {
-        Mapped { body, pin, examined: None }
-    }
-
-    fn closure(&self) -> Closure {
-        Closure::Viscous(self.pin)
+    /// The family of a body whose orbits close in a way.
+    pub fn new(body: &'a mut Propagator, closure: Closure) -> Mapped<'a> {
+        Mapped { body, closure, examined: None }
     }
 
     /// What the map says, or nothing where it cannot be evaluated.
     fn evaluate(&mut self, x: &[f64], derive: bool) -> Result<Option<Evaluated>, OrbitError> {
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
-        let (n, closure) = (self.body.n(), self.closure());
+        let (n, closure) = (self.body.n(), self.closure);
+        self.body.system.loads_mut().set_frequency(*omega);
         let at = match image(self.body, closure, z, TAU / omega) {
             Ok(at) => at,
             Err(
@@ -51,15 +54,11 @@ impl<'a> Mapped<'a> {
         };
         let mut j = Mat::zeros(0, 0);
         if derive {
-            let by_z = jacobian(self.body, closure, &at)?;
-            let m = by_z.nrows();
+            j = jacobian(self.body, closure, &at, true)?;
             // the end moves with the frequency: dT/dω = −T/ω
+            let last = j.ncols() - 1;
             let rate = at.rate_end();
-            j = Mat::from_fn(m, m + 1, |i, k| match k == m {
-                true if i < 2 * n => -TAU / (omega * omega) * rate[i],
-                true => 0.0,
-                false => by_z[(i, k)],
-            });
+            (0..2 * n).for_each(|i| j[(i, last)] -= TAU / (omega * omega) * rate[i]);
         }
         Ok(Some((at.r, j)))
     }
@@ -88,6 +87,60 @@ impl<'a> Mapped<'a> {
         Ok(None)
     }
 
+    /// The branch behind a corner by multi-segment shooting, to which the corner is a border between two charts. Viscous orbits have an unknown more
+    /// than it knows.
+    pub fn around(&mut self, place: &Place<Chain>) -> Result<Option<Place<Chain>>, OrbitError> {
+        let (omega, z) = place.x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
+        if matches!(self.closure, Closure::Viscous(_)) {
+            return Ok(None);
+        }
+        self.body.system.loads_mut().set_frequency(*omega);
+        let passage = integrate(self.body, &self.body.state(z), TAU / omega)?;
+        let mut family = Segments::new(self.body, self.closure, passage.chain);
+        family.watch = false;
+        let x = family.unknowns(z, &passage.times, *omega);
+        let (of_state, last) = place.tangent.split_at(z.len());
+        let still = vec![0.0; passage.times.len()];
+        let weights = family.weights(&x);
+        let c: Vec<f64> = [of_state, &still, last].concat();
+        let c: Vec<f64> = c.iter().zip(&weights).map(|(t, w)| w * t).collect();
+        let Some((tangent, orientation)) = continuation::tangent(&mut family, &x, &c)? else {
+            return Ok(None);
+        };
+        let chart = family.chart();
+        let begin = Place { x, tangent, step: AROUND.0, chart, orientation, signature: vec![] };
+        let options = Options {
+            range: (0.0, f64::INFINITY),
+            step: AROUND,
+            points: MOST_AROUND,
+            locate: false,
+            natural: false,
+        };
+        let (mut clear, mut found) = (None, None);
+        let n = z.len();
+        continuation::follow(&mut family, begin, &options, |_, p| {
+            match p.special {
+                Some(Special::Border(_)) => clear = Some(0),
+                None => clear = clear.map(|k| k + 1),
+                Some(_) => {}
+            }
+            if clear != Some(CLEAR) {
+                return Go::Continue(());
+            }
+            let ends = |x: &[f64]| [&x[..n], &x[x.len() - 1..]].concat();
+            found = Some((ends(&p.place.x), ends(&p.place.tangent)));
+            Go::Break(())
+        })?;
+        let Some((x, along)) = found else { return Ok(None) };
+        let c: Vec<f64> = self.weights(&x).iter().zip(&along).map(|(w, t)| w * t).collect();
+        let Some((tangent, orientation)) = continuation::tangent(self, &x, &c)? else {
+            return Ok(None);
+        };
+        let signature = self.signature(&x)?;
+        let chart = self.chart();
+        Ok(Some(Place { x, tangent, step: AROUND.2, chart, orientation, signature }))
+    }
+
     /// How near a place is to a grazing, in words, if it is.
     pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
         let orbit = self.orbit(x)?;
@@ -106,7 +159,8 @@ impl OrbitFamily for Mapped<'_> {
             return Ok(orbit.clone());
         }
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
-        let closure = self.closure();
+        let closure = self.closure;
+        self.body.system.loads_mut().set_frequency(*omega);
         let orbit = examine(self.body, closure, z, TAU / omega, 0, true)?;
         self.examined = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
@@ -140,7 +194,12 @@ impl Family for Mapped<'_> {
         let n = 2 * self.body.n();
         let size = norm(&x[..n]).max(1e-300);
         let of_state = (0..n).map(|_| 1.0 / (size * size));
-        of_state.chain(self.pin.weights()).collect()
+        let omega = x[x.len() - 1];
+        let others = match self.closure {
+            Closure::Viscous(pin) => pin.weights().to_vec(),
+            _ => vec![4.0 / (omega * omega)],
+        };
+        of_state.chain(others).collect()
     }
 
     fn chart(&self) -> Chain {

@@ -36,7 +36,7 @@ pub fn nearest(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Verdict, 
     let mut damping = DAMPING.0;
     let mut iterations = 0;
     while at.size > 1e-14 && iterations < ITERATIONS && damping < DAMPING.2 {
-        let j = jacobian(body, closure, &at)?;
+        let j = jacobian(body, closure, &at, false)?;
         let n = j.nrows();
         let scale = j.norm_l2() / (n as f64).sqrt();
         let mut improved = false;

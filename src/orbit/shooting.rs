@@ -13,7 +13,7 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::krylov;
 use super::period_map::{Passage, integrate};
-use super::tangent::Variation;
+use super::tangent::Parameter;
 use super::viscous::Pin;
 use super::walk::Walk;
 use crate::continuation::norm;
@@ -172,20 +172,30 @@ pub(super) fn image(
     Ok(Image { passage, walk, r, size, end })
 }
 
-/// `∂R/∂z` of the event-driven map.
+/// `∂R/∂z` of the event-driven map; with `by_frequency` one more column for the frequency of the loads, the time of the end held.
 pub(super) fn jacobian(
     body: &Propagator,
     closure: Closure,
     at: &Image,
+    by_frequency: bool,
 ) -> Result<Mat<f64>, OrbitError> {
     let unknowns = closure.unknowns(body.n());
-    let by_feedback = matches!(closure, Closure::Viscous(_));
-    let columns = unknowns - usize::from(by_feedback);
-    let start = Mat::<f64>::identity(columns, columns);
+    let of_state = closure.sizes(body.n()).1;
     let Some(walk) = &at.walk else { return Err(OrbitError::Large(body.n())) };
-    let variation = Variation { by_feedback, ..Variation::of_map(start.as_ref()) };
-    let tangent = body.tangent(&at.passage.chain, walk, &variation)?;
-    Ok(closure.derivative(&tangent.end, unknowns))
+    let by = match closure {
+        Closure::Viscous(_) => Some(Parameter::Feedback),
+        Closure::Forced if by_frequency => Some(Parameter::Frequency),
+        _ => None,
+    };
+    let end = body.derivative((&at.passage.chain, walk), of_state, (by, 0.0))?;
+    let j = closure.derivative(&end, unknowns);
+    Ok(match by_frequency && j.ncols() == unknowns {
+        // without loads the motion up to a fixed time knows no frequency
+        true => {
+            Mat::from_fn(unknowns, unknowns + 1, |i, k| if k < unknowns { j[(i, k)] } else { 0.0 })
+        }
+        false => j,
+    })
 }
 
 /// The derivative of the period map (or of the half-period residual) at a state, with the residual: for tests.
@@ -196,7 +206,7 @@ pub fn linearised(
     period: f64,
 ) -> Result<(Vec<f64>, Mat<f64>), OrbitError> {
     let at = image(body, closure, z, period)?;
-    let j = jacobian(body, closure, &at)?;
+    let j = jacobian(body, closure, &at, false)?;
     Ok((at.r, j))
 }
 
@@ -212,7 +222,7 @@ fn newton_step(
         let (_, tangent) = krylov::half_period(body, z, at.end)?;
         return Ok(tangent.step(&at.r, accuracy, MOST_PRODUCTS).0);
     }
-    let j = jacobian(body, closure, at)?;
+    let j = jacobian(body, closure, at, false)?;
     let n = j.nrows();
     let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -at.r[i] } else { 0.0 });
     let step = if closure == Closure::Autonomous {

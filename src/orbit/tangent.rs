@@ -2,10 +2,11 @@
 
 use faer::{Mat, MatRef};
 
-use super::chain::{Chain, Propagator, product};
+use super::chain::{Chain, Propagator};
 use super::saltation;
 use super::walk::{Walk, dot};
 use crate::fem::FemError;
+use crate::flow::oscillator::Oscillator;
 
 /// How a tangent passes a switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,15 @@ pub enum Switches {
     Free,
 }
 
+/// A parameter that a tangent is taken by, beside the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// `α` of a body that is fed by `−αM u̇`.
+    Feedback,
+    /// `ω` of all harmonic loads.
+    Frequency,
+}
+
 /// What is varied, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Variation<'a> {
@@ -23,8 +33,8 @@ pub struct Variation<'a> {
     pub start: MatRef<'a, f64>,
     /// How tangents pass switches.
     pub switches: Switches,
-    /// Whether one more column is the derivative by `α` of a body that is fed by `−αM u̇`.
-    pub by_feedback: bool,
+    /// One more column is the derivative by this.
+    pub by: Option<Parameter>,
     /// `α` of a feedback that is a prescribed load to the tangent: the variation of the body that does without it.
     pub released: f64,
 }
@@ -33,7 +43,7 @@ impl<'a> Variation<'a> {
     /// The derivative of the event-driven map.
     pub fn of_map(start: MatRef<'a, f64>) -> Self {
         let switches = Switches::Saltation;
-        Variation { start, switches, by_feedback: false, released: 0.0 }
+        Variation { start, switches, by: None, released: 0.0 }
     }
 
     /// With switching times as variables of their own.
@@ -51,21 +61,63 @@ pub struct Tangent {
     pub equations: Mat<f64>,
 }
 
+/// A perturbation that is smaller than this when the first switch comes, over what it was, is none.
+const DIES: f64 = 1e-10;
+
 impl Propagator {
+    /// The derivative of the event-driven map along a walk: one column for each of the first `columns` entries of the frame vector, and one for `by`.
+    ///
+    /// Perturbations by modes that damping takes away before the first switch are not carried: their columns are zero to rounding. Of a fine mesh
+    /// these are most.
+    pub fn derivative(
+        &self,
+        (chain, walk): (&Chain, &Walk),
+        columns: usize,
+        (by, released): (Option<Parameter>, f64),
+    ) -> Result<Mat<f64>, FemError> {
+        let n = self.n();
+        let first = walk.links[0].span.1;
+        let begins_open = chain.sets[0] == self.open_set;
+        let survives = |i: usize| {
+            let m = self.open.modes[i];
+            let m = Oscillator { c: m.c + 0.5 * released, ..m };
+            let x = m.basis(first);
+            let sizes = [x.c, x.ds, m.omega * x.s, self.scale[i] * x.s];
+            !begins_open || sizes.iter().any(|s| s.abs() > DIES)
+        };
+        let kept: Vec<usize> = (0..n).filter(|&i| survives(i)).collect();
+        let kept: Vec<usize> = kept
+            .iter()
+            .copied()
+            .chain(kept.iter().map(|i| n + i))
+            .filter(|i| *i < columns)
+            .collect();
+        let rows = columns;
+        let start = Mat::from_fn(rows, kept.len(), |i, c| f64::from(u8::from(i == kept[c])));
+        let variation = Variation { by, released, ..Variation::of_map(start.as_ref()) };
+        let carried = self.tangent(chain, walk, &variation)?.end;
+        let mut all = Mat::zeros(2 * n, columns + usize::from(by.is_some()));
+        let places = kept.iter().copied().chain(by.is_some().then_some(columns));
+        for (c, place) in places.enumerate() {
+            all.col_as_slice_mut(place).copy_from_slice(carried.col_as_slice(c));
+        }
+        Ok(all)
+    }
+
     /// Carry columns along a walk.
     ///
     /// With `Switches::Saltation` the result is the derivative of the event-driven map. With `Switches::Free` one column a
-    /// switching time is added at the right, with `by_feedback` one more behind all others.
+    /// switching time is added at the right, with a parameter one more behind all others.
     pub fn tangent(
         &self,
         chain: &Chain,
         walk: &Walk,
         variation: &Variation,
     ) -> Result<Tangent, FemError> {
-        let Variation { start, switches, by_feedback, released } = *variation;
+        let Variation { start, switches, by, released } = *variation;
         let (n, given, m) = (self.n(), start.ncols(), chain.events());
         let free = switches == Switches::Free;
-        let k = given + if free { m } else { 0 } + usize::from(by_feedback);
+        let k = given + if free { m } else { 0 } + usize::from(by.is_some());
         // [Q | V] in the modes of the present phase
         let mut b = Mat::<f64>::zeros(n, 2 * k);
         for c in 0..given {
@@ -79,8 +131,8 @@ impl Propagator {
         let mut equations = Mat::<f64>::zeros(if free { m } else { 0 }, k);
         let mut place = &self.open_set;
         for (j, set) in chain.sets.iter().enumerate() {
-            if let Some(t) = self.transform(place, set)? {
-                b = product(t.as_ref().as_ref(), b.as_ref());
+            if let Some(passed) = self.passed(place, set, b.as_ref())? {
+                b = passed;
             }
             place = set;
             if j > 0 && free {
@@ -95,8 +147,10 @@ impl Propagator {
                 e.row(&mut equations, j, &b, k);
             }
             link.carry(&mut b, k, released);
-            if by_feedback {
-                link.feed(&mut b, k, k - 1);
+            match by {
+                Some(Parameter::Feedback) => link.feed(&mut b, k, k - 1),
+                Some(Parameter::Frequency) => link.retune(&self.system.loads, &mut b, k, k - 1),
+                None => {}
             }
             let Some(e) = event else { continue };
             if free {
@@ -109,10 +163,14 @@ impl Propagator {
                 }
             } else {
                 let gradient = link.row(chain.nodes[j]);
-                let slopes: Vec<f64> = (0..k).map(|c| dot(&gradient, b.col_as_slice(c))).collect();
+                let mut slopes: Vec<f64> =
+                    (0..k).map(|c| dot(&gradient, b.col_as_slice(c))).collect();
+                if by == Some(Parameter::Frequency) {
+                    slopes[k - 1] += link.monitor_by_frequency(chain.nodes[j]);
+                }
                 let next = &chain.sets[j + 1];
-                if let Some(t) = self.transform(place, next)? {
-                    b = product(t.as_ref().as_ref(), b.as_ref());
+                if let Some(passed) = self.passed(place, next, b.as_ref())? {
+                    b = passed;
                 }
                 place = next;
                 for (c, &slope) in slopes.iter().enumerate() {
@@ -120,8 +178,8 @@ impl Propagator {
                 }
             }
         }
-        if let Some(t) = self.transform(place, &self.open_set)? {
-            b = product(t.as_ref().as_ref(), b.as_ref());
+        if let Some(passed) = self.passed(place, &self.open_set, b.as_ref())? {
+            b = passed;
         }
         let end = Mat::from_fn(2 * n, k, |i, c| {
             if i < n { self.scale[i] * b[(i, c)] } else { b[(i - n, k + c)] }

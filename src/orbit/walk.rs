@@ -7,9 +7,9 @@ use std::rc::Rc;
 
 use faer::Mat;
 
-use super::chain::{Chain, Propagator, product};
+use super::chain::{Chain, Propagator};
 use crate::contact::System;
-use crate::fem::FemError;
+use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
 use crate::flow::motion::Motion;
 use crate::flow::oscillator::{GAUSS10, Oscillator};
@@ -40,8 +40,8 @@ impl Propagator {
         let mut links: Vec<Link> = vec![];
         let mut events = vec![];
         for (j, set) in chain.sets.iter().enumerate() {
-            if let Some(t) = self.transform(place, set)? {
-                x = product(t.as_ref().as_ref(), x.as_ref());
+            if let Some(passed) = self.passed(place, set, x.as_ref())? {
+                x = passed;
             }
             let spectrum = self.spectra.of_set(&self.system, set)?;
             let (a, b) = (
@@ -52,8 +52,8 @@ impl Propagator {
             if let Some(previous) = links.last() {
                 // ü⁻ − ü⁺ in the modes of the new phase
                 let mut before = Mat::from_fn(n, 1, |i, _| previous.a1[i]);
-                if let Some(t) = self.transform(place, set)? {
-                    before = product(t.as_ref().as_ref(), before.as_ref());
+                if let Some(passed) = self.passed(place, set, before.as_ref())? {
+                    before = passed;
                 }
                 let jump = (0..n).map(|i| before[(i, 0)] - link.a0[i]).collect();
                 events.push(previous.event(chain, j - 1, jump, self.system.body.frequency_bound()));
@@ -66,8 +66,8 @@ impl Propagator {
             let l = &links[links.len() - 1];
             [l.q1[i], l.v1[i], l.a1[i]][c]
         });
-        if let Some(t) = self.transform(place, &self.open_set)? {
-            last = product(t.as_ref().as_ref(), last.as_ref());
+        if let Some(passed) = self.passed(place, &self.open_set, last.as_ref())? {
+            last = passed;
         }
         let frame = |u: usize, v: usize| -> Vec<f64> {
             let up = (0..n).map(|i| self.scale[i] * last[(i, u)]);
@@ -77,6 +77,9 @@ impl Propagator {
         Ok(Walk { links, events, z_end, rate_end })
     }
 }
+
+/// Step of central differences by the frequency of the loads, relative.
+const RETUNE: f64 = 1e-6;
 
 /// A state carried through a chain.
 #[derive(Debug)]
@@ -112,6 +115,8 @@ pub struct Link {
     drives: Drives,
     /// Start and end.
     pub span: (f64, f64),
+    q0: Vec<f64>,
+    v0: Vec<f64>,
     q1: Vec<f64>,
     v1: Vec<f64>,
     a0: Vec<f64>,
@@ -135,7 +140,8 @@ impl Link {
         let drives = spectrum.drives(&system.loads);
         let mut h0 = spectrum.monitors(q0);
         h0.iter_mut().enumerate().for_each(|(i, h)| *h += drives.at(i, span.0, 0));
-        Link { spectrum, motion, drives, span, q1, v1, a0, a1, h0 }
+        let (q0, v0) = (q0.to_vec(), v0.to_vec());
+        Link { spectrum, motion, drives, span, q0, v0, q1, v1, a0, a1, h0 }
     }
 
     /// `∇h Φ` of a contact node's monitor in this phase.
@@ -189,6 +195,32 @@ impl Link {
         let (q, v) = self.motion.by_mass_damping(&self.spectrum, self.span.1);
         b.col_as_slice_mut(column).iter_mut().zip(&q).for_each(|(b, q)| *b -= q);
         b.col_as_slice_mut(k + column).iter_mut().zip(&v).for_each(|(b, v)| *b -= v);
+    }
+
+    /// Add to a tangent column what the phase itself gives to `∂/∂ω`, the frequency of all harmonic loads: central differences of the closed form, from
+    /// the same start.
+    pub(super) fn retune(&self, loads: &Loads, b: &mut Mat<f64>, k: usize, column: usize) {
+        let Some(omega) = loads.harmonics.first().map(|h| h.omega) else { return };
+        let h = RETUNE * omega;
+        let end = |shift: f64| {
+            let mut loads = loads.clone();
+            loads.set_frequency(omega + shift);
+            let motion = Motion::new(&self.spectrum, &loads, self.span.0, &self.q0, &self.v0);
+            let mut x = vec![0.0; 2 * self.q0.len()];
+            let (q, v) = x.split_at_mut(self.q0.len());
+            motion.at(&self.spectrum, self.span.1, q, v);
+            x
+        };
+        let (up, down) = (end(h), end(-h));
+        let change: Vec<f64> = up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * h)).collect();
+        let (of_q, of_v) = change.split_at(self.q0.len());
+        b.col_as_slice_mut(column).iter_mut().zip(of_q).for_each(|(b, x)| *b += x);
+        b.col_as_slice_mut(k + column).iter_mut().zip(of_v).for_each(|(b, x)| *b += x);
+    }
+
+    /// `∂h/∂ω` of a contact node's monitor at the end of the phase, at a fixed state: what the loads on `u_C` give.
+    pub(super) fn monitor_by_frequency(&self, node: usize) -> f64 {
+        self.drives.by_frequency(node, self.span.1)
     }
 
     fn squared_speed(&self) -> f64 {
