@@ -169,7 +169,7 @@ impl Phase {
             }
             _ => body.stiffness.mul_sub(&s.u, &mut s.b),
         }
-        if damping.is_some() || !loads.harmonics.is_empty() {
+        if damping.is_some() || loads.is_driven() {
             self.expand_velocity(t, v_o, &mut s.v);
         }
         self.inertia.accelerate(&self.kinematics, s, a_o);

@@ -10,7 +10,7 @@ use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
 use super::redistribution;
-use crate::fem::{Body, Csr, Harmonic, Loads, Reduction};
+use crate::fem::{Body, Csr, Harmonic, Loads, Measured, Reduction};
 use crate::mesh::Edge;
 
 /// Rayleigh damping `C = α M + β K`.
@@ -142,6 +142,8 @@ impl System {
         loads.constant = self.loads.constant.as_ref().map(|f| reduction.load(f));
         let harmonic = |h: &Harmonic| Harmonic { force: reduction.load(&h.force), ..h.clone() };
         loads.harmonics = self.loads.harmonics.iter().map(harmonic).collect();
+        let measured = |m: &Measured| Measured { force: reduction.load(&m.force), ..m.clone() };
+        loads.measured = self.loads.measured.iter().map(measured).collect();
         Ok(system)
     }
 
@@ -218,9 +220,9 @@ impl System {
         self.constraints.iter().map(|c| c.gap).collect()
     }
 
-    /// Undamped, and no harmonic load acts.
+    /// Undamped, and all loads are constant.
     pub fn is_conservative(&self) -> bool {
-        self.damping.is_none() && self.loads.harmonics.is_empty()
+        self.damping.is_none() && !self.loads.is_driven()
     }
 
     /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping makes it jump even where the

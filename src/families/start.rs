@@ -18,6 +18,13 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
             "add [contact]",
         );
     }
+    if let Some(i) = scene.loads.iter().position(|l| l.table.is_some()) {
+        return fail(
+            &format!("load[{i}].table"),
+            "a measured history has no period: it is for run",
+            "give omega in its place",
+        );
+    }
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {

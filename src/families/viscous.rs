@@ -34,13 +34,12 @@ impl Viscosity {
                 "add [contact]",
             );
         }
-        if !system.loads.harmonics.is_empty() {
-            let message =
-                "the viscous nonlinear mode has no harmonic load: its own feedback keeps it going";
+        if system.loads.is_driven() {
+            let message = "the viscous nonlinear mode has no load that changes in time: its own feedback keeps it going";
             return fail(
                 "load",
                 message.into(),
-                "remove the [[load]] with omega, or leave --viscous out",
+                "remove the [[load]] with omega (and contact.motion), or leave --viscous out",
             );
         }
         if system.damping.is_some() {

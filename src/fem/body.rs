@@ -196,6 +196,42 @@ impl Body {
         })
     }
 
+    /// `K w` and `M w` on the free displacements, of a nodal field `w` (components interleaved) that may move prescribed displacements: `K_fp w_p` for one that
+    /// moves nothing else. Nothing for bodies without elements.
+    pub fn forces_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
+        let (mesh, dim) = (&self.mesh, self.mesh.dim());
+        let lumped = self.mass.as_diagonal().is_some();
+        let mut forces = [vec![0.0; self.dofs.n()], vec![0.0; self.dofs.n()]];
+        if !self.is_of_elements() {
+            return forces;
+        }
+        for (e, matrices) in mesh.elements().zip(element_matrices(mesh, self.materials())) {
+            let n = matrices.n;
+            let of_corner = |b: usize| w[dim * e.nodes[b / dim] + b % dim];
+            if (0..n).all(|b| of_corner(b) == 0.0) {
+                continue;
+            }
+            for a in 0..n {
+                let Some((i, sign)) = self.dofs.of(e.nodes[a / dim], a % dim) else { continue };
+                for b in 0..n {
+                    forces[0][i] += sign * matrices.stiffness[n * a + b] * of_corner(b);
+                    let with = if lumped { a } else { b };
+                    forces[1][i] += sign * matrices.mass[n * a + b] * of_corner(with);
+                }
+            }
+        }
+        forces
+    }
+
+    /// Whether an element with a contact node has a corner where a nodal field is not zero on a prescribed displacement.
+    pub fn moves_supports_at_contact(&self, w: &[f64]) -> bool {
+        let dim = self.mesh.dim();
+        let touches = |e: &Element| e.nodes.iter().any(|n| self.dofs.contact_nodes.contains(n));
+        let moved = |n: usize, c: usize| w[dim * n + c] != 0.0 && self.dofs.of(n, c).is_none();
+        let mut at_contact = self.mesh.elements().filter(touches);
+        at_contact.any(|e| e.nodes.iter().any(|&n| (0..dim).any(|c| moved(n, c))))
+    }
+
     /// Mass that belongs to each node (row sums over all shape functions).
     pub fn nodal_mass(&self) -> Vec<f64> {
         let mut mass = vec![0.0; self.mesh.n_nodes()];

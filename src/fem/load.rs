@@ -1,7 +1,26 @@
 //! Loads `f(t) = f₀ + Σ_j f_j d^m/dt^m cos(ω_j t + φ_j)` on all displacements `u = (u_O, u_C)`; `m > 0` where a support moves: its velocity and acceleration.
 
+use std::sync::Arc;
+
 use super::body::Body;
+use super::spline::Spline;
 use crate::mesh::{Edge, Point};
+
+/// What a load does in time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Course {
+    /// It stays.
+    Constant,
+    /// `cos(ωt + φ)`
+    Harmonic {
+        /// Circular frequency.
+        omega: f64,
+        /// Phase.
+        phase: f64,
+    },
+    /// A measured history.
+    Measured(Arc<Spline>),
+}
 
 /// One harmonic load.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +66,17 @@ impl Harmonic {
     }
 }
 
+/// A load with a measured history: `f d^m s/dt^m`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Shape and size.
+    pub force: Vec<f64>,
+    /// The history.
+    pub history: Arc<Spline>,
+    /// `m`: the force follows this derivative of the history.
+    pub derivative: u32,
+}
+
 /// All loads of a scene; empty vectors cost nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Loads {
@@ -54,12 +84,19 @@ pub struct Loads {
     pub constant: Option<Vec<f64>>,
     /// Harmonic parts.
     pub harmonics: Vec<Harmonic>,
+    /// Measured parts.
+    pub measured: Vec<Measured>,
 }
 
 impl Loads {
     /// Nothing acts.
     pub fn is_none(&self) -> bool {
-        self.constant.is_none() && self.harmonics.is_empty()
+        self.constant.is_none() && !self.is_driven()
+    }
+
+    /// Some load changes in time.
+    pub fn is_driven(&self) -> bool {
+        !self.harmonics.is_empty() || !self.measured.is_empty()
     }
 
     /// Give all harmonic loads one frequency.
@@ -70,10 +107,27 @@ impl Loads {
     /// Add a load; without `omega` it is constant, and has no phase.
     pub fn push(&mut self, force: Vec<f64>, omega: Option<f64>, phase: f64) {
         match omega {
-            Some(omega) => {
-                self.harmonics.push(Harmonic { force, omega, phase, derivative: 0 });
+            Some(omega) => self.follow(force, 0, &Course::Harmonic { omega, phase }),
+            None => self.follow(force, 0, &Course::Constant),
+        }
+    }
+
+    /// Add a force that follows the derivative of the order `derivative` of a course in time.
+    pub fn follow(&mut self, force: Vec<f64>, derivative: u32, course: &Course) {
+        if force.iter().all(|f| *f == 0.0) && derivative > 0 {
+            return;
+        }
+        match course {
+            Course::Harmonic { omega, phase } => {
+                let (omega, phase) = (*omega, *phase);
+                self.harmonics.push(Harmonic { force, omega, phase, derivative });
             }
-            None => match &mut self.constant {
+            Course::Measured(history) => {
+                let history = history.clone();
+                self.measured.push(Measured { force, history, derivative });
+            }
+            Course::Constant if derivative > 0 => {}
+            Course::Constant => match &mut self.constant {
                 Some(c) => c.iter_mut().zip(&force).for_each(|(c, f)| *c += f),
                 None => self.constant = Some(force),
             },
@@ -90,15 +144,18 @@ impl Loads {
             let c = h.factor(t, 0);
             f.iter_mut().zip(&h.force).for_each(|(f, a)| *f += c * a);
         }
+        for m in &self.measured {
+            let c = m.history.at(t, m.derivative);
+            f.iter_mut().zip(&m.force).for_each(|(f, a)| *f += c * a);
+        }
     }
 
-    /// Power `f_h(t)ᵀ v` of the harmonic part.
-    pub fn harmonic_power(&self, t: f64, v: &[f64]) -> f64 {
-        let power = |h: &Harmonic| {
-            let dot: f64 = h.force.iter().zip(v).map(|(f, v)| f * v).sum();
-            h.factor(t, 0) * dot
-        };
-        self.harmonics.iter().map(power).sum()
+    /// Power `(f(t) − f₀)ᵀ v` of what changes in time.
+    pub fn driven_power(&self, t: f64, v: &[f64]) -> f64 {
+        let dot = |force: &[f64]| -> f64 { force.iter().zip(v).map(|(f, v)| f * v).sum() };
+        let harmonic = self.harmonics.iter().map(|h| h.factor(t, 0) * dot(&h.force));
+        let measured = self.measured.iter().map(|m| m.history.at(t, m.derivative) * dot(&m.force));
+        harmonic.chain(measured).sum()
     }
 
     /// Work function `f₀ᵀ u` of the constant part.

@@ -8,6 +8,7 @@ mod files;
 pub mod load;
 pub mod reduction;
 pub mod sparse;
+pub mod spline;
 pub mod stress;
 
 pub use body::{Body, Origin};
@@ -16,9 +17,10 @@ pub use eigen::Modes;
 pub use element::Material;
 pub(crate) use files::check_size;
 pub use files::read_matrix;
-pub use load::{Harmonic, Loads};
+pub use load::{Course, Harmonic, Loads, Measured};
 pub use reduction::{Kept, Reduction};
 pub use sparse::{Csr, SolveScratch, SpdFactor};
+pub use spline::Spline;
 
 use thiserror::Error;
 

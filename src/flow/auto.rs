@@ -25,6 +25,8 @@ const MODAL_LIMIT: usize = 4000;
 #[derive(Debug)]
 pub struct LeastCost {
     n: f64,
+    /// A load has a measured history: no closed form.
+    is_measured: bool,
     per_visit: f64,
     other: &'static str,
     visits: HashMap<ActiveSet, u32>,
@@ -43,6 +45,7 @@ pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
     };
     let rule = LeastCost {
         n,
+        is_measured: !system.loads.measured.is_empty(),
         per_visit: cost * n,
         other: other.name(),
         visits: HashMap::new(),
@@ -57,7 +60,7 @@ impl Rule for LeastCost {
         let visits = self.visits.entry(phase.set.clone()).or_insert(0);
         *visits += 1;
         let paid = f64::from(*visits) * self.per_visit;
-        if self.n <= MODAL_LIMIT as f64 && EIGEN * self.n.powi(3) <= paid {
+        if !self.is_measured && self.n <= MODAL_LIMIT as f64 && EIGEN * self.n.powi(3) <= paid {
             self.modal_phases += 1;
             0
         } else {
@@ -68,6 +71,9 @@ impl Rule for LeastCost {
 
     fn note(&self) -> Option<String> {
         let other = self.other;
+        if self.is_measured {
+            return Some(format!("{other}: a measured load has no closed form"));
+        }
         Some(match (self.modal_phases, self.other_phases) {
             (m, 0) => {
                 format!("modal for all {m} phases: at this size an eigensolution pays at once")

@@ -125,7 +125,7 @@ pub enum FlowError {
 pub struct Layout {
     /// Length of `u_O`.
     pub n_o: usize,
-    /// Position of the work of harmonic loads.
+    /// Position of the work of loads that change in time.
     pub work: Option<usize>,
     /// Position of the dissipated energy.
     pub dissipated: Option<usize>,
@@ -135,7 +135,7 @@ impl Layout {
     /// The layout that a body with its loads and damping needs.
     pub fn new(system: &System) -> Layout {
         let n_o = system.n_o();
-        let work = (!system.loads.harmonics.is_empty()).then_some(2 * n_o);
+        let work = system.loads.is_driven().then_some(2 * n_o);
         let dissipated = system.damping.map(|_| 2 * n_o + usize::from(work.is_some()));
         Layout { n_o, work, dissipated }
     }

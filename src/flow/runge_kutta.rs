@@ -89,7 +89,7 @@ impl<'a> RungeKutta<'a> {
         k[..n].copy_from_slice(v);
         phase.acceleration(t, u, v, &mut self.scratch, &mut k[n..2 * n]);
         if let Some(i) = self.layout.work {
-            k[i] = self.system.loads.harmonic_power(t, &self.scratch.v);
+            k[i] = self.system.loads.driven_power(t, &self.scratch.v);
         }
         if let Some(i) = self.layout.dissipated {
             k[i] = phase.dissipation(v, &mut self.scratch);

@@ -2,6 +2,7 @@
 
 use super::body::plane;
 use super::modes::OpenModes;
+use super::moving;
 use super::{ProblemError, StoredState};
 use crate::contact::{State, System};
 use crate::scenario::{BodyKind, Field, Issue, Scene};
@@ -36,6 +37,11 @@ pub(super) fn initial_state(
         return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
     }
     if let Some((u, v)) = stored {
+        if scene.contact.as_ref().is_some_and(|c| c.motion.is_some()) {
+            let message = "is a state of which nothing says where the moving obstacle was";
+            let help = "give displacement = [\"…\"], or mode and amplitude";
+            return Err(scene.error(Issue::new("initial.file", message, help)).into());
+        }
         let (u, v) = (dofs.gather(&u), dofs.gather(&v));
         check_penetration(scene, system, "initial.file", &u)?;
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
@@ -81,7 +87,9 @@ pub(super) fn check_penetration(
     u: &[f64],
 ) -> Result<(), ProblemError> {
     let n_o = system.n_o();
-    let excess = |i: usize| u[n_o + i] - system.constraints[i].gap;
+    let moved = moving::frame(scene, system);
+    let start = |i: usize| moved.as_ref().map_or(0.0, |[u, _]| u[n_o + i]);
+    let excess = |i: usize| u[n_o + i] - start(i) - system.constraints[i].gap;
     let Some(worst) = (0..system.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))
     else {
         return Ok(());

@@ -2,8 +2,10 @@
 
 use super::ProblemError;
 use super::modes::{OpenModes, grazing_scale};
+use super::moving;
+use super::table::history;
 use crate::contact::System;
-use crate::fem::{Loads, load};
+use crate::fem::{Course, Loads, load};
 use crate::scenario::{Amplitude, Issue, Load, LoadKind, Scene};
 
 pub(super) fn loads(
@@ -20,7 +22,12 @@ pub(super) fn loads(
             Some(Amplitude::Vector(v)) => v.clone(),
             None => vec![peak_amplitude(scene, i, system, modes)?],
         };
+        let course = course(scene, i)?;
         let force = match kind {
+            LoadKind::Base => {
+                moving::base(scene, system, (i, &vector), &course, &mut loads)?;
+                continue;
+            }
             LoadKind::Gravity => system.gravity(&vector),
             LoadKind::Traction => match l.edge {
                 Some(edge) => load::traction(body, edge, &vector),
@@ -39,9 +46,28 @@ pub(super) fn loads(
                 force
             }
         };
-        loads.push(force, l.omega, l.phase);
+        if matches!(course, Course::Measured(_))
+            && scene.contact.as_ref().is_some_and(|c| c.is_reaction())
+            && force[system.n_o()..].iter().any(|f| *f != 0.0)
+        {
+            let message = "acts on contact displacements, whose pressures are nodal reactions: they would follow it at once";
+            let help = "let it act elsewhere, or give method = \"nbm\" with the stress of the displacement field";
+            return Err(scene.error(Issue::new(format!("load[{i}].table"), message, help)).into());
+        }
+        loads.follow(force, 0, &course);
     }
+    moving::obstacle(scene, system, &mut loads)?;
     Ok(loads)
+}
+
+/// What a load does in time.
+fn course(scene: &Scene, i: usize) -> Result<Course, ProblemError> {
+    let l = &scene.loads[i];
+    Ok(match (&l.table, l.omega) {
+        (Some(name), _) => Course::Measured(history(scene, i, name)?.into()),
+        (None, Some(omega)) => Course::Harmonic { omega, phase: l.phase },
+        (None, None) => Course::Constant,
+    })
 }
 
 /// The amplitude `F` of a load `F M A*φ cos ωt` whose linear resonance peak `F / (2ξω²)` is `peak` times the modal amplitude that

@@ -9,8 +9,10 @@ mod given;
 mod initial;
 mod loads;
 mod modes;
+mod moving;
 mod reduction;
 mod rigid;
+mod table;
 
 use thiserror::Error;
 
@@ -98,7 +100,11 @@ impl Problem {
             system.damping = Some(rayleigh_of(scene, &system, name)?);
         }
         *system.loads_mut() = loads(scene, &system, &modes)?;
-        let initial = initial_state(scene, &system, &modes, stored)?;
+        let mut initial = initial_state(scene, &system, &modes, stored)?;
+        if let Some([u, v]) = moving::frame(scene, &system) {
+            initial.u.iter_mut().zip(&u).for_each(|(x, u)| *x -= u);
+            initial.v.iter_mut().zip(&v).for_each(|(x, v)| *x -= v);
+        }
         let problem = Problem { system, initial };
         problem.check_rigid_motion(scene)?;
         reduction::reduced(scene, problem)

@@ -328,6 +328,10 @@ pub fn fingerprint(problem: &Problem) -> u64 {
     }
     all(conditions.n_c.as_slice());
     all(&conditions.gap);
+    for m in &system.loads.measured {
+        all(&m.force);
+        all(m.history.values());
+    }
     all(&problem.initial.u);
     all(&problem.initial.v);
     hash

@@ -3,7 +3,7 @@
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::check::Check;
+use super::check::{Check, finite, positive};
 use super::{BodyKind, Edge, Field, Issue, MassKind, Scene};
 
 /// `[contact]`: a rigid, frictionless obstacle before an edge.
@@ -34,6 +34,21 @@ pub struct Contact {
     pub inertia: Option<Inertia>,
     /// `mass-redistribution`: which mass.
     pub mass: Option<RedistributedMass>,
+    /// The obstacle moves: `amplitude cos(ωt + phase)` is added to the gap.
+    pub motion: Option<Motion>,
+}
+
+/// The harmonic part of a gap.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motion {
+    /// Amplitude along the outward normal: away from the body.
+    pub amplitude: f64,
+    /// Circular frequency.
+    pub omega: f64,
+    /// Phase.
+    #[serde(default)]
+    pub phase: f64,
 }
 
 /// Contact methods.
@@ -161,6 +176,11 @@ impl Scene {
                 "gap = 1.0, or an expression of x and y",
             ));
         }
+        if let Some(m) = &c.motion {
+            finite("contact.motion.amplitude", m.amplitude)?;
+            positive("contact.motion.omega", m.omega)?;
+            finite("contact.motion.phase", m.phase)?;
+        }
         match c.edge {
             Some(edge) => self.check_edge("contact.edge", edge),
             None => Err(Issue::new("contact.edge", "is missing", "edge = \"right\"")),
@@ -172,6 +192,13 @@ impl Scene {
         let issue = |key: &str, message: &str, help: &str| {
             Err(Issue::new(format!("contact.{key}"), message, help))
         };
+        if c.motion.is_some() {
+            return issue(
+                "motion",
+                "needs a body of elements: what moves with the obstacle follows from its shape",
+                "remove it",
+            );
+        }
         if c.edge.is_some() {
             return issue(
                 "edge",

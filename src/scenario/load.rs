@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::check::{Check, count_from_one, finite, length, positive};
-use super::{Amplitude, Edge, Issue, Scene};
+use super::{Amplitude, BodyKind, Edge, Issue, Scene};
 
 /// `[[load]]`
 #[derive(Debug, Clone, Deserialize)]
@@ -13,7 +13,7 @@ pub struct Load {
     pub kind: LoadKind,
     /// The mode (kind `mode`).
     pub mode: Option<usize>,
-    /// The edge (kind `traction`).
+    /// The edge (kinds `traction`, `base`).
     pub edge: Option<Edge>,
     /// The point (kind `point`); the load acts on the nearest node.
     pub at: Option<Vec<f64>>,
@@ -27,6 +27,8 @@ pub struct Load {
     /// Phase of the harmonic.
     #[serde(default)]
     pub phase: f64,
+    /// In place of `omega`: a CSV file of time and value, relative to the scene; the load is the amplitude times its C² spline (`run` only).
+    pub table: Option<String>,
 }
 
 /// Kinds of load.
@@ -41,6 +43,8 @@ pub enum LoadKind {
     Traction,
     /// Force at a node.
     Point,
+    /// Displacement of a support: the edge moves as a whole.
+    Base,
 }
 
 impl Scene {
@@ -61,6 +65,11 @@ impl Scene {
         }
         if let Some(edge) = l.edge {
             self.check_edge(&key(i, "edge"), edge)?;
+        }
+        if l.kind == LoadKind::Base && self.body.kind == BodyKind::Matrices {
+            let message = "a body from matrices does not know its supports";
+            let help = "give the forces that it brings in as loads of another kind";
+            return Err(Issue::new(key(i, "kind"), message, help));
         }
         if let Some(at) = &l.at {
             length(&key(i, "at"), at.len(), self.dim(), "[1.0, 0.0]")?;
@@ -121,24 +130,34 @@ fn key(i: usize, name: &str) -> String {
     format!("load[{i}].{name}")
 }
 
+impl LoadKind {
+    /// As it is written in a scene.
+    pub fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
+    }
+}
+
 impl Load {
     /// Keys that belong to one kind.
     fn check_keys(&self, i: usize) -> Check {
-        for (name, given, kind) in [
-            ("mode", self.mode.is_some(), LoadKind::Mode),
-            ("edge", self.edge.is_some(), LoadKind::Traction),
-            ("at", self.at.is_some(), LoadKind::Point),
+        let on_edges = &[LoadKind::Traction, LoadKind::Base][..];
+        for (name, given, kinds) in [
+            ("mode", self.mode.is_some(), &[LoadKind::Mode][..]),
+            ("edge", self.edge.is_some(), on_edges),
+            ("at", self.at.is_some(), &[LoadKind::Point][..]),
         ] {
-            let kind_name = format!("{kind:?}").to_lowercase();
-            if given && self.kind != kind {
-                let message = format!("goes with kind = \"{kind_name}\" only");
+            if given && !kinds.contains(&self.kind) {
+                let names: Vec<String> =
+                    kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
+                let message = format!("goes with kind = {} only", names.join(" or "));
                 return Err(Issue::new(key(i, name), message, "remove it or change the kind"));
             }
-            if !given && self.kind == kind {
-                let message = format!("is missing: kind = \"{kind_name}\" needs it");
-                let help = match kind {
+            if !given && kinds.contains(&self.kind) {
+                let message = format!("is missing: kind = \"{}\" needs it", self.kind.name());
+                let help = match self.kind {
                     LoadKind::Mode => "mode = 1",
                     LoadKind::Traction => "edge = \"right\"",
+                    LoadKind::Base => "edge = \"left\"",
                     _ => "at = [1.0, 0.0]",
                 };
                 return Err(Issue::new(key(i, name), message, help));
@@ -149,13 +168,17 @@ impl Load {
 
     /// Frequency and phase.
     fn check_harmonic(&self, i: usize) -> Check {
-        match self.omega {
-            Some(w) => positive(&key(i, "omega"), w)?,
-            None if self.phase != 0.0 => {
-                let message = "a constant load has no phase";
+        match (self.omega, &self.table) {
+            (Some(_), Some(_)) => {
+                let message = "stands beside omega: a load is measured or harmonic";
+                return Err(Issue::new(key(i, "table"), message, "remove one of them"));
+            }
+            (Some(w), None) => positive(&key(i, "omega"), w)?,
+            (None, _) if self.phase != 0.0 => {
+                let message = "belongs to a harmonic load";
                 return Err(Issue::new(key(i, "phase"), message, "remove it, or give omega"));
             }
-            None => {}
+            (None, _) => {}
         }
         finite(&key(i, "phase"), self.phase)
     }

@@ -23,7 +23,7 @@ use serde::Deserialize;
 
 pub use crate::mesh::Edge;
 pub use body::{Body, BodyKind, MassKind};
-pub use contact::{Contact, ContactMethod, Inertia, RedistributedMass, StressKey};
+pub use contact::{Contact, ContactMethod, Inertia, Motion, RedistributedMass, StressKey};
 pub use damping::Damping;
 pub use error::{Issue, SceneError};
 pub use expression::{Amplitude, Field};
@@ -101,9 +101,10 @@ impl Scene {
         error::locate(issue, &self.source.file.display().to_string(), &self.source.text)
     }
 
-    /// Period that `periods` counts: of the first harmonic load, or of the orbit.
+    /// Period that `periods` counts: of the first harmonic load, of the obstacle, or of the orbit.
     pub fn period(&self) -> Option<f64> {
-        let omega = self.loads.iter().find_map(|l| l.omega);
+        let obstacle = self.contact.as_ref().and_then(|c| c.motion);
+        let omega = self.loads.iter().find_map(|l| l.omega).or(obstacle.map(|m| m.omega));
         let orbit = self.orbit.as_ref();
         let omega = omega.or(orbit.and_then(|o| o.omega));
         omega.map(|w| std::f64::consts::TAU / w).or(orbit.and_then(|o| o.period))
@@ -132,7 +133,9 @@ impl Scene {
             None => folder.join(name),
         };
         let matrices = matrices.into_iter().flatten().map(file);
-        matrices.chain(self.initial.file.iter().map(|f| folder.join(f))).collect()
+        let tables = self.loads.iter().filter_map(|l| l.table.as_ref());
+        let tables = tables.map(|f| folder.join(f));
+        matrices.chain(self.initial.file.iter().map(|f| folder.join(f))).chain(tables).collect()
     }
 
     /// The file name without folder and ending.

@@ -117,7 +117,20 @@ impl Scene {
                 "samples = 400",
             ));
         }
-        let moving = self.loads.iter().any(|l| l.omega.is_some());
+        let measured = self.loads.iter().position(|l| l.table.is_some());
+        let exact = matches!(r.integrator, Integrator::Chebyshev | Integrator::Modal);
+        if let Some(i) = measured.filter(|_| exact) {
+            return Err(Issue::new(
+                "run.integrator",
+                format!(
+                    "{} has no closed form for the measured load[{i}].table",
+                    r.integrator.name()
+                ),
+                "give \"dop853\", \"dopri5\" or \"auto\"",
+            ));
+        }
+        let obstacle = self.contact.as_ref().is_some_and(|c| c.motion.is_some());
+        let moving = obstacle || self.loads.iter().any(|l| l.omega.is_some());
         if r.integrator == Integrator::Chebyshev && (self.damping.is_some() || moving) {
             return Err(Issue::new(
                 "run.integrator",

@@ -1,0 +1,246 @@
+//! Supports and obstacles that move, and loads with a measured history.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use signorini::contact::State;
+use signorini::event::Silent;
+use signorini::problem::Problem;
+use signorini::scenario::Scene;
+use signorini::simulate::simulate;
+
+fn problem(text: &str) -> (Scene, Problem) {
+    let scene = Scene::parse(text, std::path::Path::new("scene.toml")).unwrap();
+    let problem = Problem::new(&scene, None).unwrap();
+    (scene, problem)
+}
+
+/// The state at the end of a run, as nodal displacements and velocities of `u_O`.
+fn end(text: &str) -> (State, usize) {
+    let (scene, problem) = problem(text);
+    let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
+    assert!(report.outcome.is_complete(), "{}", report.outcome);
+    assert!(report.energy_drift_total < 1e-6, "{}", report.energy_drift_total);
+    (report.last, report.switches.len())
+}
+
+fn distance(a: &State, b: &State) -> f64 {
+    let (x, y) = (a.u.iter().chain(&a.v), b.u.iter().chain(&b.v));
+    let off = x.zip(y).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    off / b.u.iter().chain(&b.v).map(|b| b * b).sum::<f64>().sqrt()
+}
+
+fn plate(contact: &str, rest: &str) -> String {
+    format!(
+        "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [8, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n\
+         [contact]\nedge = \"right\"\ngap = 0.4\n{contact}\n{rest}\n"
+    )
+}
+
+/// A shaker table that carries support and obstacle is an inertial load in its own frame.
+#[test]
+fn a_table_that_carries_both_is_an_inertial_load() {
+    let (amplitude, omega, phase) = (0.3, 1.4, 0.4);
+    let run = |integrator: &str| {
+        format!(
+            "[damping]\nratio = 0.02\nmode = 1\n[run]\nuntil = 9.0\nintegrator = \"{integrator}\"\n"
+        )
+    };
+    for method in [
+        "",
+        "method = \"mass-redistribution\"",
+        "method = \"mass-redistribution\"\nmass = \"optimal\"",
+        "inertia = \"constant\"",
+    ] {
+        for (integrator, reduction) in
+            [("modal", ""), ("dop853", ""), ("modal", "[reduction]\nmodes = 12\n")]
+        {
+            if method.contains("optimal") && !reduction.is_empty() {
+                continue;
+            }
+            let motion = format!("{{ amplitude = {amplitude}, omega = {omega}, phase = {phase} }}");
+            let moving = plate(
+                &format!("motion = {motion}\n{method}"),
+                &format!(
+                    "[[load]]\nkind = \"base\"\nedge = \"left\"\namplitude = [{amplitude}, 0.0]\nomega = {omega}\nphase = {phase}\n\
+                     [initial]\ndisplacement = [\"{}\", \"0\"]\nvelocity = [\"{}\", \"0\"]\n{}{reduction}",
+                    amplitude * f64::cos(phase),
+                    -amplitude * omega * f64::sin(phase),
+                    run(integrator)
+                ),
+            );
+            let inertial = plate(
+                method,
+                &format!(
+                    "[[load]]\nkind = \"gravity\"\namplitude = [{}, 0.0]\nomega = {omega}\nphase = {phase}\n{}{reduction}",
+                    amplitude * omega * omega,
+                    run(integrator)
+                ),
+            );
+            let ((a, n), (b, m)) = (end(&moving), end(&inertial));
+            assert!(n == m && n > 8, "{n} and {m} switches");
+            assert!(distance(&a, &b) < 1e-10, "{method} {integrator}: {}", distance(&a, &b));
+        }
+    }
+}
+
+/// A bar whose support moves as `a cos ωt` and whose end is far from the obstacle: `u = a cos(ω(1 − x))/cos ω cos ωt`, the error falls with h².
+#[test]
+fn a_moving_support_drives_standing_waves() {
+    let (a, omega) = (0.1, 1.0);
+    let errors: Vec<f64> = [10, 20, 40]
+        .map(|n| {
+            let exact = |x: f64| a * (omega * (1.0 - x)).cos() / f64::cos(omega);
+            // the standing wave is there from the start
+            let text = format!(
+                "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\narea = 1.0\n\
+                 [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 9.0\nmethod = \"mass-redistribution\"\n\
+                 [[load]]\nkind = \"base\"\nedge = \"left\"\namplitude = {a}\nomega = {omega}\n\
+                 [initial]\ndisplacement = [\"{a}*cos({omega}*(1-x))/cos({omega})\"]\n\
+                 [run]\nuntil = 4.0\nintegrator = \"modal\"\n"
+            );
+            let state = end(&text).0;
+            let at = |i: usize| exact((i + 1) as f64 / n as f64) * (4.0 * omega).cos();
+            let off = state.u.iter().enumerate().map(|(i, u)| (u - at(i)).powi(2)).sum::<f64>();
+            (off / n as f64).sqrt()
+        })
+        .to_vec();
+    assert!(errors[2] < 2e-4, "{errors:?}");
+    assert!(errors.windows(2).all(|e| e[1] < 0.3 * e[0]), "{errors:?}");
+}
+
+/// Two elements, `u_1` and `u_C = min(u_1, g + m(t))`, an obstacle that hammers: against small steps in the frame at rest.
+#[test]
+fn a_moving_obstacle_is_the_one_that_small_steps_see() {
+    let (gap, amplitude, omega, phase) = (0.2, 0.35, 2.3, 1.0);
+    let until = 8.0;
+    let text = format!(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [2]\nyoung = 1.0\ndensity = 1.0\narea = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+         [contact]\nedge = \"right\"\ngap = {gap}\nmotion = {{ amplitude = {amplitude}, omega = {omega}, phase = {phase} }}\n\
+         [initial]\nvelocity = [\"0.4*x\"]\n[run]\nuntil = {until}\nintegrator = \"modal\"\n"
+    );
+    let parsed = Scene::parse(&text, std::path::Path::new("scene.toml")).unwrap();
+    // the support stands beside the contact's element for one element, and the rows between are one here
+    let problem = Problem::new(&parsed, None).unwrap();
+    let report = simulate(&parsed, &problem, false, &mut Silent).unwrap();
+    assert!(report.switches.len() >= 4, "{}", report.switches.len());
+    let h = 0.5;
+    let m = |t: f64| amplitude * (omega * t + phase).cos();
+    let (m_dot, m_ddot) = (
+        |t: f64| -amplitude * omega * (omega * t + phase).sin(),
+        |t: f64| -omega * omega * amplitude * (omega * t + phase).cos(),
+    );
+    // consistent mass h/6 [4 1; 1 2], stiffness 1/h [2 −1; −1 1]
+    let acceleration = |t: f64, u: f64| match u < gap + m(t) {
+        true => -(1.0 / h) * u / (h / 6.0 * (4.0 + 1.0 + 1.0 + 2.0)),
+        false => (-(2.0 / h) * u + (gap + m(t)) / h - h / 6.0 * m_ddot(t)) / (h / 6.0 * 4.0),
+    };
+    let (steps, mut u, mut v) = (800_000, 0.0, 0.2);
+    let dt = until / steps as f64;
+    for k in 0..steps {
+        let t = k as f64 * dt;
+        let (a1, v1) = (acceleration(t, u), v);
+        let (a2, v2) = (acceleration(t + 0.5 * dt, u + 0.5 * dt * v1), v + 0.5 * dt * a1);
+        let (a3, v3) = (acceleration(t + 0.5 * dt, u + 0.5 * dt * v2), v + 0.5 * dt * a2);
+        let (a4, v4) = (acceleration(t + dt, u + dt * v3), v + dt * a3);
+        u += dt / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4);
+        v += dt / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    }
+    // the program's state is seen from the obstacle
+    let (x, y) = (report.last.u[0] + m(until), report.last.v[0] + m_dot(until));
+    assert!((x - u).abs() < 2e-5 && (y - v).abs() < 5e-5, "{x} {u}, {y} {v}");
+}
+
+/// A cosine sampled finely is the cosine, as a force and as the motion of a support.
+#[test]
+fn a_measured_history_is_its_spline() {
+    let folder = tempfile::tempdir().unwrap();
+    let omega = 1.7;
+    let samples = |n: usize| -> String {
+        (0..=n)
+            .map(|k| 10.0 * k as f64 / n as f64)
+            .map(|t| format!("{t}, {}\n", (omega * t).cos()))
+            .collect()
+    };
+    std::fs::write(
+        folder.path().join("load.csv"),
+        format!("# a header\ntime, value\n{}", samples(4000)),
+    )
+    .unwrap();
+    for load in [
+        "kind = \"gravity\"\namplitude = [0.5, 0.1]",
+        "kind = \"base\"\nedge = \"left\"\namplitude = [0.2, 0.0]",
+    ] {
+        let state = |course: &str| {
+            let run = "[damping]\nratio = 0.02\nmode = 1\n[run]\nuntil = 6.0\nintegrator = \"dop853\"\nrtol = 1e-10\natol = 1e-12\n";
+            let text = plate("", &format!("[[load]]\n{load}\n{course}\n{run}"));
+            let scene = Scene::parse(&text, &folder.path().join("scene.toml")).unwrap();
+            let problem = Problem::new(&scene, None).unwrap();
+            let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
+            assert!(report.outcome.is_complete() && report.energy_drift_total < 1e-6);
+            (report.last, report.switches.len())
+        };
+        let ((a, n), (b, m)) = (state("table = \"load.csv\""), state(&format!("omega = {omega}")));
+        assert!(n == m && n > 2, "{n} {m}");
+        // the natural spline bends at its ends, where the cosine does not: what it leaves there decays with the step
+        assert!(distance(&a, &b) < 2e-5, "{load}: {}", distance(&a, &b));
+    }
+}
+
+/// A period of the moving obstacle is a period of forced orbits.
+#[test]
+fn an_obstacle_that_moves_forces_orbits() {
+    use signorini::orbit::search::{Effort, find};
+    use signorini::orbit::{Closure, Propagator};
+    let text = plate(
+        "motion = { amplitude = 0.5, omega = 1.3 }",
+        "[damping]\nratio = 0.05\nmode = 1\n[orbit]\nomega = 1.3\n",
+    );
+    let (_, problem) = problem(&text);
+    let mut body = Propagator::new(problem.system).unwrap();
+    let guess = body.linear_response();
+    let verdict = find(&mut body, Closure::Forced, &guess, 1.3, &Effort::default()).unwrap();
+    let orbit = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
+    assert!(orbit.switches.len() > 1 && (orbit.period - 2.0 * PI / 1.3).abs() < 1e-12);
+    assert!(orbit.stability.as_ref().unwrap().is_stable());
+}
+
+/// What cannot be done is refused with the reason.
+#[test]
+fn refusals_name_the_key() {
+    let words = |text: &str| -> String {
+        match Scene::parse(text, std::path::Path::new("scene.toml")) {
+            Err(e) => format!("{e}"),
+            Ok(scene) => format!("{}", Problem::new(&scene, None).err().unwrap()),
+        }
+    };
+    let load = |rest: &str| plate("", &format!("[[load]]\n{rest}\n[run]\nuntil = 1.0\n"));
+    for (text, expected) in [
+        (load("kind = \"base\"\namplitude = [0.1, 0.0]\nomega = 1.0"), "load[0].edge"),
+        (
+            load("kind = \"base\"\nedge = \"bottom\"\namplitude = [0.1, 0.0]\nomega = 1.0"),
+            "no support holds",
+        ),
+        (
+            load("kind = \"base\"\nedge = \"bottom\"\namplitude = [0.0, 0.1]\nomega = 1.0"),
+            "contact stress",
+        ),
+        (
+            load("kind = \"gravity\"\namplitude = [0.1, 0.0]\ntable = \"nothing.csv\""),
+            "cannot read",
+        ),
+        (
+            load(
+                "kind = \"gravity\"\namplitude = [0.1, 0.0]\nomega = 1.0\ntable = \"nothing.csv\"",
+            ),
+            "beside omega",
+        ),
+        (plate("motion = { amplitude = 0.1 }", ""), "omega"),
+        (plate("motion = { amplitude = 0.1, omega = -1.0 }", ""), "contact.motion.omega"),
+    ] {
+        let said = words(&text);
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+}
