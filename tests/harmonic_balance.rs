@@ -222,7 +222,7 @@ fn a_forced_response_converges_to_the_orbit() {
                 points.last().unwrap().2.as_ref().unwrap_or_else(|e| panic!("{form:?} {n_h}: {e}"));
             let (q, dq) = s.q.at(0.0);
             let z = body.frame(&r.state(&q, &dq, omega));
-            let verdict = find(&mut body, Closure::Forced, &z, omega, &Effort::default()).unwrap();
+            let verdict = find(&mut body, Closure::FORCED, &z, omega, &Effort::default()).unwrap();
             let orbit = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
             let size = orbit.z.iter().map(|z| z * z).sum::<f64>().sqrt();
             let d = orbit.z.iter().zip(&z).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / size;

@@ -201,7 +201,7 @@ fn an_obstacle_that_moves_forces_orbits() {
     let (_, problem) = problem(&text);
     let mut body = Propagator::new(problem.system).unwrap();
     let guess = body.linear_response();
-    let verdict = find(&mut body, Closure::Forced, &guess, 1.3, &Effort::default()).unwrap();
+    let verdict = find(&mut body, Closure::FORCED, &guess, 1.3, &Effort::default()).unwrap();
     let orbit = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
     assert!(orbit.switches.len() > 1 && (orbit.period - 2.0 * PI / 1.3).abs() < 1e-12);
     assert!(orbit.stability.as_ref().unwrap().is_stable());

@@ -41,7 +41,7 @@ fn derivative_of_the_period_map() {
     for (mut body, closure, period) in [
         (half_plate(), Closure::Reversible, 3.4),
         (half_plate(), Closure::Autonomous, 3.4),
-        (forced(0.02), Closure::Forced, 3.7),
+        (forced(0.02), Closure::FORCED, 3.7),
     ] {
         body.system.loads_mut().set_frequency(TAU / period);
         let n = body.n();
@@ -240,7 +240,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
     let mut body = forced(0.02);
     body.system.loads_mut().set_frequency(1.4);
     let z = body.linear_response();
-    let verdict = find(&mut body, Closure::Forced, &z, 1.4, &Effort::default()).unwrap();
+    let verdict = find(&mut body, Closure::FORCED, &z, 1.4, &Effort::default()).unwrap();
     let orbit = verdict.orbit().unwrap().clone();
     let options = Options {
         range: (1.4, 1.8),
@@ -250,7 +250,7 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         natural: false,
     };
     let mut points = vec![];
-    arclength(&mut body, Closure::Forced, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
+    arclength(&mut body, Closure::FORCED, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
         points.push(p);
         Go::Continue(())
     })

@@ -140,7 +140,7 @@ fn the_damped_body_under_a_load_has_the_orbit_of_the_prototype() {
     let found = [1.2, 1.5, 1.8, 2.2].into_iter().find_map(|a| {
         let mut guess = mode_guess(&body, 1, -a).unwrap();
         guess.resize(2 * body.n(), 0.0);
-        let verdict = find(&mut body, Closure::Forced, &guess, 1.8, &Effort::default()).unwrap();
+        let verdict = find(&mut body, Closure::FORCED, &guess, 1.8, &Effort::default()).unwrap();
         verdict.orbit().cloned()
     });
     let orbit = found.unwrap();

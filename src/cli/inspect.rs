@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
 
 fn orbit_json(o: &OrbitRecord) -> Value {
     json!({
-        "period": o.period, "omega": std::f64::consts::TAU / o.period, "energy": o.energy,
+        "period": o.period, "omega": o.omega(), "energy": o.energy,
         "amplitude": o.amplitude, "residual": o.residual, "contact_time": o.contact_time,
         "grazing_distance": o.grazing, "stable": o.stable, "multipliers": o.multipliers.len(),
         "trivial_multipliers": o.trivial, "switches": o.switches.len(),
@@ -99,7 +99,7 @@ fn orbit_text(o: &OrbitRecord) -> String {
     format!(
         "period {} (omega = {}), energy {}, residual {:.1e}, {}, {multipliers}",
         significant(o.period, 10),
-        significant(std::f64::consts::TAU / o.period, 8),
+        significant(o.omega(), 8),
         significant(o.energy, 8),
         o.residual,
         match o.stable {

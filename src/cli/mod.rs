@@ -5,6 +5,7 @@
 mod backbone;
 mod balance;
 mod crosscheck;
+mod doublings;
 mod error;
 mod export;
 mod family;

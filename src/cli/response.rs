@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use signorini::continuation::Options;
+use signorini::families::doubling::{self, Doubling};
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::{Asked, FamilyError, Known, start};
@@ -20,13 +21,14 @@ use signorini::scenario::{Issue, Scene};
 use signorini::store::FamilyPlan;
 
 use super::balance::{self, Choice};
+use super::doublings;
 use super::family::{self, Job, Output};
 use super::{CliError, Global, load, plain};
 
 /// Arguments of `response`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini response scenarios/half-plate-response.toml -o response.h5\n  signorini response scenarios/half-plate-response.toml --ratios 0.01,0.05 --range 1.4,1.9 -o two.h5\n  signorini plot response.h5"
+    after_help = "Example:\n  signorini response scenarios/half-plate-response.toml -o response.h5\n  signorini response scenarios/half-plate-response.toml --ratios 0.01,0.05 --range 1.4,1.9 -o two.h5\n  signorini response scenarios/half-plate-response.toml --doublings two.h5 -o doubled.h5\n  signorini plot response.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML): damping and harmonic loads of one frequency
@@ -47,6 +49,10 @@ pub struct Arguments {
     /// Locate changes of stability within a step
     #[arg(long)]
     locate: bool,
+    /// Follow the orbits of twice the period from the period doublings of a response of this scene, a file of this command (--locate there tells
+    /// where they begin)
+    #[arg(long, value_name = "RESPONSE.h5", conflicts_with = "ratios")]
+    doublings: Option<PathBuf>,
     /// Go on with an unfinished file, or to a higher end of the range of a finished one; everything else must be as it was
     #[arg(long)]
     resume: bool,
@@ -66,7 +72,10 @@ impl Arguments {
             )));
         }
         let range = family::range(scene, self.range.as_deref())?;
-        let scenes = with_ratios(scene, self.ratios.as_deref())?;
+        let (scenes, doublings) = match &self.doublings {
+            None => (with_ratios(scene, self.ratios.as_deref())?, None),
+            Some(file) => doublings::of_file(file, scene)?,
+        };
         let (points, step, locate) = (self.points, self.step, self.locate);
         let choice = self.balance.choice(scene)?;
         if choice.is_balance() && self.balance.aft.is_some() {
@@ -80,7 +89,10 @@ impl Arguments {
         };
         let options =
             Options { range, step: (0.2 * step, 1e-9, step), points, locate, natural: false };
-        Ok(Request { scenes, choice, walk, options })
+        if choice.is_balance() && doublings.is_some() {
+            return Err(CliError::Input("--doublings goes with shooting only".into()));
+        }
+        Ok(Request { scenes, doublings, choice, walk, options })
     }
 
     /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
@@ -95,6 +107,8 @@ impl Arguments {
 struct Request {
     /// The scene with each damping ratio in percent.
     scenes: Vec<(Option<f64>, Scene)>,
+    /// Where orbits of twice the period begin, each with the number of its scene; none: the responses themselves.
+    doublings: Option<Vec<(usize, Doubling)>>,
     choice: Choice,
     walk: Walk,
     options: Options,
@@ -104,6 +118,7 @@ struct Request {
 struct Piece {
     scene: usize,
     series: Option<(usize, Direction)>,
+    doubling: Option<Doubling>,
 }
 
 impl Request {
@@ -111,7 +126,7 @@ impl Request {
     fn check(&self, scene: &Scene, problem: &Problem) -> Result<(), CliError> {
         let (low, high) = self.options.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(problem, w))?;
-        if start::closure(scene, problem)? != Closure::Forced {
+        if start::closure(scene, problem)? != Closure::FORCED {
             let help = "add a [[load]] with omega, for example kind = \"mode\", mode = 1, peak = 3.0, omega = 1.5";
             let issue = Issue::new("load", "a forced response needs a harmonic load", help);
             return Err(scene.error(issue).into());
@@ -121,6 +136,14 @@ impl Request {
 
     /// The branches: by harmonic balance each number of harmonics once to higher and once to lower frequencies.
     fn pieces(&self) -> Vec<Piece> {
+        if let Some(doublings) = &self.doublings {
+            let piece = |(scene, d): &(usize, Doubling)| Piece {
+                scene: *scene,
+                series: None,
+                doubling: Some(d.clone()),
+            };
+            return doublings.iter().map(piece).collect();
+        }
         let walks: Vec<Option<(usize, Direction)>> = match self.choice.is_balance() {
             false => vec![None],
             true => {
@@ -128,14 +151,20 @@ impl Request {
                 self.choice.harmonics.iter().flat_map(both).collect()
             }
         };
-        let of_scene = |scene: usize| walks.iter().map(move |&series| Piece { scene, series });
+        let of_scene =
+            |scene: usize| walks.iter().map(move |&series| Piece { scene, series, doubling: None });
         (0..self.scenes.len()).flat_map(of_scene).collect()
     }
 
     fn plan(&self, problem: &Problem) -> FamilyPlan {
         let (low, high) = self.options.range;
-        let branch =
-            |p: Piece| Branch::Response { percent: self.scenes[p.scene].0, series: p.series };
+        let branch = |p: Piece| {
+            let percent = self.scenes[p.scene].0;
+            match p.doubling {
+                Some(d) => Branch::Doubled { percent, omega: d.omega },
+                None => Branch::Response { percent, series: p.series },
+            }
+        };
         FamilyPlan {
             identity: FamilyKind {
                 method: self.choice.method(),
@@ -161,8 +190,12 @@ impl Request {
         let (Some((n_h, direction)), Some(grid)) = (piece.series, grid) else {
             let task = Task { index, known, options: &self.options, points_suffice: false };
             let mut body = family::propagator(load::of_scene(scene)?.system)?;
+            if let Some(doubling) = &piece.doubling {
+                let start = |body: &mut Propagator| doubling::start(body, doubling);
+                return Ok(follow::orbits(&mut body, Closure::Forced(2), task, start, take)?);
+            }
             let start = |body: &mut Propagator| from_linear_response(body, range.0);
-            return Ok(follow::orbits(&mut body, Closure::Forced, task, start, take)?);
+            return Ok(follow::orbits(&mut body, Closure::FORCED, task, start, take)?);
         };
         let stretch = Stretch { grid, range, downwards: direction == Direction::Down };
         // the one branch of this job
@@ -183,7 +216,7 @@ fn from_linear_response(
 ) -> Result<Result<Start, String>, FamilyError> {
     body.system.loads_mut().set_frequency(omega);
     let guess = body.linear_response();
-    let verdict = find(body, Closure::Forced, &guess, omega, &Effort::default())?;
+    let verdict = find(body, Closure::FORCED, &guess, omega, &Effort::default())?;
     Ok(match verdict.orbit() {
         Some(orbit) => Ok(Start::Orbit(Box::new(orbit.clone()), 1.0)),
         None => Err(format!("no orbit at omega = {omega}: {verdict}")),
@@ -206,7 +239,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         system: &problem.system,
         plan: request.plan(&problem),
         points: arguments.points,
-        unknowns: shooting.then(|| Closure::Forced.sizes(problem.system.n_o())),
+        unknowns: shooting.then(|| Closure::FORCED.sizes(problem.system.n_o())),
         options,
     };
     let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {

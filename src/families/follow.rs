@@ -47,7 +47,10 @@ pub fn orbits(
             },
         };
         let ending = along::arclength(body, closure, from, options, take)?;
-        Ok(ending.map(|e| (e.to_string(), e.stop)).ok_or_else(|| NO_TANGENT.into()))
+        let told = |e: along::Ending| {
+            (e.to_string(), if e.met { EndReason::Met } else { reason(&e.stop) })
+        };
+        Ok(ending.map(told).ok_or_else(|| NO_TANGENT.into()))
     })
 }
 
@@ -89,7 +92,7 @@ pub fn series(
             },
         };
         let stop = series_branch::arclength(body, n_h, from, options, take)?;
-        Ok(stop.map(|s| (s.to_string(), s)).ok_or_else(|| NO_TANGENT.into()))
+        Ok(stop.map(|s| (s.to_string(), reason(&s))).ok_or_else(|| NO_TANGENT.into()))
     })
 }
 
@@ -114,12 +117,12 @@ pub fn viscous_series(
             },
         };
         let stop = tongue::arclength(body, n_h, from, options, take)?;
-        Ok(stop.map(|s| (s.to_string(), s)).ok_or_else(|| NO_TANGENT.into()))
+        Ok(stop.map(|s| (s.to_string(), reason(&s))).ok_or_else(|| NO_TANGENT.into()))
     })
 }
 
 /// Why a branch was not followed at all, in words, or how following it ended, in words and as a value.
-type Followed = Result<Result<(String, Stop), String>, FamilyError>;
+type Followed = Result<Result<(String, EndReason), String>, FamilyError>;
 
 /// Go on along a branch: `follow` starts from the last place that is known (or from nothing) and hands its points on.
 fn go_on(
@@ -146,9 +149,13 @@ fn go_on(
     };
     Ok(match follow(known::last_place(&earlier), &options, &mut numbered)? {
         Err(why) => ended(index, EndReason::Stuck, why, false),
-        Ok((text, stop)) => {
-            let complete = stop == Stop::Range || (points_suffice && stop == Stop::Points);
-            ended(index, reason(&stop), text, complete)
+        Ok((text, reason)) => {
+            let complete = match reason {
+                EndReason::Range | EndReason::Met => true,
+                EndReason::Points => points_suffice,
+                EndReason::Stuck | EndReason::Interrupted => false,
+            };
+            ended(index, reason, text, complete)
         }
     })
 }

@@ -34,7 +34,7 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
                 "give all loads one omega",
             );
         }
-        return Ok(Closure::Forced);
+        return Ok(Closure::FORCED);
     }
     if system.damping.is_some() {
         return fail(
@@ -68,7 +68,7 @@ pub fn guesses(
         list.extend(pin.guesses(body, omega));
     } else if given {
         list.push(body.frame(initial)[..unknowns].to_vec());
-    } else if closure == Closure::Forced {
+    } else if closure.is_forced() {
         list.push(body.linear_response());
         list.push(vec![0.0; unknowns]);
     } else {

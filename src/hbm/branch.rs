@@ -63,7 +63,7 @@ fn point(
     kind: PointKind,
 ) -> Result<PointRecord, HbmError> {
     let orbit = record(reduction, s)?;
-    let closure = if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::Forced };
+    let closure = if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::FORCED };
     let shooter = shooter.map(|body| (body, closure));
     confirmed(reduction, shooter, (s, None), orbit, kind)
 }

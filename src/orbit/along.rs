@@ -8,7 +8,7 @@ use super::search::chain_of;
 use super::segments::Segments;
 use super::shooting::Closure;
 use super::{OrbitError, OrbitFamily};
-use crate::continuation::{self, Go, Options, Place, Special, Stop};
+use crate::continuation::{self, Go, Options, Place, Special, Stop, norm};
 use crate::records::{PointKind, PointRecord};
 
 /// Where a branch begins.
@@ -44,8 +44,8 @@ pub fn arclength(
         return across_corners(&mut Mapped::new(body, closure), start, options, &mut take);
     }
     let mut family = Segments::new(body, closure, chain);
-    let stop = along(&mut family, start, options, &mut take)?.map(|(stop, _)| stop);
-    Ok(stop.map(Ending::of))
+    let walked = along(&mut family, start, options, &mut take)?;
+    Ok(walked.map(|w| w.met.unwrap_or(Ending::of(w.stop))))
 }
 
 /// Above this many displacements a forced, viscous body passes more corners than multi-segment shooting, which locates every one of them, has steps for.
@@ -56,7 +56,7 @@ fn is_mapped(body: &Propagator, closure: Closure) -> bool {
     let is_viscous = body.system.damping.is_some_and(|d| d.beta > 0.0);
     match closure {
         Closure::Viscous(_) => true,
-        Closure::Forced => is_viscous && body.n() > MANY_CORNERS,
+        Closure::Forced(_) => is_viscous && body.n() > MANY_CORNERS,
         Closure::Reversible | Closure::Autonomous => false,
     }
 }
@@ -68,16 +68,18 @@ pub struct Ending {
     pub stop: Stop,
     /// Why, in words that the continuation does not know, if so: a grazing corner, a motion that grows without bound.
     pub why: Option<String>,
+    /// It met the branch that it came from: there is no more of it.
+    pub met: bool,
 }
 
 impl Ending {
     fn of(stop: Stop) -> Ending {
-        Ending { stop, why: None }
+        Ending { stop, why: None, met: false }
     }
 
     /// A continuation that cannot go on.
     fn because(lambda: f64, why: String) -> Ending {
-        Ending { stop: Stop::Step { lambda }, why: Some(why) }
+        Ending { stop: Stop::Step { lambda }, why: Some(why), met: false }
     }
 }
 
@@ -90,6 +92,7 @@ const FLAWED: usize = 5;
 impl std::fmt::Display for Ending {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (&self.why, &self.stop) {
+            (Some(why), _) if self.met => f.write_str(why),
             (Some(why), Stop::Step { lambda }) => write!(f, "ends at {lambda:.9}: {why}"),
             (_, stop) => write!(f, "{stop}"),
         }
@@ -128,9 +131,12 @@ fn across_corners(
             let go = take(p);
             if end.is_some() { Go::Break(()) } else { go }
         };
-        let Some((stop, last)) = along(family, start, &options, &mut counted)? else {
+        let Some(Walked { stop, last, met }) = along(family, start, &options, &mut counted)? else {
             return Ok(None);
         };
+        if met.is_some() {
+            return Ok(met);
+        }
         options.points = options.points.saturating_sub(count);
         if end.is_some() {
             return Ok(end);
@@ -147,7 +153,7 @@ fn across_corners(
         };
         let Some(place) = behind else {
             let why = format!("a grazing corner ({what}), and no step across finds another side");
-            return Ok(Some(Ending { stop, why: Some(why) }));
+            return Ok(Some(Ending { stop, why: Some(why), met: false }));
         };
         let special = Special::Border(format!("grazing corner ({what})"));
         let point = point(family, &place.x, Some(&special), Some(&place))?;
@@ -158,13 +164,45 @@ fn across_corners(
     }
 }
 
+/// How a family ended, and where.
+struct Walked {
+    stop: Stop,
+    last: Place<Chain>,
+    /// It met the branch that it came from.
+    met: Option<Ending>,
+}
+
+/// A subharmonic branch on its way: behind a period doubling come the same orbits again, one period of the loads later.
+#[derive(Default)]
+struct Halfway {
+    last: Option<Vec<f64>>,
+    largest: f64,
+}
+
+/// At the fold of a period doubling an orbit differs from itself one period later by less than this, over the most on its branch.
+const AT_DOUBLING: f64 = 0.02;
+
+impl Halfway {
+    /// Whether the branch has come to a period doubling.
+    fn is_doubling(&mut self, orbit: &Orbit, special: Option<&Special>) -> bool {
+        let Some(now) = &orbit.halfway else { return false };
+        let size = norm(now);
+        self.largest = self.largest.max(size);
+        let dot = |a: &[f64]| a.iter().zip(now).map(|(a, b)| a * b).sum::<f64>();
+        let turned = self.last.as_deref().is_some_and(|last| dot(last) < 0.0);
+        let at_fold = special == Some(&Special::Fold) && size < AT_DOUBLING * self.largest;
+        self.last = Some(now.clone());
+        turned || at_fold
+    }
+}
+
 /// Follow a family; how that ended, and where.
 fn along<F: OrbitFamily>(
     family: &mut F,
     start: Begin,
     options: &Options,
     take: &mut dyn FnMut(PointRecord) -> Go,
-) -> Result<Option<(Stop, Place<Chain>)>, OrbitError> {
+) -> Result<Option<Walked>, OrbitError> {
     let place = match start {
         Begin::Place(place) => place,
         Begin::At(x, direction) => {
@@ -173,14 +211,30 @@ fn along<F: OrbitFamily>(
             };
             let point = point(family, &place.x, Some(&Special::Start), Some(&place))?;
             if take(point).is_break() {
-                return Ok(Some((Stop::Interrupted, place)));
+                return Ok(Some(Walked { stop: Stop::Interrupted, last: place, met: None }));
             }
             place
         }
     };
-    let mut failed = None;
+    let (mut failed, mut met) = (None, None);
+    let mut halfway = Halfway::default();
     let mut last = place.clone();
     let stop = continuation::follow(family, place, options, |family, p| {
+        let at = p.x[p.x.len() - 1];
+        match family.orbit(&p.x).map(|orbit| halfway.is_doubling(&orbit, p.special.as_ref())) {
+            Ok(true) => {
+                let why = format!(
+                    "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
+                );
+                met = Some(Ending { stop: Stop::Interrupted, why: Some(why), met: true });
+                return Go::Break(());
+            }
+            Ok(false) => {}
+            Err(e) => {
+                failed = Some(e);
+                return Go::Break(());
+            }
+        }
         // a special point inside a step is no place to go on from: the step is made anew
         let regular = matches!(p.special, None | Some(Special::Border(_)));
         let place = regular.then_some(&p.place);
@@ -197,7 +251,7 @@ fn along<F: OrbitFamily>(
     })?;
     match failed {
         Some(e) => Err(e),
-        None => Ok(Some((stop, last))),
+        None => Ok(Some(Walked { stop, last, met })),
     }
 }
 

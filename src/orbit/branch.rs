@@ -1,7 +1,5 @@
 //! Families of orbits frequency by frequency, and what a file keeps of an orbit; along the branch: [`super::along`].
 
-use std::f64::consts::TAU;
-
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Feedback, Orbit};
@@ -26,6 +24,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
     let switches = orbit.switches.iter();
     Ok(OrbitRecord {
         period: orbit.period,
+        periods: orbit.closure.periods(),
         energy: orbit.energy,
         amplitude: orbit.amplitude,
         residual: orbit.residual,
@@ -275,7 +274,7 @@ pub fn all(
             body,
             closure,
             &o.z,
-            TAU / omega,
+            closure.period(omega),
             o.iterations,
             effort.multipliers,
         )

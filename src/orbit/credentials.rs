@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use super::OrbitError;
 use super::chain::Propagator;
 use super::floquet::{Stability, stability, stability_under_load};
-use super::period_map::{Passage, integrate_with};
+use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
 use crate::contact::State;
 use crate::continuation::norm;
@@ -59,6 +59,8 @@ pub struct Orbit {
     pub stability: Option<Stability>,
     /// What a viscous orbit has besides.
     pub viscous: Option<Feedback>,
+    /// Of a subharmonic orbit: how far it is from itself after one period of the loads, `x(T) − x(0)` as a frame vector.
+    pub halfway: Option<Vec<f64>>,
 }
 
 /// What a viscous orbit has besides: its feedback.
@@ -79,10 +81,13 @@ const RESIDUAL: f64 = 1e-10;
 const VIOLATION: f64 = 1e-9;
 const BALANCE: f64 = 1e-8;
 
+/// A subharmonic orbit that comes back this near after one period of the loads, over its size, is none.
+const SHORTER: f64 = 1e-7;
+
 impl Orbit {
-    /// Circular frequency.
+    /// Circular frequency; of a forced orbit that of the loads.
     pub fn omega(&self) -> f64 {
-        TAU / self.period
+        self.closure.period(1.0) / self.period
     }
 
     /// No penetration and no tension, between switches as well as at them.
@@ -106,6 +111,9 @@ impl Orbit {
         limit("energy balance", self.balance, BALANCE);
         if self.closure == Closure::Reversible {
             limit("sum of energy jumps", self.jumps.abs(), BALANCE);
+        }
+        if self.halfway.as_ref().is_some_and(|d| norm(d) < SHORTER * norm(&self.z)) {
+            flaws.push("it repeats after one period of the loads".into());
         }
         if !self.certified {
             flaws.push("a switch was not found by proof".into());
@@ -267,6 +275,14 @@ pub fn examine(
         }
         _ => None,
     };
+    let halfway = match closure.periods() {
+        1 => None,
+        k => {
+            let passage = integrate(body, &state, period / k as f64)?;
+            let there = body.frame(&passage.report.last);
+            Some(there.iter().zip(&start).map(|(a, b)| a - b).collect())
+        }
+    };
     let energy_at_start = || -> Result<f64, OrbitError> {
         let (u, v) = state.full(system)?;
         Ok(system.elastic(&u) + system.kinetic(&v))
@@ -287,6 +303,7 @@ pub fn examine(
         grazing: scan.grazing,
         stability,
         viscous,
+        halfway,
         switches: passage.report.switches,
         z: z.to_vec(),
         state,

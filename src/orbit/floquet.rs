@@ -75,7 +75,7 @@ pub fn stability(
     period: f64,
 ) -> Result<Stability, OrbitError> {
     let m = monodromy(body, z, passage, period)?;
-    let autonomous = closure != Closure::Forced;
+    let autonomous = !closure.is_forced();
     let rest = if autonomous {
         let mut full = z.to_vec();
         full.resize(2 * body.n(), 0.0);

@@ -4,7 +4,6 @@
 //! grazing bends it too much for any step, [`Mapped::around`] goes through the charts on both sides of it, and [`Mapped::across`] tries longer steps.
 
 use std::convert::Infallible;
-use std::f64::consts::TAU;
 
 use faer::Mat;
 
@@ -45,7 +44,7 @@ impl<'a> Mapped<'a> {
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
         let (n, closure) = (self.body.n(), self.closure);
         self.body.system.loads_mut().set_frequency(*omega);
-        let at = match image(self.body, closure, z, TAU / omega) {
+        let at = match image(self.body, closure, z, closure.period(*omega)) {
             Ok(at) => at,
             Err(
                 OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. },
@@ -58,7 +57,7 @@ impl<'a> Mapped<'a> {
             // the end moves with the frequency: dT/dω = −T/ω
             let last = j.ncols() - 1;
             let rate = at.rate_end();
-            (0..2 * n).for_each(|i| j[(i, last)] -= TAU / (omega * omega) * rate[i]);
+            (0..2 * n).for_each(|i| j[(i, last)] -= closure.period(*omega) / omega * rate[i]);
         }
         Ok(Some((at.r, j)))
     }
@@ -95,7 +94,7 @@ impl<'a> Mapped<'a> {
             return Ok(None);
         }
         self.body.system.loads_mut().set_frequency(*omega);
-        let passage = integrate(self.body, &self.body.state(z), TAU / omega)?;
+        let passage = integrate(self.body, &self.body.state(z), self.closure.period(*omega))?;
         let mut family = Segments::new(self.body, self.closure, passage.chain);
         family.watch = false;
         let x = family.unknowns(z, &passage.times, *omega);
@@ -161,7 +160,7 @@ impl OrbitFamily for Mapped<'_> {
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
         let closure = self.closure;
         self.body.system.loads_mut().set_frequency(*omega);
-        let orbit = examine(self.body, closure, z, TAU / omega, 0, true)?;
+        let orbit = examine(self.body, closure, z, closure.period(*omega), 0, true)?;
         self.examined = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
     }

@@ -4,8 +4,6 @@
 //! sequence that it saw last. Where that fails too, the family is looked for with the frequency free, and followed towards the
 //! frequency that was asked for: it arrives, or the fold or grazing that lies between is located and named.
 
-use std::f64::consts::TAU;
-
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
@@ -155,7 +153,7 @@ pub fn find(
     effort: &Effort,
 ) -> Result<Verdict, OrbitError> {
     body.system.loads_mut().set_frequency(omega);
-    let period = TAU / omega;
+    let period = closure.period(omega);
     let shot = match shoot(body, closure, z, period, &effort.newton) {
         Ok(shot) => shot,
         Err(
@@ -190,8 +188,8 @@ pub(super) fn judge(
     iterations: usize,
     multipliers: bool,
 ) -> Result<Verdict, OrbitError> {
-    let orbit = examine(body, closure, z, TAU / omega, iterations, multipliers)?;
-    if orbit.switches.is_empty() && closure != Closure::Forced {
+    let orbit = examine(body, closure, z, closure.period(omega), iterations, multipliers)?;
+    if orbit.switches.is_empty() && !closure.is_forced() {
         return Ok(Verdict::NoContact { energy: orbit.energy });
     }
     let flaws = orbit.flaws();
@@ -238,7 +236,7 @@ fn rescue(
             return judge(body, closure, &z, omega, iterations, effort.multipliers);
         }
         Some(Arrival::Fold { z, omega, singular_value }) => {
-            let there = examine(body, closure, &z, TAU / omega, 0, false)?;
+            let there = examine(body, closure, &z, closure.period(omega), 0, false)?;
             let (energy, switches) = (there.energy, there.switches.len());
             Verdict::Fold { omega, energy, switches, singular_value }
         }

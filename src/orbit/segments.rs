@@ -7,7 +7,6 @@
 //! - a switch meets the start or the middle of a reversible orbit: it disappears with its mirror image; of a forced orbit: it goes round;
 //! - a monitor touches: a pair of switches (one switch, at a point of symmetry) appears, of length zero.
 
-use std::f64::consts::TAU;
 use std::fmt;
 
 use faer::Mat;
@@ -88,7 +87,7 @@ impl<'a> Segments<'a> {
 
     /// Time at which the closure is evaluated.
     fn end(&self, omega: f64) -> f64 {
-        self.closure.end(TAU / omega)
+        self.closure.end(self.closure.period(omega))
     }
 
     fn set_frequency(&mut self, omega: f64) {
@@ -465,7 +464,8 @@ impl OrbitFamily for Segments<'_> {
         let (z, _, omega) = self.parts(x);
         let z = z.to_vec();
         self.set_frequency(omega);
-        let orbit = examine(self.body, self.closure, &z, TAU / omega, 0, self.watch)?;
+        let orbit =
+            examine(self.body, self.closure, &z, self.closure.period(omega), 0, self.watch)?;
         self.examined = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
     }

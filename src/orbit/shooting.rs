@@ -6,6 +6,8 @@
 //! a switch. The map has corners where the sequence of switches changes, so every trial step of the line search reads the
 //! sequence anew.
 
+use std::f64::consts::TAU;
+
 use faer::Mat;
 use faer::linalg::solvers::{Solve, SolveLstsq};
 
@@ -23,8 +25,8 @@ use crate::continuation::norm;
 pub enum Closure {
     /// At rest at `t = 0` and `t = T/2` (undamped, no harmonic load).
     Reversible,
-    /// `x(T) = x(0)` under loads of period `T`.
-    Forced,
+    /// `x(kT) = x(0)` under loads of period `T`; subharmonic for `k > 1`.
+    Forced(usize),
     /// `x(T) = x(0)`, autonomous, with a phase condition.
     Autonomous,
     /// `x(T) = x(0)` of a viscous body that is fed by `−αM u̇`, pinned to a mode; the last unknown is `α`.
@@ -32,6 +34,24 @@ pub enum Closure {
 }
 
 impl Closure {
+    /// Orbits of the period of the loads.
+    pub const FORCED: Closure = Closure::Forced(1);
+
+    /// Whether loads keep the motion going.
+    pub fn is_forced(self) -> bool {
+        matches!(self, Closure::Forced(_))
+    }
+
+    /// Periods of the loads in one of the orbit.
+    pub fn periods(self) -> usize {
+        if let Closure::Forced(k) = self { k } else { 1 }
+    }
+
+    /// The period of an orbit under loads of the circular frequency `omega`.
+    pub fn period(self, omega: f64) -> f64 {
+        self.periods() as f64 * TAU / omega
+    }
+
     /// Where the residual is evaluated.
     pub fn end(self, period: f64) -> f64 {
         if self == Closure::Reversible { 0.5 * period } else { period }
@@ -184,7 +204,7 @@ pub(super) fn jacobian(
     let Some(walk) = &at.walk else { return Err(OrbitError::Large(body.n())) };
     let by = match closure {
         Closure::Viscous(_) => Some(Parameter::Feedback),
-        Closure::Forced if by_frequency => Some(Parameter::Frequency),
+        Closure::Forced(_) if by_frequency => Some(Parameter::Frequency),
         _ => None,
     };
     let end = body.derivative((&at.passage.chain, walk), of_state, (by, 0.0))?;

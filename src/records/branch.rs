@@ -25,6 +25,13 @@ pub enum Branch {
         /// Number of harmonics and direction of the walk, by harmonic balance; none: by shooting.
         series: Option<(usize, Direction)>,
     },
+    /// Subharmonic orbits of two periods of the loads.
+    Doubled {
+        /// Damping ratio in percent; none: the scene's own damping.
+        percent: Option<f64>,
+        /// Frequency of the period doubling at which they begin.
+        omega: f64,
+    },
     /// Orbits shot from the series of another file.
     Checked {
         /// Number of harmonics of the series.
@@ -71,7 +78,7 @@ impl Branch {
     /// Damping ratio in percent, where several were asked for.
     pub fn percent(&self) -> Option<f64> {
         match self {
-            Branch::Response { percent, .. } => *percent,
+            Branch::Response { percent, .. } | Branch::Doubled { percent, .. } => *percent,
             _ => None,
         }
     }
@@ -98,7 +105,7 @@ impl Branch {
     /// The branch that is named so.
     pub fn of_name(name: &str) -> Branch {
         let plain = [Branch::Sequential].into_iter().chain(Direction::BOTH.map(Branch::Along));
-        let read = [series(name), response(name), checked(name)];
+        let read = [series(name), response(name), doubled(name), checked(name)];
         plain
             .chain(read.into_iter().flatten())
             .find(|branch| branch.to_string() == name)
@@ -123,6 +130,12 @@ fn response(name: &str) -> Option<Branch> {
     Some(Branch::Response { percent, series: harmonics.zip(direction) })
 }
 
+fn doubled(name: &str) -> Option<Branch> {
+    let (of, omega) = name.split_once(", doubled at ")?;
+    let Branch::Response { percent, .. } = response(of)? else { return None };
+    Some(Branch::Doubled { percent, omega: omega.parse().ok()? })
+}
+
 fn checked(name: &str) -> Option<Branch> {
     let harmonics = name.strip_prefix("orbits shot from N_h = ")?.parse().ok()?;
     Some(Branch::Checked { harmonics })
@@ -145,6 +158,10 @@ impl Display for Branch {
                 }
                 series.map_or(Ok(()), |(n_h, d)| write!(f, ", N_h = {n_h}, {}", d.word()))
             }
+            Branch::Doubled { percent, omega } => {
+                let of = Branch::Response { percent: *percent, series: None };
+                write!(f, "{of}, doubled at {omega}")
+            }
             Branch::Checked { harmonics } => write!(f, "orbits shot from N_h = {harmonics}"),
             Branch::Other(name) => f.write_str(name),
         }
@@ -159,6 +176,8 @@ mod tests {
     fn every_branch_is_read_as_it_was_written() {
         let walks = [None, Some(Direction::Up), Some(Direction::Down)];
         let mut all = vec![Branch::Sequential, Branch::Checked { harmonics: 7 }];
+        let doubled = |percent| Branch::Doubled { percent, omega: 1.539_028_15 };
+        all.extend([None, Some(1.0)].map(doubled));
         all.push(Branch::Other("branch of a later version".into()));
         all.extend(Direction::BOTH.map(Branch::Along));
         all.extend(walks.map(|direction| Branch::Series { harmonics: 11, direction }));

@@ -344,6 +344,8 @@ pub enum EndReason {
     Range,
     /// As many points as were asked for.
     Points,
+    /// It met the branch that it came from.
+    Met,
     /// It cannot be followed any further.
     Stuck,
     /// Someone stopped it.

@@ -4,12 +4,30 @@ use serde::{Deserialize, Serialize};
 
 use super::bits;
 
+fn one() -> usize {
+    1
+}
+
+fn is_one(n: &usize) -> bool {
+    *n <= 1
+}
+
+impl OrbitRecord {
+    /// Circular frequency; of a forced orbit that of the loads.
+    pub fn omega(&self) -> f64 {
+        self.periods.max(1) as f64 * std::f64::consts::TAU / self.period
+    }
+}
+
 /// An orbit as it is stored.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct OrbitRecord {
     /// Period.
     #[serde(with = "bits::one")]
     pub period: f64,
+    /// Periods of the loads in it: more than one for a subharmonic orbit.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub periods: usize,
     /// Largest energy over the period; of a viscous orbit the energy at `t = 0`.
     #[serde(with = "bits::one")]
     pub energy: f64,

@@ -64,6 +64,9 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     ];
     NUMBERS.iter().zip(numbers).try_for_each(|(name, x)| scalar(g, name, x))?;
     scalar(g, "trivial_multipliers", o.trivial as f64)?;
+    if o.periods > 1 {
+        scalar(g, "forcing_periods", o.periods as f64)?;
+    }
     let stable = o.stable.map_or("not computed", |s| if s { "yes" } else { "no" });
     write_text(g, "stable", stable)?;
     g.new_dataset_builder().with_data(&along_axes(dofs, &o.u0)).create("u0")?;
@@ -127,6 +130,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
     let switches = t.iter().zip(&node).zip(&kind);
     Ok(OrbitRecord {
         period: n[0],
+        periods: read_scalar(g, "forcing_periods").map_or(1, |k| k as usize),
         energy: n[1],
         amplitude: n[2],
         residual: n[3],

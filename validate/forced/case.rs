@@ -44,7 +44,7 @@ fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
     let low = 1.2;
     body.system.loads_mut().set_frequency(low);
     let z = body.linear_response();
-    let verdict = find(body, Closure::Forced, &z, low, &Search::default()).map_err(text)?;
+    let verdict = find(body, Closure::FORCED, &z, low, &Search::default()).map_err(text)?;
     let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
     let options = Options {
         range: (low, 2.1),
@@ -54,7 +54,7 @@ fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
         natural: false,
     };
     let mut points = vec![];
-    arclength(body, Closure::Forced, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
+    arclength(body, Closure::FORCED, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
         points.push(p);
         Go::Continue(())
     })

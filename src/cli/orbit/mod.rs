@@ -57,6 +57,9 @@ pub struct Arguments {
     /// Start from the best near-return of a stored trajectory (which also gives the period, unless one is given)
     #[arg(long, value_name = "RUN.h5")]
     near_return: Option<PathBuf>,
+    /// Periods of the loads in one of the orbit: more than one for a subharmonic orbit
+    #[arg(long, default_value_t = 1, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=64))]
+    periods: u32,
     /// Shoot over the whole period with a phase condition, even where half of it would do
     #[arg(long)]
     full: bool,
@@ -116,6 +119,13 @@ impl Arguments {
             true => Closure::Autonomous,
             false => start::closure(scene, problem)?,
         };
+        if self.periods > 1 {
+            if !closure.is_forced() {
+                let text = "--periods counts periods of the loads: add a [[load]] with omega, or give --omega and --period alone";
+                return Err(CliError::Input(text.into()));
+            }
+            closure = Closure::Forced(self.periods as usize);
+        }
         if self.full && closure == Closure::Reversible {
             closure = Closure::Autonomous;
         }

@@ -39,7 +39,7 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
     let of_body = stability.filter(|_| o.viscous.is_none());
     let pairs = |s: &Stability| s.multipliers.iter().map(|m| [m.0, m.1]).collect::<Vec<_>>();
     let mut json = json!({
-        "converged": true, "admissible": o.is_admissible(), "period": o.period, "omega": o.omega(), "energy": o.energy,
+        "converged": true, "admissible": o.is_admissible(), "period": o.period, "forcing_periods": o.closure.is_forced().then_some(o.closure.periods()), "omega": o.omega(), "energy": o.energy,
         "amplitude": o.amplitude, "residual": o.residual, "newton_iterations": o.iterations, "switches": switches,
         "contact_time": o.contact_time, "penetration": o.penetration, "tension": o.tension, "energy_balance": o.balance,
         "grazing_distance": o.grazing, "n_o": body.n(),
@@ -111,7 +111,18 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
     };
     line(
         "orbit",
-        format!("omega = {}, period {}", significant(o.omega(), 10), significant(o.period, 10)),
+        match o.closure.periods() {
+            1 => format!(
+                "omega = {}, period {}",
+                significant(o.omega(), 10),
+                significant(o.period, 10)
+            ),
+            k => format!(
+                "omega = {}, period {}: {k} of the loads",
+                significant(o.omega(), 10),
+                significant(o.period, 10)
+            ),
+        },
     );
     let when = if o.viscous.is_some() { "at t = 0" } else { "at most" };
     line(
