@@ -23,6 +23,8 @@ mod oscillator;
 mod oscillator_orbits;
 #[path = "refinement/case.rs"]
 mod refinement;
+#[path = "ridge/case.rs"]
+mod ridge;
 #[path = "strip/case.rs"]
 mod strip;
 #[path = "zero-gap-bar/case.rs"]
@@ -94,7 +96,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 13] = [
+pub static CASES: [Case; 14] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -108,6 +110,7 @@ pub static CASES: [Case; 13] = [
     harmonic_balance::CASE,
     forced::CASE,
     refinement::CASE,
+    ridge::CASE,
 ];
 
 /// A scene of a case with another number of elements.

@@ -18,7 +18,7 @@ use signorini::records::{
     Branch, BranchEnd, Direction, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
 use signorini::scenario::{Issue, Scene};
-use signorini::store::FamilyPlan;
+use signorini::store::{FamilyPlan, write_ridge};
 
 use super::balance::{self, Choice};
 use super::doublings;
@@ -242,7 +242,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         unknowns: shooting.then(|| Closure::FORCED.sizes(problem.system.n_o())),
         options,
     };
-    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+    let mut carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
         // a grid that was widened counts from where it began
         let grid = writer.plan().identity.walk.grid();
         let pieces = request.pieces();
@@ -253,6 +253,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.options.range, bar)
     })?;
+    if request.doublings.is_none() {
+        let stored = &mut carried.stored;
+        let ridge = stored.peaks();
+        if ridge != stored.ridge {
+            write_ridge(&path, &asked.options.outputs, &ridge)?;
+            stored.ridge = ridge;
+        }
+    }
     family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
     match carried.ends.iter().find(|e| !e.complete) {
         None => Ok(()),

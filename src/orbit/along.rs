@@ -48,15 +48,12 @@ pub fn arclength(
     Ok(walked.map(|w| w.met.unwrap_or(Ending::of(w.stop))))
 }
 
-/// Above this many displacements a forced, viscous body passes more corners than multi-segment shooting, which locates every one of them, has steps for.
-const MANY_CORNERS: usize = 150;
-
-/// Whether a family is followed on the event-driven map itself.
+/// Whether a family is followed on the event-driven map itself. Viscosity makes neighbouring charts almost agree: a branch passes hundreds of corners
+/// without a stop, where multi-segment shooting would locate every one.
 fn is_mapped(body: &Propagator, closure: Closure) -> bool {
-    let is_viscous = body.system.damping.is_some_and(|d| d.beta > 0.0);
     match closure {
         Closure::Viscous(_) => true,
-        Closure::Forced(_) => is_viscous && body.n() > MANY_CORNERS,
+        Closure::Forced(_) => body.system.damping.is_some_and(|d| d.beta > 0.0),
         Closure::Reversible | Closure::Autonomous => false,
     }
 }
@@ -142,20 +139,22 @@ fn across_corners(
             return Ok(end);
         }
         let Stop::Step { .. } = stop else { return Ok(Some(Ending::of(stop))) };
-        let Some(what) = family.grazing(&last.x)? else { return Ok(Some(Ending::of(stop))) };
+        let grazing = family.grazing(&last.x)?;
         // what was not passed right behind a corner is not passed by trying again
         let behind = match count > 3 && options.points > 0 && !options.natural {
             true => match family.around(&last)? {
                 Some(place) => Some(place),
-                None => family.across(&last)?,
+                None if grazing.is_some() => family.across(&last)?,
+                None => None,
             },
             false => None,
         };
         let Some(place) = behind else {
-            let why = format!("a grazing corner ({what}), and no step across finds another side");
-            return Ok(Some(Ending { stop, why: Some(why), met: false }));
+            let why =
+                grazing.map(|what| format!("a {what}, and no step across finds another side"));
+            return Ok(Some(Ending { stop, why, met: false }));
         };
-        let special = Special::Border(format!("grazing corner ({what})"));
+        let special = Special::Border(grazing.unwrap_or_else(|| "corner".into()));
         let point = point(family, &place.x, Some(&special), Some(&place))?;
         if take(point).is_break() {
             return Ok(Some(Ending::of(Stop::Interrupted)));

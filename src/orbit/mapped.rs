@@ -144,7 +144,7 @@ impl<'a> Mapped<'a> {
     pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
         let orbit = self.orbit(x)?;
         Ok((orbit.grazing < GRAZING)
-            .then(|| format!("{:.1e} of the unit of length", orbit.grazing)))
+            .then(|| format!("grazing corner ({:.1e} of the unit of length)", orbit.grazing)))
     }
 }
 

@@ -9,11 +9,13 @@ use super::crosscheck::read_crosscheck;
 use super::journal;
 use super::orbits::{Word, read_orbit, read_place, read_scalar};
 use super::reader::{Careful, open, reading};
+use super::ridge::read_ridge;
 use super::series::{Names, read_series};
 use super::statement::read_statement;
 use super::{StoreError, read_text};
 use crate::records::{
-    Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, PointKind, PointRecord, Status,
+    Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, Peak, PointKind, PointRecord, Status,
+    peaks,
 };
 
 /// A stored family.
@@ -43,6 +45,8 @@ pub struct StoredFamily {
     pub harmonics: usize,
     /// How far its energies may be off, if that was computed.
     pub statement: Option<ErrorStatement>,
+    /// The peaks of a response.
+    pub ridge: Vec<Peak>,
 }
 
 /// Names of branches.
@@ -76,6 +80,17 @@ impl StoredFamily {
                 Ok((Self::read(path)?, note))
             }
         }
+    }
+
+    /// The peaks of all its branches.
+    pub fn peaks(&self) -> Vec<Peak> {
+        let of_branch = |branch: usize| {
+            let mut points: Vec<&PointRecord> =
+                self.points.iter().filter(|p| p.branch == branch).collect();
+            points.sort_by_key(|p| p.index);
+            peaks(branch, &points)
+        };
+        (0..self.branches.len()).flat_map(of_branch).collect()
     }
 
     /// Whether an earlier run left a journal, which it only does if it did not end.
@@ -115,6 +130,7 @@ impl StoredFamily {
             points,
             harmonics,
             statement: read_statement(&g)?,
+            ridge: read_ridge(&g)?,
         })
     }
 }

@@ -13,7 +13,7 @@ use signorini::orbit::{Orbit, Propagator};
 use super::{Case, Check, Effort, Outcome, scene};
 
 #[path = "orbits.rs"]
-mod orbits;
+pub(super) mod orbits;
 
 pub const CASE: Case = Case {
     name: "refinement",

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use signorini::records::{
-    Branch, BranchEnd, GapReason, PointKind, PointMethod, PointRecord, Solver, Walk, Way,
+    Branch, BranchEnd, GapReason, Peak, PointKind, PointMethod, PointRecord, Solver, Walk, Way,
 };
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
@@ -48,6 +48,10 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
     let branches: Vec<String> = stored.branches.iter().map(Branch::to_string).collect();
     let mut json = json!({"points": points, "branches": branches, "stops": stops, "resumed": resumed, "wall_s": wall,
         "output": path.display().to_string()});
+    if stored.outline().way == Way::Response {
+        let peak = |p: &Peak| json!({"branch": p.branch, "omega": p.omega, "amplitude": p.amplitude, "energy": p.energy});
+        json["ridge"] = stored.ridge.iter().map(peak).collect();
+    }
     if let Some(statement) = &stored.statement {
         json["error_statement"] = statement_json(statement);
     }
@@ -89,6 +93,17 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     }
     if specials.len() > MOST {
         line("", format!("… and {} more; all are in the file", specials.len() - MOST));
+    }
+    for (k, p) in stored.ridge.iter().enumerate() {
+        let name = match stored.branches.len() {
+            1 => String::new(),
+            _ => format!("{}: ", stored.branches[p.branch]),
+        };
+        let text = format!(
+            "{name}amplitude {:.6} at omega = {:.6}, energy {:.6}",
+            p.amplitude, p.omega, p.energy
+        );
+        line(if k == 0 { "peaks" } else { "" }, text);
     }
     if stored.outline().solver == Solver::Viscous {
         for (k, text) in errors(stored).into_iter().enumerate() {

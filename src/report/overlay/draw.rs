@@ -5,7 +5,7 @@ use crate::records::Solver;
 use crate::report::crosscheck::{DASH, dash, parted};
 use crate::report::families::{Axis, draw_errors, pieces, runs};
 use crate::report::figure::{
-    Chart, Drawn, Frame, Mark, clipped, draw_dashes, draw_line, flat, line, px, symbols,
+    Chart, Drawn, Frame, INK, Mark, clipped, draw_dashes, draw_line, flat, line, px, symbols,
 };
 use crate::store::StoredFamily;
 
@@ -37,6 +37,9 @@ pub(super) fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64
                 (Layer::Series, Look::Backbone(..)) => sheet.series(family, *branch, *look)?,
                 (Layer::Curves, Look::Curve(_)) => sheet.curve(family, *branch, *look)?,
                 (Layer::Marks, Look::Curve(k)) => sheet.marks(family, *branch, *k)?,
+                (Layer::Ridge, Look::Response(_) | Look::ThinResponse(_)) if *branch == 0 => {
+                    sheet.ridge(family)?;
+                }
                 (Layer::Dots, Look::Checked) => sheet.dots(family, *branch, *look)?,
                 _ => {}
             }
@@ -53,12 +56,20 @@ enum Layer {
     Series,
     Curves,
     Marks,
+    Ridge,
     Dots,
 }
 
 impl Layer {
-    const ALL: [Layer; 6] =
-        [Layer::Responses, Layer::Thin, Layer::Series, Layer::Curves, Layer::Marks, Layer::Dots];
+    const ALL: [Layer; 7] = [
+        Layer::Responses,
+        Layer::Thin,
+        Layer::Series,
+        Layer::Curves,
+        Layer::Marks,
+        Layer::Ridge,
+        Layer::Dots,
+    ];
 }
 
 impl Sheet<'_, '_, '_> {
@@ -136,6 +147,16 @@ impl Sheet<'_, '_, '_> {
             }
         }
         symbols(self.chart, shown, *curve.mark, curve.colour)
+    }
+
+    /// The peaks of a set of responses.
+    fn ridge(&mut self, family: &StoredFamily) -> Drawn {
+        let points = self.flat(self.scene.ridge(family));
+        for part in clipped(&points, &self.frame) {
+            draw_dashes(self.chart, part, line(INK, 1.0))?;
+        }
+        let inside = points.into_iter().filter(|p| self.holds(p));
+        symbols(self.chart, inside, Mark::Diamond, INK)
     }
 
     /// Orbits one by one.

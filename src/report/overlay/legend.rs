@@ -72,6 +72,10 @@ impl Names {
                 entries.push((name, INK, mark));
             }
         }
+        if scene.branches.iter().any(|(f, _, look)| is_response(look) && !scene.ridge(f).is_empty())
+        {
+            entries.push(("ridge", INK, Mark::Diamond));
+        }
         if scene.any(|look| matches!(look, Look::ThinResponse(_))) {
             entries.push((&self.thin, INK, Mark::Thin));
         }

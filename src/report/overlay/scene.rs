@@ -3,7 +3,7 @@
 use plotters::prelude::RGBColor;
 
 use super::curves::{Curve, curves};
-use crate::records::{Branch, OrbitRecord, Solver, Way};
+use crate::records::{Branch, OrbitRecord, Peak, Solver, Way};
 use crate::report::families::{Axis, branches, of_branch};
 use crate::report::figure::LINES;
 use crate::store::StoredFamily;
@@ -121,6 +121,24 @@ impl<'f> Scene<'f> {
     pub fn points(&self, family: &StoredFamily, branch: usize) -> impl Iterator<Item = (f64, f64)> {
         let orbits = of_branch(family, branch).filter_map(|p| Some((p.omega, p.orbit.as_ref()?)));
         orbits.filter_map(|(omega, orbit)| Some((omega, self.value(orbit)?)))
+    }
+
+    /// The highest peak of each response of a set, lowest first; of one response there is no ridge.
+    pub fn ridge(&self, family: &StoredFamily) -> Vec<(f64, f64)> {
+        let highest = |branch: usize| {
+            let of_branch = family.ridge.iter().filter(|p| p.branch == branch);
+            of_branch.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
+        };
+        let mut peaks: Vec<_> = (0..family.branches.len()).filter_map(highest).collect();
+        peaks.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
+        let value = |p: &&Peak| match self.axis {
+            Axis::Energy => p.energy,
+            Axis::Amplitude => p.amplitude,
+        };
+        match peaks.len() {
+            0 | 1 => vec![],
+            _ => peaks.iter().map(|p| (p.omega, value(p))).collect(),
+        }
     }
 
     pub fn any(&self, wanted: fn(&Look) -> bool) -> bool {

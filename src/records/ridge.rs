@@ -1,0 +1,103 @@
+//! The ridge of a set of forced responses: where their amplitudes peak.
+
+use super::PointRecord;
+
+/// A peak of a response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Branch.
+    pub branch: usize,
+    /// Frequency.
+    pub omega: f64,
+    /// Largest contact displacement.
+    pub amplitude: f64,
+    /// Energy there.
+    pub energy: f64,
+}
+
+/// A maximum that stands out by less than this, relative, is a corner of the branch.
+const PROMINENCE: f64 = 0.01;
+
+/// The peaks of the amplitude along a branch, whose `points` are in the order of the walk: the tops of parabolas over the length of the branch in the
+/// plane of frequency and amplitude, through the highest orbit and its neighbours.
+pub fn peaks(branch: usize, points: &[&PointRecord]) -> Vec<Peak> {
+    let at = |p: &&PointRecord| p.orbit.as_ref().map(|o| [p.omega, o.amplitude, o.energy]);
+    let mut row: Vec<[f64; 3]> = points.iter().filter_map(at).collect();
+    row.dedup_by(|a, b| a[0] == b[0] && a[1] == b[1]);
+    let highest: Vec<usize> = (1..row.len().saturating_sub(1))
+        .filter(|&k| row[k][1] >= row[k - 1][1] && row[k][1] > row[k + 1][1])
+        .filter(|&k| stands_out(&row, k))
+        .collect();
+    highest.into_iter().map(|k| top(branch, [row[k - 1], row[k], row[k + 1]])).collect()
+}
+
+/// Whether the branch falls by enough on both sides before it rises above a maximum again.
+fn stands_out(row: &[[f64; 3]], k: usize) -> bool {
+    let height = row[k][1];
+    let falls = |side: &mut dyn Iterator<Item = &[f64; 3]>| {
+        side.take_while(|p| p[1] <= height).any(|p| p[1] < (1.0 - PROMINENCE) * height)
+    };
+    falls(&mut row[..k].iter().rev()) && falls(&mut row[k + 1..].iter())
+}
+
+/// Frequency, amplitude and energy as parabolas of the length along the branch, at the top of the amplitude's.
+fn top(branch: usize, p: [[f64; 3]; 3]) -> Peak {
+    let length = |a: &[f64; 3], b: &[f64; 3]| {
+        ((a[0] - b[0]) / b[0]).hypot((a[1] - b[1]) / b[1]).max(f64::MIN_POSITIVE)
+    };
+    let s = [-length(&p[0], &p[1]), 0.0, length(&p[2], &p[1])];
+    // Newton form through the three: y₁ + slope s + curvature s²
+    let parabola = |c: usize| {
+        let (left, right) = ((p[1][c] - p[0][c]) / -s[0], (p[2][c] - p[1][c]) / s[2]);
+        let curvature = (right - left) / (s[2] - s[0]);
+        (p[1][c], left - s[0] * curvature, curvature)
+    };
+    let (_, slope, curvature) = parabola(1);
+    let at = if curvature < 0.0 { (-0.5 * slope / curvature).clamp(s[0], s[2]) } else { 0.0 };
+    let value = |c: usize| {
+        let (y, slope, curvature) = parabola(c);
+        y + at * (slope + at * curvature)
+    };
+    Peak { branch, omega: value(0), amplitude: value(1), energy: value(2) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::OrbitRecord;
+
+    fn point(omega: f64, amplitude: f64) -> PointRecord {
+        let orbit =
+            OrbitRecord { amplitude, energy: amplitude * amplitude, ..OrbitRecord::default() };
+        PointRecord { omega, orbit: Some(orbit), ..PointRecord::default() }
+    }
+
+    /// A resonance that leans over: the peak lies before the fold, between two points of the branch.
+    #[test]
+    fn the_top_of_a_curve_that_folds_is_found_between_its_points() {
+        let curve = |x: f64| (1.5 + 0.2 * x - 0.1 * x * x, 2.0 - (x - 0.31).powi(2));
+        let points: Vec<PointRecord> =
+            (-20..=30).map(|k| 0.05 * f64::from(k)).map(curve).map(|(w, a)| point(w, a)).collect();
+        let all: Vec<&PointRecord> = points.iter().collect();
+        let found = peaks(3, &all);
+        assert_eq!(found.len(), 1);
+        let (omega, amplitude) = curve(0.31);
+        assert!(
+            (found[0].omega - omega).abs() < 2e-4 && (found[0].amplitude - amplitude).abs() < 1e-5
+        );
+        assert!((found[0].energy - 4.0).abs() < 1e-4 && found[0].branch == 3);
+    }
+
+    #[test]
+    fn ripple_and_ends_are_no_peaks() {
+        let points: Vec<PointRecord> = (0..100)
+            .map(|k| {
+                point(
+                    1.0 + 0.01 * f64::from(k),
+                    1.0 + 0.01 * f64::from(k) + 1e-3 * f64::from(k % 2),
+                )
+            })
+            .collect();
+        assert_eq!(peaks(0, &points.iter().collect::<Vec<_>>()), []);
+    }
+}
