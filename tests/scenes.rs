@@ -9,9 +9,11 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 10] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 12] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 604),
+    ("half-plate-20x6", 14, 1.5501658373, 2.0067953536, 0.3009007492, 1354),
+    ("half-plate-20x6-response", 54, 19.8366893804, 31.2743426981, 0.1677813073, 179),
     ("half-plate-orbit", 8, 1.7132407257, 1.9918026789, 0.2211842615, 26),
     ("half-plate-redistribution", 24, 1.4950996976, 9.5455379485, 0.3634242631, 92),
     ("half-plate-response", 40, 19.7903931430, 34.8704911655, 0.2314748540, 139),

@@ -164,7 +164,8 @@ impl Motion {
         let mode = &phase.modes[k];
         let (q, v, d) = (self.q[k], self.v[k], mode.discriminant());
         let steady = |h: &ModalLoad| matches!(h.2[k].1, Forcing::Steady(_));
-        if d.abs() <= 0.01 * mode.omega * mode.omega || !self.loads.iter().all(steady) {
+        let apart = mode.omega > 0.0 && d.abs() > 0.01 * mode.omega * mode.omega;
+        if !apart || !self.loads.iter().all(steady) {
             return None;
         }
         let term = |amplitude: Complex<f64>, s: Complex<f64>| Term {
@@ -178,8 +179,8 @@ impl Motion {
             return Some([term(amplitude, s), Term::default()]);
         }
         // q = c₁ e^{st} + c₂ e^{rt}, both real
-        let apart = s - r;
-        Some([term((v - r * q) / apart, s), term((s * q - v) / apart, r)])
+        let between = s - r;
+        Some([term((v - r * q) / between, s), term((s * q - v) / between, r)])
     }
 
     /// `e^{i(Ωa + φ)}` of each harmonic load, and its growth up to `b`.
