@@ -207,6 +207,46 @@ fn an_obstacle_that_moves_forces_orbits() {
     assert!(orbit.stability.as_ref().unwrap().is_stable());
 }
 
+/// The same load in the frequency domain: series of a body on a shaker converge to the orbit that shooting finds, and follow its frequency, with which
+/// the size of the load changes.
+#[test]
+fn harmonic_balance_knows_loads_that_follow_the_frequency() {
+    use signorini::continuation::Go;
+    use signorini::hbm::newton::Settings;
+    use signorini::hbm::response::{Track, sequential};
+    use signorini::hbm::{Form, Reduction, Solution};
+    use signorini::orbit::search::{Effort, find};
+    use signorini::orbit::{Closure, Propagator};
+    let text = plate(
+        "motion = { amplitude = 0.5, omega = 1.3 }",
+        "[[load]]\nkind = \"base\"\nedge = \"left\"\namplitude = [0.1, 0.0]\nomega = 1.3\nphase = 3.4\n[damping]\nratio = 0.05\nmode = 1\n",
+    );
+    let (_, problem) = problem(&text);
+    let mut body = Propagator::new(problem.system.clone()).unwrap();
+    let mut last = f64::INFINITY;
+    for n_h in [7, 15, 31] {
+        let mut r = Reduction::new(problem.system.clone(), Form::Acceleration).unwrap();
+        let grid: Vec<f64> = (0..=20).map(|k| 1.1 + 0.01 * f64::from(k)).collect();
+        let mut found: Option<Solution> = None;
+        let mut tracks = vec![Track::default(); 2];
+        sequential(&mut r, &[n_h], &grid, &Settings::default(), &mut tracks, |_, p| {
+            found = p.solution.ok();
+            Go::Continue(())
+        })
+        .unwrap();
+        let (s, omega) = (found.unwrap(), 1.3);
+        assert!((s.omega - omega).abs() < 1e-12 && !s.crossings.is_empty());
+        let (q, dq) = s.q.at(0.0);
+        let z = body.frame(&r.state(&q, &dq, omega));
+        let verdict = find(&mut body, Closure::FORCED, &z, omega, &Effort::default()).unwrap();
+        let orbit = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
+        let d = common::relative(&z, &orbit.z);
+        assert!(d < 0.7 * last, "{n_h}: {d}");
+        last = d;
+    }
+    assert!(last < 2e-3, "{last}");
+}
+
 /// What cannot be done is refused with the reason.
 #[test]
 fn refusals_name_the_key() {

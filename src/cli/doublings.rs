@@ -8,7 +8,7 @@ use signorini::records::fingerprint;
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
-use super::response::with_ratios;
+use super::ratios::with_ratios;
 use super::{CliError, load};
 
 /// The scenes of a response that has period doublings, each with its damping ratio in percent; and the doublings, each with the number of its scene.

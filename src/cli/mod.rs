@@ -17,6 +17,7 @@ mod orbit;
 mod plot;
 mod precision;
 mod progress;
+mod ratios;
 mod resources;
 mod response;
 mod run;

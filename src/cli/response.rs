@@ -23,6 +23,7 @@ use signorini::store::{FamilyPlan, write_ridge};
 use super::balance::{self, Choice};
 use super::doublings;
 use super::family::{self, Job, Output};
+use super::ratios::with_ratios;
 use super::{CliError, Global, load, plain};
 
 /// Arguments of `response`.
@@ -161,7 +162,7 @@ impl Request {
         let branch = |p: Piece| {
             let percent = self.scenes[p.scene].0;
             match p.doubling {
-                Some(d) => Branch::Doubled { percent, omega: d.omega },
+                Some(d) => Branch::Doubled { percent, omega: short(d.omega) },
                 None => Branch::Response { percent, series: p.series },
             }
         };
@@ -207,6 +208,11 @@ impl Request {
         let end = sequence::series(&mut body, what, stretch, &earlier, take)?;
         Ok(BranchEnd { branch: index, ..end })
     }
+}
+
+/// A frequency as it stands in a name: nine digits.
+fn short(omega: f64) -> f64 {
+    format!("{omega:.8e}").parse().unwrap_or(omega)
 }
 
 /// The orbit that shooting finds from the linear response at `omega`.
@@ -271,37 +277,4 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             path.display()
         ))),
     }
-}
-
-/// The scene once for each damping ratio, with the ratio in percent.
-pub fn with_ratios(
-    scene: &Scene,
-    given: Option<&[f64]>,
-) -> Result<Vec<(Option<f64>, Scene)>, CliError> {
-    let of_scene = scene.orbit.as_ref().and_then(|o| o.ratios.as_deref());
-    let Some(list) = given.or(of_scene) else {
-        return Ok(vec![(None, scene.clone())]);
-    };
-    if let Some(bad) = list.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
-        return Err(CliError::Input(format!(
-            "--ratios: {bad} is not a damping ratio; give positive numbers"
-        )));
-    }
-    let with = |&ratio: &f64| {
-        let mut scene = scene.clone();
-        match &mut scene.damping {
-            Some(d) if d.ratio.is_some() => d.ratio = Some(ratio),
-            _ => {
-                let help = "[damping] with ratio = 0.02 and mode = 1";
-                let issue = Issue::new(
-                    "damping",
-                    "several ratios stand in place of one, and there is none",
-                    help,
-                );
-                return Err(CliError::from(scene.error(issue)));
-            }
-        }
-        Ok((Some(100.0 * ratio), scene))
-    };
-    list.iter().map(with).collect()
 }

@@ -91,10 +91,10 @@ pub fn start(
 /// The unit eigenvector of the lowest real multiplier, by inverse iteration; none if that is far from −1.
 fn flip(body: &Propagator, z: &[f64], period: f64) -> Result<Option<Vec<f64>>, FamilyError> {
     let passage = integrate(body, &body.state(z), period)?;
-    let stability = floquet::stability(body, Closure::FORCED, z, &passage, period)?;
-    let real = stability.multipliers.iter().filter(|m| m.1 == 0.0 && m.0 < LOWEST);
-    let Some(mu) = real.map(|m| m.0).min_by(f64::total_cmp) else { return Ok(None) };
     let m = floquet::monodromy(body, z, &passage, period)?;
+    let all = floquet::multipliers(&m)?;
+    let real = all.iter().filter(|m| m.1 == 0.0 && m.0 < LOWEST);
+    let Some(mu) = real.map(|m| m.0).min_by(f64::total_cmp) else { return Ok(None) };
     let n = m.nrows();
     let near = mu * (1.0 + 1e-9);
     let shifted = Mat::from_fn(n, n, |i, j| m[(i, j)] - if i == j { near } else { 0.0 });

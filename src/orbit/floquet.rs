@@ -111,7 +111,8 @@ pub fn stability_under_load(
     Ok(Stability::of(vec![], multipliers(&m)?))
 }
 
-fn multipliers(m: &Mat<f64>) -> Result<Vec<Multiplier>, OrbitError> {
+/// All eigenvalues of a monodromy matrix.
+pub fn multipliers(m: &Mat<f64>) -> Result<Vec<Multiplier>, OrbitError> {
     let values = m.eigenvalues().map_err(|_| OrbitError::Eigen("Floquet multipliers"))?;
     Ok(values.iter().map(|v| (v.re, v.im)).collect())
 }
