@@ -44,7 +44,7 @@ pub fn arclength(
         return across_corners(&mut Mapped::new(body, closure), start, options, &mut take);
     }
     let mut family = Segments::new(body, closure, chain);
-    let walked = along(&mut family, start, options, &mut take)?;
+    let walked = along(&mut family, start, options, &mut Halfway::default(), &mut take)?;
     Ok(walked.map(|w| w.met.unwrap_or(Ending::of(w.stop))))
 }
 
@@ -110,6 +110,7 @@ fn across_corners(
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<Option<Ending>, OrbitError> {
     let (mut options, mut start) = (options.clone(), start);
+    let mut halfway = Halfway::default();
     loop {
         let (mut count, mut flawed, mut end) = (0, 0, None);
         let unit = family.body().system.units.length;
@@ -128,9 +129,8 @@ fn across_corners(
             let go = take(p);
             if end.is_some() { Go::Break(()) } else { go }
         };
-        let Some(Walked { stop, last, met }) = along(family, start, &options, &mut counted)? else {
-            return Ok(None);
-        };
+        let walked = along(family, start, &options, &mut halfway, &mut counted)?;
+        let Some(Walked { stop, last, met }) = walked else { return Ok(None) };
         if met.is_some() {
             return Ok(met);
         }
@@ -200,6 +200,7 @@ fn along<F: OrbitFamily>(
     family: &mut F,
     start: Begin,
     options: &Options,
+    halfway: &mut Halfway,
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<Option<Walked>, OrbitError> {
     let place = match start {
@@ -216,7 +217,6 @@ fn along<F: OrbitFamily>(
         }
     };
     let (mut failed, mut met) = (None, None);
-    let mut halfway = Halfway::default();
     let mut last = place.clone();
     let stop = continuation::follow(family, place, options, |family, p| {
         let at = p.x[p.x.len() - 1];

@@ -12,10 +12,10 @@ use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
 use super::segments::Segments;
 use super::shooting::{Closure, image, jacobian};
-use super::{OrbitError, OrbitFamily};
+use super::{OrbitError, OrbitFamily, tolerate};
 use crate::continuation::{self, Family, Go, Options, Place, Special, norm};
 
-/// A family of viscous orbits of one body.
+/// A family of damped orbits of one body: viscous nonlinear modes, or forced.
 pub struct Mapped<'a> {
     body: &'a mut Propagator,
     closure: Closure,
@@ -44,20 +44,15 @@ impl<'a> Mapped<'a> {
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
         let (n, closure) = (self.body.n(), self.closure);
         self.body.system.loads_mut().set_frequency(*omega);
-        let at = match image(self.body, closure, z, closure.period(*omega)) {
-            Ok(at) => at,
-            Err(
-                OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. },
-            ) => return Ok(None),
-            Err(e) => return Err(e),
-        };
+        let period = closure.period(*omega);
+        let Some(at) = tolerate(image(self.body, closure, z, period))? else { return Ok(None) };
         let mut j = Mat::zeros(0, 0);
         if derive {
             j = jacobian(self.body, closure, &at, true)?;
             // the end moves with the frequency: dT/dω = −T/ω
             let last = j.ncols() - 1;
             let rate = at.rate_end();
-            (0..2 * n).for_each(|i| j[(i, last)] -= closure.period(*omega) / omega * rate[i]);
+            (0..2 * n).for_each(|i| j[(i, last)] -= period / omega * rate[i]);
         }
         Ok(Some((at.r, j)))
     }
@@ -117,7 +112,7 @@ impl<'a> Mapped<'a> {
         };
         let (mut clear, mut found) = (None, None);
         let n = z.len();
-        continuation::follow(&mut family, begin, &options, |_, p| {
+        let followed = continuation::follow(&mut family, begin, &options, |_, p| {
             match p.special {
                 Some(Special::Border(_)) => clear = Some(0),
                 None => clear = clear.map(|k| k + 1),
@@ -129,8 +124,8 @@ impl<'a> Mapped<'a> {
             let ends = |x: &[f64]| [&x[..n], &x[x.len() - 1..]].concat();
             found = Some((ends(&p.place.x), ends(&p.place.tangent)));
             Go::Break(())
-        })?;
-        let Some((x, along)) = found else { return Ok(None) };
+        });
+        let (Some(_), Some((x, along))) = (tolerate(followed)?, found) else { return Ok(None) };
         let c: Vec<f64> = self.weights(&x).iter().zip(&along).map(|(w, t)| w * t).collect();
         let Some((tangent, orientation)) = continuation::tangent(self, &x, &c)? else {
             return Ok(None);

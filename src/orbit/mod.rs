@@ -95,3 +95,22 @@ pub enum OrbitError {
     #[error("the {0} could not be computed")]
     Eigen(&'static str),
 }
+
+impl OrbitError {
+    /// The motion from one state could not be followed, or is none: what a search meets on its way, and goes around.
+    pub(crate) fn is_of_one_motion(&self) -> bool {
+        matches!(
+            self,
+            OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. }
+        )
+    }
+}
+
+/// Nothing, where an error is that of one motion.
+fn tolerate<T>(result: Result<T, OrbitError>) -> Result<Option<T>, OrbitError> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(e) if e.is_of_one_motion() => Ok(None),
+        Err(e) => Err(e),
+    }
+}

@@ -4,11 +4,11 @@
 //! sequence that it saw last. Where that fails too, the family is looked for with the frequency free, and followed towards the
 //! frequency that was asked for: it arrives, or the fold or grazing that lies between is located and named.
 
-use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
 use super::segments::Segments;
 use super::shooting::{Closure, Settings, Shot, shoot};
+use super::{OrbitError, tolerate};
 use crate::continuation::{
     self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value,
 };
@@ -156,9 +156,7 @@ pub fn find(
     let period = closure.period(omega);
     let shot = match shoot(body, closure, z, period, &effort.newton) {
         Ok(shot) => shot,
-        Err(
-            e @ (OrbitError::Incomplete(_) | OrbitError::Held { .. } | OrbitError::Feedback { .. }),
-        ) => {
+        Err(e) if e.is_of_one_motion() => {
             let (residual, singular_value) = (f64::INFINITY, f64::NAN);
             return Ok(Verdict::NotFound { residual, singular_value, reason: Some(e.to_string()) });
         }
@@ -242,15 +240,6 @@ fn rescue(
         }
         Some(Arrival::Grazing { omega, what }) => Verdict::Grazing { omega, what },
     })
-}
-
-/// Errors of the map along the way are failures of the search, not of the program.
-fn tolerate<T>(result: Result<T, OrbitError>) -> Result<Option<T>, OrbitError> {
-    match result {
-        Ok(value) => Ok(Some(value)),
-        Err(OrbitError::Incomplete(_) | OrbitError::Held { .. }) => Ok(None),
-        Err(e) => Err(e),
-    }
 }
 
 enum Arrival {
