@@ -48,12 +48,18 @@ pub fn arclength(
     Ok(walked.map(|w| w.met.unwrap_or(Ending::of(w.stop))))
 }
 
+/// From so many contact points on a forced, viscous body passes more corners than multi-segment shooting, which locates every one, has steps for.
+const MANY_CONTACTS: usize = 4;
+
 /// Whether a family is followed on the event-driven map itself. Viscosity makes neighbouring charts almost agree: a branch passes hundreds of corners
-/// without a stop, where multi-segment shooting would locate every one.
+/// without a stop. Bodies of few contact points have few corners, and some that turn the branch back, which the map alone takes for the way it came.
 fn is_mapped(body: &Propagator, closure: Closure) -> bool {
     match closure {
         Closure::Viscous(_) => true,
-        Closure::Forced(_) => body.system.damping.is_some_and(|d| d.beta > 0.0),
+        Closure::Forced(_) => {
+            let is_viscous = body.system.damping.is_some_and(|d| d.beta > 0.0);
+            is_viscous && body.system.n_contact() >= MANY_CONTACTS
+        }
         Closure::Reversible | Closure::Autonomous => false,
     }
 }

@@ -30,6 +30,9 @@ const AROUND: (f64, f64, f64) = (1e-4, 1e-10, 5e-3);
 const MOST_AROUND: usize = 40;
 const CLEAR: usize = 3;
 
+/// A way around a corner that leads back along the branch, by the cosine, is none.
+const RETRACED: f64 = 0.98;
+
 /// An orbit this near to a grazing, over the unit of length, is at one.
 const GRAZING: f64 = 1e-3;
 
@@ -126,7 +129,16 @@ impl<'a> Mapped<'a> {
             Go::Break(())
         });
         let (Some(_), Some((x, along))) = (tolerate(followed)?, found) else { return Ok(None) };
-        let c: Vec<f64> = self.weights(&x).iter().zip(&along).map(|(w, t)| w * t).collect();
+        let weights = self.weights(&x);
+        let from: Vec<f64> = x.iter().zip(&place.x).map(|(a, b)| a - b).collect();
+        let dot = |a: &[f64], b: &[f64]| -> f64 {
+            a.iter().zip(b).zip(&weights).map(|((a, b), w)| w * a * b).sum()
+        };
+        let (back, length) = (-dot(&from, &place.tangent), dot(&from, &from).sqrt());
+        if back > RETRACED * length * dot(&place.tangent, &place.tangent).sqrt() {
+            return Ok(None);
+        }
+        let c: Vec<f64> = weights.iter().zip(&along).map(|(w, t)| w * t).collect();
         let Some((tangent, orientation)) = continuation::tangent(self, &x, &c)? else {
             return Ok(None);
         };
