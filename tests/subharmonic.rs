@@ -2,10 +2,7 @@
 
 mod common;
 
-use std::process::Output;
-
-use common::program;
-use serde_json::Value;
+use common::{json, run};
 use signorini::event::Silent;
 use signorini::orbit::period_map::integrate_with;
 use signorini::orbit::search::{Effort, find};
@@ -20,16 +17,6 @@ const BAR: &str = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [4]\nyoung =
     [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 0.0\n[damping]\nratio = 0.05\nmode = 1\n\
     [[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.1\nomega = 4.5\n[orbit]\nrange = [1.4, 6.5]\n";
 
-fn run(arguments: &[&str]) -> Output {
-    program().args(arguments).args(["--threads", "1"]).output().unwrap()
-}
-
-fn done(arguments: &[&str]) -> Value {
-    let output = run(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
 /// Both ends of the band in which the response is unstable lead to one and the same branch, and it to the other end.
 #[test]
 fn a_branch_of_twice_the_period_goes_from_doubling_to_doubling() {
@@ -37,8 +24,8 @@ fn a_branch_of_twice_the_period_goes_from_doubling_to_doubling() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(at("bar.toml"), BAR).unwrap();
     let (scene, response, doubled) = (at("bar.toml"), at("response.h5"), at("doubled.h5"));
-    done(&["response", &scene, "--locate", "-o", &response]);
-    done(&["response", &scene, "--doublings", &response, "-o", &doubled]);
+    json(&["response", &scene, "--locate", "-o", &response]);
+    json(&["response", &scene, "--doublings", &response, "-o", &doubled]);
     let family = StoredFamily::read(doubled.as_ref()).unwrap();
     assert_eq!(family.branches.len(), 2);
     let (low, high) = (3.7177, 5.7173);
@@ -114,7 +101,7 @@ fn an_orbit_of_several_periods_says_so() {
     .unwrap();
     let (scene, file) =
         (scene.display().to_string(), folder.path().join("o.h5").display().to_string());
-    let orbit = done(&["orbit", &scene, "--omega", "4.5", "--periods", "2", "-o", &file]);
+    let orbit = json(&["orbit", &scene, "--omega", "4.5", "--periods", "2", "-o", &file]);
     assert_eq!(orbit["forcing_periods"], 2);
     let known = signorini::store::StoredFamily::read(file.as_ref());
     assert!(known.is_err(), "an orbit is no family");

@@ -3,9 +3,8 @@
 mod common;
 
 use std::path::Path;
-use std::process::Output;
 
-use common::{datasets, hdf5_files, program};
+use common::{datasets, hdf5_files, json, run};
 use serde_json::Value;
 use signorini::records::Changed;
 use signorini::store::StoredFamily;
@@ -30,16 +29,6 @@ impl Folder {
         std::fs::write(self.at(name), text).unwrap();
         self.at(name)
     }
-}
-
-fn run(arguments: &[&str]) -> Output {
-    program().args(arguments).args(["--threads", "1"]).output().unwrap()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = run(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 fn refused(arguments: &[&str], words: &str) {

@@ -33,8 +33,13 @@ mod zero_gap_bar;
 use std::convert::Infallible;
 use std::path::Path;
 
+use signorini::continuation::{Go, Options};
 use signorini::event::{Observer, Report, Sample};
+use signorini::orbit::along::{Start, arclength};
+use signorini::orbit::search::{Effort as Search, find};
+use signorini::orbit::{Closure, OrbitError, Propagator};
 use signorini::problem::Problem;
+use signorini::records::PointRecord;
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
 
@@ -121,6 +126,33 @@ fn scene(text: &str, elements: Option<&[usize]>) -> Result<Scene, String> {
         scene.body.elements = elements.to_vec();
     }
     Ok(scene)
+}
+
+/// Follow the forced response of a body from the linear one at `low` up to 2.1, as long as `go` says.
+fn forced_response(
+    body: &mut Propagator,
+    low: f64,
+    mut go: impl FnMut(&PointRecord) -> Go,
+) -> Result<Vec<PointRecord>, String> {
+    let text = |e: OrbitError| e.to_string();
+    body.system.loads_mut().set_frequency(low);
+    let guess = body.linear_response();
+    let verdict = find(body, Closure::FORCED, &guess, low, &Search::default()).map_err(text)?;
+    let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
+    let options = Options {
+        range: (low, 2.1),
+        step: (0.01, 1e-9, 0.05),
+        points: 2000,
+        locate: false,
+        natural: false,
+    };
+    let mut points = vec![];
+    arclength(body, Closure::FORCED, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
+        points.push(p);
+        points.last().map_or(Go::Continue(()), &mut go)
+    })
+    .map_err(text)?;
+    Ok(points)
 }
 
 /// Stored states of a run.

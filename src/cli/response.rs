@@ -18,7 +18,7 @@ use signorini::records::{
     Branch, BranchEnd, Direction, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
 use signorini::scenario::{Issue, Scene};
-use signorini::store::{FamilyPlan, write_ridge};
+use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Choice};
 use super::doublings;
@@ -73,9 +73,10 @@ impl Arguments {
             )));
         }
         let range = family::range(scene, self.range.as_deref())?;
-        let (scenes, doublings) = match &self.doublings {
-            None => (with_ratios(scene, self.ratios.as_deref())?, None),
-            Some(file) => doublings::of_file(file, scene)?,
+        let simple = self.doublings.as_deref().map(StoredFamily::read).transpose()?;
+        let scenes = match &simple {
+            None => with_ratios(scene, self.ratios.as_deref())?,
+            Some(simple) => doublings::scenes(simple, scene)?,
         };
         let (points, step, locate) = (self.points, self.step, self.locate);
         let choice = self.balance.choice(scene)?;
@@ -90,10 +91,10 @@ impl Arguments {
         };
         let options =
             Options { range, step: (0.2 * step, 1e-9, step), points, locate, natural: false };
-        if choice.is_balance() && doublings.is_some() {
+        if choice.is_balance() && simple.is_some() {
             return Err(CliError::Input("--doublings goes with shooting only".into()));
         }
-        Ok(Request { scenes, doublings, choice, walk, options })
+        Ok(Request { scenes, simple, doublings: None, choice, walk, options })
     }
 
     /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
@@ -108,6 +109,8 @@ impl Arguments {
 struct Request {
     /// The scene with each damping ratio in percent.
     scenes: Vec<(Option<f64>, Scene)>,
+    /// The response whose period doublings are asked for.
+    simple: Option<StoredFamily>,
     /// Where orbits of twice the period begin, each with the number of its scene; none: the responses themselves.
     doublings: Option<Vec<(usize, Doubling)>>,
     choice: Choice,
@@ -235,9 +238,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let scene = Scene::read(&arguments.scene)?;
     let path = arguments.output.path(&scene, "response");
     let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
-    let request = arguments.request(&scene)?;
+    let mut request = arguments.request(&scene)?;
     let problem = load::of_scene(&request.scenes[0].1)?;
     request.check(&scene, &problem)?;
+    request.doublings = match request.simple.take() {
+        Some(simple) => Some(doublings::of_response(&simple, &problem)?),
+        None => None,
+    };
     let shooting = !request.choice.is_balance();
     let asked = Asked {
         path: &path,
@@ -248,7 +255,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         unknowns: shooting.then(|| Closure::FORCED.sizes(problem.system.n_o())),
         options,
     };
-    let mut carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
+    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
         // a grid that was widened counts from where it began
         let grid = writer.plan().identity.walk.grid();
         let pieces = request.pieces();
@@ -259,14 +266,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
         family::run_jobs(&jobs, writer, &problem.system, request.options.range, bar)
     })?;
-    if request.doublings.is_none() {
-        let stored = &mut carried.stored;
-        let ridge = stored.peaks();
-        if ridge != stored.ridge {
-            write_ridge(&path, &asked.options.outputs, &ridge)?;
-            stored.ridge = ridge;
-        }
-    }
     family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
     match carried.ends.iter().find(|e| !e.complete) {
         None => Ok(()),

@@ -223,13 +223,17 @@ impl Body {
         forces
     }
 
+    /// The elements that have contact nodes.
+    fn elements_at_contact(&self) -> impl Iterator<Item = Element<'_>> {
+        let contact_nodes = &self.dofs.contact_nodes;
+        self.mesh.elements().filter(|e| e.nodes.iter().any(|n| contact_nodes.contains(n)))
+    }
+
     /// Whether an element with a contact node has a corner where a nodal field is not zero on a prescribed displacement.
     pub fn moves_supports_at_contact(&self, w: &[f64]) -> bool {
         let dim = self.mesh.dim();
-        let touches = |e: &Element| e.nodes.iter().any(|n| self.dofs.contact_nodes.contains(n));
         let moved = |n: usize, c: usize| w[dim * n + c] != 0.0 && self.dofs.of(n, c).is_none();
-        let mut at_contact = self.mesh.elements().filter(touches);
-        at_contact.any(|e| e.nodes.iter().any(|&n| (0..dim).any(|c| moved(n, c))))
+        self.elements_at_contact().any(|e| e.nodes.iter().any(|&n| (0..dim).any(|c| moved(n, c))))
     }
 
     /// Mass that belongs to each node (row sums over all shape functions).
@@ -276,12 +280,11 @@ impl Body {
     /// Median size along the contact normal of the elements that have contact nodes; none for given matrices.
     pub fn size_at_contact(&self) -> Option<f64> {
         let (mesh, axis) = (&self.mesh, self.dofs.contact_axis);
-        let touches = |e: &Element| e.nodes.iter().any(|n| self.dofs.contact_nodes.contains(n));
         let size = |e: Element| {
             let x = || e.nodes.iter().map(|&n| mesh.nodes()[n][axis]);
             x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
         };
-        let mut sizes: Vec<f64> = mesh.elements().filter(touches).map(size).collect();
+        let mut sizes: Vec<f64> = self.elements_at_contact().map(size).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).copied().filter(|_| !self.materials().is_empty())
     }

@@ -83,17 +83,13 @@ impl Propagator {
             let m = Oscillator { c: m.c + 0.5 * released, ..m };
             let x = m.basis(first);
             let sizes = [x.c, x.ds, m.omega * x.s, self.scale[i] * x.s];
-            !begins_open || sizes.iter().any(|s| s.abs() > DIES)
+            sizes.iter().any(|s| s.abs() > DIES)
         };
-        let kept: Vec<usize> = (0..n).filter(|&i| survives(i)).collect();
-        let kept: Vec<usize> = kept
-            .iter()
-            .copied()
-            .chain(kept.iter().map(|i| n + i))
-            .filter(|i| *i < columns)
-            .collect();
-        let rows = columns;
-        let start = Mat::from_fn(rows, kept.len(), |i, c| f64::from(u8::from(i == kept[c])));
+        let modes: Vec<usize> = (0..n).filter(|&i| !begins_open || survives(i)).collect();
+        let velocities = modes.iter().map(|i| n + i);
+        let kept: Vec<usize> =
+            modes.iter().copied().chain(velocities).filter(|i| *i < columns).collect();
+        let start = Mat::from_fn(columns, kept.len(), |i, c| f64::from(u8::from(i == kept[c])));
         let variation = Variation { by, released, ..Variation::of_map(start.as_ref()) };
         let carried = self.tangent(chain, walk, &variation)?.end;
         let mut all = Mat::zeros(2 * n, columns + usize::from(by.is_some()));

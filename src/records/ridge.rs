@@ -1,7 +1,5 @@
 //! The ridge of a set of forced responses: where their amplitudes peak.
 
-use super::PointRecord;
-
 /// A peak of a response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
@@ -18,11 +16,9 @@ pub struct Peak {
 /// A maximum that stands out by less than this, relative, is a corner of the branch.
 const PROMINENCE: f64 = 0.01;
 
-/// The peaks of the amplitude along a branch, whose `points` are in the order of the walk: the tops of parabolas over the length of the branch in the
-/// plane of frequency and amplitude, through the highest orbit and its neighbours.
-pub fn peaks(branch: usize, points: &[&PointRecord]) -> Vec<Peak> {
-    let at = |p: &&PointRecord| p.orbit.as_ref().map(|o| [p.omega, o.amplitude, o.energy]);
-    let mut row: Vec<[f64; 3]> = points.iter().filter_map(at).collect();
+/// The peaks of the amplitude along a branch, whose orbits come in the order of the walk: frequency, amplitude, energy. They are the tops of parabolas
+/// over the length of the branch in the plane of frequency and amplitude, through the highest orbit and its neighbours.
+pub fn peaks(branch: usize, mut row: Vec<[f64; 3]>) -> Vec<Peak> {
     row.dedup_by(|a, b| a[0] == b[0] && a[1] == b[1]);
     let highest: Vec<usize> = (1..row.len().saturating_sub(1))
         .filter(|&k| row[k][1] >= row[k - 1][1] && row[k][1] > row[k + 1][1])
@@ -64,12 +60,9 @@ fn top(branch: usize, p: [[f64; 3]; 3]) -> Peak {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::records::OrbitRecord;
 
-    fn point(omega: f64, amplitude: f64) -> PointRecord {
-        let orbit =
-            OrbitRecord { amplitude, energy: amplitude * amplitude, ..OrbitRecord::default() };
-        PointRecord { omega, orbit: Some(orbit), ..PointRecord::default() }
+    fn point((omega, amplitude): (f64, f64)) -> [f64; 3] {
+        [omega, amplitude, amplitude * amplitude]
     }
 
     /// A resonance that leans over: the peak lies before the fold, between two points of the branch; its error falls with the square of the step.
@@ -80,8 +73,7 @@ mod tests {
         let errors = |step: f64| {
             let count = (2.5 / step) as i32;
             let at = |k: i32| curve(-1.0 + step * f64::from(k));
-            let points: Vec<PointRecord> = (0..=count).map(at).map(|(w, a)| point(w, a)).collect();
-            let found = peaks(3, &points.iter().collect::<Vec<_>>());
+            let found = peaks(3, (0..=count).map(at).map(point).collect());
             assert!(found.len() == 1 && found[0].branch == 3);
             let p = found[0];
             [p.omega - omega, p.amplitude - amplitude, p.energy - amplitude * amplitude]
@@ -94,14 +86,8 @@ mod tests {
 
     #[test]
     fn ripple_and_ends_are_no_peaks() {
-        let points: Vec<PointRecord> = (0..100)
-            .map(|k| {
-                point(
-                    1.0 + 0.01 * f64::from(k),
-                    1.0 + 0.01 * f64::from(k) + 1e-3 * f64::from(k % 2),
-                )
-            })
-            .collect();
-        assert_eq!(peaks(0, &points.iter().collect::<Vec<_>>()), []);
+        let climb = |k: i32| 1.0 + 0.01 * f64::from(k) + 1e-3 * f64::from(k % 2);
+        let row = (0..100).map(|k| point((1.0 + 0.01 * f64::from(k), climb(k)))).collect();
+        assert_eq!(peaks(0, row), []);
     }
 }

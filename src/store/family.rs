@@ -15,13 +15,15 @@ use super::journal::Journal;
 use super::mesh::{along_axes, size_of_mesh};
 use super::orbits::{Word, scalar, word, write_orbit, write_place};
 use super::output::{Staged, check_room};
+use super::ridge::write_ridge;
 use super::series::SeriesWriter;
 use super::stored::{StoredFamily, names_of};
 use super::table::Table;
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
 use crate::records::{
-    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, PointRecord, Status, ViscousRecord, Walk,
+    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Peak, PointRecord, Status, ViscousRecord,
+    Walk, peaks,
 };
 use crate::scenario::Scene;
 
@@ -49,11 +51,16 @@ pub struct FamilyWriter {
     checks: Vec<CheckRow>,
     /// Where each row belongs.
     order: Vec<(i64, i64)>,
+    /// Branch, place on it, and frequency, amplitude, energy of every orbit: what the ridge of a response is made of.
+    heights: Vec<Height>,
     journal: Option<Journal>,
     scene: Scene,
     options: WriterOptions,
     plan: FamilyPlan,
 }
+
+/// A point as the ridge sees it.
+type Height = (usize, i64, [f64; 3]);
 
 const ROWS: [(&str, &str); 10] = [
     ("omega", "1/time"),
@@ -71,6 +78,18 @@ const ROWS: [(&str, &str); 10] = [
 /// Rows of the viscous nonlinear mode besides.
 const OF_VISCOUS: [(&str, &str); 3] =
     [("alpha", "1/time"), ("beta", "time"), ("energy_turned_over", "energy a period")];
+
+/// The peaks of all branches that are responses; `heights` come as they were found.
+pub(super) fn ridge_of(branches: &[Branch], heights: &mut [Height]) -> Vec<Peak> {
+    heights.sort_by_key(|h| (h.0, h.1));
+    let of_branch = |branch: usize| {
+        let own = heights.iter().filter(|h| h.0 == branch);
+        peaks(branch, own.map(|h| h.2).collect())
+    };
+    let responses = branches.iter().enumerate();
+    let responses = responses.filter(|(_, b)| matches!(b, Branch::Response { .. }));
+    responses.flat_map(|(branch, _)| of_branch(branch)).collect()
+}
 
 /// The rows of a family.
 fn rows_of(plan: &FamilyPlan) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
@@ -160,6 +179,7 @@ impl FamilyWriter {
             series: None,
             checks: vec![],
             order: vec![],
+            heights: vec![],
             journal: None,
             scene: scene.clone(),
             options: options.clone(),
@@ -253,6 +273,7 @@ impl FamilyWriter {
         }
         self.checks.extend(p.check.clone());
         self.order.push(self.key(p));
+        self.heights.extend(o.map(|o| (p.branch, p.index, [p.omega, o.amplitude, o.energy])));
         Ok(())
     }
 
@@ -295,6 +316,13 @@ impl FamilyWriter {
             write_crosscheck(&self.file, &self.checks)?;
         }
         let g = self.file.group("backbone")?;
+        let ridge = match *status {
+            Status::Complete => ridge_of(&self.plan.branches, &mut self.heights),
+            _ => vec![],
+        };
+        if !ridge.is_empty() {
+            write_ridge(&g, &ridge)?;
+        }
         write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;

@@ -3,7 +3,6 @@
 //! The file is written as the run goes: rows are collected until a chunk is full, appended and flushed, so that a
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
-mod amend;
 mod checkpoint;
 mod content;
 mod crosscheck;
@@ -34,7 +33,6 @@ pub use orbits::read_stored_orbit;
 pub use output::{MARK, Outputs, beside, replace, replace_with, room};
 pub use problem::write_problem;
 pub use reader::Stored;
-pub use ridge::write_ridge;
 pub use series::{Names, SeriesWriter, read_series};
 pub use state::read_state;
 pub use statement::write_statement;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hdf5::Group;
 
-use super::amend::{amend, column};
+use super::output::Staged;
 use super::reader::Careful;
 use super::{Outputs, StoreError, read_text, write_text};
 use crate::records::{Changed, ErrorStatement, Variation};
@@ -12,23 +12,40 @@ use crate::records::{Changed, ErrorStatement, Variation};
 /// The name of the group in `/backbone`.
 const NAME: &str = "error_statement";
 
-/// Add an error statement to the file of a finished family.
+/// Add an error statement to the file of a finished family, or put it in the place of an earlier one. The file is replaced as a whole: nothing is half
+/// there.
 pub fn write_statement(
     path: &Path,
     outputs: &Outputs,
     statement: &ErrorStatement,
 ) -> Result<(), StoreError> {
-    amend(path, outputs, NAME, |g| {
-        column(g, "omega", &statement.omega, "1/time")?;
-        column(g, "energy", &statement.energy, "energy")?;
-        column(g, "slope", &statement.slope, "energy time")?;
+    let mut staged = Staged::begin(&outputs.with_force(true), path)?;
+    staged.restart();
+    let write = || -> Result<(), StoreError> {
+        std::fs::copy(staged.path(), staged.at()).map_err(|e| StoreError::write(path, e))?;
+        let file = hdf5::File::open_rw(staged.at())?;
+        let family = file.group("backbone")?;
+        if family.link_exists(NAME) {
+            family.unlink(NAME)?;
+        }
+        let g = family.create_group(NAME)?;
+        let column = |name: &str, values: &[f64], units: &str| -> Result<(), StoreError> {
+            let dataset = g.new_dataset_builder().with_data(values).create(name)?;
+            write_text(&dataset, "units", units)
+        };
+        column("omega", &statement.omega, "1/time")?;
+        column("energy", &statement.energy, "energy")?;
+        column("slope", &statement.slope, "energy time")?;
         for v in &statement.variations {
-            column(g, v.changed.name(), &v.energy, "energy")?;
+            column(v.changed.name(), &v.energy, "energy")?;
             let dataset = g.dataset(v.changed.name())?;
             write_text(&dataset, "what", &v.text)?;
         }
+        file.flush()?;
         Ok(())
-    })
+    };
+    write().inspect_err(|_| staged.discard())?;
+    staged.commit()
 }
 
 /// The error statement in `/backbone`, if there is one.

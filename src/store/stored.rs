@@ -6,16 +6,15 @@ use hdf5::Group;
 use serde_json as json;
 
 use super::crosscheck::read_crosscheck;
+use super::family::ridge_of;
 use super::journal;
 use super::orbits::{Word, read_orbit, read_place, read_scalar};
 use super::reader::{Careful, open, reading};
-use super::ridge::read_ridge;
 use super::series::{Names, read_series};
 use super::statement::read_statement;
 use super::{StoreError, read_text};
 use crate::records::{
     Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, Peak, PointKind, PointRecord, Status,
-    peaks,
 };
 
 /// A stored family.
@@ -45,8 +44,6 @@ pub struct StoredFamily {
     pub harmonics: usize,
     /// How far its energies may be off, if that was computed.
     pub statement: Option<ErrorStatement>,
-    /// The peaks of a response.
-    pub ridge: Vec<Peak>,
 }
 
 /// Names of branches.
@@ -82,15 +79,14 @@ impl StoredFamily {
         }
     }
 
-    /// The peaks of all its branches.
+    /// The peaks of its responses, branch by branch.
     pub fn peaks(&self) -> Vec<Peak> {
-        let of_branch = |branch: usize| {
-            let mut points: Vec<&PointRecord> =
-                self.points.iter().filter(|p| p.branch == branch).collect();
-            points.sort_by_key(|p| p.index);
-            peaks(branch, &points)
+        let height = |p: &PointRecord| {
+            let o = p.orbit.as_ref()?;
+            Some((p.branch, p.index, [p.omega, o.amplitude, o.energy]))
         };
-        (0..self.branches.len()).flat_map(of_branch).collect()
+        let mut heights: Vec<_> = self.points.iter().filter_map(height).collect();
+        ridge_of(&self.branches, &mut heights)
     }
 
     /// Whether an earlier run left a journal, which it only does if it did not end.
@@ -130,7 +126,6 @@ impl StoredFamily {
             points,
             harmonics,
             statement: read_statement(&g)?,
-            ridge: read_ridge(&g)?,
         })
     }
 }

@@ -21,6 +21,18 @@ pub fn program() -> std::process::Command {
     command
 }
 
+/// The program with arguments, on one thread.
+pub fn run(arguments: &[&str]) -> std::process::Output {
+    program().args(arguments).args(["--threads", "1"]).output().unwrap()
+}
+
+/// What it prints with `--json`; it must succeed.
+pub fn json(arguments: &[&str]) -> Value {
+    let output = run(&[arguments, &["--json"]].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
 /// How tests open HDF5 files: without a lock. A child that another thread starts meanwhile inherits the lock until it
 /// has become the program, and the program is then refused a file that nobody holds.
 pub fn hdf5_files() -> hdf5::FileBuilder {

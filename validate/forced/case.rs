@@ -8,15 +8,13 @@
 
 use std::f64::consts::TAU;
 
-use signorini::continuation::{Go, Options};
-use signorini::orbit::along::{Start, arclength};
+use signorini::continuation::Go;
+use signorini::orbit::Propagator;
 use signorini::orbit::period_map::integrate;
-use signorini::orbit::search::{Effort as Search, find};
-use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::records::{PointKind, PointRecord};
 
-use super::{Case, Check, Effort, Outcome, scene};
+use super::{Case, Check, Effort, Outcome, forced_response, scene};
 
 pub const CASE: Case = Case {
     name: "forced",
@@ -44,29 +42,6 @@ fn body(ratio: f64) -> Result<Propagator, String> {
     }
     let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
     Propagator::new(problem.system).map_err(|e| e.to_string())
-}
-
-fn branch(body: &mut Propagator) -> Result<Vec<PointRecord>, String> {
-    let text = |e: signorini::orbit::OrbitError| e.to_string();
-    let low = 1.2;
-    body.system.loads_mut().set_frequency(low);
-    let z = body.linear_response();
-    let verdict = find(body, Closure::FORCED, &z, low, &Search::default()).map_err(text)?;
-    let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
-    let options = Options {
-        range: (low, 2.1),
-        step: (0.01, 1e-9, 0.05),
-        points: 2000,
-        locate: false,
-        natural: false,
-    };
-    let mut points = vec![];
-    arclength(body, Closure::FORCED, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
-        points.push(p);
-        Go::Continue(())
-    })
-    .map_err(text)?;
-    Ok(points)
 }
 
 /// Whether a disturbed state behaves as the multipliers say; none where they are too near to the unit circle.
@@ -104,7 +79,7 @@ fn run(effort: Effort) -> Outcome {
     let ratios = if effort.short { &PEAKS[..1] } else { &PEAKS[..] };
     for &(ratio, expected) in ratios {
         let mut body = body(ratio)?;
-        let points = branch(&mut body)?;
+        let points = forced_response(&mut body, 1.2, |_| Go::Continue(()))?;
         let name = |what: &str| format!("ξ = {} %: {what}", 100.0 * ratio);
         let amplitudes =
             points.iter().filter_map(|p| p.orbit.as_ref().map(|o| (o.amplitude, p.omega)));

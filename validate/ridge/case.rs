@@ -5,15 +5,13 @@
 //! with fifteen harmonics, whose own backbone is within 0.45 % outside the 3:1 tongue. The level itself is not that of a balance of energies (6 to
 //! 26 % less): `−αM` feeds all harmonics, a load of one frequency the first alone.
 
-use signorini::continuation::{Go, Options};
-use signorini::orbit::along::{Start, arclength};
+use signorini::continuation::Go;
+use signorini::orbit::Propagator;
 use signorini::orbit::check::series_of_orbit;
-use signorini::orbit::search::{Effort as Search, find};
-use signorini::orbit::{Closure, Propagator};
-use signorini::records::{OrbitRecord, PointRecord, peaks};
+use signorini::records::peaks;
 
 use super::refinement::orbits;
-use super::{Case, Check, Effort, Outcome, scene};
+use super::{Case, Check, Effort, Outcome, forced_response, scene};
 
 pub const CASE: Case = Case {
     name: "ridge",
@@ -63,29 +61,15 @@ fn first_harmonic(body: &Propagator, z: &[f64], omega: f64) -> Result<f64, Strin
 
 /// Frequency and `a_1` of the peak of a response.
 fn peak(body: &mut Propagator) -> Result<(f64, f64), String> {
-    let low = 1.45;
-    body.system.loads_mut().set_frequency(low);
-    let start = body.linear_response();
-    let verdict = find(body, Closure::FORCED, &start, low, &Search::default()).map_err(text)?;
-    let orbit = verdict.orbit().ok_or_else(|| verdict.to_string())?.clone();
-    let options = Options {
-        range: (low, 2.1),
-        step: (0.01, 1e-9, 0.05),
-        points: 1000,
-        locate: false,
-        natural: false,
-    };
-    let (mut points, mut most, mut furthest): (Vec<PointRecord>, f64, f64) = (vec![], 0.0, 0.0);
-    arclength(body, Closure::FORCED, Start::Orbit(Box::new(orbit), 1.0), &options, |p| {
+    let (mut most, mut furthest) = (0.0f64, 0.0f64);
+    let points = forced_response(body, 1.45, |p| {
         let energy = p.orbit.as_ref().map_or(0.0, |o| o.energy);
         most = most.max(energy);
         furthest = furthest.max(p.omega);
         // down the other side of the peak, behind the fold
         let down = energy > 0.0 && energy < 0.85 * most && p.omega < furthest - 1e-3;
-        points.push(p);
         if down { Go::Break(()) } else { Go::Continue(()) }
-    })
-    .map_err(text)?;
+    })?;
     let near_top =
         points.iter().filter(|p| p.orbit.as_ref().is_some_and(|o| o.energy > 0.5 * most));
     let mut row = vec![];
@@ -93,10 +77,9 @@ fn peak(body: &mut Propagator) -> Result<(f64, f64), String> {
         let Some(place) = &p.place else { continue };
         body.system.loads_mut().set_frequency(p.omega);
         let amplitude = first_harmonic(body, &place.x[..2 * body.n()], p.omega)?;
-        let orbit = Some(OrbitRecord { amplitude, ..OrbitRecord::default() });
-        row.push(PointRecord { omega: p.omega, orbit, ..PointRecord::default() });
+        row.push([p.omega, amplitude, 0.0]);
     }
-    let found = peaks(0, &row.iter().collect::<Vec<_>>());
+    let found = peaks(0, row);
     let top = found.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
     top.map(|p| (p.omega, p.amplitude)).ok_or_else(|| "the response has no peak".into())
 }

@@ -50,7 +50,7 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
         "output": path.display().to_string()});
     if stored.outline().way == Way::Response {
         let peak = |p: &Peak| json!({"branch": p.branch, "omega": p.omega, "amplitude": p.amplitude, "energy": p.energy});
-        json["ridge"] = stored.ridge.iter().map(peak).collect();
+        json["ridge"] = stored.peaks().iter().map(peak).collect();
     }
     if let Some(statement) = &stored.statement {
         json["error_statement"] = statement_json(statement);
@@ -94,7 +94,7 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     if specials.len() > MOST {
         line("", format!("… and {} more; all are in the file", specials.len() - MOST));
     }
-    for (k, p) in stored.ridge.iter().enumerate() {
+    for (k, p) in stored.peaks().iter().enumerate() {
         let name = match stored.branches.len() {
             1 => String::new(),
             _ => format!("{}: ", stored.branches[p.branch]),

@@ -125,8 +125,9 @@ impl<'f> Scene<'f> {
 
     /// The highest peak of each response of a set, lowest first; of one response there is no ridge.
     pub fn ridge(&self, family: &StoredFamily) -> Vec<(f64, f64)> {
+        let all = family.peaks();
         let highest = |branch: usize| {
-            let of_branch = family.ridge.iter().filter(|p| p.branch == branch);
+            let of_branch = all.iter().filter(|p| p.branch == branch);
             of_branch.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
         };
         let mut peaks: Vec<_> = (0..family.branches.len()).filter_map(highest).collect();
