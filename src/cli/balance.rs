@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use signorini::hbm::branch::Body;
 use signorini::hbm::newton::Settings;
-use signorini::hbm::{Form, Quadrature, Reduction, Viscous, fed};
+use signorini::hbm::{Form, Quadrature, Viscous, fed, prepare};
 use signorini::orbit::Pin;
 use signorini::problem::Problem;
 use signorini::records::{Branch, PointMethod};
@@ -186,6 +186,6 @@ impl Choice {
             true => Some(family::propagator(load::of_scene(scene)?.system)?),
             false => None,
         };
-        Ok(Body { reduction: Reduction::new(problem.system, self.form)?, shooter })
+        Ok(Body { balanced: prepare(problem.system, self.form)?, shooter })
     }
 }

@@ -77,16 +77,16 @@ pub fn series(
     task: Task,
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
-    if body.reduction.is_free() {
+    if body.balanced.is_free() {
         return Err(FamilyError::Free);
     }
     go_on(task, take, |place, options, take| {
         let from = match place {
             Some(place) => {
-                let place = series_branch::place_of(&body.reduction, n_h, place);
+                let place = series_branch::place_of(body.balanced.interface(), n_h, place);
                 series_branch::Start::Place(place.ok_or(FamilyError::Place)?)
             }
-            None => match series_branch::first_solution(&mut body.reduction, n_h, omega)? {
+            None => match series_branch::first_solution(body.balanced.as_mut(), n_h, omega)? {
                 Some(s) => series_branch::Start::Solution(Box::new(s), direction),
                 None => return Ok(Err(format!("no solution to start from at omega = {omega}"))),
             },

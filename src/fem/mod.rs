@@ -2,6 +2,7 @@
 
 pub mod body;
 pub mod dofs;
+pub mod dynamic;
 pub mod eigen;
 pub mod element;
 mod files;
@@ -13,6 +14,7 @@ pub mod stress;
 
 pub use body::{Body, Origin};
 pub use dofs::DofMap;
+pub use dynamic::{DynamicFactor, DynamicStiffness};
 pub use eigen::Modes;
 pub use element::Material;
 pub(crate) use files::check_size;
@@ -30,6 +32,12 @@ pub enum FemError {
     /// A matrix that must be positive definite is not.
     #[error("the {what} is not positive definite")]
     NotPositiveDefinite {
+        /// Which matrix.
+        what: &'static str,
+    },
+    /// A matrix that is to be solved with is singular.
+    #[error("the {what} is singular")]
+    Singular {
         /// Which matrix.
         what: &'static str,
     },

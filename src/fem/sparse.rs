@@ -15,7 +15,7 @@ use faer::{Conj, MatMut, Par};
 
 use super::FemError;
 
-/// A sparse matrix by compressed rows.
+/// A sparse matrix by compressed rows, columns ascending in each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Csr {
     n_cols: usize,
@@ -196,9 +196,22 @@ impl Csr {
 
     /// `α A + β B` of two matrices of one shape.
     pub fn combination(alpha: f64, a: &Csr, beta: f64, b: &Csr) -> Csr {
-        let entries = a.triplets().map(|(i, j, v)| (i, j, alpha * v));
-        let entries = entries.chain(b.triplets().map(|(i, j, v)| (i, j, beta * v)));
-        Csr::from_triplets(a.n_rows(), a.n_cols, entries.collect())
+        let mut sum = Csr { n_cols: a.n_cols, row_start: vec![0], col: vec![], val: vec![] };
+        for i in 0..a.n_rows() {
+            let (mut of_a, mut of_b) = (a.row(i).peekable(), b.row(i).peekable());
+            loop {
+                let (ja, jb) = (of_a.peek().map(|e| e.0), of_b.peek().map(|e| e.0));
+                let Some(j) = ja.into_iter().chain(jb).min() else { break };
+                let x = of_a.next_if(|e| e.0 == j).map_or(0.0, |e| alpha * e.1);
+                let y = of_b.next_if(|e| e.0 == j).map_or(0.0, |e| beta * e.1);
+                if x + y != 0.0 {
+                    sum.col.push(j as u32);
+                    sum.val.push(x + y);
+                }
+            }
+            sum.row_start.push(sum.col.len());
+        }
+        sum
     }
 }
 

@@ -7,10 +7,11 @@
 
 use std::rc::Rc;
 
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::HbmError;
-use super::reduction::{PhaseOperator, Reduction};
+use super::interface::{Interface, PhaseOperator};
 use super::series::{Basis, Function, Integrals, Polynomial, Series};
 use crate::contact::ActiveSet;
 
@@ -53,20 +54,6 @@ pub struct Balance {
 /// Most switches of one node a harmonic.
 const SWITCHES: usize = 8;
 
-/// `y = Q̂ᵀ q`, function by function.
-pub fn project_in(reduction: &Reduction, q: &Series) -> Series {
-    let r = reduction.q_in.ncols();
-    let mut y = Series::zeros(q.basis, q.n_h, r);
-    for i in 0..q.basis.len(q.n_h) {
-        for c in 0..r {
-            let d: f64 =
-                reduction.q_in.col_as_slice(c).iter().zip(q.of(i)).map(|(a, b)| a * b).sum();
-            y.of_mut(i)[c] = d;
-        }
-    }
-    y
-}
-
 /// Norm of a function squared, over the interval of its basis.
 fn weight(basis: Basis, (k, _): Function) -> f64 {
     let half = 0.5 * basis.end();
@@ -96,32 +83,31 @@ fn blocks(op: &PhaseOperator, l: usize, is_sine: bool, omega: f64) -> (Mat<f64>,
 type Path = (Vec<ActiveSet>, Vec<Crossing>, Vec<f64>, usize);
 
 /// The switches along a series.
-fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError> {
-    let system = &reduction.system;
+fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
+    let system = &interface.system;
     let n_c = system.n_contact();
-    let (q0, dq0) = q.at(0.0);
-    let state = reduction.state(&q0, &dq0, 1.0);
-    let mut set = system.select(0.0, &state.u, &ActiveSet::open(n_c))?.set;
+    let u = interface.representative(&y.at(0.0).0);
+    let mut set = system.select(0.0, &u, &ActiveSet::open(n_c))?.set;
     let (basis, n_h) = (y.basis, y.n_h);
     let (mut sets, mut crossings, mut slopes) = (vec![set.clone()], vec![], vec![]);
     let mut theta = 0.0;
     let mut undecided = 0;
     let limit = SWITCHES * n_c * (n_h + 1);
     loop {
-        let op = reduction.phase(&set)?;
+        let op = interface.phase(&set)?;
         let mut first: Option<(f64, usize, f64)> = None;
         for i in 0..n_c {
             let h: Vec<f64> = (0..basis.len(n_h))
                 .map(|f| {
-                    let dot: f64 =
-                        y.of(f).iter().enumerate().map(|(c, y)| op.rows[(i, c)] * y).sum();
+                    let of_first = y.of(f).iter().take(op.rows.ncols());
+                    let dot: f64 = of_first.enumerate().map(|(c, y)| op.rows[(i, c)] * y).sum();
                     dot + op.monitor_constant(i, f, &system.loads)
                 })
                 .collect();
             let h = Polynomial::new(basis, n_h, &h);
             let end = first.map_or(basis.end(), |f| f.0);
             // a monitor may vanish altogether (at rest on the obstacle)
-            let slack = 1e-13 * h.size + 1e-15 * reduction.system.units.length;
+            let slack = 1e-13 * h.size + 1e-15 * interface.system.units.length;
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {
@@ -144,15 +130,15 @@ fn walk(reduction: &Reduction, q: &Series, y: &Series) -> Result<Path, HbmError>
 }
 
 /// `n` at `θ` in a phase.
-fn interface(
+fn value(
     op: &PhaseOperator,
-    reduction: &Reduction,
+    interface: &Interface,
     y: &Series,
     omega: f64,
     theta: f64,
 ) -> Vec<f64> {
     let mut n: Vec<f64> = op.s.iter().map(|s| -s).collect();
-    for (load, part) in reduction.system.loads.harmonics.iter().zip(&op.loads) {
+    for (load, part) in interface.system.loads.harmonics.iter().zip(&op.loads) {
         let c = load.size() * (theta + load.angle()).cos();
         n.iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
     }
@@ -177,35 +163,29 @@ fn interface(
 }
 
 impl Balance {
-    /// Projections of the interface terms along `q` at frequency `omega`.
+    /// Projections of the interface terms along a series of projections `y` at frequency `omega`.
     pub fn new(
-        reduction: &Reduction,
-        q: &Series,
+        interface: &Interface,
         y: &Series,
         omega: f64,
         quadrature: Quadrature,
     ) -> Result<Balance, HbmError> {
         match quadrature {
-            Quadrature::EventResolved => event_resolved(reduction, q, y, omega),
-            Quadrature::Sampled(samples) => sampled(reduction, q, y, omega, samples),
+            Quadrature::EventResolved => event_resolved(interface, y, omega),
+            Quadrature::Sampled(samples) => sampled(interface, y, omega, samples),
         }
     }
 }
 
-fn event_resolved(
-    reduction: &Reduction,
-    q: &Series,
-    y: &Series,
-    omega: f64,
-) -> Result<Balance, HbmError> {
-    let (sets, crossings, slopes, mut undecided) = walk(reduction, q, y)?;
+fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balance, HbmError> {
+    let (sets, crossings, slopes, mut undecided) = walk(interface, y)?;
     let (basis, n_h) = (y.basis, y.n_h);
     let functions = basis.functions(n_h);
-    let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
+    let (r, r_in, count) = (interface.rank(), y.n, functions.len());
     let mut n = Series::zeros(basis, n_h, r);
     let mut derivative = Mat::<f64>::zeros(count * r, count * r_in);
     let operators: Result<Vec<Rc<PhaseOperator>>, HbmError> =
-        sets.iter().map(|s| reduction.phase(s)).collect();
+        sets.iter().map(|s| interface.phase(s)).collect();
     let operators = operators?;
     let bound = |j: usize| match j {
         0 => 0.0,
@@ -214,52 +194,31 @@ fn event_resolved(
     };
     let tables: Vec<Integrals> =
         (0..=operators.len()).map(|j| Integrals::new(n_h, bound(j))).collect();
-    for (j, op) in operators.iter().enumerate() {
-        // the open phase has no interface terms
-        if sets[j].count() == 0 {
-            continue;
-        }
-        let (a, b) = (&tables[j], &tables[j + 1]);
-        let mut integral = vec![0.0; count * count];
-        for k in 0..count {
-            for l in 0..=k {
-                let x =
-                    b.product(functions[k], functions[l]) - a.product(functions[k], functions[l]);
-                (integral[k * count + l], integral[l * count + k]) = (x, x);
-            }
-        }
+    // the open phase has no interface terms
+    let active: Vec<usize> = (0..sets.len()).filter(|&j| sets[j].count() > 0).collect();
+    // ∫ f_k f_l over every phase, over the norm of f_k: phase by phase for all k and l
+    let mut integrals = vec![0.0; count * count * active.len()];
+    for (place, &j) in active.iter().enumerate() {
+        let (a, b, op) = (&tables[j], &tables[j + 1], &operators[j]);
+        let at = |k: usize, l: usize| (l * count + k) * active.len() + place;
         for k in 0..count {
             let scale = 1.0 / weight(basis, functions[k]);
-            let constant = scale * integral[k * count];
+            for l in 0..count {
+                let (f, g) = (functions[k], functions[l]);
+                integrals[at(k, l)] = scale * (b.product(f, g) - a.product(f, g));
+            }
+            let constant = integrals[at(k, 0)];
             n.of_mut(k).iter_mut().zip(&op.s).for_each(|(n, s)| *n -= constant * s);
-            for (load, part) in reduction.system.loads.harmonics.iter().zip(&op.loads) {
+            for (load, part) in interface.system.loads.harmonics.iter().zip(&op.loads) {
                 // cos(θ + φ) = cos φ cos θ − sin φ sin θ
                 let (sin, cos) = load.angle().sin_cos();
-                let c = load.size()
-                    * scale
-                    * (cos * integral[k * count + 1] - sin * integral[k * count + 2]);
+                let c = load.size() * (cos * integrals[at(k, 1)] - sin * integrals[at(k, 2)]);
                 n.of_mut(k).iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
             }
         }
-        for (l, &(harmonic, is_sine)) in functions.iter().enumerate() {
-            let (own, partner) = blocks(op, harmonic, is_sine, omega);
-            let other = if is_sine { l.wrapping_sub(1) } else { l + 1 };
-            for c in 0..r_in {
-                let column = derivative.col_as_slice_mut(l * r_in + c);
-                let of_own = own.col_as_slice(c);
-                let of_partner = partner.as_ref().map(|p| p.col_as_slice(c));
-                for (k, target) in column.chunks_exact_mut(r).enumerate() {
-                    let scale = 1.0 / weight(basis, functions[k]);
-                    let x = scale * integral[k * count + l];
-                    target.iter_mut().zip(of_own).for_each(|(t, o)| *t += x * o);
-                    if let Some(p) = of_partner {
-                        let z = scale * integral[k * count + other];
-                        target.iter_mut().zip(p).for_each(|(t, p)| *t += z * p);
-                    }
-                }
-            }
-        }
     }
+    let of_phases: Vec<&PhaseOperator> = active.iter().map(|&j| operators[j].as_ref()).collect();
+    add_phases(&of_phases, &integrals, y, omega, &mut derivative);
     // n is affine in y with the derivative at fixed switches
     for column in 0..count * r_in {
         let yc = y.a[column];
@@ -267,14 +226,64 @@ fn event_resolved(
             n.a.iter_mut().zip(derivative.col_as_slice(column)).for_each(|(n, d)| *n += d * yc);
         }
     }
-    let path = Moving { reduction, y, omega, operators: &operators, slopes: &slopes };
+    let path = Moving { interface, y, omega, operators: &operators, slopes: &slopes };
     undecided += path.add(&crossings, &mut derivative);
     Ok(Balance { n, derivative, crossings, sets, undecided })
 }
 
+/// The derivative at fixed switches: column by column of the operators, that of all phases times their integrals.
+fn add_phases(
+    phases: &[&PhaseOperator],
+    integrals: &[f64],
+    y: &Series,
+    omega: f64,
+    derivative: &mut Mat<f64>,
+) {
+    let (Some(first), functions) = (phases.first(), y.basis.functions(y.n_h)) else { return };
+    let (r, r_in, count) = (first.p.nrows(), y.n, functions.len());
+    let of_function = |l: usize| {
+        let size = phases.len() * count;
+        MatRef::from_column_major_slice(&integrals[l * size..(l + 1) * size], phases.len(), count)
+    };
+    for c in 0..r_in {
+        let p = Mat::from_fn(r, phases.len(), |i, j| phases[j].p[(i, c)]);
+        let a = column_of(phases, c, |op| op.a.as_ref());
+        let v = column_of(phases, c, |op| op.v.as_ref());
+        for (l, &(harmonic, is_sine)) in functions.iter().enumerate() {
+            let lw = harmonic as f64 * omega;
+            let column = derivative.col_as_slice_mut(l * r_in + c);
+            let mut target = MatMut::from_column_major_slice_mut(column, r, count);
+            let mut add = |m: &Mat<f64>, function: usize, factor: f64| {
+                let (right, all) = (of_function(function), Accum::Add);
+                matmul(target.as_mut(), all, m.as_ref(), right, factor, Par::Seq);
+            };
+            add(&p, l, 1.0);
+            if let Some(a) = &a {
+                add(a, l, -lw * lw);
+            }
+            // (cos lθ)′ = −l sin lθ, (sin lθ)′ = l cos lθ
+            if let (Some(v), true) = (&v, harmonic > 0) {
+                let (partner, sign) = if is_sine { (l - 1, 1.0) } else { (l + 1, -1.0) };
+                add(v, partner, sign * lw);
+            }
+        }
+    }
+}
+
+/// Column `c` of an operator of every phase, side by side, if phases have it.
+fn column_of(
+    phases: &[&PhaseOperator],
+    c: usize,
+    of: impl Fn(&PhaseOperator) -> Option<&Mat<f64>>,
+) -> Option<Mat<f64>> {
+    let all: Option<Vec<&[f64]>> =
+        phases.iter().map(|op| of(op).map(|m| m.col_as_slice(c))).collect();
+    all.map(|all| Mat::from_fn(all.first().map_or(0, |c| c.len()), all.len(), |i, j| all[j][i]))
+}
+
 /// The switches of a series move with it: `∂θ_s/∂y_l = −m f_l(θ_s)/h′(θ_s)` adds `(n⁻ − n⁺) f_k(θ_s) ∂θ_s/∂y_l` to the derivative.
 struct Moving<'a> {
-    reduction: &'a Reduction,
+    interface: &'a Interface,
     y: &'a Series,
     omega: f64,
     operators: &'a [Rc<PhaseOperator>],
@@ -284,15 +293,15 @@ struct Moving<'a> {
 impl Moving<'_> {
     /// Add the part of every switch; returns the number of those whose monitor has no slope.
     fn add(&self, crossings: &[Crossing], derivative: &mut Mat<f64>) -> usize {
-        let Moving { reduction, y, omega, operators, slopes } = *self;
+        let Moving { interface, y, omega, operators, slopes } = *self;
         let (basis, n_h) = (y.basis, y.n_h);
         let functions = basis.functions(n_h);
-        let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
+        let (r, r_in, count) = (interface.rank(), y.n, functions.len());
         let mut undecided = 0;
         let mut f = vec![];
         for (j, crossing) in crossings.iter().enumerate() {
-            let before = interface(&operators[j], reduction, y, omega, crossing.theta);
-            let after = interface(&operators[j + 1], reduction, y, omega, crossing.theta);
+            let before = value(&operators[j], interface, y, omega, crossing.theta);
+            let after = value(&operators[j + 1], interface, y, omega, crossing.theta);
             basis.values(n_h, crossing.theta, &mut f);
             let slope = slopes[j];
             if slope == 0.0 {
@@ -301,7 +310,7 @@ impl Moving<'_> {
             }
             let step: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
             for l in 0..count {
-                for c in 0..r_in {
+                for c in 0..r {
                     let delay = -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
                     let column = derivative.col_as_slice_mut(l * r_in + c);
                     for (k, target) in column.chunks_exact_mut(r).enumerate() {
@@ -316,18 +325,17 @@ impl Moving<'_> {
 }
 
 fn sampled(
-    reduction: &Reduction,
-    q: &Series,
+    interface: &Interface,
     y: &Series,
     omega: f64,
     samples: usize,
 ) -> Result<Balance, HbmError> {
     let (basis, n_h) = (y.basis, y.n_h);
     let functions = basis.functions(n_h);
-    let (r, r_in, count) = (reduction.q.ncols(), y.n, functions.len());
+    let (r, r_in, count) = (interface.rank(), y.n, functions.len());
     let mut n = Series::zeros(basis, n_h, r);
     let mut derivative = Mat::<f64>::zeros(count * r, count * r_in);
-    let system = &reduction.system;
+    let system = &interface.system;
     let mut set = ActiveSet::open(system.n_contact());
     let (mut sets, mut crossings) = (vec![], vec![]);
     let mut f = vec![];
@@ -335,9 +343,8 @@ fn sampled(
     let h = basis.end() / samples as f64;
     for t in 0..samples {
         let theta = (t as f64 + 0.5) * h;
-        let (x, dx) = q.at(theta);
-        let state = reduction.state(&x, &dx, omega);
-        let now = system.select(theta / omega, &state.u, &set)?.set;
+        let u = interface.representative(&y.at(theta).0);
+        let now = system.select(theta / omega, &u, &set)?.set;
         if t > 0 {
             for contact in 0..system.n_contact() {
                 if now.is_active(contact) != set.is_active(contact) {
@@ -356,8 +363,8 @@ fn sampled(
         if set.count() == 0 {
             continue;
         }
-        let op = reduction.phase(&set)?;
-        let value = interface(&op, reduction, y, omega, theta);
+        let op = interface.phase(&set)?;
+        let value = value(&op, interface, y, omega, theta);
         basis.values(n_h, theta, &mut f);
         for k in 0..count {
             let scale = f[k] * h / weight(basis, functions[k]);

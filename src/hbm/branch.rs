@@ -1,8 +1,10 @@
 //! Families of harmonic-balance solutions, point by point, with all that a file keeps of them.
 
-use super::newton::{Failure, Settings, solve};
+use std::f64::consts::TAU;
+
+use super::newton::{Failure, Settings};
 use super::response::{self, Harmonics, Origin, Point, Summary, Track};
-use super::{Basis, HbmError, Reduction, Series, Solution};
+use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
 use crate::orbit::branch::{kind_of, record as orbit_record};
 use crate::orbit::search::{Effort, find};
@@ -14,34 +16,34 @@ use crate::records::{
 /// The body of a family.
 pub struct Body {
     /// For harmonic balance.
-    pub reduction: Reduction,
+    pub balanced: Box<dyn Balanced>,
     /// For shooting from every solution, which gives the stability of the orbit there; none: nothing is shot.
     pub shooter: Option<Propagator>,
 }
 
 /// Coefficients of `u_O` in the order of files.
-fn series_record(reduction: &Reduction, s: &Solution) -> SeriesRecord {
-    let n = reduction.n();
-    let n_h = s.q.n_h;
+fn series_record(s: &Solution, u: &Series) -> SeriesRecord {
+    let (n, n_h) = (u.n, u.n_h);
     let mut coefficients = vec![0.0; (2 * n_h + 1) * n];
-    for (i, function) in s.q.basis.functions(n_h).into_iter().enumerate() {
+    for (i, function) in u.basis.functions(n_h).into_iter().enumerate() {
         let f = place_of_function(function);
-        let state = reduction.state(s.q.of(i), &vec![0.0; n], 1.0);
-        coefficients[f * n..(f + 1) * n].copy_from_slice(&state.u);
+        coefficients[f * n..(f + 1) * n].copy_from_slice(u.of(i));
     }
     SeriesRecord { omega: s.omega, n_h, coefficients, alpha: None }
 }
 
-/// A solution in the time domain as a file keeps it.
-pub fn record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, HbmError> {
-    let system = &reduction.system;
-    let summary = Summary::new(reduction, s)?;
-    let (q, dq) = s.q.at(0.0);
-    let state = reduction.state(&q, &dq, s.omega);
-    let (u0, v0) = state.full(system)?;
+/// A solution of displacements `u` in the time domain as a file keeps it.
+pub(super) fn record(
+    interface: &Interface,
+    s: &Solution,
+    u: &Series,
+) -> Result<OrbitRecord, HbmError> {
+    let system = &interface.system;
+    let summary = Summary::along(interface, s, u);
+    let (u0, v0) = response::state(u, 0.0, s.omega).full(system)?;
     let node = |c: usize| system.body.dofs.contact_nodes[c];
     Ok(OrbitRecord {
-        period: Reduction::period(s.omega),
+        period: TAU / s.omega,
         energy: summary.energy,
         amplitude: summary.amplitude,
         residual: s.residual,
@@ -57,29 +59,28 @@ pub fn record(reduction: &Reduction, s: &Solution) -> Result<OrbitRecord, HbmErr
 
 /// A solution as a point, with the stability of the orbit shot from it if that is asked for.
 fn point(
-    reduction: &Reduction,
+    body: &dyn Balanced,
     shooter: Option<&mut Propagator>,
     s: &Solution,
     kind: PointKind,
 ) -> Result<PointRecord, HbmError> {
-    let orbit = record(reduction, s)?;
+    let u = body.displacements(s)?;
+    let orbit = record(body.interface(), s, &u)?;
     let closure = if s.q.basis == Basis::Cosine { Closure::Reversible } else { Closure::FORCED };
     let shooter = shooter.map(|body| (body, closure));
-    confirmed(reduction, shooter, (s, None), orbit, kind)
+    confirmed(shooter, (s, &u, None), orbit, kind)
 }
 
 /// A solution as a point: with the multipliers of the orbit that is shot from it (and from its `α`), if that is asked for.
 pub(super) fn confirmed(
-    reduction: &Reduction,
     shooter: Option<(&mut Propagator, Closure)>,
-    (s, alpha): (&Solution, Option<f64>),
+    (s, u, alpha): (&Solution, &Series, Option<f64>),
     mut orbit: OrbitRecord,
     kind: PointKind,
 ) -> Result<PointRecord, HbmError> {
     let mut special = kind;
     if let Some((body, closure)) = shooter {
-        let (q, dq) = s.q.at(0.0);
-        let mut guess = body.frame(&reduction.state(&q, &dq, s.omega));
+        let mut guess = body.frame(&response::state(u, 0.0, s.omega));
         guess.truncate(closure.sizes(body.n()).1);
         guess.extend(alpha);
         let effort = Effort { rescue: false, ..Effort::of(closure) };
@@ -100,7 +101,7 @@ pub(super) fn confirmed(
     if s.undecided > 0 && special == PointKind::Regular {
         special = PointKind::Undecided(s.undecided);
     }
-    let series = Some(SeriesRecord { alpha, ..series_record(reduction, s) });
+    let series = Some(SeriesRecord { alpha, ..series_record(s, u) });
     Ok(PointRecord {
         omega: s.omega,
         special,
@@ -132,7 +133,7 @@ fn kind_of_point(p: &Point) -> PointKind {
     }
 }
 
-/// Where a sequential continuation stands: the solution in modal coordinates if there is one, the frequency, and the solution of one
+/// Where a sequential continuation stands: the solution in the coordinates of its body if there is one, the frequency, and the solution of one
 /// harmonic that the ladder began with (which may have stood all the same).
 fn sequential_place(p: &Point) -> Option<PlaceRecord> {
     let base = p.base.as_ref().map(|q| q.a.clone());
@@ -154,9 +155,9 @@ fn series_of_place(basis: Basis, n_h: usize, n: usize, a: &[f64]) -> Option<Seri
 }
 
 /// What the points of an earlier run let the continuation know, in the order of the walk.
-fn tracks_of(reduction: &Reduction, harmonics: &[usize], known: &[&PointRecord]) -> Vec<Track> {
+fn tracks_of(body: &dyn Balanced, harmonics: &[usize], known: &[&PointRecord]) -> Vec<Track> {
     let mut tracks = vec![Track::default(); harmonics.len() + 1];
-    let (basis, n) = (reduction.basis, reduction.n());
+    let (basis, n) = (body.interface().basis, body.components());
     for p in known {
         let Some(place) = &p.place else { continue };
         let (a, omega) = place.x.split_at(place.x.len().saturating_sub(1));
@@ -191,15 +192,15 @@ pub fn sequential(
     known: &[&PointRecord],
     mut take: impl FnMut(PointRecord) -> Go,
 ) -> Result<(), HbmError> {
-    let Body { reduction, shooter } = body;
-    let mut tracks = tracks_of(reduction, plan.harmonics, known);
+    let Body { balanced, shooter } = body;
+    let mut tracks = tracks_of(balanced.as_ref(), plan.harmonics, known);
     let mut branches = (0..plan.harmonics.len()).cycle();
     let mut failed = None;
-    let each = |reduction: &Reduction, p: Point| {
+    let each = |body: &dyn Balanced, p: Point| {
         let branch = branches.next().unwrap_or_default();
         let kind = kind_of_point(&p);
         let record = match &p.solution {
-            Ok(s) => point(reduction, shooter.as_mut(), s, kind),
+            Ok(s) => point(body, shooter.as_mut(), s, kind),
             Err(_) => Ok(PointRecord { omega: p.omega, special: kind, ..PointRecord::default() }),
         };
         match record {
@@ -211,25 +212,25 @@ pub fn sequential(
         }
     };
     let Sequential { grid, harmonics, settings } = *plan;
-    response::sequential(reduction, harmonics, grid, settings, &mut tracks, each)?;
+    response::sequential(balanced.as_mut(), harmonics, grid, settings, &mut tracks, each)?;
     failed.map_or(Ok(()), Err)
 }
 
 /// The solution that a branch by arclength starts from: the linear response (forced), or the first one that is found.
 pub fn first_solution(
-    reduction: &mut Reduction,
+    body: &mut dyn Balanced,
     n_h: usize,
     omega: f64,
 ) -> Result<Option<Solution>, HbmError> {
-    reduction.set_frequency(omega);
+    body.set_frequency(omega);
     let settings = Settings::default();
-    if reduction.basis == Basis::Full {
-        let zero = Series::zeros(Basis::Full, n_h, reduction.n());
-        return Ok(solve(reduction, &zero, omega, &settings)?.ok());
+    if body.interface().basis == Basis::Full {
+        let zero = Series::zeros(Basis::Full, n_h, body.components());
+        return Ok(body.solve(&zero, omega, &settings)?.ok());
     }
     let mut found = None;
     let mut tracks = vec![Track::default(); 2];
-    response::sequential(reduction, &[n_h], &[omega], &settings, &mut tracks, |_, p| {
+    response::sequential(body, &[n_h], &[omega], &settings, &mut tracks, |_, p| {
         found = p.solution.ok();
         Go::Continue(())
     })?;
@@ -249,8 +250,8 @@ fn place_record(place: &Place<()>) -> PlaceRecord {
 }
 
 /// The place that a file kept, if it is one of this body's with `n_h` harmonics.
-pub fn place_of(reduction: &Reduction, n_h: usize, record: &PlaceRecord) -> Option<Place<()>> {
-    place_with(reduction.basis.len(n_h) * reduction.q.ncols() + 1, record)
+pub fn place_of(interface: &Interface, n_h: usize, record: &PlaceRecord) -> Option<Place<()>> {
+    place_with(interface.basis.len(n_h) * interface.rank() + 1, record)
 }
 
 /// The place that a file kept, if it has so many unknowns.
@@ -282,15 +283,17 @@ pub fn arclength(
     options: &Options,
     take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Stop>, HbmError> {
-    let Body { reduction, shooter } = body;
-    let mut family = Harmonics { reduction, n_h };
+    let Body { balanced, shooter } = body;
+    let mut family = Harmonics { body: balanced.as_mut(), n_h };
     let begin = match start {
         Start::Place(place) => Begin::Place(place),
-        Start::Solution(solution, direction) => Begin::At(family.unknowns(&solution)?, direction),
+        Start::Solution(solution, direction) => {
+            Begin::At(Harmonics::unknowns(&solution), direction)
+        }
     };
     let record = |family: &mut Harmonics, x: &[f64], kind| {
         let solution = family.solution(x)?;
-        point(family.reduction, shooter.as_mut(), &solution, kind).map(Some)
+        point(family.body, shooter.as_mut(), &solution, kind).map(Some)
     };
     along(&mut family, begin, options, record, take)
 }

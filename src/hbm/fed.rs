@@ -4,7 +4,7 @@ use super::branch::{Sequential, confirmed, gap_reason, record};
 use super::response::is_far;
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
-use super::{Failure, HbmError};
+use super::{Balanced, Failure, HbmError};
 use crate::continuation::{Go, guesses};
 use crate::orbit::{Closure, Propagator};
 use crate::records::{OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
@@ -120,10 +120,11 @@ pub(super) fn point(
         turned_over: f64::NAN,
         under_load: vec![],
     };
-    let plain = record(reduction, s)?;
+    let u = reduction.displacements(s)?;
+    let plain = record(reduction, s, &u)?;
     let system = &reduction.system;
     let energy = system.elastic(&plain.u0) + system.kinetic(&plain.v0);
     let orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
     let shooter = shooter.map(|body| (body, Closure::Viscous(viscous.pin)));
-    confirmed(reduction, shooter, (s, Some(fed.alpha)), orbit, kind)
+    confirmed(shooter, (s, &u, Some(fed.alpha)), orbit, kind)
 }

@@ -16,9 +16,13 @@
 //! [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
 
 pub mod balance;
+pub mod balanced;
 pub mod branch;
+pub mod dynamic;
 pub mod fed;
+pub mod interface;
 pub mod newton;
+pub mod receptance;
 pub mod reduction;
 pub mod response;
 pub mod series;
@@ -26,12 +30,15 @@ pub mod tongue;
 pub mod viscous;
 
 pub use balance::{Balance, Quadrature};
+pub use balanced::{Balanced, prepare};
+pub use dynamic::Dynamic;
+pub use interface::{Form, Interface};
 pub use newton::{Failure, Solution};
-pub use reduction::{Form, Reduction};
+pub use reduction::Reduction;
 pub use series::{Basis, Series};
 pub use viscous::Viscous;
 
-use crate::contact::ContactError;
+use crate::contact::{ContactError, System};
 use crate::fem::FemError;
 
 /// The equations could not be set up or evaluated.
@@ -55,4 +62,14 @@ pub enum HbmError {
     /// An orbit could not be shot from a solution.
     #[error(transparent)]
     Shooting(#[from] crate::orbit::OrbitError),
+}
+
+/// Refuse loads that have no common period.
+fn check_frequencies(system: &System) -> Result<(), HbmError> {
+    let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
+    let Some(first) = frequencies.next() else { return Ok(()) };
+    match frequencies.find(|w| *w != first) {
+        Some(other) => Err(HbmError::Frequencies(first, other)),
+        None => Ok(()),
+    }
 }

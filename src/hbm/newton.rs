@@ -13,7 +13,9 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::HbmError;
-use super::balance::{Balance, Crossing, Quadrature, project_in};
+use super::balance::{Balance, Crossing, Quadrature};
+use super::interface::Interface;
+use super::receptance::{Receptance, load_series, places, weighted};
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use crate::contact::ActiveSet;
@@ -48,8 +50,10 @@ impl Default for Settings {
 pub struct Solution {
     /// Frequency.
     pub omega: f64,
-    /// Modal coordinates of the open phase.
+    /// The series, in the coordinates of its body.
     pub q: Series,
+    /// Its interface terms.
+    pub n: Series,
     /// Residual over the size of its terms.
     pub residual: f64,
     /// Newton steps.
@@ -114,8 +118,8 @@ pub(super) struct Linear {
     d: Vec<(Vec<f64>, Vec<f64>)>,
     /// `f_k`.
     f: Series,
-    /// `Ĝ_k`: for cosine functions alone `r_in × r`; with damping the four parts of the pair (cos, sin).
-    g: Vec<[Mat<f64>; 2]>,
+    /// `Ĝ`, `ĉ`
+    pub(super) receptance: Receptance,
     /// Nearest to resonance: least `|D|` over the size of its terms.
     nearness: f64,
 }
@@ -124,21 +128,8 @@ pub(super) struct Linear {
 const RESONANCE: f64 = 1e-9;
 
 impl Linear {
-    pub fn new(reduction: &Reduction, basis: Basis, n_h: usize, omega: f64) -> Linear {
-        let n = reduction.n();
-        let mut f = Series::zeros(basis, n_h, n);
-        f.of_mut(0).copy_from_slice(&reduction.open.constant);
-        for (load, forces) in reduction.system.loads.harmonics.iter().zip(&reduction.open.harmonics)
-        {
-            let (sin, cos) = load.angle().sin_cos();
-            let (sin, cos) = (load.size() * sin, load.size() * cos);
-            if n_h >= 1 {
-                f.of_mut(1).iter_mut().zip(forces).for_each(|(x, p)| *x += cos * p);
-                if basis == Basis::Full {
-                    f.of_mut(2).iter_mut().zip(forces).for_each(|(x, p)| *x -= sin * p);
-                }
-            }
-        }
+    pub fn new(reduction: &Reduction, n_h: usize, omega: f64) -> Linear {
+        let f = load_series(reduction, n_h, &reduction.open.constant, &reduction.open.harmonics);
         let d: Vec<_> = (0..=n_h).map(|k| dynamic_stiffness(reduction, k, omega)).collect();
         let mut nearness = f64::INFINITY;
         for (k, (re, im)) in d.iter().enumerate() {
@@ -149,26 +140,21 @@ impl Linear {
                 nearness = nearness.min(near);
             }
         }
-        let (r, r_in) = (reduction.q.ncols(), reduction.q_in.ncols());
-        let g = d
-            .iter()
-            .map(|(re, im)| {
-                // 1/(re + i im) = (re − i im)/|·|²
-                let part = |values: &[f64]| {
-                    Mat::from_fn(r_in, r, |a, b| {
-                        (0..n)
-                            .map(|i| {
-                                let size = re[i] * re[i] + im[i] * im[i];
-                                reduction.q_in[(i, a)] * values[i] / size * reduction.q[(i, b)]
-                            })
-                            .sum()
-                    })
-                };
-                let second = if basis == Basis::Full { part(im) } else { Mat::zeros(0, 0) };
-                [part(re), second]
-            })
-            .collect();
-        Linear { d, f, g, nearness }
+        let g = d.iter().map(|(re, im)| {
+            // 1/(re + i im) = (re − i im)/|·|²
+            let inverse = |part: &[f64], sign: f64| -> Vec<f64> {
+                let size = |i: usize| re[i] * re[i] + im[i] * im[i];
+                part.iter().enumerate().map(|(i, x)| sign * x / size(i)).collect()
+            };
+            let q = reduction.q.as_ref();
+            [weighted(q, &inverse(re, 1.0)), weighted(q, &inverse(im, -1.0))]
+        });
+        let g = g.collect();
+        let mut of_f = f.clone();
+        divide(&d, &mut of_f);
+        let c = onto_columns(&reduction.q, &of_f);
+        let receptance = Receptance::new(reduction, omega, g, c);
+        Linear { d, f, receptance, nearness }
     }
 
     /// `D⁻¹ (f − Q n)`, function by function.
@@ -186,22 +172,7 @@ impl Linear {
 
     /// `x ← D⁻¹ x`.
     pub(super) fn divide(&self, x: &mut Series) {
-        let modes = x.n;
-        for (k, (re, im)) in self.d.iter().enumerate() {
-            let cosine = if x.basis == Basis::Cosine || k == 0 { k } else { 2 * k - 1 };
-            for i in 0..modes {
-                let size = re[i] * re[i] + im[i] * im[i];
-                let a = x.a[cosine * modes + i];
-                if x.basis == Basis::Cosine || k == 0 {
-                    x.a[cosine * modes + i] = a * re[i] / size;
-                    continue;
-                }
-                // a cos + b sin: D (a, b) = (re a + im b, re b − im a)
-                let b = x.a[(cosine + 1) * modes + i];
-                x.a[cosine * modes + i] = (re[i] * a - im[i] * b) / size;
-                x.a[(cosine + 1) * modes + i] = (re[i] * b + im[i] * a) / size;
-            }
-        }
+        divide(&self.d, x);
     }
 
     /// What unit forces on mode `i` in `cos kθ` and in `sin kθ` give of its `sin kθ`: entries of `D_k⁻¹`.
@@ -216,7 +187,7 @@ impl Linear {
         let mut y = x.clone();
         let modes = x.n;
         for (k, (re, im)) in self.d.iter().enumerate() {
-            let cosine = if x.basis == Basis::Cosine || k == 0 { k } else { 2 * k - 1 };
+            let (cosine, _) = places(x.basis, k);
             for i in 0..modes {
                 let a = x.a[cosine * modes + i];
                 if x.basis == Basis::Cosine || k == 0 {
@@ -230,42 +201,42 @@ impl Linear {
         }
         y
     }
+}
 
-    /// `N′ Ĝ`: columns of `N′` taken together as `Ĝ` takes them.
-    pub(super) fn times_g(
-        &self,
-        reduction: &Reduction,
-        derivative: &Mat<f64>,
-        basis: Basis,
-        n_h: usize,
-    ) -> Mat<f64> {
-        let (r, r_in) = (reduction.q.ncols(), reduction.q_in.ncols());
-        let count = basis.len(n_h);
-        let mut out = Mat::<f64>::zeros(derivative.nrows(), count * r);
-        let mut add = |function: usize, block: Mat<f64>| {
-            let mut target = out.subcols_mut(function * r, r);
-            target += block;
-        };
-        for (k, [re, im]) in self.g.iter().enumerate() {
-            let columns = |function: usize| derivative.subcols(function * r_in, r_in);
-            if basis == Basis::Cosine || k == 0 {
-                add(k, columns(k) * re);
+/// `x ← D⁻¹ x`
+fn divide(d: &[(Vec<f64>, Vec<f64>)], x: &mut Series) {
+    let modes = x.n;
+    for (k, (re, im)) in d.iter().enumerate() {
+        let (cosine, _) = places(x.basis, k);
+        for i in 0..modes {
+            let size = re[i] * re[i] + im[i] * im[i];
+            let a = x.a[cosine * modes + i];
+            if x.basis == Basis::Cosine || k == 0 {
+                x.a[cosine * modes + i] = a * re[i] / size;
                 continue;
             }
-            let (c, s) = (2 * k - 1, 2 * k);
-            // y_c = re n_c − im n_s,  y_s = re n_s + im n_c
-            add(c, columns(c) * re + columns(s) * im);
-            add(s, columns(s) * re - columns(c) * im);
+            // a cos + b sin: D (a, b) = (re a + im b, re b − im a)
+            let b = x.a[(cosine + 1) * modes + i];
+            x.a[cosine * modes + i] = (re[i] * a - im[i] * b) / size;
+            x.a[(cosine + 1) * modes + i] = (re[i] * b + im[i] * a) / size;
         }
-        out
     }
+}
 
-    /// `ĉ = Q̂ᵀ D⁻¹ f`.
-    fn c_hat(&self, reduction: &Reduction) -> Series {
-        let mut x = self.f.clone();
-        self.divide(&mut x);
-        project_in(reduction, &x)
+/// `Bᵀ x`, function by function.
+fn onto_columns(b: &Mat<f64>, x: &Series) -> Series {
+    let mut y = Series::zeros(x.basis, x.n_h, b.ncols());
+    for i in 0..x.basis.len(x.n_h) {
+        for (c, y) in y.of_mut(i).iter_mut().enumerate() {
+            *y = b.col_as_slice(c).iter().zip(x.of(i)).map(|(a, b)| a * b).sum();
+        }
     }
+    y
+}
+
+/// `y = Q̂ᵀ q`, function by function.
+pub(super) fn project_in(reduction: &Reduction, q: &Series) -> Series {
+    onto_columns(&reduction.q_in, q)
 }
 
 /// The residual `D q + Q n − f` and its size over that of its terms, in the norm of the modes' displacements.
@@ -297,77 +268,115 @@ pub fn solve(
     omega: f64,
     settings: &Settings,
 ) -> Result<Result<Solution, Failure>, HbmError> {
-    let linear = Linear::new(reduction, guess.basis, guess.n_h, omega);
-    let mut q = guess.clone();
-    let evaluate = |q: &Series| -> Result<(Series, Balance, Series, f64), HbmError> {
-        let y = project_in(reduction, q);
-        let balance = Balance::new(reduction, q, &y, omega, settings.quadrature)?;
-        let (r, size) = residual(reduction, &linear, q, &balance.n);
-        Ok((y, balance, r, size))
+    let linear = Linear::new(reduction, guess.n_h, omega);
+    let evaluate = |q: Series| -> Result<Whole, HbmError> {
+        let y = project_in(reduction, &q);
+        let balance = Balance::new(reduction, &y, omega, settings.quadrature)?;
+        let (r, size) = residual(reduction, &linear, &q, &balance.n);
+        Ok(Whole { q, y, balance, r, size })
     };
-    let (mut y, mut balance, mut r, mut size) = evaluate(&q)?;
+    let step = |at: &Whole| match settings.full || linear.nearness < RESONANCE {
+        true => full_step(reduction, &linear, &at.q, &at.balance, &at.r),
+        false => condensed_step(reduction, &linear, &at.q, &at.y, &at.balance),
+    };
+    let trial = |at: &Whole, step: &[f64], lambda: f64| {
+        let mut q = at.q.clone();
+        q.a.iter_mut().zip(step).for_each(|(q, s)| *q += lambda * s);
+        evaluate(q)
+    };
+    let start = evaluate(guess.clone())?;
+    let (at, iterations) = damped(start, settings, |at| at.size, step, trial);
+    let Whole { q, y, balance, size, .. } = at;
+    let n = balance.n.clone();
+    conclude(reduction, (q, y, n), balance, (omega, size, iterations), settings)
+}
+
+/// An iterate in modal coordinates.
+struct Whole {
+    q: Series,
+    y: Series,
+    balance: Balance,
+    r: Series,
+    size: f64,
+}
+
+/// An iterate on the interface.
+pub(super) struct Iterate {
+    pub y: Series,
+    pub n: Series,
+    pub balance: Balance,
+    /// Residual over the size of its terms.
+    pub size: f64,
+}
+
+/// Newton's method with steps that are shortened where the residual would grow. Returns the last iterate and the number of steps.
+pub(super) fn damped<I>(
+    start: I,
+    settings: &Settings,
+    size: impl Fn(&I) -> f64,
+    step: impl Fn(&I) -> Vec<f64>,
+    trial: impl Fn(&I, &[f64], f64) -> Result<I, HbmError>,
+) -> (I, usize) {
+    let mut at = start;
     let mut iterations = 0;
-    while iterations < settings.iterations {
-        if size <= 1e-15 || !size.is_finite() {
-            break;
-        }
-        let step = if settings.full || linear.nearness < RESONANCE {
-            full_step(reduction, &linear, &q, &balance, &r)
-        } else {
-            condensed_step(reduction, &linear, &q, &y, &balance)
-        };
+    while iterations < settings.iterations && size(&at) > 1e-15 && size(&at).is_finite() {
+        let step = step(&at);
         if step.iter().any(|s| !s.is_finite()) {
             break;
         }
         iterations += 1;
-        let mut best = None;
+        let now = size(&at);
         // far from the solution a whole step may raise the residual twofold: switches come and go there, and the residual has kinks
-        let mut lambda = 1.0;
-        while lambda > 1e-2 {
-            let mut trial = q.clone();
-            trial.a.iter_mut().zip(&step).for_each(|(q, s)| *q += lambda * s);
-            if let Ok(there) = evaluate(&trial)
-                && (there.3 < size || (lambda == 1.0 && there.3 < 2.0 * size && size > 1e-6))
-            {
-                best = Some((trial, there));
-                break;
-            }
-            lambda *= 0.5;
-        }
-        let Some((next, there)) = best else { break };
-        let ended = there.3 <= settings.tolerance && there.3 > 0.1 * size;
-        q = next;
-        (y, balance, r, size) = there;
-        if ended {
+        let whole = |there: f64| there < 2.0 * now && now > 1e-6;
+        let shorter = std::iter::successors(Some(1.0), |lambda| Some(0.5 * lambda));
+        let next = shorter.take_while(|lambda| *lambda > 1e-2).find_map(|lambda| {
+            let there = trial(&at, &step, lambda).ok()?;
+            let good = size(&there) < now || (lambda == 1.0 && whole(size(&there)));
+            good.then_some(there)
+        });
+        let Some(next) = next else { break };
+        at = next;
+        if size(&at) <= settings.tolerance && size(&at) > 0.1 * now {
             break;
         }
     }
-    if size > settings.tolerance || size.is_nan() {
-        return Ok(Err(Failure::NotConverged { residual: size, iterations }));
+    (at, iterations)
+}
+
+/// What the last iterate `(q, y, n)` of frequency, residual and number of steps is.
+pub(super) fn conclude(
+    interface: &Interface,
+    (q, y, n): (Series, Series, Series),
+    balance: Balance,
+    (omega, residual, iterations): (f64, f64, usize),
+    settings: &Settings,
+) -> Result<Result<Solution, Failure>, HbmError> {
+    if residual > settings.tolerance || residual.is_nan() {
+        return Ok(Err(Failure::NotConverged { residual, iterations }));
     }
-    if balance.crossings.is_empty() && reduction.basis == Basis::Cosine {
+    if balance.crossings.is_empty() && interface.system.loads.harmonics.is_empty() {
         return Ok(Err(Failure::NoContact));
     }
     if settings.quadrature == Quadrature::EventResolved
-        && let Some(theta) = inadmissible(reduction, &q, omega, &balance)?
+        && let Some(theta) = inadmissible(interface, &y, omega, &balance)?
     {
         return Ok(Err(Failure::Inadmissible { theta }));
     }
     let Balance { crossings, sets, undecided, .. } = balance;
-    Ok(Ok(Solution { omega, q, residual: size, iterations, crossings, sets, undecided }))
+    Ok(Ok(Solution { omega, q, n, residual, iterations, crossings, sets, undecided }))
 }
 
 /// A phase angle at which the complementarity problem, solved anew, has another active set than the walk along the series; asked in the
 /// middle of every phase.
 pub(super) fn inadmissible(
-    reduction: &Reduction,
-    q: &Series,
+    interface: &Interface,
+    y: &Series,
     omega: f64,
     balance: &Balance,
 ) -> Result<Option<f64>, HbmError> {
     let bound = |j: usize| match j {
         0 => 0.0,
-        j => balance.crossings.get(j - 1).map_or(q.basis.end(), |c| c.theta),
+        j => balance.crossings.get(j - 1).map_or(y.basis.end(), |c| c.theta),
     };
     for (j, set) in balance.sets.iter().enumerate() {
         let (a, b) = (bound(j), bound(j + 1));
@@ -376,17 +385,31 @@ pub(super) fn inadmissible(
             continue;
         }
         let theta = 0.5 * (a + b);
-        let (x, dx) = q.at(theta);
-        let state = reduction.state(&x, &dx, 1.0);
+        let u = interface.representative(&y.at(theta).0);
         let t = theta / omega;
-        let there = reduction.system.select(t, &state.u, set)?;
+        let there = interface.system.select(t, &u, set)?;
         let differs =
             |c: usize| there.set.is_active(c) != set.is_active(c) && !there.degenerate.contains(&c);
-        if (0..reduction.system.n_contact()).any(differs) {
+        if (0..interface.system.n_contact()).any(differs) {
             return Ok(Some(theta));
         }
     }
     Ok(None)
+}
+
+/// The interface terms of the next iterate, `(I + N′Ĝ) n = N + N′(ĉ − y)`.
+pub(super) fn condensed(receptance: &Receptance, y: &Series, balance: &Balance) -> Series {
+    let mut a = receptance.after(&balance.derivative);
+    for i in 0..a.nrows() {
+        a[(i, i)] += 1.0;
+    }
+    let c = receptance.answer(None);
+    let shift = Mat::from_fn(c.a.len(), 1, |i, _| c.a[i] - y.a[i]);
+    let rhs = Mat::from_fn(a.nrows(), 1, |i, _| balance.n.a[i]) + &balance.derivative * shift;
+    let solution = a.partial_piv_lu().solve(&rhs);
+    let mut n = balance.n.clone();
+    n.a.iter_mut().enumerate().for_each(|(i, n)| *n = solution[(i, 0)]);
+    n
 }
 
 fn condensed_step(
@@ -396,18 +419,7 @@ fn condensed_step(
     y: &Series,
     balance: &Balance,
 ) -> Vec<f64> {
-    let (basis, n_h) = (q.basis, q.n_h);
-    let mut a = linear.times_g(reduction, &balance.derivative, basis, n_h);
-    let size = a.nrows();
-    for i in 0..size {
-        a[(i, i)] += 1.0;
-    }
-    let c = linear.c_hat(reduction);
-    let shift = Mat::from_fn(c.a.len(), 1, |i, _| c.a[i] - y.a[i]);
-    let rhs = Mat::from_fn(size, 1, |i, _| balance.n.a[i]) + &balance.derivative * shift;
-    let solution = a.partial_piv_lu().solve(&rhs);
-    let mut n = balance.n.clone();
-    n.a.iter_mut().enumerate().for_each(|(i, n)| *n = solution[(i, 0)]);
+    let n = condensed(&linear.receptance, y, balance);
     let next = linear.solve(reduction, &n);
     next.a.iter().zip(&q.a).map(|(a, b)| a - b).collect()
 }
@@ -456,9 +468,9 @@ pub fn directional(
     omega: f64,
     quadrature: Quadrature,
 ) -> Result<(Vec<f64>, Vec<f64>), HbmError> {
-    let linear = Linear::new(reduction, q.basis, q.n_h, omega);
+    let linear = Linear::new(reduction, q.n_h, omega);
     let y = project_in(reduction, q);
-    let balance = Balance::new(reduction, q, &y, omega, quadrature)?;
+    let balance = Balance::new(reduction, &y, omega, quadrature)?;
     let (r, _) = residual(reduction, &linear, q, &balance.n);
     let dy = project_in(reduction, direction);
     let dn = &balance.derivative * Mat::from_fn(dy.a.len(), 1, |i, _| dy.a[i]);
@@ -476,18 +488,13 @@ pub fn directional(
 
 /// The condensed residual `n − N(ĉ − Ĝ n)` with its Jacobian, for continuation in `(n, ω)`.
 pub(super) fn condensed_residual(
-    reduction: &Reduction,
+    interface: &Interface,
+    receptance: &Receptance,
     n: &Series,
     omega: f64,
-) -> Result<(Vec<f64>, Mat<f64>, Series, Balance), HbmError> {
-    let linear = Linear::new(reduction, n.basis, n.n_h, omega);
-    let q = linear.solve(reduction, n);
-    let y = project_in(reduction, &q);
-    let balance = Balance::new(reduction, &q, &y, omega, Quadrature::EventResolved)?;
+) -> Result<(Vec<f64>, Balance), HbmError> {
+    let y = receptance.answer(Some(n));
+    let balance = Balance::new(interface, &y, omega, Quadrature::EventResolved)?;
     let r = n.a.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
-    let mut j = linear.times_g(reduction, &balance.derivative, n.basis, n.n_h);
-    for i in 0..j.nrows() {
-        j[(i, i)] += 1.0;
-    }
-    Ok((r, j, q, balance))
+    Ok((r, balance))
 }

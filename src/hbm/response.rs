@@ -4,12 +4,13 @@ use std::convert::Infallible;
 
 use faer::Mat;
 
-use super::HbmError;
-use super::balance::{Balance, Quadrature, project_in};
-use super::newton::{Failure, Settings, Solution, condensed_residual, solve};
+use super::balance::Balance;
+use super::newton::{Failure, Settings, Solution, condensed_residual};
+use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::Series;
-use crate::contact::ActiveSet;
+use super::{Balanced, HbmError, Interface};
+use crate::contact::{ActiveSet, State, System};
 use crate::continuation::{Family, JUMP, norm};
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
@@ -28,10 +29,22 @@ pub struct Summary {
 /// States along a period at which extremes are looked for.
 const SAMPLES: usize = 200;
 
+/// State along a series of `u_O`.
+pub(super) fn state(u: &Series, theta: f64, omega: f64) -> State {
+    let (u, mut v) = u.at(theta);
+    v.iter_mut().for_each(|v| *v *= omega);
+    State { u, v }
+}
+
 impl Summary {
     /// Walk along a solution.
-    pub fn new(reduction: &Reduction, s: &Solution) -> Result<Summary, HbmError> {
-        let system = &reduction.system;
+    pub fn new(body: &dyn Balanced, s: &Solution) -> Result<Summary, HbmError> {
+        Ok(Summary::along(body.interface(), s, &body.displacements(s)?))
+    }
+
+    /// Walk along a solution whose displacements are known.
+    pub(super) fn along(interface: &Interface, s: &Solution, series: &Series) -> Summary {
+        let system = &interface.system;
         let n_o = system.n_o();
         let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
         let (mut energy, mut amplitude) = (0.0f64, 0.0f64);
@@ -45,8 +58,7 @@ impl Summary {
                 phases.insert(set.clone(), system.phase(set));
             }
             let phase = &phases[set];
-            let (q, dq) = s.q.at(theta);
-            let state = reduction.state(&q, &dq, s.omega);
+            let state = state(series, theta, s.omega);
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
             phase.expand_velocity(t, &state.v, &mut v);
@@ -76,14 +88,17 @@ impl Summary {
                 contact_time += (b - a) / s.omega * if mirrored { 2.0 } else { 1.0 };
             }
         }
-        Ok(Summary { energy, amplitude, contact_time, switches })
+        Summary { energy, amplitude, contact_time, switches }
     }
 }
 
 /// The modal displacement of a mode of the open phase (from 0) that grazes the obstacle.
 pub(super) fn grazing_of_mode(reduction: &Reduction, mode: usize) -> Option<f64> {
-    let system = &reduction.system;
-    let shape = reduction.open.shapes.col_as_slice(mode);
+    grazing_of(&reduction.system, reduction.open.shapes.col_as_slice(mode))
+}
+
+/// The same of a shape of `u_O`.
+pub(super) fn grazing_of(system: &System, shape: &[f64]) -> Option<f64> {
     let mut full = vec![0.0; system.n()];
     system.open_phase().expand(shape, &mut full);
     crate::problem::grazing_scale(system, &full)
@@ -100,7 +115,7 @@ pub fn mode_start(reduction: &Reduction, amplitude: f64) -> Option<Series> {
 
 /// Raise the number of harmonics by one until `n_h`, from a solution with fewer.
 pub fn ladder(
-    reduction: &Reduction,
+    body: &dyn Balanced,
     from: &Series,
     n_h: usize,
     omega: f64,
@@ -109,7 +124,7 @@ pub fn ladder(
     let mut q = from.clone();
     let mut last = Err(Failure::NoStart);
     for k in from.n_h + 1..=n_h {
-        match solve(reduction, &q.with_harmonics(k), omega, settings)? {
+        match body.solve(&q.with_harmonics(k), omega, settings)? {
             Ok(s) => {
                 q = s.q.clone();
                 last = Ok(s);
@@ -127,47 +142,47 @@ pub fn ladder(
 /// Harmonic balance as a family: `X = (n, ω)` with the interface projections as unknowns, one chart.
 pub struct Harmonics<'a> {
     /// The body; its harmonic loads follow the frequency.
-    pub reduction: &'a mut Reduction,
+    pub body: &'a mut dyn Balanced,
     /// Number of harmonics.
     pub n_h: usize,
 }
 
 impl Harmonics<'_> {
     fn series(&self, x: &[f64]) -> Series {
-        let mut n = Series::zeros(self.reduction.basis, self.n_h, self.reduction.q.ncols());
+        let interface = self.body.interface();
+        let mut n = Series::zeros(interface.basis, self.n_h, interface.rank());
         n.a.copy_from_slice(&x[..x.len() - 1]);
         n
     }
 
     /// `X` of a solution.
-    pub fn unknowns(&mut self, s: &Solution) -> Result<Vec<f64>, HbmError> {
-        self.reduction.set_frequency(s.omega);
-        let y = project_in(self.reduction, &s.q);
-        let n = Balance::new(self.reduction, &s.q, &y, s.omega, Quadrature::EventResolved)?.n;
-        Ok(n.a.into_iter().chain([s.omega]).collect())
+    pub fn unknowns(s: &Solution) -> Vec<f64> {
+        s.n.a.iter().copied().chain([s.omega]).collect()
     }
 
     /// The solution at `X`.
     pub fn solution(&mut self, x: &[f64]) -> Result<Solution, HbmError> {
         let omega = x[x.len() - 1];
-        self.reduction.set_frequency(omega);
-        let n = self.series(x);
-        let (r, _, q, balance) = condensed_residual(self.reduction, &n, omega)?;
-        let residual = norm(&r) / norm(&n.a).max(f64::MIN_POSITIVE);
-        Ok(Solution {
-            omega,
-            q,
-            residual,
-            iterations: 0,
-            crossings: balance.crossings,
-            sets: balance.sets,
-            undecided: balance.undecided,
-        })
+        let (r, balance, _) = self.at(x)?;
+        let q = self.body.series_of(&self.series(x), omega)?;
+        let residual = norm(&r) / norm(&x[..x.len() - 1]).max(f64::MIN_POSITIVE);
+        let Balance { n, crossings, sets, undecided, .. } = balance;
+        Ok(Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided })
+    }
+
+    /// The residual, the projections, and what the open body answers.
+    fn at(&mut self, x: &[f64]) -> Result<(Vec<f64>, Balance, Receptance), HbmError> {
+        let omega = x[x.len() - 1];
+        self.body.set_frequency(omega);
+        let receptance = self.body.receptance(self.n_h, omega)?;
+        let (r, balance) =
+            condensed_residual(self.body.interface(), &receptance, &self.series(x), omega)?;
+        Ok((r, balance, receptance))
     }
 
     /// Size that makes an unknown a number of the order of one.
     fn unit(&self) -> f64 {
-        self.reduction.stiffness_unit() * self.reduction.system.units.length
+        self.body.stiffness_unit() * self.body.interface().system.units.length
     }
 }
 
@@ -177,9 +192,7 @@ impl Family for Harmonics<'_> {
     type Error = HbmError;
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, HbmError> {
-        let omega = x[x.len() - 1];
-        self.reduction.set_frequency(omega);
-        Ok(condensed_residual(self.reduction, &self.series(x), omega)?.0)
+        Ok(self.at(x)?.0)
     }
 
     fn linearise(&mut self, x: &[f64]) -> Result<(Vec<f64>, Mat<f64>), HbmError> {
@@ -191,9 +204,10 @@ impl Family for Harmonics<'_> {
             self.residual(&y)
         };
         let (up, down) = (at(h)?, at(-h)?);
-        self.reduction.set_frequency(omega);
-        let (r, j, ..) = condensed_residual(self.reduction, &self.series(x), omega)?;
+        let (r, balance, receptance) = self.at(x)?;
+        let mut j = receptance.after(&balance.derivative);
         let m = r.len();
+        (0..m).for_each(|i| j[(i, i)] += 1.0);
         let whole =
             Mat::from_fn(
                 m,
@@ -285,23 +299,23 @@ impl Track {
 /// then the ladder from the next lower number. `tracks` hold what is known before the first frequency, one for each of
 /// `1` and `harmonics`.
 pub fn sequential(
-    reduction: &mut Reduction,
+    body: &mut dyn Balanced,
     harmonics: &[usize],
     grid: &[f64],
     settings: &Settings,
     tracks: &mut [Track],
-    mut take: impl FnMut(&Reduction, Point) -> crate::continuation::Go,
+    mut take: impl FnMut(&dyn Balanced, Point) -> crate::continuation::Go,
 ) -> Result<(), HbmError> {
     for &omega in grid {
-        reduction.set_frequency(omega);
+        body.set_frequency(omega);
         let mut below: Option<Series> = None;
         let mut base: Option<Series> = None;
         for (k, track) in tracks.iter_mut().enumerate() {
             let n_h = if k == 0 { 1 } else { harmonics[k - 1] };
             let guesses = track.guesses(omega);
-            let mut found = attempt(reduction, &guesses, below.as_ref(), (n_h, omega), settings)?;
+            let mut found = attempt(body, &guesses, below.as_ref(), (n_h, omega), settings)?;
             if k == 0 && found.is_err() {
-                found = started(reduction, omega, settings)?.map_or(found, Ok);
+                found = started(body, omega, settings)?.map_or(found, Ok);
             }
             let (solution, origin, jumped) = match found {
                 Ok((s, origin)) => {
@@ -317,7 +331,7 @@ pub fn sequential(
                 continue;
             }
             let point = Point { omega, n_h, solution, origin, jumped, base: base.take() };
-            if take(reduction, point).is_break() {
+            if take(body, point).is_break() {
                 return Ok(());
             }
         }
@@ -327,16 +341,16 @@ pub fn sequential(
 
 /// A solution of one harmonic where nothing is known: from rest (forced), or from the first mode.
 fn started(
-    reduction: &Reduction,
+    body: &dyn Balanced,
     omega: f64,
     settings: &Settings,
 ) -> Result<Option<(Solution, Origin)>, HbmError> {
-    let starts: Vec<Series> = match reduction.basis {
-        super::Basis::Full => vec![Series::zeros(reduction.basis, 1, reduction.n())],
-        super::Basis::Cosine => STARTS.iter().filter_map(|&a| mode_start(reduction, a)).collect(),
+    let starts: Vec<Series> = match body.interface().basis {
+        basis @ super::Basis::Full => vec![Series::zeros(basis, 1, body.components())],
+        super::Basis::Cosine => STARTS.iter().filter_map(|&a| body.mode_start(a)).collect(),
     };
     for start in starts {
-        if let Ok(s) = solve(reduction, &start, omega, settings)? {
+        if let Ok(s) = body.solve(&start, omega, settings)? {
             return Ok(Some((s, Origin::Started)));
         }
     }
@@ -345,7 +359,7 @@ fn started(
 
 /// A solution of `n_h` harmonics from the first of the guesses that leads to one, else from the one with fewer harmonics `below`.
 fn attempt(
-    reduction: &Reduction,
+    body: &dyn Balanced,
     guesses: &[Series],
     below: Option<&Series>,
     (n_h, omega): (usize, f64),
@@ -353,15 +367,15 @@ fn attempt(
 ) -> Result<Result<(Solution, Origin), Failure>, HbmError> {
     let mut failure = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
     for guess in guesses {
-        match solve(reduction, guess, omega, settings)? {
+        match body.solve(guess, omega, settings)? {
             Ok(s) => return Ok(Ok((s, Origin::Continued))),
             Err(e) => failure = e,
         }
     }
     if let Some(from) = below {
         let raised = match from.n_h == n_h {
-            true => solve(reduction, from, omega, settings)?,
-            false => ladder(reduction, from, n_h, omega, settings)?,
+            true => body.solve(from, omega, settings)?,
+            false => ladder(body, from, n_h, omega, settings)?,
         };
         match raised {
             Ok(s) => return Ok(Ok((s, Origin::Ladder))),

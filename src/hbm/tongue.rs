@@ -6,10 +6,10 @@ use std::convert::Infallible;
 
 use faer::Mat;
 
-use super::balance::{Balance, Quadrature, project_in};
+use super::balance::Balance;
 use super::branch::{self, Begin};
 use super::fed::{Body, point};
-use super::newton::Linear;
+use super::newton::{Linear, condensed_residual};
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
 use super::{HbmError, Solution};
@@ -33,12 +33,9 @@ impl Tongue<'_> {
     }
 
     /// `X` of a solution.
-    fn unknowns(&mut self, fed: &Fed) -> Result<Vec<f64>, HbmError> {
-        self.body.set_feedback(fed.alpha)?;
-        let (reduction, s) = (self.body.reduction(), &fed.solution);
-        let y = project_in(reduction, &s.q);
-        let n = Balance::new(reduction, &s.q, &y, s.omega, Quadrature::EventResolved)?.n;
-        Ok(n.a.into_iter().chain([fed.alpha, s.omega]).collect())
+    fn unknowns(fed: &Fed) -> Vec<f64> {
+        let s = &fed.solution;
+        s.n.a.iter().copied().chain([fed.alpha, s.omega]).collect()
     }
 
     /// The equations; none where they cannot be evaluated.
@@ -49,17 +46,16 @@ impl Tongue<'_> {
         }
         self.body.set_feedback(alpha)?;
         let reduction = self.body.reduction();
-        let mut of_n = Series::zeros(Basis::Full, self.n_h, reduction.q.ncols());
+        let mut of_n = Series::zeros(Basis::Full, self.n_h, reduction.rank());
         of_n.a.copy_from_slice(n);
-        let linear = Linear::new(reduction, Basis::Full, self.n_h, omega);
-        let q = linear.solve(reduction, &of_n);
-        let y = project_in(reduction, &q);
-        let balance = match Balance::new(reduction, &q, &y, omega, Quadrature::EventResolved) {
-            Ok(balance) => balance,
+        let linear = Linear::new(reduction, self.n_h, omega);
+        let (mut r, balance) = match condensed_residual(reduction, &linear.receptance, &of_n, omega)
+        {
+            Ok(found) => found,
             Err(HbmError::Switches(_) | HbmError::Contact(_)) => return Ok(None),
             Err(e) => return Err(e),
         };
-        let mut r: Vec<f64> = n.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
+        let q = linear.solve(reduction, &of_n);
         r.push(reduction.stiffness_unit() * self.body.phase(&q));
         Ok(Some((r, linear, q, balance)))
     }
@@ -69,8 +65,9 @@ impl Tongue<'_> {
         let Some((r, _, q, balance)) = self.at(x)? else { return Ok(None) };
         let (n, alpha, omega) = self.parts(x);
         let residual = norm(&r) / norm(n).max(f64::MIN_POSITIVE);
-        let Balance { crossings, sets, undecided, .. } = balance;
-        let solution = Solution { omega, q, residual, iterations: 0, crossings, sets, undecided };
+        let Balance { n, crossings, sets, undecided, .. } = balance;
+        let solution =
+            Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided };
         Ok(Some(Fed { solution, alpha }))
     }
 
@@ -131,7 +128,7 @@ pub type Start = branch::Start<Fed>;
 
 /// The place that a file kept, if it is one of this body's with `n_h` harmonics.
 pub fn place_of(body: &Viscous, n_h: usize, record: &PlaceRecord) -> Option<Place<()>> {
-    let unknowns = Basis::Full.len(n_h) * body.reduction().q.ncols() + 2;
+    let unknowns = Basis::Full.len(n_h) * body.reduction().rank() + 2;
     branch::place_with(unknowns, record)
 }
 
@@ -147,7 +144,7 @@ pub fn arclength(
     let mut family = Tongue { body: viscous, n_h };
     let begin = match start {
         Start::Place(place) => Begin::Place(place),
-        Start::Solution(fed, direction) => Begin::At(family.unknowns(&fed)?, direction),
+        Start::Solution(fed, direction) => Begin::At(Tongue::unknowns(&fed), direction),
     };
     let record = |family: &mut Tongue, x: &[f64], kind| match family.solution(x)? {
         Some(fed) => point(family.body, shooter.as_mut(), &fed, kind).map(Some),

@@ -18,8 +18,8 @@
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
-use super::balance::{Balance, Quadrature, project_in};
-use super::newton::{Linear, Settings, inadmissible, residual};
+use super::balance::{Balance, Quadrature};
+use super::newton::{Linear, Settings, conclude, project_in, residual};
 use super::series::{Basis, Series};
 use super::{Failure, Form, HbmError, Reduction, Solution};
 use crate::contact::System;
@@ -148,22 +148,11 @@ impl Viscous {
             }
         }
         let Evaluated { balance, size, .. } = at;
-        if size > settings.tolerance || size.is_nan() {
-            return Ok(Err(Failure::NotConverged { residual: size, iterations }));
-        }
-        if balance.crossings.is_empty() {
-            return Ok(Err(Failure::NoContact));
-        }
         self.set_feedback(alpha)?;
-        if settings.quadrature == Quadrature::EventResolved
-            && let Some(theta) = inadmissible(&self.reduction, &q, omega, &balance)?
-        {
-            return Ok(Err(Failure::Inadmissible { theta }));
-        }
-        let Balance { crossings, sets, undecided, .. } = balance;
-        let solution =
-            Solution { omega, q, residual: size, iterations, crossings, sets, undecided };
-        Ok(Ok(Fed { solution, alpha }))
+        let y = project_in(&self.reduction, &q);
+        let (series, end) = ((q, y, balance.n.clone()), (omega, size, iterations));
+        let found = conclude(&self.reduction, series, balance, end, settings)?;
+        Ok(found.map(|solution| Fed { solution, alpha }))
     }
 
     fn evaluate(
@@ -174,9 +163,9 @@ impl Viscous {
         quadrature: Quadrature,
     ) -> Result<Evaluated, HbmError> {
         self.set_feedback(alpha)?;
-        let linear = Linear::new(&self.reduction, q.basis, q.n_h, omega);
+        let linear = Linear::new(&self.reduction, q.n_h, omega);
         let y = project_in(&self.reduction, q);
-        let balance = Balance::new(&self.reduction, q, &y, omega, quadrature)?;
+        let balance = Balance::new(&self.reduction, &y, omega, quadrature)?;
         let (r, size) = residual(&self.reduction, &linear, q, &balance.n);
         Ok(Evaluated { linear, balance, r, size })
     }
@@ -210,7 +199,7 @@ impl Viscous {
         let mut w = Self::by_alpha(q, omega);
         linear.divide(&mut w);
         let border = self.through(balance, &w);
-        let core = linear.times_g(reduction, &balance.derivative, q.basis, q.n_h);
+        let core = linear.receptance.after(&balance.derivative);
         let size = core.nrows();
         let mut a = Mat::<f64>::zeros(size + 1, size + 1);
         a.submatrix_mut(0, 0, size, size).copy_from(&core);

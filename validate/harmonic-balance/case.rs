@@ -135,7 +135,8 @@ fn half_plate(form: Form) -> Result<Reduction, String> {
 fn orders(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let text = |e: signorini::orbit::OrbitError| e.to_string();
     let omega = 1.8;
-    let mut body = Propagator::new(half_plate(Form::Force)?.system).map_err(|e| e.to_string())?;
+    let mut body =
+        Propagator::new(half_plate(Form::Force)?.system.clone()).map_err(|e| e.to_string())?;
     let guess = branch::mode_guess(&body, 1, -1.1).ok_or("no mode")?;
     let verdict =
         find(&mut body, Closure::Reversible, &guess, omega, &Search::default()).map_err(text)?;

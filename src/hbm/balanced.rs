@@ -1,0 +1,112 @@
+//! A body whose balance can be solved at a frequency: what families of solutions need of it.
+
+use super::dynamic::Dynamic;
+use super::interface::{Form, Interface};
+use super::newton::{Failure, Settings, Solution};
+use super::receptance::Receptance;
+use super::reduction::Reduction;
+use super::series::Series;
+use super::{HbmError, newton, response};
+use crate::contact::System;
+
+/// A body of any size. Its solutions are series of coordinates of its own: those of all modes of the open phase ([`Reduction`]), or the projections on the interface
+/// ([`Dynamic`]).
+pub trait Balanced {
+    /// The contact.
+    fn interface(&self) -> &Interface;
+
+    /// Set the frequency of the harmonic loads.
+    fn set_frequency(&mut self, omega: f64);
+
+    /// Number of components of a series.
+    fn components(&self) -> usize;
+
+    /// Square of the lowest frequency that is not a rigid motion's.
+    fn stiffness_unit(&self) -> f64;
+
+    /// Whether the open body can move rigidly.
+    fn is_free(&self) -> bool;
+
+    /// One harmonic: the first mode of the open body at `amplitude` times grazing, at the far point at `t = 0`.
+    fn mode_start(&self, amplitude: f64) -> Option<Series>;
+
+    /// The solution at a frequency from a guess.
+    fn solve(
+        &self,
+        guess: &Series,
+        omega: f64,
+        settings: &Settings,
+    ) -> Result<Result<Solution, Failure>, HbmError>;
+
+    /// What the open body answers at the interface.
+    fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError>;
+
+    /// The series of interface terms `n`.
+    fn series_of(&self, n: &Series, omega: f64) -> Result<Series, HbmError>;
+
+    /// `u_O` of a solution.
+    fn displacements(&self, s: &Solution) -> Result<Series, HbmError>;
+}
+
+/// Above this number of displacements the open body is known by its dynamic stiffness, not by its modes.
+const LARGE: usize = 2000;
+
+/// A body, prepared in the way that suits its size.
+pub fn prepare(system: System, form: Form) -> Result<Box<dyn Balanced>, HbmError> {
+    Ok(match system.n_o() > LARGE {
+        true => Box::new(Dynamic::new(system, form)?),
+        false => Box::new(Reduction::new(system, form)?),
+    })
+}
+
+impl Balanced for Reduction {
+    fn interface(&self) -> &Interface {
+        self
+    }
+
+    fn set_frequency(&mut self, omega: f64) {
+        Interface::set_frequency(self, omega);
+    }
+
+    fn components(&self) -> usize {
+        self.n()
+    }
+
+    fn stiffness_unit(&self) -> f64 {
+        Reduction::stiffness_unit(self)
+    }
+
+    fn is_free(&self) -> bool {
+        Reduction::is_free(self)
+    }
+
+    fn mode_start(&self, amplitude: f64) -> Option<Series> {
+        response::mode_start(self, amplitude)
+    }
+
+    fn solve(
+        &self,
+        guess: &Series,
+        omega: f64,
+        settings: &Settings,
+    ) -> Result<Result<Solution, Failure>, HbmError> {
+        newton::solve(self, guess, omega, settings)
+    }
+
+    fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {
+        Ok(newton::Linear::new(self, n_h, omega).receptance)
+    }
+
+    fn series_of(&self, n: &Series, omega: f64) -> Result<Series, HbmError> {
+        Ok(newton::Linear::new(self, n.n_h, omega).solve(self, n))
+    }
+
+    fn displacements(&self, s: &Solution) -> Result<Series, HbmError> {
+        let mut u = Series::zeros(s.q.basis, s.q.n_h, self.n());
+        let rest = vec![0.0; self.n()];
+        for i in 0..s.q.basis.len(s.q.n_h) {
+            u.of_mut(i).copy_from_slice(&self.state(s.q.of(i), &rest, 1.0).u);
+        }
+        Ok(u)
+    }
+}

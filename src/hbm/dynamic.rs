@@ -1,0 +1,297 @@
+//! Harmonic balance of bodies that are too large for all their modes: the open body by its dynamic stiffness, one sparse factorisation a harmonic.
+//!
+//! Newton's method goes on the interface terms alone, `n = N(ĉ − Ĝ n)` ([`Receptance`]); with `M₀L` the orthonormal directions
+//!
+//! ```text
+//! G_k = (M₀L)ᵀ D_k⁻¹ (M₀L),     D_k = K₀ − k²ω²M₀ + ikω(αM₀ + βK₀)
+//! ```
+//!
+//! and `D_k u_k = f_k − M₀L n_k` gives the displacements of a solution. Series are those of the projections `y`.
+
+use std::cell::RefCell;
+
+use faer::{Mat, c64};
+
+use super::balance::Balance;
+use super::interface::{Form, Interface};
+use super::newton::{self, Failure, Iterate, Settings, Solution, condensed};
+use super::receptance::{Receptance, load_series, places};
+use super::series::Series;
+use super::{Balanced, HbmError};
+use crate::contact::System;
+use crate::continuation::norm;
+use crate::fem::{DynamicFactor, DynamicStiffness, FemError, SpdFactor, eigen};
+
+/// A large body.
+pub struct Dynamic {
+    interface: Interface,
+    stiffness: DynamicStiffness,
+    /// Rows on which `M₀L` is not zero, and these rows.
+    directions: (Vec<usize>, Mat<f64>),
+    /// Forces on `u_O` of the open phase: the constant one, those of the harmonic loads.
+    forces: (Vec<f64>, Vec<Vec<f64>>),
+    /// The first mode.
+    first: (f64, Vec<f64>),
+    /// What was computed last.
+    answers: RefCell<Answers>,
+}
+
+/// `G_k` and `c_k` at one frequency, from `k = 0` on.
+#[derive(Default)]
+struct Answers {
+    omega: f64,
+    of_harmonic: Vec<([Mat<f64>; 2], Vec<c64>)>,
+}
+
+/// Directions shorter than this, over their length before they were made orthogonal to others, are rounding errors.
+const RANK: f64 = 1e-10;
+
+/// `(M₀L, L)` with `LᵀM₀L = I` of the span of columns `B = M₀L`.
+fn orthonormal(
+    mass: &SpdFactor,
+    n: usize,
+    columns: &[Vec<(usize, f64)>],
+) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let mut scratch = mass.scratch();
+    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = vec![];
+    for column in columns {
+        let mut b = vec![0.0; n];
+        column.iter().for_each(|&(i, v)| b[i] = v);
+        let mut x = b.clone();
+        mass.solve(&mut x, &mut scratch);
+        let first = dot(&b, &x).sqrt();
+        for _ in 0..2 {
+            for (of_b, of_x) in &basis {
+                let d = dot(of_b, &x);
+                b.iter_mut().zip(of_b).for_each(|(b, o)| *b -= d * o);
+                x.iter_mut().zip(of_x).for_each(|(x, o)| *x -= d * o);
+            }
+        }
+        let rest = dot(&b, &x).max(0.0).sqrt();
+        if rest > RANK * first {
+            b.iter_mut().for_each(|b| *b /= rest);
+            x.iter_mut().for_each(|x| *x /= rest);
+            basis.push((b, x));
+        }
+    }
+    basis
+}
+
+impl Dynamic {
+    /// Find the directions and the first mode.
+    pub fn new(system: System, form: Form) -> Result<Dynamic, HbmError> {
+        super::check_frequencies(&system)?;
+        let open = system.open_phase();
+        let (k, m) = open.matrices();
+        let n = system.n_o();
+        let factor = SpdFactor::new(&m, "mass matrix of the open phase")?;
+        let basis = orthonormal(&factor, n, &system.directions());
+        let lifted = Mat::from_fn(n, basis.len(), |i, c| basis[c].1[i]);
+        let support: Vec<usize> =
+            (0..n).filter(|&i| basis.iter().any(|(b, _)| b[i] != 0.0)).collect();
+        let rows = Mat::from_fn(support.len(), basis.len(), |i, c| basis[c].0[support[i]]);
+        let forces = (
+            open.constant_force(),
+            system.loads.harmonics.iter().map(|h| open.reduce(&h.force)).collect(),
+        );
+        let lowest = eigen::lowest(&k, &m, 1, system.units.frequency)?;
+        let first = lowest.omega.into_iter().zip(lowest.shapes).next();
+        let first = first.ok_or(FemError::Singular { what: "mass matrix of the open phase" })?;
+        Ok(Dynamic {
+            stiffness: DynamicStiffness::new(&k, &m)?,
+            interface: Interface::new(system, form, lifted),
+            directions: (support, rows),
+            forces,
+            first,
+            answers: RefCell::default(),
+        })
+    }
+
+    /// `D_k`, factorised.
+    fn factor(&self, k: usize, omega: f64) -> Result<DynamicFactor, HbmError> {
+        let damping = self.interface.system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        Ok(self.stiffness.factor(k as f64 * omega, damping)?)
+    }
+
+    /// Coefficients of the loads on `u_O`.
+    fn loads(&self, n_h: usize) -> Series {
+        load_series(&self.interface, n_h, &self.forces.0, &self.forces.1)
+    }
+
+    /// `G_k` and `c_k` of one harmonic.
+    fn answer(
+        &self,
+        k: usize,
+        omega: f64,
+        loads: &Series,
+    ) -> Result<([Mat<f64>; 2], Vec<c64>), HbmError> {
+        let (support, rows) = &self.directions;
+        let (n, r) = (self.interface.system.n_o(), rows.ncols());
+        let (cos, sin) = places(loads.basis, k);
+        let mut right = Mat::<c64>::zeros(n, r + 1);
+        for (i, &row) in support.iter().enumerate() {
+            (0..r).for_each(|c| right[(row, c)] = c64::new(rows[(i, c)], 0.0));
+        }
+        for i in 0..n {
+            right[(i, r)] = c64::new(loads.of(cos)[i], -sin.map_or(0.0, |s| loads.of(s)[i]));
+        }
+        let x = self.factor(k, omega)?.solve(right.as_ref())?;
+        let of = |part: fn(c64) -> f64| {
+            let x = Mat::from_fn(support.len(), r + 1, |i, c| part(x[(support[i], c)]));
+            rows.transpose() * x
+        };
+        let (re, im) = (of(|z| z.re), of(|z| z.im));
+        let c = (0..r).map(|i| c64::new(re[(i, r)], im[(i, r)])).collect();
+        Ok(([re.subcols(0, r).to_owned(), im.subcols(0, r).to_owned()], c))
+    }
+
+    /// The residual `n − N(ĉ − Ĝ n)` over the size of its terms.
+    fn evaluate(
+        &self,
+        receptance: &Receptance,
+        n: Series,
+        omega: f64,
+        settings: &Settings,
+    ) -> Result<Iterate, HbmError> {
+        let y = receptance.answer(Some(&n));
+        let balance = Balance::new(&self.interface, &y, omega, settings.quadrature)?;
+        let r: Vec<f64> = n.a.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
+        let rank = self.interface.rank();
+        let of_first: Vec<f64> = (0..y.basis.len(y.n_h)).map(|i| norm(&y.of(i)[..rank])).collect();
+        let terms = norm(&n.a).max(self.stiffness_unit() * norm(&of_first));
+        let size = norm(&r) / terms.max(f64::MIN_POSITIVE);
+        Ok(Iterate { y, n, balance, size })
+    }
+}
+
+impl Balanced for Dynamic {
+    fn interface(&self) -> &Interface {
+        &self.interface
+    }
+
+    fn set_frequency(&mut self, omega: f64) {
+        self.interface.set_frequency(omega);
+    }
+
+    fn components(&self) -> usize {
+        self.interface.rank_in()
+    }
+
+    fn stiffness_unit(&self) -> f64 {
+        match self.first.0 {
+            0.0 => self.interface.system.units.frequency.powi(2),
+            omega => omega * omega,
+        }
+    }
+
+    fn is_free(&self) -> bool {
+        self.first.0 == 0.0
+    }
+
+    fn mode_start(&self, amplitude: f64) -> Option<Series> {
+        let (omega, shape) = &self.first;
+        let scale = super::response::grazing_of(&self.interface.system, shape)?;
+        let (support, rows) = &self.directions;
+        let r = rows.ncols();
+        let mut y = Series::zeros(self.interface.basis, 1, self.components());
+        let first = y.of_mut(1);
+        for c in 0..r {
+            let of_shape: f64 =
+                support.iter().enumerate().map(|(i, &row)| rows[(i, c)] * shape[row]).sum();
+            first[c] = -amplitude * scale * of_shape;
+        }
+        let (y1, y2) = first.split_at_mut(r);
+        y2.iter_mut().zip(y1).for_each(|(y2, y1)| *y2 = omega * omega * *y1);
+        Some(y)
+    }
+
+    /// Newton's method on the interface terms. A guess `y` need not come from any; the first step is taken whole.
+    fn solve(
+        &self,
+        guess: &Series,
+        omega: f64,
+        settings: &Settings,
+    ) -> Result<Result<Solution, Failure>, HbmError> {
+        let receptance = self.receptance(guess.n_h, omega)?;
+        let balance = Balance::new(&self.interface, guess, omega, settings.quadrature)?;
+        let n = condensed(&receptance, guess, &balance);
+        if n.a.iter().any(|n| !n.is_finite()) {
+            return Ok(Err(Failure::NotConverged { residual: f64::NAN, iterations: 1 }));
+        }
+        let evaluate = |n: Series| self.evaluate(&receptance, n, omega, settings);
+        let start = evaluate(n)?;
+        let step = |at: &Iterate| {
+            let next = condensed(&receptance, &at.y, &at.balance);
+            next.a.iter().zip(&at.n.a).map(|(a, b)| a - b).collect()
+        };
+        let trial = |at: &Iterate, step: &[f64], lambda: f64| {
+            let mut n = at.n.clone();
+            n.a.iter_mut().zip(step).for_each(|(n, s)| *n += lambda * s);
+            evaluate(n)
+        };
+        let (at, iterations) = newton::damped(start, settings, |at| at.size, step, trial);
+        let Iterate { y, n, balance, size } = at;
+        newton::conclude(
+            &self.interface,
+            (y.clone(), y, n),
+            balance,
+            (omega, size, iterations + 1),
+            settings,
+        )
+    }
+
+    fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {
+        let mut known = self.answers.borrow_mut();
+        if known.omega != omega {
+            *known = Answers { omega, of_harmonic: vec![] };
+        }
+        let loads = self.loads(n_h.max(1));
+        for k in known.of_harmonic.len()..=n_h {
+            let answer = self.answer(k, omega, &loads)?;
+            known.of_harmonic.push(answer);
+        }
+        let basis = self.interface.basis;
+        let mut of_loads = Series::zeros(basis, n_h, self.interface.rank());
+        for (k, (_, c)) in known.of_harmonic.iter().enumerate().take(n_h + 1) {
+            let (cos, sin) = places(basis, k);
+            of_loads.of_mut(cos).iter_mut().zip(c).for_each(|(x, c)| *x = c.re);
+            if let Some(sin) = sin {
+                of_loads.of_mut(sin).iter_mut().zip(c).for_each(|(x, c)| *x = -c.im);
+            }
+        }
+        let g = known.of_harmonic.iter().take(n_h + 1).map(|(g, _)| g.clone()).collect();
+        Ok(Receptance::new(&self.interface, omega, g, of_loads))
+    }
+
+    fn series_of(&self, n: &Series, omega: f64) -> Result<Series, HbmError> {
+        Ok(self.receptance(n.n_h, omega)?.answer(Some(n)))
+    }
+
+    fn displacements(&self, s: &Solution) -> Result<Series, HbmError> {
+        let (support, rows) = &self.directions;
+        let size = self.interface.system.n_o();
+        let loads = self.loads(s.q.n_h.max(1));
+        let mut u = Series::zeros(s.q.basis, s.q.n_h, size);
+        for k in 0..=s.q.n_h {
+            let (cos, sin) = places(s.q.basis, k);
+            let force = |function: usize| {
+                let mut f = loads.of(function).to_vec();
+                for (i, &row) in support.iter().enumerate() {
+                    let n = s.n.of(function).iter().enumerate();
+                    f[row] -= n.map(|(c, n)| rows[(i, c)] * n).sum::<f64>();
+                }
+                f
+            };
+            let (a, b) = (force(cos), sin.map(force));
+            let right =
+                Mat::from_fn(size, 1, |i, _| c64::new(a[i], -b.as_ref().map_or(0.0, |b| b[i])));
+            let x = self.factor(k, s.omega)?.solve(right.as_ref())?;
+            (0..size).for_each(|i| u.of_mut(cos)[i] = x[(i, 0)].re);
+            if let Some(sin) = sin {
+                (0..size).for_each(|i| u.of_mut(sin)[i] = -x[(i, 0)].im);
+            }
+        }
+        Ok(u)
+    }
+}

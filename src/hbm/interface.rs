@@ -1,0 +1,222 @@
+//! What all phases share at the contact: the directions on which they differ, and the operators of each phase on them.
+//!
+//! In the mass matrix `M₀` of the open phase let `B R⁻¹ = M₀ L` be its directions made orthonormal, `LᵀM₀L = I`: with the modes `Φ` of the open phase `Q = ΦᵀM₀L` and
+//! `L = ΦQ`. A phase needs of a displacement `u_O` only `y₁ = LᵀM₀u_O = Qᵀq`, and in the acceleration form `y₂ = LᵀK₀u_O = QᵀΩ²q` too.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+use super::HbmError;
+use super::series::Basis;
+use crate::contact::{ActiveSet, Drive, System};
+use crate::fem::{Csr, Loads};
+use crate::flow::cache::Cache;
+
+/// What is projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// `A*ᵀ(M A* ü_O + C A* u̇_O + K(A*u_O + d*) − f)`: the seed's eq. 7.
+    Force,
+    /// `ü_O + M_α⁻¹(C_α u̇_O + K_α u_O − f_α)`.
+    Acceleration,
+}
+
+/// One phase on the reduced directions: `n = P y + V ẏ + A ÿ − s − Σ_j (c_j cos + …)`.
+#[derive(Debug)]
+pub struct PhaseOperator {
+    /// `r × r_in`, acting on `y = (y₁, y₂)`.
+    pub p: Mat<f64>,
+    /// Acting on `dy/dt`.
+    pub v: Option<Mat<f64>>,
+    /// Acting on `d²y/dt²`.
+    pub a: Option<Mat<f64>>,
+    /// Constant part.
+    pub s: Vec<f64>,
+    /// Parts of the harmonic loads: amplitude of each load.
+    pub loads: Vec<Vec<f64>>,
+    /// Monitors: one row a contact node, on `y₁`.
+    pub rows: Mat<f64>,
+    /// Monitors at `u_O = 0`.
+    pub offsets: Vec<f64>,
+    /// What harmonic loads on `u_C` add to them.
+    pub drives: Vec<Drive>,
+}
+
+impl PhaseOperator {
+    /// What it takes of the memory.
+    fn bytes(&self) -> usize {
+        let of = |m: &Mat<f64>| 8 * m.nrows() * m.ncols();
+        let all = [Some(&self.p), self.v.as_ref(), self.a.as_ref(), Some(&self.rows)];
+        all.into_iter().flatten().map(of).sum()
+    }
+
+    /// The part of a monitor that does not depend on the motion, in the function of this index (constant, `cos θ`, `sin θ`, …).
+    pub fn monitor_constant(&self, contact: usize, function: usize, loads: &Loads) -> f64 {
+        let driven = |of_phase: &dyn Fn(f64) -> f64| -> f64 {
+            let drives = self.drives.iter();
+            let part = |d: &Drive| {
+                let load = &loads.harmonics[d.index];
+                load.size() * d.monitor[contact] * of_phase(load.angle())
+            };
+            drives.map(part).sum()
+        };
+        // cos(θ + φ) = cos φ cos θ − sin φ sin θ
+        match function {
+            0 => self.offsets[contact],
+            1 => driven(&f64::cos),
+            2 => driven(&|phase| -phase.sin()),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Bytes of the phases that are kept: fine meshes visit hundreds of them.
+const BUDGET: usize = 1 << 30;
+
+/// A body in contact, as its harmonic balance sees the contact.
+pub struct Interface {
+    /// Operators.
+    pub system: System,
+    /// Force or acceleration form.
+    pub form: Form,
+    /// Cosine series or full.
+    pub basis: Basis,
+    /// `L`, `n_O × r`.
+    pub(super) lifted: Mat<f64>,
+    /// `M₀`
+    pub(super) mass: Csr,
+    /// `K₀`
+    pub(super) stiffness: Csr,
+    /// `Lᵀf` of the constant force, and of each harmonic load, on the open phase.
+    pub(super) forces: (Vec<f64>, Vec<Vec<f64>>),
+    phases: RefCell<Cache<ActiveSet, Rc<PhaseOperator>>>,
+}
+
+/// `Bᵀ A B` for a sparse `A` of few rows.
+fn congruence(a: &Csr, b: &Mat<f64>) -> Mat<f64> {
+    let rows: Vec<usize> = (0..a.n_rows()).filter(|&i| a.row(i).next().is_some()).collect();
+    let ab = Mat::from_fn(rows.len(), b.ncols(), |i, c| a.row_dot(rows[i], b.col_as_slice(c)));
+    let of_rows = Mat::from_fn(b.ncols(), rows.len(), |c, i| b[(rows[i], c)]);
+    of_rows * ab
+}
+
+/// `Lᵀ x`
+pub(super) fn onto(lifted: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+    let on = |c| lifted.col_as_slice(c).iter().zip(x).map(|(a, b)| a * b).sum();
+    (0..lifted.ncols()).map(on).collect()
+}
+
+impl Interface {
+    /// The interface of a body whose directions are `lifted` (`L`); the series is a cosine series for an undamped body without harmonic loads.
+    pub(super) fn new(system: System, form: Form, lifted: Mat<f64>) -> Interface {
+        let open = system.open_phase();
+        let (stiffness, mass) = open.matrices();
+        let constant = onto(&lifted, &open.constant_force());
+        let loads = system.loads.harmonics.iter();
+        let harmonics = loads.map(|h| onto(&lifted, &open.reduce(&h.force))).collect();
+        let full = system.damping.is_some() || !system.loads.harmonics.is_empty();
+        let basis = if full { Basis::Full } else { Basis::Cosine };
+        let phases = RefCell::new(Cache::new(BUDGET));
+        let forces = (constant, harmonics);
+        Interface { system, form, basis, lifted, mass, stiffness, forces, phases }
+    }
+
+    /// Number of directions, `r`.
+    pub fn rank(&self) -> usize {
+        self.lifted.ncols()
+    }
+
+    /// Number of projections of a displacement: `r` in the force form, `2r` in the acceleration form.
+    pub fn rank_in(&self) -> usize {
+        self.rank() * if self.form == Form::Force { 1 } else { 2 }
+    }
+
+    /// Set the frequency of the harmonic loads.
+    pub fn set_frequency(&mut self, omega: f64) {
+        self.system.loads_mut().set_frequency(omega);
+    }
+
+    /// A displacement `u_O` with the projections `y`: the contact conditions cannot tell it from any other.
+    pub fn representative(&self, y: &[f64]) -> Vec<f64> {
+        let mut u = vec![0.0; self.lifted.nrows()];
+        for (c, y) in y[..self.rank()].iter().enumerate() {
+            u.iter_mut().zip(self.lifted.col_as_slice(c)).for_each(|(u, l)| *u += y * l);
+        }
+        u
+    }
+
+    /// A phase on the reduced directions.
+    pub fn phase(&self, set: &ActiveSet) -> Result<Rc<PhaseOperator>, HbmError> {
+        if let Some(known) = self.phases.borrow_mut().get_mut(set) {
+            return Ok(known.clone());
+        }
+        let new = Rc::new(self.build(set)?);
+        self.phases.borrow_mut().insert(set.clone(), new.clone(), new.bytes());
+        Ok(new)
+    }
+
+    fn build(&self, set: &ActiveSet) -> Result<PhaseOperator, HbmError> {
+        let system = &self.system;
+        let phase = system.phase(set);
+        let (k, m) = phase.matrices();
+        let s_m = congruence(&Csr::combination(1.0, &m, -1.0, &self.mass), &self.lifted);
+        let s_k = congruence(&Csr::combination(1.0, &k, -1.0, &self.stiffness), &self.lifted);
+        let r = self.rank();
+        // A*ᵀ x on the reduced directions, less that of the open phase
+        let open = system.open_phase();
+        let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> {
+            let x: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+            onto(&self.lifted, &x)
+        };
+        let s = difference(phase.constant_force(), open.constant_force());
+        let loads: Vec<Vec<f64>> = system
+            .loads
+            .harmonics
+            .iter()
+            .map(|h| difference(phase.reduce(&h.force), open.reduce(&h.force)))
+            .collect();
+        let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        // the gradients of all monitors lie among the directions
+        let gradients: Vec<Vec<f64>> =
+            (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c))).collect();
+        let rows = Mat::from_fn(system.n_contact(), r, |i, c| gradients[c][i]);
+        let offsets = phase.monitor_offsets();
+        let drives = phase.drives().to_vec();
+        match self.form {
+            Form::Force => {
+                let damped = system.damping.is_some();
+                let v = damped
+                    .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
+                Ok(PhaseOperator { p: s_k, v, a: Some(s_m), s, loads, rows, offsets, drives })
+            }
+            Form::Acceleration => {
+                // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S
+                let identity = Mat::<f64>::identity(r, r);
+                let t = (&identity + &s_m).partial_piv_lu().solve(&s_m);
+                if (0..r).any(|i| !t[(i, i)].is_finite()) {
+                    return Err(HbmError::Singular);
+                }
+                let keep = &identity - &t;
+                // M_α⁻¹(K_α u) − M₀⁻¹(K₀ u) on Q: (I − T) S_K y₁ − T y₂
+                let mut p = Mat::<f64>::zeros(r, 2 * r);
+                p.subcols_mut(0, r).copy_from(&keep * &s_k);
+                p.subcols_mut(r, r).copy_from(-&t);
+                let v = (beta > 0.0).then(|| Mat::from_fn(r, p.ncols(), |i, j| beta * p[(i, j)]));
+                // (I − T)(−Δf) + T Qᵀ f₀, written as −s
+                let lift = |difference: &[f64], of_open: &[f64]| -> Vec<f64> {
+                    let column = |x: &[f64]| Mat::from_fn(x.len(), 1, |i, _| x[i]);
+                    let x = &keep * column(difference);
+                    let y = &t * column(of_open);
+                    (0..r).map(|i| x[(i, 0)] - y[(i, 0)]).collect()
+                };
+                let (constant, harmonics) = &self.forces;
+                let s = lift(&s, constant);
+                let loads = loads.iter().zip(harmonics).map(|(d, f0)| lift(d, f0)).collect();
+                Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets, drives })
+            }
+        }
+    }
+}
