@@ -1,0 +1,65 @@
+//! Harmonic balance by dynamic stiffness beside that by all modes: two ways to one series.
+
+mod common;
+
+use common::shipped;
+use signorini::continuation::Go;
+use signorini::hbm::newton::Settings;
+use signorini::hbm::response::{Track, sequential};
+use signorini::hbm::{Balanced, Dynamic, Form, Reduction};
+use signorini::problem::Problem;
+use signorini::scenario::Scene;
+
+/// Series of `u_O` over a grid: frequency, number of harmonics, coefficients, residual, switches.
+type Found = Vec<(f64, usize, Vec<f64>, f64, usize)>;
+
+fn solutions(body: &mut dyn Balanced, harmonics: &[usize], grid: &[f64]) -> Found {
+    let mut tracks = vec![Track::default(); harmonics.len() + 1];
+    let mut found = vec![];
+    sequential(body, harmonics, grid, &Settings::default(), &mut tracks, |body, p| {
+        let s = p.solution.unwrap_or_else(|e| panic!("{} with {}: {e}", p.omega, p.n_h));
+        let u = body.displacements(&s).unwrap();
+        found.push((p.omega, p.n_h, u.a, s.residual, s.crossings.len()));
+        Go::Continue(())
+    })
+    .unwrap();
+    found
+}
+
+fn both_ways(scene: &Scene, form: Form, harmonics: &[usize], grid: &[f64]) {
+    let system = || Problem::new(scene, None).unwrap().system;
+    let by_modes = solutions(&mut Reduction::new(system(), form).unwrap(), harmonics, grid);
+    let by_stiffness = solutions(&mut Dynamic::new(system(), form).unwrap(), harmonics, grid);
+    assert_eq!(by_modes.len(), harmonics.len() * grid.len());
+    let mut switches = 0;
+    for (a, b) in by_modes.iter().zip(&by_stiffness) {
+        assert_eq!((a.0, a.1, a.4), (b.0, b.1, b.4));
+        let size = a.2.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let error = a.2.iter().zip(&b.2).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-10 * size, "{form:?} {} {}: {:e}", a.0, a.1, error / size);
+        assert!(b.3 < 1e-12, "{:e}", b.3);
+        switches += b.4;
+    }
+    assert!(switches > 0, "no contact");
+}
+
+#[test]
+fn a_forced_response() {
+    let scene = shipped("half-plate-response.toml");
+    for form in [Form::Force, Form::Acceleration] {
+        both_ways(&scene, form, &[3, 7], &[1.5, 1.55, 1.6]);
+    }
+}
+
+#[test]
+fn another_method_of_contact() {
+    let mut scene = shipped("half-plate-response.toml");
+    scene.contact.as_mut().unwrap().method = signorini::scenario::ContactMethod::MassRedistribution;
+    both_ways(&scene, Form::Acceleration, &[7], &[1.5, 1.6]);
+}
+
+#[test]
+fn a_family_without_loads() {
+    let scene = shipped("half-plate-orbit.toml");
+    both_ways(&scene, Form::Acceleration, &[3, 5], &[1.70, 1.705, 1.71]);
+}
