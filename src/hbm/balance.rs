@@ -142,24 +142,36 @@ fn value(
         let c = load.size() * (theta + load.angle()).cos();
         n.iter_mut().zip(part).for_each(|(n, p)| *n -= c * p);
     }
+    let (now, rate, curvature) = derivatives(y, theta);
+    add_product(&mut n, &op.p, &now, 1.0);
+    if let Some(v) = &op.v {
+        add_product(&mut n, v, &rate, omega);
+    }
+    if let Some(a) = &op.a {
+        add_product(&mut n, a, &curvature, omega * omega);
+    }
+    n
+}
+
+/// `n += factor A y`
+fn add_product(n: &mut [f64], a: &Mat<f64>, y: &[f64], factor: f64) {
+    for (c, y) in y.iter().enumerate() {
+        let yc = factor * y;
+        n.iter_mut().zip(a.col_as_slice(c)).for_each(|(n, a)| *n += a * yc);
+    }
+}
+
+/// A series and its first two derivatives by `θ`.
+fn derivatives(y: &Series, theta: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let (now, rate) = y.at(theta);
+    let mut curvature = vec![0.0; y.n];
     for (f, (k, is_sine)) in y.basis.functions(y.n_h).into_iter().enumerate() {
         let k = k as f64;
         let (sin, cos) = (k * theta).sin_cos();
-        let (value, slope) = if is_sine { (sin, k * cos) } else { (cos, -k * sin) };
-        for (c, &yc) in y.of(f).iter().enumerate() {
-            for (i, n) in n.iter_mut().enumerate() {
-                let mut factor = op.p[(i, c)] * value;
-                if let Some(v) = &op.v {
-                    factor += omega * v[(i, c)] * slope;
-                }
-                if let Some(a) = &op.a {
-                    factor -= k * k * omega * omega * a[(i, c)] * value;
-                }
-                *n += factor * yc;
-            }
-        }
+        let value = -k * k * if is_sine { sin } else { cos };
+        curvature.iter_mut().zip(y.of(f)).for_each(|(x, c)| *x += value * c);
     }
-    n
+    (now, rate, curvature)
 }
 
 impl Balance {
@@ -297,28 +309,37 @@ impl Moving<'_> {
         let (basis, n_h) = (y.basis, y.n_h);
         let functions = basis.functions(n_h);
         let (r, r_in, count) = (interface.rank(), y.n, functions.len());
+        // columns: f_k (n⁻ − n⁺) over the norm of f_k, and −m f_l / h′ of every switch
+        let mut steps = Mat::<f64>::zeros(count * r, crossings.len());
+        let mut delays = Mat::<f64>::zeros(crossings.len(), count * r);
         let mut undecided = 0;
         let mut f = vec![];
         for (j, crossing) in crossings.iter().enumerate() {
-            let before = value(&operators[j], interface, y, omega, crossing.theta);
-            let after = value(&operators[j + 1], interface, y, omega, crossing.theta);
-            basis.values(n_h, crossing.theta, &mut f);
             let slope = slopes[j];
             if slope == 0.0 {
                 undecided += 1;
                 continue;
             }
-            let step: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
+            let before = value(&operators[j], interface, y, omega, crossing.theta);
+            let after = value(&operators[j + 1], interface, y, omega, crossing.theta);
+            basis.values(n_h, crossing.theta, &mut f);
+            for (k, target) in steps.col_as_slice_mut(j).chunks_exact_mut(r).enumerate() {
+                let scale = f[k] / weight(basis, functions[k]);
+                let step = before.iter().zip(&after).map(|(a, b)| scale * (a - b));
+                target.iter_mut().zip(step).for_each(|(t, s)| *t = s);
+            }
             for l in 0..count {
                 for c in 0..r {
-                    let delay = -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
-                    let column = derivative.col_as_slice_mut(l * r_in + c);
-                    for (k, target) in column.chunks_exact_mut(r).enumerate() {
-                        let scale = f[k] * delay / weight(basis, functions[k]);
-                        target.iter_mut().zip(&step).for_each(|(t, s)| *t += scale * s);
-                    }
+                    delays[(j, l * r + c)] =
+                        -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
                 }
             }
+        }
+        for l in 0..count {
+            // monitors know y₁ alone
+            let target = derivative.subcols_mut(l * r_in, r);
+            let right = delays.subcols(l * r, r);
+            matmul(target, Accum::Add, steps.as_ref(), right, 1.0, Par::Seq);
         }
         undecided
     }

@@ -104,7 +104,7 @@ fn congruence(a: &Csr, b: &Mat<f64>) -> Mat<f64> {
 }
 
 /// `Lᵀ x`
-pub(super) fn onto(lifted: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+fn onto(lifted: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     let on = |c| lifted.col_as_slice(c).iter().zip(x).map(|(a, b)| a * b).sum();
     (0..lifted.ncols()).map(on).collect()
 }
@@ -168,8 +168,11 @@ impl Interface {
         // A*ᵀ x on the reduced directions, less that of the open phase
         let open = system.open_phase();
         let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> {
-            let x: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
-            onto(&self.lifted, &x)
+            // phases differ on few displacements
+            let x = a.iter().zip(&b).map(|(a, b)| a - b).enumerate();
+            let entries: Vec<(usize, f64)> = x.filter(|(_, x)| *x != 0.0).collect();
+            let on = |c: usize| entries.iter().map(|&(i, x)| self.lifted[(i, c)] * x).sum();
+            (0..r).map(on).collect()
         };
         let s = difference(phase.constant_force(), open.constant_force());
         let loads: Vec<Vec<f64>> = system

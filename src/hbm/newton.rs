@@ -307,6 +307,8 @@ pub(super) struct Iterate {
     pub balance: Balance,
     /// Residual over the size of its terms.
     pub size: f64,
+    /// What rounding errors make of it.
+    pub floor: f64,
 }
 
 /// Newton's method with steps that are shortened where the residual would grow. Returns the last iterate and the number of steps.
