@@ -10,7 +10,7 @@ use signorini::problem::Problem;
 use signorini::records::{Branch, PointMethod};
 use signorini::scenario::Scene;
 
-use super::{CliError, family, load};
+use super::{CliError, family, load, resources};
 
 /// How families are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -186,6 +186,11 @@ impl Choice {
             true => Some(family::propagator(load::of_scene(scene)?.system)?),
             false => None,
         };
-        Ok(Body { balanced: prepare(problem.system, self.form)?, shooter })
+        let balanced = prepare(problem.system, self.form)?;
+        let (interface, harmonics) = (balanced.interface(), self.most_harmonics());
+        let functions = interface.basis.len(harmonics);
+        let sizes = (functions * interface.rank(), functions * interface.rank_in());
+        resources::check_balance(harmonics, sizes)?;
+        Ok(Body { balanced, shooter })
     }
 }

@@ -102,7 +102,10 @@ impl From<OrbitError> for CliError {
 
 impl From<HbmError> for CliError {
     fn from(e: HbmError) -> Self {
-        CliError::Numerics(e.to_string())
+        match e {
+            HbmError::Free(_) => CliError::Input(e.to_string()),
+            _ => CliError::Numerics(e.to_string()),
+        }
     }
 }
 

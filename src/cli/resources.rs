@@ -77,6 +77,19 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
     )
 }
 
+/// Memory of Newton's method on so many interface terms and projections: the derivative of this iterate and of the next, and the system with its factors.
+pub fn check_balance(
+    harmonics: usize,
+    (terms, projections): (usize, usize),
+) -> Result<(), CliError> {
+    let (terms, projections) = (terms as f64, projections as f64);
+    let what = format!(
+        "--harmonics {harmonics}: {} interface terms; take fewer harmonics or fewer contact nodes",
+        plain(terms)
+    );
+    check_memory(8.0 * terms * (2.0 * projections + 3.0 * terms), &what)
+}
+
 /// Most natural periods of a run.
 const MOST_PERIODS: f64 = 1e8;
 /// Files larger than this are announced.

@@ -119,6 +119,9 @@ impl Dynamic {
         let Some((omega, shape)) = lowest.omega.into_iter().zip(lowest.shapes).next() else {
             return Err(FemError::Singular { what: "mass matrix of the open phase" }.into());
         };
+        if omega == 0.0 {
+            return Err(HbmError::Free(n));
+        }
         let directions = basis.iter().map(|(b, _)| dot(b, &shape)).collect();
         Ok(Dynamic {
             stiffness: DynamicStiffness::new(&k, &m)?,
@@ -211,8 +214,7 @@ impl Dynamic {
             let (cos, sin) = places(n.basis, k);
             for function in [Some(cos), sin].into_iter().flatten() {
                 let force = dot(shape, loads.of(function)) - dot(directions, n.of(function));
-                let size = re.hypot(im);
-                sum += if size > 0.0 { (force / size).powi(2) } else { 0.0 };
+                sum += force * force / (re * re + im * im);
             }
         }
         sum.sqrt()
@@ -246,14 +248,11 @@ impl Balanced for Dynamic {
     }
 
     fn stiffness_unit(&self) -> f64 {
-        match self.first.omega {
-            0.0 => self.interface.system.units.frequency.powi(2),
-            omega => omega * omega,
-        }
+        self.first.omega.powi(2)
     }
 
     fn is_free(&self) -> bool {
-        self.first.omega == 0.0
+        false
     }
 
     fn mode_start(&self, amplitude: f64) -> Option<Series> {

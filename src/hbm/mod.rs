@@ -56,6 +56,11 @@ pub enum HbmError {
     /// The loads have no common period.
     #[error("harmonic loads of different frequencies ({0} and {1}) have no common period")]
     Frequencies(f64, f64),
+    /// A body that is too large for its modes can move rigidly.
+    #[error(
+        "the open body can move rigidly, and with {0} displacements its dynamic stiffness is factorised, which is singular at rest: support it"
+    )]
+    Free(usize),
     /// More switches than a series of this length can have.
     #[error("more than {0} switches along one period")]
     Switches(usize),

@@ -8,7 +8,7 @@ use super::balance::Balance;
 use super::newton::{Failure, Settings, Solution, condensed_residual};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
-use super::series::Series;
+use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
 use crate::contact::{ActiveSet, State, System};
 use crate::continuation::{Family, JUMP, norm};
@@ -62,7 +62,7 @@ impl Summary {
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
             phase.expand_velocity(t, &state.v, &mut v);
-            if k == 0 || s.q.basis == super::Basis::Full {
+            if k == 0 || s.q.basis == Basis::Full {
                 energy = energy.max(system.kinetic(&v) + system.elastic(&u));
             }
             amplitude = u[n_o..].iter().fold(amplitude, |m, u| m.max(u.abs()));
@@ -70,7 +70,7 @@ impl Summary {
         let tau = std::f64::consts::TAU;
         let mut switches: Vec<(f64, usize, bool)> =
             s.crossings.iter().map(|c| (c.theta / s.omega, c.contact, c.closes)).collect();
-        let mirrored = s.q.basis == super::Basis::Cosine;
+        let mirrored = s.q.basis == Basis::Cosine;
         if mirrored {
             let back: Vec<_> = s
                 .crossings
@@ -346,8 +346,8 @@ fn started(
     settings: &Settings,
 ) -> Result<Option<(Solution, Origin)>, HbmError> {
     let starts: Vec<Series> = match body.interface().basis {
-        basis @ super::Basis::Full => vec![Series::zeros(basis, 1, body.components())],
-        super::Basis::Cosine => STARTS.iter().filter_map(|&a| body.mode_start(a)).collect(),
+        basis @ Basis::Full => vec![Series::zeros(basis, 1, body.components())],
+        Basis::Cosine => STARTS.iter().filter_map(|&a| body.mode_start(a)).collect(),
     };
     for start in starts {
         if let Ok(s) = body.solve(&start, omega, settings)? {
@@ -357,7 +357,7 @@ fn started(
     Ok(None)
 }
 
-/// A solution of `n_h` harmonics from the first of the guesses that leads to one, else from the one with fewer harmonics `below`.
+/// A solution of `n_h` harmonics from the first of the guesses that leads to one, else the one without contact, else from the one with fewer harmonics `below`.
 fn attempt(
     body: &dyn Balanced,
     guesses: &[Series],
@@ -370,6 +370,14 @@ fn attempt(
         match body.solve(guess, omega, settings)? {
             Ok(s) => return Ok(Ok((s, Origin::Continued))),
             Err(e) => failure = e,
+        }
+    }
+    // behind its fold a forced response does not reach the obstacle any more
+    if body.interface().basis == Basis::Full && !guesses.is_empty() {
+        let rest = Series::zeros(Basis::Full, n_h, body.components());
+        let at_once = Settings { iterations: 2, ..*settings };
+        if let Ok(s) = body.solve(&rest, omega, &at_once)? {
+            return Ok(Ok((s, Origin::Started)));
         }
     }
     if let Some(from) = below {
