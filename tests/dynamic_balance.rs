@@ -6,7 +6,7 @@ use common::shipped;
 use signorini::continuation::Go;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Track, sequential};
-use signorini::hbm::{Balanced, Dynamic, Form, Reduction};
+use signorini::hbm::{Balanced, Dynamic, Form, Reduction, prepare};
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
 
@@ -62,4 +62,44 @@ fn another_method_of_contact() {
 fn a_family_without_loads() {
     let scene = shipped("half-plate-orbit.toml");
     both_ways(&scene, Form::Acceleration, &[3, 5], &[1.70, 1.705, 1.71]);
+}
+
+/// The response of the 10 × 3 half plate with five harmonics has its fold near 1.75: behind it only the motion without contact is left, and the walk goes on with it.
+#[test]
+fn a_walk_goes_on_behind_a_fold() {
+    let scene = shipped("half-plate-response.toml");
+    let grid: Vec<f64> = (0..=20).map(|k| 1.5 + 0.02 * f64::from(k)).collect();
+    let system = Problem::new(&scene, None).unwrap().system;
+    for large in [false, true] {
+        let mut body: Box<dyn Balanced> = match large {
+            true => Box::new(Dynamic::new(system.clone(), Form::Force).unwrap()),
+            false => Box::new(Reduction::new(system.clone(), Form::Force).unwrap()),
+        };
+        let found = solutions(body.as_mut(), &[5], &grid);
+        let last = found.iter().rfind(|f| f.4 > 0).map(|f| f.0).unwrap();
+        assert!((1.70..1.80).contains(&last), "{last}");
+        assert_eq!(found.len(), grid.len());
+        assert!(found.last().is_some_and(|f| f.4 == 0));
+    }
+}
+
+#[test]
+fn a_body_that_is_not_held_is_refused() {
+    let system = Problem::new(&shipped("bouncing-bar.toml"), None).unwrap().system;
+    let refused = Dynamic::new(system, Form::Force).err().unwrap().to_string();
+    assert!(refused.contains("can move rigidly"), "{refused}");
+}
+
+/// Size decides: series of a small body are those of its modes, series of a large one those of its projections.
+#[test]
+fn large_bodies_go_by_dynamic_stiffness() {
+    let mut scene = shipped("half-plate-response.toml");
+    for (elements, large) in [([10, 3], false), ([40, 15], true)] {
+        scene.body.elements = elements.to_vec();
+        let system = Problem::new(&scene, None).unwrap().system;
+        let n = system.n_o();
+        let body = prepare(system, Form::Force).unwrap();
+        assert_eq!(body.components() != n, large);
+        assert_eq!(body.components() == body.interface().rank_in(), large);
+    }
 }

@@ -11,8 +11,8 @@ mod newton;
 mod sequence;
 
 pub use arclength::{Go, Options, Place, Point, Special, Stop, follow};
-pub(crate) use newton::norm;
 pub use newton::{Corrected, approach, correct, least_singular_value, tangent};
+pub(crate) use newton::{dot, norm};
 pub use sequence::{Guess, guesses};
 
 use faer::Mat;

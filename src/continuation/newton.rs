@@ -26,6 +26,11 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
+/// `aᵀb`
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// `[J; cᵀ]⁻¹ rhs`
 fn bordered(jacobian: &Mat<f64>, c: &[f64], rhs: &[f64]) -> Vec<f64> {
     let n = jacobian.nrows();

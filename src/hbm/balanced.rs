@@ -49,7 +49,7 @@ pub trait Balanced {
 }
 
 /// Above this number of displacements the open body is known by its dynamic stiffness, not by its modes.
-const LARGE: usize = 2000;
+const LARGE: usize = 1000;
 
 /// A body, prepared in the way that suits its size.
 pub fn prepare(system: System, form: Form) -> Result<Box<dyn Balanced>, HbmError> {

@@ -13,13 +13,13 @@ use std::cell::RefCell;
 use faer::{Mat, c64};
 
 use super::balance::Balance;
-use super::interface::{Form, Interface};
+use super::interface::{Form, Interface, orthonormal};
 use super::newton::{self, Failure, Iterate, Settings, Solution, condensed};
-use super::receptance::{Receptance, load_series, places};
+use super::receptance::{Receptance, load_series};
 use super::series::Series;
 use super::{Balanced, HbmError};
 use crate::contact::System;
-use crate::continuation::norm;
+use crate::continuation::{dot, norm};
 use crate::fem::{DynamicFactor, DynamicStiffness, FemError, SpdFactor, eigen};
 
 /// A large body.
@@ -53,42 +53,8 @@ struct Answers {
     of_harmonic: Vec<([Mat<f64>; 2], Vec<c64>)>,
 }
 
-/// Directions shorter than this, over their length before they were made orthogonal to others, are rounding errors.
-const RANK: f64 = 1e-10;
-
 /// A residual of so many rounding errors of its terms is none: they grow with the highest natural frequency squared, and reach `1e-12` on meshes of ten thousand displacements.
 const ROUNDING: f64 = 4.0;
-
-/// `(M₀L, L)` with `LᵀM₀L = I` of the span of columns `B = M₀L`.
-fn orthonormal(
-    mass: &SpdFactor,
-    n: usize,
-    columns: &[Vec<(usize, f64)>],
-) -> Vec<(Vec<f64>, Vec<f64>)> {
-    let mut scratch = mass.scratch();
-    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = vec![];
-    for column in columns {
-        let mut b = vec![0.0; n];
-        column.iter().for_each(|&(i, v)| b[i] = v);
-        let mut x = b.clone();
-        mass.solve(&mut x, &mut scratch);
-        let first = dot(&b, &x).sqrt();
-        for _ in 0..2 {
-            for (of_b, of_x) in &basis {
-                let d = dot(of_b, &x);
-                b.iter_mut().zip(of_b).for_each(|(b, o)| *b -= d * o);
-                x.iter_mut().zip(of_x).for_each(|(x, o)| *x -= d * o);
-            }
-        }
-        let rest = dot(&b, &x).max(0.0).sqrt();
-        if rest > RANK * first {
-            b.iter_mut().for_each(|b| *b /= rest);
-            x.iter_mut().for_each(|x| *x /= rest);
-            basis.push((b, x));
-        }
-    }
-    basis
-}
 
 impl Dynamic {
     /// Find the directions and the first mode.
@@ -98,7 +64,16 @@ impl Dynamic {
         let (k, m) = open.matrices();
         let n = system.n_o();
         let factor = SpdFactor::new(&m, "mass matrix of the open phase")?;
-        let basis = orthonormal(&factor, n, &system.directions());
+        let mut scratch = factor.scratch();
+        let pairs = system.directions().into_iter().map(|column| {
+            let mut b = vec![0.0; n];
+            column.iter().for_each(|&(i, v)| b[i] = v);
+            let mut x = b.clone();
+            factor.solve(&mut x, &mut scratch);
+            (b, x)
+        });
+        // (M₀L, L)
+        let basis = orthonormal(pairs);
         let lifted = Mat::from_fn(n, basis.len(), |i, c| basis[c].1[i]);
         let support: Vec<usize> =
             (0..n).filter(|&i| basis.iter().any(|(b, _)| b[i] != 0.0)).collect();
@@ -107,7 +82,6 @@ impl Dynamic {
             open.constant_force(),
             system.loads.harmonics.iter().map(|h| open.reduce(&h.force)).collect(),
         );
-        let mut scratch = factor.scratch();
         let mut size = |f: &Vec<f64>| {
             let mut x = f.clone();
             factor.solve(&mut x, &mut scratch);
@@ -136,7 +110,7 @@ impl Dynamic {
 
     /// `D_k`, factorised.
     fn factor(&self, k: usize, omega: f64) -> Result<DynamicFactor, HbmError> {
-        let damping = self.interface.system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let damping = self.interface.damping();
         Ok(self.stiffness.factor(k as f64 * omega, damping)?)
     }
 
@@ -154,7 +128,7 @@ impl Dynamic {
     ) -> Result<([Mat<f64>; 2], Vec<c64>), HbmError> {
         let (support, rows) = &self.directions;
         let (n, r) = (self.interface.system.n_o(), rows.ncols());
-        let (cos, sin) = places(loads.basis, k);
+        let (cos, sin) = loads.basis.places(k);
         let mut right = Mat::<c64>::zeros(n, r + 1);
         for (i, &row) in support.iter().enumerate() {
             (0..r).for_each(|c| right[(row, c)] = c64::new(rows[(i, c)], 0.0));
@@ -206,12 +180,12 @@ impl Dynamic {
     fn first_coordinate(&self, n: &Series, omega: f64) -> f64 {
         let FirstMode { omega: natural, shape, directions } = &self.first;
         let loads = self.loads(n.n_h.max(1));
-        let (alpha, beta) = self.interface.system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let (alpha, beta) = self.interface.damping();
         let mut sum = 0.0;
         for k in 0..=n.n_h {
             let kw = k as f64 * omega;
             let (re, im) = (natural * natural - kw * kw, kw * (alpha + beta * natural * natural));
-            let (cos, sin) = places(n.basis, k);
+            let (cos, sin) = n.basis.places(k);
             for function in [Some(cos), sin].into_iter().flatten() {
                 let force = dot(shape, loads.of(function)) - dot(directions, n.of(function));
                 sum += force * force / (re * re + im * im);
@@ -228,10 +202,6 @@ fn rounding(derivative: &Mat<f64>, y: &Series) -> f64 {
         sum.iter_mut().zip(derivative.col_as_slice(c)).for_each(|(s, d)| *s += (d * y).abs());
     }
     f64::EPSILON * norm(&sum)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Balanced for Dynamic {
@@ -311,7 +281,7 @@ impl Balanced for Dynamic {
         let basis = self.interface.basis;
         let mut of_loads = Series::zeros(basis, n_h, self.interface.rank());
         for (k, (_, c)) in known.of_harmonic.iter().enumerate().take(n_h + 1) {
-            let (cos, sin) = places(basis, k);
+            let (cos, sin) = basis.places(k);
             of_loads.of_mut(cos).iter_mut().zip(c).for_each(|(x, c)| *x = c.re);
             if let Some(sin) = sin {
                 of_loads.of_mut(sin).iter_mut().zip(c).for_each(|(x, c)| *x = -c.im);
@@ -331,7 +301,7 @@ impl Balanced for Dynamic {
         let loads = self.loads(s.q.n_h.max(1));
         let mut u = Series::zeros(s.q.basis, s.q.n_h, size);
         for k in 0..=s.q.n_h {
-            let (cos, sin) = places(s.q.basis, k);
+            let (cos, sin) = s.q.basis.places(k);
             let force = |function: usize| {
                 let mut f = loads.of(function).to_vec();
                 for (i, &row) in support.iter().enumerate() {

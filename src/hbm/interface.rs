@@ -12,6 +12,7 @@ use faer::linalg::solvers::Solve;
 use super::HbmError;
 use super::series::Basis;
 use crate::contact::{ActiveSet, Drive, System};
+use crate::continuation::dot;
 use crate::fem::{Csr, Loads};
 use crate::flow::cache::Cache;
 
@@ -95,6 +96,33 @@ pub struct Interface {
     phases: RefCell<Cache<ActiveSet, Rc<PhaseOperator>>>,
 }
 
+/// Directions shorter than this, over their length before they were made orthogonal to others, are rounding errors.
+const RANK: f64 = 1e-10;
+
+/// Of pairs `(b, M⁻¹b)` a basis `(b, x)` of their span with `b_iᵀx_j = δ_ij` (Gram and Schmidt, twice).
+pub(super) fn orthonormal(
+    pairs: impl Iterator<Item = (Vec<f64>, Vec<f64>)>,
+) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = vec![];
+    for (mut b, mut x) in pairs {
+        let first = dot(&b, &x).sqrt();
+        for _ in 0..2 {
+            for (of_b, of_x) in &basis {
+                let d = dot(of_b, &x);
+                b.iter_mut().zip(of_b).for_each(|(b, o)| *b -= d * o);
+                x.iter_mut().zip(of_x).for_each(|(x, o)| *x -= d * o);
+            }
+        }
+        let rest = dot(&b, &x).max(0.0).sqrt();
+        if rest > RANK * first {
+            b.iter_mut().for_each(|b| *b /= rest);
+            x.iter_mut().for_each(|x| *x /= rest);
+            basis.push((b, x));
+        }
+    }
+    basis
+}
+
 /// `Bᵀ A B` for a sparse `A` of few rows.
 fn congruence(a: &Csr, b: &Mat<f64>) -> Mat<f64> {
     let rows: Vec<usize> = (0..a.n_rows()).filter(|&i| a.row(i).next().is_some()).collect();
@@ -105,8 +133,7 @@ fn congruence(a: &Csr, b: &Mat<f64>) -> Mat<f64> {
 
 /// `Lᵀ x`
 fn onto(lifted: &Mat<f64>, x: &[f64]) -> Vec<f64> {
-    let on = |c| lifted.col_as_slice(c).iter().zip(x).map(|(a, b)| a * b).sum();
-    (0..lifted.ncols()).map(on).collect()
+    (0..lifted.ncols()).map(|c| dot(lifted.col_as_slice(c), x)).collect()
 }
 
 impl Interface {
@@ -132,6 +159,11 @@ impl Interface {
     /// Number of projections of a displacement: `r` in the force form, `2r` in the acceleration form.
     pub fn rank_in(&self) -> usize {
         self.rank() * if self.form == Form::Force { 1 } else { 2 }
+    }
+
+    /// `(α, β)`, zero without damping.
+    pub(super) fn damping(&self) -> (f64, f64) {
+        self.system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta))
     }
 
     /// Set the frequency of the harmonic loads.
@@ -181,7 +213,7 @@ impl Interface {
             .iter()
             .map(|h| difference(phase.reduce(&h.force), open.reduce(&h.force)))
             .collect();
-        let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let (alpha, beta) = self.damping();
         // the gradients of all monitors lie among the directions
         let gradients: Vec<Vec<f64>> =
             (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c))).collect();

@@ -11,9 +11,12 @@
 //!
 //! With `q = Σ_k a_k cos kθ + b_k sin kθ` the Galerkin equations are `D_k q_k + Q n_k = f_k`, `D_k = Ω² − k²ω² + ikωC₀`. Between two
 //! switches the integrand of `n_k` is a trigonometric polynomial, so its integral is a closed form ([`balance`]); the switches are the roots of the monitors
-//! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`
-//! ([`newton`]): `r (2N_h + 1)` unknowns whatever the size of the body. [`viscous`] has the feedback of a viscous body as one more unknown,
-//! [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
+//! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`: `r (2N_h + 1)` unknowns whatever the
+//! size of the body.
+//!
+//! The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`newton`]), or,
+//! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] is what both have in common, [`response`] and [`branch`] are families of
+//! solutions. [`viscous`] has the feedback of a viscous body as one more unknown, [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
 
 pub mod balance;
 pub mod balanced;

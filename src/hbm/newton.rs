@@ -15,11 +15,11 @@ use faer::linalg::solvers::Solve;
 use super::HbmError;
 use super::balance::{Balance, Crossing, Quadrature};
 use super::interface::Interface;
-use super::receptance::{Receptance, load_series, places, weighted};
+use super::receptance::{Receptance, load_series, weighted};
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use crate::contact::ActiveSet;
-use crate::continuation::norm;
+use crate::continuation::{dot, norm};
 
 /// Limits and choices of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -187,7 +187,7 @@ impl Linear {
         let mut y = x.clone();
         let modes = x.n;
         for (k, (re, im)) in self.d.iter().enumerate() {
-            let (cosine, _) = places(x.basis, k);
+            let (cosine, _) = x.basis.places(k);
             for i in 0..modes {
                 let a = x.a[cosine * modes + i];
                 if x.basis == Basis::Cosine || k == 0 {
@@ -207,7 +207,7 @@ impl Linear {
 fn divide(d: &[(Vec<f64>, Vec<f64>)], x: &mut Series) {
     let modes = x.n;
     for (k, (re, im)) in d.iter().enumerate() {
-        let (cosine, _) = places(x.basis, k);
+        let (cosine, _) = x.basis.places(k);
         for i in 0..modes {
             let size = re[i] * re[i] + im[i] * im[i];
             let a = x.a[cosine * modes + i];
@@ -228,7 +228,7 @@ fn onto_columns(b: &Mat<f64>, x: &Series) -> Series {
     let mut y = Series::zeros(x.basis, x.n_h, b.ncols());
     for i in 0..x.basis.len(x.n_h) {
         for (c, y) in y.of_mut(i).iter_mut().enumerate() {
-            *y = b.col_as_slice(c).iter().zip(x.of(i)).map(|(a, b)| a * b).sum();
+            *y = dot(b.col_as_slice(c), x.of(i));
         }
     }
     y

@@ -54,14 +54,6 @@ pub(super) fn load_series(
     f
 }
 
-/// Indices of the cosine and, if there is one, of the sine of a harmonic.
-pub(super) fn places(basis: Basis, k: usize) -> (usize, Option<usize>) {
-    match (basis, k) {
-        (Basis::Cosine, _) | (_, 0) => (k, None),
-        (Basis::Full, _) => (2 * k - 1, Some(2 * k)),
-    }
-}
-
 impl Receptance {
     /// From `G_k` and `c_k` at a frequency.
     pub(super) fn new(
@@ -71,7 +63,7 @@ impl Receptance {
         c: Series,
     ) -> Receptance {
         let (basis, n_h) = (c.basis, c.n_h);
-        let (alpha, beta) = interface.system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let (alpha, beta) = interface.damping();
         let second = (interface.form == Form::Acceleration).then(|| {
             let factors = (0..=n_h).map(|k| {
                 let kw = k as f64 * omega;
@@ -93,7 +85,7 @@ impl Receptance {
         let blocks = if self.second.is_some() { 2 } else { 1 };
         let mut y = Series::zeros(self.basis, self.n_h, blocks * r);
         for (k, [re, im]) in self.g.iter().enumerate() {
-            let (cos, sin) = places(self.basis, k);
+            let (cos, sin) = self.basis.places(k);
             let pair =
                 |x: &Series, i: usize| c64::new(x.of(cos)[i], -sin.map_or(0.0, |sin| x.of(sin)[i]));
             let mut first: Vec<c64> = (0..r).map(|i| pair(&self.c, i)).collect();
@@ -133,7 +125,7 @@ impl Receptance {
             derivative.subcols(function * r_in + if second { r } else { 0 }, r)
         };
         for (k, [re, im]) in self.g.iter().enumerate() {
-            let (cos, sin) = places(self.basis, k);
+            let (cos, sin) = self.basis.places(k);
             let pair = |second: bool| Pair {
                 cos: block(cos, second).to_owned(),
                 sin: sin.map(|sin| block(sin, second).to_owned()),

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use faer::Mat;
 
 use super::HbmError;
-use super::interface::{Form, Interface};
+use super::interface::{Form, Interface, orthonormal};
 use crate::contact::{ActiveSet, Rayleigh, State, System};
 use crate::flow::spectrum::{Spectra, Spectrum};
 
@@ -36,31 +36,6 @@ impl DerefMut for Reduction {
     }
 }
 
-/// Directions shorter than this, over the longest, are rounding errors.
-const RANK: f64 = 1e-10;
-
-/// An orthonormal basis of the columns.
-fn orthonormal(columns: &Mat<f64>) -> Mat<f64> {
-    let n = columns.nrows();
-    let mut basis: Vec<Vec<f64>> = vec![];
-    for c in 0..columns.ncols() {
-        let mut x = columns.col_as_slice(c).to_vec();
-        let first = x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        for _ in 0..2 {
-            for b in &basis {
-                let d: f64 = b.iter().zip(&x).map(|(b, x)| b * x).sum();
-                x.iter_mut().zip(b).for_each(|(x, b)| *x -= d * b);
-            }
-        }
-        let rest = x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if rest > RANK * first {
-            x.iter_mut().for_each(|x| *x /= rest);
-            basis.push(x);
-        }
-    }
-    Mat::from_fn(n, basis.len(), |i, j| basis[j][i])
-}
-
 impl Reduction {
     /// Square of the lowest frequency that is not a rigid motion's: the unit of modal stiffness.
     pub fn stiffness_unit(&self) -> f64 {
@@ -79,13 +54,14 @@ impl Reduction {
         let spectra = Spectra::default();
         let open = spectra.of_set(&system, &ActiveSet::open(system.n_contact()))?;
         let n = system.n_o();
-        let directions = system.directions();
-        let mut columns = Mat::<f64>::zeros(n, directions.len());
-        for (c, column) in directions.iter().enumerate() {
-            column.iter().for_each(|&(i, v)| columns[(i, c)] = v);
-        }
-        let q = orthonormal(&(open.shapes.transpose() * &columns));
-        let r = q.ncols();
+        let pairs = system.directions().into_iter().map(|column| {
+            let of_mode = |j: usize| column.iter().map(|&(i, v)| open.shapes[(i, j)] * v).sum();
+            let modal: Vec<f64> = (0..n).map(of_mode).collect();
+            (modal.clone(), modal)
+        });
+        let basis = orthonormal(pairs);
+        let r = basis.len();
+        let q = Mat::from_fn(n, r, |i, c| basis[c].0[i]);
         let q_in = match form {
             Form::Force => q.clone(),
             Form::Acceleration => Mat::from_fn(n, 2 * r, |i, j| {

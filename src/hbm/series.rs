@@ -30,6 +30,14 @@ impl Basis {
             .collect()
     }
 
+    /// Places of the cosine and, if there is one, of the sine of a harmonic.
+    pub fn places(self, k: usize) -> (usize, Option<usize>) {
+        match (self, k) {
+            (Basis::Cosine, _) | (_, 0) => (k, None),
+            (Basis::Full, _) => (2 * k - 1, Some(2 * k)),
+        }
+    }
+
     /// End of the interval on which the balance is made.
     pub fn end(self) -> f64 {
         if self == Basis::Cosine { std::f64::consts::PI } else { std::f64::consts::TAU }

@@ -4,7 +4,8 @@ use faer::{Mat, MatRef};
 
 use super::chain::{Chain, Propagator};
 use super::saltation;
-use super::walk::{Walk, dot};
+use super::walk::Walk;
+use crate::continuation::dot;
 use crate::fem::FemError;
 use crate::flow::oscillator::Oscillator;
 

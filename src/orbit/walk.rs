@@ -9,6 +9,7 @@ use faer::Mat;
 
 use super::chain::{Chain, Propagator};
 use crate::contact::System;
+use crate::continuation::dot;
 use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
 use crate::flow::motion::Motion;
@@ -122,10 +123,6 @@ pub struct Link {
     a0: Vec<f64>,
     a1: Vec<f64>,
     h0: Vec<f64>,
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Link {
