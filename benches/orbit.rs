@@ -4,7 +4,8 @@ use std::path::Path;
 
 use divan::{Bencher, black_box};
 use signorini::continuation::{Go, Options, Place, follow};
-use signorini::hbm::newton::{Settings, solve};
+use signorini::hbm::modes::solve;
+use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{ladder, mode_start};
 use signorini::hbm::{Form, Reduction};
 use signorini::orbit::OrbitFamily;

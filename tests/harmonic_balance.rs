@@ -4,7 +4,8 @@ mod common;
 
 use common::{random, shipped};
 use signorini::continuation::Go;
-use signorini::hbm::newton::{Settings, directional, solve};
+use signorini::hbm::modes::{directional, solve};
+use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Summary, Track, ladder, mode_start, sequential};
 use signorini::hbm::{Basis, Failure, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::{Candidate, check, series_of_orbit};

@@ -4,7 +4,8 @@ mod common;
 
 use common::{Splitmix, bar, half_plate, problem};
 use signorini::continuation::{Go, Options, Stop};
-use signorini::hbm::newton::{Settings, solve};
+use signorini::hbm::modes::solve;
+use signorini::hbm::newton::Settings;
 use signorini::hbm::viscous::Fed;
 use signorini::hbm::{Form, Reduction, Series, Viscous, fed, tongue};
 use signorini::orbit::search::{Effort, find};

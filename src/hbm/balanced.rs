@@ -6,7 +6,7 @@ use super::newton::{Failure, Settings, Solution};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::Series;
-use super::{HbmError, newton, response};
+use super::{HbmError, modes, response};
 use crate::contact::System;
 
 /// A body of any size. Its solutions are series of coordinates of its own: those of all modes of the open phase ([`Reduction`]), or the projections on the interface
@@ -90,15 +90,15 @@ impl Balanced for Reduction {
         omega: f64,
         settings: &Settings,
     ) -> Result<Result<Solution, Failure>, HbmError> {
-        newton::solve(self, guess, omega, settings)
+        modes::solve(self, guess, omega, settings)
     }
 
     fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {
-        Ok(newton::Linear::new(self, n_h, omega).receptance)
+        Ok(modes::Linear::new(self, n_h, omega).receptance)
     }
 
     fn series_of(&self, n: &Series, omega: f64) -> Result<Series, HbmError> {
-        Ok(newton::Linear::new(self, n.n_h, omega).solve(self, n))
+        Ok(modes::Linear::new(self, n.n_h, omega).solve(self, n))
     }
 
     fn displacements(&self, s: &Solution) -> Result<Series, HbmError> {

@@ -14,7 +14,7 @@ use faer::{Mat, c64};
 
 use super::balance::Balance;
 use super::interface::{Form, Interface, orthonormal};
-use super::newton::{self, Failure, Iterate, Settings, Solution, condensed};
+use super::newton::{self, Failure, Settings, Solution, condensed};
 use super::receptance::{Receptance, load_series};
 use super::series::Series;
 use super::{Balanced, HbmError};
@@ -51,6 +51,17 @@ struct FirstMode {
 struct Answers {
     omega: f64,
     of_harmonic: Vec<([Mat<f64>; 2], Vec<c64>)>,
+}
+
+/// An iterate on the interface.
+struct Iterate {
+    y: Series,
+    n: Series,
+    balance: Balance,
+    /// Residual over the size of its terms.
+    size: f64,
+    /// What rounding errors make of it.
+    floor: f64,
 }
 
 /// A residual of so many rounding errors of its terms is none: they grow with the highest natural frequency squared, and reach `1e-12` on meshes of ten thousand displacements.

@@ -14,8 +14,8 @@
 //! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`: `r (2N_h + 1)` unknowns whatever the
 //! size of the body.
 //!
-//! The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`newton`]), or,
-//! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] is what both have in common, [`response`] and [`branch`] are families of
+//! The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`modes`]), or,
+//! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] and [`newton`] are what both have in common, [`response`] and [`branch`] are families of
 //! solutions. [`viscous`] has the feedback of a viscous body as one more unknown, [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
 
 pub mod balance;
@@ -24,6 +24,7 @@ pub mod branch;
 pub mod dynamic;
 pub mod fed;
 pub mod interface;
+pub mod modes;
 pub mod newton;
 pub mod receptance;
 pub mod reduction;

@@ -19,7 +19,8 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::balance::{Balance, Quadrature};
-use super::newton::{Linear, Settings, conclude, project_in, residual};
+use super::modes::{Linear, project_in, residual};
+use super::newton::{Settings, conclude};
 use super::series::{Basis, Series};
 use super::{Failure, Form, HbmError, Reduction, Solution};
 use crate::contact::System;
@@ -264,7 +265,7 @@ impl Viscous {
         omega: f64,
     ) -> Result<(Vec<f64>, Vec<f64>), HbmError> {
         self.set_feedback(alpha)?;
-        let (mut r, mut change) = super::newton::directional(
+        let (mut r, mut change) = super::modes::directional(
             &self.reduction,
             q,
             direction,

@@ -8,7 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use signorini::contact::State;
 use signorini::continuation::Go;
-use signorini::hbm::newton::{Settings, solve};
+use signorini::hbm::modes::solve;
+use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Summary, Track, sequential};
 use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::series_of_orbit;
