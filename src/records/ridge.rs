@@ -16,8 +16,11 @@ pub struct Peak {
 /// A maximum that stands out by less than this, relative, is a corner of the branch.
 const PROMINENCE: f64 = 0.01;
 
+/// Beside a neighbour that differs by more than this, relative, the branch jumps: no curve goes through both.
+const JUMP: f64 = 0.2;
+
 /// The peaks of the amplitude along a branch, whose orbits come in the order of the walk: frequency, amplitude, energy. They are the tops of parabolas
-/// over the length of the branch in the plane of frequency and amplitude, through the highest orbit and its neighbours.
+/// over the length of the branch in the plane of frequency and amplitude, through the highest orbit and its neighbours; the highest orbit itself beside a jump.
 pub fn peaks(branch: usize, mut row: Vec<[f64; 3]>) -> Vec<Peak> {
     row.dedup_by(|a, b| a[0] == b[0] && a[1] == b[1]);
     let highest: Vec<usize> = (1..row.len().saturating_sub(1))
@@ -38,6 +41,10 @@ fn stands_out(row: &[[f64; 3]], k: usize) -> bool {
 
 /// Frequency, amplitude and energy as parabolas of the length along the branch, at the top of the amplitude's.
 fn top(branch: usize, p: [[f64; 3]; 3]) -> Peak {
+    let [omega, amplitude, energy] = p[1];
+    if [p[0], p[2]].iter().any(|q| (q[1] - amplitude).abs() > JUMP * amplitude) {
+        return Peak { branch, omega, amplitude, energy };
+    }
     let length = |a: &[f64; 3], b: &[f64; 3]| {
         ((a[0] - b[0]) / b[0]).hypot((a[1] - b[1]) / b[1]).max(f64::MIN_POSITIVE)
     };
@@ -82,6 +89,14 @@ mod tests {
         for (coarse, fine) in coarse.iter().zip(&fine) {
             assert!(coarse.abs() < 5e-4 && fine.abs() < 0.1 * coarse.abs(), "{coarse} {fine}");
         }
+    }
+
+    /// A walk over frequencies falls from the fold to the motion that does not touch.
+    #[test]
+    fn beside_a_jump_the_highest_orbit_is_the_peak() {
+        let row = [(1.605, 1.146), (1.62, 1.17), (1.635, 1.186), (1.65, 0.629), (1.665, 0.522)];
+        let found = peaks(0, row.map(point).to_vec());
+        assert_eq!(found.iter().map(|p| (p.omega, p.amplitude)).collect::<Vec<_>>(), [row[2]]);
     }
 
     #[test]
