@@ -25,7 +25,9 @@ pub trait Balanced {
     fn stiffness_unit(&self) -> f64;
 
     /// Whether the open body can move rigidly.
-    fn is_free(&self) -> bool;
+    fn is_free(&self) -> bool {
+        false
+    }
 
     /// One harmonic: the first mode of the open body at `amplitude` times grazing, at the far point at `t = 0`.
     fn mode_start(&self, amplitude: f64) -> Option<Series>;

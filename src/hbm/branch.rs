@@ -225,8 +225,7 @@ pub fn first_solution(
     body.set_frequency(omega);
     let settings = Settings::default();
     if body.interface().basis == Basis::Full {
-        let zero = Series::zeros(Basis::Full, n_h, body.components());
-        return Ok(body.solve(&zero, omega, &settings)?.ok());
+        return Ok(body.solve(&response::at_rest(body, n_h), omega, &settings)?.ok());
     }
     let mut found = None;
     let mut tracks = vec![Track::default(); 2];

@@ -14,7 +14,7 @@ use faer::{Mat, c64};
 
 use super::balance::Balance;
 use super::interface::{Form, Interface, orthonormal};
-use super::newton::{self, Failure, Settings, Solution, condensed};
+use super::newton::{self, Failure, Settings, Solution, condensed, condensed_residual};
 use super::receptance::{Receptance, load_series};
 use super::series::Series;
 use super::{Balanced, HbmError};
@@ -44,6 +44,8 @@ struct FirstMode {
     shape: Vec<f64>,
     /// `φᵀM₀L`
     directions: Vec<f64>,
+    /// `φᵀf` of the constant force, and of each harmonic load.
+    forces: ([f64; 1], Vec<Vec<f64>>),
 }
 
 /// `G_k` and `c_k` at one frequency, from `k = 0` on.
@@ -108,12 +110,14 @@ impl Dynamic {
             return Err(HbmError::Free(n));
         }
         let directions = basis.iter().map(|(b, _)| dot(b, &shape)).collect();
+        let of_first =
+            ([dot(&forces.0, &shape)], of_loads.iter().map(|f| vec![dot(f, &shape)]).collect());
         Ok(Dynamic {
             stiffness: DynamicStiffness::new(&k, &m)?,
             interface: Interface::new(system, form, lifted),
             directions: (support, rows),
             forces,
-            first: FirstMode { omega, shape, directions },
+            first: FirstMode { omega, shape, directions, forces: of_first },
             sizes,
             answers: RefCell::default(),
         })
@@ -165,17 +169,14 @@ impl Dynamic {
         omega: f64,
         settings: &Settings,
     ) -> Result<Iterate, HbmError> {
-        let y = receptance.answer(Some(&n));
-        let balance = Balance::new(&self.interface, &y, omega, settings.quadrature)?;
-        let r: Vec<f64> = n.a.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
+        let at = (omega, settings.quadrature);
+        let (r, y, balance) = condensed_residual(&self.interface, receptance, &n, at)?;
         let terms = self.terms(&y, &n, omega);
         let size = norm(&r) / terms.max(f64::MIN_POSITIVE);
         let floor = ROUNDING * rounding(&balance.derivative, &y) / terms.max(f64::MIN_POSITIVE);
         Ok(Iterate { y, n, balance, size, floor })
     }
-}
 
-impl Dynamic {
     /// Size of the terms of the residual: loads, interface terms, stiffness times displacements (of which the projections and the first mode are known).
     fn terms(&self, y: &Series, n: &Series, omega: f64) -> f64 {
         let (rank, functions) = (self.interface.rank(), y.basis.len(y.n_h));
@@ -189,8 +190,8 @@ impl Dynamic {
 
     /// Size of the first mode's coordinate under the interface terms `n`.
     fn first_coordinate(&self, n: &Series, omega: f64) -> f64 {
-        let FirstMode { omega: natural, shape, directions } = &self.first;
-        let loads = self.loads(n.n_h.max(1));
+        let FirstMode { omega: natural, directions, forces, .. } = &self.first;
+        let loads = load_series(&self.interface, n.n_h, &forces.0, &forces.1);
         let (alpha, beta) = self.interface.damping();
         let mut sum = 0.0;
         for k in 0..=n.n_h {
@@ -198,7 +199,7 @@ impl Dynamic {
             let (re, im) = (natural * natural - kw * kw, kw * (alpha + beta * natural * natural));
             let (cos, sin) = n.basis.places(k);
             for function in [Some(cos), sin].into_iter().flatten() {
-                let force = dot(shape, loads.of(function)) - dot(directions, n.of(function));
+                let force = loads.of(function)[0] - dot(directions, n.of(function));
                 sum += force * force / (re * re + im * im);
             }
         }
@@ -232,12 +233,8 @@ impl Balanced for Dynamic {
         self.first.omega.powi(2)
     }
 
-    fn is_free(&self) -> bool {
-        false
-    }
-
     fn mode_start(&self, amplitude: f64) -> Option<Series> {
-        let FirstMode { omega, shape, directions } = &self.first;
+        let FirstMode { omega, shape, directions, .. } = &self.first;
         let scale = super::response::grazing_of(&self.interface.system, shape)?;
         let r = directions.len();
         let mut y = Series::zeros(self.interface.basis, 1, self.components());

@@ -86,11 +86,11 @@ pub struct Interface {
     /// Cosine series or full.
     pub basis: Basis,
     /// `L`, `n_O × r`.
-    pub(super) lifted: Mat<f64>,
+    lifted: Mat<f64>,
     /// `M₀`
-    pub(super) mass: Csr,
+    mass: Csr,
     /// `K₀`
-    pub(super) stiffness: Csr,
+    stiffness: Csr,
     /// `Lᵀf` of the constant force, and of each harmonic load, on the open phase.
     pub(super) forces: (Vec<f64>, Vec<Vec<f64>>),
     phases: RefCell<Cache<ActiveSet, Rc<PhaseOperator>>>,

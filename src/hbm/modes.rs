@@ -244,7 +244,7 @@ fn full_step(
         }
     }
     for (k, (re, im)) in linear.d.iter().enumerate() {
-        let cosine = if q.basis == Basis::Cosine || k == 0 { k } else { 2 * k - 1 };
+        let (cosine, _) = q.basis.places(k);
         for i in 0..n {
             let c = cosine * n + i;
             a[(c, c)] += re[i];

@@ -189,10 +189,7 @@ pub(super) fn inadmissible(
 
 /// The interface terms of the next iterate, `(I + N′Ĝ) n = N + N′(ĉ − y)`.
 pub(super) fn condensed(receptance: &Receptance, y: &Series, balance: &Balance) -> Series {
-    let mut a = receptance.after(&balance.derivative);
-    for i in 0..a.nrows() {
-        a[(i, i)] += 1.0;
-    }
+    let a = receptance.jacobian(&balance.derivative);
     let c = receptance.answer(None);
     let shift = Mat::from_fn(c.a.len(), 1, |i, _| c.a[i] - y.a[i]);
     let rhs = Mat::from_fn(a.nrows(), 1, |i, _| balance.n.a[i]) + &balance.derivative * shift;
@@ -202,15 +199,15 @@ pub(super) fn condensed(receptance: &Receptance, y: &Series, balance: &Balance) 
     n
 }
 
-/// The condensed residual `n − N(ĉ − Ĝ n)`, and the projections; its Jacobian is `I + N′Ĝ`.
+/// The condensed residual `n − N(ĉ − Ĝ n)`, the answer `ĉ − Ĝ n`, and the projections; its Jacobian is `I + N′Ĝ`.
 pub(super) fn condensed_residual(
     interface: &Interface,
     receptance: &Receptance,
     n: &Series,
-    omega: f64,
-) -> Result<(Vec<f64>, Balance), HbmError> {
+    (omega, quadrature): (f64, Quadrature),
+) -> Result<(Vec<f64>, Series, Balance), HbmError> {
     let y = receptance.answer(Some(n));
-    let balance = Balance::new(interface, &y, omega, Quadrature::EventResolved)?;
+    let balance = Balance::new(interface, &y, omega, quadrature)?;
     let r = n.a.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
-    Ok((r, balance))
+    Ok((r, y, balance))
 }

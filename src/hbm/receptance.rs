@@ -79,11 +79,14 @@ impl Receptance {
         self.c.n
     }
 
+    fn rank_in(&self) -> usize {
+        self.rank() * if self.second.is_some() { 2 } else { 1 }
+    }
+
     /// `y = ĉ − Ĝ n`; without interface terms the linear response.
     pub fn answer(&self, n: Option<&Series>) -> Series {
         let r = self.rank();
-        let blocks = if self.second.is_some() { 2 } else { 1 };
-        let mut y = Series::zeros(self.basis, self.n_h, blocks * r);
+        let mut y = Series::zeros(self.basis, self.n_h, self.rank_in());
         for (k, [re, im]) in self.g.iter().enumerate() {
             let (cos, sin) = self.basis.places(k);
             let pair =
@@ -116,10 +119,9 @@ impl Receptance {
         y
     }
 
-    /// `N′ Ĝ`: columns of `N′` taken together as `Ĝ` takes them.
-    pub(super) fn after(&self, derivative: &Mat<f64>) -> Mat<f64> {
-        let r = self.rank();
-        let r_in = r * if self.second.is_some() { 2 } else { 1 };
+    /// `I + N′ Ĝ`: columns of `N′` taken together as `Ĝ` takes them.
+    pub(super) fn jacobian(&self, derivative: &Mat<f64>) -> Mat<f64> {
+        let (r, r_in) = (self.rank(), self.rank_in());
         let mut out = Mat::<f64>::zeros(derivative.nrows(), self.basis.len(self.n_h) * r);
         let block = |function: usize, second: bool| {
             derivative.subcols(function * r_in + if second { r } else { 0 }, r)
@@ -148,6 +150,7 @@ impl Receptance {
                 out.subcols_mut(sin * r, r).copy_from(of_sin);
             }
         }
+        (0..out.nrows()).for_each(|i| out[(i, i)] += 1.0);
         out
     }
 }

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use faer::Mat;
 
-use super::balance::Balance;
+use super::balance::{Balance, Quadrature};
 use super::newton::{Failure, Settings, Solution, condensed_residual};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
@@ -113,6 +113,11 @@ pub fn mode_start(reduction: &Reduction, amplitude: f64) -> Option<Series> {
     Some(q)
 }
 
+/// A body at rest.
+pub(super) fn at_rest(body: &dyn Balanced, n_h: usize) -> Series {
+    Series::zeros(body.interface().basis, n_h, body.components())
+}
+
 /// Raise the number of harmonics by one until `n_h`, from a solution with fewer.
 pub fn ladder(
     body: &dyn Balanced,
@@ -175,8 +180,8 @@ impl Harmonics<'_> {
         let omega = x[x.len() - 1];
         self.body.set_frequency(omega);
         let receptance = self.body.receptance(self.n_h, omega)?;
-        let (r, balance) =
-            condensed_residual(self.body.interface(), &receptance, &self.series(x), omega)?;
+        let (n, at) = (self.series(x), (omega, Quadrature::EventResolved));
+        let (r, _, balance) = condensed_residual(self.body.interface(), &receptance, &n, at)?;
         Ok((r, balance, receptance))
     }
 
@@ -205,9 +210,8 @@ impl Family for Harmonics<'_> {
         };
         let (up, down) = (at(h)?, at(-h)?);
         let (r, balance, receptance) = self.at(x)?;
-        let mut j = receptance.after(&balance.derivative);
+        let j = receptance.jacobian(&balance.derivative);
         let m = r.len();
-        (0..m).for_each(|i| j[(i, i)] += 1.0);
         let whole =
             Mat::from_fn(
                 m,
@@ -346,7 +350,7 @@ fn started(
     settings: &Settings,
 ) -> Result<Option<(Solution, Origin)>, HbmError> {
     let starts: Vec<Series> = match body.interface().basis {
-        basis @ Basis::Full => vec![Series::zeros(basis, 1, body.components())],
+        Basis::Full => vec![at_rest(body, 1)],
         Basis::Cosine => STARTS.iter().filter_map(|&a| body.mode_start(a)).collect(),
     };
     for start in starts {
@@ -374,9 +378,8 @@ fn attempt(
     }
     // behind its fold a forced response does not reach the obstacle any more
     if body.interface().basis == Basis::Full && !guesses.is_empty() {
-        let rest = Series::zeros(Basis::Full, n_h, body.components());
         let at_once = Settings { iterations: 2, ..*settings };
-        if let Ok(s) = body.solve(&rest, omega, &at_once)? {
+        if let Ok(s) = body.solve(&at_rest(body, n_h), omega, &at_once)? {
             return Ok(Ok((s, Origin::Started)));
         }
     }

@@ -6,7 +6,7 @@ use std::convert::Infallible;
 
 use faer::Mat;
 
-use super::balance::Balance;
+use super::balance::{Balance, Quadrature};
 use super::branch::{self, Begin};
 use super::fed::{Body, point};
 use super::modes::Linear;
@@ -50,8 +50,12 @@ impl Tongue<'_> {
         let mut of_n = Series::zeros(Basis::Full, self.n_h, reduction.rank());
         of_n.a.copy_from_slice(n);
         let linear = Linear::new(reduction, self.n_h, omega);
-        let (mut r, balance) = match condensed_residual(reduction, &linear.receptance, &of_n, omega)
-        {
+        let (mut r, _, balance) = match condensed_residual(
+            reduction,
+            &linear.receptance,
+            &of_n,
+            (omega, Quadrature::EventResolved),
+        ) {
             Ok(found) => found,
             Err(HbmError::Switches(_) | HbmError::Contact(_)) => return Ok(None),
             Err(e) => return Err(e),

@@ -200,12 +200,11 @@ impl Viscous {
         let mut w = Self::by_alpha(q, omega);
         linear.divide(&mut w);
         let border = self.through(balance, &w);
-        let core = linear.receptance.after(&balance.derivative);
+        let core = linear.receptance.jacobian(&balance.derivative);
         let size = core.nrows();
         let mut a = Mat::<f64>::zeros(size + 1, size + 1);
         a.submatrix_mut(0, 0, size, size).copy_from(&core);
         for i in 0..size {
-            a[(i, i)] += 1.0;
             a[(i, size)] = border[(i, 0)];
         }
         // pᵀ D⁻¹ Q, column by column
