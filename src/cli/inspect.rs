@@ -235,7 +235,7 @@ impl Overview<'_> {
             "energy": self.bounds(|o| o.energy), "amplitude": self.bounds(|o| o.amplitude),
             "largest_residual": self.bounds(|o| o.residual).map(|b| b[1]),
             "nodes": origin.nodes, "elements": origin.elements,
-            "n_dof": origin.displacements, "n_contact": origin.contact_nodes,
+            "n_dof": origin.displacements, "n_contact": origin.contact_points,
         });
         if let Some(tallies) = tallies {
             json["crosscheck"] = tallies.iter().map(tally_json).collect();
@@ -257,7 +257,7 @@ impl Overview<'_> {
             "mesh",
             format!(
                 "{} nodes, {} elements, {} displacements, {} contact nodes",
-                origin.nodes, origin.elements, origin.displacements, origin.contact_nodes
+                origin.nodes, origin.elements, origin.displacements, origin.contact_points
             ),
         );
         line("family", format!("{}, {} points", f.kind, f.points.len()));

@@ -6,8 +6,8 @@
 use nalgebra::DMatrix;
 
 use crate::fem::element::{GAUSS2, Q4_CORNERS, normal_stress_row};
-use crate::fem::{Body, Csr};
-use crate::mesh::Edge;
+use crate::fem::{Body, Csr, DofMap, Material};
+use crate::mesh::{Edge, Point};
 
 /// The operators of one contact edge.
 #[derive(Debug, Clone)]
@@ -44,55 +44,94 @@ pub fn reaction(body: &Body, area: Vec<f64>) -> BoundaryOperator {
     BoundaryOperator { n_c: n_cc, n_o: Csr::from_triplets(n_c, n_o, rest), area }
 }
 
+/// A point of quadrature on the contact edge, seen from the element inside.
+pub(super) struct EdgePoint<'a> {
+    /// Place.
+    pub place: Point,
+    /// Share of the edge's area.
+    pub weight: f64,
+    /// Nodes of the side with their shape functions.
+    pub shape: Vec<(usize, f64)>,
+    /// Nodes of the element.
+    nodes: &'a [usize],
+    /// Normal stress over the displacements of these nodes.
+    stress: Vec<f64>,
+    /// Extent of the element along the normal.
+    pub size: f64,
+    pub material: &'a Material,
+}
+
+impl EdgePoint<'_> {
+    /// Normal stress over the displacements `u`, as entries of a row.
+    pub fn stress(&self, dofs: &DofMap) -> Vec<(usize, f64)> {
+        let entry = |(k, s): (usize, &f64)| {
+            let (j, sign) = dofs.of(self.nodes[k / dofs.dim], k % dofs.dim)?;
+            Some((j, s * sign))
+        };
+        self.stress.iter().enumerate().filter_map(entry).collect()
+    }
+}
+
+/// Two points of Gauss a side; the end of a bar.
+pub(super) fn quadrature(body: &Body, edge: Edge) -> Vec<EdgePoint<'_>> {
+    let (mesh, axis) = (&body.mesh, edge.axis());
+    let mut points = vec![];
+    for &facet in mesh.group(edge.name()) {
+        let element = mesh.element(facet);
+        let Some(material) = body.materials().get(element.region) else { continue };
+        let (nodes, x) = (element.nodes, mesh.plane_corners(element));
+        let along = || x.iter().map(|p| p[axis]);
+        let (low, high) =
+            along().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let factor = material.boundary_factor();
+        let mut push = |weight: f64, shape: Vec<(usize, f64)>, local: [f64; 2]| {
+            let place = std::array::from_fn(|c| {
+                shape.iter().map(|&(n, s)| s * mesh.nodes()[n][c]).sum::<f64>()
+            });
+            let stress = normal_stress_row(material, &x, local, axis);
+            let size = high - low;
+            points.push(EdgePoint { place, weight, shape, nodes, stress, size, material });
+        };
+        match element.kind.side(facet.side) {
+            &[a, b] => {
+                let (p, q) = (x[a], x[b]);
+                let half = 0.5 * (p[0] - q[0]).hypot(p[1] - q[1]);
+                let corners = (Q4_CORNERS[a], Q4_CORNERS[b]);
+                for s in GAUSS2 {
+                    let shape = [(1.0 - s) / 2.0, (1.0 + s) / 2.0];
+                    let local = [0, 1].map(|c| shape[0] * corners.0[c] + shape[1] * corners.1[c]);
+                    let of_nodes = vec![(nodes[a], shape[0]), (nodes[b], shape[1])];
+                    push(factor * half, of_nodes, local);
+                }
+            }
+            side => push(factor, side.iter().map(|&a| (nodes[a], 1.0)).collect(), [0.0; 2]),
+        }
+    }
+    points
+}
+
 /// Entries below this fraction of their row's largest are rounding errors of `G⁻¹R` and are dropped.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Integrate `R` and `G` over the contact edge and form `N_C`, `N_O`.
 pub fn assemble(body: &Body, edge: Edge, lumped: bool) -> BoundaryOperator {
-    let (mesh, dofs, dim) = (&body.mesh, &body.dofs, body.mesh.dim());
+    let dofs = &body.dofs;
     let n_c = dofs.n_c;
     let contact_index =
         |node| dofs.of(node, edge.axis()).and_then(|(i, _)| i.checked_sub(dofs.n_o));
 
     let mut g = DMatrix::<f64>::zeros(n_c, n_c);
     let mut r: Vec<(usize, usize, f64)> = vec![];
-    for &facet in mesh.group(edge.name()) {
-        let element = mesh.element(facet);
-        let Some(material) = body.materials().get(element.region) else { continue };
-        let (nodes, x) = (element.nodes, mesh.plane_corners(element));
-        let side = element.kind.side(facet.side);
-        let ends: Vec<usize> = side.iter().map(|&l| nodes[l]).collect();
-        let factor = material.boundary_factor();
-        // quadrature points: weight, shape functions of the nodes of the side, local point in the element
-        let points: Vec<(f64, Vec<f64>, [f64; 2])> = match side {
-            &[a, b] => {
-                let (p, q) = (x[a], x[b]);
-                let half = 0.5 * (p[0] - q[0]).hypot(p[1] - q[1]);
-                let at = |s: f64| {
-                    let shape = [(1.0 - s) / 2.0, (1.0 + s) / 2.0];
-                    let (a, b) = (Q4_CORNERS[a], Q4_CORNERS[b]);
-                    let local = [0, 1].map(|c| shape[0] * a[c] + shape[1] * b[c]);
-                    (factor * half, shape.to_vec(), local)
-                };
-                GAUSS2.iter().map(|&s| at(s)).collect()
-            }
-            _ => vec![(factor, vec![1.0], [0.0; 2])],
-        };
-        for (weight, shape, local) in points {
-            let stress = normal_stress_row(material, &x, local, edge.axis());
-            for (a, &node) in ends.iter().enumerate() {
-                let Some(i) = contact_index(node) else { continue };
-                for (b, &other) in ends.iter().enumerate() {
-                    if let Some(j) = contact_index(other) {
-                        g[(i, j)] += weight * shape[a] * shape[b];
-                    }
-                }
-                for (k, s) in stress.iter().enumerate() {
-                    if let Some((j, sign)) = dofs.of(nodes[k / dim], k % dim) {
-                        r.push((i, j, weight * shape[a] * s * sign));
-                    }
+    for point in quadrature(body, edge) {
+        let stress = point.stress(dofs);
+        for &(node, shape) in &point.shape {
+            let Some(i) = contact_index(node) else { continue };
+            for &(other, of_other) in &point.shape {
+                if let Some(j) = contact_index(other) {
+                    g[(i, j)] += point.weight * shape * of_other;
                 }
             }
+            r.extend(stress.iter().map(|&(j, s)| (i, j, point.weight * shape * s)));
         }
     }
     let area: Vec<f64> = (0..n_c).map(|i| g.row(i).sum()).collect();

@@ -9,9 +9,12 @@ use std::sync::Arc;
 
 use super::ContactError;
 use super::active::ActiveSet;
-use super::conditions::Conditions;
-use super::phase::{Parts, Phase, Scratch};
-use crate::fem::{Body, Csr, Loads, Reduction};
+use super::conditions::{Conditions, Rates};
+use super::inertia::{Inertia, PhaseInertia};
+use super::kinematics::Kinematics;
+use super::phase::{Parts, Phase};
+use super::system::Constraint;
+use crate::fem::{Body, Loads, Reduction};
 
 /// The active set of a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,20 +51,44 @@ pub struct Promise {
     pub conserves_energy: bool,
     /// The contact conditions are those of the stress of the displacement field, pointwise (not of nodal reactions).
     pub is_strong: bool,
+    /// The body enters the obstacle, which pushes back like a spring: penetration is the method's, not an error.
+    pub yields: bool,
 }
 
 /// A contact method; one file each.
 pub(super) trait Method: Debug + Send + Sync {
-    /// In words, for summaries.
-    fn name(&self) -> &'static str;
+    /// In words, with its parameters, for summaries.
+    fn name(&self) -> String;
     /// The same method for a body in fewer coordinates of `u_O`.
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError>;
 
     /// What can be relied on.
     fn promise(&self) -> Promise;
 
-    /// The conditions, of a method that has a complementarity problem.
+    /// The complementarity problem.
     fn conditions(&self) -> &Arc<Conditions>;
+
+    /// The mass of the phases.
+    fn inertia(&self) -> &Arc<Inertia>;
+
+    /// The contact points in the order of `u_C`: nodes of the mesh, where nothing else is said.
+    fn constraints(&self, body: &Body) -> Vec<Constraint> {
+        let (dofs, conditions) = (&body.dofs, self.conditions());
+        let mut normal = [0.0; 3];
+        normal[dofs.contact_axis] = dofs.contact_sign;
+        let constraint = |i: usize| {
+            let node = dofs.contact_nodes[i];
+            Constraint {
+                node,
+                position: body.mesh.nodes()[node],
+                normal,
+                gap: conditions.gap[i],
+                area: conditions.area[i],
+                stiffness: conditions.stiffness(i),
+            }
+        };
+        (0..conditions.len()).map(constraint).collect()
+    }
 
     /// The set of a state, warm from `start`.
     fn select(
@@ -70,16 +97,26 @@ pub(super) trait Method: Debug + Send + Sync {
         t: f64,
         x: &[f64],
         start: &ActiveSet,
-    ) -> Result<Selection, ContactError>;
+    ) -> Result<Selection, ContactError> {
+        let load = self.conditions().load_pressure(loads, t, 0);
+        let solution = self.conditions().solve(x, load.as_deref(), start)?;
+        Ok(Selection { set: ActiveSet::new(solution.active), degenerate: solution.degenerate })
+    }
 
     /// The same one order up, on the degenerate points alone.
-    fn select_rates(&self, loads: &Loads, at: Degenerate) -> Result<Selection, ContactError>;
+    fn select_rates(&self, loads: &Loads, at: Degenerate) -> Result<Selection, ContactError> {
+        let load = self.conditions().load_pressure(loads, at.t, at.order);
+        let rates = Rates { x: at.x, load: load.as_deref(), blur: at.blur };
+        let (set, degenerate) = self.conditions().solve_rates(at.present, at.points, rates)?;
+        Ok(Selection { set, degenerate })
+    }
 
     /// The phase of a set.
-    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase;
-
-    /// `M*` over `u`: the kinetic energy is `½ u̇ᵀM*u̇`.
-    fn mass<'a>(&'a self, body: &'a Body) -> &'a Csr;
+    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
+        let kinematics = Kinematics::new(self.conditions(), set, &parts.loads);
+        let inertia = PhaseInertia::new(self.inertia(), set);
+        Phase::new(parts.clone(), kinematics, inertia, set.clone())
+    }
 
     /// The load of a uniform acceleration, on the mass of the method.
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64>;
@@ -89,7 +126,4 @@ pub(super) trait Method: Debug + Send + Sync {
 
     /// Columns over `u_O` on which `M_α`, `K_α` and the monitors of the phases differ.
     fn directions(&self, body: &Body) -> Vec<Vec<(usize, f64)>>;
-
-    /// Work vectors.
-    fn scratch(&self) -> Scratch;
 }

@@ -13,6 +13,7 @@ mod nbm;
 pub mod oracle;
 pub mod phase;
 mod redistribution;
+mod springs;
 pub mod system;
 
 pub use active::ActiveSet;
@@ -23,6 +24,7 @@ pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
 pub use nbm::{MassChoice, Stress};
 pub use phase::{Monitor, MonitorKind, Phase, Scratch};
+pub use springs::{Law, SpringPoint, at_displacements, on_edge};
 pub use system::{Constraint, ContactEdge, Rayleigh, State, System, Units};
 
 use crate::fem::FemError;
@@ -41,6 +43,16 @@ pub enum ContactError {
         node: usize,
         /// Its position.
         at: [f64; 3],
+    },
+    /// Nitsche's stiffness does not outweigh what its consistent terms take away.
+    #[error(
+        "gamma = {gamma} makes the open body unstable: it must exceed {bound:.6}, the bound of coercivity on this mesh"
+    )]
+    NotCoercive {
+        /// `γ₀`
+        gamma: f64,
+        /// What it must exceed.
+        bound: f64,
     },
     /// The pivoting failed.
     #[error(transparent)]

@@ -8,15 +8,12 @@
 use std::sync::Arc;
 
 use super::ContactError;
-use super::active::ActiveSet;
 use super::boundary::BoundaryOperator;
-use super::conditions::{Conditions, Rates};
-use super::inertia::{ConstantMass, Inertia, PhaseInertia, Projector};
-use super::kinematics::Kinematics;
-use super::method::{Degenerate, Method, Promise, Selection};
-use super::phase::{Parts, Phase, Scratch};
+use super::conditions::Conditions;
+use super::inertia::{ConstantMass, Inertia, Projector};
+use super::method::{Method, Promise};
 use super::redistribution::{self, Redistributed};
-use crate::fem::{Body, Csr, Loads, Reduction, load};
+use crate::fem::{Body, Reduction, load};
 
 /// Where the pressure comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -96,14 +93,15 @@ impl Nbm {
 }
 
 impl Method for Nbm {
-    fn name(&self) -> &'static str {
-        match self.choice {
+    fn name(&self) -> String {
+        let name = match self.choice {
             (Stress::Projection, MassChoice::Paper) => "nodal boundary method",
             (Stress::Reaction, MassChoice::Paper) => "nodal boundary method, nodal reactions",
             (Stress::Projection, _) => "nodal boundary method, constant inertia",
             (Stress::Reaction, MassChoice::Condensed) => "mass redistribution, condensed",
             (Stress::Reaction, MassChoice::Optimal) => "mass redistribution, optimal",
-        }
+        };
+        name.to_owned()
     }
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
@@ -120,6 +118,7 @@ impl Method for Nbm {
             is_lipschitz: constant && stress == Stress::Reaction,
             conserves_energy: constant,
             is_strong: stress == Stress::Projection,
+            yields: false,
         }
     }
 
@@ -127,33 +126,8 @@ impl Method for Nbm {
         &self.conditions
     }
 
-    fn select(
-        &self,
-        loads: &Loads,
-        t: f64,
-        x: &[f64],
-        start: &ActiveSet,
-    ) -> Result<Selection, ContactError> {
-        let load = self.conditions.load_pressure(loads, t, 0);
-        let solution = self.conditions.solve(x, load.as_deref(), start)?;
-        Ok(Selection { set: ActiveSet::new(solution.active), degenerate: solution.degenerate })
-    }
-
-    fn select_rates(&self, loads: &Loads, at: Degenerate) -> Result<Selection, ContactError> {
-        let load = self.conditions.load_pressure(loads, at.t, at.order);
-        let rates = Rates { x: at.x, load: load.as_deref(), blur: at.blur };
-        let (set, degenerate) = self.conditions.solve_rates(at.present, at.points, rates)?;
-        Ok(Selection { set, degenerate })
-    }
-
-    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
-        let kinematics = Kinematics::new(&self.conditions, set, &parts.loads);
-        let inertia = PhaseInertia::new(&self.inertia, set);
-        Phase::new(parts.clone(), kinematics, inertia, set.clone())
-    }
-
-    fn mass<'a>(&'a self, body: &'a Body) -> &'a Csr {
-        self.inertia.mass(body)
+    fn inertia(&self) -> &Arc<Inertia> {
+        &self.inertia
     }
 
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {
@@ -179,10 +153,5 @@ impl Method for Nbm {
             }
         }
         columns
-    }
-
-    fn scratch(&self) -> Scratch {
-        let size = self.conditions.len();
-        Scratch::new(self.conditions.n_o.n_cols() + size, size, &self.inertia)
     }
 }

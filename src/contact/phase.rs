@@ -143,7 +143,8 @@ impl Phase {
         }
     }
 
-    /// `ü_O = M_α⁻¹ A*ᵀ (f − K (u + β A*u̇_O)) − α u̇_O`: the mass-proportional damping stays inside the admissible space.
+    /// `ü_O = M_α⁻¹ A*ᵀ (f − K (u + β A*u̇_O)) − α u̇_O`: the mass-proportional damping stays inside the admissible space. Springs of the
+    /// obstacle are part of `K` and do not damp.
     pub(super) fn smooth_acceleration(
         &self,
         t: f64,
@@ -159,15 +160,21 @@ impl Phase {
         } else {
             loads.at(t, &mut s.b);
         }
-        match damping {
-            Some(d) if d.beta > 0.0 => {
+        match (damping.filter(|d| d.beta > 0.0), &body.tips) {
+            (None, _) => body.stiffness.mul_sub(&s.u, &mut s.b),
+            (Some(d), None) => {
                 self.expand(v_o, &mut s.v);
                 for ((x, u), v) in s.x.iter_mut().zip(&s.u).zip(&s.v) {
                     *x = u + d.beta * v;
                 }
                 body.stiffness.mul_sub(&s.x, &mut s.b);
             }
-            _ => body.stiffness.mul_sub(&s.u, &mut s.b),
+            // the springs do not damp
+            (Some(d), Some(tips)) => {
+                body.stiffness.mul_sub(&s.u, &mut s.b);
+                s.x.iter_mut().zip(v_o).for_each(|(x, v)| *x = d.beta * v);
+                tips.structure.mul_sub(&s.x, &mut s.b);
+            }
         }
         if damping.is_some() || loads.is_driven() {
             self.expand_velocity(t, v_o, &mut s.v);
@@ -191,17 +198,24 @@ impl Phase {
         s.pair = [v, b];
     }
 
-    /// Dissipated power `u̇_Oᵀ C_α u̇_O`; leaves `A* u̇_O` in `s.v`.
+    /// Dissipated power `u̇_Oᵀ C_α u̇_O`, and what forces without a potential take, for the displacement in `s.u`; leaves `A* u̇_O` in `s.v`.
     pub fn dissipation(&self, v_o: &[f64], s: &mut Scratch) -> f64 {
-        let Some(Rayleigh { alpha, beta }) = self.parts.damping else { return 0.0 };
         self.expand(v_o, &mut s.v);
         let v = &s.v;
         let mut power = 0.0;
+        let tips = self.parts.body.tips.as_ref();
+        if let Some(energy) = tips.and_then(|t| t.energy.as_ref()) {
+            let forces = &self.parts.body.stiffness;
+            let of = |i: usize| forces.row_dot(i, &s.u) - energy.row_dot(i, &s.u);
+            power += v.iter().enumerate().map(|(i, v)| v * of(i)).sum::<f64>();
+        }
+        let Some(Rayleigh { alpha, beta }) = self.parts.damping else { return power };
         if alpha != 0.0 {
             power += alpha * self.inertia.shared.mass(&self.parts.body).quadratic(v);
         }
         if beta > 0.0 {
-            power += beta * self.parts.body.stiffness.quadratic(v);
+            let damps = tips.map_or(&self.parts.body.stiffness, |t| &t.structure);
+            power += beta * damps.quadratic(v);
         }
         power
     }

@@ -129,7 +129,7 @@ pub(super) fn optimal(body: &Body) -> Redistributed {
 }
 
 /// The block of the first `n` rows and columns: `M_OO`, `K_OO`.
-fn leading(a: &Csr, n: usize) -> Csr {
+pub(super) fn leading(a: &Csr, n: usize) -> Csr {
     Csr::from_triplets(n, n, a.triplets().filter(|(i, j, _)| *i < n && *j < n).collect())
 }
 

@@ -10,6 +10,7 @@ use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
 use super::redistribution;
+use super::springs::{self, Law, SpringPoint};
 use crate::fem::{Body, Csr, Harmonic, Loads, Measured, Reduction};
 use crate::mesh::Edge;
 
@@ -36,7 +37,7 @@ pub struct ContactEdge {
 /// A contact point: one entry of an active set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constraint {
-    /// Mesh node that files and messages name.
+    /// What files and messages name: the mesh node, or the number of a point that is no node.
     pub node: usize,
     /// Place on the undeformed body.
     pub position: [f64; 3],
@@ -104,7 +105,7 @@ impl System {
         System::on_edge(body, contact, (Stress::Projection, MassChoice::Paper))
     }
 
-    /// A method on an edge.
+    /// A method with conditions at nodes, on an edge.
     pub fn on_edge(
         body: Body,
         contact: Option<&ContactEdge>,
@@ -132,6 +133,17 @@ impl System {
         Ok(System::of_method(body, Arc::new(method)))
     }
 
+    /// An obstacle that pushes like springs at points of a body whose contact displacements move by themselves; one gap a point.
+    pub fn with_springs(
+        body: Body,
+        points: Vec<SpringPoint>,
+        gap: Vec<f64>,
+        law: Law,
+    ) -> Result<System, ContactError> {
+        let (body, method) = springs::attach(body, points, gap, law)?;
+        Ok(System::of_method(body, Arc::new(method)))
+    }
+
     /// The system in fewer coordinates of `u_O`: the same contact conditions, damping and loads. Loads are those of the full body.
     pub fn reduced(&self, reduction: &Arc<Reduction>) -> Result<System, ContactError> {
         let body = self.body.reduced(reduction.clone())?;
@@ -148,22 +160,8 @@ impl System {
     }
 
     fn of_method(body: Body, method: Arc<dyn Method>) -> System {
-        let conditions = method.conditions();
-        let dofs = &body.dofs;
-        let mut normal = [0.0; 3];
-        normal[dofs.contact_axis] = dofs.contact_sign;
-        let constraint = |i: usize| {
-            let node = dofs.contact_nodes[i];
-            Constraint {
-                node,
-                position: body.mesh.nodes()[node],
-                normal,
-                gap: conditions.gap[i],
-                area: conditions.area[i],
-                stiffness: conditions.stiffness(i),
-            }
-        };
-        let gap = conditions.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+        let constraints = method.constraints(&body);
+        let gap = constraints.iter().fold(0.0f64, |m, c| m.max(c.gap.abs()));
         let size = body.mesh.length();
         let units = Units {
             length: if gap > 0.0 { gap.min(size) } else { size },
@@ -171,7 +169,7 @@ impl System {
             highest: method.highest_frequency(),
         };
         System {
-            constraints: (0..conditions.len()).map(constraint).collect(),
+            constraints,
             damping: None,
             loads: Arc::default(),
             units,
@@ -190,13 +188,18 @@ impl System {
         self.constraints.len()
     }
 
+    /// Number of displacements (or coordinates) of the body: tips of springs are none.
+    pub fn n_displacements(&self) -> usize {
+        if self.body.tips.is_some() { self.n_o() } else { self.n() }
+    }
+
     /// Length of `u`.
     pub fn n(&self) -> usize {
         self.body.dofs.n()
     }
 
     /// The method in words.
-    pub fn method_name(&self) -> &'static str {
+    pub fn method_name(&self) -> String {
         self.method.name()
     }
 
@@ -220,15 +223,27 @@ impl System {
         self.constraints.iter().map(|c| c.gap).collect()
     }
 
-    /// Undamped, and all loads are constant.
+    /// Undamped, the forces have a potential, and all loads are constant.
     pub fn is_conservative(&self) -> bool {
-        self.damping.is_none() && !self.loads.is_driven()
+        self.damping.is_none() && self.has_potential() && !self.loads.is_driven()
     }
 
-    /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping makes it jump even where the
-    /// method does not.
+    /// Whether elastic forces and those of the obstacle have a potential in every phase: Nitsche's with `θ ≠ 1` have none.
+    pub fn has_potential(&self) -> bool {
+        self.body.tips.as_ref().is_none_or(|t| t.energy.is_none())
+    }
+
+    /// Whether the natural modes of a phase decouple its motion: `K_α` is symmetric, and damping a combination of `M_α` and `K_α`.
+    pub fn is_decoupled(&self) -> bool {
+        let plain = self.body.tips.is_none() || self.damping.is_none_or(|d| d.beta == 0.0);
+        plain && self.has_potential()
+    }
+
+    /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping of contact displacements makes it
+    /// jump even where the method does not.
     pub fn is_smooth(&self) -> bool {
-        self.promise().is_lipschitz && self.damping.is_none_or(|d| d.beta == 0.0)
+        let plain = self.body.tips.is_some() || self.damping.is_none_or(|d| d.beta == 0.0);
+        self.promise().is_lipschitz && plain
     }
 
     /// Change the loads; phases made before keep theirs.
@@ -278,7 +293,7 @@ impl System {
 
     /// `M*` over `u`.
     pub fn mass(&self) -> &Csr {
-        self.method.mass(&self.body)
+        self.method.inertia().mass(&self.body)
     }
 
     /// The load of a uniform acceleration.
@@ -296,9 +311,26 @@ impl System {
         0.5 * self.mass().quadratic(v)
     }
 
-    /// Elastic energy `½ uᵀ K u` of a full displacement.
+    /// Elastic energy of a full displacement: `½ uᵀ K u`, springs of the obstacle included.
     pub fn elastic(&self, u: &[f64]) -> f64 {
-        0.5 * self.body.stiffness.quadratic(u)
+        let energy = self.body.tips.as_ref().and_then(|t| t.energy.as_ref());
+        0.5 * energy.unwrap_or(&self.body.stiffness).quadratic(u)
+    }
+
+    /// Displacements of the body at the contact points along their normals, of a full displacement: `u_C`, but for tips of springs.
+    pub fn along_normals(&self, u: &[f64]) -> Vec<f64> {
+        let (u_o, u_c) = u.split_at(self.n_o());
+        match &self.body.tips {
+            Some(tips) => (0..u_c.len()).map(|i| tips.normal.row_dot(i, u_o)).collect(),
+            None => u_c.to_vec(),
+        }
+    }
+
+    /// How far a full displacement enters the obstacle at the most; negative where it touches nowhere.
+    pub fn penetration(&self, u: &[f64]) -> f64 {
+        let displacement = self.along_normals(u);
+        let of_points = self.constraints.iter().zip(displacement).map(|(c, u)| u - c.gap);
+        of_points.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// `μ`, the largest eigenvalue of the open phase's mass over the closed one's: how much the paper's mass jumps at switches.
@@ -308,6 +340,7 @@ impl System {
 
     /// Work vectors for the phases of this body.
     pub fn scratch(&self) -> Scratch {
-        self.method.scratch()
+        let (n, n_c) = (self.n(), self.n_contact());
+        Scratch::new(n, n_c, self.method.inertia())
     }
 }

@@ -73,9 +73,12 @@ impl<O: Observer> Run<'_, O> {
 
     pub(super) fn note_violations(&mut self) {
         let h = self.monitor_values();
+        if self.system.promise().yields {
+            self.entered = self.entered.max(self.system.penetration(&self.u));
+        }
         for (k, (h, m)) in h.iter().zip(&self.phase.monitors).enumerate() {
             match m.kind {
-                MonitorKind::Gap => self.max_penetration = self.max_penetration.max(-h),
+                MonitorKind::Gap => self.gap_error = self.gap_error.max(-h),
                 MonitorKind::Pressure => self.max_tension = self.max_tension.max(-h),
                 _ => continue,
             }
@@ -129,7 +132,8 @@ impl<O: Observer> Run<'_, O> {
             energy_dissipated: energies.dissipated,
             energy_drift: self.ledger.drift_in_phase(),
             energy_drift_total: self.ledger.drift_total(),
-            max_penetration: self.max_penetration,
+            max_penetration: self.gap_error.max(self.entered),
+            gap_error: self.gap_error,
             max_tension: self.max_tension,
             violation: self.violation,
             counters: self.flow.counters(),

@@ -22,9 +22,9 @@ pub struct Checkpoint {
     pub recent: Vec<(f64, usize)>,
     /// The ledger.
     pub ledger: [f64; 8],
-    /// Largest displacement, potential of the loads at the start, time of the last stored state, largest penetration and tension, largest
-    /// relative violation.
-    pub extremes: [f64; 6],
+    /// Largest displacement, potential of the loads at the start, time of the last stored state, largest gap error and tension, largest
+    /// relative violation, largest penetration of an obstacle that yields.
+    pub extremes: [f64; 7],
     /// Next sample, phases, missed, uncertified, undecided, loosened.
     pub counts: [usize; 6],
     /// What the flow has learnt.

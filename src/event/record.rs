@@ -218,6 +218,8 @@ pub struct Report {
     pub energy_drift_total: f64,
     /// Largest penetration at a step's end or stored state.
     pub max_penetration: f64,
+    /// By how much a gap of the method's own conditions was negative there: the same, but for obstacles that yield.
+    pub gap_error: f64,
     /// Largest tension there.
     pub max_tension: f64,
     /// The larger of both, each over the size of what it is a rounding error of.

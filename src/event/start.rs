@@ -58,14 +58,16 @@ impl<'a, O: Observer> Run<'a, O> {
         run.armed = c.armed;
         run.recent = c.recent.into();
         run.ledger = Ledger::of_numbers(c.ledger);
-        let [largest_u, potential_start, last_stored, penetration, tension, violation] = c.extremes;
+        let [largest_u, potential_start, last_stored, gap_error, tension, violation, entered] =
+            c.extremes;
         (run.largest_u, run.potential_start, run.last_stored) =
             (largest_u, potential_start, last_stored);
         let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
         run.begin_phase();
         run.flow.recall(&c.flow);
         // what the beginning of the phase counts is in these numbers already
-        (run.max_penetration, run.max_tension, run.violation) = (penetration, tension, violation);
+        (run.gap_error, run.max_tension) = (gap_error, tension);
+        (run.violation, run.entered) = (violation, entered);
         (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
         (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
         run.stored = c.rows[0];
@@ -115,7 +117,8 @@ impl<'a, O: Observer> Run<'a, O> {
             uncertified: 0,
             undecided: 0,
             loosened: 0,
-            max_penetration: 0.0,
+            gap_error: 0.0,
+            entered: 0.0,
             max_tension: 0.0,
             violation: 0.0,
             early: None,
@@ -139,9 +142,10 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.largest_u,
                 self.potential_start,
                 self.last_stored,
-                self.max_penetration,
+                self.gap_error,
                 self.max_tension,
                 self.violation,
+                self.entered,
             ],
             counts: [
                 self.next_sample,

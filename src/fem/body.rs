@@ -48,6 +48,20 @@ pub struct Body {
     pub mass: Csr,
     /// Stiffness matrix `K`.
     pub stiffness: Csr,
+    /// Where `u_C` are no displacements of nodes.
+    pub tips: Option<Tips>,
+}
+
+/// Contact points that are no nodes: the body carries a spring without mass there, whose tip meets the obstacle, and `u_C` are the displacements of
+/// the tips. Springs are part of `K`.
+#[derive(Debug, Clone)]
+pub struct Tips {
+    /// Displacement of the body at each contact point along its normal: rows over `u_O`.
+    pub normal: Csr,
+    /// Stiffness over `u` of the body without springs.
+    pub structure: Csr,
+    /// The quadratic form of the energy over `u`, where it is not that of `K`.
+    pub energy: Option<Csr>,
 }
 
 /// The matrices of an element: of its own shape, or those that all elements of its block share.
@@ -100,7 +114,15 @@ impl Body {
             mesh,
             dofs,
             origin: Origin::Elements(materials.to_vec()),
+            tips: None,
         }
+    }
+
+    /// The body with springs at points of its contact edge: `stiffness` and `tips` over the displacements it has and the tips.
+    pub fn with_tips(self, stiffness: Csr, tips: Tips) -> Body {
+        let (n_c, n) = (tips.normal.n_rows(), stiffness.n_rows());
+        let mass = Csr::from_triplets(n, n, self.mass.triplets().collect());
+        Body { dofs: self.dofs.with_points(n_c), mass, stiffness, tips: Some(tips), ..self }
     }
 
     /// The materials of the regions; none for given matrices.
@@ -118,7 +140,14 @@ impl Body {
         let modes = eigen::all(&stiffness, &mass, self.frequency_unit())?;
         let highest = (1.0 + 1e-9) * modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
         let materials = self.materials().to_vec();
+        let of_tips = |t: &Tips| Tips {
+            normal: reduction.operator(&t.normal),
+            structure: reduction.congruence(&t.structure),
+            energy: t.energy.as_ref().map(|e| reduction.congruence(e)),
+        };
+        let tips = self.tips.as_ref().map(of_tips);
         Ok(Body {
+            tips,
             mesh: self.mesh.clone(),
             dofs: self.dofs.of_coordinates(reduction.n_y()),
             origin: Origin::Reduced { materials, highest, reduction },
@@ -150,12 +179,17 @@ impl Body {
         self.reduction().map_or(Cow::Borrowed(u_o), |r| Cow::Owned(r.project(u_o)))
     }
 
-    /// `u = (u_O, u_C)` of the mesh.
+    /// `u = (u_O, u_C)` of the mesh; at contact points that are no nodes the displacement of the body there, not of the spring's tip.
     pub fn nodal<'x>(&self, u: &'x [f64]) -> Cow<'x, [f64]> {
-        let Some(reduction) = self.reduction() else { return Cow::Borrowed(u) };
         let (y, u_c) = u.split_at(self.dofs.n_o);
-        let mut all = reduction.expand(y);
-        all.extend(u_c);
+        let mut all = match (self.reduction(), &self.tips) {
+            (None, None) => return Cow::Borrowed(u),
+            (reduction, _) => reduction.map_or_else(|| y.to_vec(), |r| r.expand(y)),
+        };
+        match &self.tips {
+            None => all.extend(u_c),
+            Some(tips) => all.extend((0..u_c.len()).map(|i| tips.normal.row_dot(i, y))),
+        }
         Cow::Owned(all)
     }
 
@@ -193,6 +227,7 @@ impl Body {
             mesh: structured::row(length, n),
             origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest },
             dofs,
+            tips: None,
         })
     }
 
@@ -332,7 +367,10 @@ impl Body {
             for c in 0..dim {
                 let prescribed = match dofs.of(n, c) {
                     None => true,
-                    Some((i, _)) => held_contact && i >= dofs.n_o,
+                    // a contact node's displacement along the normal, whether it is in u_C or carries springs
+                    Some(_) => {
+                        held_contact && c == dofs.contact_axis && dofs.contact_nodes.contains(&n)
+                    }
                 };
                 if prescribed {
                     held += 1.0;

@@ -15,7 +15,7 @@ pub struct DofMap {
     pub n_o: usize,
     /// Length of `u_C`.
     pub n_c: usize,
-    /// Contact nodes in the order of `u_C`.
+    /// Mesh nodes at the contact, in the order of `u_C` where these are their displacements.
     pub contact_nodes: Vec<usize>,
     /// Component of the contact normal.
     pub contact_axis: usize,
@@ -85,6 +85,20 @@ impl DofMap {
             rows: index[1..].iter().flatten().copied().collect(),
             index,
         }
+    }
+
+    /// The numbering of a body whose contact displacements move by themselves: the obstacle acts on points of the edge, not on `u_C`.
+    pub fn beside(mesh: &Mesh, fixed: &[(Edge, usize)], edge: Edge) -> DofMap {
+        let all = DofMap::new(mesh, fixed, None);
+        let (axis, sign) = (edge.axis(), edge.sign());
+        let mut contact_nodes = mesh.group_nodes(edge.name());
+        contact_nodes.retain(|&n| all.of(n, axis).is_some());
+        DofMap { contact_nodes, contact_axis: axis, contact_sign: sign, ..all }
+    }
+
+    /// The same with `n_c` contact displacements of points that are no nodes.
+    pub fn with_points(self, n_c: usize) -> DofMap {
+        DofMap { n_c, ..self }
     }
 
     /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.

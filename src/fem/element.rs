@@ -33,11 +33,15 @@ pub enum Material {
 impl Material {
     /// Speed of longitudinal waves: √(E/ρ), in a plate √(E/((1−ν²)ρ)).
     pub fn wave_speed(&self) -> f64 {
+        let (Material::Bar { density, .. } | Material::Plate { density, .. }) = self;
+        (self.axial_stiffness() / density).sqrt()
+    }
+
+    /// `E′`, stress over strain across a wide face: E, in a plate E/(1−ν²).
+    pub fn axial_stiffness(&self) -> f64 {
         match *self {
-            Material::Bar { young, density, .. } => (young / density).sqrt(),
-            Material::Plate { young, poisson, density, .. } => {
-                (young / ((1.0 - poisson * poisson) * density)).sqrt()
-            }
+            Material::Bar { young, .. } => young,
+            Material::Plate { young, poisson, .. } => young / (1.0 - poisson * poisson),
         }
     }
 

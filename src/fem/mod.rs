@@ -12,7 +12,7 @@ pub mod sparse;
 pub mod spline;
 pub mod stress;
 
-pub use body::{Body, Origin};
+pub use body::{Body, Origin, Tips};
 pub use dofs::DofMap;
 pub use dynamic::{DynamicFactor, DynamicStiffness};
 pub use eigen::Modes;

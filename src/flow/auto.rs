@@ -25,6 +25,8 @@ const MODAL_LIMIT: usize = 4000;
 #[derive(Debug)]
 pub struct LeastCost {
     n: f64,
+    /// Natural modes decouple the phases, and the loads have closed forms.
+    has_modes: bool,
     /// A load has a measured history: no closed form.
     is_measured: bool,
     per_visit: f64,
@@ -45,6 +47,7 @@ pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
     };
     let rule = LeastCost {
         n,
+        has_modes: system.is_decoupled() && system.loads.measured.is_empty(),
         is_measured: !system.loads.measured.is_empty(),
         per_visit: cost * n,
         other: other.name(),
@@ -60,7 +63,7 @@ impl Rule for LeastCost {
         let visits = self.visits.entry(phase.set.clone()).or_insert(0);
         *visits += 1;
         let paid = f64::from(*visits) * self.per_visit;
-        if !self.is_measured && self.n <= MODAL_LIMIT as f64 && EIGEN * self.n.powi(3) <= paid {
+        if self.has_modes && self.n <= MODAL_LIMIT as f64 && EIGEN * self.n.powi(3) <= paid {
             self.modal_phases += 1;
             0
         } else {
@@ -73,6 +76,9 @@ impl Rule for LeastCost {
         let other = self.other;
         if self.is_measured {
             return Some(format!("{other}: a measured load has no closed form"));
+        }
+        if !self.has_modes {
+            return Some(format!("{other}: natural modes do not decouple the phases"));
         }
         Some(match (self.modal_phases, self.other_phases) {
             (m, 0) => {

@@ -136,7 +136,8 @@ impl Layout {
     pub fn new(system: &System) -> Layout {
         let n_o = system.n_o();
         let work = system.loads.is_driven().then_some(2 * n_o);
-        let dissipated = system.damping.map(|_| 2 * n_o + usize::from(work.is_some()));
+        let loses = system.damping.is_some() || !system.has_potential();
+        let dissipated = loses.then(|| 2 * n_o + usize::from(work.is_some()));
         Layout { n_o, work, dissipated }
     }
 

@@ -41,7 +41,7 @@ pub(super) fn record(
     let system = &interface.system;
     let summary = Summary::along(interface, s, u);
     let (u0, v0) = response::state(u, 0.0, s.omega).full(system)?;
-    let node = |c: usize| system.body.dofs.contact_nodes[c];
+    let node = |c: usize| system.constraints[c].node;
     Ok(OrbitRecord {
         period: TAU / s.omega,
         energy: summary.energy,

@@ -45,6 +45,8 @@ pub struct Orbit {
     pub contact_time: f64,
     /// Largest penetration over the unit of length.
     pub penetration: f64,
+    /// The same of the method's own gaps, which an obstacle that yields keeps while the body enters it.
+    pub gap_error: f64,
     /// Largest tension over the pressure that a unit of length makes.
     pub tension: f64,
     /// Every switch was found by proof.
@@ -92,7 +94,7 @@ impl Orbit {
 
     /// No penetration and no tension, between switches as well as at them.
     pub fn is_admissible(&self) -> bool {
-        self.penetration <= VIOLATION && self.tension <= VIOLATION && self.certified
+        self.gap_error <= VIOLATION && self.tension <= VIOLATION && self.certified
     }
 
     /// What speaks against the orbit; empty for an orbit.
@@ -106,7 +108,7 @@ impl Orbit {
         // what is known to rounding comes back multiplied by the largest multiplier: 10⁵ and more right behind a grazing
         let spread = self.stability.as_ref().map_or(1.0, |s| s.largest.max(1.0));
         limit("residual", self.residual, RESIDUAL * spread);
-        limit("penetration", self.penetration, VIOLATION);
+        limit("penetration", self.gap_error, VIOLATION);
         limit("tension", self.tension, VIOLATION);
         limit("energy balance", self.balance, BALANCE);
         if self.closure == Closure::Reversible {
@@ -296,6 +298,7 @@ pub fn examine(
         iterations,
         contact_time: scan.contact_time,
         penetration: report.max_penetration.max(0.0) / unit,
+        gap_error: report.gap_error.max(0.0) / unit,
         tension: report.max_tension.max(0.0) / (stiffness * unit),
         certified: report.is_certified(),
         balance: report.energy_drift_total,

@@ -6,7 +6,7 @@ use crate::contact::{ContactEdge, MassChoice, Stress};
 use crate::fem::{Body, DofMap, Material, read_matrix};
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
-    Axis, BodyKind, ContactMethod, Inertia, Issue, MassKind, RedistributedMass, Scene,
+    Axis, BodyKind, ContactMethod, Edge, Field, Inertia, Issue, MassKind, RedistributedMass, Scene,
 };
 
 /// Stress and mass of the contact method that a scene names.
@@ -61,7 +61,11 @@ pub(super) fn assemble(scene: &Scene) -> Body {
         .iter()
         .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
         .collect();
-    let dofs = DofMap::new(&mesh, &fixed, scene.contact.as_ref().and_then(|c| c.edge));
+    let contact = scene.contact.as_ref();
+    let dofs = match contact.and_then(|c| c.edge.filter(|_| c.has_springs())) {
+        Some(edge) => DofMap::beside(&mesh, &fixed, edge),
+        None => DofMap::new(&mesh, &fixed, contact.and_then(|c| c.edge)),
+    };
     Body::assemble(mesh, dofs, &[material], b.mass == MassKind::Lumped)
 }
 
@@ -83,30 +87,40 @@ pub(super) fn contact_edge(
 ) -> Result<Option<ContactEdge>, ProblemError> {
     let Some(c) = &scene.contact else { return Ok(None) };
     let (Some(edge), Some(field)) = (c.edge, c.gap.as_ref()) else { return Ok(None) };
-    let nodes = &body.dofs.contact_nodes;
-    if nodes.is_empty() {
-        let axis = ["x", "y"][edge.axis()];
-        return Err(scene
-            .error(Issue::new(
-                "contact.edge",
-                format!("all {axis} displacements of the edge \"{}\" are prescribed", edge.name()),
-                "choose another edge, or free it in [[support]]",
-            ))
-            .into());
-    }
-    let gap: Vec<f64> = nodes.iter().map(|&n| field.at(plane(body.mesh.nodes()[n]))).collect();
-    // squares of gaps must not overflow
-    if let Some(k) = gap.iter().position(|g| g.is_nan() || g.abs() > 1e60) {
-        let [x, y, _] = body.mesh.nodes()[nodes[k]];
-        return Err(scene
-            .error(Issue::new(
-                "contact.gap",
-                format!("is {:e} at ({x}, {y})", gap[k]),
-                "give an expression of at most 1e60 on the whole edge",
-            ))
-            .into());
-    }
+    check_edge_moves(scene, body, edge)?;
+    let places = body.dofs.contact_nodes.iter().map(|&n| body.mesh.nodes()[n]);
+    let gap = gaps_at(scene, "contact.gap", field, places)?;
     Ok(Some(ContactEdge { edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
+}
+
+/// Some node of the edge can move along the normal.
+pub(super) fn check_edge_moves(scene: &Scene, body: &Body, edge: Edge) -> Result<(), ProblemError> {
+    if !body.dofs.contact_nodes.is_empty() {
+        return Ok(());
+    }
+    let axis = ["x", "y"][edge.axis()];
+    let message =
+        format!("all {axis} displacements of the edge \"{}\" are prescribed", edge.name());
+    let help = "choose another edge, or free it in [[support]]";
+    Err(scene.error(Issue::new("contact.edge", message, help)).into())
+}
+
+/// A gap at places of the edge.
+pub(super) fn gaps_at(
+    scene: &Scene,
+    key: &str,
+    field: &Field,
+    places: impl Iterator<Item = Point> + Clone,
+) -> Result<Vec<f64>, ProblemError> {
+    let gap: Vec<f64> = places.clone().map(|p| field.at(plane(p))).collect();
+    // squares of gaps must not overflow
+    let wrong = gap.iter().zip(places).find(|(g, _)| g.is_nan() || g.abs() > 1e60);
+    if let Some((gap, [x, y, _])) = wrong {
+        let message = format!("is {gap:e} at ({x}, {y})");
+        let help = "give an expression of at most 1e60 on the whole edge";
+        return Err(scene.error(Issue::new(key, message, help)).into());
+    }
+    Ok(gap)
 }
 
 /// A place in the plane of the expressions of a scene.

@@ -46,6 +46,20 @@ fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemE
 pub(super) fn given_body(
     scene: &Scene,
 ) -> Result<(Body, BoundaryOperator, Vec<f64>), ProblemError> {
+    let (body, rows, gap) = given_matrices(scene, true)?;
+    let operator = match scene.contact.as_ref() {
+        None => BoundaryOperator::none(body.dofs.n_o),
+        Some(c) if c.is_reaction() => boundary::reaction(&body, vec![1.0; rows.len()]),
+        Some(c) => given_operator(scene, c, &body)?,
+    };
+    Ok((body, operator, gap))
+}
+
+/// A body from files, the displacements that an obstacle limits, which follow from the others where they are `constrained`, and their gaps.
+pub(super) fn given_matrices(
+    scene: &Scene,
+    constrained: bool,
+) -> Result<(Body, Vec<usize>, Vec<f64>), ProblemError> {
     let b = &scene.body;
     let mass = read(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
     let stiffness = read(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
@@ -53,18 +67,15 @@ pub(super) fn given_body(
     check_symmetric(scene, "body.mass_matrix", &mass, n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", &stiffness, n, mass.n_cols())?;
     let (rows, gap) = contact_rows(scene, n)?;
-    let body = Body::from_matrices(&mass, &stiffness, &rows, given_length(scene)).map_err(|e| {
+    let of_contact = if constrained { &rows[..] } else { &[] };
+    let length = given_length(scene);
+    let body = Body::from_matrices(&mass, &stiffness, of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
         let key = if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" };
         let help = "give positive definite matrices: a body that is held";
         fault(scene, key, e.to_string(), help)
     })?;
-    let operator = match scene.contact.as_ref() {
-        None => BoundaryOperator::none(body.dofs.n_o),
-        Some(c) if c.is_reaction() => boundary::reaction(&body, vec![1.0; rows.len()]),
-        Some(c) => given_operator(scene, c, &body)?,
-    };
-    Ok((body, operator, gap))
+    Ok((body, rows, gap))
 }
 
 /// Square, of `n` rows as the mass matrix, symmetric, with a diagonal.

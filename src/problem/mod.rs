@@ -12,6 +12,7 @@ mod modes;
 mod moving;
 mod reduction;
 mod rigid;
+mod springs;
 mod table;
 
 use thiserror::Error;
@@ -56,44 +57,49 @@ pub struct Problem {
 /// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
 pub type StoredState = (Vec<f64>, Vec<f64>);
 
+/// The system of a method whose conditions hold at nodes.
+fn nodal(scene: &Scene) -> Result<System, ProblemError> {
+    let choice = discretisation(scene);
+    let built = match scene.body.kind {
+        BodyKind::Matrices => {
+            let (body, operator, gap) = given_body(scene)?;
+            System::with_operator(body, operator, gap, choice)
+        }
+        _ => {
+            let body = assemble(scene);
+            let edge = contact_edge(scene, &body)?;
+            if let Some(issue) = empty(scene, &body) {
+                return Err(scene.error(issue).into());
+            }
+            System::on_edge(body, edge.as_ref(), choice)
+        }
+    };
+    built.map_err(|e| match e {
+        ContactError::NotPMatrix { .. } => {
+            let given = scene.body.kind == BodyKind::Matrices;
+            let key = if given { "contact.n_c" } else { "contact.edge" };
+            let help = "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"";
+            scene.error(Issue::new(key, e.to_string(), help)).into()
+        }
+        ContactError::Fem(FemError::NotPositiveDefinite { .. })
+            if choice.1 == MassChoice::Optimal =>
+        {
+            let message = "the redistributed mass is not positive definite on this mesh";
+            let help = "give mass = \"condensed\", or refine the mesh near the contact edge";
+            scene.error(Issue::new("contact.mass", message, help)).into()
+        }
+        other => other.into(),
+    })
+}
+
 impl Problem {
     /// Set up a scene. `stored` is the state of the file named in `[initial]`, if any.
     pub fn new(scene: &Scene, stored: Option<StoredState>) -> Result<Problem, ProblemError> {
-        let given = match scene.body.kind {
-            BodyKind::Matrices => Some(given_body(scene)?),
-            _ => None,
+        let contact = scene.contact.as_ref();
+        let mut system = match contact.and_then(|c| Some((c, springs::law(c)?))) {
+            Some((contact, law)) => springs::system(scene, contact, law)?,
+            None => nodal(scene)?,
         };
-        let built = match given {
-            Some((body, operator, gap)) => {
-                System::with_operator(body, operator, gap, discretisation(scene))
-            }
-            None => {
-                let body = assemble(scene);
-                let edge = contact_edge(scene, &body)?;
-                if let Some(issue) = empty(scene, &body) {
-                    return Err(scene.error(issue).into());
-                }
-                System::on_edge(body, edge.as_ref(), discretisation(scene))
-            }
-        };
-        let mut system = built.map_err(|e| match e {
-            ContactError::NotPMatrix { .. } => ProblemError::Scene(scene.error(Issue::new(
-                if scene.body.kind == BodyKind::Matrices { "contact.n_c" } else { "contact.edge" },
-                e.to_string(),
-                "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"",
-            ))),
-            ContactError::Fem(FemError::NotPositiveDefinite { .. })
-                if discretisation(scene).1 == MassChoice::Optimal =>
-            {
-                let message = "the redistributed mass is not positive definite on this mesh";
-                ProblemError::Scene(scene.error(Issue::new(
-                    "contact.mass",
-                    message,
-                    "give mass = \"condensed\", or refine the mesh near the contact edge",
-                )))
-            }
-            other => other.into(),
-        })?;
         let modes = OpenModes::for_scene(scene, &system)?;
         system.damping = damping(scene, &modes)?;
         if let Some(name) = &scene.body.damping_matrix {

@@ -65,7 +65,7 @@ pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes
                 .copied()
                 .fold(0.0f64, |m, x| if x.abs() > m.abs() * (1.0 + 1e-9) { x } else { m })
         };
-        let of_contact = largest(&full[system.n_o()..]);
+        let of_contact = largest(&system.along_normals(&full));
         let of_all = largest(&full);
         let leading = if of_contact.abs() > 1e-9 * of_all.abs() { of_contact } else { of_all };
         if leading < 0.0 {
@@ -78,7 +78,7 @@ pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes
 /// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
 pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
     let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let contact = shape[system.n_o()..].iter().zip(&system.constraints);
+    let contact = system.along_normals(shape).into_iter().zip(&system.constraints);
     let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, c)| c.gap / u);
     factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }

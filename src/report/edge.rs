@@ -23,7 +23,7 @@ pub(super) struct Edge<'s> {
 impl<'s> Edge<'s> {
     pub fn of(stored: &'s Stored) -> Self {
         let axis = if stored.contact_normal.ends_with('y') { 0 } else { 1 };
-        let position = stored.contact_nodes.iter().map(|&n| stored.nodes[(n, axis)]).collect();
+        let position = (0..stored.gap.len()).map(|i| stored.contact_place(i)[axis]).collect();
         let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
         Edge { stored, position, axis: ["x", "y"][axis], sign }
     }

@@ -34,6 +34,14 @@ pub struct Contact {
     pub inertia: Option<Inertia>,
     /// `mass-redistribution`: which mass.
     pub mass: Option<RedistributedMass>,
+    /// `penalty`: stiffness over `E′/h` (1 by default); of kind `matrices` that of a spring at each contact displacement.
+    pub stiffness: Option<f64>,
+    /// `nitsche`: stiffness over `E′/h`, 2 by default.
+    pub gamma: Option<f64>,
+    /// `nitsche`: 1 (symmetric), 0 or −1.
+    pub theta: Option<f64>,
+    /// `penalty`, `nitsche`: distance to a second obstacle behind, against the outward normal.
+    pub gap_behind: Option<Field>,
     /// The obstacle moves: `amplitude cos(ωt + phase)` is added to the gap.
     pub motion: Option<Motion>,
 }
@@ -61,6 +69,22 @@ pub enum ContactMethod {
     NodalBoundary,
     /// No inertia at the contact points: `nbm` with nodal reactions and a constant mass.
     MassRedistribution,
+    /// Springs at the contact points.
+    Penalty,
+    /// Nitsche's method.
+    Nitsche,
+}
+
+impl ContactMethod {
+    /// Name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            ContactMethod::NodalBoundary => "nbm",
+            ContactMethod::MassRedistribution => "mass-redistribution",
+            ContactMethod::Penalty => "penalty",
+            ContactMethod::Nitsche => "nitsche",
+        }
+    }
 }
 
 /// `inertia`
@@ -129,24 +153,42 @@ impl Contact {
 
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
-        let (redistribution, name) = match self.method {
-            ContactMethod::NodalBoundary => (false, "nbm"),
-            ContactMethod::MassRedistribution => (true, "mass-redistribution"),
-        };
-        let given = [
-            ("stress", redistribution && self.stress.is_some(), "its stress is the reaction"),
-            ("inertia", redistribution && self.inertia.is_some(), "its inertia is constant"),
-            ("mass", !redistribution && self.mass.is_some(), "its mass follows from inertia"),
+        use ContactMethod::{MassRedistribution, Nitsche, NodalBoundary, Penalty};
+        let is_lumped = self.boundary_mass == MassKind::Lumped;
+        let given: [(&str, bool, &[ContactMethod]); 8] = [
+            ("stress", self.stress.is_some(), &[NodalBoundary]),
+            ("inertia", self.inertia.is_some(), &[NodalBoundary]),
+            ("boundary_mass", is_lumped, &[NodalBoundary]),
+            ("mass", self.mass.is_some(), &[MassRedistribution]),
+            ("stiffness", self.stiffness.is_some(), &[Penalty]),
+            ("gamma", self.gamma.is_some(), &[Nitsche]),
+            ("theta", self.theta.is_some(), &[Nitsche]),
+            ("gap_behind", self.gap_behind.is_some(), &[Penalty, Nitsche]),
         ];
-        if let Some((key, _, why)) = given.iter().find(|g| g.1) {
-            let message = format!("is not read by method = \"{name}\": {why}");
+        if let Some((key, _, by)) = given.iter().find(|g| g.1 && !g.2.contains(&self.method)) {
+            let names: Vec<_> = by.iter().map(|m| format!("\"{}\"", m.name())).collect();
+            let (name, names) = (self.method.name(), names.join(" and "));
+            let message = format!("is not read by method = \"{name}\"; it belongs to {names}");
             return Err(Issue::new(format!("contact.{key}"), message, "remove the key"));
         }
-        if self.is_reaction() && self.boundary_mass == MassKind::Lumped {
+        if self.is_reaction() && is_lumped {
             let message = "is not read: nodal reactions need no boundary mass";
             return Err(Issue::new("contact.boundary_mass", message, "remove the key"));
         }
-        Ok(())
+        self.stiffness.map_or(Ok(()), |k| positive("contact.stiffness", k))?;
+        self.gamma.map_or(Ok(()), |k| positive("contact.gamma", k))?;
+        match self.theta {
+            None | Some(1.0 | 0.0 | -1.0) => Ok(()),
+            Some(theta) => {
+                let message = format!("is {theta}");
+                Err(Issue::new("contact.theta", message, "give 1 (symmetric), 0 or -1"))
+            }
+        }
+    }
+
+    /// Whether the obstacle pushes like springs at points of the edge.
+    pub fn has_springs(&self) -> bool {
+        matches!(self.method, ContactMethod::Penalty | ContactMethod::Nitsche)
     }
 }
 
@@ -223,6 +265,9 @@ impl Scene {
                 );
             }
         }
+        if c.has_springs() {
+            return self.check_given_springs(c);
+        }
         if c.mass == Some(RedistributedMass::Optimal) {
             let message = "needs a mesh: positions decide which moments are kept";
             return issue("mass", message, "give mass = \"condensed\"");
@@ -246,5 +291,31 @@ impl Scene {
                 "n_c = \"N_C.mtx\", n_o = \"N_O.mtx\", or stress = \"reaction\"",
             ),
         }
+    }
+
+    /// Springs at displacements of a body of matrices.
+    fn check_given_springs(&self, c: &Contact) -> Check {
+        let issue = |key: &str, message: &str, help: &str| {
+            Err(Issue::new(format!("contact.{key}"), message, help))
+        };
+        if c.method == ContactMethod::Nitsche {
+            let message =
+                "\"nitsche\" needs elements, whose stress it reads, and this body comes from files";
+            return issue("method", message, "give method = \"penalty\" and a stiffness");
+        }
+        if c.stiffness.is_none() {
+            let message =
+                "is missing: force over penetration of the spring at each contact displacement";
+            return issue("stiffness", message, "stiffness = 100.0");
+        }
+        if matches!(c.gap_behind, Some(Field::Expression { .. })) {
+            return issue("gap_behind", "give a number, and no expression", "gap_behind = 1.0");
+        }
+        for (key, given) in [("n_c", c.n_c.is_some()), ("n_o", c.n_o.is_some())] {
+            if given {
+                return issue(key, "is not read: springs push at displacements", "remove it");
+            }
+        }
+        Ok(())
     }
 }

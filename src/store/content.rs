@@ -41,8 +41,8 @@ pub struct Origin {
     pub elements: usize,
     /// Number of displacements.
     pub displacements: usize,
-    /// Number of contact nodes.
-    pub contact_nodes: usize,
+    /// Number of contact points.
+    pub contact_points: usize,
 }
 
 /// Read the origin of any file.
@@ -66,7 +66,7 @@ fn read_origin_of(path: &Path) -> Result<Origin, StoreError> {
         nodes: rows("nodes")?,
         elements: rows("elements")?,
         displacements: map.iter().filter(|&&i| i >= 0).count(),
-        contact_nodes: rows("contact_nodes")?,
+        contact_points: rows("gap")?,
     })
 }
 

@@ -150,9 +150,9 @@ fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
     Ok(rows.rows().into_iter().map(set).collect())
 }
 
-/// Contact node of a mesh node.
+/// The contact point that files name so.
 fn contact_of(system: &System, node: i64) -> usize {
-    system.body.dofs.contact_nodes.iter().position(|&n| n as i64 == node).unwrap_or(0)
+    system.constraints.iter().position(|c| c.node as i64 == node).unwrap_or(0)
 }
 
 /// The switches so far.

@@ -1,8 +1,9 @@
 //! `/mesh`: nodes, elements, and where the displacements of a node stand.
 
 use super::{StoreError, write_text};
-use crate::contact::System;
+use crate::contact::{Constraint, System};
 use crate::fem::DofMap;
+use crate::mesh::Point;
 
 /// `u_C` points along the outward normal; files hold displacements along the axes.
 pub(super) fn along_axes(dofs: &DofMap, x: &[f64]) -> Vec<f64> {
@@ -49,8 +50,22 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     };
     let map = (0..mesh.n_nodes()).flat_map(|n| [index(n, 0), index(n, 1)]).collect();
     g.new_dataset_builder().with_data(&array(mesh.n_nodes(), 2, map)?).create("dof_map")?;
-    let contact_nodes: Vec<i64> = dofs.contact_nodes.iter().map(|&n| n as i64).collect();
-    g.new_dataset_builder().with_data(&contact_nodes).create("contact_nodes")?;
+    if system.body.tips.is_none() {
+        let nodes: Vec<i64> = system.constraints.iter().map(|c| c.node as i64).collect();
+        g.new_dataset_builder().with_data(&nodes).create("contact_nodes")?;
+    } else {
+        let table = |of: &dyn Fn(&Constraint) -> Point| {
+            let values = system.constraints.iter().flat_map(|c| [of(c)[0], of(c)[1]]).collect();
+            ndarray::Array2::from_shape_vec((system.n_contact(), 2), values)
+                .map_err(|e| hdf5::Error::from(e.to_string()))
+        };
+        let places = table(&|c| c.position)?;
+        g.new_dataset_builder().with_data(&places).create("contact_points")?;
+        let normals = table(&|c| c.normal)?;
+        g.new_dataset_builder().with_data(&normals).create("contact_normals")?;
+        let dataset = g.dataset("contact_points")?;
+        write_text(&dataset, "units", "length")?;
+    }
     let contact_dofs: Vec<i64> = (dofs.n_o..dofs.n()).map(|i| i as i64).collect();
     g.new_dataset_builder().with_data(&contact_dofs).create("contact_dofs")?;
     g.new_dataset_builder().with_data(&system.gaps()).create("gap")?;

@@ -32,8 +32,10 @@ pub struct Stored {
     pub elements: Array2<i64>,
     /// Index into `u`, −1 prescribed.
     pub dof_map: Array2<i64>,
-    /// Mesh nodes on the contact edge.
+    /// What the file calls the contact points: nodes of the mesh, or their numbers where they are points of quadrature.
     pub contact_nodes: Vec<usize>,
+    /// Places of points of quadrature, one row each.
+    points: Option<Array2<f64>>,
     /// Gaps.
     pub gap: Vec<f64>,
     /// `+x`, `-x`, `+y`, `-y`.
@@ -83,6 +85,10 @@ impl Stored {
                 .map(column)
                 .into_iter()
                 .collect();
+        let points = match mesh.dataset("contact_points") {
+            Ok(places) => Some(places.table::<f64>()?),
+            Err(_) => None,
+        };
         let stored = Stored {
             path: path.to_owned(),
             title: text("title"),
@@ -94,7 +100,11 @@ impl Stored {
             nodes: mesh.dataset("nodes")?.table()?,
             elements: mesh.dataset("elements")?.table()?,
             dof_map: mesh.dataset("dof_map")?.table()?,
-            contact_nodes: indices(mesh.dataset("contact_nodes")?.values()?),
+            contact_nodes: match &points {
+                Some(points) => (0..points.nrows()).collect(),
+                None => indices(mesh.dataset("contact_nodes")?.values()?),
+            },
+            points,
             gap: mesh.dataset("gap")?.values()?,
             contact_normal: read_text(&mesh, "contact_normal").unwrap_or_default(),
             t: trajectory.dataset("t")?.values()?,
@@ -124,6 +134,7 @@ impl Stored {
     fn inconsistency(&self) -> Option<&'static str> {
         let (nodes, rows, n) = (self.nodes.nrows(), self.t.len(), self.u.ncols());
         let n_c = self.gap.len();
+        let finite = |x: &f64| x.is_finite();
         let below = |i: i64, limit: usize| usize::try_from(i).is_ok_and(|i| i < limit);
         let tables = [self.u.nrows(), self.v.nrows(), self.active.nrows(), self.pressure.nrows()];
         let checks = [
@@ -135,7 +146,14 @@ impl Stored {
             (self.dof_map.dim() == (nodes, 2), "/mesh/dof_map"),
             (self.dof_map.iter().all(|&i| i == -1 || below(i, n)), "/mesh/dof_map"),
             (self.contact_nodes.len() == n_c && n_c <= n, "/mesh/contact_nodes"),
-            (self.contact_nodes.iter().all(|&i| i < nodes), "/mesh/contact_nodes"),
+            (
+                self.points.is_some() || self.contact_nodes.iter().all(|&i| i < nodes),
+                "/mesh/contact_nodes",
+            ),
+            (
+                self.points.as_ref().is_none_or(|p| p.ncols() == 2 && p.iter().all(finite)),
+                "/mesh/contact_points",
+            ),
             (self.v.ncols() == n, "/trajectory/v"),
             (self.active.ncols() == n_c && self.pressure.ncols() == n_c, "/trajectory/active"),
             (tables.iter().all(|&r| r == rows), "/trajectory: rows"),
@@ -147,6 +165,27 @@ impl Stored {
             (self.switch_jump.len() == self.switch_t.len(), "/switches/energy_jump"),
         ];
         checks.iter().find(|(fits, _)| !fits).map(|(_, what)| *what)
+    }
+
+    /// Place of contact point `i`.
+    pub fn contact_place(&self, i: usize) -> [f64; 2] {
+        match &self.points {
+            Some(points) => [points[(i, 0)], points[(i, 1)]],
+            None => [0, 1].map(|c| self.nodes[(self.contact_nodes[i], c)]),
+        }
+    }
+
+    /// The node of the mesh nearest to a contact point.
+    pub fn nearest_node(&self, i: usize) -> usize {
+        if self.points.is_none() {
+            return self.contact_nodes[i];
+        }
+        let place = self.contact_place(i);
+        let distance = |n: usize| {
+            (self.nodes[(n, 0)] - place[0]).powi(2) + (self.nodes[(n, 1)] - place[1]).powi(2)
+        };
+        let all = 0..self.nodes.nrows();
+        all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
     /// Displacement of contact node `i` along the outward normal, at stored state `row`.

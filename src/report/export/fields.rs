@@ -106,11 +106,16 @@ impl<'s> Fields<'s> {
             let n = s.nodes.nrows();
             let (mut pressure, mut status, mut gap) =
                 (vec![0.0; n], vec![-1; n], vec![f64::NAN; n]);
-            for (i, &node) in s.contact_nodes.iter().enumerate() {
-                pressure[node] = s.pressure[(row, i)];
-                status[node] = i32::from(s.active[(row, i)]);
-                gap[node] = s.gap[i] - s.contact_displacement(row, i);
+            // a node has the mean of the points of quadrature next to it, and the least of their gaps
+            let mut count = vec![0.0; n];
+            for i in 0..s.gap.len() {
+                let node = s.nearest_node(i);
+                pressure[node] += s.pressure[(row, i)];
+                count[node] += 1.0;
+                status[node] = status[node].max(i32::from(s.active[(row, i)]));
+                gap[node] = gap[node].min(s.gap[i] - s.contact_displacement(row, i));
             }
+            pressure.iter_mut().zip(&count).for_each(|(p, n)| *p /= f64::max(*n, 1.0));
             all.push(real("contact_pressure", Place::Point, 1, pressure));
             let (name, values) = ("contact_status", Values::Whole(status));
             all.push(Field { name, place: Place::Point, components: 1, values });

@@ -71,6 +71,8 @@ fn contact(scene: &Scene) -> Option<String> {
     let mut words = vec![match contact.method {
         ContactMethod::NodalBoundary => "nodal boundary method",
         ContactMethod::MassRedistribution => "mass redistribution",
+        ContactMethod::Penalty => "penalty",
+        ContactMethod::Nitsche => "Nitsche",
     }];
     if contact.method == ContactMethod::NodalBoundary && contact.is_reaction() {
         words.push("nodal reactions");
@@ -78,6 +80,9 @@ fn contact(scene: &Scene) -> Option<String> {
     if contact.inertia == Some(Inertia::Constant) {
         words.push("constant mass");
     }
+    let mut words: Vec<String> = words.into_iter().map(str::to_owned).collect();
+    words.extend(contact.stiffness.map(|k| format!("κ₀ = {k}")));
+    words.extend(contact.gamma.map(|k| format!("γ₀ = {k}")));
     Some(words.join(", "))
 }
 

@@ -75,8 +75,8 @@ fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
         let y = range([y.start, y.end].into_iter().chain(wall));
         let reach = 0.04 * (x.end - x.start);
         let mut chart = panel(&main, x, y, "x", "displacement u")?;
-        if let (Some(limit), Some(&node)) = (wall, stored.contact_nodes.first()) {
-            let at = stored.nodes[(node, 0)];
+        if let Some(limit) = wall {
+            let at = stored.contact_place(0)[0];
             let ends = vec![(at - reach, limit), (at + reach, limit)];
             chart
                 .draw_series(std::iter::once(PathElement::new(ends, line(INK, 2.5))))

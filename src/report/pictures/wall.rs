@@ -32,12 +32,12 @@ pub(super) fn wall_line(stored: &Stored, magnification: f64) -> Option<Vec<[f64;
     if stored.gap.is_empty() {
         return None;
     }
-    let at = |(&n, g): (&usize, &f64)| {
-        let mut p = [stored.nodes[(n, 0)], stored.nodes[(n, 1)]];
+    let at = |(i, g): (usize, &f64)| {
+        let mut p = stored.contact_place(i);
         p[axis] += sign * magnification * g;
         p
     };
-    Some(stored.contact_nodes.iter().zip(&stored.gap).map(at).collect())
+    Some(stored.gap.iter().enumerate().map(at).collect())
 }
 
 /// Draw it, hatched behind.

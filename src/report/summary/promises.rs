@@ -38,11 +38,13 @@ pub(super) fn certificate(report: &Report) -> String {
 /// What the contact method promises: its conditions, its energy.
 pub(super) fn promises(system: &System) -> [String; 2] {
     let promise = system.promise();
-    let stress = match promise.is_strong {
-        true => "gap and stress of the displacement field",
-        false => "gap and nodal reaction",
+    let stress = match (promise.is_strong, promise.yields) {
+        (true, _) => "gap and stress of the displacement field",
+        (_, true) => "springs at points of the edge, which the body enters",
+        _ => "gap and nodal reaction",
     };
     let energy = match (promise.conserves_energy, promise.is_lipschitz) {
+        (false, true) => "the forces have no potential: the energy changes in contact".to_owned(),
         (true, true) => "energy conserved, acceleration continuous".to_owned(),
         (true, false) => "energy conserved".to_owned(),
         _ => {

@@ -20,8 +20,9 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
     }
     out.line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if system.n_contact() > 0 {
-        switches(&mut out, report, given);
-        search(&mut out, report);
+        let yields = system.promise().yields;
+        switches(&mut out, report, (given, yields));
+        search(&mut out, report, yields);
     }
     energy(&mut out, system, report);
     lcp_check(&mut out, report);
@@ -48,11 +49,12 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
     };
     let follow = match system.n_contact() {
         0 => String::new(),
+        _ if system.promise().yields => String::new(),
         n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
     };
     let unknowns = match system.body.reduction() {
-        None => plural(system.n(), "displacement", "displacements"),
-        Some(_) => plural(system.n(), "coordinate", "coordinates"),
+        None => plural(system.n_displacements(), "displacement", "displacements"),
+        Some(_) => plural(system.n_displacements(), "coordinate", "coordinates"),
     };
     out.line("body", format!("{kind}, {unknowns}{follow}"));
     if let Some(reduction) = system.body.reduction() {
@@ -82,10 +84,20 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
         PMatrix::Minors => "unique (all principal minors of N_C positive)",
         _ => "unique (N_C positive definite)",
     };
-    let nodes = match given {
-        true => plural(system.n_contact(), "displacement", "displacements"),
-        false => plural(system.n_contact(), "node", "nodes"),
+    let yields = system.promise().yields;
+    let (one, many) = match given {
+        _ if yields => ("point", "points"),
+        true => ("displacement", "displacements"),
+        false => ("node", "nodes"),
     };
+    let nodes = plural(system.n_contact(), one, many);
+    if yields {
+        out.line("contact", nodes);
+        let [stress, energy] = promises(system);
+        out.line("method", format!("{}: {stress}", system.method_name()));
+        out.line("", energy);
+        return;
+    }
     out.line("contact", format!("{nodes}; contact displacements {proof}"));
     let [stress, energy] = promises(system);
     out.line("method", format!("{}: {stress}", system.method_name()));
@@ -93,7 +105,7 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
 }
 
 /// How many switches there were, the first and the last.
-fn switches(out: &mut Lines, report: &Report, given: bool) {
+fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
     let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
     let mut text = format!(
         "{} ({closings} close, {} open) in {}",
@@ -111,6 +123,7 @@ fn switches(out: &mut Lines, report: &Report, given: bool) {
     if let (Some(a), Some(b)) = (report.switches.first(), report.switches.last()) {
         let (first, last) = (significant(a.t, 10), significant(b.t, 10));
         let place = |node: usize| match given {
+            _ if yields => format!("point {node}"),
             // the points of a body from matrices count from 1, its displacements from 0
             true => format!("displacement {}", node.saturating_sub(1)),
             false => format!("node {node}"),
@@ -125,13 +138,18 @@ fn switches(out: &mut Lines, report: &Report, given: bool) {
 }
 
 /// Whether all switches were found, and how well the contact conditions hold.
-fn search(out: &mut Lines, report: &Report) {
+fn search(out: &mut Lines, report: &Report, yields: bool) {
     out.line("search", certificate(report));
+    if yields {
+        let text = format!("≤ {} (the obstacle yields)", significant(report.max_penetration, 4));
+        out.line("penetration", text);
+    }
+    let gap = if yields { "gap error" } else { "penetration" };
     out.line(
         "contact error",
         format!(
-            "penetration ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state ({:.1e} of the sizes at play)",
-            report.max_penetration, report.max_tension, report.violation
+            "{gap} ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state ({:.1e} of the sizes at play)",
+            report.gap_error, report.max_tension, report.violation
         ),
     );
 }
@@ -149,8 +167,10 @@ fn energy(out: &mut Lines, system: &System, report: &Report) {
     }
     if system.damping.is_some() {
         part(-report.energy_dissipated, "by damping");
+    } else if !system.has_potential() {
+        part(-report.energy_dissipated, "by forces without a potential (part of the method)");
     }
-    if system.n_contact() > 0 {
+    if system.n_contact() > 0 && !system.promise().yields {
         part(report.energy_jumps, "by the jumps at switches (part of the method)");
     }
     out.line(
