@@ -45,7 +45,6 @@ impl Summary {
     /// Walk along a solution whose displacements are known.
     pub(super) fn along(interface: &Interface, s: &Solution, series: &Series) -> Summary {
         let system = &interface.system;
-        let n_o = system.n_o();
         let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
         let (mut energy, mut amplitude) = (0.0f64, 0.0f64);
         let end = s.q.basis.end();
@@ -65,7 +64,7 @@ impl Summary {
             if k == 0 || s.q.basis == Basis::Full {
                 energy = energy.max(system.kinetic(&v) + system.elastic(&u));
             }
-            amplitude = u[n_o..].iter().fold(amplitude, |m, u| m.max(u.abs()));
+            amplitude = system.along_normals(&u).iter().fold(amplitude, |m, u| m.max(u.abs()));
         }
         let tau = std::f64::consts::TAU;
         let mut switches: Vec<(f64, usize, bool)> =

@@ -161,7 +161,8 @@ impl Observer for Scan<'_> {
         let u_c = &s.u[n_o..];
         let energy = s.energies.kinetic + s.energies.elastic;
         self.energy = self.energy.max(energy);
-        self.amplitude = u_c.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
+        let moved = system.along_normals(s.u);
+        self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match s.active.is_active(i) {
             true => s.pressure[i] / system.constraints[i].stiffness,
             false => system.constraints[i].gap - u_c[i],
@@ -179,8 +180,8 @@ impl Observer for Scan<'_> {
             if let [(e0, u0), (e1, u1)] = &self.sizes[..] {
                 let times = [*t0, *t1, s.t];
                 self.energy = self.energy.max(peak(times, [*e0, *e1, energy]));
-                for i in 0..u_c.len() {
-                    let sizes = [u0[i].abs(), u1[i].abs(), u_c[i].abs()];
+                for i in 0..moved.len() {
+                    let sizes = [u0[i].abs(), u1[i].abs(), moved[i].abs()];
                     self.amplitude = self.amplitude.max(peak(times, sizes));
                 }
             }
@@ -194,7 +195,7 @@ impl Observer for Scan<'_> {
             self.last.remove(0);
             self.sizes.remove(0);
         }
-        self.sizes.push((energy, u_c.to_vec()));
+        self.sizes.push((energy, moved));
         self.last.push((s.t, s.active.flags().to_vec(), now));
         Ok(())
     }
