@@ -48,6 +48,15 @@ pub struct Phase {
     pub(super) released: Vec<Phase>,
 }
 
+/// The stiffness of the body without the springs of the obstacle.
+#[derive(Debug)]
+pub struct Structural {
+    /// Over `u_O`.
+    pub matrix: Csr,
+    /// It is the whole stiffness of the phase: no spring acts.
+    pub is_whole: bool,
+}
+
 /// What all phases of a system share.
 #[derive(Debug, Clone)]
 pub(super) struct Parts {
@@ -334,6 +343,30 @@ impl Phase {
     pub fn matrices(&self) -> (Csr, Csr) {
         let a = self.a_star();
         (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&self.parts.body, &a))
+    }
+
+    /// What damps of a phase whose springs do not.
+    pub fn structural(&self) -> Option<Structural> {
+        let (body, tips) = (&self.parts.body, self.parts.body.tips.as_ref()?);
+        let leading = |a: &Csr| super::redistribution::leading(a, body.dofs.n_o);
+        let matrix = leading(&tips.structure);
+        let rest = Csr::combination(1.0, &self.matrices().0, -1.0, &matrix);
+        let size = |a: &Csr| a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
+        let is_whole = size(&rest) <= 1e-14 * size(&matrix);
+        Some(Structural { matrix, is_whole })
+    }
+
+    /// Of forces without a potential: `K_α`, and what of it, and of the constant force, has none: the power `u̇_Oᵀ(N u_O + r)` is lost.
+    pub fn without_potential(&self) -> Option<(Csr, Csr, Vec<f64>)> {
+        let body = &self.parts.body;
+        let energy = body.tips.as_ref()?.energy.as_ref()?;
+        let skew = Csr::combination(1.0, &body.stiffness, -1.0, energy);
+        let mut d = vec![0.0; body.dofs.n()];
+        self.kinematics.expand(&vec![0.0; body.dofs.n_o], &mut d, Part::Undriven);
+        let mut rest = vec![0.0; d.len()];
+        skew.mul(&d, &mut rest);
+        let a = self.a_star();
+        Some((body.stiffness.congruence(&a), skew.congruence(&a), self.reduce(&rest)))
     }
 
     /// `A* = [I; A_α]`, sparse.

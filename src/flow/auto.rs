@@ -13,22 +13,22 @@ use super::choice::{Choice, Rule};
 use super::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, dop853::DOP853};
 use crate::contact::{ActiveSet, Phase, System};
 
-/// Seconds of an eigensolution over `n³`.
-const EIGEN: f64 = 4e-10;
+/// Seconds of an eigensolution over `n³`, and the largest size for which modes are considered: their matrices fill the memory. Real modes, and complex
+/// ones of phases that the real ones do not decouple.
+const EIGEN: (f64, usize) = (4e-10, 4000);
+const COUPLED: (f64, usize) = (2e-8, 600);
 /// Seconds of a phase without modes over `n`: eighty products, or three hundred right-hand sides.
 const PRODUCTS: f64 = 80.0 * 1e-7;
 const STEPS: f64 = 300.0 * 1e-7;
-/// Largest size for which modes are considered: their matrices fill the memory.
-const MODAL_LIMIT: usize = 4000;
 
 /// The rule: flow 0 by modes, flow 1 without.
 #[derive(Debug)]
 pub struct LeastCost {
     n: f64,
-    /// Natural modes decouple the phases, and the loads have closed forms.
-    has_modes: bool,
     /// A load has a measured history: no closed form.
     is_measured: bool,
+    /// Seconds of an eigensolution over `n³`, and the largest size for which modes are considered.
+    eigen: (f64, usize),
     per_visit: f64,
     other: &'static str,
     visits: HashMap<ActiveSet, u32>,
@@ -47,7 +47,7 @@ pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
     };
     let rule = LeastCost {
         n,
-        has_modes: system.is_decoupled() && system.loads.measured.is_empty(),
+        eigen: if system.is_decoupled() { EIGEN } else { COUPLED },
         is_measured: !system.loads.measured.is_empty(),
         per_visit: cost * n,
         other: other.name(),
@@ -63,7 +63,8 @@ impl Rule for LeastCost {
         let visits = self.visits.entry(phase.set.clone()).or_insert(0);
         *visits += 1;
         let paid = f64::from(*visits) * self.per_visit;
-        if self.has_modes && self.n <= MODAL_LIMIT as f64 && EIGEN * self.n.powi(3) <= paid {
+        let (seconds, limit) = self.eigen;
+        if !self.is_measured && self.n <= limit as f64 && seconds * self.n.powi(3) <= paid {
             self.modal_phases += 1;
             0
         } else {
@@ -76,9 +77,6 @@ impl Rule for LeastCost {
         let other = self.other;
         if self.is_measured {
             return Some(format!("{other}: a measured load has no closed form"));
-        }
-        if !self.has_modes {
-            return Some(format!("{other}: natural modes do not decouple the phases"));
         }
         Some(match (self.modal_phases, self.other_phases) {
             (m, 0) => {

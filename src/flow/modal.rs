@@ -12,7 +12,7 @@ use std::rc::Rc;
 use nalgebra::DVector;
 
 use super::drives::Drives;
-use super::motion::{Forcing, ModalLoad, Motion};
+use super::motion::Motion;
 use super::spectrum::{Spectra, Spectrum};
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, System};
@@ -144,27 +144,15 @@ impl<'a> Modal<'a> {
 
     /// Size and fourth derivative of every monitor from the start of the window on.
     fn bound_monitors(&mut self, phase: &Spectrum, t_limit: f64) {
-        let count = phase.offsets.len();
-        (self.sizes, self.fourth) = (vec![0.0; count], vec![0.0; count]);
-        for k in 0..phase.modes.len() {
-            let (size, fourth) = self.motion.bounds(phase, k, self.t0, t_limit);
-            for (i, r) in phase.rows.column(k).iter().enumerate() {
-                self.sizes[i] += r.abs() * size;
-                self.fourth[i] += r.abs() * fourth;
-            }
-        }
+        [self.sizes, self.fourth] = self.motion.monitor_bounds(phase, self.t0, t_limit);
         if !self.drives.is_empty() {
-            for i in 0..count {
+            for i in 0..phase.offsets.len() {
                 let (size, fourth) = self.drives.bounds(i);
                 self.sizes[i] += size;
                 self.fourth[i] += fourth;
             }
         }
-        // amplitudes stay what they are where nothing decays and nothing grows
-        let forced_from_rest =
-            |h: &ModalLoad| h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)));
-        self.steady = phase.modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0)
-            && !self.motion.loads.iter().any(forced_from_rest);
+        self.steady = self.motion.is_steady(phase);
     }
 
     /// Work of harmonic loads and dissipation from `a` to `b`, mode by mode.
@@ -173,12 +161,7 @@ impl<'a> Modal<'a> {
         if self.layout.work.is_none() && self.layout.dissipated.is_none() {
             return sums;
         }
-        let turns = self.motion.turns(a, b);
-        for (k, mode) in phase.modes.iter().enumerate() {
-            let part = self.motion.powers(phase, k, &turns, (a, b));
-            sums[0] += part[0];
-            sums[1] += 2.0 * mode.c * part[1];
-        }
+        sums = self.motion.all_powers(phase, (a, b));
         sums[0] += self.drives.work(a, b);
         sums
     }

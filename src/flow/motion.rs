@@ -3,6 +3,8 @@
 
 use nalgebra::Complex;
 
+use super::coupled::CoupledMotion;
+use super::exponential::{Term, power, product_integral};
 use super::oscillator::{Basis, GAUSS10, Oscillator};
 use super::spectrum::Spectrum;
 use super::trigonometry::sin_cos;
@@ -44,6 +46,11 @@ fn excitation(phase: &Spectrum, loads: &Loads) -> Vec<ModalLoad> {
     loads.harmonics.iter().zip(&phase.harmonics).map(of_load).collect()
 }
 
+/// `Ω`, the angle at `t` and the size of each harmonic load.
+fn angles(loads: &Loads, t: f64) -> Vec<(f64, f64, f64)> {
+    loads.harmonics.iter().map(|h| (h.omega, h.omega * t + h.angle(), h.size())).collect()
+}
+
 /// The motion of every mode since the start of the present phase.
 #[derive(Debug, Default)]
 pub struct Motion {
@@ -53,13 +60,25 @@ pub struct Motion {
     /// Homogeneous part at the start: displacement and velocity.
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
+    /// Of a phase whose modes do not decouple it; `Ω`, angle at the start and size of the loads.
+    coupled: Option<CoupledMotion>,
+    angles: Vec<(f64, f64, f64)>,
 }
 
 impl Motion {
     /// The motion that starts at `(q, q̇)`: what the particular solutions have at the start is taken out.
     pub fn new(phase: &Spectrum, loads: &Loads, start: f64, q: &[f64], v: &[f64]) -> Motion {
+        if let Some(coupling) = &phase.coupling {
+            let (angles, x) = (angles(loads, start), [q, v].concat());
+            let coupled = CoupledMotion::new(coupling, &x, &angles);
+            let lost = coupled.is_none();
+            // what has no steady response is no number: the flow reports it
+            let v = if lost { vec![f64::NAN; v.len()] } else { v.to_vec() };
+            return Motion { start, loads: vec![], q: q.to_vec(), v, coupled, angles };
+        }
         let loads = excitation(phase, loads);
-        let mut motion = Motion { start, loads, q: q.to_vec(), v: v.to_vec() };
+        let (q, v) = (q.to_vec(), v.to_vec());
+        let mut motion = Motion { start, loads, q, v, coupled: None, angles: vec![] };
         for (k, mode) in phase.modes.iter().enumerate() {
             if mode.omega > 0.0 {
                 motion.q[k] -= phase.constant[k] / (mode.omega * mode.omega);
@@ -125,6 +144,9 @@ impl Motion {
     pub fn at(&self, phase: &Spectrum, t: f64, q: &mut [f64], v: &mut [f64]) {
         let n = phase.modes.len();
         let tau = t - self.start;
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            return motion.at(coupling, tau, q, v);
+        }
         let undamped = phase.is_undamped && self.loads.is_empty();
         let angle: Vec<f64> = match undamped {
             true => phase.modes.iter().map(|m| m.omega * tau).collect(),
@@ -151,6 +173,14 @@ impl Motion {
 
     /// Accelerations of all modes at `t`, where they are at `(q, q̇)`: `F − 2c q̇ − ω² q`.
     pub fn acceleration(&self, phase: &Spectrum, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) {
+        if let Some(coupling) = &phase.coupling {
+            let mut force = phase.constant.clone();
+            for ((w, angle, size), shape) in self.angles.iter().zip(&phase.harmonics) {
+                let c = size * (w * (t - self.start) + angle).cos();
+                force.iter_mut().zip(shape).for_each(|(f, s)| *f += c * s);
+            }
+            return coupling.acceleration(q, v, &force, a);
+        }
         for (k, m) in phase.modes.iter().enumerate() {
             a[k] = phase.constant[k] - 2.0 * m.c * v[k] - m.omega * m.omega * q[k];
             for (w, phi, forces) in &self.loads {
@@ -232,8 +262,53 @@ impl Motion {
         sums
     }
 
+    /// Work of the harmonic loads and dissipation of all modes from `a` to `b`.
+    pub(super) fn all_powers(&self, phase: &Spectrum, (a, b): (f64, f64)) -> [f64; 2] {
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            let span = (a - self.start, b - a);
+            return motion.powers(coupling, &self.angles, &phase.harmonics, span);
+        }
+        let mut sums = [0.0; 2];
+        let turns = self.turns(a, b);
+        for (k, mode) in phase.modes.iter().enumerate() {
+            let part = self.powers(phase, k, &turns, (a, b));
+            sums[0] += part[0];
+            sums[1] += 2.0 * mode.c * part[1];
+        }
+        sums
+    }
+
+    /// Bounds of the changing part of all monitors, and of their fourth derivatives, from `t` to `end`.
+    pub(super) fn monitor_bounds(&self, phase: &Spectrum, t: f64, end: f64) -> [Vec<f64>; 2] {
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            return motion.bounds(coupling, &phase.rows, t - self.start, end - self.start);
+        }
+        let count = phase.offsets.len();
+        let (mut sizes, mut fourths) = (vec![0.0; count], vec![0.0; count]);
+        for k in 0..phase.modes.len() {
+            let (size, fourth) = self.bounds(phase, k, t, end);
+            for (i, r) in phase.rows.column(k).iter().enumerate() {
+                sizes[i] += r.abs() * size;
+                fourths[i] += r.abs() * fourth;
+            }
+        }
+        [sizes, fourths]
+    }
+
+    /// Whether these bounds hold for the whole phase: amplitudes stay what they are where nothing decays and nothing grows.
+    pub(super) fn is_steady(&self, phase: &Spectrum) -> bool {
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            return motion.is_steady(coupling);
+        }
+        let from_rest = |h: &ModalLoad| h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)));
+        phase.modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0) && !self.loads.iter().any(from_rest)
+    }
+
     /// `∫ u̇_OᵀM_α u̇_O` from `a` to `b`.
     pub fn squared_speed(&self, phase: &Spectrum, a: f64, b: f64) -> f64 {
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            return motion.squared_speed(coupling, (a - self.start, b - a));
+        }
         let turns = self.turns(a, b);
         (0..phase.modes.len()).map(|k| self.powers(phase, k, &turns, (a, b))[1]).sum()
     }
@@ -241,6 +316,9 @@ impl Motion {
     /// `∂q/∂α` and `∂q̇/∂α` of all modes at `t`, for a body with the damping `C = βK + αM` under constant loads (`2c = α + βω²`; the start is held).
     pub fn by_mass_damping(&self, phase: &Spectrum, t: f64) -> (Vec<f64>, Vec<f64>) {
         let tau = t - self.start;
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            return motion.by_mass_damping(coupling, tau);
+        }
         let of_mode = |(k, m): (usize, &Oscillator)| {
             let (s, ds) = m.basis_by_damping(tau);
             let c = ds + 2.0 * m.basis(tau).s + 2.0 * m.c * s;
@@ -303,38 +381,6 @@ impl Motion {
         }
         (size, fourth)
     }
-}
-
-/// One exponential `c e^{s (t − a)}` with its growth `e^{s (b − a)}` over the interval.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Term {
-    pub c: Complex<f64>,
-    pub s: Complex<f64>,
-    pub growth: Complex<f64>,
-}
-
-/// `e^z`; what would be a denormal number is zero.
-fn power(z: Complex<f64>) -> Complex<f64> {
-    if z.re < -700.0 { Complex::default() } else { z.exp() }
-}
-
-/// `∫ Re(x) Re(y)` over an interval of length `h`: two exponentials, integrated exactly.
-fn product_integral(x: &Term, y: &Term, h: f64) -> f64 {
-    let integral = |s: Complex<f64>, growth: Complex<f64>| {
-        let z = s * h;
-        if z.norm_sqr() > 0.04 {
-            return (growth - 1.0) / s;
-        }
-        // (e^z − 1)/z without cancellation
-        let mut sum = Complex::new(1.0, 0.0);
-        for n in (2..=11).rev() {
-            sum = sum * z / f64::from(n) + 1.0;
-        }
-        sum * h
-    };
-    let plain = x.c * y.c * integral(x.s + y.s, x.growth * y.growth);
-    let mixed = x.c * y.c.conj() * integral(x.s + y.s.conj(), x.growth * y.growth.conj());
-    0.5 * (plain + mixed).re
 }
 
 /// `∫ F q̇` and `∫ q̇²` over an interval of length `h`, from the free part of `q̇` at its start.

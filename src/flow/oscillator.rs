@@ -2,6 +2,8 @@
 
 use nalgebra::Complex;
 
+use super::exponential::difference;
+
 /// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
 pub const GAUSS10: [(f64, f64); 5] = [
     (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
@@ -139,19 +141,6 @@ impl Oscillator {
 /// `e^x`; what would be a denormal number is zero, and costs nothing.
 fn decay(x: f64) -> f64 {
     if x < -700.0 { 0.0 } else { x.exp() }
-}
-
-/// The divided difference `(e^{at} − e^{bt})/(a − b)`, exact for `a = b`.
-fn difference(a: Complex<f64>, b: Complex<f64>, t: f64) -> Complex<f64> {
-    let x = (a - b) * (0.5 * t);
-    let sinhc = if x.norm() < 1e-2 {
-        let y = x * x;
-        Complex::new(1.0, 0.0)
-            + y / 6.0 * (Complex::new(1.0, 0.0) + y / 20.0 * (Complex::new(1.0, 0.0) + y / 42.0))
-    } else {
-        x.sinh() / x
-    };
-    ((a + b) * (0.5 * t)).exp() * sinhc * t
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::cache::Cache;
+use super::coupled::{Coupling, Operators};
 use super::drives::Drives;
 use super::oscillator::Oscillator;
 use crate::contact::{ActiveSet, Drive, Phase, Rayleigh, System};
@@ -27,6 +28,8 @@ pub struct Spectrum {
     basis: Rc<Eigenbasis>,
     /// Undamped, without rigid motions.
     pub(super) is_undamped: bool,
+    /// The complex modes, where the natural ones do not decouple the phase.
+    pub(super) coupling: Option<Coupling>,
 }
 
 /// What does not depend on the damping: `α M + β K` has the same modes whatever `α` and `β`.
@@ -48,6 +51,75 @@ pub struct Eigenbasis {
     pub offsets: Vec<f64>,
     /// What harmonic loads on `u_C` add to the monitors, at the frequencies of the time when this was made.
     drives: Vec<Drive>,
+    /// What the natural modes do not make diagonal.
+    mixing: Option<Mixing>,
+    /// The body's unit of frequency.
+    unit: f64,
+}
+
+/// Matrices that natural modes do not make diagonal.
+#[derive(Debug)]
+struct Mixing {
+    /// `ΦᵀK₀Φ` of the body without springs, which damps.
+    structure: Mat<f64>,
+    /// Of forces without a potential `ΦᵀK_αΦ`, and what of it, and of the constant force, has none.
+    forces: Option<Forces>,
+}
+
+#[derive(Debug)]
+struct Forces {
+    stiffness: Mat<f64>,
+    skew: (Mat<f64>, Vec<f64>),
+}
+
+impl Mixing {
+    /// Of a phase where there is any.
+    fn of(phase: &Phase, shapes: &Mat<f64>) -> Option<Mixing> {
+        let projected = |a: &Csr| -> Mat<f64> {
+            let n = shapes.ncols();
+            let mut product = Mat::<f64>::zeros(n, n);
+            let columns: Vec<Vec<f64>> = (0..n)
+                .map(|j| {
+                    let mut y = vec![0.0; n];
+                    a.mul(shapes.col_as_slice(j), &mut y);
+                    y
+                })
+                .collect();
+            let columns = Mat::from_fn(n, n, |i, j| columns[j][i]);
+            let left = shapes.transpose();
+            matmul(product.as_mut(), Accum::Replace, left, columns.as_ref(), 1.0, Par::Seq);
+            product
+        };
+        let structural = phase.structural()?;
+        let forces = phase.without_potential().map(|(k, skew, rest)| Forces {
+            stiffness: projected(&k),
+            skew: (projected(&skew), transposed(shapes, &rest)),
+        });
+        // without a spring in contact damping is diagonal already
+        if structural.is_whole && forces.is_none() {
+            return None;
+        }
+        Some(Mixing { structure: projected(&structural.matrix), forces })
+    }
+
+    fn operators(&self, omega: &[f64], (alpha, beta): (f64, f64)) -> Operators {
+        let n = omega.len();
+        let diagonal = |i: usize, j: usize, x: f64| if i == j { x } else { 0.0 };
+        let damping = |i: usize, j: usize| diagonal(i, j, alpha) + beta * self.structure[(i, j)];
+        Operators {
+            stiffness: match &self.forces {
+                Some(f) => f.stiffness.clone(),
+                None => Mat::from_fn(n, n, |i, j| diagonal(i, j, omega[i] * omega[i])),
+            },
+            damping: Mat::from_fn(n, n, damping),
+            skew: self.forces.as_ref().map(|f| f.skew.clone()),
+        }
+    }
+}
+
+/// `Aᵀ x`
+fn transposed(a: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+    (0..a.ncols()).map(|j| a.col_as_slice(j).iter().zip(x).map(|(a, x)| a * x).sum()).collect()
 }
 
 impl Deref for Spectrum {
@@ -61,16 +133,73 @@ impl Deref for Spectrum {
 impl Spectrum {
     /// The eigensolution of a phase without held nodes.
     pub fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
-        Ok(Self::damped(Rc::new(Eigenbasis::new(system, phase)?), system.damping))
+        Self::damped(Rc::new(Eigenbasis::new(system, phase)?), system.damping)
     }
 
     /// The modes of a basis under a damping.
-    fn damped(basis: Rc<Eigenbasis>, damping: Option<Rayleigh>) -> Self {
+    fn damped(basis: Rc<Eigenbasis>, damping: Option<Rayleigh>) -> Result<Self, FemError> {
         let (alpha, beta) = damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let coupling = match &basis.mixing {
+            Some(mixing) if beta != 0.0 || mixing.forces.is_some() => {
+                let scale = basis.scale();
+                let operators = mixing.operators(&basis.omega, (alpha, beta));
+                let forces: Vec<&[f64]> = [&basis.constant]
+                    .into_iter()
+                    .chain(&basis.harmonics)
+                    .map(Vec::as_slice)
+                    .collect();
+                Some(Coupling::new(operators, &scale, &basis.rows, &forces)?)
+            }
+            _ => None,
+        };
         let mode = |&omega: &f64| Oscillator { omega, c: 0.5 * (alpha + beta * omega * omega) };
         let modes: Vec<Oscillator> = basis.omega.iter().map(mode).collect();
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
-        Spectrum { modes, damping, basis, is_undamped }
+        Ok(Spectrum { modes, damping, basis, is_undamped, coupling })
+    }
+
+    /// The homogeneous flow over `tau` of columns `[Q | V]`, `k` of each, under the damping `C + αM`.
+    pub fn carry(&self, b: &mut Mat<f64>, k: usize, tau: f64, alpha: f64) -> Result<(), FemError> {
+        if let Some(coupling) = &self.coupling {
+            let shifted = match alpha {
+                0.0 => None,
+                alpha => Some(coupling.shifted(alpha, &self.scale(), &self.rows)?),
+            };
+            shifted.as_ref().unwrap_or(coupling).carry(b, k, tau);
+            return Ok(());
+        }
+        let of_mode = |m: &Oscillator| {
+            let m = Oscillator { c: m.c + 0.5 * alpha, ..*m };
+            let x = m.basis(tau);
+            [x.c, x.s, -m.omega * m.omega * x.s, x.ds]
+        };
+        let basis: Vec<[f64; 4]> = self.modes.iter().map(of_mode).collect();
+        let (left, right) = b.as_mut().split_at_col_mut(k);
+        for (q, v) in left.col_iter_mut().zip(right.col_iter_mut()) {
+            for ((q, v), [c, s, ws, ds]) in q.iter_mut().zip(v.iter_mut()).zip(&basis) {
+                (*q, *v) = (c * *q + s * *v, ws * *q + ds * *v);
+            }
+        }
+        Ok(())
+    }
+
+    /// `r q(τ)` by `q` and by `q̇` at the start, then `r q̇(τ)` likewise, of a row `r`.
+    pub fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
+        if let Some(coupling) = &self.coupling {
+            return coupling.row_carried(r, tau);
+        }
+        let mut all = [0; 4].map(|_| Vec::with_capacity(r.len()));
+        for (m, r) in self.modes.iter().zip(r) {
+            let x = m.basis(tau);
+            let parts = [x.c, x.s, -m.omega * m.omega * x.s, x.ds];
+            all.iter_mut().zip(parts).for_each(|(a, p)| a.push(r * p));
+        }
+        all
+    }
+
+    /// Whether the modes by themselves are the motions of the phase.
+    pub fn is_decoupled(&self) -> bool {
+        self.coupling.is_none()
     }
 }
 
@@ -78,7 +207,12 @@ impl Eigenbasis {
     fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
         let (k, m) = phase.matrices();
         let n = system.n_o();
-        let all = eigen::all(&k, &m, system.units.frequency)?;
+        // forces without a potential have no natural modes: those of the body without them serve
+        let symmetric = match phase.structural() {
+            Some(structural) if !system.has_potential() => structural.matrix,
+            _ => k,
+        };
+        let all = eigen::all(&symmetric, &m, system.units.frequency)?;
         let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
         let inverse = times_mass(&shapes, &m);
         // modal forces: φᵀ A*ᵀ f
@@ -96,7 +230,10 @@ impl Eigenbasis {
         }
         let offsets = phase.monitor_offsets();
         let drives = phase.drives().to_vec();
+        let mixing = Mixing::of(phase, &shapes);
         Ok(Eigenbasis {
+            mixing,
+            unit: system.units.frequency,
             drives,
             omega: all.omega,
             shapes,
@@ -106,6 +243,11 @@ impl Eigenbasis {
             rows,
             offsets,
         })
+    }
+
+    /// Natural frequencies, the body's unit in place of zero.
+    pub fn scale(&self) -> Vec<f64> {
+        self.omega.iter().map(|&w| if w > 0.0 { w } else { self.unit }).collect()
     }
 
     /// What harmonic loads on `u_C` add to the monitors, at their present frequencies.
@@ -181,29 +323,30 @@ impl Default for Spectra {
 impl Spectra {
     /// The spectrum of a phase.
     pub fn of(&self, system: &System, phase: &Phase) -> Result<Rc<Spectrum>, FemError> {
-        if let Some(known) = self.known(system, &phase.set) {
+        if let Some(known) = self.known(system, &phase.set)? {
             return Ok(known);
         }
         let new = Rc::new(Spectrum::new(system, phase)?);
         self.computed.set(self.computed.get() + 1);
-        let bytes = 16 * new.shapes.nrows() * new.shapes.ncols();
+        let matrices = if new.is_decoupled() { 2 } else { 12 };
+        let bytes = 8 * matrices * new.shapes.nrows() * new.shapes.ncols();
         self.known.borrow_mut().insert(phase.set.clone(), new.clone(), bytes);
         Ok(new)
     }
 
     /// What is known of an active set, under the present damping.
-    fn known(&self, system: &System, set: &ActiveSet) -> Option<Rc<Spectrum>> {
+    fn known(&self, system: &System, set: &ActiveSet) -> Result<Option<Rc<Spectrum>>, FemError> {
         let mut known = self.known.borrow_mut();
-        let spectrum = known.get_mut(set)?;
+        let Some(spectrum) = known.get_mut(set) else { return Ok(None) };
         if spectrum.damping != system.damping {
-            *spectrum = Rc::new(Spectrum::damped(spectrum.basis.clone(), system.damping));
+            *spectrum = Rc::new(Spectrum::damped(spectrum.basis.clone(), system.damping)?);
         }
-        Some(spectrum.clone())
+        Ok(Some(spectrum.clone()))
     }
 
     /// The spectrum of an active set.
     pub fn of_set(&self, system: &System, set: &ActiveSet) -> Result<Rc<Spectrum>, FemError> {
-        if let Some(known) = self.known(system, set) {
+        if let Some(known) = self.known(system, set)? {
             return Ok(known);
         }
         self.of(system, &system.phase(set))

@@ -78,7 +78,7 @@ impl Propagator {
     ) -> Result<Mat<f64>, FemError> {
         let n = self.n();
         let first = walk.links[0].span.1;
-        let begins_open = chain.sets[0] == self.open_set;
+        let begins_open = chain.sets[0] == self.open_set && self.open.is_decoupled();
         let survives = |i: usize| {
             let m = self.open.modes[i];
             let m = Oscillator { c: m.c + 0.5 * released, ..m };
@@ -143,7 +143,7 @@ impl Propagator {
             if let Some(e) = event.filter(|e| free && e.from_start) {
                 e.row(&mut equations, j, &b, k);
             }
-            link.carry(&mut b, k, released);
+            link.carry(&mut b, k, released)?;
             match by {
                 Some(Parameter::Feedback) => link.feed(&mut b, k, k - 1),
                 Some(Parameter::Frequency) => link.retune(&self.system.loads, &mut b, k, k - 1),

@@ -13,7 +13,7 @@ use crate::continuation::dot;
 use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
 use crate::flow::motion::Motion;
-use crate::flow::oscillator::{GAUSS10, Oscillator};
+use crate::flow::oscillator::GAUSS10;
 use crate::flow::spectrum::Spectrum;
 
 impl Propagator {
@@ -167,24 +167,8 @@ impl Link {
     }
 
     /// Carry tangent columns over the phase: the homogeneous flow of every mode, under the damping `C + αM`.
-    pub(super) fn carry(&self, b: &mut Mat<f64>, k: usize, alpha: f64) {
-        let tau = self.span.1 - self.span.0;
-        let basis: Vec<[f64; 4]> = self
-            .spectrum
-            .modes
-            .iter()
-            .map(|m| {
-                let m = Oscillator { c: m.c + 0.5 * alpha, ..*m };
-                let x = m.basis(tau);
-                [x.c, x.s, -m.omega * m.omega * x.s, x.ds]
-            })
-            .collect();
-        let (left, right) = b.as_mut().split_at_col_mut(k);
-        for (q, v) in left.col_iter_mut().zip(right.col_iter_mut()) {
-            for ((q, v), [c, s, ws, ds]) in q.iter_mut().zip(v.iter_mut()).zip(&basis) {
-                (*q, *v) = (c * *q + s * *v, ws * *q + ds * *v);
-            }
-        }
+    pub(super) fn carry(&self, b: &mut Mat<f64>, k: usize, alpha: f64) -> Result<(), FemError> {
+        self.spectrum.carry(b, k, self.span.1 - self.span.0, alpha)
     }
 
     /// Add to a tangent column what the phase itself gives to `∂/∂α` of a body that is fed by `−αM u̇`.
@@ -248,14 +232,13 @@ impl Link {
     /// The divided difference of the monitor over the phase in place of its end value.
     fn divided(&self, plain: Event, node: usize, frequency_bound: f64) -> Event {
         let tau = self.span.1 - self.span.0;
-        let modes = &self.spectrum.modes;
-        let n = modes.len();
+        let n = self.spectrum.modes.len();
         let r = plain.by_u;
         let (mut by_u, mut by_v) = (vec![0.0; n], vec![0.0; n]);
         if frequency_bound * tau.abs() > 2.0 {
-            for (i, m) in modes.iter().enumerate() {
-                let x = m.basis(tau);
-                (by_u[i], by_v[i]) = (r[i] * (x.c - 1.0) / tau, r[i] * x.s / tau);
+            let [of_q, of_v, ..] = self.spectrum.row_carried(&r, tau);
+            for i in 0..n {
+                (by_u[i], by_v[i]) = ((of_q[i] - r[i]) / tau, of_v[i] / tau);
             }
             let d = (plain.h - self.h0[node]) / tau;
             let start_rate = self.monitor(node, self.span.0).1;
@@ -281,10 +264,10 @@ impl Link {
                 let second = dot(&r, &a) + self.drives.at(node, t, 2);
                 by_time += w * s * second;
                 by_last_time += w * (1.0 - s) * second;
-                for (i, m) in modes.iter().enumerate() {
-                    let x = m.basis(s * tau);
-                    by_u[i] -= w * r[i] * m.omega * m.omega * x.s;
-                    by_v[i] += w * r[i] * x.ds;
+                let [_, _, of_q, of_v] = self.spectrum.row_carried(&r, s * tau);
+                for i in 0..n {
+                    by_u[i] += w * of_q[i];
+                    by_v[i] += w * of_v[i];
                 }
             }
         }

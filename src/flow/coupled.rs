@@ -1,0 +1,533 @@
+//! Phases that natural modes do not decouple: structural damping beside springs of the obstacle, forces without a potential (methods.md 3).
+//!
+//! In coordinates `q` in which the mass is the identity,
+//!
+//! ```text
+//! q̈ + D q̇ + K̂ q = F₀ + Σ_j F_j cos(Ω_j t + φ_j),      A = [0, I; −K̂, −D],      A U = U Λ,      W = U⁻¹
+//! ```
+//!
+//! and the state is a sum of exponentials, `x(t) = Re Σ_k U_k a_k e^{λ_k t} + x₀ + Re Σ_j P_j e^{iΩ_j t}`, over the eigenvalues with `Im λ ≥ 0`:
+//! known at every time to rounding errors, as far as the eigenvectors are independent. Work and dissipation are integrals of products of
+//! exponentials, in closed form.
+
+use std::cell::OnceCell;
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::Eigen;
+use faer::{Accum, Mat, MatRef, Par};
+use nalgebra::{Complex, DMatrix};
+
+use super::exponential::{Term, difference, integral, pair_integral, power};
+use crate::continuation::dot;
+use crate::fem::FemError;
+
+type C = Complex<f64>;
+
+/// Largest condition number of an eigenvalue, `‖W_k‖ ‖U_k‖`: beyond it the eigenvectors are too nearly dependent to be computed with.
+const CONDITION: f64 = 1e7;
+
+/// A load this near to an eigenvalue, over its size, has no steady response that could be computed with.
+const RESONANCE: f64 = 1e-7;
+
+/// The operators of a coupled phase.
+#[derive(Debug, Clone)]
+pub struct Operators {
+    /// `K̂`
+    pub stiffness: Mat<f64>,
+    /// `D`
+    pub damping: Mat<f64>,
+    /// `(N, r)`: forces without a potential, `N q + r`.
+    pub skew: Option<(Mat<f64>, Vec<f64>)>,
+}
+
+/// The complex modes of a phase.
+#[derive(Debug)]
+pub struct Coupling {
+    operators: Operators,
+    lambda: Vec<C>,
+    /// Real and imaginary part of `U`, `q` over `q̇`, those of complex pairs twice.
+    right: [Mat<f64>; 2],
+    /// Of `W`.
+    left: [Mat<f64>; 2],
+    /// `∇h U`, one row a monitor.
+    rows: Vec<Vec<C>>,
+    /// `F₀`'s and, for each harmonic load, `W (0, F)`.
+    forces: Vec<Vec<C>>,
+    /// Products of all pairs of modes in the dissipated power.
+    gram: OnceCell<Gram>,
+}
+
+/// `V_jᵀ L_k` and `V_jᵀ L̄_k`, with the velocity `V` and the dissipative force `L` of a mode.
+#[derive(Debug)]
+struct Gram {
+    plain: Mat<C>,
+    mixed: Mat<C>,
+}
+
+/// A vector in time: `Re(q e^{s (t − a)})`, its velocity likewise.
+#[derive(Debug, Clone)]
+struct Wave {
+    s: C,
+    q: Vec<C>,
+    v: Vec<C>,
+}
+
+/// `A B` of real matrices.
+fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    c
+}
+
+/// Real and imaginary part of `(A + iB)(X + iY)`.
+fn complex_product(a: &[Mat<f64>; 2], x: &[Mat<f64>; 2]) -> [Mat<f64>; 2] {
+    let of = |i: usize, j: usize| product(a[i].as_ref(), x[j].as_ref());
+    [of(0, 0) - of(1, 1), of(0, 1) + of(1, 0)]
+}
+
+impl Coupling {
+    /// The complex modes; `scale` are frequencies of the order of those of the coordinates, `rows` the gradients of the monitors over `q`,
+    /// `forces` the constant force and the shapes of the harmonic loads.
+    pub fn new(
+        operators: Operators,
+        scale: &[f64],
+        rows: &DMatrix<f64>,
+        forces: &[&[f64]],
+    ) -> Result<Coupling, FemError> {
+        let n = scale.len();
+        let failed = || FemError::Eigen { size: 2 * n, wanted: 2 * n };
+        let (k, d) = (&operators.stiffness, &operators.damping);
+        // x = (S q, q̇)
+        let a = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => 0.0,
+            (true, false) => {
+                if i == j - n {
+                    scale[i]
+                } else {
+                    0.0
+                }
+            }
+            (false, true) => -k[(i - n, j)] / scale[j],
+            (false, false) => -d[(i - n, j - n)],
+        });
+        let eigen = Eigen::new_from_real(a.as_ref()).map_err(|_| failed())?;
+        let (u, values) = (eigen.U(), eigen.S());
+        let w = faer::linalg::solvers::DenseSolveCore::inverse(&u.partial_piv_lu());
+        let kept: Vec<usize> = (0..2 * n).filter(|&i| values[i].im >= 0.0).collect();
+        let size = |x: &mut dyn Iterator<Item = C>| x.map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+        for &k in &kept {
+            let condition =
+                size(&mut (0..2 * n).map(|i| u[(i, k)])) * size(&mut (0..2 * n).map(|j| w[(k, j)]));
+            // not a number where the eigenvectors are dependent
+            if !(condition <= CONDITION) {
+                return Err(failed());
+            }
+        }
+        let lambda: Vec<C> = kept.iter().map(|&k| values[k]).collect();
+        let of_u = |i: usize, c: usize| {
+            let twice = if lambda[c].im > 0.0 { 2.0 } else { 1.0 };
+            let unit = if i < n { scale[i] } else { 1.0 };
+            u[(i, kept[c])] * (twice / unit)
+        };
+        let of_w = |c: usize, j: usize| {
+            let unit = if j < n { scale[j] } else { 1.0 };
+            w[(kept[c], j)] * unit
+        };
+        let p = kept.len();
+        let right = [
+            Mat::from_fn(2 * n, p, |i, c| of_u(i, c).re),
+            Mat::from_fn(2 * n, p, |i, c| of_u(i, c).im),
+        ];
+        let left = [
+            Mat::from_fn(p, 2 * n, |c, j| of_w(c, j).re),
+            Mat::from_fn(p, 2 * n, |c, j| of_w(c, j).im),
+        ];
+        let row = |i: usize| -> Vec<C> {
+            let r: Vec<f64> = rows.row(i).iter().copied().collect();
+            let over = |m: &Mat<f64>, c: usize| dot(&r, &m.col_as_slice(c)[..n]);
+            (0..p).map(|c| C::new(over(&right[0], c), over(&right[1], c))).collect()
+        };
+        let rows = (0..rows.nrows()).map(row).collect();
+        let mut new = Coupling {
+            operators,
+            lambda,
+            right,
+            left,
+            rows,
+            forces: vec![],
+            gram: OnceCell::new(),
+        };
+        new.forces =
+            forces.iter().map(|f| new.to_modes(&[vec![0.0; n], f.to_vec()].concat())).collect();
+        Ok(new)
+    }
+
+    /// The same phase under another mass-proportional damping, `alpha` more.
+    pub fn shifted(
+        &self,
+        alpha: f64,
+        scale: &[f64],
+        rows: &DMatrix<f64>,
+    ) -> Result<Coupling, FemError> {
+        let mut operators = self.operators.clone();
+        (0..scale.len()).for_each(|i| operators.damping[(i, i)] += alpha);
+        Coupling::new(operators, scale, rows, &[])
+    }
+
+    fn n(&self) -> usize {
+        self.right[0].nrows() / 2
+    }
+
+    /// `W x`
+    fn to_modes(&self, x: &[f64]) -> Vec<C> {
+        let column = MatRef::from_column_major_slice(x, x.len(), 1);
+        let [re, im] = [0, 1].map(|k| product(self.left[k].as_ref(), column));
+        (0..self.lambda.len()).map(|k| C::new(re[(k, 0)], im[(k, 0)])).collect()
+    }
+
+    /// `Re(U c)`
+    fn from_modes(&self, c: &[C], x: &mut [f64]) {
+        let re = Mat::from_fn(c.len(), 1, |k, _| c[k].re);
+        let im = Mat::from_fn(c.len(), 1, |k, _| -c[k].im);
+        let sum = product(self.right[0].as_ref(), re.as_ref())
+            + product(self.right[1].as_ref(), im.as_ref());
+        x.copy_from_slice(sum.col_as_slice(0));
+    }
+
+    /// `U c`, halves of complex pairs: so that `x + x̄` is the whole.
+    fn column(&self, k: usize, c: C) -> (Vec<C>, Vec<C>) {
+        let n = self.n();
+        let (re, im) = (self.right[0].col_as_slice(k), self.right[1].col_as_slice(k));
+        let all: Vec<C> = re.iter().zip(im).map(|(&r, &i)| C::new(r, i) * c).collect();
+        (all[..n].to_vec(), all[n..].to_vec())
+    }
+
+    /// The homogeneous flow over `tau` of columns `[Q | V]`.
+    pub fn carry(&self, b: &mut Mat<f64>, k: usize, tau: f64) {
+        let n = self.n();
+        let x = Mat::from_fn(2 * n, k, |i, c| if i < n { b[(i, c)] } else { b[(i - n, k + c)] });
+        let mut c = [0, 1].map(|part| product(self.left[part].as_ref(), x.as_ref()));
+        let growth: Vec<C> = self.lambda.iter().map(|l| power(l * tau)).collect();
+        for j in 0..k {
+            for (i, g) in growth.iter().enumerate() {
+                let z = C::new(c[0][(i, j)], c[1][(i, j)]) * g;
+                (c[0][(i, j)], c[1][(i, j)]) = (z.re, z.im);
+            }
+        }
+        let [re, _] = complex_product(&self.right, &c);
+        for j in 0..k {
+            for i in 0..n {
+                b[(i, j)] = re[(i, j)];
+                b[(i, k + j)] = re[(n + i, j)];
+            }
+        }
+    }
+
+    /// `r ∂q(τ)`, then `r ∂q̇(τ)`: each by `q` and by `q̇` at the start, for a row `r`.
+    pub fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
+        let n = self.n();
+        let of_part = |first: usize| -> [Vec<f64>; 2] {
+            let over = |m: &Mat<f64>, c: usize| dot(r, &m.col_as_slice(c)[first..first + n]);
+            let c: Vec<C> = (0..self.lambda.len())
+                .map(|k| {
+                    let u = C::new(over(&self.right[0], k), over(&self.right[1], k));
+                    u * power(self.lambda[k] * tau)
+                })
+                .collect();
+            let of = |j: usize| -> f64 {
+                let w = self.left[0].col_as_slice(j).iter().zip(self.left[1].col_as_slice(j));
+                c.iter().zip(w).map(|(c, (re, im))| c.re * re - c.im * im).sum()
+            };
+            [(0..n).map(of).collect(), (n..2 * n).map(of).collect()]
+        };
+        let ([a, b], [c, d]) = (of_part(0), of_part(n));
+        [a, b, c, d]
+    }
+
+    /// Acceleration `F − D q̇ − K̂ q` at a state, `force` the loads there.
+    pub fn acceleration(&self, q: &[f64], v: &[f64], force: &[f64], a: &mut [f64]) {
+        a.copy_from_slice(force);
+        let of = |m: &Mat<f64>, x: &[f64]| {
+            product(m.as_ref(), MatRef::from_column_major_slice(x, x.len(), 1))
+        };
+        let (k, d) = (of(&self.operators.stiffness, q), of(&self.operators.damping, v));
+        a.iter_mut().enumerate().for_each(|(i, a)| *a -= k[(i, 0)] + d[(i, 0)]);
+    }
+
+    /// `L = D v + N q` of a complex vector.
+    fn loss(&self, q: &[C], v: &[C]) -> Vec<C> {
+        let n = self.n();
+        let times = |m: &Mat<f64>, x: &[C], sum: &mut [C]| {
+            for (j, x) in x.iter().enumerate() {
+                m.col_as_slice(j).iter().zip(sum.iter_mut()).for_each(|(m, s)| *s += x * m);
+            }
+        };
+        let mut l = vec![C::default(); n];
+        times(&self.operators.damping, v, &mut l);
+        if let Some((skew, _)) = &self.operators.skew {
+            times(skew, q, &mut l);
+        }
+        l
+    }
+
+    fn gram(&self) -> &Gram {
+        self.gram.get_or_init(|| {
+            let n = self.n();
+            let of = |m: &Mat<f64>, first: usize| m.subrows(first, n).to_owned();
+            let v = [of(&self.right[0], n), of(&self.right[1], n)];
+            let mut l = [0, 1].map(|k| product(self.operators.damping.as_ref(), v[k].as_ref()));
+            if let Some((skew, _)) = &self.operators.skew {
+                for (k, l) in l.iter_mut().enumerate() {
+                    *l += product(skew.as_ref(), of(&self.right[k], 0).as_ref());
+                }
+            }
+            self.pairs(&v, &l)
+        })
+    }
+
+    fn pairs(&self, v: &[Mat<f64>; 2], l: &[Mat<f64>; 2]) -> Gram {
+        let of = |i: usize, j: usize| product(v[i].transpose(), l[j].as_ref());
+        let (rr, ri, ir, ii) = (of(0, 0), of(0, 1), of(1, 0), of(1, 1));
+        let p = rr.nrows();
+        Gram {
+            plain: Mat::from_fn(p, p, |j, k| {
+                C::new(rr[(j, k)] - ii[(j, k)], ri[(j, k)] + ir[(j, k)])
+            }),
+            mixed: Mat::from_fn(p, p, |j, k| {
+                C::new(rr[(j, k)] + ii[(j, k)], ir[(j, k)] - ri[(j, k)])
+            }),
+        }
+    }
+}
+
+/// A motion of a coupled phase.
+#[derive(Debug)]
+pub struct CoupledMotion {
+    /// `a_k` at the start.
+    amplitudes: Vec<C>,
+    /// `x₀`
+    steady: Vec<f64>,
+    /// `Ω` and `P e^{i(Ω t₀ + φ)}` of each harmonic load.
+    driven: Vec<(f64, Vec<C>)>,
+}
+
+impl CoupledMotion {
+    /// The motion from `x = (q, q̇)` at the start; of each harmonic load `Ω`, its angle there and its size. None where a load is at an eigenvalue.
+    pub fn new(coupling: &Coupling, x: &[f64], loads: &[(f64, f64, f64)]) -> Option<CoupledMotion> {
+        let n = coupling.n();
+        let p = coupling.lambda.len();
+        let mut steady = vec![0.0; 2 * n];
+        let constant = &coupling.forces[0];
+        if constant.iter().any(|f| *f != C::default()) {
+            let quiet = |k: usize| -constant[k] / coupling.lambda[k];
+            coupling.from_modes(&(0..p).map(quiet).collect::<Vec<_>>(), &mut steady);
+        }
+        let mut driven = vec![];
+        for (&(omega, angle, size), force) in loads.iter().zip(&coupling.forces[1..]) {
+            let turn = C::from_polar(0.5 * size, angle);
+            let mut response = vec![C::default(); 2 * n];
+            for (k, (l, f)) in coupling.lambda.iter().zip(force).enumerate() {
+                let near = C::new(0.0, omega) - l;
+                if near.norm() < RESONANCE * omega.max(l.norm()) {
+                    return None;
+                }
+                let (forth, back) = (f * turn / near, f * turn.conj() / (C::new(0.0, -omega) - l));
+                let (re, im) =
+                    (coupling.right[0].col_as_slice(k), coupling.right[1].col_as_slice(k));
+                for (r, (&re, &im)) in response.iter_mut().zip(re.iter().zip(im)) {
+                    let u = C::new(re, im);
+                    *r += u * forth + (u * back).conj();
+                }
+            }
+            driven.push((omega, response));
+        }
+        let mut rest: Vec<f64> = x.iter().zip(&steady).map(|(x, s)| x - s).collect();
+        for (_, response) in &driven {
+            rest.iter_mut().zip(response).for_each(|(x, r)| *x -= r.re);
+        }
+        let amplitudes = coupling.to_modes(&rest);
+        let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
+        (finite(&steady) && amplitudes.iter().all(|a| a.re.is_finite() && a.im.is_finite()))
+            .then_some(CoupledMotion { amplitudes, steady, driven })
+    }
+
+    /// `(q, q̇)` at `tau` after the start.
+    pub fn at(&self, coupling: &Coupling, tau: f64, q: &mut [f64], v: &mut [f64]) {
+        let n = q.len();
+        let grown = self.amplitudes.iter().zip(&coupling.lambda).map(|(a, l)| a * power(l * tau));
+        let mut x = vec![0.0; 2 * n];
+        coupling.from_modes(&grown.collect::<Vec<_>>(), &mut x);
+        x.iter_mut().zip(&self.steady).for_each(|(x, s)| *x += s);
+        for (omega, response) in &self.driven {
+            let turn = C::from_polar(1.0, omega * tau);
+            x.iter_mut().zip(response).for_each(|(x, r)| *x += (r * turn).re);
+        }
+        q.copy_from_slice(&x[..n]);
+        v.copy_from_slice(&x[n..]);
+    }
+
+    /// Bounds of the changing part of each monitor and of its fourth derivative from `tau` to `end` after the start.
+    pub fn bounds(
+        &self,
+        coupling: &Coupling,
+        rows: &DMatrix<f64>,
+        tau: f64,
+        end: f64,
+    ) -> [Vec<f64>; 2] {
+        let sizes: Vec<f64> = self
+            .amplitudes
+            .iter()
+            .zip(&coupling.lambda)
+            .map(|(a, l)| a.norm() * power(C::from(l.re * if l.re > 0.0 { end } else { tau })).re)
+            .collect();
+        let (mut size, mut fourth) = (vec![], vec![]);
+        for (i, row) in coupling.rows.iter().enumerate() {
+            let (mut s, mut f) = (0.0, 0.0);
+            for ((r, a), l) in row.iter().zip(&sizes).zip(&coupling.lambda) {
+                s += r.norm() * a;
+                f += r.norm() * a * l.norm_sqr().powi(2);
+            }
+            for (omega, response) in &self.driven {
+                let along = rows.row(i).iter().zip(response).map(|(r, x)| x * r).sum::<C>().norm();
+                s += along;
+                f += along * omega.powi(4);
+            }
+            size.push(s);
+            fourth.push(f);
+        }
+        [size, fourth]
+    }
+
+    /// Whether no amplitude changes.
+    pub fn is_steady(&self, coupling: &Coupling) -> bool {
+        coupling.lambda.iter().all(|l| l.re == 0.0)
+    }
+
+    /// What each term of the motion is at `tau` after the start.
+    fn waves(&self, tau: f64) -> Vec<Wave> {
+        let of_load = |(omega, response): &(f64, Vec<C>)| {
+            let turn = C::from_polar(1.0, omega * tau);
+            let all: Vec<C> = response.iter().map(|r| r * turn).collect();
+            let (q, v) = all.split_at(all.len() / 2);
+            Wave { s: C::new(0.0, *omega), q: q.to_vec(), v: v.to_vec() }
+        };
+        self.driven.iter().map(of_load).collect()
+    }
+
+    /// Homogeneous terms at `tau`, with their growth over `h`.
+    fn terms(&self, coupling: &Coupling, tau: f64, h: f64) -> Vec<Term> {
+        let of = |(a, &s): (&C, &C)| Term { c: a * power(s * tau), s, growth: power(s * h) };
+        self.amplitudes.iter().zip(&coupling.lambda).map(of).collect()
+    }
+
+    /// Work of the harmonic loads `forces` (with their angles at the start and sizes) and dissipation from `tau` to `tau + h`.
+    pub fn powers(
+        &self,
+        coupling: &Coupling,
+        loads: &[(f64, f64, f64)],
+        forces: &[Vec<f64>],
+        (tau, h): (f64, f64),
+    ) -> [f64; 2] {
+        let n = coupling.n();
+        let terms = self.terms(coupling, tau, h);
+        let waves = self.waves(tau);
+        let gram = coupling.gram();
+        let mut lost = 0.0;
+        for (j, x) in terms.iter().enumerate() {
+            for (k, y) in terms.iter().enumerate() {
+                lost += pair_integral((gram.plain[(j, k)], gram.mixed[(j, k)]), x, y, h);
+            }
+        }
+        // Re(x)ᵀ Re(y) of two vectors of exponentials
+        let over = |x: (&[C], C), y: (&[C], C)| -> f64 {
+            let plain: C = x.0.iter().zip(y.0).map(|(a, b)| a * b).sum();
+            let mixed: C = x.0.iter().zip(y.0).map(|(a, b)| a * b.conj()).sum();
+            let of = |s: C| integral(s, power(s * h), h);
+            0.5 * (plain * of(x.1 + y.1) + mixed * of(x.1 + y.1.conj())).re
+        };
+        let constant: Vec<C> = match &coupling.operators.skew {
+            None => vec![],
+            Some((_, rest)) => {
+                let quiet: Vec<C> = self.steady[..n].iter().map(|&x| C::from(x)).collect();
+                let of_steady = coupling.loss(&quiet, &vec![C::default(); n]);
+                of_steady.iter().zip(rest).map(|(s, r)| s + r).collect()
+            }
+        };
+        let still = C::default();
+        let mut work = 0.0;
+        let turned: Vec<(Vec<C>, C)> = loads
+            .iter()
+            .zip(forces)
+            .map(|(&(omega, angle, size), f)| {
+                let turn = C::from_polar(size, omega * tau + angle);
+                (f.iter().map(|f| turn * f).collect(), C::new(0.0, omega))
+            })
+            .collect();
+        let homogeneous = !waves.is_empty() || !constant.is_empty();
+        for (k, t) in terms.iter().enumerate().filter(|_| homogeneous) {
+            let (q, v) = coupling.column(k, t.c);
+            let l = coupling.loss(&q, &v);
+            for w in &waves {
+                let of_wave = coupling.loss(&w.q, &w.v);
+                lost += over((&v, t.s), (&of_wave, w.s)) + over((&w.v, w.s), (&l, t.s));
+            }
+            for (f, s) in &turned {
+                work += over((&v, t.s), (f, *s));
+            }
+            lost += over((&v, t.s), (&constant, still));
+        }
+        for w in &waves {
+            for other in &waves {
+                let l = coupling.loss(&other.q, &other.v);
+                lost += over((&w.v, w.s), (&l, other.s));
+            }
+            for (f, s) in &turned {
+                work += over((&w.v, w.s), (f, *s));
+            }
+            lost += over((&w.v, w.s), (&constant, still));
+        }
+        [work, lost]
+    }
+
+    /// `∫ q̇ᵀq̇` from `tau` to `tau + h`, without harmonic loads.
+    pub fn squared_speed(&self, coupling: &Coupling, (tau, h): (f64, f64)) -> f64 {
+        let n = coupling.n();
+        let v = [0, 1].map(|k| coupling.right[k].subrows(n, n).to_owned());
+        let gram = coupling.pairs(&v, &v);
+        let terms = self.terms(coupling, tau, h);
+        let mut sum = 0.0;
+        for (j, x) in terms.iter().enumerate() {
+            for (k, y) in terms.iter().enumerate() {
+                sum += pair_integral((gram.plain[(j, k)], gram.mixed[(j, k)]), x, y, h);
+            }
+        }
+        sum
+    }
+
+    /// `∂q/∂α`, `∂q̇/∂α` at `tau` of `D + αI` under constant loads: `ẏ = A y − (0, q̇)` from rest.
+    pub fn by_mass_damping(&self, coupling: &Coupling, tau: f64) -> (Vec<f64>, Vec<f64>) {
+        let n = coupling.n();
+        let p = coupling.lambda.len();
+        let velocity = |m: &Mat<f64>| m.subrows(n, n).to_owned();
+        let over_velocity = |m: &Mat<f64>| m.subcols(n, n).to_owned();
+        let v = [velocity(&coupling.right[0]), velocity(&coupling.right[1])];
+        let w = [over_velocity(&coupling.left[0]), over_velocity(&coupling.left[1])];
+        let of = |i: usize, j: usize| product(w[i].as_ref(), v[j].as_ref());
+        let (rr, ri, ir, ii) = (of(0, 0), of(0, 1), of(1, 0), of(1, 1));
+        let mut y = vec![C::default(); p];
+        for (k, y) in y.iter_mut().enumerate() {
+            for (j, a) in self.amplitudes.iter().enumerate() {
+                // the real part of a mode: half of it and half of its conjugate
+                let plain = C::new(rr[(k, j)] - ii[(k, j)], ri[(k, j)] + ir[(k, j)]);
+                let mixed = C::new(rr[(k, j)] + ii[(k, j)], ir[(k, j)] - ri[(k, j)]);
+                let (l, s) = (coupling.lambda[k], coupling.lambda[j]);
+                *y -= 0.5 * plain * a * difference(l, s, tau);
+                *y -= 0.5 * mixed * a.conj() * difference(l, s.conj(), tau);
+            }
+        }
+        let mut x = vec![0.0; 2 * n];
+        coupling.from_modes(&y, &mut x);
+        let v = x.split_off(n);
+        (x, v)
+    }
+}
