@@ -348,8 +348,7 @@ impl Phase {
     /// What damps of a phase whose springs do not.
     pub fn structural(&self) -> Option<Structural> {
         let (body, tips) = (&self.parts.body, self.parts.body.tips.as_ref()?);
-        let leading = |a: &Csr| super::redistribution::leading(a, body.dofs.n_o);
-        let matrix = leading(&tips.structure);
+        let matrix = tips.structure.leading(body.dofs.n_o);
         let rest = Csr::combination(1.0, &self.matrices().0, -1.0, &matrix);
         let size = |a: &Csr| a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
         let is_whole = size(&rest) <= 1e-14 * size(&matrix);

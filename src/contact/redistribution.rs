@@ -128,16 +128,11 @@ pub(super) fn optimal(body: &Body) -> Redistributed {
     Redistributed { mass, weight: Weight::Nodal(weight) }
 }
 
-/// The block of the first `n` rows and columns: `M_OO`, `K_OO`.
-pub(super) fn leading(a: &Csr, n: usize) -> Csr {
-    Csr::from_triplets(n, n, a.triplets().filter(|(i, j, _)| *i < n && *j < n).collect())
-}
-
 /// Eigenvalues of `(M_open, M_closed)` other than 1, `M_open = A_∅ᵀ M A_∅`, `M_closed = M_OO`: with `M_open − M_OO = W S Wᵀ`, `W = [M_OC, A_∅ᵀ]`, they
 /// are those of `I + S (Wᵀ M_OO⁻¹ W)`.
 fn mass_spectrum(body: &Body, conditions: &Arc<Conditions>) -> Result<Vec<f64>, ContactError> {
     let (size, n_o) = (conditions.len(), body.dofs.n_o);
-    let factor = SpdFactor::new(&leading(&body.mass, n_o), "mass matrix of the displacements u_O")?;
+    let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix of the displacements u_O")?;
     let a_star = open_expansion(conditions);
     let mut entries = vec![];
     for i in 0..size {
@@ -220,7 +215,7 @@ pub(super) fn bound(
 /// `ω²M_0 − K_OO`. Not finite where none was found.
 pub(super) fn bound_of_all(body: &Body, mass: &ConstantMass) -> f64 {
     let n_o = body.dofs.n_o;
-    let stiffness = leading(&body.stiffness, n_o);
+    let stiffness = body.stiffness.leading(n_o);
     let mut scratch = mass.factor.scratch();
     let mut x: Vec<f64> = (0..n_o).map(|i| (1.7 * (i * i) as f64 + 0.3).sin()).collect();
     let (mut y, mut square) = (vec![0.0; n_o], 0.0);

@@ -251,7 +251,7 @@ impl Springs {
     ) -> Result<Springs, ContactError> {
         let conditions = Conditions::new(operator, gap, false)
             .map_err(|index| ContactError::NotPMatrix { node: index, at: points[index].place })?;
-        let mass = redistribution::leading(&body.mass, body.dofs.n_o);
+        let mass = body.mass.leading(body.dofs.n_o);
         let constant = ConstantMass::new(mass, &conditions)?;
         let highest = match law.is_symmetric() {
             true => redistribution::bound_of_all(body, &constant),

@@ -137,7 +137,13 @@ impl Body {
     pub fn reduced(&self, reduction: Arc<Reduction>) -> Result<Body, FemError> {
         let (mass, stiffness) =
             (reduction.congruence(&self.mass), reduction.congruence(&self.stiffness));
-        let modes = eigen::all(&stiffness, &mass, self.frequency_unit())?;
+        // tips have no mass: held they are stiffest
+        let of_body = |a: &Csr| match self.tips {
+            Some(_) => a.leading(reduction.n_y()),
+            None => a.clone(),
+        };
+        let (k, m) = (of_body(&stiffness), of_body(&mass));
+        let modes = eigen::all(&k, &m, self.frequency_unit())?;
         let highest = (1.0 + 1e-9) * modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
         let materials = self.materials().to_vec();
         let of_tips = |t: &Tips| Tips {

@@ -194,6 +194,11 @@ impl Csr {
         Some(d)
     }
 
+    /// The block of the first `n` rows and columns: `M_OO`, `K_OO`.
+    pub fn leading(&self, n: usize) -> Csr {
+        Csr::from_triplets(n, n, self.triplets().filter(|(i, j, _)| *i < n && *j < n).collect())
+    }
+
     /// `α A + β B` of two matrices of one shape.
     pub fn combination(alpha: f64, a: &Csr, beta: f64, b: &Csr) -> Csr {
         let mut sum = Csr { n_cols: a.n_cols, row_start: vec![0], col: vec![], val: vec![] };
