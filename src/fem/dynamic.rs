@@ -10,12 +10,12 @@ use faer::{Mat, MatRef, c64};
 use super::FemError;
 use super::sparse::Csr;
 
-/// `K` and `M` on one pattern, whose order of elimination is found once.
+/// `K`, `M` and what damps on one pattern, whose order of elimination is found once.
 #[derive(Debug)]
 pub struct DynamicStiffness {
     pattern: SymbolicSparseColMat<usize>,
-    /// Entries of `K` and `M` in the order of the pattern.
-    entries: Vec<(f64, f64)>,
+    /// Entries of `K`, `M` and of what damps, in the order of the pattern.
+    entries: Vec<[f64; 3]>,
     order: OnceLock<SymbolicLu<usize>>,
 }
 
@@ -24,16 +24,24 @@ pub struct DynamicStiffness {
 pub struct DynamicFactor(Lu<usize, c64>);
 
 impl DynamicStiffness {
-    /// Of symmetric matrices.
-    pub fn new(k: &Csr, m: &Csr) -> Result<DynamicStiffness, FemError> {
+    /// Of symmetric matrices; `damps` is what stiffness-proportional damping is proportional to, where it is not `K`.
+    pub fn new(k: &Csr, m: &Csr, damps: Option<&Csr>) -> Result<DynamicStiffness, FemError> {
         let n = k.n_rows();
-        let of_k = k.triplets().map(|(i, j, v)| Triplet::new(i, j, c64::new(v, 0.0)));
-        let of_m = m.triplets().map(|(i, j, v)| Triplet::new(i, j, c64::new(0.0, v)));
-        let both: Vec<_> = of_k.chain(of_m).collect();
-        let both = SparseColMat::<usize, c64>::try_new_from_triplets(n, n, &both)
-            .map_err(|_| FemError::Singular { what: "dynamic stiffness" })?;
-        let (pattern, values) = both.into_parts();
-        let entries = values.iter().map(|v| (v.re, v.im)).collect();
+        let damps = damps.unwrap_or(k);
+        // all on one pattern
+        let sum = |of_k: c64, of_m: c64, of_c: c64| {
+            let parts = [(k, of_k), (m, of_m), (damps, of_c)];
+            let entries = parts
+                .iter()
+                .flat_map(|&(a, c)| a.triplets().map(move |(i, j, v)| Triplet::new(i, j, c * v)));
+            SparseColMat::<usize, c64>::try_new_from_triplets(n, n, &entries.collect::<Vec<_>>())
+                .map_err(|_| FemError::Singular { what: "dynamic stiffness" })
+        };
+        let (zero, one, i) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0), c64::new(0.0, 1.0));
+        let (pattern, of_both) = sum(one, i, zero)?.into_parts();
+        let (_, of_damping) = sum(zero, zero, one)?.into_parts();
+        let both = of_both.iter().zip(&of_damping);
+        let entries = both.map(|(v, c)| [v.re, v.im, c.re]).collect();
         Ok(DynamicStiffness { pattern, entries, order: OnceLock::new() })
     }
 
@@ -41,7 +49,7 @@ impl DynamicStiffness {
     pub fn factor(&self, omega: f64, (alpha, beta): (f64, f64)) -> Result<DynamicFactor, FemError> {
         let failed = || FemError::Singular { what: "dynamic stiffness" };
         let value =
-            |&(k, m): &(f64, f64)| c64::new(k - omega * omega * m, omega * (alpha * m + beta * k));
+            |&[k, m, c]: &[f64; 3]| c64::new(k - omega * omega * m, omega * (alpha * m + beta * c));
         let values: Vec<c64> = self.entries.iter().map(value).collect();
         let d = faer::sparse::SparseColMatRef::new(self.pattern.as_ref(), &values);
         let order = match self.order.get() {

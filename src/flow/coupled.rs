@@ -174,6 +174,11 @@ impl Coupling {
         Coupling::new(operators, scale, rows, &[])
     }
 
+    /// `D`
+    pub fn damping(&self) -> &Mat<f64> {
+        &self.operators.damping
+    }
+
     fn n(&self) -> usize {
         self.right[0].nrows() / 2
     }

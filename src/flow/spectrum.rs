@@ -197,6 +197,11 @@ impl Spectrum {
         all
     }
 
+    /// `ΦᵀCΦ`, where it is not diagonal.
+    pub fn damping_matrix(&self) -> Option<&Mat<f64>> {
+        self.coupling.as_ref().map(Coupling::damping)
+    }
+
     /// Whether the modes by themselves are the motions of the phase.
     pub fn is_decoupled(&self) -> bool {
         self.coupling.is_none()

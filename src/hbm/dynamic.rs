@@ -73,6 +73,7 @@ impl Dynamic {
     /// Find the directions and the first mode.
     pub fn new(system: System, form: Form) -> Result<Dynamic, HbmError> {
         super::check_frequencies(&system)?;
+        let form = form.of(&system);
         let open = system.open_phase();
         let (k, m) = open.matrices();
         let n = system.n_o();
@@ -112,8 +113,9 @@ impl Dynamic {
         let directions = basis.iter().map(|(b, _)| dot(b, &shape)).collect();
         let of_first =
             ([dot(&forces.0, &shape)], of_loads.iter().map(|f| vec![dot(f, &shape)]).collect());
+        let damps = open.structural().map(|s| s.matrix);
         Ok(Dynamic {
-            stiffness: DynamicStiffness::new(&k, &m)?,
+            stiffness: DynamicStiffness::new(&k, &m, damps.as_ref())?,
             interface: Interface::new(system, form, lifted),
             directions: (support, rows),
             forces,

@@ -25,6 +25,13 @@ pub enum Form {
     Acceleration,
 }
 
+impl Form {
+    /// The form in which a body's equations are projected: with springs of the obstacle, which do not touch the inertia, both are one.
+    pub(super) fn of(self, system: &System) -> Form {
+        if system.body.tips.is_some() { Form::Force } else { self }
+    }
+}
+
 /// One phase on the reduced directions: `n = P y + V ẏ + A ÿ − s − Σ_j (c_j cos + …)`.
 #[derive(Debug)]
 pub struct PhaseOperator {
@@ -222,10 +229,13 @@ impl Interface {
         let drives = phase.drives().to_vec();
         match self.form {
             Form::Force => {
-                let damped = system.damping.is_some();
+                // springs of the obstacle neither damp nor have inertia
+                let springs = system.body.tips.is_some();
+                let damped = system.damping.is_some() && !springs;
                 let v = damped
                     .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
-                Ok(PhaseOperator { p: s_k, v, a: Some(s_m), s, loads, rows, offsets, drives })
+                let a = (!springs).then_some(s_m);
+                Ok(PhaseOperator { p: s_k, v, a, s, loads, rows, offsets, drives })
             }
             Form::Acceleration => {
                 // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S

@@ -23,6 +23,7 @@ pub mod balanced;
 pub mod branch;
 pub mod dynamic;
 pub mod fed;
+mod impedance;
 pub mod interface;
 pub mod modes;
 pub mod newton;

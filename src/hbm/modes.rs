@@ -3,31 +3,22 @@
 //! `D_k` is diagonal, so is `Ĝ_k = Q̂ᵀD_k⁻¹Q` a sum over modes, and a guess need not be a motion of the open body under any interface terms. At an exact resonance
 //! `ω_i = kω` of the open body `D_k` is singular; there the whole system is solved.
 
-use faer::Mat;
 use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
 
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
+use super::impedance::Impedance;
 use super::newton::{Failure, Settings, Solution, conclude, condensed, damped};
-use super::receptance::{Receptance, load_series, weighted};
+use super::receptance::{Receptance, load_series};
 use super::reduction::Reduction;
-use super::series::{Basis, Series};
+use super::series::Series;
 use crate::continuation::{dot, norm};
-
-/// `D_k` mode by mode: `ω_i² − k²ω²` and `kω · 2c_i`.
-fn dynamic_stiffness(reduction: &Reduction, k: usize, omega: f64) -> (Vec<f64>, Vec<f64>) {
-    let kw = k as f64 * omega;
-    let modes = &reduction.open.modes;
-    (
-        modes.iter().map(|m| (m.omega - kw) * (m.omega + kw)).collect(),
-        modes.iter().map(|m| 2.0 * m.c * kw).collect(),
-    )
-}
 
 /// The parts of the equations that do not depend on the motion.
 pub(super) struct Linear {
-    /// Harmonic by harmonic: `ω_i² − k²ω²`, `2 c_i kω`.
-    d: Vec<(Vec<f64>, Vec<f64>)>,
+    /// Harmonic by harmonic.
+    d: Vec<Impedance>,
     /// `f_k`.
     f: Series,
     /// `Ĝ`, `ĉ`
@@ -42,26 +33,16 @@ const RESONANCE: f64 = 1e-9;
 impl Linear {
     pub fn new(reduction: &Reduction, n_h: usize, omega: f64) -> Linear {
         let f = load_series(reduction, n_h, &reduction.open.constant, &reduction.open.harmonics);
-        let d: Vec<_> = (0..=n_h).map(|k| dynamic_stiffness(reduction, k, omega)).collect();
+        let open = &reduction.open;
+        let d: Vec<_> = (0..=n_h).map(|k| Impedance::new(open, k as f64 * omega)).collect();
         let mut nearness = f64::INFINITY;
-        for (k, (re, im)) in d.iter().enumerate() {
-            for (i, m) in reduction.open.modes.iter().enumerate() {
+        for (k, d) in d.iter().enumerate() {
+            for (i, m) in open.modes.iter().enumerate() {
                 let size = m.omega.powi(2) + (k as f64 * omega).powi(2);
-                // a rigid motion has no stiffness at k = 0: the whole system must be solved
-                let near = if size > 0.0 { re[i].hypot(im[i]) / size } else { 0.0 };
-                nearness = nearness.min(near);
+                nearness = nearness.min(d.nearness(i, size));
             }
         }
-        let g = d.iter().map(|(re, im)| {
-            // 1/(re + i im) = (re − i im)/|·|²
-            let inverse = |part: &[f64], sign: f64| -> Vec<f64> {
-                let size = |i: usize| re[i] * re[i] + im[i] * im[i];
-                part.iter().enumerate().map(|(i, x)| sign * x / size(i)).collect()
-            };
-            let q = reduction.q.as_ref();
-            [weighted(q, &inverse(re, 1.0)), weighted(q, &inverse(im, -1.0))]
-        });
-        let g = g.collect();
+        let g = d.iter().map(|d| d.receptance(&reduction.q)).collect();
         let mut of_f = f.clone();
         divide(&d, &mut of_f);
         let c = onto_columns(&reduction.q, &of_f);
@@ -87,50 +68,35 @@ impl Linear {
         divide(&self.d, x);
     }
 
-    /// What unit forces on mode `i` in `cos kθ` and in `sin kθ` give of its `sin kθ`: entries of `D_k⁻¹`.
-    pub(super) fn sine_of(&self, k: usize, i: usize) -> (f64, f64) {
-        let (re, im) = (self.d[k].0[i], self.d[k].1[i]);
-        let size = re * re + im * im;
-        (im / size, re / size)
+    /// What unit forces on each column of `Q` in `cos kθ` and in `sin kθ` give of the `sin kθ` of mode `i`.
+    pub(super) fn sines_of(&self, k: usize, i: usize, reduction: &Reduction) -> Vec<(f64, f64)> {
+        let row = self.d[k].row_of_answers(i, &reduction.q);
+        row.into_iter().map(|x| (-x.im, x.re)).collect()
     }
 
     /// `D x`.
     fn multiply(&self, x: &Series) -> Series {
         let mut y = x.clone();
-        let modes = x.n;
-        for (k, (re, im)) in self.d.iter().enumerate() {
-            let (cosine, _) = x.basis.places(k);
-            for i in 0..modes {
-                let a = x.a[cosine * modes + i];
-                if x.basis == Basis::Cosine || k == 0 {
-                    y.a[cosine * modes + i] = re[i] * a;
-                    continue;
-                }
-                let b = x.a[(cosine + 1) * modes + i];
-                y.a[cosine * modes + i] = re[i] * a + im[i] * b;
-                y.a[(cosine + 1) * modes + i] = re[i] * b - im[i] * a;
-            }
-        }
+        by_harmonic(&self.d, &mut y, Impedance::multiply);
         y
     }
 }
 
 /// `x ← D⁻¹ x`
-fn divide(d: &[(Vec<f64>, Vec<f64>)], x: &mut Series) {
-    let modes = x.n;
-    for (k, (re, im)) in d.iter().enumerate() {
-        let (cosine, _) = x.basis.places(k);
-        for i in 0..modes {
-            let size = re[i] * re[i] + im[i] * im[i];
-            let a = x.a[cosine * modes + i];
-            if x.basis == Basis::Cosine || k == 0 {
-                x.a[cosine * modes + i] = a * re[i] / size;
-                continue;
-            }
-            // a cos + b sin: D (a, b) = (re a + im b, re b − im a)
-            let b = x.a[(cosine + 1) * modes + i];
-            x.a[cosine * modes + i] = (re[i] * a - im[i] * b) / size;
-            x.a[(cosine + 1) * modes + i] = (re[i] * b + im[i] * a) / size;
+fn divide(d: &[Impedance], x: &mut Series) {
+    by_harmonic(d, x, Impedance::divide);
+}
+
+/// Let each harmonic's matrix act on its pair `a − ib`.
+fn by_harmonic(d: &[Impedance], x: &mut Series, act: impl Fn(&Impedance, &mut [c64])) {
+    for (k, d) in d.iter().enumerate() {
+        let (cos, sin) = x.basis.places(k);
+        let b = |i: usize| sin.map_or(0.0, |sin| x.of(sin)[i]);
+        let mut pair: Vec<c64> = (0..x.n).map(|i| c64::new(x.of(cos)[i], -b(i))).collect();
+        act(d, &mut pair);
+        x.of_mut(cos).iter_mut().zip(&pair).for_each(|(x, z)| *x = z.re);
+        if let Some(sin) = sin {
+            x.of_mut(sin).iter_mut().zip(&pair).for_each(|(x, z)| *x = -z.im);
         }
     }
 }
@@ -243,16 +209,14 @@ fn full_step(
             a.submatrix_mut(k * n, l * n, n, n).copy_from(&full);
         }
     }
-    for (k, (re, im)) in linear.d.iter().enumerate() {
-        let (cosine, _) = q.basis.places(k);
-        for i in 0..n {
-            let c = cosine * n + i;
-            a[(c, c)] += re[i];
-            if q.basis == Basis::Full && k > 0 {
-                let s = c + n;
-                a[(s, s)] += re[i];
-                a[(c, s)] += im[i];
-                a[(s, c)] -= im[i];
+    for (k, d) in linear.d.iter().enumerate() {
+        let (cos, sin) = q.basis.places(k);
+        for (i, j, d) in d.entries() {
+            a[(cos * n + i, cos * n + j)] += d.re;
+            if let Some(sin) = sin {
+                a[(sin * n + i, sin * n + j)] += d.re;
+                a[(cos * n + i, sin * n + j)] += d.im;
+                a[(sin * n + i, cos * n + j)] -= d.im;
             }
         }
     }

@@ -51,6 +51,7 @@ impl Reduction {
     /// Solve for the modes, and find the directions.
     pub fn new(system: System, form: Form) -> Result<Reduction, HbmError> {
         super::check_frequencies(&system)?;
+        let form = form.of(&system);
         let spectra = Spectra::default();
         let open = spectra.of_set(&system, &ActiveSet::open(system.n_contact()))?;
         let n = system.n_o();
@@ -80,7 +81,7 @@ impl Reduction {
 
     /// Change the damping. Phases that are known stand: `β` must be what it was, and in the acceleration form `α` is not in them.
     pub(super) fn set_damping(&mut self, damping: Rayleigh) -> Result<(), HbmError> {
-        debug_assert!(self.form == Form::Acceleration);
+        debug_assert!(self.form == Form::Acceleration || self.system.body.tips.is_some());
         debug_assert!(self.system.damping.is_some_and(|d| d.beta == damping.beta));
         self.system.damping = Some(damping);
         let open = ActiveSet::open(self.system.n_contact());

@@ -210,11 +210,9 @@ impl Viscous {
         // pᵀ D⁻¹ Q, column by column
         let rank = reduction.q.ncols();
         for k in 1..=q.n_h {
-            let (cos, sin) = linear.sine_of(k, mode);
-            for c in 0..rank {
-                let weight = k as f64 * reduction.q[(mode, c)];
-                a[(size, (2 * k - 1) * rank + c)] = weight * cos;
-                a[(size, 2 * k * rank + c)] = weight * sin;
+            for (c, (cos, sin)) in linear.sines_of(k, mode, reduction).into_iter().enumerate() {
+                a[(size, (2 * k - 1) * rank + c)] = k as f64 * cos;
+                a[(size, 2 * k * rank + c)] = k as f64 * sin;
             }
         }
         a[(size, size)] = self.phase(&w);
