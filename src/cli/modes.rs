@@ -35,6 +35,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let open = modes(ActiveSet::open(system.n_contact()))?;
     let closed = match system.n_contact() {
         0 => None,
+        // forces without a potential have no natural modes
+        _ if !system.has_potential() => None,
         n => Some(modes(ActiveSet::closed(n))?),
     };
     global.print(

@@ -6,6 +6,12 @@ use crate::orbit::{Closure, Propagator};
 use crate::problem::Problem;
 use crate::scenario::{Issue, Scene, SceneError};
 
+/// Orbits, modes and harmonic balance are those of forces with a potential.
+pub(super) fn without_potential(scene: &Scene) -> SceneError {
+    let message = "is for run alone: its forces have no potential, motions gain or lose energy at every contact, and there are no families of orbits";
+    scene.error(Issue::new("contact.theta", message, "give theta = 1"))
+}
+
 /// How periodic motions of a scene close.
 pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> {
     let system = &problem.system;
@@ -24,6 +30,9 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
             "a measured history has no period: it is for run",
             "give omega in its place",
         );
+    }
+    if !system.has_potential() {
+        return Err(without_potential(scene));
     }
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {

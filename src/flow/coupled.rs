@@ -346,14 +346,29 @@ impl CoupledMotion {
             }
             driven.push((omega, response));
         }
-        let mut rest: Vec<f64> = x.iter().zip(&steady).map(|(x, s)| x - s).collect();
-        for (_, response) in &driven {
-            rest.iter_mut().zip(response).for_each(|(x, r)| *x -= r.re);
-        }
-        let amplitudes = coupling.to_modes(&rest);
+        let mut motion = CoupledMotion { amplitudes: vec![], steady, driven };
+        let mut rest = x.to_vec();
+        rest.iter_mut().zip(motion.response()).for_each(|(x, r)| *x -= r);
+        motion.amplitudes = coupling.to_modes(&rest);
+        let CoupledMotion { amplitudes, steady, .. } = &motion;
         let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
-        (finite(&steady) && amplitudes.iter().all(|a| a.re.is_finite() && a.im.is_finite()))
-            .then_some(CoupledMotion { amplitudes, steady, driven })
+        (finite(steady) && amplitudes.iter().all(|a| a.re.is_finite() && a.im.is_finite()))
+            .then_some(motion)
+    }
+
+    /// The steady response `(q, q̇)` to the loads at the start.
+    fn response(&self) -> Vec<f64> {
+        let mut x = self.steady.clone();
+        for (_, response) in &self.driven {
+            x.iter_mut().zip(response).for_each(|(x, r)| *x += r.re);
+        }
+        x
+    }
+
+    /// The same of loads.
+    pub fn steady(coupling: &Coupling, loads: &[(f64, f64, f64)]) -> Option<Vec<f64>> {
+        let motion = CoupledMotion::new(coupling, &vec![0.0; 2 * coupling.n()], loads)?;
+        Some(motion.response())
     }
 
     /// `(q, q̇)` at `tau` after the start.

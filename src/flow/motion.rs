@@ -47,7 +47,7 @@ fn excitation(phase: &Spectrum, loads: &Loads) -> Vec<ModalLoad> {
 }
 
 /// `Ω`, the angle at `t` and the size of each harmonic load.
-fn angles(loads: &Loads, t: f64) -> Vec<(f64, f64, f64)> {
+pub(super) fn angles(loads: &Loads, t: f64) -> Vec<(f64, f64, f64)> {
     loads.harmonics.iter().map(|h| (h.omega, h.omega * t + h.angle(), h.size())).collect()
 }
 

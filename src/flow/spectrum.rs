@@ -13,8 +13,9 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::cache::Cache;
-use super::coupled::{Coupling, Operators};
+use super::coupled::{CoupledMotion, Coupling, Operators};
 use super::drives::Drives;
+use super::motion;
 use super::oscillator::Oscillator;
 use crate::contact::{ActiveSet, Drive, Phase, Rayleigh, System};
 use crate::fem::{Csr, FemError, Loads, eigen};
@@ -195,6 +196,13 @@ impl Spectrum {
             all.iter_mut().zip(parts).for_each(|(a, p)| a.push(r * p));
         }
         all
+    }
+
+    /// The steady response to the constant and the harmonic loads at `t = 0`, where natural modes do not decouple the phase: `q`, then `q̇`.
+    pub fn coupled_response(&self, loads: &Loads) -> Option<Vec<f64>> {
+        let coupling = self.coupling.as_ref()?;
+        let response = CoupledMotion::steady(coupling, &motion::angles(loads, 0.0));
+        Some(response.unwrap_or_else(|| vec![f64::NAN; 2 * self.modes.len()]))
     }
 
     /// `ΦᵀCΦ`, where it is not diagonal.

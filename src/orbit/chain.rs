@@ -169,6 +169,10 @@ impl Propagator {
     /// The frame vector at `t = 0` of the linear response of the open body to its harmonic and constant loads.
     pub fn linear_response(&self) -> Vec<f64> {
         let n = self.n();
+        if let Some(mut x) = self.open.coupled_response(&self.system.loads) {
+            x[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q *= s);
+            return x;
+        }
         let mut z = vec![0.0; 2 * n];
         for (k, m) in self.open.modes.iter().enumerate() {
             let (mut q, mut v) = (0.0, 0.0);

@@ -54,7 +54,8 @@ pub(super) fn rayleigh_of(
         scene.error(Issue::new("body.damping_matrix", message, help)).into()
     };
     let c = read_matrix(folder(scene), name).map_err(&issue)?;
-    let n = system.n();
+    // tips of springs have no damping of their own
+    let n = system.n_displacements();
     if (c.n_rows(), c.n_cols()) != (n, n) {
         return Err(issue(format!(
             "is {} × {}, the other matrices {n} × {n}",
@@ -70,7 +71,9 @@ pub(super) fn rayleigh_of(
         a.triplets().for_each(|(i, j, v)| d[i * n + j] = v);
         d
     };
-    let (c, m, k) = (dense(&c), dense(&system.body.mass), dense(&system.body.stiffness));
+    let body = &system.body;
+    let whole = body.tips.as_ref().map_or(&body.stiffness, |t| &t.structure);
+    let (c, m, k) = (dense(&c), dense(&body.mass.leading(n)), dense(&whole.leading(n)));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     // an orthonormal basis of M and K, so that nothing is lost where they are of very different size, or nearly parallel
     let norm = |a: &[f64]| dot(a, a).sqrt();

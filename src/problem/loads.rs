@@ -37,6 +37,7 @@ pub(super) fn loads(
                 let at = l.at.as_deref().unwrap_or(&[]);
                 load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0), 0.0], &vector)
             }
+            LoadKind::Force => on_rows(scene, i, system, &vector)?,
             LoadKind::Mode => {
                 let key = format!("load[{i}].mode");
                 let (_, shape) = modes.get(scene, &key, l.mode.unwrap_or(1), system)?;
@@ -58,6 +59,36 @@ pub(super) fn loads(
     }
     moving::obstacle(scene, system, &mut loads)?;
     Ok(loads)
+}
+
+/// Forces on the rows of given matrices.
+fn on_rows(
+    scene: &Scene,
+    i: usize,
+    system: &System,
+    vector: &[f64],
+) -> Result<Vec<f64>, ProblemError> {
+    let (n, dofs) = (system.n_displacements(), &system.body.dofs);
+    let mut force = vec![0.0; system.n()];
+    match scene.loads[i].displacement {
+        Some(row) if row < n => force[dofs.row(row)] = vector[0],
+        Some(row) => {
+            let message = format!("{row} is no row of the matrices");
+            let help = format!("give rows from 0 to {}", n - 1);
+            let key = format!("load[{i}].displacement");
+            return Err(scene.error(Issue::new(key, message, help)).into());
+        }
+        None if vector.len() == n => {
+            vector.iter().enumerate().for_each(|(row, f)| force[dofs.row(row)] = *f);
+        }
+        None => {
+            let message = format!("{} numbers for {n} displacements", vector.len());
+            let help = "give one number a row, or one number and displacement = 0";
+            let key = format!("load[{i}].amplitude");
+            return Err(scene.error(Issue::new(key, message, help)).into());
+        }
+    }
+    Ok(force)
 }
 
 /// What a load does in time.

@@ -17,6 +17,8 @@ pub struct Load {
     pub edge: Option<Edge>,
     /// The point (kind `point`); the load acts on the nearest node.
     pub at: Option<Vec<f64>>,
+    /// The row of the matrices counted from 0 (kind `force`); absent: the amplitude has one number a row.
+    pub displacement: Option<usize>,
     /// Number or vector, as the kind needs.
     pub amplitude: Option<Amplitude>,
     /// Instead of the amplitude of a harmonic load of kind `mode`: the peak of the linear resonance of that mode, over the amplitude
@@ -45,6 +47,8 @@ pub enum LoadKind {
     Point,
     /// Displacement of a support: the edge moves as a whole.
     Base,
+    /// Forces on the displacements of a body of matrices.
+    Force,
 }
 
 impl Scene {
@@ -65,6 +69,11 @@ impl Scene {
         }
         if let Some(edge) = l.edge {
             self.check_edge(&key(i, "edge"), edge)?;
+        }
+        if l.kind == LoadKind::Force && self.body.kind != BodyKind::Matrices {
+            let message = "\"force\" acts on rows of matrices, and this body has elements";
+            let help = "give kind = \"point\", \"traction\" or \"gravity\"";
+            return Err(Issue::new(key(i, "kind"), message, help));
         }
         if l.kind == LoadKind::Base && self.body.kind == BodyKind::Matrices {
             let message = "a body from matrices does not know its supports";
@@ -89,6 +98,18 @@ impl Scene {
         let key = key(i, "amplitude");
         let Some(amplitude) = self.amplitude_of(i)? else { return Ok(()) };
         match (amplitude, kind) {
+            (Amplitude::Scalar(a), LoadKind::Force) => match self.loads[i].displacement {
+                Some(_) => finite(&key, *a),
+                None => Err(Issue::new(
+                    key,
+                    "is one number, and no displacement is named",
+                    "add displacement = 0, or give amplitude = [0.0, 1.0]: one number a row",
+                )),
+            },
+            (Amplitude::Vector(v), LoadKind::Force) => match self.loads[i].displacement {
+                Some(_) => Err(Issue::new(key, "is a list beside displacement", "give one number")),
+                None => v.iter().try_for_each(|&a| finite(&key, a)),
+            },
             (Amplitude::Scalar(a), _) if kind == LoadKind::Mode || self.dim() == 1 => {
                 finite(&key, *a)
             }
@@ -141,6 +162,14 @@ impl Load {
     /// Keys that belong to one kind.
     fn check_keys(&self, i: usize) -> Check {
         let on_edges = &[LoadKind::Traction, LoadKind::Base][..];
+        if self.displacement.is_some() && self.kind != LoadKind::Force {
+            let message = "goes with kind = \"force\" only";
+            return Err(Issue::new(
+                key(i, "displacement"),
+                message,
+                "remove it or change the kind",
+            ));
+        }
         for (name, given, kinds) in [
             ("mode", self.mode.is_some(), &[LoadKind::Mode][..]),
             ("edge", self.edge.is_some(), on_edges),

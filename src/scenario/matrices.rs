@@ -1,7 +1,7 @@
 //! What goes with a body whose matrices come from files.
 
 use super::check::Check;
-use super::{Issue, LoadKind, MassKind, Scene};
+use super::{Issue, Load, LoadKind, MassKind, Scene};
 
 impl Scene {
     /// A body whose matrices come from files.
@@ -68,9 +68,11 @@ impl Scene {
                 "leave prescribed displacements out of the matrices",
             ));
         }
-        if let Some(i) = self.loads.iter().position(|l| l.kind != LoadKind::Mode) {
+        let needs_mesh = |l: &Load| !matches!(l.kind, LoadKind::Mode | LoadKind::Force);
+        if let Some(i) = self.loads.iter().position(needs_mesh) {
             let message = "needs a mesh, and this body comes from files";
-            return Err(Issue::new(format!("load[{i}].kind"), message, "give kind = \"mode\""));
+            let help = "give kind = \"force\" or kind = \"mode\"";
+            return Err(Issue::new(format!("load[{i}].kind"), message, help));
         }
         if self.initial.displacement.is_some() || self.initial.velocity.is_some() {
             let message = "expressions of x and y need a mesh";
