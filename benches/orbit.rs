@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
+use signorini::contact::System;
 use signorini::continuation::{Go, Options, Place, follow};
 use signorini::hbm::modes::solve;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{ladder, mode_start};
-use signorini::hbm::{Form, Reduction};
+use signorini::hbm::series::Series;
+use signorini::hbm::{Form, Reduction, prepare};
 use signorini::orbit::OrbitFamily;
 use signorini::orbit::branch::mode_guess;
 use signorini::orbit::search::{Effort, chain_of, find};
@@ -88,4 +90,41 @@ fn harmonic_balance(bencher: Bencher, n_h: usize) {
         .expect("the ladder converges")
         .q;
     bencher.bench_local(|| solve(&r, black_box(&near.with_harmonics(n_h)), 1.8, &settings));
+}
+
+/// Two masses and an elastic stop at the peak of their forced response: a point in time, by shooting from its neighbour.
+#[divan::bench]
+fn two_masses_in_time(bencher: Bencher) {
+    let mut body = Propagator::new(two_masses()).expect("modes");
+    let effort = Effort::default();
+    let mut z = body.linear_response();
+    for k in 0..=230 {
+        let omega = 0.5 + 1e-3 * f64::from(k);
+        let verdict = find(&mut body, Closure::FORCED, &z, omega, &effort).expect("a map");
+        z = verdict.orbit().expect("an orbit").z.clone();
+    }
+    bencher.bench_local(|| find(&mut body, Closure::FORCED, black_box(&z), 0.7305, &effort));
+}
+
+/// The same by harmonic balance.
+#[divan::bench(args = [7, 31])]
+fn two_masses_by_series(bencher: Bencher, n_h: usize) {
+    let mut body = prepare(two_masses(), Form::Acceleration).expect("modes");
+    let mut q = Series::zeros(body.interface().basis, n_h, 2);
+    for k in 0..=230 {
+        let omega = 0.5 + 1e-3 * f64::from(k);
+        body.set_frequency(omega);
+        let found = body.solve(&q, omega, &Settings::default()).expect("phases");
+        q = found.expect("a solution").q;
+    }
+    body.set_frequency(0.7305);
+    bencher.bench_local(|| body.solve(black_box(&q), 0.7305, &Settings::default()));
+}
+
+fn two_masses() -> System {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/two-mass-stop.toml");
+    let scene = Scene::read(Path::new(path)).expect("a shipped scene");
+    let mut system = Problem::new(&scene, None).expect("a shipped scene").system;
+    system.loads_mut().set_frequency(0.5);
+    system
 }

@@ -12,6 +12,7 @@ use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
 use crate::contact::{ActiveSet, State, System};
 use crate::continuation::{Family, JUMP, norm};
+use crate::records::crest;
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +50,7 @@ impl Summary {
         let (mut energy, mut amplitude) = (0.0f64, 0.0f64);
         let end = s.q.basis.end();
         let mut phases = std::collections::HashMap::new();
+        let mut last: Vec<(f64, Vec<f64>)> = vec![];
         for k in 0..=SAMPLES {
             let theta = end * k as f64 / SAMPLES as f64;
             let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
@@ -64,7 +66,15 @@ impl Summary {
             if k == 0 || s.q.basis == Basis::Full {
                 energy = energy.max(system.kinetic(&v) + system.elastic(&u));
             }
-            amplitude = system.along_normals(&u).iter().fold(amplitude, |m, u| m.max(u.abs()));
+            let moved: Vec<f64> = system.along_normals(&u).iter().map(|u| u.abs()).collect();
+            amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));
+            if let [(t0, a), (t1, b)] = &last[..] {
+                // the top between the samples
+                let tops = (0..moved.len()).map(|i| crest([*t0, *t1, t], [a[i], b[i], moved[i]]));
+                amplitude = tops.fold(amplitude, f64::max);
+                last.remove(0);
+            }
+            last.push((t, moved));
         }
         let tau = std::f64::consts::TAU;
         let mut switches: Vec<(f64, usize, bool)> =

@@ -13,6 +13,7 @@ use super::shooting::Closure;
 use crate::contact::State;
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
+use crate::records::crest;
 
 /// Stored states of a check.
 const SAMPLES: usize = 200;
@@ -124,21 +125,6 @@ impl Orbit {
     }
 }
 
-/// The top of the parabola through three values, if the middle one is the largest; else the middle one.
-fn peak(t: [f64; 3], y: [f64; 3]) -> f64 {
-    if y[1] < y[0] || y[1] < y[2] {
-        return y[1];
-    }
-    let (a, b) = ((y[1] - y[0]) / (t[1] - t[0]), (y[2] - y[1]) / (t[2] - t[1]));
-    let curvature = (b - a) / (t[2] - t[0]);
-    if curvature.is_nan() || curvature >= 0.0 {
-        return y[1];
-    }
-    // Newton form about the middle: y₁ + slope (t − t₁) + curvature (t − t₁)²
-    let slope = a + curvature * (t[1] - t[0]);
-    y[1] - slope * slope / (4.0 * curvature)
-}
-
 /// Extremes over the stored states of a period.
 struct Scan<'a> {
     body: &'a Propagator,
@@ -179,10 +165,10 @@ impl Observer for Scan<'_> {
         {
             if let [(e0, u0), (e1, u1)] = &self.sizes[..] {
                 let times = [*t0, *t1, s.t];
-                self.energy = self.energy.max(peak(times, [*e0, *e1, energy]));
+                self.energy = self.energy.max(crest(times, [*e0, *e1, energy]));
                 for i in 0..moved.len() {
                     let sizes = [u0[i].abs(), u1[i].abs(), moved[i].abs()];
-                    self.amplitude = self.amplitude.max(peak(times, sizes));
+                    self.amplitude = self.amplitude.max(crest(times, sizes));
                 }
             }
             for i in 0..now.len() {

@@ -26,7 +26,7 @@ pub use kind::{
 };
 pub use orbit::{OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
-pub use ridge::{Peak, peaks};
+pub use ridge::{Peak, crest, peaks};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};
 pub use statement::{Changed, ErrorStatement, Variation};

@@ -64,6 +64,21 @@ fn top(branch: usize, p: [[f64; 3]; 3]) -> Peak {
     Peak { branch, omega: value(0), amplitude: value(1), energy: value(2) }
 }
 
+/// The top of the parabola through three values, if the middle one is the largest; else the middle one.
+pub fn crest(t: [f64; 3], y: [f64; 3]) -> f64 {
+    if y[1] < y[0] || y[1] < y[2] {
+        return y[1];
+    }
+    let (a, b) = ((y[1] - y[0]) / (t[1] - t[0]), (y[2] - y[1]) / (t[2] - t[1]));
+    let curvature = (b - a) / (t[2] - t[0]);
+    if curvature.is_nan() || curvature >= 0.0 {
+        return y[1];
+    }
+    // Newton form about the middle: y₁ + slope (t − t₁) + curvature (t − t₁)²
+    let slope = a + curvature * (t[1] - t[0]);
+    y[1] - slope * slope / (4.0 * curvature)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
