@@ -113,6 +113,20 @@ pub(super) fn quadrature(body: &Body, edge: Edge) -> Vec<EdgePoint<'_>> {
 /// Entries below this fraction of their row's largest are rounding errors of `G⁻¹R` and are dropped.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// Area that belongs to each contact node: row sums of `G`.
+pub(super) fn areas(body: &Body, edge: Edge) -> Vec<f64> {
+    let nodes = &body.dofs.contact_nodes;
+    let mut area = vec![0.0; nodes.len()];
+    for point in quadrature(body, edge) {
+        for (node, shape) in &point.shape {
+            if let Some(k) = nodes.iter().position(|n| n == node) {
+                area[k] += point.weight * shape;
+            }
+        }
+    }
+    area
+}
+
 /// Integrate `R` and `G` over the contact edge and form `N_C`, `N_O`.
 pub fn assemble(body: &Body, edge: Edge, lumped: bool) -> BoundaryOperator {
     let dofs = &body.dofs;

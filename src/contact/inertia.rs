@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::Conditions;
-use super::kinematics::Kinematics;
+use super::kinematics::{Following, Kinematics};
 use super::phase::Scratch;
 use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
@@ -32,6 +32,31 @@ const STORE_LIMIT: usize = 2_000_000;
 pub(super) enum Inertia {
     Projected(Projector),
     Constant(ConstantMass),
+    /// The body's own mass; points in contact are held by reactions.
+    Held(HeldMass),
+}
+
+/// The body's mass, with what a reaction at each contact point does.
+#[derive(Debug)]
+pub(super) struct HeldMass {
+    /// `[M, 0; 0, 0]` over `u`.
+    mass: Csr,
+    factor: SpdFactor,
+    /// `n`: displacement of each point along its normal, rows over `u_O`.
+    pub normal: Csr,
+    /// `M⁻¹nᵀ`
+    pub columns: Vec<Vec<f64>>,
+    /// `D = n M⁻¹nᵀ`
+    pub gram: DMatrix<f64>,
+}
+
+impl HeldMass {
+    pub fn new(body: &Body, normal: Csr) -> Result<HeldMass, ContactError> {
+        let factor = SpdFactor::new(&body.mass.leading(body.dofs.n_o), "mass matrix")?;
+        let mut columns = vec![];
+        let gram = gram(&factor, &normal, |_, x| columns.push(x.to_vec()));
+        Ok(HeldMass { mass: body.mass.clone(), factor, normal, columns, gram })
+    }
 }
 
 /// What the projections of all phases share: the factor of the body's own `M`, the rows, their Gram matrix.
@@ -132,6 +157,7 @@ impl Inertia {
         match self {
             Inertia::Projected(_) => &body.mass,
             Inertia::Constant(c) => &c.mass,
+            Inertia::Held(h) => &h.mass,
         }
     }
 
@@ -139,6 +165,7 @@ impl Inertia {
         match self {
             Inertia::Projected(p) => p.factor.scratch(),
             Inertia::Constant(c) => c.factor.scratch(),
+            Inertia::Held(h) => h.factor.scratch(),
         }
     }
 }
@@ -157,11 +184,11 @@ impl PhaseInertia {
     pub fn new(shared: &Arc<Inertia>, set: &ActiveSet) -> PhaseInertia {
         let size = set.flags().len();
         let row = |i: usize| if set.is_active(i) { i } else { size + i };
-        PhaseInertia {
-            shared: shared.clone(),
-            rows: (0..size).map(row).collect(),
-            schur: OnceLock::new(),
-        }
+        let rows = match &**shared {
+            Inertia::Held(_) => set.closed_nodes(),
+            _ => (0..size).map(row).collect(),
+        };
+        PhaseInertia { shared: shared.clone(), rows, schur: OnceLock::new() }
     }
 
     /// `x ← x − M⁻¹ R_αᵀ (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`, with `b = M x` at hand. Not numbers where the reduced mass is singular.
@@ -215,6 +242,29 @@ impl PhaseInertia {
                 a_o.copy_from_slice(&s.b[..a_o.len()]);
                 c.factor.solve(a_o, &mut s.solve);
             }
+            Inertia::Held(h) => {
+                a_o.copy_from_slice(&s.b[..a_o.len()]);
+                h.factor.solve(a_o, &mut s.solve);
+                self.hold(h, a_o);
+            }
+        }
+    }
+
+    /// `a ← a − M⁻¹nᵀ D_cc⁻¹ n a` over the points in contact.
+    fn hold(&self, h: &HeldMass, a: &mut [f64]) {
+        let rows = &self.rows;
+        if rows.is_empty() {
+            return;
+        }
+        let schur = self.schur.get_or_init(|| {
+            DMatrix::from_fn(rows.len(), rows.len(), |i, j| h.gram[(rows[i], rows[j])]).cholesky()
+        });
+        let Some(schur) = schur else { return a.fill(f64::NAN) };
+        let mut mu =
+            DVector::from_iterator(rows.len(), rows.iter().map(|&k| h.normal.row_dot(k, a)));
+        schur.solve_mut(&mut mu);
+        for (&mu, &k) in mu.iter().zip(rows) {
+            a.iter_mut().zip(&h.columns[k]).for_each(|(a, c)| *a -= mu * c);
         }
     }
 
@@ -258,6 +308,14 @@ impl PhaseInertia {
                 first.copy_from_slice(&b[..n_o]);
                 second.copy_from_slice(&b[n_o..2 * n_o]);
             }
+            Inertia::Held(h) => {
+                for (k, y_o) in y_o.into_iter().enumerate() {
+                    let from = &b[k * n..];
+                    y_o.copy_from_slice(&from[..y_o.len()]);
+                    h.factor.solve(y_o, &mut s.solve);
+                    self.hold(h, y_o);
+                }
+            }
         }
     }
 
@@ -266,13 +324,22 @@ impl PhaseInertia {
         match &*self.shared {
             Inertia::Projected(_) => body.mass.congruence(a_star),
             Inertia::Constant(c) => c.reduced.clone(),
+            Inertia::Held(h) => h.mass.leading(body.dofs.n_o),
         }
     }
 
     /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact.
     pub fn gradient_bounds(&self, kinematics: &Kinematics, set: &ActiveSet) -> Vec<f64> {
         let size = set.flags().len();
+        let Kinematics::Following(kinematics) = kinematics else {
+            return vec![f64::INFINITY; size];
+        };
+        self.bounds_of(kinematics, set, size)
+    }
+
+    fn bounds_of(&self, kinematics: &Following, set: &ActiveSet, size: usize) -> Vec<f64> {
         match &*self.shared {
+            Inertia::Held(_) => vec![f64::INFINITY; size],
             // the Gram matrix's own diagonal, of which a phase only subtracts
             Inertia::Projected(p) => (0..size)
                 .map(|i| match set.is_active(i) {

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::active::ActiveSet;
 use super::conditions::Conditions;
+use super::holding::Holding;
 use crate::fem::{Csr, Harmonic, Loads};
 
 /// What a harmonic load adds to displacements and monitors, times `cos(ωt + φ)`.
@@ -50,14 +51,85 @@ pub(super) enum Part {
 
 impl Part {
     /// Whether the constant part is in it.
-    fn is_affine(self) -> bool {
+    pub fn is_affine(self) -> bool {
         matches!(self, Part::Whole(_) | Part::Undriven)
     }
 }
 
 /// The affine functions of one active set.
 #[derive(Debug)]
-pub(super) struct Kinematics {
+pub(super) enum Kinematics {
+    /// `u_C` follows from `u_O`.
+    Following(Following),
+    /// Contact displacements move by themselves; points in contact are held.
+    Holding(Holding),
+}
+
+impl Kinematics {
+    pub fn drives(&self) -> &[Drive] {
+        match self {
+            Kinematics::Following(k) => &k.drives,
+            Kinematics::Holding(k) => &k.drives,
+        }
+    }
+
+    /// `u = A* u_O + d*(t)`, its rate, or `A* x`.
+    pub fn expand(&self, x_o: &[f64], x: &mut [f64], part: Part) {
+        match self {
+            Kinematics::Following(k) => k.expand(x_o, x, part),
+            Kinematics::Holding(k) => k.expand(x_o, x),
+        }
+    }
+
+    /// `A*ᵀ b`, in place: the first `n_O` entries of `b`.
+    pub fn reduce(&self, b: &mut [f64]) {
+        if let Kinematics::Following(k) = self {
+            k.reduce(b);
+        }
+    }
+
+    /// Gap of every free point, pressure of every point in contact: their values, derivatives or linear parts.
+    pub fn monitors(&self, x_o: &[f64], h: &mut [f64], part: Part) {
+        match self {
+            Kinematics::Following(k) => k.monitors(x_o, h, part),
+            Kinematics::Holding(k) => k.monitors(x_o, h, part),
+        }
+    }
+
+    /// `A*`, sparse.
+    pub fn a_star(&self) -> Csr {
+        match self {
+            Kinematics::Following(k) => k.a_star(),
+            Kinematics::Holding(k) => k.a_star(),
+        }
+    }
+
+    /// Size of the terms of the gap and of the pressure of a point when displacements are of the order of `u`.
+    pub fn scales(&self, i: usize, u: f64) -> [f64; 2] {
+        match self {
+            Kinematics::Following(k) => {
+                let pressure = k.conditions.pressure_scale(i, u);
+                [pressure / k.conditions.stiffness(i), pressure]
+            }
+            Kinematics::Holding(k) => k.scales(i, u),
+        }
+    }
+
+    /// The same of their rates (or second derivatives) for `u̇_O` (`ü_O`) of the order of `size`.
+    pub fn rate_scales(&self, i: usize, size: f64) -> [f64; 2] {
+        match self {
+            Kinematics::Following(k) => {
+                let pressure = k.conditions.pressure_rate_scale(i, size);
+                [pressure / k.conditions.stiffness(i), pressure]
+            }
+            Kinematics::Holding(k) => k.scales(i, size),
+        }
+    }
+}
+
+/// The affine functions of one active set where `u_C` follows.
+#[derive(Debug)]
+pub(super) struct Following {
     pub conditions: Arc<Conditions>,
     pub free: Vec<usize>,
     pub closed: Vec<usize>,
@@ -69,8 +141,8 @@ pub(super) struct Kinematics {
     pub drives: Vec<Drive>,
 }
 
-impl Kinematics {
-    pub fn new(conditions: &Arc<Conditions>, set: &ActiveSet, loads: &Loads) -> Kinematics {
+impl Following {
+    pub fn new(conditions: &Arc<Conditions>, set: &ActiveSet, loads: &Loads) -> Following {
         let c = conditions;
         let (free, closed) = (set.free_nodes(), set.closed_nodes());
         let block = if c.is_diagonal {
@@ -80,7 +152,7 @@ impl Kinematics {
             let block = DMatrix::from_fn(free.len(), free.len(), entry);
             FreeBlock::Dense { lu: block.clone().lu(), block, transposed: OnceLock::new() }
         };
-        let mut of_set = Kinematics {
+        let mut of_set = Following {
             conditions: conditions.clone(),
             free,
             closed,

@@ -10,8 +10,9 @@ use std::sync::Arc;
 use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::{Conditions, Rates};
+use super::impact::Impact;
 use super::inertia::{Inertia, PhaseInertia};
-use super::kinematics::Kinematics;
+use super::kinematics::{Following, Kinematics};
 use super::phase::{Parts, Phase};
 use super::system::Constraint;
 use crate::fem::{Body, Loads, Reduction};
@@ -113,9 +114,15 @@ pub(super) trait Method: Debug + Send + Sync {
 
     /// The phase of a set.
     fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
-        let kinematics = Kinematics::new(self.conditions(), set, &parts.loads);
+        let following = Following::new(self.conditions(), set, &parts.loads);
+        let kinematics = Kinematics::Following(following);
         let inertia = PhaseInertia::new(self.inertia(), set);
         Phase::new(parts.clone(), kinematics, inertia, set.clone())
+    }
+
+    /// The law by which velocities jump, of a method that has one.
+    fn impact(&self) -> Option<&Impact> {
+        None
     }
 
     /// The load of a uniform acceleration, on the mass of the method.

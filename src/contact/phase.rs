@@ -137,6 +137,9 @@ impl Phase {
         let mut d = vec![0.0; n];
         self.kinematics.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
         let mut force = self.parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
+        if let Kinematics::Holding(k) = &self.kinematics {
+            return k.constant_force(&self.parts.body.stiffness, force);
+        }
         self.parts.body.stiffness.mul_sub(&d, &mut force);
         self.reduce(&force)
     }
@@ -291,7 +294,7 @@ impl Phase {
 
     /// What harmonic loads on `u_C` add to the monitors (of a phase without held nodes).
     pub fn drives(&self) -> &[Drive] {
-        &self.kinematics.drives
+        self.kinematics.drives()
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.
@@ -302,12 +305,11 @@ impl Phase {
 
     /// Rounding error of each monitor when displacements are of the order of `u`.
     pub fn monitor_rounding(&self, u: f64) -> Vec<f64> {
-        let conditions = &self.kinematics.conditions;
         let rounding = |m: &Monitor| {
-            let pressure = super::lcp::UNITS * conditions.pressure_scale(m.node, u);
+            let [gap, pressure] = self.kinematics.scales(m.node, u);
             match m.kind {
-                MonitorKind::Gap => pressure / conditions.stiffness(m.node),
-                MonitorKind::Pressure => pressure,
+                MonitorKind::Gap => super::lcp::UNITS * gap,
+                MonitorKind::Pressure => super::lcp::UNITS * pressure,
                 _ => 1e-12,
             }
         };
@@ -316,13 +318,9 @@ impl Phase {
 
     /// Rounding error of each monitor's rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
     pub fn rate_rounding(&self, size: f64) -> Vec<f64> {
-        let conditions = &self.kinematics.conditions;
         let rounding = |m: &Monitor| {
-            let pressure = super::lcp::UNITS * conditions.pressure_rate_scale(m.node, size);
-            match self.set.is_active(m.node) {
-                true => pressure,
-                false => pressure / conditions.stiffness(m.node),
-            }
+            let [gap, pressure] = self.kinematics.rate_scales(m.node, size);
+            super::lcp::UNITS * if self.set.is_active(m.node) { pressure } else { gap }
         };
         self.monitors.iter().map(rounding).collect()
     }
@@ -341,6 +339,10 @@ impl Phase {
     /// `K_α = A*ᵀ K A*` and `M_α` as sparse matrices (for modes and exact flows; the event-driven Runge–Kutta methods never form
     /// them).
     pub fn matrices(&self) -> (Csr, Csr) {
+        if let Kinematics::Holding(k) = &self.kinematics {
+            let body = &self.parts.body;
+            return (k.decoupled(&body.stiffness), k.decoupled(&body.mass));
+        }
         let a = self.a_star();
         (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&self.parts.body, &a))
     }
@@ -348,6 +350,9 @@ impl Phase {
     /// What damps of a phase whose springs do not.
     pub fn structural(&self) -> Option<Structural> {
         let (body, tips) = (&self.parts.body, self.parts.body.tips.as_ref()?);
+        if matches!(self.kinematics, Kinematics::Holding(_)) {
+            return None;
+        }
         let matrix = tips.structure.leading(body.dofs.n_o);
         let rest = Csr::combination(1.0, &self.matrices().0, -1.0, &matrix);
         let size = |a: &Csr| a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));

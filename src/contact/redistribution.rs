@@ -18,7 +18,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::inertia::{ConstantMass, gram};
-use super::kinematics::Kinematics;
+use super::kinematics::Following;
 use super::nbm::Stress;
 use crate::fem::{Body, Csr, Loads, SpdFactor, load};
 
@@ -73,7 +73,7 @@ pub(super) fn condensed(body: &Body, conditions: &Arc<Conditions>) -> Redistribu
 /// `A*_∅`.
 fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
     let open = ActiveSet::open(conditions.len());
-    Kinematics::new(conditions, &open, &Loads::default()).a_star()
+    Following::new(conditions, &open, &Loads::default()).a_star()
 }
 
 /// The optimal mass of a body with a mesh.

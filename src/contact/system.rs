@@ -6,6 +6,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::boundary::{self, BoundaryOperator};
 use super::conditions::Conditions;
+use super::impact::{self, Impact};
 use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
@@ -142,6 +143,18 @@ impl System {
     ) -> Result<System, ContactError> {
         let (body, method) = springs::attach(body, points, gap, law)?;
         Ok(System::of_method(body, Arc::new(method)))
+    }
+
+    /// Newton's law of impact on an edge of a body whose contact displacements move by themselves.
+    pub fn with_impacts(body: Body, contact: &ContactEdge, e: f64) -> Result<System, ContactError> {
+        let area = boundary::areas(&body, contact.edge);
+        let (body, method) = impact::attach(body, contact.gap.clone(), area, e)?;
+        Ok(System::of_method(body, Arc::new(method)))
+    }
+
+    /// The law by which velocities jump, of a method that has one.
+    pub fn impact(&self) -> Option<&Impact> {
+        self.method.impact()
     }
 
     /// The system in fewer coordinates of `u_O`: the same contact conditions, damping and loads. Loads are those of the full body.

@@ -8,6 +8,7 @@ mod checkpoint;
 pub mod classify;
 pub mod find;
 mod held;
+mod impact;
 pub mod ledger;
 pub mod record;
 mod start;
@@ -227,6 +228,9 @@ impl<O: Observer> Run<'_, O> {
         if self.y.iter().any(|x| !x.is_finite()) {
             return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
         }
+        if let Some(law) = self.system.impact() {
+            return self.impact(law, &root);
+        }
         let present = self.phase.set.clone();
         let selection = self.system.select(self.t, self.layout.u(&self.y), &present)?;
         let degenerate = self.degenerate(&root, &selection.degenerate);
@@ -362,7 +366,9 @@ impl<O: Observer> Run<'_, O> {
             self.recent.pop_front();
         }
         let count = self.recent.len();
-        if count as f64 <= self.options.switch_limit * self.system.n_contact() as f64 {
+        let rebounds = self.system.impact().map_or(1.0, |law| impact::rebounds(law.restitution));
+        let limit = rebounds * self.options.switch_limit * self.system.n_contact() as f64;
+        if count as f64 <= limit {
             return None;
         }
         let mut nodes: Vec<usize> = self.recent.iter().map(|&(_, n)| n).collect();

@@ -34,6 +34,10 @@ pub enum SwitchKind {
     Close,
     /// A node left the obstacle.
     Open,
+    /// A node rebounded (impact law): it is free before and after.
+    Impact,
+    /// A node whose rebounds accumulated came to rest on the obstacle (impact law).
+    Stick,
 }
 
 impl SwitchKind {
@@ -42,7 +46,20 @@ impl SwitchKind {
         match self {
             SwitchKind::Close => "close",
             SwitchKind::Open => "open",
+            SwitchKind::Impact => "impact",
+            SwitchKind::Stick => "stick",
         }
+    }
+
+    /// The kind of a name in a file.
+    pub fn of_name(name: &str) -> SwitchKind {
+        use SwitchKind::*;
+        [Close, Open, Impact, Stick].into_iter().find(|k| k.name() == name).unwrap_or(Open)
+    }
+
+    /// Whether a node came against the obstacle.
+    pub fn arrives(self) -> bool {
+        self != SwitchKind::Open
     }
 }
 

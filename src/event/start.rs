@@ -21,6 +21,11 @@ impl<'a, O: Observer> Run<'a, O> {
         run.y[..n_o].copy_from_slice(&initial.u);
         run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
         let open = ActiveSet::open(system.n_contact());
+        if let Some(law) = system.impact() {
+            let set = run.meet_at_start(law)?;
+            run.phase = system.phase(&set);
+            return run.begin();
+        }
         let selection = system.select(0.0, run.layout.u(&run.y), &open)?;
         match run.decide(&selection.set, &selection.degenerate)? {
             Ok(decision) => {
@@ -32,9 +37,15 @@ impl<'a, O: Observer> Run<'a, O> {
                 run.early = Some(outcome);
             }
         }
+        run.begin()
+    }
+
+    /// Everything that is noted before the first window.
+    fn begin(self) -> Done<Self, O> {
+        let mut run = self;
         run.begin_phase();
         run.expand();
-        run.potential_start = system.loads.constant_potential(&run.u);
+        run.potential_start = run.system.loads.constant_potential(&run.u);
         let energies = run.energies();
         run.ledger = Ledger::new(energies);
         run.store_sample()?;

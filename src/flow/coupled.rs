@@ -18,7 +18,6 @@ use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{Complex, DMatrix};
 
 use super::exponential::{Term, difference, integral, pair_integral, power};
-use crate::continuation::dot;
 use crate::fem::FemError;
 
 type C = Complex<f64>;
@@ -70,6 +69,10 @@ struct Wave {
     s: C,
     q: Vec<C>,
     v: Vec<C>,
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `A B` of real matrices.

@@ -13,7 +13,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::cache::Cache;
-use super::coupled::{CoupledMotion, Coupling, Operators};
+use super::coupled::{CoupledMotion, Coupling, Operators, dot};
 use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
@@ -120,7 +120,7 @@ impl Mixing {
 
 /// `Aᵀ x`
 fn transposed(a: &Mat<f64>, x: &[f64]) -> Vec<f64> {
-    (0..a.ncols()).map(|j| a.col_as_slice(j).iter().zip(x).map(|(a, x)| a * x).sum()).collect()
+    (0..a.ncols()).map(|j| dot(a.col_as_slice(j), x)).collect()
 }
 
 impl Deref for Spectrum {

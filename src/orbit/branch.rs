@@ -9,7 +9,6 @@ use super::shooting::Closure;
 use super::viscous;
 use crate::contact::ActiveSet;
 use crate::continuation::{Go, JUMP, Place, Special, guesses};
-use crate::event::SwitchKind;
 use crate::records::{
     GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange, VerdictKind,
     ViscousRecord,
@@ -40,7 +39,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         // the multipliers of a viscous orbit are those of the self-excited system: no statement about the body
         stable: stability.filter(|_| orbit.viscous.is_none()).map(|s| s.is_stable()),
         jumps: switches.clone().map(|s| s.energy_jump).collect(),
-        switches: switches.map(|s| (s.t, s.node, s.kind == SwitchKind::Close)).collect(),
+        switches: switches.map(|s| (s.t, s.node, s.kind.arrives())).collect(),
         viscous: orbit.viscous.as_ref().map(feedback),
     })
 }

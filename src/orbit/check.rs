@@ -10,7 +10,6 @@ use super::shooting::Closure;
 use crate::contact::State;
 use crate::contact::{ActiveSet, Phase};
 use crate::continuation::norm;
-use crate::event::SwitchKind;
 
 /// A series `u_O(t) = Σ a_k cos kωt + b_k sin kωt` of another method.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +115,7 @@ pub fn check(
         moved = norm(&d) / norm(found);
         contact_change = (orbit.contact_time - contact_time) / period;
         let of_orbit: Vec<(usize, bool)> =
-            orbit.switches.iter().map(|s| (s.contact, s.kind == SwitchKind::Close)).collect();
+            orbit.switches.iter().map(|s| (s.contact, s.kind.arrives())).collect();
         same_sequence = of_orbit == sequence;
     }
     Ok(Checked { energy, residual, return_error, verdict, moved, contact_change, same_sequence })

@@ -244,8 +244,8 @@ pub fn examine(
     let unit = system.units.length;
     for s in &report.switches {
         let scale = match s.kind {
-            crate::event::SwitchKind::Close => 1.0,
-            crate::event::SwitchKind::Open => system.constraints[s.contact].stiffness,
+            kind if kind.arrives() => 1.0,
+            _ => system.constraints[s.contact].stiffness,
         };
         scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
     }

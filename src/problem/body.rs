@@ -62,7 +62,7 @@ pub(super) fn assemble(scene: &Scene) -> Body {
         .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
         .collect();
     let contact = scene.contact.as_ref();
-    let dofs = match contact.and_then(|c| c.edge.filter(|_| c.has_springs())) {
+    let dofs = match contact.and_then(|c| c.edge.filter(|_| c.moves_contact())) {
         Some(edge) => DofMap::beside(&mesh, &fixed, edge),
         None => DofMap::new(&mesh, &fixed, contact.and_then(|c| c.edge)),
     };

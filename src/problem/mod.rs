@@ -19,7 +19,7 @@ use thiserror::Error;
 
 use crate::contact::{ContactError, MassChoice, State, System};
 use crate::fem::FemError;
-use crate::scenario::{BodyKind, Issue, Scene, SceneError};
+use crate::scenario::{BodyKind, ContactMethod, Issue, Scene, SceneError};
 
 pub use body::mesh;
 pub use modes::{grazing_scale, phase_modes};
@@ -57,6 +57,25 @@ pub struct Problem {
 /// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
 pub type StoredState = (Vec<f64>, Vec<f64>);
 
+/// What the impact law does not go with.
+fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
+    if system.impact().is_none() {
+        return Ok(());
+    }
+    let fail = |key: &str, message: &str, help: &str| {
+        Err(scene.error(Issue::new(key, message, help)).into())
+    };
+    if system.damping.is_some_and(|d| d.beta != 0.0) {
+        let message = "in proportion to the stiffness acts on held points: under the impact law their reactions would follow velocities";
+        return fail("damping", message, "give rayleigh = [alpha, 0.0], or another contact method");
+    }
+    if scene.reduction.is_some() {
+        let message = "leaves contact displacements out of the modes, and under the impact law they have mass";
+        return fail("reduction", message, "leave [reduction] out, or give another contact method");
+    }
+    Ok(())
+}
+
 /// The system of a method whose conditions hold at nodes.
 fn nodal(scene: &Scene) -> Result<System, ProblemError> {
     let choice = discretisation(scene);
@@ -71,7 +90,13 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             if let Some(issue) = empty(scene, &body) {
                 return Err(scene.error(issue).into());
             }
-            System::on_edge(body, edge.as_ref(), choice)
+            let contact = scene.contact.as_ref();
+            match (contact.filter(|c| c.method == ContactMethod::Impact), &edge) {
+                (Some(c), Some(edge)) => {
+                    System::with_impacts(body, edge, c.restitution.unwrap_or(0.0))
+                }
+                _ => System::on_edge(body, edge.as_ref(), choice),
+            }
         }
     };
     built.map_err(|e| match e {
@@ -102,6 +127,7 @@ impl Problem {
         };
         let modes = OpenModes::for_scene(scene, &system)?;
         system.damping = damping(scene, &modes)?;
+        check_impact(scene, &system)?;
         if let Some(name) = &scene.body.damping_matrix {
             system.damping = Some(rayleigh_of(scene, &system, name)?);
         }

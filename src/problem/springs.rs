@@ -16,7 +16,7 @@ pub(super) fn law(contact: &Contact) -> Option<Law> {
             gamma: contact.gamma.unwrap_or(2.0),
             theta: contact.theta.unwrap_or(1.0),
         }),
-        ContactMethod::NodalBoundary | ContactMethod::MassRedistribution => None,
+        _ => None,
     }
 }
 

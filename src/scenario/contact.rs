@@ -40,6 +40,8 @@ pub struct Contact {
     pub gamma: Option<f64>,
     /// `nitsche`: 1 (symmetric), 0 or −1.
     pub theta: Option<f64>,
+    /// `impact`: `e` in `[0, 1]`, 0 by default.
+    pub restitution: Option<f64>,
     /// `penalty`, `nitsche`: distance to a second obstacle behind, against the outward normal.
     pub gap_behind: Option<Field>,
     /// The obstacle moves: `amplitude cos(ωt + phase)` is added to the gap.
@@ -73,6 +75,8 @@ pub enum ContactMethod {
     Penalty,
     /// Nitsche's method.
     Nitsche,
+    /// Newton's law of impact.
+    Impact,
 }
 
 impl ContactMethod {
@@ -83,6 +87,7 @@ impl ContactMethod {
             ContactMethod::MassRedistribution => "mass-redistribution",
             ContactMethod::Penalty => "penalty",
             ContactMethod::Nitsche => "nitsche",
+            ContactMethod::Impact => "impact",
         }
     }
 }
@@ -153,9 +158,9 @@ impl Contact {
 
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
-        use ContactMethod::{MassRedistribution, Nitsche, NodalBoundary, Penalty};
+        use ContactMethod::{Impact, MassRedistribution, Nitsche, NodalBoundary, Penalty};
         let is_lumped = self.boundary_mass == MassKind::Lumped;
-        let given: [(&str, bool, &[ContactMethod]); 8] = [
+        let given: [(&str, bool, &[ContactMethod]); 9] = [
             ("stress", self.stress.is_some(), &[NodalBoundary]),
             ("inertia", self.inertia.is_some(), &[NodalBoundary]),
             ("boundary_mass", is_lumped, &[NodalBoundary]),
@@ -163,6 +168,7 @@ impl Contact {
             ("stiffness", self.stiffness.is_some(), &[Penalty]),
             ("gamma", self.gamma.is_some(), &[Nitsche]),
             ("theta", self.theta.is_some(), &[Nitsche]),
+            ("restitution", self.restitution.is_some(), &[Impact]),
             ("gap_behind", self.gap_behind.is_some(), &[Penalty, Nitsche]),
         ];
         if let Some((key, _, by)) = given.iter().find(|g| g.1 && !g.2.contains(&self.method)) {
@@ -177,6 +183,10 @@ impl Contact {
         }
         self.stiffness.map_or(Ok(()), |k| positive("contact.stiffness", k))?;
         self.gamma.map_or(Ok(()), |k| positive("contact.gamma", k))?;
+        if let Some(e) = self.restitution.filter(|e| !(0.0..=1.0).contains(e)) {
+            let message = format!("is {e}");
+            return Err(Issue::new("contact.restitution", message, "give a number from 0 to 1"));
+        }
         match self.theta {
             None | Some(1.0 | 0.0 | -1.0) => Ok(()),
             Some(theta) => {
@@ -184,6 +194,11 @@ impl Contact {
                 Err(Issue::new("contact.theta", message, "give 1 (symmetric), 0 or -1"))
             }
         }
+    }
+
+    /// Whether contact displacements are among those that move by themselves.
+    pub fn moves_contact(&self) -> bool {
+        self.has_springs() || self.method == ContactMethod::Impact
     }
 
     /// Whether the obstacle pushes like springs at points of the edge.
@@ -267,6 +282,10 @@ impl Scene {
         }
         if c.has_springs() {
             return self.check_given_springs(c);
+        }
+        if c.method == ContactMethod::Impact {
+            let message = "\"impact\" needs elements, and this body comes from files";
+            return issue("method", message, "give method = \"penalty\" and a stiffness");
         }
         if c.mass == Some(RedistributedMass::Optimal) {
             let message = "needs a mesh: positions decide which moments are kept";

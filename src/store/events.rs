@@ -169,7 +169,7 @@ pub(super) fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Sw
         t: t[k],
         contact: contact_of(system, node[k]),
         node: node[k] as usize,
-        kind: if kind[k].as_str() == "close" { SwitchKind::Close } else { SwitchKind::Open },
+        kind: SwitchKind::of_name(kind[k].as_str()),
         monitor_rate: rate[k],
         energy_jump: jump[k],
         before: before[k].clone(),

@@ -50,7 +50,7 @@ impl Portrait<'_> {
         let switch = |k: usize| {
             let row = row_of(stored.switch_t[k]);
             let x = self.edge.motion(row, i).0;
-            let closes = stored.switch_kind[k] == "close";
+            let closes = stored.switch_kind[k] != "open";
             let last = || self.edge.motion(row.saturating_sub(1), i).1;
             let arrival = || self.rates.get(k).map_or_else(last, |rate| -rate);
             Switch { row, before: (x, if closes { arrival() } else { 0.0 }), closes }

@@ -73,6 +73,7 @@ fn contact(scene: &Scene) -> Option<String> {
         ContactMethod::MassRedistribution => "mass redistribution",
         ContactMethod::Penalty => "penalty",
         ContactMethod::Nitsche => "Nitsche",
+        ContactMethod::Impact => "impact law",
     }];
     if contact.method == ContactMethod::NodalBoundary && contact.is_reaction() {
         words.push("nodal reactions");

@@ -43,6 +43,17 @@ pub(super) fn promises(system: &System) -> [String; 2] {
         (_, true) => "springs at points of the edge, which the body enters",
         _ => "gap and nodal reaction",
     };
+    if let Some(law) = system.impact() {
+        let conditions = "gaps and velocities; points stay while their reaction presses";
+        let energy = match law.restitution {
+            1.0 => "energy conserved; rebounds chatter",
+            0.0 => "every impact takes the energy of its point, O(h); pressures are impulses",
+            _ => {
+                "impacts take energy, rebounds accumulate: below a millionth of the velocities they stick"
+            }
+        };
+        return [conditions.to_owned(), energy.to_owned()];
+    }
     let energy = match (promise.conserves_energy, promise.is_lipschitz) {
         (false, true) => "the forces have no potential: the energy changes in contact".to_owned(),
         (true, true) => "energy conserved, acceleration continuous".to_owned(),

@@ -107,12 +107,18 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
 /// How many switches there were, the first and the last.
 fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
     let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
+    let count = |kind| report.switches.iter().filter(|s| s.kind == kind).count();
+    let (impacts, sticks) = (count(SwitchKind::Impact), count(SwitchKind::Stick));
     let mut text = format!(
-        "{} ({closings} close, {} open) in {}",
+        "{} ({closings} close, {} open",
         plural(report.switches.len(), "switch", "switches"),
-        report.switches.len() - closings,
-        plural(report.phases, "smooth phase", "smooth phases"),
+        count(SwitchKind::Open),
     );
+    if impacts + sticks > 0 {
+        let accumulations = plural(sticks, "accumulation", "accumulations");
+        let _ = write!(text, ", {}, {accumulations}", plural(impacts, "rebound", "rebounds"));
+    }
+    let _ = write!(text, ") in {}", plural(report.phases, "smooth phase", "smooth phases"));
     if !report.grazings.is_empty() {
         let _ = write!(text, "; {}", plural(report.grazings.len(), "grazing", "grazings"));
     }

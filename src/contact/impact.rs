@@ -1,0 +1,264 @@
+//! Newton's law of impact in Moreau's form (methods.md 4.1): bodies keep the mass of their contact points, and velocities jump.
+//!
+//! At `w_i = 0`, `ẇ_i⁻ < 0`, on the points `I` that touch,
+//!
+//! ```text
+//! 0 ≤ D r + (1 + e) ẇ⁻  ⟂  r ≥ 0,      D = n M⁻¹nᵀ,      u̇⁺ = u̇⁻ − M⁻¹nᵀ r
+//! ```
+//!
+//! One impact changes the energy by `−½ (1 − e²) ẇ²/D_ii`. Points that stay (`ẇ⁺ = 0`) are held while their reaction presses.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::ContactError;
+use super::active::ActiveSet;
+use super::boundary::BoundaryOperator;
+use super::conditions::Conditions;
+use super::holding::Holding;
+use super::inertia::{HeldMass, Inertia, PhaseInertia};
+use super::kinematics::Kinematics;
+use super::lcp::{self, LcpError};
+use super::method::{Method, Promise, Selection};
+use super::phase::{Parts, Phase};
+use super::system::Constraint;
+use crate::fem::{Body, Csr, FemError, Loads, Reduction, Tips, load};
+
+/// The law of a body.
+#[derive(Debug)]
+pub struct Impact {
+    /// `e`
+    pub restitution: f64,
+    inertia: Arc<Inertia>,
+}
+
+/// The method.
+#[derive(Debug)]
+pub(super) struct ImpactLaw {
+    conditions: Arc<Conditions>,
+    inertia: Arc<Inertia>,
+    constraints: Vec<Constraint>,
+    /// `K M⁻¹nᵀ`, column by column.
+    through: Vec<Vec<f64>>,
+    law: Impact,
+}
+
+/// Velocities after an impact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blow {
+    /// Impulse at each of the points that touch.
+    pub impulse: Vec<f64>,
+    /// `ẇ⁺` of these points.
+    pub rate: Vec<f64>,
+}
+
+/// The body with all contact displacements among those that move by themselves, and the method.
+pub(super) fn attach(
+    body: Body,
+    gap: Vec<f64>,
+    area: Vec<f64>,
+    restitution: f64,
+) -> Result<(Body, ImpactLaw), ContactError> {
+    let dofs = &body.dofs;
+    let (n_o, count) = (dofs.n_o, dofs.contact_nodes.len());
+    let entries =
+        dofs.contact_nodes.iter().enumerate().filter_map(|(k, &node)| {
+            Some((k, dofs.of(node, dofs.contact_axis)?.0, dofs.contact_sign))
+        });
+    let normal = Csr::from_triplets(count, n_o, entries.collect());
+    let n = n_o + count;
+    let stiffness = Csr::from_triplets(n, n, body.stiffness.triplets().collect());
+    let tips = Tips { normal: normal.clone(), structure: stiffness.clone(), energy: None };
+    let body = body.with_tips(stiffness, tips);
+    let dofs = &body.dofs;
+    let mut direction = [0.0; 3];
+    direction[dofs.contact_axis] = dofs.contact_sign;
+    let held = HeldMass::new(&body, normal)?;
+    let through = held.columns.iter().map(|c| {
+        let mut x = c.clone();
+        x.resize(n, 0.0);
+        let mut y = vec![0.0; n];
+        body.stiffness.mul(&x, &mut y);
+        y.truncate(n_o);
+        y
+    });
+    let through = through.collect();
+    let constraint = |k: usize| {
+        let node = dofs.contact_nodes[k];
+        // a unit displacement of the point alone under the stiffness of its own row
+        let (j, _) = dofs.of(node, dofs.contact_axis).unwrap_or((0, 0.0));
+        let own = body.stiffness.row(j).find(|e| e.0 == j).map_or(1.0, |e| e.1);
+        Constraint {
+            node,
+            position: body.mesh.nodes()[node],
+            normal: direction,
+            gap: gap[k],
+            area: area[k],
+            stiffness: own / area[k],
+        }
+    };
+    let constraints: Vec<Constraint> = (0..count).map(constraint).collect();
+    // what the state itself obeys: u_C ≤ g, no force where it is free
+    let stiffnesses: Vec<f64> = constraints.iter().map(|c| c.stiffness).collect();
+    let rows = held.normal.triplets().map(|(i, j, v)| (i, j, -stiffnesses[i] * v));
+    let operator = BoundaryOperator {
+        n_o: Csr::from_triplets(count, n_o, rows.collect()),
+        n_c: DMatrix::from_diagonal(&stiffnesses.clone().into()),
+        area,
+    };
+    let conditions = Conditions::new(operator, gap, false).map_err(|index| {
+        let node = dofs.contact_nodes[index];
+        ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
+    })?;
+    let inertia = Arc::new(Inertia::Held(held));
+    let law = Impact { restitution, inertia: inertia.clone() };
+    let conditions = Arc::new(conditions);
+    Ok((body, ImpactLaw { conditions, inertia, constraints, through, law }))
+}
+
+impl Impact {
+    fn mass(&self) -> Option<&HeldMass> {
+        match &*self.inertia {
+            Inertia::Held(held) => Some(held),
+            _ => None,
+        }
+    }
+
+    /// The impact of the points `touching` at the velocity `v`, which becomes that after it.
+    pub fn strike(&self, touching: &[usize], v: &mut [f64]) -> Result<Blow, LcpError> {
+        let Some(mass) = self.mass() else { return Err(LcpError::Singular) };
+        let rate = |v: &[f64], k: usize| -mass.normal.row_dot(k, v);
+        let before: Vec<f64> = touching.iter().map(|&k| rate(v, k)).collect();
+        let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let q: Vec<f64> = before.iter().map(|w| (1.0 + self.restitution) * w).collect();
+        let impulse = self.complementary(touching, &q, largest)?;
+        self.push(touching, &impulse, v);
+        Ok(Blow { rate: touching.iter().map(|&k| rate(v, k)).collect(), impulse })
+    }
+
+    /// `0 ≤ D r + q ⟂ r ≥ 0` on some points: the smallest `r` of the solution; what is zero to rounding is zero.
+    fn complementary(&self, points: &[usize], q: &[f64], size: f64) -> Result<Vec<f64>, LcpError> {
+        let Some(mass) = self.mass() else { return Err(LcpError::Singular) };
+        let d =
+            DMatrix::from_fn(points.len(), points.len(), |i, j| mass.gram[(points[i], points[j])]);
+        let start: Vec<bool> = q.iter().map(|q| *q >= 0.0).collect();
+        let solution = lcp::solve(&d, q, &vec![4.0 * size; q.len()], &start)?;
+        Ok(solution.w)
+    }
+
+    /// `v ← v − M⁻¹nᵀ r`
+    fn push(&self, points: &[usize], impulse: &[f64], v: &mut [f64]) {
+        let Some(mass) = self.mass() else { return };
+        for (&k, r) in points.iter().zip(impulse) {
+            v.iter_mut().zip(&mass.columns[k]).for_each(|(v, c)| *v -= r * c);
+        }
+    }
+
+    /// Take what is left of the velocity of some points against the obstacle.
+    pub fn stop(&self, points: &[usize], v: &mut [f64]) {
+        let Some(mass) = self.mass() else { return };
+        let d =
+            DMatrix::from_fn(points.len(), points.len(), |i, j| mass.gram[(points[i], points[j])]);
+        let along = nalgebra::DVector::from_iterator(
+            points.len(),
+            points.iter().map(|&k| mass.normal.row_dot(k, v)),
+        );
+        if let Some(r) = d.lu().solve(&along) {
+            self.push(points, r.as_slice(), v);
+        }
+    }
+
+    /// Which of the points at rest on the obstacle stay: `0 ≤ ẅ ⟂ λ ≥ 0` with the acceleration `a` of the body without their reactions.
+    pub fn staying(&self, resting: &[usize], a: &[f64]) -> Result<Vec<usize>, LcpError> {
+        let Some(mass) = self.mass() else { return Err(LcpError::Singular) };
+        let q: Vec<f64> = resting.iter().map(|&k| -mass.normal.row_dot(k, a)).collect();
+        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let reaction = self.complementary(resting, &q, largest)?;
+        Ok(resting.iter().zip(&reaction).filter(|(_, r)| **r > 0.0).map(|(&k, _)| k).collect())
+    }
+}
+
+impl Method for ImpactLaw {
+    fn name(&self) -> String {
+        format!("impact law, e = {}", self.law.restitution)
+    }
+
+    fn reduced(&self, _: &Body, _: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
+        // the contact displacements carry mass: they are among those that modes would stand for
+        Err(FemError::Singular { what: "reduced impact law" }.into())
+    }
+
+    fn promise(&self) -> Promise {
+        Promise {
+            is_lipschitz: false,
+            conserves_energy: self.law.restitution == 1.0,
+            is_strong: false,
+            yields: false,
+        }
+    }
+
+    fn conditions(&self) -> &Arc<Conditions> {
+        &self.conditions
+    }
+
+    fn inertia(&self) -> &Arc<Inertia> {
+        &self.inertia
+    }
+
+    fn constraints(&self, _: &Body) -> Vec<Constraint> {
+        self.constraints.clone()
+    }
+
+    fn impact(&self) -> Option<&Impact> {
+        Some(&self.law)
+    }
+
+    /// Which points touch is not a matter of displacements alone: those of `start` that do stay.
+    fn select(
+        &self,
+        _: &Loads,
+        _: f64,
+        x: &[f64],
+        start: &ActiveSet,
+    ) -> Result<Selection, ContactError> {
+        let size = x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let touches = |k: usize| {
+            let gap = self.constraints[k].gap;
+            let moved = -self.conditions.n_o.row_dot(k, x) / self.constraints[k].stiffness;
+            gap - moved <= 64.0 * lcp::UNITS * size.max(gap.abs())
+        };
+        let set = (0..self.constraints.len()).map(|k| start.is_active(k) && touches(k)).collect();
+        Ok(Selection { set: ActiveSet::new(set), degenerate: vec![] })
+    }
+
+    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
+        let inertia = PhaseInertia::new(&self.inertia, set);
+        let kinematics = match &*self.inertia {
+            Inertia::Held(held) => Kinematics::Holding(Holding::new(
+                (held, &self.through),
+                &self.constraints,
+                set,
+                &parts.loads,
+            )),
+            _ => Kinematics::Following(super::kinematics::Following::new(
+                &self.conditions,
+                set,
+                &parts.loads,
+            )),
+        };
+        Phase::new(parts.clone(), kinematics, inertia, set.clone())
+    }
+
+    fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {
+        load::gravity(body, acceleration)
+    }
+
+    fn highest_frequency(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn directions(&self, _: &Body) -> Vec<Vec<(usize, f64)>> {
+        vec![]
+    }
+}

@@ -1,0 +1,144 @@
+//! Switches of the impact law: velocities jump, points stay on the obstacle or fly on (methods.md 4.1).
+//!
+//! Rebounds under `0 < e < 1` shrink geometrically and accumulate. A rebound of velocity `v` flies `v²/2a` high: at a millionth of the velocities of
+//! the motion that is a rounding error of the displacements. There the point sticks, `v := 0`, and the switch says so.
+
+use super::{
+    ActiveSet, Done, MonitorKind, Observer, Outcome, Root, Run, RunError, Switch, SwitchKind,
+};
+use crate::contact::{ContactError, Impact};
+
+/// A rebound slower than this, over the largest velocity of the body, sticks.
+const STICKS: f64 = 1e-6;
+/// A velocity or an impulse below this, over that of the body, is a rounding error.
+const ROUNDING: f64 = 1e-12;
+
+/// What the points that touch do next.
+#[derive(Debug, Default)]
+pub(super) struct Meeting {
+    /// Points that were hit.
+    hit: Vec<usize>,
+    /// Of these, points whose rebound was cut off.
+    stuck: Vec<usize>,
+    /// Points that are held from now on.
+    staying: Vec<usize>,
+}
+
+/// How many rebounds end below the cut-off: of a restitution near one, very many.
+pub(super) fn rebounds(e: f64) -> f64 {
+    if e > 0.0 && e < 1.0 { 1.0 + STICKS.ln() / e.ln() } else { 1.0 }
+}
+
+impl<O: Observer> Run<'_, O> {
+    /// The switch of an impact law at the state of the run.
+    pub(super) fn impact(&mut self, law: &Impact, root: &Root) -> Done<Option<Outcome>, O> {
+        let present = self.phase.set.clone();
+        let monitor = self.phase.monitors[root.index];
+        let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
+        let kinetic = self.system.kinetic(&self.v);
+        let meeting = match monitor.kind {
+            MonitorKind::Pressure => {
+                let resting: Vec<usize> =
+                    present.closed_nodes().into_iter().filter(|k| *k != monitor.node).collect();
+                Meeting { staying: self.staying(law, &resting)?, ..Meeting::default() }
+            }
+            _ => {
+                let mut touching = self.degenerate(root, &[]);
+                touching.extend(present.closed_nodes());
+                touching.sort_unstable();
+                touching.dedup();
+                self.meet(law, &touching)?
+            }
+        };
+        let mut set = ActiveSet::open(self.system.n_contact());
+        meeting.staying.iter().for_each(|&k| set.set(k, true));
+        self.phase = self.system.phase(&set);
+        self.phases += 1;
+        self.begin_phase();
+        self.expand();
+        let mut jump = self.system.kinetic(&self.v) - kinetic;
+        let energies = self.energies();
+        self.ledger.switch(jump, &energies);
+        let mut before = present.clone();
+        for contact in 0..self.system.n_contact() {
+            let (was, is) = (present.is_active(contact), set.is_active(contact));
+            let hit = !was && meeting.hit.contains(&contact);
+            let kind = match (was, is) {
+                (true, false) => SwitchKind::Open,
+                (false, true) if meeting.stuck.contains(&contact) => SwitchKind::Stick,
+                (false, true) => SwitchKind::Close,
+                (false, false) if hit => SwitchKind::Impact,
+                _ => continue,
+            };
+            let after = before.with(contact, is);
+            let index = self.phase.monitors.iter().position(|m| m.node == contact);
+            let change = Switch {
+                t: self.t,
+                contact,
+                node: self.system.constraints[contact].node,
+                kind,
+                monitor_rate: index.map_or(0.0, |k| rates[k]),
+                // one energy for all that happens at one time: booked with the first
+                energy_jump: std::mem::take(&mut jump),
+                before,
+                after: after.clone(),
+            };
+            before = after;
+            self.armed[contact] = true;
+            self.observer.switch(&change).map_err(RunError::Observer)?;
+            self.recent.push_back((change.t, change.node));
+            self.switches.push(change);
+        }
+        self.store_sample()?;
+        self.tell_checkpoint();
+        Ok(None)
+    }
+
+    /// The points on the obstacle when the run begins.
+    pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<ActiveSet, O> {
+        let h = self.monitor_values();
+        let rounding = self.phase.monitor_rounding(self.largest_u);
+        let on = |k: &usize| h[*k] <= 4.0 * rounding[*k];
+        let touching: Vec<usize> = (0..h.len()).filter(on).collect();
+        let meeting = self.meet(law, &touching)?;
+        let mut set = ActiveSet::open(self.system.n_contact());
+        meeting.staying.iter().for_each(|&k| set.set(k, true));
+        Ok(set)
+    }
+
+    /// Strike the points that touch; which of them stay.
+    fn meet(&mut self, law: &Impact, touching: &[usize]) -> Done<Meeting, O> {
+        let n = self.layout.n_o;
+        let mut v = self.layout.v(&self.y).to_vec();
+        let speed = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let blow = law.strike(touching, &mut v).map_err(ContactError::from)?;
+        let heaviest = blow.impulse.iter().fold(0.0f64, |m, r| m.max(*r));
+        let least = if law.restitution < 1.0 { STICKS } else { ROUNDING };
+        let (mut resting, mut meeting) = (vec![], Meeting::default());
+        for ((&k, r), rate) in touching.iter().zip(&blow.impulse).zip(&blow.rate) {
+            if *r > ROUNDING * heaviest {
+                meeting.hit.push(k);
+            }
+            if *rate <= least * speed {
+                resting.push(k);
+                if *rate > ROUNDING * speed {
+                    meeting.stuck.push(k);
+                }
+            }
+        }
+        if !resting.is_empty() {
+            law.stop(&resting, &mut v);
+        }
+        self.y[n..2 * n].copy_from_slice(&v);
+        meeting.staying = self.staying(law, &resting)?;
+        Ok(meeting)
+    }
+
+    /// Which of the points at rest on the obstacle are pressed against it.
+    fn staying(&mut self, law: &Impact, resting: &[usize]) -> Done<Vec<usize>, O> {
+        let mut a = vec![0.0; self.layout.n_o];
+        let (u, v) = (self.layout.u(&self.y), self.layout.v(&self.y));
+        self.system.open_phase().acceleration(self.t, u, v, &mut self.scratch, &mut a);
+        Ok(law.staying(resting, &a).map_err(ContactError::from)?)
+    }
+}
