@@ -1,15 +1,23 @@
 //! Where families begin: how the orbits of a scene close, and guesses at the first one.
 
-use crate::contact::State;
+use crate::contact::{State, System};
 use crate::orbit::branch::mode_guess;
 use crate::orbit::{Closure, Propagator};
 use crate::problem::Problem;
 use crate::scenario::{Issue, Scene, SceneError};
 
-/// Orbits, modes and harmonic balance are those of forces with a potential.
-pub(super) fn without_potential(scene: &Scene) -> SceneError {
-    let message = "is for run alone: its forces have no potential, motions gain or lose energy at every contact, and there are no families of orbits";
-    scene.error(Issue::new("contact.theta", message, "give theta = 1"))
+/// Orbits and harmonic balance are those of forces with a potential, and of velocities that do not jump.
+pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneError> {
+    if !system.has_potential() {
+        let message = "is for run alone: its forces have no potential, motions gain or lose energy at every contact, and there are no families of orbits";
+        return Err(scene.error(Issue::new("contact.theta", message, "give theta = 1")));
+    }
+    if system.impact().is_some() {
+        let message = "\"impact\" is for run alone: velocities jump, and what is shot here is not";
+        let help = "give method = \"nbm\", \"mass-redistribution\", \"penalty\" or \"nitsche\"";
+        return Err(scene.error(Issue::new("contact.method", message, help)));
+    }
+    Ok(())
 }
 
 /// How periodic motions of a scene close.
@@ -31,9 +39,7 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
             "give omega in its place",
         );
     }
-    if !system.has_potential() {
-        return Err(without_potential(scene));
-    }
+    check_method(scene, system)?;
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {

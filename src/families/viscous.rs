@@ -34,9 +34,7 @@ impl Viscosity {
                 "add [contact]",
             );
         }
-        if !system.has_potential() {
-            return Err(super::start::without_potential(scene));
-        }
+        super::start::check_method(scene, system)?;
         if system.loads.is_driven() {
             let message = "the viscous nonlinear mode has no load that changes in time: its own feedback keeps it going";
             return fail(
