@@ -51,4 +51,5 @@ pub mod records;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
+pub mod stepping;
 pub mod store;

@@ -7,6 +7,7 @@ use crate::flow::dopri5::DOPRI5;
 use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, auto, exact};
 use crate::problem::Problem;
 use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
+use crate::stepping;
 
 /// The `[run]` table of a scene, or the error that says it is missing.
 pub fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
@@ -48,6 +49,12 @@ fn run<O: Observer>(
     let (run, until) = run_table(scene)?;
     let options = Options { until, samples: run.samples, switch_limit: run.switch_limit };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
+    if problem.system.impact().is_some_and(|law| law.stepping.is_some()) {
+        let (system, initial) = (&problem.system, &problem.initial);
+        if let Some(report) = stepping::run(system, initial, resumed.clone(), &options, observer)? {
+            return Ok(report);
+        }
+    }
     let mut flow = by_name(run.integrator, &problem.system, tolerances);
     let (system, flow) = (&problem.system, flow.as_mut());
     if !verify_lcp {

@@ -133,3 +133,64 @@ fn an_impact_takes_what_it_should() {
     }
     assert!((v[11] + 0.6).abs() < 1e-14);
 }
+
+fn stepped(keys: &str, until: f64) -> (Problem, Report) {
+    let text = format!(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [20]\nyoung = 1.0\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n\
+         method = \"moreau-jean\"\n{keys}[initial]\ndisplacement = [\"-x/0.36\"]\n[run]\nuntil = {until}\n"
+    );
+    let scene = signorini::scenario::Scene::parse(&text, "bar.toml".as_ref()).unwrap();
+    let p = Problem::new(&scene, None).unwrap();
+    let report = signorini::simulate::simulate(&scene, &p, false, &mut Silent).unwrap();
+    (p, report)
+}
+
+#[test]
+fn steps_of_moreau_and_jean_are_those_of_the_prototype() {
+    let (_, report) = stepped("step = 0.00525\n", 1.68);
+    let found = [report.last.u[9], report.last.u[19], report.energy_end];
+    for (a, b) in found.iter().zip([1.389447509474, 1.003476380486, 3.828833127309]) {
+        assert!((a - b).abs() < 1e-9, "{found:?}");
+    }
+    assert_eq!(report.counters.steps, 320);
+    // ΔE = ½(1 − e) Pᵀẇ: none for e = 1, never a gain
+    for (keys, gain) in [("restitution = 1\n", 1e-13), ("restitution = 0.5\n", 0.0)] {
+        let (_, report) = stepped(keys, 10.0);
+        assert!(report.energy_drift_total < 1e-12, "{keys}: {:e}", report.energy_drift_total);
+        assert!(report.energy_jumps <= gain && report.energy_end - report.energy_start <= 1e-11);
+    }
+}
+
+/// Under loads and damping the books of the scheme balance to rounding, and with smaller steps it comes to what the events give.
+#[test]
+fn steps_converge_to_events() {
+    let scene = |method: &str, step: f64| {
+        let text = format!(
+            "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [6, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[contact]\nedge = \"right\"\ngap = \"0.5 + 0.1*y\"\n\
+             method = \"{method}\"\n{}[damping]\nrayleigh = [0.05, 0.0]\n\
+             [[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = [0.05, 0.02]\nomega = 2.3\n\
+             [[load]]\nkind = \"gravity\"\namplitude = [0.03, -0.02]\n\
+             [initial]\ndisplacement = [\"-0.9*x\", \"0\"]\n[run]\nuntil = 2.0\nintegrator = \"modal\"\n",
+            if step > 0.0 { format!("step = {step}\n") } else { String::new() }
+        );
+        signorini::scenario::Scene::parse(&text, "plate.toml".as_ref()).unwrap()
+    };
+    let end = |method: &str, step: f64| {
+        let scene = scene(method, step);
+        let p = Problem::new(&scene, None).unwrap();
+        let report = signorini::simulate::simulate(&scene, &p, false, &mut Silent).unwrap();
+        assert!(report.energy_drift_total < 1e-11, "{method}: {:e}", report.energy_drift_total);
+        report.last.u
+    };
+    let exact = end("impact", 0.0);
+    let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let error = |step: f64| {
+        let u = end("moreau-jean", step);
+        u.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size
+    };
+    let errors = [1e-3, 2.5e-4, 6.25e-5].map(error);
+    println!("{errors:?}");
+    assert!(errors[2] < 0.2 * errors[0] && errors[2] < 2e-3, "{errors:?}");
+}

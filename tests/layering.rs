@@ -7,7 +7,7 @@ mod scanner;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the data.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "mesh",
     "scenario",
     "fem",
@@ -15,6 +15,7 @@ const ORDER: [&str; 15] = [
     "problem",
     "flow",
     "event",
+    "stepping",
     "simulate",
     "records",
     "continuation",

@@ -87,6 +87,11 @@ impl Holding {
         x_c.iter_mut().enumerate().for_each(|(i, x)| *x = self.normal.row_dot(i, x_o));
     }
 
+    /// Forces on held displacements move nothing.
+    pub fn reduce(&self, b: &mut [f64]) {
+        self.held.iter().for_each(|&(j, _)| b[j] = 0.0);
+    }
+
     pub fn monitors(&self, x_o: &[f64], h: &mut [f64], part: Part) {
         let affine = part.is_affine();
         for &i in &self.free {

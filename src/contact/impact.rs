@@ -30,7 +30,28 @@ use crate::fem::{Body, Csr, FemError, Loads, Reduction, Tips, load};
 pub struct Impact {
     /// `e`
     pub restitution: f64,
+    /// Steps in time in place of events.
+    pub stepping: Option<Stepping>,
     inertia: Arc<Inertia>,
+}
+
+/// The scheme of Moreau and Jean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepping {
+    /// Time step.
+    pub step: f64,
+    /// Which points are pushed.
+    pub rule: Rule,
+}
+
+/// Which points are pushed over a step, with `w` and `ẇ` at its start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Rule {
+    /// `w + ½hẇ ≤ 0`
+    #[default]
+    HalfStep,
+    /// `w + hẇ ≤ 0` and `ẇ ≤ 0`
+    FullStep,
 }
 
 /// The method.
@@ -58,7 +79,7 @@ pub(super) fn attach(
     body: Body,
     gap: Vec<f64>,
     area: Vec<f64>,
-    restitution: f64,
+    (restitution, stepping): (f64, Option<Stepping>),
 ) -> Result<(Body, ImpactLaw), ContactError> {
     let dofs = &body.dofs;
     let (n_o, count) = (dofs.n_o, dofs.contact_nodes.len());
@@ -112,7 +133,7 @@ pub(super) fn attach(
         ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
     })?;
     let inertia = Arc::new(Inertia::Held(held));
-    let law = Impact { restitution, inertia: inertia.clone() };
+    let law = Impact { restitution, stepping, inertia: inertia.clone() };
     let conditions = Arc::new(conditions);
     Ok((body, ImpactLaw { conditions, inertia, constraints, through, law }))
 }
@@ -181,7 +202,11 @@ impl Impact {
 
 impl Method for ImpactLaw {
     fn name(&self) -> String {
-        format!("impact law, e = {}", self.law.restitution)
+        let e = self.law.restitution;
+        match self.law.stepping {
+            None => format!("impact law, e = {e}"),
+            Some(_) => format!("Moreau-Jean, e = {e}"),
+        }
     }
 
     fn reduced(&self, _: &Body, _: &Reduction) -> Result<Arc<dyn Method>, ContactError> {

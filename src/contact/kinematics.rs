@@ -83,8 +83,9 @@ impl Kinematics {
 
     /// `A*ᵀ b`, in place: the first `n_O` entries of `b`.
     pub fn reduce(&self, b: &mut [f64]) {
-        if let Kinematics::Following(k) = self {
-            k.reduce(b);
+        match self {
+            Kinematics::Following(k) => k.reduce(b),
+            Kinematics::Holding(k) => k.reduce(b),
         }
     }
 

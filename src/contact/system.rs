@@ -6,7 +6,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::boundary::{self, BoundaryOperator};
 use super::conditions::Conditions;
-use super::impact::{self, Impact};
+use super::impact::{self, Impact, Stepping};
 use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
@@ -145,10 +145,14 @@ impl System {
         Ok(System::of_method(body, Arc::new(method)))
     }
 
-    /// Newton's law of impact on an edge of a body whose contact displacements move by themselves.
-    pub fn with_impacts(body: Body, contact: &ContactEdge, e: f64) -> Result<System, ContactError> {
+    /// Newton's law of impact (`e`, and steps where there are to be no events) on an edge of a body whose contact displacements move by themselves.
+    pub fn with_impacts(
+        body: Body,
+        contact: &ContactEdge,
+        law: (f64, Option<Stepping>),
+    ) -> Result<System, ContactError> {
         let area = boundary::areas(&body, contact.edge);
-        let (body, method) = impact::attach(body, contact.gap.clone(), area, e)?;
+        let (body, method) = impact::attach(body, contact.gap.clone(), area, law)?;
         Ok(System::of_method(body, Arc::new(method)))
     }
 

@@ -48,7 +48,7 @@ impl Ledger {
     }
 
     /// All that it knows, to be kept.
-    pub(super) fn numbers(&self) -> [f64; 8] {
+    pub fn numbers(&self) -> [f64; 8] {
         [
             self.start,
             self.end,
@@ -62,7 +62,7 @@ impl Ledger {
     }
 
     /// The ledger that had these numbers.
-    pub(super) fn of_numbers(x: [f64; 8]) -> Ledger {
+    pub fn of_numbers(x: [f64; 8]) -> Ledger {
         let [start, end, scale, jumps, held_exchange, phase_defect, worst_in_phase, worst] = x;
         Ledger { start, end, scale, jumps, held_exchange, phase_defect, worst_in_phase, worst }
     }

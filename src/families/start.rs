@@ -13,7 +13,7 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
         return Err(scene.error(Issue::new("contact.theta", message, "give theta = 1")));
     }
     if system.impact().is_some() {
-        let message = "\"impact\" is for run alone: velocities jump, and what is shot here is not";
+        let message = "is for run alone: velocities jump, and such motions are not shot";
         let help = "give method = \"nbm\", \"mass-redistribution\", \"penalty\" or \"nitsche\"";
         return Err(scene.error(Issue::new("contact.method", message, help)));
     }

@@ -17,9 +17,9 @@ mod table;
 
 use thiserror::Error;
 
-use crate::contact::{ContactError, MassChoice, State, System};
-use crate::fem::FemError;
-use crate::scenario::{BodyKind, ContactMethod, Issue, Scene, SceneError};
+use crate::contact::{ContactError, MassChoice, Rule, State, Stepping, System};
+use crate::fem::{Body, FemError};
+use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Issue, Scene, SceneError};
 
 pub use body::mesh;
 pub use modes::{grazing_scale, phase_modes};
@@ -57,6 +57,20 @@ pub struct Problem {
 /// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
 pub type StoredState = (Vec<f64>, Vec<f64>);
 
+/// The steps of a scene that asks for them.
+fn stepping(contact: &Contact, body: &Body) -> Option<Stepping> {
+    if contact.method != ContactMethod::MoreauJean {
+        return None;
+    }
+    let rule = match contact.activation {
+        Some(Activation::FullStep) => Rule::FullStep,
+        _ => Rule::HalfStep,
+    };
+    // a tenth of the time of a wave over an element at the contact
+    let time = body.size_at_contact().zip(body.wave_speed()).map_or(1e-3, |(h, c)| 0.1 * h / c);
+    Some(Stepping { step: contact.step.unwrap_or(time), rule })
+}
+
 /// What the impact law does not go with.
 fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     if system.impact().is_none() {
@@ -65,7 +79,8 @@ fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     let fail = |key: &str, message: &str, help: &str| {
         Err(scene.error(Issue::new(key, message, help)).into())
     };
-    if system.damping.is_some_and(|d| d.beta != 0.0) {
+    let stepped = system.impact().is_some_and(|law| law.stepping.is_some());
+    if !stepped && system.damping.is_some_and(|d| d.beta != 0.0) {
         let message = "in proportion to the stiffness acts on held points: under the impact law their reactions would follow velocities";
         return fail("damping", message, "give rayleigh = [alpha, 0.0], or another contact method");
     }
@@ -91,9 +106,10 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
                 return Err(scene.error(issue).into());
             }
             let contact = scene.contact.as_ref();
-            match (contact.filter(|c| c.method == ContactMethod::Impact), &edge) {
+            match (contact.filter(|c| c.has_impacts()), &edge) {
                 (Some(c), Some(edge)) => {
-                    System::with_impacts(body, edge, c.restitution.unwrap_or(0.0))
+                    let stepping = stepping(c, &body);
+                    System::with_impacts(body, edge, (c.restitution.unwrap_or(0.0), stepping))
                 }
                 _ => System::on_edge(body, edge.as_ref(), choice),
             }

@@ -40,8 +40,12 @@ pub struct Contact {
     pub gamma: Option<f64>,
     /// `nitsche`: 1 (symmetric), 0 or −1.
     pub theta: Option<f64>,
-    /// `impact`: `e` in `[0, 1]`, 0 by default.
+    /// `impact`, `moreau-jean`: `e` in `[0, 1]`, 0 by default.
     pub restitution: Option<f64>,
+    /// `moreau-jean`: time step, a tenth of the time of a wave over an element by default.
+    pub step: Option<f64>,
+    /// `moreau-jean`: which points are pushed over a step.
+    pub activation: Option<Activation>,
     /// `penalty`, `nitsche`: distance to a second obstacle behind, against the outward normal.
     pub gap_behind: Option<Field>,
     /// The obstacle moves: `amplitude cos(ωt + phase)` is added to the gap.
@@ -77,6 +81,8 @@ pub enum ContactMethod {
     Nitsche,
     /// Newton's law of impact.
     Impact,
+    /// The time-stepping scheme of Moreau and Jean.
+    MoreauJean,
 }
 
 impl ContactMethod {
@@ -88,6 +94,7 @@ impl ContactMethod {
             ContactMethod::Penalty => "penalty",
             ContactMethod::Nitsche => "nitsche",
             ContactMethod::Impact => "impact",
+            ContactMethod::MoreauJean => "moreau-jean",
         }
     }
 }
@@ -100,6 +107,16 @@ pub enum Inertia {
     Paper,
     /// The open phase's mass in every phase.
     Constant,
+}
+
+/// `activation` of `moreau-jean`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Activation {
+    /// Those whose gap closes within half a step.
+    HalfStep,
+    /// Those that come closer and whose gap closes within the step.
+    FullStep,
 }
 
 /// `mass` of mass redistribution.
@@ -158,9 +175,11 @@ impl Contact {
 
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
-        use ContactMethod::{Impact, MassRedistribution, Nitsche, NodalBoundary, Penalty};
+        use ContactMethod::{
+            Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty,
+        };
         let is_lumped = self.boundary_mass == MassKind::Lumped;
-        let given: [(&str, bool, &[ContactMethod]); 9] = [
+        let given: [(&str, bool, &[ContactMethod]); 11] = [
             ("stress", self.stress.is_some(), &[NodalBoundary]),
             ("inertia", self.inertia.is_some(), &[NodalBoundary]),
             ("boundary_mass", is_lumped, &[NodalBoundary]),
@@ -168,7 +187,9 @@ impl Contact {
             ("stiffness", self.stiffness.is_some(), &[Penalty]),
             ("gamma", self.gamma.is_some(), &[Nitsche]),
             ("theta", self.theta.is_some(), &[Nitsche]),
-            ("restitution", self.restitution.is_some(), &[Impact]),
+            ("restitution", self.restitution.is_some(), &[Impact, MoreauJean]),
+            ("step", self.step.is_some(), &[MoreauJean]),
+            ("activation", self.activation.is_some(), &[MoreauJean]),
             ("gap_behind", self.gap_behind.is_some(), &[Penalty, Nitsche]),
         ];
         if let Some((key, _, by)) = given.iter().find(|g| g.1 && !g.2.contains(&self.method)) {
@@ -183,6 +204,7 @@ impl Contact {
         }
         self.stiffness.map_or(Ok(()), |k| positive("contact.stiffness", k))?;
         self.gamma.map_or(Ok(()), |k| positive("contact.gamma", k))?;
+        self.step.map_or(Ok(()), |k| positive("contact.step", k))?;
         if let Some(e) = self.restitution.filter(|e| !(0.0..=1.0).contains(e)) {
             let message = format!("is {e}");
             return Err(Issue::new("contact.restitution", message, "give a number from 0 to 1"));
@@ -198,7 +220,12 @@ impl Contact {
 
     /// Whether contact displacements are among those that move by themselves.
     pub fn moves_contact(&self) -> bool {
-        self.has_springs() || self.method == ContactMethod::Impact
+        self.has_springs() || self.has_impacts()
+    }
+
+    /// Whether velocities jump by a law of impact.
+    pub fn has_impacts(&self) -> bool {
+        matches!(self.method, ContactMethod::Impact | ContactMethod::MoreauJean)
     }
 
     /// Whether the obstacle pushes like springs at points of the edge.
@@ -283,8 +310,8 @@ impl Scene {
         if c.has_springs() {
             return self.check_given_springs(c);
         }
-        if c.method == ContactMethod::Impact {
-            let message = "\"impact\" needs elements, and this body comes from files";
+        if c.has_impacts() {
+            let message = "needs elements, and this body comes from files";
             return issue("method", message, "give method = \"penalty\" and a stiffness");
         }
         if c.mass == Some(RedistributedMass::Optimal) {

@@ -23,7 +23,9 @@ use serde::Deserialize;
 
 pub use crate::mesh::Edge;
 pub use body::{Body, BodyKind, MassKind};
-pub use contact::{Contact, ContactMethod, Inertia, Motion, RedistributedMass, StressKey};
+pub use contact::{
+    Activation, Contact, ContactMethod, Inertia, Motion, RedistributedMass, StressKey,
+};
 pub use damping::Damping;
 pub use error::{Issue, SceneError};
 pub use expression::{Amplitude, Field};

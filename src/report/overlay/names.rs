@@ -74,6 +74,7 @@ fn contact(scene: &Scene) -> Option<String> {
         ContactMethod::Penalty => "penalty",
         ContactMethod::Nitsche => "Nitsche",
         ContactMethod::Impact => "impact law",
+        ContactMethod::MoreauJean => "Moreau-Jean",
     }];
     if contact.method == ContactMethod::NodalBoundary && contact.is_reaction() {
         words.push("nodal reactions");

@@ -45,6 +45,11 @@ pub(super) fn promises(system: &System) -> [String; 2] {
     };
     if let Some(law) = system.impact() {
         let conditions = "gaps and velocities; points stay while their reaction presses";
+        if law.stepping.is_some() {
+            let conditions = "velocities over a step; penetration stays until a point leaves";
+            let energy = "impulses over steps: no pressure, no events";
+            return [conditions.to_owned(), energy.to_owned()];
+        }
         let energy = match law.restitution {
             1.0 => "energy conserved; rebounds chatter",
             0.0 => "every impact takes the energy of its point, O(h); pressures are impulses",

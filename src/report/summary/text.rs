@@ -22,11 +22,11 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
     if system.n_contact() > 0 {
         let yields = system.promise().yields;
         switches(&mut out, report, (given, yields));
-        search(&mut out, report, yields);
+        search(&mut out, system, report);
     }
     energy(&mut out, system, report);
     lcp_check(&mut out, report);
-    work(&mut out, scene, report, wall_s);
+    work(&mut out, (scene, system), report, wall_s);
     out.0
 }
 
@@ -49,7 +49,7 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
     };
     let follow = match system.n_contact() {
         0 => String::new(),
-        _ if system.promise().yields => String::new(),
+        _ if system.body.tips.is_some() => String::new(),
         n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
     };
     let unknowns = match system.body.reduction() {
@@ -91,7 +91,7 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
         false => ("node", "nodes"),
     };
     let nodes = plural(system.n_contact(), one, many);
-    if yields {
+    if system.body.tips.is_some() {
         out.line("contact", nodes);
         let [stress, energy] = promises(system);
         out.line("method", format!("{}: {stress}", system.method_name()));
@@ -144,8 +144,12 @@ fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
 }
 
 /// Whether all switches were found, and how well the contact conditions hold.
-fn search(out: &mut Lines, report: &Report, yields: bool) {
-    out.line("search", certificate(report));
+fn search(out: &mut Lines, system: &System, report: &Report) {
+    let yields = system.promise().yields;
+    match is_stepped(system) {
+        true => out.line("search", "none: a point is pushed over whole steps".into()),
+        false => out.line("search", certificate(report)),
+    }
     if yields {
         let text = format!("≤ {} (the obstacle yields)", significant(report.max_penetration, 4));
         out.line("penetration", text);
@@ -208,9 +212,17 @@ fn lcp_check(out: &mut Lines, report: &Report) {
 }
 
 /// What the integrator did, and how long it took.
-fn work(out: &mut Lines, scene: &Scene, report: &Report, wall_s: f64) {
+/// By the scheme of Moreau and Jean.
+fn is_stepped(system: &System) -> bool {
+    system.impact().is_some_and(|law| law.stepping.is_some())
+}
+
+fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wall_s: f64) {
     let c = &report.counters;
-    let integrator = scene.run.as_ref().map_or("", |r| r.integrator.name());
+    let integrator = match is_stepped(system) {
+        true => "moreau-jean",
+        false => scene.run.as_ref().map_or("", |r| r.integrator.name()),
+    };
     let rejected =
         if c.rejected > 0 { format!(" (+{} rejected)", c.rejected) } else { String::new() };
     let mut work = format!("{integrator}: {}{rejected}", plural(c.steps as usize, "step", "steps"));

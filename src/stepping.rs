@@ -1,0 +1,403 @@
+//! The time-stepping scheme of Moreau and Jean: contact on the level of velocities, impulses over steps, no events (methods.md 4.2; Moreau 1988, Jean 1999).
+//!
+//! With `w = g − n q`, a step `h` and `θ = ½`,
+//!
+//! ```text
+//! W = M + hθC + h²θ²K
+//! v_f = v_k + W⁻¹(−hC v_k − hK q_k − h²θK v_k + h(θ f_{k+1} + (1−θ) f_k))
+//! 0 ≤ ẇ_{k+1} + e ẇ_k  ⟂  P ≥ 0      on the points with w_k + γ h ẇ_k ≤ 0,      v_{k+1} = v_f − W⁻¹nᵀP
+//! q_{k+1} = q_k + h (θ v_{k+1} + (1−θ) v_k)
+//! ```
+//!
+//! Where points touch is not looked for: a point enters the obstacle by `O(h v)` and stays there until it leaves. A step changes the energy by
+//! `½ (1 − e) Pᵀẇ_k ≤ 0` and what loads and damping do; `P/h` is no pressure (it grows as `h` falls).
+
+use std::ops::ControlFlow;
+
+use nalgebra::DMatrix;
+
+use crate::contact::{ActiveSet, ContactError, Rule, State, System, lcp};
+use crate::event::{
+    Checkpoint, Energies, Ledger, Observer, Options, Outcome, Report, Resumed, RunError, Sample,
+    Switch, SwitchKind,
+};
+use crate::fem::{Csr, SolveScratch, SpdFactor};
+use crate::flow::Counters;
+
+const THETA: f64 = 0.5;
+
+/// What does not change from step to step.
+struct Scheme<'a> {
+    system: &'a System,
+    rule: Rule,
+    restitution: f64,
+    h: f64,
+    steps: usize,
+    stiffness: Csr,
+    /// `C`
+    damping: Option<Csr>,
+    factor: SpdFactor,
+    normal: &'a Csr,
+    /// `W⁻¹nᵀ` and `n W⁻¹nᵀ`.
+    columns: Vec<Vec<f64>>,
+    gram: DMatrix<f64>,
+}
+
+impl<'a> Scheme<'a> {
+    /// None for a system that is not stepped.
+    fn new(system: &'a System, until: f64) -> Result<Option<Scheme<'a>>, ContactError> {
+        let (Some(law), Some(tips)) = (system.impact(), &system.body.tips) else { return Ok(None) };
+        let Some(stepping) = law.stepping else { return Ok(None) };
+        let n_o = system.n_o();
+        let steps = (until / stepping.step - 1e-9).ceil().max(1.0) as usize;
+        let h = until / steps as f64;
+        let (mass, stiffness) = (system.mass().leading(n_o), tips.structure.leading(n_o));
+        let damping = system.damping.map(|d| Csr::combination(d.alpha, &mass, d.beta, &stiffness));
+        let elastic = Csr::combination(1.0, &mass, h * h * THETA * THETA, &stiffness);
+        let w = match &damping {
+            Some(c) => Csr::combination(1.0, &elastic, h * THETA, c),
+            None => elastic,
+        };
+        let factor = SpdFactor::new(&w, "matrix of a step")?;
+        let mut scratch = factor.scratch();
+        let column = |k: usize| {
+            let mut x = vec![0.0; n_o];
+            tips.normal.row(k).for_each(|(j, v)| x[j] = v);
+            factor.solve(&mut x, &mut scratch);
+            x
+        };
+        let columns: Vec<Vec<f64>> = (0..system.n_contact()).map(column).collect();
+        let size = columns.len();
+        let gram = DMatrix::from_fn(size, size, |i, j| tips.normal.row_dot(i, &columns[j]));
+        Ok(Some(Scheme {
+            system,
+            rule: stepping.rule,
+            restitution: law.restitution,
+            h,
+            steps,
+            stiffness,
+            damping,
+            factor,
+            normal: &tips.normal,
+            columns,
+            gram,
+        }))
+    }
+
+    fn force(&self, t: f64) -> Vec<f64> {
+        let mut f = vec![0.0; self.system.n()];
+        if !self.system.loads.is_none() {
+            self.system.loads.at(t, &mut f);
+        }
+        f.truncate(self.system.n_o());
+        f
+    }
+}
+
+/// A run by steps.
+struct Stepper<'a, O: Observer> {
+    scheme: Scheme<'a>,
+    options: &'a Options,
+    observer: &'a mut O,
+    scratch: SolveScratch,
+    step: usize,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    /// Points that were pushed in the last step, and the impulses.
+    set: ActiveSet,
+    impulse: Vec<f64>,
+    force: Vec<f64>,
+    external: f64,
+    dissipated: f64,
+    ledger: Ledger,
+    next_sample: usize,
+    stored: usize,
+    penetration: f64,
+    switches: Vec<Switch>,
+}
+
+/// Integrate a system that is stepped; none if it is not.
+pub fn run<O: Observer>(
+    system: &System,
+    initial: &State,
+    resumed: Option<Resumed>,
+    options: &Options,
+    observer: &mut O,
+) -> Result<Option<Report>, RunError<O::Error>> {
+    let Some(scheme) = Scheme::new(system, options.until)? else { return Ok(None) };
+    let mut stepper = Stepper::begin(scheme, initial, options, observer);
+    match resumed {
+        None => {
+            stepper.ledger = Ledger::new(stepper.energies());
+            stepper.sample()?;
+        }
+        Some(resumed) => stepper.go_on(resumed),
+    }
+    let outcome = stepper.integrate()?;
+    Ok(Some(stepper.report(outcome)))
+}
+
+impl<'a, O: Observer> Stepper<'a, O> {
+    fn begin(
+        scheme: Scheme<'a>,
+        initial: &State,
+        options: &'a Options,
+        observer: &'a mut O,
+    ) -> Self {
+        let size = scheme.system.n_contact();
+        Stepper {
+            scratch: scheme.factor.scratch(),
+            force: scheme.force(0.0),
+            scheme,
+            options,
+            observer,
+            step: 0,
+            q: initial.u.clone(),
+            v: initial.v.clone(),
+            set: ActiveSet::open(size),
+            impulse: vec![0.0; size],
+            external: 0.0,
+            dissipated: 0.0,
+            ledger: Ledger::default(),
+            next_sample: 1,
+            stored: 0,
+            penetration: 0.0,
+            switches: vec![],
+        }
+    }
+
+    fn go_on(&mut self, resumed: Resumed) {
+        let Resumed { checkpoint: c, switches, .. } = resumed;
+        let n = self.q.len();
+        self.step = (c.t / self.scheme.h).round() as usize;
+        self.q.copy_from_slice(&c.y[..n]);
+        self.v.copy_from_slice(&c.y[n..2 * n]);
+        (self.external, self.dissipated) = (c.y[2 * n], c.y[2 * n + 1]);
+        self.set = ActiveSet::new(c.active);
+        self.ledger = Ledger::of_numbers(c.ledger);
+        (self.next_sample, self.stored) = (c.counts[0], c.rows[0]);
+        self.penetration = c.extremes[3];
+        self.force = self.scheme.force(self.t());
+        self.switches = switches;
+    }
+
+    fn t(&self) -> f64 {
+        match self.step == self.scheme.steps {
+            true => self.options.until,
+            false => self.step as f64 * self.scheme.h,
+        }
+    }
+
+    fn integrate(&mut self) -> Result<Outcome, RunError<O::Error>> {
+        while self.step < self.scheme.steps {
+            self.advance()?;
+            let t = self.t();
+            if self.q.iter().any(|x| !x.is_finite()) {
+                return Ok(Outcome::Flow(crate::flow::FlowError::NotFinite { t }));
+            }
+            let due = |k: usize| k as f64 * (self.options.until / self.options.samples as f64);
+            let last = self.step == self.scheme.steps;
+            if last || (self.next_sample < self.options.samples && due(self.next_sample) <= t) {
+                while self.next_sample < self.options.samples && due(self.next_sample) <= t {
+                    self.next_sample += 1;
+                }
+                self.sample()?;
+            }
+            let go = self.observer.progress(t).map_err(RunError::Observer)?;
+            if matches!(go, ControlFlow::Break(())) && !last {
+                return Ok(Outcome::Interrupted { t });
+            }
+        }
+        Ok(Outcome::EndTime)
+    }
+
+    /// One step.
+    fn advance(&mut self) -> Result<(), RunError<O::Error>> {
+        let s = &self.scheme;
+        let (h, n) = (s.h, self.q.len());
+        let next = s.force((self.step + 1) as f64 * h);
+        // −hK(q + hθ v) − hC v + h f_θ
+        let ahead: Vec<f64> = self.q.iter().zip(&self.v).map(|(q, v)| q + h * THETA * v).collect();
+        let mean: Vec<f64> =
+            next.iter().zip(&self.force).map(|(a, b)| THETA * a + (1.0 - THETA) * b).collect();
+        let mut b = mean.clone();
+        s.stiffness.mul_sub(&ahead, &mut b);
+        if let Some(c) = &s.damping {
+            c.mul_sub(&self.v, &mut b);
+        }
+        s.factor.solve(&mut b, &mut self.scratch);
+        let mut v: Vec<f64> = self.v.iter().zip(&b).map(|(v, b)| v + h * b).collect();
+        let gap = |k: usize| s.system.constraints[k].gap - s.normal.row_dot(k, &self.q);
+        let rate = |k: usize, v: &[f64]| -s.normal.row_dot(k, v);
+        let reached = |k: &usize| {
+            let (w, dw) = (gap(*k), rate(*k, &self.v));
+            match s.rule {
+                Rule::HalfStep => w + 0.5 * h * dw <= 0.0,
+                Rule::FullStep => w + h * dw <= 0.0 && dw <= 0.0,
+            }
+        };
+        let touching: Vec<usize> = (0..s.system.n_contact()).filter(reached).collect();
+        let before: Vec<f64> = touching.iter().map(|&k| rate(k, &self.v)).collect();
+        let mut impulse = vec![0.0; s.system.n_contact()];
+        let mut jump = 0.0;
+        if !touching.is_empty() {
+            let d = DMatrix::from_fn(touching.len(), touching.len(), |i, j| {
+                s.gram[(touching[i], touching[j])]
+            });
+            let q: Vec<f64> = touching
+                .iter()
+                .zip(&before)
+                .map(|(&k, w)| rate(k, &v) + s.restitution * w)
+                .collect();
+            let largest = v.iter().chain(&self.v).fold(0.0f64, |m, x| m.max(x.abs()));
+            let start: Vec<bool> = touching.iter().map(|&k| !self.set.is_active(k)).collect();
+            let solution = lcp::solve(&d, &q, &vec![4.0 * largest; q.len()], &start)
+                .map_err(ContactError::from)?;
+            for (&k, p) in touching.iter().zip(&solution.w) {
+                impulse[k] = *p;
+                v.iter_mut().zip(&s.columns[k]).for_each(|(v, c)| *v -= p * c);
+            }
+            // ½ Pᵀ(ẇ_{k+1} + ẇ_k)
+            let middle = |(&k, w): (&usize, &f64)| 0.5 * impulse[k] * (rate(k, &v) + w);
+            jump = touching.iter().zip(&before).map(middle).sum();
+        }
+        let halfway: Vec<f64> =
+            v.iter().zip(&self.v).map(|(a, b)| THETA * a + (1.0 - THETA) * b).collect();
+        self.external += h * mean.iter().zip(&halfway).map(|(f, v)| f * v).sum::<f64>();
+        if let Some(c) = &s.damping {
+            self.dissipated += h * c.quadratic(&halfway);
+        }
+        (0..n).for_each(|i| self.q[i] += h * halfway[i]);
+        let was = std::mem::replace(&mut self.v, v);
+        self.force = next;
+        self.step += 1;
+        self.impulse = impulse;
+        let full = self.full().0;
+        self.penetration = self.penetration.max(self.scheme.system.penetration(&full));
+        let energies = self.energies();
+        self.ledger.switch(jump, &energies);
+        self.ledger.note(&energies);
+        self.tell_switches(jump, &was)
+    }
+
+    /// Points that begin or cease to be pushed.
+    fn tell_switches(&mut self, jump: f64, was: &[f64]) -> Result<(), RunError<O::Error>> {
+        let mut jump = jump;
+        for contact in 0..self.impulse.len() {
+            let is = self.impulse[contact] > 0.0;
+            if is == self.set.is_active(contact) {
+                continue;
+            }
+            let after = self.set.with(contact, is);
+            let change = Switch {
+                t: self.t(),
+                contact,
+                node: self.scheme.system.constraints[contact].node,
+                kind: if is { SwitchKind::Close } else { SwitchKind::Open },
+                monitor_rate: -self.scheme.normal.row_dot(contact, was),
+                energy_jump: std::mem::take(&mut jump),
+                before: self.set.clone(),
+                after: after.clone(),
+            };
+            self.set = after;
+            self.observer.switch(&change).map_err(RunError::Observer)?;
+            self.switches.push(change);
+        }
+        Ok(())
+    }
+
+    /// All displacements and velocities, those of the contact points behind the others.
+    fn full(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |x: &[f64]| {
+            let points = (0..self.impulse.len()).map(|k| self.scheme.normal.row_dot(k, x));
+            x.iter().copied().chain(points).collect()
+        };
+        (of(&self.q), of(&self.v))
+    }
+
+    fn energies(&self) -> Energies {
+        let (u, v) = self.full();
+        Energies {
+            kinetic: self.scheme.system.kinetic(&v),
+            elastic: self.scheme.system.elastic(&u),
+            external: self.external,
+            dissipated: self.dissipated,
+        }
+    }
+
+    fn sample(&mut self) -> Result<(), RunError<O::Error>> {
+        let (u, v) = self.full();
+        // an impulse over its step is a mean pressure of this step, and no more
+        let mean = |(p, c): (&f64, &crate::contact::Constraint)| p / (self.scheme.h * c.area);
+        let pressure: Vec<f64> =
+            self.impulse.iter().zip(&self.scheme.system.constraints).map(mean).collect();
+        let sample = Sample {
+            t: self.t(),
+            u: &u,
+            v: &v,
+            active: &self.set,
+            pressure: &pressure,
+            energies: self.energies(),
+            jumps: self.ledger.jumps(),
+        };
+        self.observer.sample(&sample).map_err(RunError::Observer)?;
+        self.stored += 1;
+        if self.observer.keeps_checkpoints() {
+            let books = [self.external, self.dissipated];
+            let state = self.q.iter().chain(&self.v).chain(&books).copied();
+            self.observer.phase(Checkpoint {
+                t: self.t(),
+                y: state.collect(),
+                active: self.set.flags().to_vec(),
+                held: vec![],
+                armed: vec![],
+                recent: vec![],
+                ledger: self.ledger.numbers(),
+                extremes: [0.0, 0.0, self.t(), self.penetration, 0.0, 0.0, 0.0],
+                counts: [self.next_sample, 0, 0, 0, 0, 0],
+                flow: vec![],
+                rows: [self.stored, self.switches.len(), 0],
+            });
+        }
+        Ok(())
+    }
+
+    fn report(self, outcome: Outcome) -> Report {
+        let phases = self.switches.len() + 1;
+        let size = self.scheme.system.units.length;
+        let rule = match self.scheme.rule {
+            Rule::HalfStep => "half a step ahead",
+            Rule::FullStep => "a step ahead",
+        };
+        Report {
+            t_end: self.t(),
+            last: State { u: self.q.clone(), v: self.v.clone() },
+            active: self.set.clone(),
+            phases,
+            grazings: vec![],
+            uncertified_phases: phases,
+            undecided: 0,
+            flow_note: Some(format!(
+                "steps of {:.6e}; points are pushed where their gap closes {rule}",
+                self.scheme.h
+            )),
+            loosened: 0,
+            missed: 0,
+            energy_start: self.ledger.start(),
+            energy_end: self.ledger.end(),
+            energy_jumps: self.ledger.jumps(),
+            energy_external: self.external,
+            energy_dissipated: self.dissipated,
+            energy_drift: self.ledger.drift_in_phase(),
+            energy_drift_total: self.ledger.drift_total(),
+            max_penetration: self.penetration,
+            gap_error: self.penetration,
+            max_tension: 0.0,
+            violation: self.penetration / size,
+            counters: Counters { steps: self.step as u64, ..Counters::default() },
+            lcp_check: None,
+            switches: self.switches,
+            outcome,
+        }
+    }
+}
