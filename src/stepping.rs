@@ -296,6 +296,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
                 kind: if is { SwitchKind::Close } else { SwitchKind::Open },
                 monitor_rate: -self.scheme.normal.row_dot(contact, was),
                 energy_jump: std::mem::take(&mut jump),
+                struck: vec![],
                 before: self.set.clone(),
                 after: after.clone(),
             };

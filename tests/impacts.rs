@@ -194,3 +194,97 @@ fn steps_converge_to_events() {
     println!("{errors:?}");
     assert!(errors[2] < 0.2 * errors[0] && errors[2] < 2e-3, "{errors:?}");
 }
+
+/// The derivative of the event-driven map against differences of it.
+fn check_derivative(p: Problem, closure: signorini::orbit::Closure, z: &[f64], period: f64) {
+    use signorini::orbit::{Propagator, shooting::linearised};
+    let mut body = Propagator::new(p.system).unwrap();
+    let (r, j) = linearised(&mut body, closure, z, period).unwrap();
+    let size = z.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let h = 1e-7 * size;
+    let mut worst = 0.0f64;
+    let mut largest = 0.0f64;
+    for c in 0..z.len() {
+        let mut at = |s: f64| {
+            let mut z = z.to_vec();
+            z[c] += s;
+            linearised(&mut body, closure, &z, period).unwrap().0
+        };
+        let (up, down) = (at(h), at(-h));
+        for i in 0..r.len() {
+            let difference = (up[i] - down[i]) / (2.0 * h);
+            largest = largest.max(j[(i, c)].abs());
+            worst = worst.max((difference - j[(i, c)]).abs());
+        }
+    }
+    println!("{closure:?}: derivative up to {largest:.2e}, differences off by {worst:.1e}");
+    assert!(worst < 1e-5 * largest, "{worst:e} of {largest:e}");
+}
+
+#[test]
+fn saltation_of_impacts_is_the_derivative_of_the_map() {
+    use signorini::orbit::{Closure, Propagator};
+    // rebounds: a bar over half a period, several impacts
+    let body = Propagator::new(bar(1.0, 6).system).unwrap();
+    let z = body.frame(&bar(1.0, 6).initial);
+    let n = body.n();
+    check_derivative(bar(1.0, 6), Closure::Reversible, &z[..n], 3.2);
+    check_derivative(bar(1.0, 6), Closure::Autonomous, &z, 2.3);
+    check_derivative(bar(0.0, 6), Closure::Autonomous, &z, 1.8);
+    check_derivative(bar(0.0, 6), Closure::Autonomous, &z, 2.3);
+    // points that stay, leave and are struck beside others
+    let plate = || {
+        problem(
+            "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [3, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[contact]\nedge = \"right\"\ngap = \"0.5 + 0.2*y\"\n\
+             method = \"impact\"\n[damping]\nrayleigh = [0.1, 0.0]\n\
+             [[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = [0.2, 0.02]\nomega = 1.6\n\
+             [initial]\ndisplacement = [\"-0.9*x\", \"0\"]\n",
+        )
+    };
+    let body = Propagator::new(plate().system).unwrap();
+    let z = body.frame(&plate().initial);
+    check_derivative(plate(), Closure::FORCED, &z, std::f64::consts::TAU / 1.6);
+}
+
+/// Orbits of an elastic impact and of a plastic one under a load close, and are told from what has none.
+#[test]
+fn impacts_have_orbits() {
+    use signorini::orbit::search::{Effort, find};
+    use signorini::orbit::{Closure, Propagator};
+    let mut body = Propagator::new(bar(1.0, 6).system).unwrap();
+    let mut found = 0;
+    for amplitude in [-1.05, -1.2, -1.5, -2.0, -2.6] {
+        let z = signorini::orbit::branch::mode_guess(&body, 1, amplitude).unwrap();
+        let verdict = find(&mut body, Closure::Reversible, &z, 1.7, &Effort::default()).unwrap();
+        if let Some(orbit) = verdict.orbit() {
+            println!("elastic: energy {}, {} impacts", orbit.energy, orbit.switches.len());
+            assert!(orbit.residual < 1e-9 && orbit.balance < 1e-9, "{}", orbit.residual);
+            found += 1;
+        }
+    }
+    assert!(found > 0, "no elastic orbit");
+    let p = problem(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [8]\nyoung = 1.0\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 0.3\nmethod = \"impact\"\n\
+         [damping]\nrayleigh = [0.1, 0.0]\n[[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = [0.1]\nomega = 1.5\nphase = 3.141592653589793\n",
+    );
+    let mut body = Propagator::new(p.system).unwrap();
+    let mut z = body.linear_response();
+    let mut touched = 0;
+    for k in 0..=20 {
+        let omega = 1.2 + 0.01 * f64::from(k);
+        body.system.loads_mut().set_frequency(omega);
+        let verdict = find(&mut body, Closure::FORCED, &z, omega, &Effort::default()).unwrap();
+        let Some(orbit) = verdict.orbit() else { continue };
+        touched += usize::from(!orbit.switches.is_empty());
+        // stability is known, and the map at a stuck point has lost two dimensions
+        let multipliers = &orbit.stability.as_ref().unwrap().multipliers;
+        if orbit.switches.iter().any(|s| s.kind == SwitchKind::Close) {
+            let size = |m: &&(f64, f64)| m.0.hypot(m.1) < 1e-9;
+            assert!(multipliers.iter().filter(size).count() >= 2, "{multipliers:?}");
+        }
+        z = orbit.z.clone();
+    }
+    assert!(touched > 5, "only {touched} orbits touch");
+}

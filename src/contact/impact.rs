@@ -65,6 +65,15 @@ pub(super) struct ImpactLaw {
     law: Impact,
 }
 
+/// `v ← v − Σ columns_j (rows_j v)` over `u_O`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlowMap {
+    /// `M⁻¹nᵀ D⁻¹ E`
+    pub columns: Vec<Vec<f64>>,
+    /// `n`
+    pub rows: Vec<Vec<(usize, f64)>>,
+}
+
 /// Velocities after an impact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blow {
@@ -174,6 +183,29 @@ impl Impact {
         for (&k, r) in points.iter().zip(impulse) {
             v.iter_mut().zip(&mass.columns[k]).for_each(|(v, c)| *v -= r * c);
         }
+    }
+
+    /// The jump of velocities as a linear map, for as long as the same points are struck, of which `held` were at rest before:
+    /// `R = I − M⁻¹nᵀ D⁻¹ E n` with `1 + e` in the diagonal matrix `E`, 1 for points at rest. The factors `M⁻¹nᵀ D⁻¹ E` column by column.
+    pub fn blow(&self, struck: &[usize], held: &ActiveSet) -> Option<BlowMap> {
+        let mass = self.mass()?;
+        let d =
+            DMatrix::from_fn(struck.len(), struck.len(), |i, j| mass.gram[(struck[i], struck[j])]);
+        let inverse = d.try_inverse()?;
+        let factor = |k: usize| if held.is_active(k) { 1.0 } else { 1.0 + self.restitution };
+        let column = |j: usize| -> Vec<f64> {
+            let mut sum = vec![0.0; mass.normal.n_cols()];
+            for (i, &k) in struck.iter().enumerate() {
+                let c = inverse[(i, j)] * factor(struck[j]);
+                sum.iter_mut().zip(&mass.columns[k]).for_each(|(s, x)| *s += c * x);
+            }
+            sum
+        };
+        let row = |&k: &usize| mass.normal.row(k).collect();
+        Some(BlowMap {
+            columns: (0..struck.len()).map(column).collect(),
+            rows: struck.iter().map(row).collect(),
+        })
     }
 
     /// Take what is left of the velocity of some points against the obstacle.

@@ -6,12 +6,16 @@
 use super::{
     ActiveSet, Done, MonitorKind, Observer, Outcome, Root, Run, RunError, Switch, SwitchKind,
 };
+use crate::contact::lcp::UNITS;
 use crate::contact::{ContactError, Impact};
 
 /// A rebound slower than this, over the largest velocity of the body, sticks.
 const STICKS: f64 = 1e-6;
 /// A velocity or an impulse below this, over that of the body, is a rounding error.
 const ROUNDING: f64 = 1e-12;
+
+/// A state further inside the obstacle than this, over its displacements, is no rounding error.
+const INSIDE: f64 = 1e-9;
 
 /// What the points that touch do next.
 #[derive(Debug, Default)]
@@ -60,7 +64,10 @@ impl<O: Observer> Run<'_, O> {
         let energies = self.energies();
         self.ledger.switch(jump, &energies);
         let mut before = present.clone();
-        for contact in 0..self.system.n_contact() {
+        // the point that was met first: what others do follows from its blow
+        let first = monitor.node;
+        let others = (0..self.system.n_contact()).filter(|k| *k != first);
+        for contact in std::iter::once(first).chain(others) {
             let (was, is) = (present.is_active(contact), set.is_active(contact));
             let hit = !was && meeting.hit.contains(&contact);
             let kind = match (was, is) {
@@ -80,6 +87,7 @@ impl<O: Observer> Run<'_, O> {
                 monitor_rate: index.map_or(0.0, |k| rates[k]),
                 // one energy for all that happens at one time: booked with the first
                 energy_jump: std::mem::take(&mut jump),
+                struck: meeting.hit.clone(),
                 before,
                 after: after.clone(),
             };
@@ -94,16 +102,21 @@ impl<O: Observer> Run<'_, O> {
         Ok(None)
     }
 
-    /// The points on the obstacle when the run begins.
-    pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<ActiveSet, O> {
+    /// The points on the obstacle when the run begins; or those inside it, from where no motion goes on.
+    pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<Result<ActiveSet, Vec<usize>>, O> {
         let h = self.monitor_values();
         let rounding = self.phase.monitor_rounding(self.largest_u);
+        let inside: Vec<usize> =
+            (0..h.len()).filter(|&k| h[k] < -INSIDE / UNITS * rounding[k]).collect();
+        if !inside.is_empty() {
+            return Ok(Err(self.mesh_nodes(&inside)));
+        }
         let on = |k: &usize| h[*k] <= 4.0 * rounding[*k];
         let touching: Vec<usize> = (0..h.len()).filter(on).collect();
         let meeting = self.meet(law, &touching)?;
         let mut set = ActiveSet::open(self.system.n_contact());
         meeting.staying.iter().for_each(|&k| set.set(k, true));
-        Ok(set)
+        Ok(Ok(set))
     }
 
     /// Strike the points that touch; which of them stay.

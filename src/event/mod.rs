@@ -336,6 +336,7 @@ impl<O: Observer> Run<'_, O> {
                 kind: if active { SwitchKind::Close } else { SwitchKind::Open },
                 monitor_rate: rate_of(contact),
                 energy_jump: energy - kinetic,
+                struck: vec![],
                 before,
                 after: after.clone(),
             });

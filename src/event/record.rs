@@ -79,6 +79,8 @@ pub struct Switch {
     pub monitor_rate: f64,
     /// `½ u̇_Oᵀ (M⁺ − M⁻) u̇_O`
     pub energy_jump: f64,
+    /// Points that were pushed by an impulse at this time (impact law): their velocities jumped together.
+    pub struck: Vec<usize>,
     /// Active set before.
     pub before: ActiveSet,
     /// Active set after.

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use super::{
-    ActiveSet, Checkpoint, Done, Flow, Layout, Ledger, Observer, Options, Resumed, Run, State,
-    System,
+    ActiveSet, Checkpoint, Done, Flow, Layout, Ledger, Observer, Options, Outcome, Resumed, Run,
+    State, System,
 };
 
 impl<'a, O: Observer> Run<'a, O> {
@@ -22,8 +22,10 @@ impl<'a, O: Observer> Run<'a, O> {
         run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
         let open = ActiveSet::open(system.n_contact());
         if let Some(law) = system.impact() {
-            let set = run.meet_at_start(law)?;
-            run.phase = system.phase(&set);
+            match run.meet_at_start(law)? {
+                Ok(set) => run.phase = system.phase(&set),
+                Err(nodes) => run.early = Some(Outcome::Unresolved { t: 0.0, nodes }),
+            }
             return run.begin();
         }
         let selection = system.select(0.0, run.layout.u(&run.y), &open)?;

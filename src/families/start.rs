@@ -12,10 +12,24 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
         let message = "is for run alone: its forces have no potential, motions gain or lose energy at every contact, and there are no families of orbits";
         return Err(scene.error(Issue::new("contact.theta", message, "give theta = 1")));
     }
-    if system.impact().is_some() {
-        let message = "is for run alone: velocities jump, and such motions are not shot";
-        let help = "give method = \"nbm\", \"mass-redistribution\", \"penalty\" or \"nitsche\"";
+    let Some(law) = system.impact() else { return Ok(()) };
+    if law.stepping.is_some() {
+        let message = "is for run alone: steps have no periodic orbits of their own";
+        let help = "give method = \"impact\", \"nbm\", \"mass-redistribution\", \"penalty\" or \"nitsche\"";
         return Err(scene.error(Issue::new("contact.method", message, help)));
+    }
+    let e = law.restitution;
+    if e > 0.0 && e < 1.0 {
+        let message = format!(
+            "is {e}: rebounds accumulate, and no tangent of a motion passes an accumulation"
+        );
+        let help = "give 1, or 0 with a [[load]]; or run";
+        return Err(scene.error(Issue::new("contact.restitution", message, help)));
+    }
+    if e == 0.0 && !system.loads.is_driven() {
+        let message = "is 0: every impact takes energy, and without a load no motion that touches is periodic";
+        let help = "give 1, or a [[load]] with omega";
+        return Err(scene.error(Issue::new("contact.restitution", message, help)));
     }
     Ok(())
 }

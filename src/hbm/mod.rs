@@ -66,6 +66,11 @@ pub enum HbmError {
         "the open body can move rigidly, and with {0} displacements its dynamic stiffness is factorised, which is singular at rest: support it"
     )]
     Free(usize),
+    /// Velocities jump.
+    #[error(
+        "harmonic balance has no series for velocities that jump: shoot (--method shooting), or give another contact method"
+    )]
+    Impacts,
     /// More switches than a series of this length can have.
     #[error("more than {0} switches along one period")]
     Switches(usize),
@@ -76,6 +81,9 @@ pub enum HbmError {
 
 /// Refuse loads that have no common period.
 fn check_frequencies(system: &System) -> Result<(), HbmError> {
+    if system.impact().is_some() {
+        return Err(HbmError::Impacts);
+    }
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     let Some(first) = frequencies.next() else { return Ok(()) };
     match frequencies.find(|w| *w != first) {

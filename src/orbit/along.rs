@@ -33,7 +33,7 @@ pub fn arclength(
         Start::Orbit(orbit, direction) => {
             body.system.loads_mut().set_frequency(orbit.omega());
             let (chain, times) = match mapped {
-                true => (Chain { sets: vec![], nodes: vec![] }, vec![]),
+                true => (Chain { sets: vec![], nodes: vec![], struck: vec![] }, vec![]),
                 false => chain_of(body, &orbit)?,
             };
             let x = orbit.z.iter().copied().chain(times).chain([orbit.omega()]).collect();
@@ -56,6 +56,8 @@ const MANY_CONTACTS: usize = 4;
 fn is_mapped(body: &Propagator, closure: Closure) -> bool {
     match closure {
         Closure::Viscous(_) => true,
+        // velocities that jump are in the map, and in no segment
+        _ if body.system.impact().is_some() => true,
         Closure::Forced(_) => {
             let is_viscous = body.system.damping.is_some_and(|d| d.beta > 0.0);
             is_viscous && body.system.n_contact() >= MANY_CONTACTS

@@ -79,6 +79,7 @@ pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
         chart: Chain {
             sets: record.sets.iter().map(|s| ActiveSet::new(s.clone())).collect(),
             nodes: record.nodes.clone(),
+            struck: vec![],
         },
     }
 }

@@ -37,6 +37,8 @@ pub struct Chain {
     pub sets: Vec<ActiveSet>,
     /// Contact node of each event.
     pub nodes: Vec<usize>,
+    /// Points that each event strikes, of a motion whose velocities jump (else empty).
+    pub struck: Vec<Vec<usize>>,
 }
 
 impl Chain {
@@ -48,6 +50,21 @@ impl Chain {
     /// Event `j` ends a phase that the same node began.
     pub fn is_pair(&self, j: usize) -> bool {
         j > 0 && self.nodes[j] == self.nodes[j - 1] && self.sets[j - 1] == self.sets[j + 1]
+    }
+}
+
+/// A jump of velocities in modal coordinates.
+#[derive(Debug)]
+pub(super) struct Jump {
+    columns: Mat<f64>,
+    rows: Mat<f64>,
+}
+
+impl Jump {
+    /// `V ← V − C (N V)`
+    pub fn act(&self, v: MatRef<f64>) -> Mat<f64> {
+        let impulse = product(self.rows.as_ref(), v);
+        v - product(self.columns.as_ref(), impulse.as_ref())
     }
 }
 
@@ -111,6 +128,22 @@ impl Propagator {
     /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads.
     pub fn is_large(&self) -> bool {
         self.n() > LARGE && self.system.is_conservative() && self.system.units.highest.is_finite()
+    }
+
+    /// The jump of velocities at event `j` of a chain, in the modes of the set behind it: `V ← V − C (N V)`.
+    pub(super) fn blow(&self, chain: &Chain, j: usize) -> Result<Option<Jump>, FemError> {
+        let struck = chain.struck.get(j).filter(|s| !s.is_empty());
+        let (Some(struck), Some(law)) = (struck, self.system.impact()) else { return Ok(None) };
+        let singular = || FemError::Singular { what: "impulses of an impact" };
+        let map = law.blow(struck, &chain.sets[j]).ok_or_else(singular)?;
+        let to = self.spectra.of_set(&self.system, &chain.sets[j + 1])?;
+        let n = self.n();
+        let columns = Mat::from_fn(n, struck.len(), |i, c| map.columns[c][i]);
+        let columns = product(to.inverse.as_ref(), columns.as_ref());
+        let rows = Mat::from_fn(struck.len(), n, |i, k| {
+            map.rows[i].iter().map(|&(d, v)| v * to.shapes[(d, k)]).sum()
+        });
+        Ok(Some(Jump { columns, rows }))
     }
 
     /// Columns in the modal coordinates of one set in those of another: `Φ_bᵀ M_b Φ_a b`; none if the sets are the same.

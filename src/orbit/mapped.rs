@@ -55,7 +55,10 @@ impl<'a> Mapped<'a> {
             // the end moves with the frequency: dT/dω = −T/ω
             let last = j.ncols() - 1;
             let rate = at.rate_end();
-            (0..2 * n).for_each(|i| j[(i, last)] -= period / omega * rate[i]);
+            // of a reversible orbit the velocities at half a period
+            let (rows, offset) = if closure == Closure::Reversible { (n, n) } else { (2 * n, 0) };
+            let end = closure.end(period);
+            (0..rows).for_each(|i| j[(i, last)] -= end / omega * rate[offset + i]);
         }
         Ok(Some((at.r, j)))
     }
@@ -192,12 +195,12 @@ impl Family for Mapped<'_> {
     }
 
     fn rounding(&self, x: &[f64]) -> f64 {
-        let n = 2 * self.body.n();
+        let n = self.closure.sizes(self.body.n()).1;
         2e-14 * norm(&x[..n]).max(1e-300) * (1.0 + (n as f64).sqrt() * 0.1)
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {
-        let n = 2 * self.body.n();
+        let n = self.closure.sizes(self.body.n()).1;
         let size = norm(&x[..n]).max(1e-300);
         let of_state = (0..n).map(|_| 1.0 / (size * size));
         let omega = x[x.len() - 1];
@@ -209,7 +212,7 @@ impl Family for Mapped<'_> {
     }
 
     fn chart(&self) -> Chain {
-        Chain { sets: vec![], nodes: vec![] }
+        Chain { sets: vec![], nodes: vec![], struck: vec![] }
     }
 
     fn set_chart(&mut self, _: &Chain) {}

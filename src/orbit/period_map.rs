@@ -59,7 +59,7 @@ pub fn integrate_with<O: Observer<Error = std::convert::Infallible>>(
         return Err(OrbitError::Held { t: g.t, node: g.node });
     }
     let first = report.switches.first().map_or(&report.active, |s| &s.before);
-    let mut chain = Chain { sets: vec![first.clone()], nodes: vec![] };
+    let mut chain = Chain { sets: vec![first.clone()], nodes: vec![], struck: vec![] };
     let mut times: Vec<f64> = vec![];
     for s in &report.switches {
         let together = times.last().is_some_and(|t| s.t - t <= SAME_TIME * until);
@@ -70,6 +70,7 @@ pub fn integrate_with<O: Observer<Error = std::convert::Infallible>>(
         } else {
             chain.sets.push(s.after.clone());
             chain.nodes.push(s.contact);
+            chain.struck.push(s.struck.clone());
             times.push(s.t);
         }
     }

@@ -344,7 +344,7 @@ impl Family for Segments<'_> {
         let (z, times, omega) = self.parts(x);
         let (z, mut times) = (z.to_vec(), times.to_vec());
         let end = self.end(omega);
-        let Chain { mut sets, mut nodes } = self.chain.clone();
+        let Chain { mut sets, mut nodes, .. } = self.chain.clone();
         match border {
             Border::Phase { phase, .. } => {
                 let (first, last) = (*phase == 0, *phase == nodes.len());
@@ -416,7 +416,7 @@ impl Family for Segments<'_> {
                 }
             }
         }
-        let chain = Chain { sets, nodes };
+        let chain = Chain { sets, nodes, struck: vec![] };
         let mut all = z;
         all.extend(times);
         all.push(omega);

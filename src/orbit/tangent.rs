@@ -170,8 +170,15 @@ impl Propagator {
                     b = passed;
                 }
                 place = next;
+                if let Some(blow) = &e.blow {
+                    let after = blow.act(b.subcols(k, k));
+                    b.subcols_mut(k, k).copy_from(&after);
+                }
                 for (c, &slope) in slopes.iter().enumerate() {
                     saltation::pass(&e.jump, e.rate, slope, b.col_as_slice_mut(k + c));
+                    if e.blow.is_some() {
+                        saltation::pass(&e.slowed, e.rate, slope, b.col_as_slice_mut(c));
+                    }
                 }
             }
         }

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use faer::Mat;
 
-use super::chain::{Chain, Propagator};
+use super::chain::{Chain, Jump, Propagator};
 use crate::contact::System;
 use crate::continuation::dot;
 use crate::fem::{FemError, Loads};
@@ -19,7 +19,7 @@ use crate::flow::spectrum::Spectrum;
 impl Propagator {
     /// The rate of the frame vector at `t = 0` in the first phase of a chain.
     pub fn rate(&self, z: &[f64], chain: &Chain) -> Result<Vec<f64>, FemError> {
-        let still = Chain { sets: vec![chain.sets[0].clone()], nodes: vec![] };
+        let still = Chain { sets: vec![chain.sets[0].clone()], nodes: vec![], struck: vec![] };
         Ok(self.walk(&still, z, &[], 0.0)?.rate_end)
     }
 
@@ -44,6 +44,13 @@ impl Propagator {
             if let Some(passed) = self.passed(place, set, x.as_ref())? {
                 x = passed;
             }
+            let blow = if j > 0 { self.blow(chain, j - 1)? } else { None };
+            let mut slowed = vec![];
+            if let Some(blow) = &blow {
+                let after = blow.act(x.subcols(1, 1));
+                slowed = (0..n).map(|i| x[(i, 1)] - after[(i, 0)]).collect();
+                x.subcols_mut(1, 1).copy_from(&after);
+            }
             let spectrum = self.spectra.of_set(&self.system, set)?;
             let (a, b) = (
                 if j == 0 { 0.0 } else { times[j - 1] },
@@ -56,8 +63,12 @@ impl Propagator {
                 if let Some(passed) = self.passed(place, set, before.as_ref())? {
                     before = passed;
                 }
+                if let Some(blow) = &blow {
+                    before = blow.act(before.as_ref());
+                }
                 let jump = (0..n).map(|i| before[(i, 0)] - link.a0[i]).collect();
-                events.push(previous.event(chain, j - 1, jump, self.system.body.frequency_bound()));
+                let bound = self.system.body.frequency_bound();
+                events.push(Event { slowed, blow, ..previous.event(chain, j - 1, jump, bound) });
             }
             x = Mat::from_fn(n, 2, |i, c| if c == 0 { link.q1[i] } else { link.v1[i] });
             links.push(link);
@@ -221,6 +232,8 @@ impl Link {
             equation: h,
             jump,
             from_start: false,
+            slowed: vec![],
+            blow: None,
             by_u: r,
             by_v: vec![],
             by_time: rate,
@@ -284,8 +297,11 @@ pub struct Event {
     pub rate: f64,
     /// What must vanish: `h`, or its divided difference over the phase.
     pub equation: f64,
-    /// `ü⁻ − ü⁺` in the modes of the next phase.
+    /// `R ü⁻ − ü⁺` in the modes of the next phase.
     pub(super) jump: Vec<f64>,
+    /// `u̇⁻ − u̇⁺` there, and the jump `R` of velocities, if there is one.
+    pub(super) slowed: Vec<f64>,
+    pub(super) blow: Option<Jump>,
     /// Whether `by_u`, `by_v` act on the state at the start of the phase (else at its end).
     pub(super) from_start: bool,
     by_u: Vec<f64>,

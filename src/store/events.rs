@@ -172,6 +172,7 @@ pub(super) fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Sw
         kind: SwitchKind::of_name(kind[k].as_str()),
         monitor_rate: rate[k],
         energy_jump: jump[k],
+        struck: vec![],
         before: before[k].clone(),
         after: after[k].clone(),
     };
