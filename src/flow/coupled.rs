@@ -122,7 +122,7 @@ impl Coupling {
             let condition =
                 size(&mut (0..2 * n).map(|i| u[(i, k)])) * size(&mut (0..2 * n).map(|j| w[(k, j)]));
             // not a number where the eigenvectors are dependent
-            if !(condition <= CONDITION) {
+            if condition.is_nan() || condition > CONDITION {
                 return Err(failed());
             }
         }
@@ -194,7 +194,7 @@ impl Coupling {
     }
 
     /// `Re(U c)`
-    fn from_modes(&self, c: &[C], x: &mut [f64]) {
+    fn expand(&self, c: &[C], x: &mut [f64]) {
         let re = Mat::from_fn(c.len(), 1, |k, _| c[k].re);
         let im = Mat::from_fn(c.len(), 1, |k, _| -c[k].im);
         let sum = product(self.right[0].as_ref(), re.as_ref())
@@ -328,7 +328,7 @@ impl CoupledMotion {
         let constant = &coupling.forces[0];
         if constant.iter().any(|f| *f != C::default()) {
             let quiet = |k: usize| -constant[k] / coupling.lambda[k];
-            coupling.from_modes(&(0..p).map(quiet).collect::<Vec<_>>(), &mut steady);
+            coupling.expand(&(0..p).map(quiet).collect::<Vec<_>>(), &mut steady);
         }
         let mut driven = vec![];
         for (&(omega, angle, size), force) in loads.iter().zip(&coupling.forces[1..]) {
@@ -379,7 +379,7 @@ impl CoupledMotion {
         let n = q.len();
         let grown = self.amplitudes.iter().zip(&coupling.lambda).map(|(a, l)| a * power(l * tau));
         let mut x = vec![0.0; 2 * n];
-        coupling.from_modes(&grown.collect::<Vec<_>>(), &mut x);
+        coupling.expand(&grown.collect::<Vec<_>>(), &mut x);
         x.iter_mut().zip(&self.steady).for_each(|(x, s)| *x += s);
         for (omega, response) in &self.driven {
             let turn = C::from_polar(1.0, omega * tau);
@@ -549,7 +549,7 @@ impl CoupledMotion {
             }
         }
         let mut x = vec![0.0; 2 * n];
-        coupling.from_modes(&y, &mut x);
+        coupling.expand(&y, &mut x);
         let v = x.split_off(n);
         (x, v)
     }
