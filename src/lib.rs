@@ -53,3 +53,4 @@ pub mod scenario;
 pub mod simulate;
 pub mod stepping;
 pub mod store;
+pub mod waves;

@@ -1,13 +1,13 @@
 //! One call from a scene to a report: what `signorini run` does, for library users.
 
-use crate::contact::{State, System};
+use crate::contact::{March, State, System};
 use crate::event::{self, Observer, Options, Report, Resumed, RunError, Verified};
 use crate::flow::dop853::DOP853;
 use crate::flow::dopri5::DOPRI5;
 use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, auto, exact};
 use crate::problem::Problem;
 use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
-use crate::stepping;
+use crate::{stepping, waves};
 
 /// The `[run]` table of a scene, or the error that says it is missing.
 pub fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
@@ -49,11 +49,16 @@ fn run<O: Observer>(
     let (run, until) = run_table(scene)?;
     let options = Options { until, samples: run.samples, switch_limit: run.switch_limit };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
-    if problem.system.impact().is_some_and(|law| law.stepping.is_some()) {
-        let (system, initial) = (&problem.system, &problem.initial);
-        if let Some(report) = stepping::run(system, initial, resumed.clone(), &options, observer)? {
-            return Ok(report);
+    let (system, initial) = (&problem.system, &problem.initial);
+    let marched = match system.impact().and_then(|law| law.march) {
+        None => None,
+        Some(March::Steps(_)) => {
+            stepping::run(system, initial, resumed.clone(), &options, observer)?
         }
+        Some(March::Waves(_)) => waves::run(system, initial, resumed.clone(), &options, observer)?,
+    };
+    if let Some(report) = marched {
+        return Ok(report);
     }
     let mut flow = by_name(run.integrator, &problem.system, tolerances);
     let (system, flow) = (&problem.system, flow.as_mut());

@@ -16,10 +16,10 @@ use std::ops::ControlFlow;
 
 use nalgebra::DMatrix;
 
-use crate::contact::{ActiveSet, ContactError, Rule, State, System, lcp};
+use crate::contact::{ActiveSet, ContactError, March, Rule, State, System, lcp};
 use crate::event::{
-    Checkpoint, Energies, Ledger, Observer, Options, Outcome, Report, Resumed, RunError, Sample,
-    Switch, SwitchKind,
+    Checkpoint, Energies, Ledger, Marched, Observer, Options, Outcome, Report, Resumed, RunError,
+    Sample, Switch, SwitchKind,
 };
 use crate::fem::{Csr, SolveScratch, SpdFactor};
 use crate::flow::Counters;
@@ -47,7 +47,7 @@ impl<'a> Scheme<'a> {
     /// None for a system that is not stepped.
     fn new(system: &'a System, until: f64) -> Result<Option<Scheme<'a>>, ContactError> {
         let (Some(law), Some(tips)) = (system.impact(), &system.body.tips) else { return Ok(None) };
-        let Some(stepping) = law.stepping else { return Ok(None) };
+        let Some(March::Steps(stepping)) = law.march else { return Ok(None) };
         let n_o = system.n_o();
         let steps = (until / stepping.step - 1e-9).ceil().max(1.0) as usize;
         let h = until / steps as f64;
@@ -364,41 +364,31 @@ impl<'a, O: Observer> Stepper<'a, O> {
     }
 
     fn report(self, outcome: Outcome) -> Report {
-        let phases = self.switches.len() + 1;
+        let (phases, t_end) = (self.switches.len() + 1, self.t());
         let size = self.scheme.system.units.length;
         let rule = match self.scheme.rule {
             Rule::HalfStep => "half a step ahead",
             Rule::FullStep => "a step ahead",
         };
-        Report {
-            t_end: self.t(),
-            last: State { u: self.q.clone(), v: self.v.clone() },
-            active: self.set.clone(),
-            phases,
-            grazings: vec![],
-            uncertified_phases: phases,
-            undecided: 0,
-            flow_note: Some(format!(
+        let marched = Marched {
+            outcome,
+            t_end,
+            last: (State { u: self.q.clone(), v: self.v.clone() }, self.set.clone()),
+            switches: self.switches,
+            counters: Counters { steps: self.step as u64, ..Counters::default() },
+            note: format!(
                 "steps of {:.6e}; points are pushed where their gap closes {rule}",
                 self.scheme.h
-            )),
-            loosened: 0,
-            missed: 0,
-            energy_start: self.ledger.start(),
-            energy_end: self.ledger.end(),
-            energy_jumps: self.ledger.jumps(),
+            ),
+        };
+        Report {
+            uncertified_phases: phases,
             energy_external: self.external,
             energy_dissipated: self.dissipated,
-            energy_drift: self.ledger.drift_in_phase(),
-            energy_drift_total: self.ledger.drift_total(),
             max_penetration: self.penetration,
             gap_error: self.penetration,
-            max_tension: 0.0,
             violation: self.penetration / size,
-            counters: Counters { steps: self.step as u64, ..Counters::default() },
-            lcp_check: None,
-            switches: self.switches,
-            outcome,
+            ..Report::of(marched, &self.ledger)
         }
     }
 }

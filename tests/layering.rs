@@ -7,7 +7,7 @@ mod scanner;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the data.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 17] = [
     "mesh",
     "scenario",
     "fem",
@@ -16,6 +16,7 @@ const ORDER: [&str; 16] = [
     "flow",
     "event",
     "stepping",
+    "waves",
     "simulate",
     "records",
     "continuation",

@@ -30,9 +30,27 @@ use crate::fem::{Body, Csr, FemError, Loads, Reduction, Tips, load};
 pub struct Impact {
     /// `e`
     pub restitution: f64,
-    /// Steps in time in place of events.
-    pub stepping: Option<Stepping>,
+    /// A scheme of its own in place of events.
+    pub march: Option<March>,
     inertia: Arc<Inertia>,
+}
+
+/// Schemes that go through time in their own way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum March {
+    /// That of Moreau and Jean.
+    Steps(Stepping),
+    /// Waves along the characteristics of a uniform bar.
+    Waves(Instants),
+}
+
+/// When the waves of a bar decide on contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instants {
+    /// Where it closes and opens.
+    Exact,
+    /// Once an element's travel time.
+    Step,
 }
 
 /// The scheme of Moreau and Jean.
@@ -88,7 +106,7 @@ pub(super) fn attach(
     body: Body,
     gap: Vec<f64>,
     area: Vec<f64>,
-    (restitution, stepping): (f64, Option<Stepping>),
+    (restitution, march): (f64, Option<March>),
 ) -> Result<(Body, ImpactLaw), ContactError> {
     let dofs = &body.dofs;
     let (n_o, count) = (dofs.n_o, dofs.contact_nodes.len());
@@ -142,7 +160,7 @@ pub(super) fn attach(
         ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
     })?;
     let inertia = Arc::new(Inertia::Held(held));
-    let law = Impact { restitution, stepping, inertia: inertia.clone() };
+    let law = Impact { restitution, march, inertia: inertia.clone() };
     let conditions = Arc::new(conditions);
     Ok((body, ImpactLaw { conditions, inertia, constraints, through, law }))
 }
@@ -235,9 +253,11 @@ impl Impact {
 impl Method for ImpactLaw {
     fn name(&self) -> String {
         let e = self.law.restitution;
-        match self.law.stepping {
+        match self.law.march {
             None => format!("impact law, e = {e}"),
-            Some(_) => format!("Moreau-Jean, e = {e}"),
+            Some(March::Steps(_)) => format!("Moreau-Jean, e = {e}"),
+            Some(March::Waves(Instants::Exact)) => "waves of a uniform bar".to_owned(),
+            Some(March::Waves(Instants::Step)) => "wave finite elements".to_owned(),
         }
     }
 
@@ -249,7 +269,8 @@ impl Method for ImpactLaw {
     fn promise(&self) -> Promise {
         Promise {
             is_lipschitz: false,
-            conserves_energy: self.law.restitution == 1.0,
+            conserves_energy: self.law.restitution == 1.0
+                || matches!(self.law.march, Some(March::Waves(_))),
             is_strong: false,
             yields: false,
         }

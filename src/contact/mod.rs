@@ -21,7 +21,7 @@ pub mod system;
 pub use active::ActiveSet;
 pub use conditions::Conditions;
 pub use equilibrium::NoEquilibrium;
-pub use impact::{Blow, BlowMap, Impact, Rule, Stepping};
+pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
 pub use kinematics::Drive;
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};

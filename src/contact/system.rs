@@ -6,7 +6,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::boundary::{self, BoundaryOperator};
 use super::conditions::Conditions;
-use super::impact::{self, Impact, Stepping};
+use super::impact::{self, Impact, March};
 use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
@@ -145,11 +145,11 @@ impl System {
         Ok(System::of_method(body, Arc::new(method)))
     }
 
-    /// Newton's law of impact (`e`, and steps where there are to be no events) on an edge of a body whose contact displacements move by themselves.
+    /// Newton's law of impact (`e`, and a scheme of its own where there are to be no events) on an edge of a body whose contact displacements move by themselves.
     pub fn with_impacts(
         body: Body,
         contact: &ContactEdge,
-        law: (f64, Option<Stepping>),
+        law: (f64, Option<March>),
     ) -> Result<System, ContactError> {
         let area = boundary::areas(&body, contact.edge);
         let (body, method) = impact::attach(body, contact.gap.clone(), area, law)?;

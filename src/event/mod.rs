@@ -18,7 +18,7 @@ mod verify;
 pub use checkpoint::{Checkpoint, Resumed};
 pub use ledger::{Energies, Ledger};
 pub use record::{
-    Grazing, GrazingKind, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
+    Grazing, GrazingKind, Marched, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
 };
 pub use verify::{LcpCheck, Verified};
 

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::checkpoint::Checkpoint;
-use super::ledger::Energies;
+use super::ledger::{Energies, Ledger};
 use super::verify::LcpCheck;
 use crate::contact::{ActiveSet, State};
 use crate::flow::{Counters, FlowError};
@@ -252,7 +252,56 @@ pub struct Report {
 /// Violations of the contact conditions up to here, relative, are rounding errors.
 const VIOLATION: f64 = 1e-9;
 
+/// What a scheme of its own has to say of a run, for a report.
+#[derive(Debug)]
+pub struct Marched {
+    /// How it ended, and when.
+    pub outcome: Outcome,
+    /// Time reached.
+    pub t_end: f64,
+    /// Last state, last active set.
+    pub last: (State, ActiveSet),
+    /// All switches.
+    pub switches: Vec<Switch>,
+    /// Work done.
+    pub counters: Counters,
+    /// In words.
+    pub note: String,
+}
+
 impl Report {
+    /// The report of a scheme that knows neither flows nor a search: what it does not say is zero.
+    pub fn of(marched: Marched, ledger: &Ledger) -> Report {
+        let Marched { outcome, t_end, last, switches, counters, note } = marched;
+        Report {
+            outcome,
+            t_end,
+            last: last.0,
+            active: last.1,
+            phases: switches.len() + 1,
+            switches,
+            grazings: vec![],
+            uncertified_phases: 0,
+            undecided: 0,
+            flow_note: Some(note),
+            loosened: 0,
+            missed: 0,
+            energy_start: ledger.start(),
+            energy_end: ledger.end(),
+            energy_jumps: ledger.jumps(),
+            energy_external: 0.0,
+            energy_dissipated: 0.0,
+            energy_drift: ledger.drift_in_phase(),
+            energy_drift_total: ledger.drift_total(),
+            max_penetration: 0.0,
+            gap_error: 0.0,
+            max_tension: 0.0,
+            violation: 0.0,
+            counters,
+            lcp_check: None,
+        }
+    }
+
     /// Every switch was found by proof: exact flow in every phase, no undecided tangency, nothing missed, no monitor loosened, and the
     /// contact conditions hold to rounding.
     pub fn is_certified(&self) -> bool {

@@ -13,7 +13,7 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
         return Err(scene.error(Issue::new("contact.theta", message, "give theta = 1")));
     }
     let Some(law) = system.impact() else { return Ok(()) };
-    if law.stepping.is_some() {
+    if law.march.is_some() {
         let message = "is for run alone: steps have no periodic orbits of their own";
         let help = "give method = \"impact\", \"nbm\", \"mass-redistribution\", \"penalty\" or \"nitsche\"";
         return Err(scene.error(Issue::new("contact.method", message, help)));

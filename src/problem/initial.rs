@@ -91,10 +91,11 @@ pub(super) fn check_penetration(
     if system.promise().yields {
         return Ok(());
     }
-    let n_o = system.n_o();
     let moved = moving::frame(scene, system);
-    let start = |i: usize| moved.as_ref().map_or(0.0, |[u, _]| u[n_o + i]);
-    let excess = |i: usize| u[n_o + i] - start(i) - system.constraints[i].gap;
+    let moved = moved.map(|[u, _]| system.along_normals(&u));
+    let start = |i: usize| moved.as_ref().map_or(0.0, |u| u[i]);
+    let along = system.along_normals(u);
+    let excess = |i: usize| along[i] - start(i) - system.constraints[i].gap;
     let Some(worst) = (0..system.n_contact()).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))
     else {
         return Ok(());

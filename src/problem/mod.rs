@@ -17,7 +17,7 @@ mod table;
 
 use thiserror::Error;
 
-use crate::contact::{ContactError, MassChoice, Rule, State, Stepping, System};
+use crate::contact::{ContactError, Instants, March, MassChoice, Rule, State, Stepping, System};
 use crate::fem::{Body, FemError};
 use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Issue, Scene, SceneError};
 
@@ -57,8 +57,14 @@ pub struct Problem {
 /// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
 pub type StoredState = (Vec<f64>, Vec<f64>);
 
-/// The steps of a scene that asks for them.
-fn stepping(contact: &Contact, body: &Body) -> Option<Stepping> {
+/// The scheme of its own that a scene asks for.
+fn march(contact: &Contact, body: &Body) -> Option<March> {
+    if contact.method == ContactMethod::Waves {
+        return Some(March::Waves(match contact.instants {
+            Some(crate::scenario::Instants::Step) => Instants::Step,
+            _ => Instants::Exact,
+        }));
+    }
     if contact.method != ContactMethod::MoreauJean {
         return None;
     }
@@ -68,7 +74,7 @@ fn stepping(contact: &Contact, body: &Body) -> Option<Stepping> {
     };
     // a tenth of the time of a wave over an element at the contact
     let time = body.size_at_contact().zip(body.wave_speed()).map_or(1e-3, |(h, c)| 0.1 * h / c);
-    Some(Stepping { step: contact.step.unwrap_or(time), rule })
+    Some(March::Steps(Stepping { step: contact.step.unwrap_or(time), rule }))
 }
 
 /// What the impact law does not go with.
@@ -79,10 +85,29 @@ fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     let fail = |key: &str, message: &str, help: &str| {
         Err(scene.error(Issue::new(key, message, help)).into())
     };
-    let stepped = system.impact().is_some_and(|law| law.stepping.is_some());
-    if !stepped && system.damping.is_some_and(|d| d.beta != 0.0) {
+    let march = system.impact().and_then(|law| law.march);
+    if march.is_none() && system.damping.is_some_and(|d| d.beta != 0.0) {
         let message = "in proportion to the stiffness acts on held points: under the impact law their reactions would follow velocities";
         return fail("damping", message, "give rayleigh = [alpha, 0.0], or another contact method");
+    }
+    if let Some(March::Waves(_)) = march {
+        let held = system.body.rigid_motions(false).is_empty();
+        if scene.body.kind != BodyKind::Bar || !held {
+            let message = "\"waves\" is for a uniform bar that is held at its other end";
+            return fail("contact.method", message, "give another contact method");
+        }
+        if system.damping.is_some() {
+            let message = "takes energy from waves, which \"waves\" carries unchanged";
+            return fail("damping", message, "remove [damping], or give another contact method");
+        }
+        if !scene.loads.is_empty() {
+            let message = "\"waves\" knows the motion of a bar without loads";
+            return fail("load", message, "remove it, or give another contact method");
+        }
+        if scene.contact.as_ref().is_some_and(|c| c.motion.is_some()) {
+            let message = "\"waves\" knows an obstacle at rest";
+            return fail("contact.motion", message, "remove it, or give another contact method");
+        }
     }
     if scene.reduction.is_some() {
         let message = "leaves contact displacements out of the modes, and under the impact law they have mass";
@@ -108,8 +133,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             let contact = scene.contact.as_ref();
             match (contact.filter(|c| c.has_impacts()), &edge) {
                 (Some(c), Some(edge)) => {
-                    let stepping = stepping(c, &body);
-                    System::with_impacts(body, edge, (c.restitution.unwrap_or(0.0), stepping))
+                    let march = march(c, &body);
+                    System::with_impacts(body, edge, (c.restitution.unwrap_or(0.0), march))
                 }
                 _ => System::on_edge(body, edge.as_ref(), choice),
             }

@@ -44,6 +44,8 @@ pub struct Contact {
     pub restitution: Option<f64>,
     /// `moreau-jean`: time step, a tenth of the time of a wave over an element by default.
     pub step: Option<f64>,
+    /// `waves`: when contact is decided.
+    pub instants: Option<Instants>,
     /// `moreau-jean`: which points are pushed over a step.
     pub activation: Option<Activation>,
     /// `penalty`, `nitsche`: distance to a second obstacle behind, against the outward normal.
@@ -83,6 +85,8 @@ pub enum ContactMethod {
     Impact,
     /// The time-stepping scheme of Moreau and Jean.
     MoreauJean,
+    /// Waves along the characteristics of a uniform bar.
+    Waves,
 }
 
 impl ContactMethod {
@@ -95,6 +99,7 @@ impl ContactMethod {
             ContactMethod::Nitsche => "nitsche",
             ContactMethod::Impact => "impact",
             ContactMethod::MoreauJean => "moreau-jean",
+            ContactMethod::Waves => "waves",
         }
     }
 }
@@ -107,6 +112,16 @@ pub enum Inertia {
     Paper,
     /// The open phase's mass in every phase.
     Constant,
+}
+
+/// `instants` of `waves`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Instants {
+    /// Where contact closes and opens.
+    Exact,
+    /// Once an element's travel time: the wave finite element method.
+    Step,
 }
 
 /// `activation` of `moreau-jean`.
@@ -176,10 +191,10 @@ impl Contact {
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
         use ContactMethod::{
-            Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty,
+            Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Waves,
         };
         let is_lumped = self.boundary_mass == MassKind::Lumped;
-        let given: [(&str, bool, &[ContactMethod]); 11] = [
+        let given: [(&str, bool, &[ContactMethod]); 12] = [
             ("stress", self.stress.is_some(), &[NodalBoundary]),
             ("inertia", self.inertia.is_some(), &[NodalBoundary]),
             ("boundary_mass", is_lumped, &[NodalBoundary]),
@@ -189,6 +204,7 @@ impl Contact {
             ("theta", self.theta.is_some(), &[Nitsche]),
             ("restitution", self.restitution.is_some(), &[Impact, MoreauJean]),
             ("step", self.step.is_some(), &[MoreauJean]),
+            ("instants", self.instants.is_some(), &[Waves]),
             ("activation", self.activation.is_some(), &[MoreauJean]),
             ("gap_behind", self.gap_behind.is_some(), &[Penalty, Nitsche]),
         ];
@@ -225,7 +241,8 @@ impl Contact {
 
     /// Whether velocities jump by a law of impact.
     pub fn has_impacts(&self) -> bool {
-        matches!(self.method, ContactMethod::Impact | ContactMethod::MoreauJean)
+        use ContactMethod::{Impact, MoreauJean, Waves};
+        matches!(self.method, Impact | MoreauJean | Waves)
     }
 
     /// Whether the obstacle pushes like springs at points of the edge.

@@ -24,7 +24,7 @@ use serde::Deserialize;
 pub use crate::mesh::Edge;
 pub use body::{Body, BodyKind, MassKind};
 pub use contact::{
-    Activation, Contact, ContactMethod, Inertia, Motion, RedistributedMass, StressKey,
+    Activation, Contact, ContactMethod, Inertia, Instants, Motion, RedistributedMass, StressKey,
 };
 pub use damping::Damping;
 pub use error::{Issue, SceneError};

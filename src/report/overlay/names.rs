@@ -75,6 +75,7 @@ fn contact(scene: &Scene) -> Option<String> {
         ContactMethod::Nitsche => "Nitsche",
         ContactMethod::Impact => "impact law",
         ContactMethod::MoreauJean => "Moreau-Jean",
+        ContactMethod::Waves => "waves",
     }];
     if contact.method == ContactMethod::NodalBoundary && contact.is_reaction() {
         words.push("nodal reactions");

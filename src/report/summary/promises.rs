@@ -1,7 +1,7 @@
 //! What the method of contact promises, and what is proved of the switches of a run.
 
 use super::{mass_ratio, plural, significant};
-use crate::contact::System;
+use crate::contact::{March, System};
 use crate::event::Report;
 
 /// What is proved of the switches, and what is not.
@@ -45,7 +45,11 @@ pub(super) fn promises(system: &System) -> [String; 2] {
     };
     if let Some(law) = system.impact() {
         let conditions = "gaps and velocities; points stay while their reaction presses";
-        if law.stepping.is_some() {
+        if let Some(March::Waves(_)) = law.march {
+            let conditions = "the continuum: displacements linear, velocities constant over each element at the start";
+            return [conditions.to_owned(), "energy conserved".to_owned()];
+        }
+        if law.march.is_some() {
             let conditions = "velocities over a step; penetration stays until a point leaves";
             let energy = "impulses over steps: no pressure, no events";
             return [conditions.to_owned(), energy.to_owned()];

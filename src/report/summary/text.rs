@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::promises::{certificate, promises};
 use super::{energy_warning, plural, significant};
-use crate::contact::System;
 use crate::contact::lcp::PMatrix;
+use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
 use crate::scenario::{BodyKind, Scene};
 
@@ -214,14 +214,15 @@ fn lcp_check(out: &mut Lines, report: &Report) {
 /// What the integrator did, and how long it took.
 /// By the scheme of Moreau and Jean.
 fn is_stepped(system: &System) -> bool {
-    system.impact().is_some_and(|law| law.stepping.is_some())
+    system.impact().is_some_and(|law| matches!(law.march, Some(March::Steps(_))))
 }
 
 fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wall_s: f64) {
     let c = &report.counters;
-    let integrator = match is_stepped(system) {
-        true => "moreau-jean",
-        false => scene.run.as_ref().map_or("", |r| r.integrator.name()),
+    let integrator = match system.impact().and_then(|law| law.march) {
+        Some(March::Steps(_)) => "moreau-jean",
+        Some(March::Waves(_)) => "waves",
+        None => scene.run.as_ref().map_or("", |r| r.integrator.name()),
     };
     let rejected =
         if c.rejected > 0 { format!(" (+{} rejected)", c.rejected) } else { String::new() };
