@@ -124,6 +124,10 @@ impl Holding {
         [u.max(self.gap[i].abs()), pressure]
     }
 
+    pub fn held_displacements(&self) -> Vec<usize> {
+        self.held.iter().map(|h| h.0).collect()
+    }
+
     /// A matrix over `u_O` in which held displacements know of no other.
     pub fn decoupled(&self, a: &Csr) -> Csr {
         let n_o = self.normal.n_cols();

@@ -347,6 +347,14 @@ impl Phase {
         (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&self.parts.body, &a))
     }
 
+    /// Displacements of `u_O` that reactions hold: in [`Phase::matrices`] they know of no other.
+    pub fn held_displacements(&self) -> Vec<usize> {
+        match &self.kinematics {
+            Kinematics::Holding(k) => k.held_displacements(),
+            Kinematics::Following(_) => vec![],
+        }
+    }
+
     /// What damps of a phase whose springs do not.
     pub fn structural(&self) -> Option<Structural> {
         let (body, tips) = (&self.parts.body, self.parts.body.tips.as_ref()?);

@@ -56,7 +56,17 @@ impl OpenModes {
 /// displacement of largest magnitude positive (the largest displacement where there is no contact).
 pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes, FemError> {
     let (k, m) = phase.matrices();
-    let mut modes = eigen::lowest(&k, &m, count, system.units.frequency)?;
+    // held displacements are modes of their own, and none of the body's
+    let held = phase.held_displacements();
+    let mut modes = eigen::lowest(&k, &m, count + held.len(), system.units.frequency)?;
+    let is_own = |x: &[f64]| held.iter().all(|&j| x[j] == 0.0 || x[j].abs() < 1e-9 * largest_of(x));
+    let kept: Vec<bool> = modes.shapes.iter().map(|x| is_own(x)).collect();
+    let mut keep = kept.iter();
+    modes.omega.retain(|_| keep.next() == Some(&true));
+    let mut keep = kept.iter();
+    modes.shapes.retain(|_| keep.next() == Some(&true));
+    modes.omega.truncate(count);
+    modes.shapes.truncate(count);
     let mut full = vec![0.0; system.n()];
     for shape in &mut modes.shapes {
         phase.expand(shape, &mut full);
@@ -75,9 +85,13 @@ pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes
     Ok(modes)
 }
 
+fn largest_of(x: &[f64]) -> f64 {
+    x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
+}
+
 /// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
 pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
-    let largest = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let largest = largest_of(shape);
     let contact = system.along_normals(shape).into_iter().zip(&system.constraints);
     let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, c)| c.gap / u);
     factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))

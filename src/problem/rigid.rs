@@ -37,7 +37,7 @@ impl Problem {
     /// energy). Without loads it flies as it was thrown, `m = Φᵀ M u̇`, and must meet the obstacle somewhere: `(Φ_C m)_i > 0`.
     fn is_carried_to_the_obstacle(&self, free: &[Vec<f64>]) -> Result<bool, ProblemError> {
         let system = &self.system;
-        let (n, n_o, n_c) = (system.n(), system.n_o(), system.n_contact());
+        let (n, n_c) = (system.n(), system.n_contact());
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut momentum = vec![0.0; n];
         let mut motions: Vec<Vec<f64>> = vec![];
@@ -56,8 +56,9 @@ impl Problem {
         }
         /// Sums below this share of their terms are rounding errors.
         const ROUNDING: f64 = 1e-10;
+        let at_contact: Vec<Vec<f64>> = motions.iter().map(|m| system.along_normals(m)).collect();
         let contact = |z: &[f64]| -> Vec<f64> {
-            (n_o..n).map(|i| motions.iter().zip(z).map(|(m, z)| z * m[i]).sum()).collect()
+            (0..n_c).map(|i| at_contact.iter().zip(z).map(|(m, z)| z * m[i]).sum()).collect()
         };
         let load: Vec<f64> = motions.iter().map(|m| system.loads.constant_potential(m)).collect();
         let force = system.loads.constant.as_ref();
@@ -65,7 +66,7 @@ impl Problem {
             motions.iter().map(|m| m.iter().zip(f).map(|(m, f)| (m * f).abs()).sum::<f64>()).sum()
         });
         if load.iter().any(|b| b.abs() > ROUNDING * terms) {
-            let phi = DMatrix::from_fn(n_c, motions.len(), |i, k| motions[k][n_o + i]);
+            let phi = DMatrix::from_fn(n_c, motions.len(), |i, k| at_contact[k][i]);
             let b = DVector::from_column_slice(&load);
             let q: Vec<f64> = (-(&phi * &b)).iter().copied().collect();
             let Some(pressure) = oracle::clarabel(&(&phi * phi.transpose()), &q) else {

@@ -76,7 +76,11 @@ struct Able {
 impl Able {
     fn of(problem: &Problem) -> Result<Self, CliError> {
         let system = &problem.system;
-        let conservative = system.damping.is_none() && system.loads.harmonics.is_empty();
+        if system.impact().is_some_and(|law| law.march.is_some()) {
+            let text = "this contact method goes through time in its own way: there are no integrators to compare";
+            return Err(CliError::Input(text.into()));
+        }
+        let conservative = system.is_conservative() && system.units.highest.is_finite();
         let by_modes = system.n_o() <= MODAL_LIMIT;
         if !by_modes && !conservative {
             return Err(CliError::Input(format!(
