@@ -20,6 +20,7 @@
 
 pub mod balance;
 pub mod balanced;
+pub mod bem;
 pub mod branch;
 pub mod dynamic;
 pub mod fed;
