@@ -76,3 +76,55 @@ fn units_do_not_matter_and_the_closed_form_starts() {
     // a quarter wave in the bar
     assert_eq!(BAR.solve(TAU / 4.0, &[0.0, 1.0]), Err(NoBarSeries::Resonance(1)));
 }
+
+/// The command: points of a family with their series; a range that is widened later holds the same points as one that was asked for at once.
+#[test]
+fn backbones_by_boundary_elements_are_files_like_others() {
+    use signorini::store::StoredFamily;
+    let folder = tempfile::TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let scene = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [10]\nyoung = 1.0\ndensity = 1.0\n\
+                 [[support]]\nedge = \"right\"\nfix = [\"x\"]\n[contact]\nedge = \"left\"\ngap = 0.5\n";
+    std::fs::write(at("bar.toml"), scene).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = common::program()
+            .current_dir(folder.path())
+            .args([
+                "backbone",
+                "bar.toml",
+                "--method",
+                "bem",
+                "--harmonics",
+                "10,20",
+                "--step",
+                "0.01",
+            ])
+            .args(arguments)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), said)
+    };
+    assert_eq!(run(&["--range", "1.7,1.9", "-o", "whole.h5"]).0, Some(0));
+    assert_eq!(run(&["--range", "1.7,1.8", "-o", "parts.h5"]).0, Some(0));
+    assert_eq!(run(&["--range", "1.7,1.9", "-o", "parts.h5", "--resume"]).0, Some(0));
+    let read = |name: &str| StoredFamily::read(at(name).as_ref()).unwrap().points;
+    let (whole, parts) = (read("whole.h5"), read("parts.h5"));
+    assert_eq!(whole.len(), 42);
+    for (a, b) in whole.iter().zip(&parts) {
+        let energy =
+            |p: &signorini::records::PointRecord| p.orbit.as_ref().map(|o| o.energy.to_bits());
+        assert_eq!((a.omega, a.branch, energy(a)), (b.omega, b.branch, energy(b)));
+    }
+    // the contact end at the far point, from the left: u_C along the outward normal is negative there, and the series says the same
+    let orbit = whole.iter().filter_map(|p| p.orbit.as_ref()).next().unwrap();
+    let end = *orbit.u0.last().unwrap();
+    assert!(end.abs() > 0.5 && orbit.amplitude >= end.abs() - 1e-6, "{end}");
+    // with damping, loads, other bodies it is refused
+    let (code, said) =
+        run(&["--range", "1.7,1.8", "--omega", "1.75", "--follow", "arclength", "-o", "x.h5"]);
+    assert!(code == Some(2) && said.contains("frequency by frequency"), "{said}");
+    std::fs::write(at("bar.toml"), [scene, "[damping]\nrayleigh = [0.1, 0.0]\n"].concat()).unwrap();
+    let (code, said) = run(&["--range", "1.7,1.8", "-o", "x.h5"]);
+    assert!(code == Some(2), "{said}");
+}

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 
 use signorini::contact::State;
 use signorini::continuation::Options;
+use signorini::families::bar;
 use signorini::families::conservative;
 use signorini::families::follow::{self, Take, Task};
 use signorini::families::sequence::{self, Stretch};
@@ -153,6 +154,8 @@ impl Arguments {
         if choice.is_balance() && self.viscous.viscous {
             self.balance.check_viscous().map_err(CliError::Input)?;
         }
+        let on_grid = self.follow == Follow::Sequential && !self.viscous.viscous;
+        choice.bar(&problem.system, on_grid && near.is_empty())?;
         let viscosity = self.viscosity(scene, problem)?;
         let walk = self.walk(scene, range)?;
         let points = if near.is_empty() { self.points } else { near.len() };
@@ -308,6 +311,11 @@ impl Request<'_> {
             }
             Piece::SeriesOnGrid(stretch) => {
                 let what = (&harmonics[..], settings);
+                let system = &self.problem.system;
+                if let Some(bar) = self.choice.bar(system, true)? {
+                    let series = bar::series((&bar, system), what.0, *stretch, &known.all(), take);
+                    return Ok(series?);
+                }
                 if let Some(Viscosity { pin, .. }) = &self.viscosity {
                     let mut body = self.choice.viscous_body(self.problem, *pin)?;
                     return Ok(sequence::viscous_series(

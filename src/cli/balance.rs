@@ -2,6 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
+use signorini::contact::System;
+use signorini::hbm::bem::BarBalance;
 use signorini::hbm::branch::Body;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::{Form, Quadrature, Viscous, fed, prepare};
@@ -19,6 +21,8 @@ pub enum Method {
     Shooting,
     /// By harmonic balance: approximations
     Hbm,
+    /// Bars: by harmonic balance of boundary elements, the continuum without a mesh (backbone)
+    Bem,
 }
 
 /// What is projected.
@@ -106,7 +110,12 @@ impl Arguments {
             ("--shoot", self.shoot),
             ("--form", self.form != FormName::Force),
         ];
-        match given.iter().find(|(_, given)| *given && self.method != Method::Hbm) {
+        let wrong = |(name, given): &&(&str, bool)| match self.method {
+            Method::Shooting => *given,
+            Method::Bem => *given && *name != "--harmonics",
+            Method::Hbm => false,
+        };
+        match given.iter().find(wrong) {
             Some((name, _)) => Err(CliError::Input(format!("{name} goes with --method hbm"))),
             None => Ok(()),
         }
@@ -138,7 +147,32 @@ pub struct Choice {
 impl Choice {
     /// Whether harmonic balance is chosen.
     pub fn is_balance(&self) -> bool {
-        self.method == Method::Hbm
+        self.method != Method::Shooting
+    }
+
+    /// Whether boundary elements are chosen.
+    pub fn is_bem(&self) -> bool {
+        self.method == Method::Bem
+    }
+
+    /// The bar that boundary elements are asked for; an error where there is none, or another family than a backbone on a grid.
+    pub fn bar(&self, system: &System, on_grid: bool) -> Result<Option<BarBalance>, CliError> {
+        if !self.is_bem() {
+            return Ok(None);
+        }
+        let refuse = |why: &str| Err(CliError::Input(format!("--method bem: {why}")));
+        if !on_grid {
+            return refuse(
+                "backbones frequency by frequency, without --viscous: leave --follow out",
+            );
+        }
+        if !system.is_conservative() || !system.loads.is_none() {
+            return refuse("a bar without damping and loads; leave them out, or give --method hbm");
+        }
+        match BarBalance::of(system) {
+            Some(bar) => Ok(Some(bar)),
+            None => refuse("a uniform bar that is held at its other end; give --method hbm"),
+        }
     }
 
     /// Whether an orbit is shot from every solution.
@@ -159,6 +193,7 @@ impl Choice {
     pub fn method(&self) -> PointMethod {
         match self.method {
             Method::Shooting => PointMethod::Shooting,
+            Method::Bem => PointMethod::BoundaryElements,
             Method::Hbm => PointMethod::HarmonicBalance {
                 acceleration: self.form == Form::Acceleration,
                 samples: self.samples,

@@ -80,6 +80,10 @@ impl Arguments {
         };
         let (points, step, locate) = (self.points, self.step, self.locate);
         let choice = self.balance.choice(scene)?;
+        if choice.is_bem() {
+            let text = "--method bem: backbones of a bar without loads; give --method hbm";
+            return Err(CliError::Input(text.into()));
+        }
         if choice.is_balance() && self.balance.aft.is_some() {
             return Err(CliError::Input(
                 "--aft does not go with a response by harmonic balance".into(),

@@ -8,6 +8,7 @@
 //! [`start`] says where they begin, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
+pub mod bar;
 pub mod check;
 pub mod conservative;
 pub mod doubling;

@@ -95,7 +95,7 @@ pub fn series(
 }
 
 /// The legs of a grid on which all numbers of harmonics are solved for together at a frequency.
-fn at_once(
+pub(super) fn at_once(
     harmonics: &[usize],
     stretch: Stretch,
     known: &[&PointRecord],

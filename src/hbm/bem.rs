@@ -62,6 +62,9 @@ pub enum NoBarSeries {
     /// `κ_k L` is an odd multiple of `π/2`.
     #[error("harmonic {0} is at a resonance of the bar: its answer has no bound")]
     Resonance(usize),
+    /// Newton's method came to a motion that does not touch: the bar at rest.
+    #[error("the bar at rest")]
+    AtRest,
     /// Newton's method did not converge.
     #[error("not converged: residual {residual:.1e} after {iterations} steps")]
     NotConverged {
@@ -146,7 +149,14 @@ impl BarBalance {
             let r = cosines.transpose() * balance * faer::Scale(share);
             let size = norm(&p).max(f64::MIN_POSITIVE);
             residual = (0..=m).map(|j| r[(j, 0)].abs()).fold(0.0, f64::max) / size;
+            let largest = p.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+            if largest <= TOLERANCE * self.gap.abs() * self.stiffness / self.length {
+                return Err(NoBarSeries::AtRest);
+            }
             if residual <= TOLERANCE {
+                if !touching.contains(&true) {
+                    return Err(NoBarSeries::AtRest);
+                }
                 let u = p.iter().zip(&answers).map(|(p, a)| p * a).collect();
                 return Ok(BarSeries { omega, u, p, residual, iterations });
             }

@@ -53,6 +53,8 @@ pub enum PointMethod {
         /// An orbit was shot from every point.
         shot: bool,
     },
+    /// Of a bar by boundary elements in the frequency domain.
+    BoundaryElements,
     /// Given by a file, checked in time.
     Check {
         /// The cause of failures was not looked for.
@@ -176,9 +178,9 @@ impl FamilyKind {
         let solver = match self.method {
             PointMethod::Shooting => Solver::Shooting,
             PointMethod::Viscous { .. } => Solver::Viscous,
-            PointMethod::HarmonicBalance { .. } | PointMethod::ViscousBalance { .. } => {
-                Solver::HarmonicBalance
-            }
+            PointMethod::HarmonicBalance { .. }
+            | PointMethod::ViscousBalance { .. }
+            | PointMethod::BoundaryElements => Solver::HarmonicBalance,
             PointMethod::Check { .. } => Solver::Check,
         };
         let way = match self.walk {
@@ -211,6 +213,7 @@ impl std::fmt::Display for FamilyKind {
                 let shot = if shot { ", orbits shot" } else { "" };
                 write!(f, ", viscous, beta {beta}, mode {mode}{shot}")?;
             }
+            PointMethod::BoundaryElements => write!(f, ", boundary elements")?,
             PointMethod::Check { quick } => write!(f, "{}", if quick { ", quick" } else { "" })?,
         }
         match self.walk {
