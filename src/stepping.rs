@@ -346,19 +346,11 @@ impl<'a, O: Observer> Stepper<'a, O> {
         if self.observer.keeps_checkpoints() {
             let books = [self.external, self.dissipated];
             let state = self.q.iter().chain(&self.v).chain(&books).copied();
-            self.observer.phase(Checkpoint {
-                t: self.t(),
-                y: state.collect(),
-                active: self.set.flags().to_vec(),
-                held: vec![],
-                armed: vec![],
-                recent: vec![],
-                ledger: self.ledger.numbers(),
-                extremes: [0.0, 0.0, self.t(), self.penetration, 0.0, 0.0, 0.0],
-                counts: [self.next_sample, 0, 0, 0, 0, 0],
-                flow: vec![],
-                rows: [self.stored, self.switches.len(), 0],
-            });
+            let counts = [self.next_sample, self.stored, self.switches.len()];
+            let at = (self.t(), state.collect());
+            let checkpoint =
+                Checkpoint::marched(at, &self.set, &self.ledger, self.penetration, counts);
+            self.observer.phase(checkpoint);
         }
         Ok(())
     }

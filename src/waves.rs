@@ -333,19 +333,10 @@ impl<'a, O: Observer> Bar<'a, O> {
         self.stored += 1;
         if self.observer.keeps_checkpoints() {
             let pieces = self.pieces.iter().flat_map(|&(l, x)| [l, x]);
-            self.observer.phase(Checkpoint {
-                t: self.t,
-                y: std::iter::once(self.end).chain(pieces).collect(),
-                active: vec![self.touches],
-                held: vec![],
-                armed: vec![],
-                recent: vec![],
-                ledger: self.ledger.numbers(),
-                extremes: [0.0, 0.0, self.t, 0.0, 0.0, 0.0, 0.0],
-                counts: [self.next_sample, 0, 0, 0, 0, 0],
-                flow: vec![],
-                rows: [self.stored, self.switches.len(), 0],
-            });
+            let at = (self.t, std::iter::once(self.end).chain(pieces).collect());
+            let counts = [self.next_sample, self.stored, self.switches.len()];
+            let set = ActiveSet::new(vec![self.touches]);
+            self.observer.phase(Checkpoint::marched(at, &set, &self.ledger, 0.0, counts));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{problem, reference_problem, relative};
+use common::{bar_with as bar, problem, reference_problem, relative};
 use signorini::contact::{ActiveSet, State, System};
 use signorini::event::{self, Options, Report, Silent, Verified};
 use signorini::flow::Tolerances;
@@ -35,14 +35,6 @@ fn nodal(system: &System, report: &Report) -> Vec<f64> {
     let phase = system.phase(&report.active);
     phase.expand_displacement(report.t_end, &report.last.u, &mut u);
     system.body.dofs.scatter(&u)
-}
-
-fn bar(method: &str, n: usize) -> Problem {
-    problem(&format!(
-        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n\
-         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n{method}\
-         [initial]\ndisplacement = [\"-x/0.36\"]\n"
-    ))
 }
 
 fn half_plate(method: &str) -> Problem {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{problem, reference_problem};
+use common::{bar_with, half_plate_with, problem};
 use signorini::contact::{State, System};
 use signorini::event::{self, Options, Outcome, Report, Silent, SwitchKind};
 use signorini::flow::Tolerances;
@@ -21,26 +21,11 @@ fn method(e: f64) -> String {
 }
 
 fn bar(e: f64, n: usize) -> Problem {
-    problem(&format!(
-        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n\
-         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n{}\
-         [initial]\ndisplacement = [\"-x/0.36\"]\n",
-        method(e)
-    ))
+    bar_with(&method(e), n)
 }
 
-/// The half plate with all displacements of the reference file.
 fn half_plate(e: f64) -> Problem {
-    let reference = reference_problem("half-plate-10x3");
-    let text = reference.text.replace("[contact]\n", &format!("[contact]\n{}", method(e)));
-    let text = text.replace("boundary_mass = \"consistent\"\n", "");
-    let system = problem(&text).system;
-    let paper = &reference.problem.system;
-    let (u, v) = reference.problem.initial.full(paper).unwrap();
-    let moved =
-        |x: &[f64]| system.body.dofs.gather(&paper.body.dofs.scatter(x))[..system.n_o()].to_vec();
-    let initial = State { u: moved(&u), v: moved(&v) };
-    Problem { system, initial }
+    half_plate_with(&method(e))
 }
 
 /// Times at which points are hit: two points at one time count once.

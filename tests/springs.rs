@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{problem, reference_problem};
+use common::{bar_with as bar, half_plate_with as half_plate};
 use signorini::contact::{State, System};
 use signorini::event::{self, Options, Report, Silent};
 use signorini::flow::Tolerances;
@@ -21,28 +21,6 @@ fn run(system: &System, initial: &State, until: f64, integrator: Integrator) -> 
     let options = Options { until, samples: 1, switch_limit: 40.0 };
     let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-12, atol: 1e-15 });
     event::run(system, initial, &options, flow.as_mut(), &mut Silent).unwrap()
-}
-
-fn bar(method: &str, n: usize) -> Problem {
-    problem(&format!(
-        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n\
-         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n{method}\
-         [initial]\ndisplacement = [\"-x/0.36\"]\n"
-    ))
-}
-
-/// The half plate with the state of the reference file: all its displacements, those of the contact nodes too.
-fn half_plate(method: &str) -> Problem {
-    let reference = reference_problem("half-plate-10x3");
-    let text = reference.text.replace("[contact]\n", &format!("[contact]\n{method}"));
-    let text = text.replace("boundary_mass = \"consistent\"\n", "");
-    let system = problem(&text).system;
-    let paper = &reference.problem.system;
-    let (u, v) = reference.problem.initial.full(paper).unwrap();
-    let moved =
-        |x: &[f64]| system.body.dofs.gather(&paper.body.dofs.scatter(x))[..system.n_o()].to_vec();
-    let initial = State { u: moved(&u), v: moved(&v) };
-    Problem { system, initial }
 }
 
 #[test]

@@ -3,7 +3,9 @@
 //! Inside a phase the flow is anchored at its beginning; a run that goes on from there takes the same steps as one that was never
 //! interrupted.
 
+use super::ledger::Ledger;
 use super::record::{Grazing, Switch};
+use crate::contact::ActiveSet;
 
 /// The state of a run at the beginning of a phase.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +33,32 @@ pub struct Checkpoint {
     pub flow: Vec<f64>,
     /// Stored states, switches and grazings until here.
     pub rows: [usize; 3],
+}
+
+impl Checkpoint {
+    /// Of a scheme of its own, that knows neither flows nor a search: time and state, points in contact, largest penetration; the next sample, stored
+    /// states and switches.
+    pub fn marched(
+        (t, y): (f64, Vec<f64>),
+        active: &ActiveSet,
+        ledger: &Ledger,
+        penetration: f64,
+        [next_sample, stored, switches]: [usize; 3],
+    ) -> Checkpoint {
+        Checkpoint {
+            t,
+            y,
+            active: active.flags().to_vec(),
+            held: vec![],
+            armed: vec![],
+            recent: vec![],
+            ledger: ledger.numbers(),
+            extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0],
+            counts: [next_sample, 0, 0, 0, 0, 0],
+            flow: vec![],
+            rows: [stored, switches, 0],
+        }
+    }
 }
 
 /// A run that goes on.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use signorini::contact::State;
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
 
@@ -279,4 +280,27 @@ impl signorini::event::Observer for Collector {
         self.active.push(s.active.clone());
         Ok(())
     }
+}
+
+/// A bar of `n` elements with the method `contact`, from the far point of its nonsmooth mode of period 3.36.
+pub fn bar_with(contact: &str, n: usize) -> Problem {
+    problem(&format!(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{n}]\nyoung = 1.0\ndensity = 1.0\n\
+         [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = 1.0\n{contact}\
+         [initial]\ndisplacement = [\"-x/0.36\"]\n"
+    ))
+}
+
+/// The half plate of the reference file with the method `contact`, which keeps the displacements of contact nodes: all of the file's state.
+pub fn half_plate_with(contact: &str) -> Problem {
+    let reference = reference_problem("half-plate-10x3");
+    let text = reference.text.replace("[contact]\n", &format!("[contact]\n{contact}"));
+    let text = text.replace("boundary_mass = \"consistent\"\n", "");
+    let system = problem(&text).system;
+    let paper = &reference.problem.system;
+    let (u, v) = reference.problem.initial.full(paper).unwrap();
+    let moved =
+        |x: &[f64]| system.body.dofs.gather(&paper.body.dofs.scatter(x))[..system.n_o()].to_vec();
+    let initial = State { u: moved(&u), v: moved(&v) };
+    Problem { system, initial }
 }
