@@ -157,8 +157,9 @@ fn steps_converge_to_events() {
              method = \"{method}\"\n{}[damping]\nrayleigh = [0.05, 0.0]\n\
              [[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = [0.05, 0.02]\nomega = 2.3\n\
              [[load]]\nkind = \"gravity\"\namplitude = [0.03, -0.02]\n\
-             [initial]\ndisplacement = [\"-0.9*x\", \"0\"]\n[run]\nuntil = 2.0\nintegrator = \"modal\"\n",
-            if step > 0.0 { format!("step = {step}\n") } else { String::new() }
+             [initial]\ndisplacement = [\"-0.9*x\", \"0\"]\n[run]\nuntil = 2.0\n{}",
+            if step > 0.0 { format!("step = {step}\n") } else { String::new() },
+            if step > 0.0 { "" } else { "integrator = \"modal\"\n" },
         );
         signorini::scenario::Scene::parse(&text, "plate.toml".as_ref()).unwrap()
     };
@@ -272,4 +273,41 @@ fn impacts_have_orbits() {
         z = orbit.z.clone();
     }
     assert!(touched > 5, "only {touched} orbits touch");
+}
+
+/// What a hostile tester met: bodies inside the obstacle from the start, integrators that nothing reads, a body at rest on the obstacle.
+#[test]
+fn states_and_keys_that_mean_nothing_are_refused() {
+    let scene = |method: &str, gap: f64, rest: &str| {
+        let text = format!(
+            "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [10]\nyoung = 1.0\ndensity = 1.0\n\
+             [[support]]\nedge = \"left\"\nfix = [\"x\"]\n[contact]\nedge = \"right\"\ngap = {gap}\n\
+             method = \"{method}\"\n{rest}"
+        );
+        signorini::scenario::Scene::parse(&text, "bar.toml".as_ref()).unwrap()
+    };
+    let refused = |scene: signorini::scenario::Scene, words: &str| {
+        let e = Problem::new(&scene, None).unwrap_err().to_string();
+        assert!(e.contains(words), "{words}: {e}");
+    };
+    for method in ["impact", "moreau-jean", "waves"] {
+        refused(scene(method, -0.1, "[run]\nuntil = 1\n"), "penetrates the obstacle by 1.0");
+        let wrong = "[run]\nuntil = 1\nintegrator = \"chebyshev\"\n";
+        refused(
+            scene(method, 0.5, wrong),
+            if method == "impact" { "needs a bound" } else { "is not read" },
+        );
+    }
+    refused(scene("nitsche", 0.5, "gamma = 1e15\n"), "rounding errors");
+    refused(scene("penalty", 0.5, "stiffness = 1e12\n"), "rounding errors");
+    let at_rest = "theta = 0\n[initial]\nequilibrium = true\n";
+    refused(scene("nitsche", -0.1, at_rest), "forces with a potential");
+    // at rest on the obstacle nothing switches
+    for method in ["impact", "waves"] {
+        let scene = scene(method, -0.1, "[initial]\nequilibrium = true\n[run]\nuntil = 3\n");
+        let p = Problem::new(&scene, None).unwrap();
+        let report = signorini::simulate::simulate(&scene, &p, false, &mut Silent).unwrap();
+        assert!(report.switches.is_empty(), "{method}: {:?}", report.switches);
+        assert_eq!(report.active.count(), 1, "{method}");
+    }
 }

@@ -266,38 +266,53 @@ fn a_second_process_is_turned_away() {
 fn an_interrupted_run_goes_on_to_the_last_bit() {
     let folder = TempDir::new().unwrap();
     let scene = at(&folder, "long.toml");
-    for (integrator, until) in [("modal", 1500.0), ("dop853", 250.0)] {
-        let source = std::fs::read_to_string(root().join("scenarios/plate.toml")).unwrap();
-        let source = source.replace("elements = [20, 10]", "elements = [10, 5]");
-        let (head, _) = source.split_once("[run]").unwrap();
-        let run = format!("[run]\nuntil = {until:?}\nintegrator = \"{integrator}\"\n");
-        std::fs::write(&scene, format!("{head}{run}")).unwrap();
-        let (whole, cut) = (
-            at(&folder, &format!("{integrator}-whole.h5")),
-            at(&folder, &format!("{integrator}-cut.h5")),
-        );
+    let plate = std::fs::read_to_string(root().join("scenarios/plate.toml")).unwrap();
+    let plate = plate.replace("elements = [20, 10]", "elements = [10, 5]");
+    let bar = std::fs::read_to_string(root().join("scenarios/bar.toml")).unwrap();
+    let bar = bar.replace("elements = [40]", "elements = [200]");
+    let scene_of = |body: &str, contact: &str, run: &str| {
+        let (head, _) = body.split_once("[run]").unwrap();
+        let head = head.replace("[contact]\n", &format!("[contact]\n{contact}"));
+        format!("{head}[run]\n{run}")
+    };
+    let steps = "method = \"moreau-jean\"\n";
+    let impact = "method = \"impact\"\nrestitution = 0.5\n";
+    for (name, text) in [
+        ("modal", scene_of(&plate, "", "until = 1500.0\nintegrator = \"modal\"\n")),
+        ("dop853", scene_of(&plate, "", "until = 250.0\nintegrator = \"dop853\"\n")),
+        ("impact", scene_of(&plate, impact, "until = 60.0\n")),
+        ("steps", scene_of(&plate, steps, "until = 60.0\n")),
+        ("waves", scene_of(&bar, "method = \"waves\"\n", "until = 500.0\nsamples = 2000\n")),
+    ] {
+        std::fs::write(&scene, text).unwrap();
+        let whole = at(&folder, &format!("{name}-whole.h5"));
         expect(0, &["run", &scene, "-o", &whole, "-q"]);
-        for (number, name) in [(130, "-INT"), (143, "-TERM")] {
-            let child = spawn(&["run", &scene, "-o", &cut, "-q", "--resume"]);
-            std::thread::sleep(Duration::from_millis(60));
-            signal(&child, name);
-            let output = child.wait_with_output().unwrap();
-            // a fast machine may have been done before the signal
-            if output.status.code() == Some(0) {
-                assert_eq!(status(&cut), "complete");
-                continue;
-            }
-            assert_eq!(output.status.code(), Some(number), "{}", text(&output));
-            assert!(text(&output).contains("--resume"), "{}", text(&output));
-            assert_eq!(status(&cut), "interrupted");
-        }
-        expect(0, &["run", &scene, "-o", &cut, "-q", "--resume"]);
-        assert_eq!(status(&cut), "complete");
-        assert!(datasets(Path::new(&whole)) == datasets(Path::new(&cut)), "{integrator}");
-        assert!(!Path::new(&format!("{cut}.checkpoint")).exists());
-        let again = expect(0, &["run", &scene, "-o", &cut, "--resume"]);
-        assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
+        goes_on(&scene, &at(&folder, &format!("{name}-cut.h5")), &whole);
     }
+}
+
+/// Two signals and a run that goes on.
+fn goes_on(scene: &str, cut: &str, whole: &str) {
+    for (number, name) in [(130, "-INT"), (143, "-TERM")] {
+        let child = spawn(&["run", scene, "-o", cut, "-q", "--resume"]);
+        std::thread::sleep(Duration::from_millis(60));
+        signal(&child, name);
+        let output = child.wait_with_output().unwrap();
+        // a fast machine may have been done before the signal
+        if output.status.code() == Some(0) {
+            assert_eq!(status(cut), "complete");
+            continue;
+        }
+        assert_eq!(output.status.code(), Some(number), "{}", text(&output));
+        assert!(text(&output).contains("--resume"), "{}", text(&output));
+        assert_eq!(status(cut), "interrupted");
+    }
+    expect(0, &["run", scene, "-o", cut, "-q", "--resume"]);
+    assert_eq!(status(cut), "complete");
+    assert!(datasets(Path::new(whole)) == datasets(Path::new(cut)), "{cut}");
+    assert!(!Path::new(&format!("{cut}.checkpoint")).exists());
+    let again = expect(0, &["run", scene, "-o", cut, "--resume"]);
+    assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
 }
 
 /// The same for families, with the journal.

@@ -155,7 +155,7 @@ impl Arguments {
             self.balance.check_viscous().map_err(CliError::Input)?;
         }
         let on_grid = self.follow == Follow::Sequential && !self.viscous.viscous;
-        choice.bar(&problem.system, on_grid && near.is_empty())?;
+        choice.bar(scene, &problem.system, on_grid && near.is_empty())?;
         let viscosity = self.viscosity(scene, problem)?;
         let walk = self.walk(scene, range)?;
         let points = if near.is_empty() { self.points } else { near.len() };
@@ -312,7 +312,7 @@ impl Request<'_> {
             Piece::SeriesOnGrid(stretch) => {
                 let what = (&harmonics[..], settings);
                 let system = &self.problem.system;
-                if let Some(bar) = self.choice.bar(system, true)? {
+                if let Some(bar) = self.choice.bar(self.scene, system, true)? {
                     let series = bar::series((&bar, system), what.0, *stretch, &known.all(), take);
                     return Ok(series?);
                 }

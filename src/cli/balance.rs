@@ -10,7 +10,7 @@ use signorini::hbm::{Form, Quadrature, Viscous, fed, prepare};
 use signorini::orbit::Pin;
 use signorini::problem::Problem;
 use signorini::records::{Branch, PointMethod};
-use signorini::scenario::Scene;
+use signorini::scenario::{ContactMethod, Issue, Scene};
 
 use super::{CliError, family, load, resources};
 
@@ -156,7 +156,12 @@ impl Choice {
     }
 
     /// The bar that boundary elements are asked for; an error where there is none, or another family than a backbone on a grid.
-    pub fn bar(&self, system: &System, on_grid: bool) -> Result<Option<BarBalance>, CliError> {
+    pub fn bar(
+        &self,
+        scene: &Scene,
+        system: &System,
+        on_grid: bool,
+    ) -> Result<Option<BarBalance>, CliError> {
         if !self.is_bem() {
             return Ok(None);
         }
@@ -165,6 +170,12 @@ impl Choice {
             return refuse(
                 "backbones frequency by frequency, without --viscous: leave --follow out",
             );
+        }
+        let method = scene.contact.as_ref().map(|c| c.method).unwrap_or_default();
+        if method != ContactMethod::NodalBoundary {
+            let text = "is not read by --method bem, which is the bar itself before its obstacle";
+            let issue = Issue::new("contact.method", text, "remove the key, or give --method hbm");
+            return Err(scene.error(issue).into());
         }
         if !system.is_conservative() || !system.loads.is_none() {
             return refuse("a bar without damping and loads; leave them out, or give --method hbm");

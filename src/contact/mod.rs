@@ -57,6 +57,14 @@ pub enum ContactError {
         /// What it must exceed.
         bound: f64,
     },
+    /// Springs that rounding errors drown.
+    #[error(
+        "springs {ratio:.1e} times as stiff as the body drown its own forces in rounding errors: give at most 1e8 times its stiffness"
+    )]
+    TooStiff {
+        /// Stiffness over the largest entry of the body's.
+        ratio: f64,
+    },
     /// The pivoting failed.
     #[error(transparent)]
     Lcp(#[from] LcpError),

@@ -146,6 +146,9 @@ pub fn at_displacements(body: &Body, rows: &[usize]) -> Vec<SpringPoint> {
     rows.iter().map(at).collect()
 }
 
+/// Springs stiffer than this, over the body, leave nothing of its own forces but rounding errors: the energy of a motion drifts by `1e-15` of the ratio.
+const STIFFEST: f64 = 1e8;
+
 /// The method.
 #[derive(Debug)]
 pub(super) struct Springs {
@@ -199,6 +202,13 @@ pub(super) fn attach(
         p.displacement.iter().map(|&(j, v)| (q, j, v)).collect::<Vec<_>>()
     };
     let normal = points.iter().enumerate().flat_map(of_displacement).collect();
+    let largest = |entries: &mut dyn Iterator<Item = f64>| entries.fold(0.0f64, f64::max);
+    let own = largest(&mut structure.triplets().map(|e| e.2.abs()));
+    let springs = points.iter().zip(&stiffness).map(|(p, gamma)| gamma * p.weight);
+    let ratio = largest(&mut springs.into_iter()) / own;
+    if ratio > STIFFEST {
+        return Err(ContactError::TooStiff { ratio });
+    }
     let tips = Tips {
         normal: Csr::from_triplets(n_c, n_o, normal),
         structure,

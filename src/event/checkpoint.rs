@@ -50,7 +50,7 @@ impl Checkpoint {
             y,
             active: active.flags().to_vec(),
             held: vec![],
-            armed: vec![],
+            armed: vec![true; active.flags().len()],
             recent: vec![],
             ledger: ledger.numbers(),
             extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0],

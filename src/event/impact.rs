@@ -97,7 +97,10 @@ impl<O: Observer> Run<'_, O> {
             self.recent.push_back((change.t, change.node));
             self.switches.push(change);
         }
-        self.store_sample()?;
+        // blows at one time leave one state: times in a file ascend
+        if self.t > self.last_stored {
+            self.store_sample()?;
+        }
         self.tell_checkpoint();
         Ok(None)
     }

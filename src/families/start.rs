@@ -14,7 +14,7 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
     }
     let Some(law) = system.impact() else { return Ok(()) };
     if law.march.is_some() {
-        let message = "is for run alone: steps have no periodic orbits of their own";
+        let message = "is for run alone: what goes through time in its own way is not shot";
         let help = "give method = \"impact\", \"nbm\", \"mass-redistribution\", \"penalty\" or \"nitsche\"";
         return Err(scene.error(Issue::new("contact.method", message, help)));
     }

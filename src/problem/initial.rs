@@ -47,6 +47,12 @@ pub(super) fn initial_state(
         check_penetration(scene, system, "initial.file", &u)?;
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
+    if s.equilibrium && !system.has_potential() {
+        let message =
+            "is that of forces with a potential, and those of theta other than 1 have none";
+        let help = "give theta = 1, or displacement = [\"…\"]";
+        return Err(scene.error(Issue::new("initial.equilibrium", message, help)).into());
+    }
     let at_rest = match s.equilibrium {
         true => Some(system.equilibrium().map_err(|e| {
             let help = "give other constant loads, or displacement = [\"…\"]";
@@ -74,6 +80,9 @@ pub(super) fn initial_state(
     let v = field("initial.velocity", &s.velocity)?;
     if s.displacement.is_some() {
         check_penetration(scene, system, "initial.displacement", &u)?;
+    } else if system.impact().is_some() && at_rest.is_none() {
+        // contact displacements do not follow: the undeformed body may stand inside the obstacle
+        check_penetration(scene, system, "contact.gap", &u)?;
     }
     if let Some((_, u)) = at_rest {
         return Ok(State { u, v: v[..n_o].to_vec() });

@@ -19,7 +19,9 @@ use thiserror::Error;
 
 use crate::contact::{ContactError, Instants, March, MassChoice, Rule, State, Stepping, System};
 use crate::fem::{Body, FemError};
-use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Issue, Scene, SceneError};
+use crate::scenario::{
+    Activation, BodyKind, Contact, ContactMethod, Integrator, Issue, Scene, SceneError,
+};
 
 pub use body::mesh;
 pub use modes::{grazing_scale, phase_modes};
@@ -109,8 +111,18 @@ fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
             return fail("contact.motion", message, "remove it, or give another contact method");
         }
     }
+    let integrator = scene.run.as_ref().map_or(Integrator::Auto, |r| r.integrator);
+    if march.is_some() && integrator != Integrator::Auto {
+        let message = "is not read: the contact method goes through time in its own way";
+        return fail("run.integrator", message, "remove the key, or give another contact method");
+    }
+    if integrator == Integrator::Chebyshev {
+        let message =
+            "\"chebyshev\" needs a bound of the frequencies, which no phase with held points has";
+        return fail("run.integrator", message, "give \"auto\", \"modal\" or \"dop853\"");
+    }
     if scene.reduction.is_some() {
-        let message = "leaves contact displacements out of the modes, and under the impact law they have mass";
+        let message = "leaves contact displacements out of the modes, and with this contact method they have mass";
         return fail("reduction", message, "leave [reduction] out, or give another contact method");
     }
     Ok(())

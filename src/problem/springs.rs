@@ -57,6 +57,12 @@ pub(super) fn system(scene: &Scene, contact: &Contact, law: Law) -> Result<Syste
             let help = format!("give gamma = 2.0, or another number above {bound:.6}");
             scene.error(Issue::new("contact.gamma", message, help)).into()
         }
+        ContactError::TooStiff { .. } => {
+            let key = if matches!(law, Law::Penalty { .. }) { "stiffness" } else { "gamma" };
+            let issue =
+                Issue::new(format!("contact.{key}"), e.to_string(), "give a smaller number");
+            scene.error(issue).into()
+        }
         other => other.into(),
     })
 }

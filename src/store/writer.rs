@@ -102,8 +102,10 @@ impl Writer {
         let refuse = |why: &str| {
             StoreError::unusable(&at, format!("cannot be gone on with: {why}; --force starts anew"))
         };
+        // a scheme of its own keeps its state in its own way
+        let marches = system.impact().is_some_and(|law| law.march.is_some());
         if of != problem
-            || checkpoint.y.len() < 2 * system.n_o()
+            || (!marches && checkpoint.y.len() < 2 * system.n_o())
             || checkpoint.armed.len() != system.n_contact()
         {
             return Err(refuse("the files that the scene names have changed since"));
