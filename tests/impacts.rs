@@ -311,3 +311,23 @@ fn states_and_keys_that_mean_nothing_are_refused() {
         assert_eq!(report.active.count(), 1, "{method}");
     }
 }
+
+/// Files name the nodes that are hit, and hold every kind of switch.
+#[test]
+fn files_of_impacts_name_their_nodes() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let text = std::fs::read_to_string(common::root().join("scenarios/bar.toml")).unwrap();
+    let text = text.replace("gap = 1.0\n", "gap = 1.0\nmethod = \"impact\"\nrestitution = 0.5\n");
+    std::fs::write(at("bar.toml"), text).unwrap();
+    let output =
+        common::program().args(["run", &at("bar.toml"), "-o", &at("bar.h5")]).output().unwrap();
+    assert!(output.status.success());
+    let stored = signorini::store::Stored::read(at("bar.h5").as_ref()).unwrap();
+    assert_eq!(stored.contact_nodes, [40]);
+    assert!(stored.switch_node.iter().all(|n| *n == 40));
+    for kind in ["impact", "stick", "open"] {
+        assert!(stored.switch_kind.iter().any(|k| k == kind), "{kind}");
+    }
+    assert!(stored.t.windows(2).all(|t| t[0] < t[1]));
+}

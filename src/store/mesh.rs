@@ -50,7 +50,8 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     };
     let map = (0..mesh.n_nodes()).flat_map(|n| [index(n, 0), index(n, 1)]).collect();
     g.new_dataset_builder().with_data(&array(mesh.n_nodes(), 2, map)?).create("dof_map")?;
-    if system.body.tips.is_none() {
+    // springs push at points of quadrature, every other method at nodes
+    if !system.promise().yields {
         let nodes: Vec<i64> = system.constraints.iter().map(|c| c.node as i64).collect();
         g.new_dataset_builder().with_data(&nodes).create("contact_nodes")?;
     } else {
