@@ -5,15 +5,13 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{bar_with as bar, problem, reference_problem, relative};
+use common::{bar_with as bar, observed, problem, reference_problem, relative};
 use signorini::contact::{ActiveSet, State, System};
-use signorini::event::{self, Options, Report, Silent, Verified};
-use signorini::flow::Tolerances;
+use signorini::event::{Report, Silent, Verified};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::Integrator;
-use signorini::simulate::by_name;
 
 const CONDENSED: &str = "method = \"mass-redistribution\"\n";
 const OPTIMAL: &str = "method = \"mass-redistribution\"\nmass = \"optimal\"\n";
@@ -21,11 +19,9 @@ const REACTION: &str = "stress = \"reaction\"\ninertia = \"constant\"\n";
 const CONSTANT: &str = "inertia = \"constant\"\n";
 
 fn run(system: &System, initial: &State, until: f64, integrator: Integrator) -> Report {
-    let options = Options { until, samples: 1, switch_limit: 40.0 };
-    let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-12, atol: 1e-15 });
     let mut observer = Silent;
     let mut verified = Verified::new(system, &mut observer);
-    let report = event::run(system, initial, &options, flow.as_mut(), &mut verified).unwrap();
+    let report = observed(system, initial, until, integrator, &mut verified);
     Report { lcp_check: Some(verified.check), ..report }
 }
 

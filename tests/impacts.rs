@@ -2,19 +2,10 @@
 
 mod common;
 
-use common::{bar_with, half_plate_with, problem};
-use signorini::contact::{State, System};
-use signorini::event::{self, Options, Outcome, Report, Silent, SwitchKind};
-use signorini::flow::Tolerances;
+use common::{bar_with, event_driven as run, half_plate_with, problem};
+use signorini::event::{Outcome, Report, Silent, SwitchKind};
 use signorini::problem::Problem;
 use signorini::scenario::Integrator;
-use signorini::simulate::by_name;
-
-fn run(system: &System, initial: &State, until: f64, integrator: Integrator) -> Report {
-    let options = Options { until, samples: 1, switch_limit: 40.0 };
-    let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-12, atol: 1e-15 });
-    event::run(system, initial, &options, flow.as_mut(), &mut Silent).unwrap()
-}
 
 fn method(e: f64) -> String {
     format!("method = \"impact\"\nrestitution = {e}\n")

@@ -3,25 +3,15 @@
 
 mod common;
 
-use common::{bar_with as bar, half_plate_with as half_plate};
-use signorini::contact::{State, System};
-use signorini::event::{self, Options, Report, Silent};
-use signorini::flow::Tolerances;
+use common::{bar_with as bar, event_driven as run, half_plate_with as half_plate};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::Integrator;
-use signorini::simulate::by_name;
 
 const PENALTY: &str = "method = \"penalty\"\n";
 const NITSCHE: &str = "method = \"nitsche\"\n";
 const NITSCHE_0: &str = "method = \"nitsche\"\ntheta = 0\ngamma = 5\n";
-
-fn run(system: &System, initial: &State, until: f64, integrator: Integrator) -> Report {
-    let options = Options { until, samples: 1, switch_limit: 40.0 };
-    let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-12, atol: 1e-15 });
-    event::run(system, initial, &options, flow.as_mut(), &mut Silent).unwrap()
-}
 
 #[test]
 fn bars_move_as_the_prototype_says() {

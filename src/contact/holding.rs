@@ -42,9 +42,10 @@ impl Holding {
     ) -> Holding {
         let (free, closed) = (set.free_nodes(), set.closed_nodes());
         let size = closed.len();
-        let block = DMatrix::from_fn(size, size, |i, j| mass.gram[(closed[i], closed[j])]);
-        let inverse =
-            block.try_inverse().unwrap_or_else(|| DMatrix::from_element(size, size, f64::NAN));
+        let inverse = mass
+            .block(&closed)
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::from_element(size, size, f64::NAN));
         let n_o = mass.normal.n_cols();
         let combined = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
             (0..size).map(|j| inverse[(i, j)] * of(closed[j])).sum::<f64>()
@@ -101,15 +102,7 @@ impl Holding {
             let linear: f64 = row.iter().zip(x_o).map(|(r, x)| r * x).sum();
             h[i] = if affine { offset + linear } else { linear };
         }
-        let (t, order) = match part {
-            Part::Whole(t) => (t, 0),
-            Part::Derivative(t, order) => (t, order),
-            Part::Undriven | Part::Linear => return,
-        };
-        for drive in &self.drives {
-            let c = drive.load.factor(t, order);
-            h.iter_mut().zip(&drive.monitor).for_each(|(h, d)| *h += c * d);
-        }
+        part.add_drives(&self.drives, h, |d| &d.monitor);
     }
 
     pub fn a_star(&self) -> Csr {

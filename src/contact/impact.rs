@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
 use super::active::ActiveSet;
@@ -32,7 +32,7 @@ pub struct Impact {
     pub restitution: f64,
     /// A scheme of its own in place of events.
     pub march: Option<March>,
-    inertia: Arc<Inertia>,
+    mass: Arc<HeldMass>,
 }
 
 /// Schemes that go through time in their own way.
@@ -122,7 +122,7 @@ pub(super) fn attach(
     let dofs = &body.dofs;
     let mut direction = [0.0; 3];
     direction[dofs.contact_axis] = dofs.contact_sign;
-    let held = HeldMass::new(&body, normal)?;
+    let held = Arc::new(HeldMass::new(&body, normal)?);
     let through = held.columns.iter().map(|c| {
         let mut x = c.clone();
         x.resize(n, 0.0);
@@ -159,24 +159,16 @@ pub(super) fn attach(
         let node = dofs.contact_nodes[index];
         ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
     })?;
-    let inertia = Arc::new(Inertia::Held(held));
-    let law = Impact { restitution, march, inertia: inertia.clone() };
+    let inertia = Arc::new(Inertia::Held(held.clone()));
+    let law = Impact { restitution, march, mass: held };
     let conditions = Arc::new(conditions);
     Ok((body, ImpactLaw { conditions, inertia, constraints, through, law }))
 }
 
 impl Impact {
-    fn mass(&self) -> Option<&HeldMass> {
-        match &*self.inertia {
-            Inertia::Held(held) => Some(held),
-            _ => None,
-        }
-    }
-
     /// The impact of the points `touching` at the velocity `v`, which becomes that after it.
     pub fn strike(&self, touching: &[usize], v: &mut [f64]) -> Result<Blow, LcpError> {
-        let Some(mass) = self.mass() else { return Err(LcpError::Singular) };
-        let rate = |v: &[f64], k: usize| -mass.normal.row_dot(k, v);
+        let rate = |v: &[f64], k: usize| -self.mass.normal.row_dot(k, v);
         let before: Vec<f64> = touching.iter().map(|&k| rate(v, k)).collect();
         let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let q: Vec<f64> = before.iter().map(|w| (1.0 + self.restitution) * w).collect();
@@ -187,29 +179,23 @@ impl Impact {
 
     /// `0 ≤ D r + q ⟂ r ≥ 0` on some points: the smallest `r` of the solution; what is zero to rounding is zero.
     fn complementary(&self, points: &[usize], q: &[f64], size: f64) -> Result<Vec<f64>, LcpError> {
-        let Some(mass) = self.mass() else { return Err(LcpError::Singular) };
-        let d =
-            DMatrix::from_fn(points.len(), points.len(), |i, j| mass.gram[(points[i], points[j])]);
         let start: Vec<bool> = q.iter().map(|q| *q >= 0.0).collect();
-        let solution = lcp::solve(&d, q, &vec![4.0 * size; q.len()], &start)?;
+        let solution = lcp::solve(&self.mass.block(points), q, &vec![4.0 * size; q.len()], &start)?;
         Ok(solution.w)
     }
 
     /// `v ← v − M⁻¹nᵀ r`
     fn push(&self, points: &[usize], impulse: &[f64], v: &mut [f64]) {
-        let Some(mass) = self.mass() else { return };
         for (&k, r) in points.iter().zip(impulse) {
-            v.iter_mut().zip(&mass.columns[k]).for_each(|(v, c)| *v -= r * c);
+            v.iter_mut().zip(&self.mass.columns[k]).for_each(|(v, c)| *v -= r * c);
         }
     }
 
     /// The jump of velocities as a linear map, for as long as the same points are struck, of which `held` were at rest before:
     /// `R = I − M⁻¹nᵀ D⁻¹ E n` with `1 + e` in the diagonal matrix `E`, 1 for points at rest. The factors `M⁻¹nᵀ D⁻¹ E` column by column.
     pub fn blow(&self, struck: &[usize], held: &ActiveSet) -> Option<BlowMap> {
-        let mass = self.mass()?;
-        let d =
-            DMatrix::from_fn(struck.len(), struck.len(), |i, j| mass.gram[(struck[i], struck[j])]);
-        let inverse = d.try_inverse()?;
+        let mass = &self.mass;
+        let inverse = mass.block(struck).try_inverse()?;
         let factor = |k: usize| if held.is_active(k) { 1.0 } else { 1.0 + self.restitution };
         let column = |j: usize| -> Vec<f64> {
             let mut sum = vec![0.0; mass.normal.n_cols()];
@@ -228,22 +214,16 @@ impl Impact {
 
     /// Take what is left of the velocity of some points against the obstacle.
     pub fn stop(&self, points: &[usize], v: &mut [f64]) {
-        let Some(mass) = self.mass() else { return };
-        let d =
-            DMatrix::from_fn(points.len(), points.len(), |i, j| mass.gram[(points[i], points[j])]);
-        let along = nalgebra::DVector::from_iterator(
-            points.len(),
-            points.iter().map(|&k| mass.normal.row_dot(k, v)),
-        );
-        if let Some(r) = d.lu().solve(&along) {
+        let along = points.iter().map(|&k| self.mass.normal.row_dot(k, v));
+        let along = DVector::from_iterator(points.len(), along);
+        if let Some(r) = self.mass.block(points).lu().solve(&along) {
             self.push(points, r.as_slice(), v);
         }
     }
 
     /// Which of the points at rest on the obstacle stay: `0 ≤ ẅ ⟂ λ ≥ 0` with the acceleration `a` of the body without their reactions.
     pub fn staying(&self, resting: &[usize], a: &[f64]) -> Result<Vec<usize>, LcpError> {
-        let Some(mass) = self.mass() else { return Err(LcpError::Singular) };
-        let q: Vec<f64> = resting.iter().map(|&k| -mass.normal.row_dot(k, a)).collect();
+        let q: Vec<f64> = resting.iter().map(|&k| -self.mass.normal.row_dot(k, a)).collect();
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let reaction = self.complementary(resting, &q, largest)?;
         Ok(resting.iter().zip(&reaction).filter(|(_, r)| **r > 0.0).map(|(&k, _)| k).collect())
@@ -312,20 +292,9 @@ impl Method for ImpactLaw {
 
     fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
         let inertia = PhaseInertia::new(&self.inertia, set);
-        let kinematics = match &*self.inertia {
-            Inertia::Held(held) => Kinematics::Holding(Holding::new(
-                (held, &self.through),
-                &self.constraints,
-                set,
-                &parts.loads,
-            )),
-            _ => Kinematics::Following(super::kinematics::Following::new(
-                &self.conditions,
-                set,
-                &parts.loads,
-            )),
-        };
-        Phase::new(parts.clone(), kinematics, inertia, set.clone())
+        let mass = (&*self.law.mass, &*self.through);
+        let holding = Holding::new(mass, &self.constraints, set, &parts.loads);
+        Phase::new(parts.clone(), Kinematics::Holding(holding), inertia, set.clone())
     }
 
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {

@@ -33,7 +33,7 @@ pub(super) enum Inertia {
     Projected(Projector),
     Constant(ConstantMass),
     /// The body's own mass; points in contact are held by reactions.
-    Held(HeldMass),
+    Held(Arc<HeldMass>),
 }
 
 /// The body's mass, with what a reaction at each contact point does.
@@ -56,6 +56,11 @@ impl HeldMass {
         let mut columns = vec![];
         let gram = gram(&factor, &normal, |_, x| columns.push(x.to_vec()));
         Ok(HeldMass { mass: body.mass.clone(), factor, normal, columns, gram })
+    }
+
+    /// `D` of some of the points.
+    pub fn block(&self, points: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(points.len(), points.len(), |i, j| self.gram[(points[i], points[j])])
     }
 }
 
@@ -256,9 +261,7 @@ impl PhaseInertia {
         if rows.is_empty() {
             return;
         }
-        let schur = self.schur.get_or_init(|| {
-            DMatrix::from_fn(rows.len(), rows.len(), |i, j| h.gram[(rows[i], rows[j])]).cholesky()
-        });
+        let schur = self.schur.get_or_init(|| h.block(rows).cholesky());
         let Some(schur) = schur else { return a.fill(f64::NAN) };
         let mut mu =
             DVector::from_iterator(rows.len(), rows.iter().map(|&k| h.normal.row_dot(k, a)));

@@ -54,6 +54,24 @@ impl Part {
     pub fn is_affine(self) -> bool {
         matches!(self, Part::Whole(_) | Part::Undriven)
     }
+
+    /// Add the drives' share of `u_C` or of the monitors, as `of` tells.
+    pub fn add_drives<'a>(
+        self,
+        drives: &'a [Drive],
+        x: &mut [f64],
+        of: impl Fn(&'a Drive) -> &'a [f64],
+    ) {
+        let (t, order) = match self {
+            Part::Whole(t) => (t, 0),
+            Part::Derivative(t, order) => (t, order),
+            Part::Undriven | Part::Linear => return,
+        };
+        for drive in drives {
+            let c = drive.load.factor(t, order);
+            x.iter_mut().zip(of(drive)).for_each(|(x, d)| *x += c * d);
+        }
+    }
 }
 
 /// The affine functions of one active set.
@@ -233,19 +251,6 @@ impl Following {
         (0..self.conditions.len()).map(|i| n_o.row_dot(i, x_o)).collect()
     }
 
-    /// Add the drives' share of `u_C` or of the monitors, as `of` tells.
-    fn add_drives<'a>(&'a self, x: &mut [f64], part: Part, of: impl Fn(&'a Drive) -> &'a [f64]) {
-        let (t, order) = match part {
-            Part::Whole(t) => (t, 0),
-            Part::Derivative(t, order) => (t, order),
-            Part::Undriven | Part::Linear => return,
-        };
-        for drive in &self.drives {
-            let c = drive.load.factor(t, order);
-            x.iter_mut().zip(of(drive)).for_each(|(x, d)| *x += c * d);
-        }
-    }
-
     /// `u = A* u_O + d*(t)`, its rate, or `A* x`.
     pub fn expand(&self, x_o: &[f64], x: &mut [f64], part: Part) {
         let (x_o_out, x_c) = x.split_at_mut(x_o.len());
@@ -266,7 +271,7 @@ impl Following {
                 self.free.iter().zip(free.iter()).for_each(|(&i, &v)| x_c[i] += v);
             }
         }
-        self.add_drives(x_c, part, |d| &d.displacement);
+        part.add_drives(&self.drives, x_c, |d| &d.displacement);
     }
 
     /// `A*ᵀ b`, in place: the first `n_O` entries of `b`.
@@ -319,7 +324,7 @@ impl Following {
                 }
             }
         }
-        self.add_drives(h, part, |d| &d.monitor);
+        part.add_drives(&self.drives, h, |d| &d.monitor);
     }
 
     /// `A* = [I; A_α]`, sparse.

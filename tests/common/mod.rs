@@ -6,9 +6,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use signorini::contact::State;
+use signorini::contact::{State, System};
+use signorini::event::{self, Observer, Options, Report, Silent};
+use signorini::flow::Tolerances;
 use signorini::problem::Problem;
-use signorini::scenario::Scene;
+use signorini::scenario::{Integrator, Scene};
+use signorini::simulate::by_name;
 
 /// The project's folder.
 pub fn root() -> PathBuf {
@@ -280,6 +283,29 @@ impl signorini::event::Observer for Collector {
         self.active.push(s.active.clone());
         Ok(())
     }
+}
+
+/// An event-driven run at tight tolerances, seen by `observer`.
+pub fn observed<O: Observer<Error: std::fmt::Debug>>(
+    system: &System,
+    initial: &State,
+    until: f64,
+    integrator: Integrator,
+    observer: &mut O,
+) -> Report {
+    let options = Options { until, samples: 1, switch_limit: 40.0 };
+    let mut flow = by_name(integrator, system, Tolerances { rtol: 1e-12, atol: 1e-15 });
+    event::run(system, initial, &options, flow.as_mut(), observer).unwrap()
+}
+
+/// The same run, seen by no one.
+pub fn event_driven(
+    system: &System,
+    initial: &State,
+    until: f64,
+    integrator: Integrator,
+) -> Report {
+    observed(system, initial, until, integrator, &mut Silent)
 }
 
 /// A bar of `n` elements with the method `contact`, from the far point of its nonsmooth mode of period 3.36.
