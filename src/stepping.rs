@@ -113,6 +113,8 @@ struct Stepper<'a, O: Observer> {
     next_sample: usize,
     stored: usize,
     penetration: f64,
+    /// Impulses of all steps.
+    blows: f64,
     switches: Vec<Switch>,
 }
 
@@ -162,6 +164,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             next_sample: 1,
             stored: 0,
             penetration: 0.0,
+            blows: 0.0,
             switches: vec![],
         }
     }
@@ -176,7 +179,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         self.set = ActiveSet::new(c.active);
         self.ledger = Ledger::of_numbers(c.ledger);
         (self.next_sample, self.stored) = (c.counts[0], c.rows[0]);
-        self.penetration = c.extremes[3];
+        (self.penetration, self.blows) = (c.extremes[3], c.extremes[7]);
         self.force = self.scheme.force(self.t());
         self.switches = switches;
     }
@@ -271,6 +274,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         let was = std::mem::replace(&mut self.v, v);
         self.force = next;
         self.step += 1;
+        self.blows += impulse.iter().sum::<f64>();
         self.impulse = impulse;
         let full = self.full().0;
         self.penetration = self.penetration.max(self.scheme.system.penetration(&full));
@@ -348,8 +352,8 @@ impl<'a, O: Observer> Stepper<'a, O> {
             let state = self.q.iter().chain(&self.v).chain(&books).copied();
             let counts = [self.next_sample, self.stored, self.switches.len()];
             let at = (self.t(), state.collect());
-            let checkpoint =
-                Checkpoint::marched(at, &self.set, &self.ledger, self.penetration, counts);
+            let sizes = (self.penetration, self.blows);
+            let checkpoint = Checkpoint::marched(at, &self.set, &self.ledger, sizes, counts);
             self.observer.phase(checkpoint);
         }
         Ok(())
@@ -375,6 +379,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         };
         Report {
             uncertified_phases: phases,
+            blows: self.blows,
             energy_external: self.external,
             energy_dissipated: self.dissipated,
             max_penetration: self.penetration,

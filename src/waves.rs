@@ -344,7 +344,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             let at = (self.t, std::iter::once(self.end).chain(pieces).collect());
             let counts = [self.next_sample, self.stored, self.switches.len()];
             let set = ActiveSet::new(vec![self.touches]);
-            self.observer.phase(Checkpoint::marched(at, &set, &self.ledger, 0.0, counts));
+            self.observer.phase(Checkpoint::marched(at, &set, &self.ledger, (0.0, 0.0), counts));
         }
         Ok(())
     }

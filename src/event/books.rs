@@ -128,6 +128,7 @@ impl<O: Observer> Run<'_, O> {
             energy_start: self.ledger.start(),
             energy_end: self.ledger.end(),
             energy_jumps: self.ledger.jumps(),
+            blows: self.blows,
             energy_external: energies.external,
             energy_dissipated: energies.dissipated,
             energy_drift: self.ledger.drift_in_phase(),

@@ -25,8 +25,8 @@ pub struct Checkpoint {
     /// The ledger.
     pub ledger: [f64; 8],
     /// Largest displacement, potential of the loads at the start, time of the last stored state, largest gap error and tension, largest
-    /// relative violation, largest penetration of an obstacle that yields.
-    pub extremes: [f64; 7],
+    /// relative violation, largest penetration of an obstacle that yields, impulses of blows.
+    pub extremes: [f64; 8],
     /// Next sample, phases, missed, uncertified, undecided, loosened.
     pub counts: [usize; 6],
     /// What the flow has learnt.
@@ -36,13 +36,13 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Of a scheme of its own, that knows neither flows nor a search: time and state, points in contact, largest penetration; the next sample, stored
-    /// states and switches.
+    /// Of a scheme of its own, that knows neither flows nor a search: time and state, points in contact, largest penetration and impulses; the next
+    /// sample, stored states and switches.
     pub fn marched(
         (t, y): (f64, Vec<f64>),
         active: &ActiveSet,
         ledger: &Ledger,
-        penetration: f64,
+        (penetration, blows): (f64, f64),
         [next_sample, stored, switches]: [usize; 3],
     ) -> Checkpoint {
         Checkpoint {
@@ -53,7 +53,7 @@ impl Checkpoint {
             armed: vec![true; active.flags().len()],
             recent: vec![],
             ledger: ledger.numbers(),
-            extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0],
+            extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0, blows],
             counts: [next_sample, 0, 0, 0, 0, 0],
             flow: vec![],
             rows: [stored, switches, 0],

@@ -128,6 +128,7 @@ impl<O: Observer> Run<'_, O> {
         let mut v = self.layout.v(&self.y).to_vec();
         let speed = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let blow = law.strike(touching, &mut v).map_err(ContactError::from)?;
+        self.blows += blow.impulse.iter().sum::<f64>();
         let heaviest = blow.impulse.iter().fold(0.0f64, |m, r| m.max(*r));
         let least = if law.restitution < 1.0 { STICKS } else { ROUNDING };
         let (mut resting, mut meeting) = (vec![], Meeting::default());

@@ -117,6 +117,8 @@ struct Run<'a, O: Observer> {
     loosened: usize,
     gap_error: f64,
     entered: f64,
+    /// Impulses of blows.
+    blows: f64,
     max_tension: f64,
     violation: f64,
     early: Option<Outcome>,

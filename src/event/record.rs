@@ -227,6 +227,8 @@ pub struct Report {
     pub energy_end: f64,
     /// Sum of the jumps.
     pub energy_jumps: f64,
+    /// Sum of the impulses by which the obstacle struck or pushed in steps (impact law, Moreau–Jean); what pressures push is not in it.
+    pub blows: f64,
     /// Work of all loads.
     pub energy_external: f64,
     /// Dissipated energy.
@@ -289,6 +291,7 @@ impl Report {
             energy_start: ledger.start(),
             energy_end: ledger.end(),
             energy_jumps: ledger.jumps(),
+            blows: 0.0,
             energy_external: 0.0,
             energy_dissipated: 0.0,
             energy_drift: ledger.drift_in_phase(),

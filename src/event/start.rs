@@ -71,8 +71,16 @@ impl<'a, O: Observer> Run<'a, O> {
         run.armed = c.armed;
         run.recent = c.recent.into();
         run.ledger = Ledger::of_numbers(c.ledger);
-        let [largest_u, potential_start, last_stored, gap_error, tension, violation, entered] =
-            c.extremes;
+        let [
+            largest_u,
+            potential_start,
+            last_stored,
+            gap_error,
+            tension,
+            violation,
+            entered,
+            blows,
+        ] = c.extremes;
         (run.largest_u, run.potential_start, run.last_stored) =
             (largest_u, potential_start, last_stored);
         let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
@@ -80,7 +88,7 @@ impl<'a, O: Observer> Run<'a, O> {
         run.flow.recall(&c.flow);
         // what the beginning of the phase counts is in these numbers already
         (run.gap_error, run.max_tension) = (gap_error, tension);
-        (run.violation, run.entered) = (violation, entered);
+        (run.violation, run.entered, run.blows) = (violation, entered, blows);
         (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
         (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
         run.stored = c.rows[0];
@@ -132,6 +140,7 @@ impl<'a, O: Observer> Run<'a, O> {
             loosened: 0,
             gap_error: 0.0,
             entered: 0.0,
+            blows: 0.0,
             max_tension: 0.0,
             violation: 0.0,
             early: None,
@@ -159,6 +168,7 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.max_tension,
                 self.violation,
                 self.entered,
+                self.blows,
             ],
             counts: [
                 self.next_sample,

@@ -4,6 +4,7 @@
 //! the dimension; the displacement has `dim` components. An element lists its nodes counter-clockwise; its sides are numbered, and a side's nodes
 //! run so that a group of consecutive sides names its nodes in order.
 
+pub mod interpolate;
 pub mod structured;
 
 use std::collections::BTreeMap;

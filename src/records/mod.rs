@@ -10,6 +10,7 @@
 pub(crate) mod bits;
 mod branch;
 mod check;
+mod comparison;
 mod kind;
 mod orbit;
 mod point;
@@ -21,6 +22,7 @@ mod status;
 
 pub use branch::{Branch, Direction};
 pub use check::{CheckRow, VerdictKind};
+pub use comparison::{Compared, Comparison, Orders, Quantity, Row, limit, richardson};
 pub use kind::{
     BranchEnd, EndReason, FamilyKind, Grid, Outline, PointMethod, Solver, Walk, Way, fingerprint,
 };

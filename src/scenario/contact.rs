@@ -90,6 +90,22 @@ pub enum ContactMethod {
 }
 
 impl ContactMethod {
+    /// All methods.
+    pub const ALL: [ContactMethod; 7] = [
+        ContactMethod::NodalBoundary,
+        ContactMethod::MassRedistribution,
+        ContactMethod::Penalty,
+        ContactMethod::Nitsche,
+        ContactMethod::Impact,
+        ContactMethod::MoreauJean,
+        ContactMethod::Waves,
+    ];
+
+    /// Whether a key of `[contact]` is read by this method; what is no key of a method is read by all.
+    pub fn reads(self, key: &str) -> bool {
+        METHOD_KEYS.iter().all(|(name, by)| *name != key || by.contains(&self))
+    }
+
     /// Name in a scene.
     pub fn name(self) -> &'static str {
         match self {
@@ -103,6 +119,27 @@ impl ContactMethod {
         }
     }
 }
+
+/// Keys of `[contact]` that some methods read and others do not.
+pub const METHOD_KEYS: [(&str, &[ContactMethod]); 12] = {
+    use ContactMethod::{
+        Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Waves,
+    };
+    [
+        ("stress", &[NodalBoundary]),
+        ("inertia", &[NodalBoundary]),
+        ("boundary_mass", &[NodalBoundary]),
+        ("mass", &[MassRedistribution]),
+        ("stiffness", &[Penalty]),
+        ("gamma", &[Nitsche]),
+        ("theta", &[Nitsche]),
+        ("restitution", &[Impact, MoreauJean]),
+        ("step", &[MoreauJean]),
+        ("instants", &[Waves]),
+        ("activation", &[MoreauJean]),
+        ("gap_behind", &[Penalty, Nitsche]),
+    ]
+};
 
 /// `inertia`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -190,25 +227,23 @@ impl Contact {
 
     /// The keys that a method does not read.
     fn check_method(&self) -> Check {
-        use ContactMethod::{
-            Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Waves,
-        };
         let is_lumped = self.boundary_mass == MassKind::Lumped;
-        let given: [(&str, bool, &[ContactMethod]); 12] = [
-            ("stress", self.stress.is_some(), &[NodalBoundary]),
-            ("inertia", self.inertia.is_some(), &[NodalBoundary]),
-            ("boundary_mass", is_lumped, &[NodalBoundary]),
-            ("mass", self.mass.is_some(), &[MassRedistribution]),
-            ("stiffness", self.stiffness.is_some(), &[Penalty]),
-            ("gamma", self.gamma.is_some(), &[Nitsche]),
-            ("theta", self.theta.is_some(), &[Nitsche]),
-            ("restitution", self.restitution.is_some(), &[Impact, MoreauJean]),
-            ("step", self.step.is_some(), &[MoreauJean]),
-            ("instants", self.instants.is_some(), &[Waves]),
-            ("activation", self.activation.is_some(), &[MoreauJean]),
-            ("gap_behind", self.gap_behind.is_some(), &[Penalty, Nitsche]),
-        ];
-        if let Some((key, _, by)) = given.iter().find(|g| g.1 && !g.2.contains(&self.method)) {
+        let has = |key: &str| match key {
+            "stress" => self.stress.is_some(),
+            "inertia" => self.inertia.is_some(),
+            "boundary_mass" => is_lumped,
+            "mass" => self.mass.is_some(),
+            "stiffness" => self.stiffness.is_some(),
+            "gamma" => self.gamma.is_some(),
+            "theta" => self.theta.is_some(),
+            "restitution" => self.restitution.is_some(),
+            "step" => self.step.is_some(),
+            "instants" => self.instants.is_some(),
+            "activation" => self.activation.is_some(),
+            _ => self.gap_behind.is_some(),
+        };
+        let unread = |k: &&(&str, &[ContactMethod])| has(k.0) && !k.1.contains(&self.method);
+        if let Some((key, by)) = METHOD_KEYS.iter().find(unread) {
             let names: Vec<_> = by.iter().map(|m| format!("\"{}\"", m.name())).collect();
             let (name, names) = (self.method.name(), names.join(" and "));
             let message = format!("is not read by method = \"{name}\"; it belongs to {names}");

@@ -4,6 +4,7 @@
 //! is absent costs nothing: no `[damping]` means an undamped body, no `[contact]` a linear one.
 
 mod body;
+mod change;
 mod check;
 mod contact;
 mod damping;
@@ -23,8 +24,10 @@ use serde::Deserialize;
 
 pub use crate::mesh::Edge;
 pub use body::{Body, BodyKind, MassKind};
+pub use change::Change;
 pub use contact::{
-    Activation, Contact, ContactMethod, Inertia, Instants, Motion, RedistributedMass, StressKey,
+    Activation, Contact, ContactMethod, Inertia, Instants, METHOD_KEYS, Motion, RedistributedMass,
+    StressKey,
 };
 pub use damping::Damping;
 pub use error::{Issue, SceneError};

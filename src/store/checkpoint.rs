@@ -76,7 +76,7 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
     let r: Record = serde_json::from_str(text).map_err(|_| damaged())?;
     // files of earlier versions know no obstacle that yields
     let mut extremes = r.extremes;
-    extremes.resize(extremes.len().max(7), 0.0);
+    extremes.resize(extremes.len().max(8), 0.0);
     let checkpoint = Checkpoint {
         t: r.t,
         y: r.y,

@@ -6,6 +6,8 @@ use ndarray::Array2;
 
 use super::StoreError;
 use super::reader::{Careful, open, reading};
+use crate::mesh::Point;
+use crate::mesh::interpolate::{Cell, at_cells, cells};
 
 /// Displacement and velocity.
 type State = (Vec<f64>, Vec<f64>);
@@ -57,7 +59,7 @@ fn read_state_of(
     }
     let on_nodes = |x: &[f64]| match (nodal(x, &map, dim), &cells) {
         (field, None) => field,
-        (field, Some(cells)) => interpolated(&field, cells, dim),
+        (field, Some(cells)) => at_cells(&field, cells, dim),
     };
     Ok((on_nodes(&u), on_nodes(&v)))
 }
@@ -102,20 +104,11 @@ fn nodal(x: &[f64], map: &Array2<i64>, dim: usize) -> Vec<f64> {
     field
 }
 
-/// A field at points of the mesh.
-fn interpolated(field: &[f64], cells: &[Cell], dim: usize) -> Vec<f64> {
-    let at = |cell: &Cell, c: usize| cell.iter().map(|(n, w)| w * field[dim * n + c]).sum::<f64>();
-    cells.iter().flat_map(|cell| (0..dim).map(move |c| at(cell, c))).collect()
-}
-
-/// Corners of the element that a point lies in, with their weights.
-type Cell = Vec<(usize, f64)>;
-
 /// Where the nodes of a scene lie in a stored mesh of the same rectangle: a state on another mesh is interpolated.
 fn cells_of(
     file: &hdf5::File,
     stored: &Array2<f64>,
-    nodes: &[[f64; 3]],
+    nodes: &[Point],
     dim: usize,
     path: &Path,
 ) -> Result<Vec<Cell>, StoreError> {
@@ -125,33 +118,13 @@ fn cells_of(
             "its body is not the body of this scene: the meshes cover different regions",
         )
     };
-    let bounds = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, p| {
-            [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])]
-        })
-    };
-    let a = bounds(&mut nodes.iter().map(|p| [p[0], p[1]]));
-    let b = bounds(&mut stored.rows().into_iter().map(|r| [r[0], r[1]]));
-    let size = (a[2] - a[0]).max(a[3] - a[1]);
     let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
-    let corners = if dim == 1 { 2 } else { 4 };
     let fits = |i: &i64| usize::try_from(*i).is_ok_and(|i| i < stored.nrows());
-    let near = a.iter().zip(&b).all(|(x, y)| (x - y).abs() <= 1e-9 * size);
-    if stored.ncols() != 2 || elements.ncols() != corners || !near || !elements.iter().all(fits) {
+    if elements.ncols() != 2 * dim || !elements.iter().all(fits) {
         return Err(other());
     }
-    let slack = 1e-9 * size;
-    let cell = |p: &[f64; 3]| -> Option<Cell> {
-        elements.rows().into_iter().find_map(|e| {
-            let nodes: Vec<usize> = e.iter().map(|&i| i as usize).collect();
-            let b = bounds(&mut nodes.iter().map(|&n| [stored[(n, 0)], stored[(n, 1)]]));
-            let inside = (0..dim).all(|c| p[c] >= b[c] - slack && p[c] <= b[c + 2] + slack);
-            let weight = |n: usize| -> f64 {
-                let share = |c: usize| 1.0 - (p[c] - stored[(n, c)]).abs() / (b[c + 2] - b[c]);
-                (0..dim).map(share).product()
-            };
-            inside.then(|| nodes.iter().map(|&n| (n, weight(n))).collect())
-        })
-    };
-    nodes.iter().map(|p| cell(p).ok_or_else(other)).collect()
+    let places: Vec<Point> = stored.rows().into_iter().map(|r| [r[0], r[1], 0.0]).collect();
+    let element = |e: ndarray::ArrayView1<i64>| e.iter().map(|&i| i as usize).collect();
+    let elements: Vec<Vec<usize>> = elements.rows().into_iter().map(element).collect();
+    cells(nodes, &places, &elements, dim).ok_or_else(other)
 }

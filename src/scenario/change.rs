@@ -1,0 +1,177 @@
+//! A scene with some keys changed: what comparisons and studies vary. The text is changed, with its comments and lines kept, and read again: a changed scene is
+//! checked like any other.
+
+use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
+
+use super::{Issue, Scene, SceneError};
+
+/// A key, and the value that it is given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Change {
+    /// Path of the key: `contact.gamma`, `load[0].amplitude`.
+    pub key: String,
+    /// Its value as TOML; a word that is no TOML is text. None: the key is removed.
+    pub value: Option<String>,
+}
+
+impl Change {
+    /// Give a key a value.
+    pub fn set(key: impl Into<String>, value: impl Into<String>) -> Change {
+        Change { key: key.into(), value: Some(value.into()) }
+    }
+
+    /// Take a key away; nothing happens if it is not there.
+    pub fn remove(key: impl Into<String>) -> Change {
+        Change { key: key.into(), value: None }
+    }
+
+    fn issue(&self, message: &str) -> Issue {
+        let help = "give a key as TABLE.KEY, for example contact.gap, or load[0].amplitude";
+        Issue::new(self.key.clone(), message, help)
+    }
+
+    /// Carry it out on a document.
+    fn apply(&self, document: &mut DocumentMut) -> Result<(), Issue> {
+        let parts: Vec<&str> = self.key.split('.').collect();
+        let is_name = |part: &&str| {
+            let name = part.split('[').next().unwrap_or_default();
+            !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
+        };
+        let (Some((last, folders)), true) = (parts.split_last(), parts.iter().all(is_name)) else {
+            return Err(self.issue("is no key of a scene"));
+        };
+        let mut table: &mut dyn TableLike = document.as_table_mut();
+        for part in folders {
+            table = match self.step(table, part)? {
+                Some(inner) => inner,
+                None => return Ok(()),
+            };
+        }
+        match &self.value {
+            None => {
+                table.remove(last);
+            }
+            Some(text) => {
+                let value = text.parse::<Value>().unwrap_or_else(|_| Value::from(text.as_str()));
+                match table.get_mut(last).and_then(Item::as_value_mut) {
+                    // what stands around a value (comments) stays
+                    Some(old) => {
+                        let decor = old.decor().clone();
+                        *old = value;
+                        *old.decor_mut() = decor;
+                    }
+                    None => {
+                        table.insert(last, Item::Value(value));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The table of a name in another one: made if it is not there, unless a key is to be removed from it.
+    fn step<'t>(
+        &self,
+        table: &'t mut dyn TableLike,
+        part: &str,
+    ) -> Result<Option<&'t mut dyn TableLike>, Issue> {
+        let (name, index) = match part.split_once('[') {
+            None => (part, None),
+            Some((name, rest)) => {
+                let index = rest.strip_suffix(']').and_then(|i| i.parse::<usize>().ok());
+                (name, Some(index.ok_or_else(|| self.issue("is no key of a scene"))?))
+            }
+        };
+        if index.is_none() && self.value.is_some() && !table.contains_key(name) {
+            table.insert(name, Item::Table(Table::new()));
+        }
+        let found = match (table.get_mut(name), index) {
+            (Some(Item::ArrayOfTables(list)), Some(k)) => {
+                list.get_mut(k).map(|t| t as &mut dyn TableLike)
+            }
+            (Some(item), None) => item.as_table_like_mut(),
+            _ => None,
+        };
+        match (found, &self.value) {
+            (None, Some(_)) => Err(self.issue("there is no such table in the scene")),
+            (found, _) => Ok(found),
+        }
+    }
+}
+
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.value {
+            Some(value) => write!(f, "{} = {value}", self.key),
+            None => write!(f, "without {}", self.key),
+        }
+    }
+}
+
+impl Scene {
+    /// The scene with some keys changed, one after the other, checked anew.
+    pub fn with(&self, changes: &[Change]) -> Result<Scene, SceneError> {
+        let unreadable = |e: toml_edit::TomlError| {
+            self.error(Issue::new("scene", e.to_string(), "give a scene that can be read"))
+        };
+        let mut document: DocumentMut = self.source.text.parse().map_err(unreadable)?;
+        for change in changes {
+            change.apply(&mut document).map_err(|issue| self.error(issue))?;
+        }
+        Scene::parse(&document.to_string(), &self.source.file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "title = \"t\"\n[body] # a bar\nkind = \"bar\"\nsize = [1.0]\nelements = [4] # few\nyoung = 1.0\ndensity = 1.0\n\
+                        [contact]\nedge = \"right\"\ngap = 1.0\nstress = \"projection\"\n\
+                        [[load]]\nkind = \"edge\"\nedge = \"right\"\namplitude = [0.1]\n";
+
+    fn scene() -> Scene {
+        Scene::parse(TEXT, "t.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn keys_change_and_comments_stay() {
+        let changed = scene()
+            .with(&[
+                Change::set("body.elements", "[8]"),
+                Change::set("contact.method", "penalty"),
+                Change::remove("contact.stress"),
+                Change::remove("damping.ratio"),
+                Change::set("load[0].amplitude", "[0.5]"),
+                Change::set("run.until", "2"),
+            ])
+            .unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(changed.body.elements, [8]);
+        assert_eq!(changed.contact.as_ref().map(|c| c.method.name()), Some("penalty"));
+        assert_eq!(changed.until(), Some(2.0));
+        assert!(changed.source.text.contains("elements = [8] # few\n"), "{}", changed.source.text);
+        assert!(changed.source.text.contains("amplitude = [0.5]"));
+        assert!(changed.source.text.contains("[body] # a bar"));
+        let moved = changed.with(&[
+            Change::set("contact.motion", "{amplitude = 0.1, omega = 2.0}"),
+            Change::set("contact.motion.omega", "3.0"),
+        ]);
+        let motion = moved.unwrap_or_else(|e| panic!("{e}")).contact.and_then(|c| c.motion);
+        assert_eq!(motion.map(|m| m.omega), Some(3.0));
+    }
+
+    #[test]
+    fn what_is_no_key_is_refused() {
+        for (key, value) in [
+            ("contact.", "1"),
+            ("", "1"),
+            ("load[1].amplitude", "[1.0]"),
+            ("load[x].amplitude", "[1.0]"),
+            ("contact.gpa", "1.0"),
+            ("contact.gap.x", "1.0"),
+            ("contact.gap", "-"),
+        ] {
+            assert!(scene().with(&[Change::set(key, value)]).is_err(), "{key} = {value}");
+        }
+    }
+}
