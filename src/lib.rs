@@ -24,7 +24,7 @@
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
 //! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
-//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`].
+//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`], [`compare`].
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -37,6 +37,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod compare;
 pub mod contact;
 pub mod continuation;
 pub mod event;

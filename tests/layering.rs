@@ -7,7 +7,7 @@ mod scanner;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the data.
-const ORDER: [&str; 17] = [
+const ORDER: [&str; 18] = [
     "mesh",
     "scenario",
     "fem",
@@ -25,6 +25,7 @@ const ORDER: [&str; 17] = [
     "store",
     "report",
     "families",
+    "compare",
 ];
 
 /// What stands behind all modules: it may use any of them.

@@ -6,8 +6,10 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use signorini::report::export::{self, ExportError, Plan, Selection, Written};
-use signorini::report::{crosscheck, families};
-use signorini::store::{Content, Outputs, Stored, StoredFamily, content, read_crosscheck, replace};
+use signorini::report::{comparison, crosscheck, families};
+use signorini::store::{
+    Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck, replace,
+};
 
 use super::{CliError, Global};
 
@@ -81,16 +83,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let message = format!("{}: no such folder; create it first", folder.display());
         return Err(CliError::Input(message));
     }
-    let (written, states) = if content(&arguments.file)? == Content::Family {
-        (family(arguments, &outputs, &stem)?, None)
-    } else {
-        let stored = Stored::read(&arguments.file)?;
-        let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?;
-        // a folder of its own is made where there is none
-        let there = plan.targets().into_iter().filter(|path| path.exists());
-        there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
-        (plan.write()?, Some(plan.states()))
-    };
+    let (written, states) =
+        if matches!(content(&arguments.file)?, Content::Family | Content::Comparison) {
+            (table(arguments, &outputs, &stem)?, None)
+        } else {
+            let stored = Stored::read(&arguments.file)?;
+            let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?;
+            // a folder of its own is made where there is none
+            let there = plan.targets().into_iter().filter(|path| path.exists());
+            there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
+            (plan.write()?, Some(plan.states()))
+        };
     let names = |paths: &[PathBuf]| -> Vec<String> {
         paths.iter().map(|p| p.display().to_string()).collect()
     };
@@ -139,13 +142,15 @@ fn selection(arguments: &Arguments) -> Result<Selection, CliError> {
     Ok(Selection { every, from, to })
 }
 
-/// A family or a cross-check is a table.
-fn family(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Written, CliError> {
+/// A family, a cross-check or a comparison is a table.
+fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Written, CliError> {
     let message = if !matches!(arguments.format, Format::Csv) {
-        Some("a family of orbits is written as csv only; write one orbit with `signorini orbit`")
+        Some(
+            "a table (of a family, of a comparison) is written as csv only; write one orbit with `signorini orbit`, or a run",
+        )
     } else if arguments.every.is_some() || arguments.from.is_some() || arguments.to.is_some() {
         Some(
-            "--every, --from and --to choose among the stored states of a run or an orbit; a family is written whole",
+            "--every, --from and --to choose among the stored states of a run or an orbit; a table is written whole",
         )
     } else {
         None
@@ -155,9 +160,12 @@ fn family(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writt
     }
     let path = export::table(stem);
     outputs.check_derived(&path)?;
-    let text = match read_crosscheck(&arguments.file)? {
-        Some(rows) => crosscheck::csv(&rows),
-        None => families::csv(&StoredFamily::read(&arguments.file)?),
+    let text = match content(&arguments.file)? {
+        Content::Comparison => comparison::csv(&read_comparison(&arguments.file)?.comparison),
+        _ => match read_crosscheck(&arguments.file)? {
+            Some(rows) => crosscheck::csv(&rows),
+            None => families::csv(&StoredFamily::read(&arguments.file)?),
+        },
     };
     replace(&path, text.as_bytes())?;
     Ok(Written { files: vec![path], removed: vec![] })

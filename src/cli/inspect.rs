@@ -9,10 +9,12 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use signorini::records::{Branch, OrbitRecord, PointKind, PointRecord};
+use signorini::report::comparison;
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
-    Content, Origin, Stored, StoredFamily, content, read_crosscheck, read_origin, read_stored_orbit,
+    Content, Origin, Stored, StoredFamily, content, read_comparison, read_crosscheck, read_origin,
+    read_stored_orbit,
 };
 
 use super::{CliError, Global};
@@ -32,8 +34,10 @@ pub struct Arguments {
 
 /// Say what a file holds.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    if content(&arguments.file)? == Content::Family {
-        return family(arguments, global);
+    match content(&arguments.file)? {
+        Content::Family => return family(arguments, global),
+        Content::Comparison => return compared(arguments, global),
+        Content::Run | Content::Orbit => {}
     }
     let s = Stored::read(&arguments.file)?;
     let orbit = read_stored_orbit(&arguments.file)?;
@@ -78,6 +82,33 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             line("grazings", s.grazings.to_string());
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
             out
+        },
+    )
+}
+
+/// What a comparison holds: its table, as `compare` printed it.
+fn compared(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let s = read_comparison(&arguments.file)?;
+    if arguments.scene && !global.json {
+        return super::print(&s.scene);
+    }
+    let [version, created, command] = &s.origin;
+    global.print(
+        || {
+            let mut all = comparison::json(&s.comparison);
+            for (key, word) in [("version", version), ("created", created), ("command", command), ("scene", &s.scene)] {
+                all[key] = word.as_str().into();
+            }
+            all["status"] = s.status.to_string().into();
+            all
+        },
+        || {
+            format!(
+                "{}  status      {}\n  made by     signorini {version} at {created}\n  command     {command}\n  scene       {} lines (print it with --scene)\n",
+                comparison::text(&s.comparison),
+                s.status,
+                s.scene.lines().count()
+            )
         },
     )
 }

@@ -4,6 +4,7 @@
 
 mod backbone;
 mod balance;
+mod compare;
 mod crosscheck;
 mod doublings;
 mod error;
@@ -132,6 +133,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Speed against error: integrators × tolerances on a scene, table and picture
     Precision(precision::Arguments),
+    /// Contact methods, meshes and parameters side by side: errors, pressures, energies, times; orbits; viscous modes
+    Compare(compare::Arguments),
     /// Closed-form and published cases: measured error beside the accepted one
     Validate(validate::Arguments),
 }
@@ -157,6 +160,7 @@ pub fn main() -> ExitCode {
         Command::Export(a) => export::run(a, &cli.global),
         Command::Inspect(a) => inspect::run(a, &cli.global),
         Command::Precision(a) => precision::run(a, &cli.global),
+        Command::Compare(a) => compare::run(a, &cli.global),
         Command::Validate(a) => validate::run(a, &cli.global),
     };
     match result {

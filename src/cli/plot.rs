@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
+use signorini::report::comparison;
 use signorini::report::families;
 use signorini::report::figure::{self, Drawing};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_crosscheck, read_stored_orbit,
-    read_switch_rates,
+    Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck,
+    read_stored_orbit, read_switch_rates,
 };
 
 use super::{CliError, Global};
@@ -30,7 +31,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
     /// Only these pictures: contact, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
-    /// multipliers (of a family), crosscheck (of a cross-check)
+    /// multipliers (of a family), crosscheck (of a cross-check), comparison
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
     /// Fractions of the stored time (of an orbit: of its period) at which shapes are drawn
@@ -109,6 +110,7 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
         Content::Orbit => [pictures::names(), families::orbit_names()].concat(),
         Content::Family if checked.is_some() => families::check_names(),
         Content::Family => families::family_names(),
+        Content::Comparison => vec!["comparison"],
     };
     if let Some(unknown) = arguments.only.iter().find(|o| !known.contains(&o.as_str())) {
         return Err(CliError::Input(format!(
@@ -125,13 +127,17 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
         return Err(CliError::Input(message.into()));
     }
     let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
-    if kind != Content::Family {
+    if matches!(kind, Content::Run | Content::Orbit) {
         return of_run(arguments, file, &stem);
     }
     if !arguments.at.is_empty() {
         let message =
-            "--at: a family of orbits has no shapes; write one orbit with `signorini orbit`";
+            "--at: this file has no shapes; write one orbit with `signorini orbit`, or a run";
         return Err(CliError::Input(message.into()));
+    }
+    if kind == Content::Comparison {
+        let svg = comparison::picture(&read_comparison(file)?.comparison)?;
+        return Ok(vec![Drawing { stem, svg }]);
     }
     let family = StoredFamily::read(file)?;
     Ok(match checked {

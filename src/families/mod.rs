@@ -5,7 +5,7 @@
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
 //! [`conservative`] looks near those of a viscous family, [`doubling`] beside the period doublings of a response.
-//! [`start`] says where they begin, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bar;
@@ -17,6 +17,7 @@ mod known;
 mod legs;
 mod open;
 pub mod sequence;
+pub mod single;
 pub mod start;
 pub mod statement;
 pub mod viscous;

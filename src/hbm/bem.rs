@@ -113,6 +113,13 @@ impl BarBalance {
         Some(std::iter::once(mean).chain((1..=m).map(of)).collect())
     }
 
+    /// `E = EA/(2L) (g/(cT/L − 3))²` of this mode: all of it elastic, where the bar is at rest.
+    pub fn closed_form_energy(&self, omega: f64) -> Option<f64> {
+        let t = TAU / omega * self.speed / self.length;
+        let strain = self.gap / (t - 3.0);
+        (t > 3.0 && t < 4.0).then(|| 0.5 * self.stiffness / self.length * strain * strain)
+    }
+
     /// `u_k / p_k`
     fn answers(&self, omega: f64, m: usize) -> Result<Vec<f64>, NoBarSeries> {
         let answer = |k: usize| {

@@ -1,5 +1,6 @@
 //! Summaries and pictures: plain data in, no solver known.
 
+pub mod comparison;
 pub mod crosscheck;
 pub mod curve;
 mod edge;

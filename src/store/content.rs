@@ -14,11 +14,16 @@ pub enum Content {
     Orbit,
     /// A family of orbits.
     Family,
+    /// Contact methods side by side.
+    Comparison,
 }
 
 /// The kind of a file.
 pub fn content(path: &Path) -> Result<Content, StoreError> {
     let file = open(path)?;
+    if file.link_exists("comparison") {
+        return Ok(Content::Comparison);
+    }
     Ok(match (file.link_exists("backbone"), file.link_exists("orbit")) {
         (true, _) => Content::Family,
         (_, true) => Content::Orbit,

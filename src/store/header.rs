@@ -18,15 +18,24 @@ pub(super) fn create_file(
 ) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::create(path)
         .map_err(|e| StoreError::write(path, std::io::Error::other(e.to_string())))?;
-    write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
-    write_text(&file, "title", &scene.title)?;
-    write_text(&file, "scene", &scene.source.text)?;
-    write_text(&file, "scene_file", &scene.source.file.display().to_string())?;
-    write_text(&file, "command", &options.command)?;
-    write_text(&file, "created", &timestamp())?;
-    write_text(&file, "status", &Status::Running.to_string())?;
+    write_origin(&file, scene, &options.command)?;
     write_mesh(&file, system)?;
     Ok(file)
+}
+
+/// Program, scene, command, time.
+pub(super) fn write_origin(
+    file: &hdf5::File,
+    scene: &Scene,
+    command: &str,
+) -> Result<(), StoreError> {
+    write_text(file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
+    write_text(file, "title", &scene.title)?;
+    write_text(file, "scene", &scene.source.text)?;
+    write_text(file, "scene_file", &scene.source.file.display().to_string())?;
+    write_text(file, "command", command)?;
+    write_text(file, "created", &timestamp())?;
+    write_text(file, "status", &Status::Running.to_string())
 }
 
 /// Seconds since 1970 as an ISO 8601 time in UTC.

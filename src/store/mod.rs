@@ -4,6 +4,7 @@
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
 mod checkpoint;
+mod comparison;
 mod content;
 mod crosscheck;
 mod csv;
@@ -25,6 +26,7 @@ mod table;
 mod trajectory;
 mod writer;
 
+pub use comparison::{ComparisonWriter, StoredComparison, read_comparison};
 pub use content::{Content, Origin, content, read_origin, read_switch_rates};
 pub use crosscheck::read_crosscheck;
 pub use csv::read_csv;

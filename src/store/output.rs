@@ -132,7 +132,8 @@ pub(super) fn is_null(path: &Path) -> bool {
 
 /// Tables (CSV) have no place for a mark; they are told by their header.
 fn is_own_table(path: &Path) -> bool {
-    const HEADERS: [&str; 5] = [
+    const HEADERS: [&str; 6] = [
+        "variant,changed,mesh,h,",
         "method,rtol,error,switch_error,switches,wall_s,work",
         "t,kinetic,elastic,external,dissipated,jumps",
         "t,node,kind,energy_jump",

@@ -38,6 +38,8 @@ pub struct Stored {
     points: Option<Array2<f64>>,
     /// Gaps.
     pub gap: Vec<f64>,
+    /// Areas of the contact points; not numbers in files of earlier versions.
+    pub contact_area: Vec<f64>,
     /// `+x`, `-x`, `+y`, `-y`.
     pub contact_normal: String,
     /// Times.
@@ -105,6 +107,10 @@ impl Stored {
                 None => indices(mesh.dataset("contact_nodes")?.values()?),
             },
             points,
+            contact_area: match mesh.dataset("contact_area") {
+                Ok(areas) => areas.values()?,
+                Err(_) => vec![f64::NAN; mesh.dataset("gap")?.size()],
+            },
             gap: mesh.dataset("gap")?.values()?,
             contact_normal: read_text(&mesh, "contact_normal").unwrap_or_default(),
             t: trajectory.dataset("t")?.values()?,
@@ -146,6 +152,7 @@ impl Stored {
             (self.dof_map.dim() == (nodes, 2), "/mesh/dof_map"),
             (self.dof_map.iter().all(|&i| i == -1 || below(i, n)), "/mesh/dof_map"),
             (self.contact_nodes.len() == n_c && n_c <= n, "/mesh/contact_nodes"),
+            (self.contact_area.len() == n_c, "/mesh/contact_area"),
             (
                 self.points.is_some() || self.contact_nodes.iter().all(|&i| i < nodes),
                 "/mesh/contact_nodes",

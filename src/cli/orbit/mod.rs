@@ -11,9 +11,9 @@ use clap::Args;
 
 use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
+use signorini::families::single::search;
 use signorini::families::start;
-use signorini::orbit::search::{Effort, Verdict, find};
-use signorini::orbit::viscous::by_viscosity;
+use signorini::orbit::search::Verdict;
 use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
 use signorini::problem::Problem;
 use signorini::records::Status;
@@ -218,30 +218,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             )
         },
     )
-}
-
-/// The orbit that the first of the guesses leads to which leads to one, or why the first of all does not.
-fn search(
-    body: &mut Propagator,
-    closure: Closure,
-    guesses: &[Vec<f64>],
-    omega: f64,
-) -> Result<Verdict, CliError> {
-    for guess in guesses {
-        let effort = Effort { rescue: guesses.len() == 1, ..Effort::of(closure) };
-        let found = find(body, closure, guess, omega, &effort)?;
-        if found.orbit().is_some() {
-            return Ok(found);
-        }
-    }
-    if let Closure::Viscous(pin) = closure
-        && let Some(found) = by_viscosity(body, pin, omega, &Effort::of(closure))?
-        && found.orbit().is_some()
-    {
-        return Ok(found);
-    }
-    // the search for the cause, from the first guess
-    Ok(find(body, closure, &guesses[0], omega, &Effort::of(closure))?)
 }
 
 /// Amplitudes that a motion can have, over grazing.

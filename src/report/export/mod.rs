@@ -263,6 +263,14 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
+/// A cell of a CSV file.
+pub(super) fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
 /// Text for XML, which knows no control characters.
 fn escape(text: &str) -> String {
     let text: String = text.chars().filter(|c| !c.is_control()).collect();

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::export::number;
+use crate::report::export::{number, quoted};
 use crate::store::StoredFamily;
 
 /// A row a point of a family; a point without an orbit has empty cells.
@@ -25,12 +25,4 @@ pub fn csv(family: &StoredFamily) -> String {
         let _ = writeln!(out, ",{},{}", p.branch, quoted(&p.special.to_string()));
     }
     out
-}
-
-/// A cell of a CSV file.
-fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }

@@ -1,0 +1,357 @@
+//! `signorini compare`
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+
+use signorini::compare::reference::Named;
+use signorini::compare::{CompareError, Plan, Request, Variant, orbits, outline, rows};
+use signorini::continuation::Go;
+use signorini::records::{Compared, Comparison, Quantity, Row, Status};
+use signorini::report::comparison::{csv, json, picture, text};
+use signorini::report::figure::{self, Drawing, FigureError};
+use signorini::scenario::Scene;
+use signorini::store::{ComparisonWriter, beside, read_comparison, replace};
+
+use super::progress::Bar;
+use super::{CliError, Global, family, interrupt, load};
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Names of methods: nbm, nbm:constant, nbm:reaction, mass-redistribution, mass-redistribution:optimal, penalty, penalty:10, nitsche, nitsche:10, \
+    nitsche:theta=0, impact, impact:1, moreau-jean, waves, waves:step; what stands behind a colon is a word or number of the method, or KEY=VALUE of [contact].\n\n\
+    Example:\n  signorini compare scenarios/bar.toml --methods nbm,nbm:constant,nitsche,penalty,waves --elements 10,20,40,80\n  \
+    signorini compare scenarios/bar.toml --methods nitsche --parameter contact.gamma=1.5,2,5,10\n  \
+    signorini compare scenarios/half-plate-viscous.toml --viscous --omega 1.8 --beta 0.01 --elements 10x3,20x6,40x12\n  \
+    signorini compare scenarios/half-plate-orbit.toml --orbit --omega 1.8,1.9 --methods nbm,mass-redistribution"
+)]
+pub struct Arguments {
+    /// The scene (TOML); its contact method is replaced by each of those that are compared
+    scene: PathBuf,
+    /// Contact methods [default: those that suit the body]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    methods: Vec<String>,
+    /// Meshes: 10,20,40 or 10x3,20x6 (one number for a plate keeps the shape of its elements) [default: the scene's]
+    #[arg(long, value_delimiter = ',', value_name = "MESHES")]
+    elements: Vec<String>,
+    /// A key of the scene with the values that it is given; may be given again: all combinations are computed
+    #[arg(long, value_name = "KEY=VALUES")]
+    parameter: Vec<String>,
+    /// What motions are compared with: waves, METHOD@MESH, or the file of a run [default: waves for a bar without loads and damping,
+    /// else mass redistribution on the finest mesh]
+    #[arg(long, value_name = "REFERENCE", conflicts_with_all = ["orbit", "viscous"])]
+    reference: Option<String>,
+    /// Compare orbits in place of motions: energy, contact time, multipliers
+    #[arg(long, conflicts_with = "viscous")]
+    orbit: bool,
+    /// Compare viscous nonlinear modes: energy and feedback under refinement
+    #[arg(long)]
+    viscous: bool,
+    /// Circular frequencies of orbits [default: that of the scene]
+    #[arg(long, value_delimiter = ',', value_name = "W", allow_negative_numbers = true)]
+    omega: Vec<f64>,
+    /// Viscosity of all viscous modes [default: that of the scene, or what the coarsest mesh resolves]
+    #[arg(long, value_name = "BETA", allow_negative_numbers = true, requires = "viscous")]
+    beta: Option<f64>,
+    /// Beginning of the names of HDF5, CSV, SVG and PNG [default: the scene's name with -compare]
+    #[arg(short, long, value_name = "STEM")]
+    output: Option<PathBuf>,
+    /// Overwrite existing files of signorini's
+    #[arg(long)]
+    force: bool,
+    /// Go on with an interrupted comparison: rows that are there are not computed again
+    #[arg(long)]
+    resume: bool,
+}
+
+/// How often the rows are written while they are computed.
+const EVERY: Duration = Duration::from_secs(2);
+
+/// Commas that are in no brackets part a list.
+fn listed(text: &str) -> Vec<String> {
+    let mut depth = 0;
+    let mut parts = vec![String::new()];
+    for c in text.chars() {
+        match c {
+            '[' | '{' => depth += 1,
+            ']' | '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(last) = parts.last_mut() {
+            last.push(c);
+        }
+    }
+    parts.into_iter().map(|p| p.trim().to_owned()).collect()
+}
+
+/// `10x3`
+fn mesh(text: &str) -> Result<Vec<usize>, CliError> {
+    let numbers: Option<Vec<usize>> =
+        text.split(['x', '×']).map(|n| n.trim().parse().ok().filter(|n| *n > 0)).collect();
+    numbers.ok_or_else(|| CliError::Input(format!("{text} is no mesh; give 20, or 20x6")))
+}
+
+fn variant(name: &str) -> Result<Variant, CliError> {
+    Variant::of_name(name.trim()).map_err(|e| CliError::Input(e.to_string()))
+}
+
+impl Arguments {
+    fn compared(&self) -> Compared {
+        match (self.orbit, self.viscous) {
+            (true, _) => Compared::Orbit,
+            (_, true) => Compared::Viscous,
+            _ => Compared::Run,
+        }
+    }
+
+    fn request(&self) -> Result<Request, CliError> {
+        let bad = |text: String| Err(CliError::Input(text));
+        if let Some(w) = self.omega.iter().find(|w| !(w.is_finite() && **w > 0.0)) {
+            return bad(format!("--omega {w}: give positive frequencies"));
+        }
+        if !self.omega.is_empty() && self.compared() == Compared::Run {
+            return bad(
+                "--omega: motions have no frequency; give --orbit or --viscous with it".into()
+            );
+        }
+        if let Some(beta) = self.beta.filter(|b| !(b.is_finite() && *b > 0.0)) {
+            return bad(format!("--beta {beta}: give a positive time"));
+        }
+        let parameter = |text: &String| match text.split_once('=') {
+            Some((key, values)) if !key.trim().is_empty() && !values.trim().is_empty() => {
+                Ok((key.trim().to_owned(), listed(values)))
+            }
+            _ => Err(CliError::Input(format!(
+                "--parameter {text}: give KEY=VALUE,VALUE, for example contact.gamma=2,5"
+            ))),
+        };
+        Ok(Request {
+            variants: self.methods.iter().map(|n| variant(n)).collect::<Result<_, _>>()?,
+            elements: self.elements.iter().map(|m| mesh(m)).collect::<Result<_, _>>()?,
+            parameters: self.parameter.iter().map(parameter).collect::<Result<_, _>>()?,
+            reference: None,
+            omega: self.omega.clone(),
+            beta: self.beta,
+        })
+    }
+
+    /// The reference by its name.
+    fn reference(&self, plan: &Plan) -> Result<Option<Named>, CliError> {
+        let Some(name) = &self.reference else { return Ok(None) };
+        let path = PathBuf::from(name);
+        if path.exists() {
+            return Ok(Some(Named::File(path)));
+        }
+        if name == "waves" {
+            let meshes: Vec<usize> = plan.meshes.iter().map(|m| m.iter().product()).collect();
+            return Ok(Some(Named::waves(&meshes)));
+        }
+        let finest = plan.meshes.last().cloned().unwrap_or_default();
+        match name.split_once('@') {
+            Some((method, elements)) => Ok(Some(Named::Mesh(variant(method)?, mesh(elements)?))),
+            None if name.ends_with(".h5") => {
+                Err(CliError::Input(format!("--reference {name}: there is no such file")))
+            }
+            None => Ok(Some(Named::Mesh(variant(name)?, finest))),
+        }
+    }
+}
+
+/// Rows as they come: kept, and written now and then.
+struct Keeper<'a> {
+    comparison: Comparison,
+    writer: ComparisonWriter,
+    written: Instant,
+    bar: Option<Bar>,
+    failed: Option<CliError>,
+    plan: &'a Plan,
+}
+
+impl Keeper<'_> {
+    fn take(&mut self, row: Option<Row>, share: f64, what: &str) -> Go {
+        if let Some(bar) = &self.bar {
+            bar.set(share, what.to_owned());
+        }
+        if let Some(row) = row {
+            self.comparison.rows.push(row);
+            if self.written.elapsed() >= EVERY {
+                self.write(&Status::Running);
+            }
+        }
+        match interrupt::signal().is_some() || self.failed.is_some() {
+            true => Go::Break(()),
+            false => Go::Continue(()),
+        }
+    }
+
+    /// In the order of the plan, whatever was known before.
+    fn sort(&mut self) {
+        let place = |r: &Row| {
+            let same = |t: &signorini::compare::Task| {
+                t.variant.name == r.variant && t.changed() == r.changed && t.mesh() == r.mesh
+            };
+            let omega = r.get(Quantity::Omega);
+            let frequency = self.plan.omega.iter().position(|w| *w == omega);
+            (self.plan.tasks().position(same), frequency)
+        };
+        self.comparison.rows.sort_by_key(place);
+    }
+
+    fn write(&mut self, status: &Status) {
+        self.sort();
+        if let Err(e) = self.writer.write(&self.comparison, status) {
+            self.failed = Some(e.into());
+        }
+        self.written = Instant::now();
+    }
+}
+
+/// Compute, write, tell.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    let scene = Scene::read(&arguments.scene)?;
+    let compared = arguments.compared();
+    let mut plan = Plan::new(&scene, compared, arguments.request()?)?;
+    if let Some(reference) = arguments.reference(&plan)? {
+        plan.reference = reference;
+    }
+    let stem = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}-compare", scene.stem())));
+    let path = beside(&stem, ".h5");
+    let files: Vec<&Path> = match &plan.reference {
+        Named::File(path) => vec![path],
+        _ => vec![],
+    };
+    let (force, resume) = (arguments.force, arguments.resume);
+    let options = family::writer_options(&scene, &path, force, resume, &files)?;
+    let derived = options.outputs.with_force(force || resume);
+    for ending in [".csv", ".svg", ".png"] {
+        derived.check_derived(&beside(&stem, ending))?;
+    }
+    let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
+    if compared == Compared::Viscous {
+        plan.beta = Some(orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?);
+    }
+    let known = match resume && path.exists() {
+        true => known_rows(&path, &plan)?,
+        false => vec![],
+    };
+    let begun = known.len();
+    interrupt::watch();
+    let mut comparison = outline(&plan, footer());
+    comparison.rows.clone_from(&known);
+    let mut keeper = Keeper {
+        comparison,
+        writer: ComparisonWriter::begin(&path, &scene, &options, resume)?,
+        written: Instant::now(),
+        bar: Bar::new(global, &scene),
+        failed: None,
+        plan: &plan,
+    };
+    let done = rows(&plan, &set_up, &known, &mut |row, share, what| keeper.take(row, share, what));
+    if let Some(bar) = &keeper.bar {
+        bar.clear();
+    }
+    done.map_err(|e| match e {
+        CompareError::Scene(e) => e.into(),
+        CompareError::Reference { .. } => CliError::Input(e.to_string()),
+    })?;
+    let signal = interrupt::signal().filter(|_| !is_whole(&keeper.comparison, &plan));
+    keeper.write(&if signal.is_some() { Status::Interrupted } else { Status::Complete });
+    if let Some(e) = keeper.failed {
+        return Err(e);
+    }
+    if let Some(signal) = signal {
+        let text = format!(
+            "interrupted; {} rows are in {}: go on with the same command and --resume",
+            keeper.comparison.rows.len(),
+            path.display()
+        );
+        return Err(CliError::Interrupted(signal, text));
+    }
+    let comparison = keeper.comparison;
+    let csv_path = beside(&stem, ".csv");
+    replace(&csv_path, csv(&comparison).as_bytes())?;
+    let mut written = vec![path, csv_path];
+    match picture(&comparison) {
+        Ok(svg) => {
+            written.extend(figure::save(&[Drawing { stem, svg }], &derived, figure::DPI)?);
+        }
+        Err(FigureError::Empty(_)) => {}
+        Err(e) => return Err(e.into()),
+    }
+    let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+    global.print(
+        || {
+            let mut all = json(&comparison);
+            all["written"] = names.clone().into();
+            all
+        },
+        || {
+            let resumed = match begun {
+                0 => String::new(),
+                n => format!("  {n} rows were there already\n"),
+            };
+            format!("{}{resumed}  written: {}\n", text(&comparison), names.join(", "))
+        },
+    )?;
+    // where nothing could be computed, that is what is to be said
+    let is_empty = |r: &Row| !r.note.is_empty() && r.get(Quantity::Unknowns).is_nan();
+    match comparison.rows.iter().all(is_empty) {
+        true => {
+            Err(CliError::Reported("no row could be computed: see the notes of the rows".into()))
+        }
+        false => Ok(()),
+    }
+}
+
+/// Whether there is a row for everything.
+fn is_whole(comparison: &Comparison, plan: &Plan) -> bool {
+    comparison.rows.len() >= plan.tasks().count() * plan.omega.len().max(1)
+}
+
+/// Rows of an interrupted comparison, which must be the same.
+fn known_rows(path: &Path, plan: &Plan) -> Result<Vec<Row>, CliError> {
+    let stored = read_comparison(path)?;
+    let wanted = outline(plan, String::new());
+    let is_same = stored.scene == plan.scene.source.text
+        && stored.comparison.compared == wanted.compared
+        && stored.comparison.reference == wanted.reference;
+    match is_same {
+        true => Ok(stored.comparison.rows),
+        false => Err(CliError::Input(format!(
+            "{} cannot be gone on with: it is a comparison of another scene, or with another reference; give the same command again, or \
+             --force to start anew",
+            path.display()
+        ))),
+    }
+}
+
+/// Program, machine, how times are taken.
+fn footer() -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    format!(
+        "signorini {version}, {}; times: shortest of up to 7 runs, one after the other",
+        super::precision::machine()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_parted_outside_of_brackets() {
+        assert_eq!(listed("2,5"), ["2", "5"]);
+        assert_eq!(listed("[10, 3], [20, 6]"), ["[10, 3]", "[20, 6]"]);
+        assert_eq!(mesh("20x6").unwrap(), [20, 6]);
+        assert!(mesh("0").is_err() && mesh("x3").is_err() && mesh("").is_err());
+    }
+}

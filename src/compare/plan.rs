@@ -1,0 +1,225 @@
+//! What a comparison consists of: variants × meshes × parameters.
+
+use super::reference::Named;
+use super::variant::Variant;
+use crate::records::Compared;
+use crate::scenario::{BodyKind, Change, ContactMethod, Issue, Scene, SceneError};
+
+/// What is asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// Contact methods; empty: those that suit the body.
+    pub variants: Vec<Variant>,
+    /// Meshes, `[n]` or `[nx, ny]` (one number for a plate keeps its shape of elements); empty: the scene's own.
+    pub elements: Vec<Vec<usize>>,
+    /// Keys, each with its values: all combinations are computed.
+    pub parameters: Vec<(String, Vec<String>)>,
+    /// What motions are compared with.
+    pub reference: Option<Named>,
+    /// Frequencies of orbits; empty: the scene's.
+    pub omega: Vec<f64>,
+    /// Viscosity.
+    pub beta: Option<f64>,
+}
+
+/// A comparison, laid out.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// What is compared.
+    pub compared: Compared,
+    /// The scene that is varied.
+    pub scene: Scene,
+    /// Frequencies of orbits.
+    pub omega: Vec<f64>,
+    /// Viscosity.
+    pub beta: Option<f64>,
+    /// What motions are compared with.
+    pub reference: Named,
+    /// Meshes, from coarse to fine.
+    pub meshes: Vec<Vec<usize>>,
+    /// Series of tasks that differ in the mesh alone.
+    pub series: Vec<Vec<Task>>,
+}
+
+/// One row to compute.
+#[derive(Debug, Clone)]
+pub struct Task {
+    /// The variant.
+    pub variant: Variant,
+    /// The parameters that it reads.
+    pub parameters: Vec<Change>,
+    /// Number of elements along each axis; empty for a body of matrices.
+    pub elements: Vec<usize>,
+}
+
+/// `10x3`
+pub fn mesh_name(elements: &[usize]) -> String {
+    let numbers: Vec<String> = elements.iter().map(usize::to_string).collect();
+    numbers.join("x")
+}
+
+/// The change that gives a body a mesh.
+pub fn mesh_change(elements: &[usize]) -> Change {
+    Change::set("body.elements", format!("{elements:?}"))
+}
+
+/// Keys that belong to how a problem is solved, not to what is solved.
+fn is_numerical(change: &Change) -> bool {
+    let key = &change.key;
+    let of_method = key.strip_prefix("contact.").is_some_and(|k| {
+        k == "method" || !ContactMethod::ALL.iter().all(|m| m.reads(k)) && k != "gap_behind"
+    });
+    of_method
+        || key == "body.mass"
+        || (key.starts_with("run.") && key != "run.until" && key != "run.periods")
+}
+
+impl Task {
+    /// `contact.gamma = 2, body.mass = lumped`
+    pub fn changed(&self) -> String {
+        let all: Vec<String> = self.parameters.iter().map(Change::to_string).collect();
+        all.join(", ")
+    }
+
+    /// Name of the mesh.
+    pub fn mesh(&self) -> String {
+        mesh_name(&self.elements)
+    }
+
+    /// All in one line.
+    pub fn title(&self) -> String {
+        [self.variant.name.clone(), self.changed(), self.mesh()]
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    /// The parameters that make it another problem.
+    pub fn problem(&self) -> Vec<Change> {
+        self.parameters.iter().filter(|c| !is_numerical(c)).cloned().collect()
+    }
+
+    /// Its scene.
+    pub fn scene(&self, of: &Scene) -> Result<Scene, SceneError> {
+        let mut changes = self.variant.changes();
+        if !self.elements.is_empty() {
+            changes.push(mesh_change(&self.elements));
+        }
+        changes.extend(self.parameters.iter().cloned());
+        of.with(&changes)
+    }
+}
+
+/// Methods that suit a body, if none is named.
+fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
+    let mut names = vec!["nbm", "nbm:constant"];
+    match (scene.body.kind, compared) {
+        (BodyKind::Matrices, _) => return vec!["nbm", "mass-redistribution"],
+        (BodyKind::Plate, _) => names.extend(["mass-redistribution", "nitsche", "penalty"]),
+        (BodyKind::Bar, _) => names.extend(["nitsche", "penalty"]),
+    }
+    match (scene.body.kind, compared) {
+        (BodyKind::Bar, Compared::Run) => names.extend(["impact", "moreau-jean", "waves"]),
+        (_, Compared::Run) => names.extend(["impact", "moreau-jean"]),
+        _ => {}
+    }
+    names
+}
+
+/// All combinations of the values of keys.
+fn combinations(parameters: &[(String, Vec<String>)]) -> Vec<Vec<Change>> {
+    parameters.iter().fold(vec![vec![]], |all, (key, values)| {
+        let with = |before: &Vec<Change>, value: &String| {
+            let mut changes = before.clone();
+            changes.push(Change::set(key, value));
+            changes
+        };
+        all.iter().flat_map(|before| values.iter().map(move |v| with(before, v))).collect()
+    })
+}
+
+impl Plan {
+    /// Lay out what is asked for.
+    pub fn new(scene: &Scene, compared: Compared, request: Request) -> Result<Plan, SceneError> {
+        let fail =
+            |key: &str, message: &str, help: &str| Err(scene.error(Issue::new(key, message, help)));
+        if scene.contact.is_none() {
+            return fail("contact", "is missing: contact methods are compared", "add [contact]");
+        }
+        let mut meshes = meshes(scene, &request.elements)?;
+        // from coarse to fine
+        meshes.sort_by_key(|m| m.iter().product::<usize>());
+        meshes.dedup();
+        let mut variants = request.variants;
+        if variants.is_empty() {
+            let known = suitable(scene, compared).into_iter().map(Variant::of_name);
+            variants = known.filter_map(Result::ok).collect();
+        }
+        let mut omega = request.omega;
+        if compared != Compared::Run && omega.is_empty() {
+            match scene.orbit.as_ref().and_then(|o| o.omega) {
+                Some(w) => omega.push(w),
+                None => {
+                    let message = "is missing: orbits are compared at given frequencies";
+                    return fail("orbit.omega", message, "[orbit] omega = 1.8, or --omega 1.8");
+                }
+            }
+        }
+        let reference = request.reference.unwrap_or_else(|| Named::of_body(scene, &meshes));
+        let mut series: Vec<Vec<Task>> = vec![];
+        for parameters in combinations(&request.parameters) {
+            for variant in &variants {
+                let parameters: Vec<Change> =
+                    parameters.iter().filter(|c| variant.reads(c)).cloned().collect();
+                let task = |elements: &Vec<usize>| Task {
+                    variant: variant.clone(),
+                    parameters: parameters.clone(),
+                    elements: elements.clone(),
+                };
+                let tasks: Vec<Task> = meshes.iter().map(task).collect();
+                // a parameter that a method does not read makes no further rows
+                let is_same = |s: &Vec<Task>| {
+                    s[0].variant == tasks[0].variant && s[0].parameters == tasks[0].parameters
+                };
+                if !series.iter().any(is_same) {
+                    series.push(tasks);
+                }
+            }
+        }
+        // that the keys are keys, and the values of their kinds, before anything is computed
+        for task in series.iter().filter_map(|s| s.first()) {
+            task.scene(scene)?;
+        }
+        let beta = request.beta;
+        Ok(Plan { compared, scene: scene.clone(), omega, beta, reference, meshes, series })
+    }
+
+    /// All tasks.
+    pub fn tasks(&self) -> impl Iterator<Item = &Task> {
+        self.series.iter().flatten()
+    }
+}
+
+/// The meshes that are asked for, with as many numbers as the body has axes.
+fn meshes(scene: &Scene, asked: &[Vec<usize>]) -> Result<Vec<Vec<usize>>, SceneError> {
+    let own = &scene.body.elements;
+    let fail = |message: String| {
+        let help =
+            if own.len() == 1 { "--elements 10,20,40" } else { "--elements 10x3,20x6,40x12" };
+        scene.error(Issue::new("body.elements", message, help))
+    };
+    if asked.is_empty() {
+        return Ok(vec![own.clone()]);
+    }
+    if scene.body.kind == BodyKind::Matrices {
+        let message = "a body of matrices has no elements that could be other ones";
+        return Err(scene.error(Issue::new("body.kind", message, "leave --elements out")));
+    }
+    let whole = |m: &Vec<usize>| match (m.as_slice(), own.as_slice()) {
+        (m, own) if m.len() == own.len() => Ok(m.to_vec()),
+        (&[n], &[nx, ny]) => Ok(vec![n, ((2 * n * ny + nx) / (2 * nx)).max(1)]),
+        _ => Err(fail(format!("{} is no mesh of this body", mesh_name(m)))),
+    };
+    asked.iter().map(whole).collect()
+}

@@ -1,0 +1,29 @@
+//! One orbit of a scene at a frequency.
+
+use crate::orbit::search::{Effort, Verdict, find};
+use crate::orbit::viscous::by_viscosity;
+use crate::orbit::{Closure, OrbitError, Propagator};
+
+/// The orbit that the first of the guesses leads to which leads to one, or why the first of all does not.
+pub fn search(
+    body: &mut Propagator,
+    closure: Closure,
+    guesses: &[Vec<f64>],
+    omega: f64,
+) -> Result<Verdict, OrbitError> {
+    for guess in guesses {
+        let effort = Effort { rescue: guesses.len() == 1, ..Effort::of(closure) };
+        let found = find(body, closure, guess, omega, &effort)?;
+        if found.orbit().is_some() {
+            return Ok(found);
+        }
+    }
+    if let Closure::Viscous(pin) = closure
+        && let Some(found) = by_viscosity(body, pin, omega, &Effort::of(closure))?
+        && found.orbit().is_some()
+    {
+        return Ok(found);
+    }
+    // the search for the cause, from the first guess
+    find(body, closure, &guesses[0], omega, &Effort::of(closure))
+}

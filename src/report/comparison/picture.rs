@@ -1,0 +1,268 @@
+//! Error against the size of elements and against time; of orbits, energy (and feedback or largest multiplier) against the size of elements.
+
+use std::ops::Range;
+
+use plotters::prelude::*;
+
+use crate::records::{Compared, Comparison, Quantity, Row};
+use crate::report::figure::{
+    self, Area, Chart, Drawn, Entry, FigureError, INK, LINES, Mark, columns, draw_dashes,
+    draw_line, legend_above, line, loglog, px, range, symbols, text, viridis,
+};
+
+/// Errors below this are rounding: drawn here.
+const FLOOR: f64 = 1e-16;
+/// Errors above this are on another motion, and leave the picture.
+const MOST: f64 = 10.0;
+
+const MARKS: [Mark; 6] =
+    [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Circle, Mark::Cross];
+
+/// Colour and mark of the `k`-th series.
+fn look(k: usize) -> (RGBColor, Mark) {
+    let colour = match k % 8 {
+        j if j < LINES.len() => LINES[j],
+        j => [INK, viridis(0.85), viridis(0.1)][j - LINES.len()],
+    };
+    (colour, MARKS[(k + k / 8) % MARKS.len()])
+}
+
+/// A picture as SVG.
+pub fn picture(comparison: &Comparison) -> Result<String, FigureError> {
+    match comparison.compared {
+        Compared::Run => errors(comparison),
+        Compared::Orbit | Compared::Viscous => orbits(comparison),
+    }
+}
+
+/// Whole decades that hold some logarithms, at least one.
+fn decades(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
+    let low = values.clone().fold(f64::INFINITY, f64::min).floor();
+    let high = values.fold(f64::NEG_INFINITY, f64::max).ceil();
+    low..high.max(low + 1.0)
+}
+
+/// A series on a panel: a line with marks.
+fn draw_series(
+    chart: &mut Chart,
+    points: &[(f64, f64)],
+    (colour, mark): (RGBColor, Mark),
+) -> Drawn {
+    draw_line(chart, points.to_vec(), line(colour, 1.4))?;
+    symbols(chart, points.iter().copied(), mark, colour)
+}
+
+/// Footer and title around what is drawn between them.
+fn sheet(
+    (width, height): (u32, u32),
+    title: &str,
+    footer: &str,
+    draw: impl FnOnce(&Area) -> Drawn,
+) -> Result<String, FigureError> {
+    figure::svg((width, height), |root| {
+        root.draw(&Text::new(title.to_owned(), (px(12.0), px(8.0)), text(16)))
+            .map_err(FigureError::draw)?;
+        let at = (px(12.0), px(f64::from(height) - 20.0));
+        root.draw(&Text::new(footer.to_owned(), at, text(11))).map_err(FigureError::draw)?;
+        let (_, below) = root.split_vertically(px(32.0));
+        let (between, _) = below.split_vertically(px(f64::from(height) - 32.0 - 26.0));
+        draw(&between)
+    })
+}
+
+/// Errors of motions.
+fn errors(comparison: &Comparison) -> Result<String, FigureError> {
+    let series = comparison.series();
+    let place = |r: &&Row, x: f64| {
+        let error = r.get(Quantity::Error);
+        (x > 0.0 && error.is_finite() && error < MOST)
+            .then(|| (x.log10(), error.max(FLOOR).log10()))
+    };
+    let over_h: Vec<Vec<(f64, f64)>> =
+        series.iter().map(|s| s.iter().filter_map(|r| place(r, r.h)).collect()).collect();
+    let over_time: Vec<Vec<(f64, f64)>> = series
+        .iter()
+        .map(|s| s.iter().filter_map(|r| place(r, r.get(Quantity::Wall))).collect())
+        .collect();
+    let all = || over_h.iter().flatten();
+    if all().next().is_none() {
+        return Err(FigureError::Empty("no row has an error"));
+    }
+    // what is exact to rounding leaves no room for the others: the axis breaks there
+    let is_exact = |y: f64| y < -11.0;
+    let rest = || all().map(|p| p.1).filter(|y| !is_exact(*y));
+    let mut y = if rest().next().is_some() { decades(rest()) } else { decades(all().map(|p| p.1)) };
+    let exact = all().any(|p| is_exact(p.1)) && rest().next().is_some();
+    let floor = y.start - 0.45;
+    if exact {
+        y.start -= 1.0;
+    }
+    let lowered = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        points
+            .iter()
+            .map(|&(x, e)| if exact && is_exact(e) { (x, floor) } else { (x, e) })
+            .collect()
+    };
+    let names: Vec<String> = series.iter().map(|s| s[0].name()).collect();
+    let entries: Vec<Entry> = names
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| !over_h[*k].is_empty())
+        .map(|(k, name)| {
+            let (colour, mark) = look(k);
+            (name.as_str(), colour, mark)
+        })
+        .collect();
+    let footer = format!("errors against {}; {}", comparison.reference, comparison.footer);
+    sheet((1060, 560), &comparison.title, &footer, |area| {
+        let area = legend_above(area.clone(), &entries)?;
+        let (left, right) = area.split_horizontally(px(530.0));
+        for (half, places, label, guide) in [
+            (&left, &over_h, "element size h", true),
+            (&right, &over_time, "time of the run in s", false),
+        ] {
+            let x = decades(places.iter().flatten().map(|p| p.0));
+            let name = if guide { "relative error of u at the end" } else { "" };
+            let mut chart = loglog(half, x.clone(), y.clone(), label, name)?;
+            if guide {
+                first_order(&mut chart, &x, &y, places)?;
+            }
+            if exact {
+                let points = vec![(x.start, y.start + 1.0), (x.end, y.start + 1.0)];
+                draw_dashes(&mut chart, points, line(INK, 0.8))?;
+                let at = (x.start + 0.03 * (x.end - x.start), floor + 0.3);
+                let word = Text::new("exact to rounding (below 10⁻¹¹)", at, text(11));
+                chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
+            }
+            for (k, points) in places.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+                draw_series(&mut chart, &lowered(points), look(k))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// A line of slope one below the errors.
+fn first_order(
+    chart: &mut Chart,
+    x: &Range<f64>,
+    y: &Range<f64>,
+    places: &[Vec<(f64, f64)>],
+) -> Drawn {
+    let points = || places.iter().flatten().filter(|p| p.1 > -11.0);
+    let ends =
+        points().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.0), b.max(p.0)));
+    let least = points().map(|p| p.1 - p.0).fold(f64::INFINITY, f64::min) - 0.22;
+    if !(ends.0 < ends.1 && least.is_finite()) {
+        return Ok(());
+    }
+    let (a, b) = ((ends.0, ends.0 + least), (ends.1, ends.1 + least));
+    let frame = (x.clone(), y.clone());
+    for part in figure::clipped(&[a, b], &frame) {
+        draw_dashes(chart, part, line(INK, 1.0))?;
+    }
+    let at = (
+        0.5 * (a.0 + b.0) + 0.04 * (x.end - x.start),
+        0.5 * (a.1 + b.1) - 0.06 * (y.end - y.start),
+    );
+    if y.contains(&at.1) {
+        let word = Text::new("slope 1", at, text(12));
+        chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
+    }
+    Ok(())
+}
+
+/// Energies of orbits, and what stands beside them, a row of panels a frequency.
+fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
+    let second = match comparison.compared {
+        Compared::Viscous => Quantity::Alpha,
+        _ => Quantity::Multiplier,
+    };
+    let series = comparison.series();
+    let is_drawn = |s: &&Vec<&Row>| s.iter().any(|r| r.get(Quantity::Energy).is_finite());
+    let drawn: Vec<&Vec<&Row>> = series.iter().filter(is_drawn).collect();
+    if drawn.is_empty() {
+        return Err(FigureError::Empty("no row has an orbit"));
+    }
+    let mut omegas: Vec<f64> = drawn.iter().map(|s| s[0].get(Quantity::Omega)).collect();
+    omegas.sort_by(f64::total_cmp);
+    omegas.dedup();
+    let mut names: Vec<String> = vec![];
+    for s in &drawn {
+        let name = s[0].name();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let entries: Vec<Entry> = names
+        .iter()
+        .enumerate()
+        .map(|(k, name)| {
+            let (colour, mark) = look(k);
+            (name.as_str(), colour, mark)
+        })
+        .collect();
+    let height = 120 + 340 * omegas.len().min(6) as u32;
+    let title = format!("{}: {}", comparison.title, comparison.reference);
+    sheet((1060, height), &title, &comparison.footer, |area| {
+        let area = legend_above(area.clone(), &entries)?;
+        let mut rest = area;
+        for &omega in omegas.iter().take(6) {
+            let (strip, below) = rest.split_vertically(px(340.0));
+            rest = below;
+            let (left, right) = strip.split_horizontally(px(530.0));
+            for (half, quantity) in [(&left, Quantity::Energy), (&right, second)] {
+                let label = match quantity {
+                    Quantity::Energy => format!("energy at ω = {omega}"),
+                    Quantity::Alpha => "feedback α".into(),
+                    _ => "largest multiplier".into(),
+                };
+                panel(half, comparison, (&drawn, &names), omega, quantity, &label)?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// A quantity of the orbits of one frequency over the size of elements, limits at `h = 0`.
+fn panel(
+    area: &Area,
+    comparison: &Comparison,
+    (drawn, names): (&[&Vec<&Row>], &[String]),
+    omega: f64,
+    quantity: Quantity,
+    label: &str,
+) -> Drawn {
+    let of_omega: Vec<&&Vec<&Row>> =
+        drawn.iter().filter(|s| s[0].get(Quantity::Omega) == omega).collect();
+    let points = |s: &[&Row]| -> Vec<(f64, f64)> {
+        s.iter().map(|r| (r.h, r.get(quantity))).filter(|p| p.1.is_finite()).collect()
+    };
+    let limits = |s: &[&Row]| -> Option<f64> {
+        let is_limit = comparison.compared.limits().contains(&quantity);
+        let last = comparison.limits_of(s, quantity).last().copied();
+        last.filter(|x| is_limit && x.is_finite())
+    };
+    let mut values: Vec<f64> = of_omega.iter().flat_map(|s| points(s)).map(|p| p.1).collect();
+    values.extend(of_omega.iter().filter_map(|s| limits(s)));
+    let mut meshes: Vec<(f64, String)> = vec![(0.0, "h → 0".into())];
+    for r in of_omega.iter().flat_map(|s| s.iter()) {
+        if !meshes.iter().any(|m| m.0 == r.h) {
+            meshes.push((r.h, r.mesh.clone()));
+        }
+    }
+    let widest = meshes.iter().map(|m| m.0).fold(0.0, f64::max);
+    let x = -0.06 * widest..1.08 * widest.max(1e-300);
+    let mut chart = columns(area, (x, &meshes), (range(values), false), "elements", label)?;
+    for s in of_omega {
+        let k = names.iter().position(|n| *n == s[0].name()).unwrap_or(0);
+        let (colour, mark) = look(k);
+        let places = points(s);
+        draw_series(&mut chart, &places, (colour, mark))?;
+        if let (Some(limit), Some(&last)) = (limits(s), places.last()) {
+            draw_dashes(&mut chart, vec![last, (0.0, limit)], line(colour, 1.0))?;
+            symbols(&chart, [(0.0, limit)], mark, colour)?;
+        }
+    }
+    Ok(())
+}
