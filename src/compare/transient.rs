@@ -16,6 +16,9 @@ use crate::simulate::{run_table, simulate};
 
 /// Instants at which pressures are looked at, at the least.
 const SAMPLES: usize = 2000;
+/// The same in the shortest natural period of any phase, and at the most.
+const PER_PERIOD: f64 = 16.0;
+const MOST: usize = 100_000;
 /// A run is timed until this time in seconds has passed, at most so often; the shortest counts.
 const TIMED: f64 = 0.2;
 const REPEATS: usize = 7;
@@ -38,6 +41,9 @@ pub struct Measured {
     /// No pressures: impulses alone, or over steps.
     march: Option<March>,
     has_impacts: bool,
+    has_potential: bool,
+    /// Neither loads nor damping.
+    is_free: bool,
     wall: f64,
 }
 
@@ -65,13 +71,17 @@ pub fn measure(scene: &Scene, problem: &Problem, timed: bool) -> Result<Measured
     let system = &problem.system;
     let march = system.impact().and_then(|law| law.march);
     let mut watched = scene.clone();
-    let steps = match march {
+    let highest = system.units.highest;
+    let needed = match march {
         // an impulse over a step is seen where the step ends
-        Some(March::Steps(s)) => (until / s.step).ceil() as usize,
-        _ => 0,
+        Some(March::Steps(s)) => until / s.step,
+        // stiff springs chatter as fast as they can
+        None if highest.is_finite() => PER_PERIOD * until * highest / std::f64::consts::TAU,
+        _ => 0.0,
     };
+    let needed = (needed.ceil() as usize).min(MOST);
     if let Some(table) = watched.run.as_mut() {
-        table.samples = run.samples.max(SAMPLES).max(steps);
+        table.samples = run.samples.max(SAMPLES).max(needed);
     }
     let areas: Vec<f64> = system.constraints.iter().map(|c| c.area).collect();
     let touched = vec![true; areas.len()];
@@ -98,6 +108,8 @@ pub fn measure(scene: &Scene, problem: &Problem, timed: bool) -> Result<Measured
         unknowns: system.n_o(),
         march,
         has_impacts: system.impact().is_some(),
+        has_potential: system.has_potential(),
+        is_free: system.loads.is_none() && system.damping.is_none(),
         wall,
     })
 }
@@ -165,8 +177,13 @@ impl Measured {
         }
         let pushed = if stepped { 0.0 } else { self.trace.impulse() };
         set(Quantity::Impulse, pushed + r.blows);
-        let change = r.energy_end - r.energy_start - r.energy_external + r.energy_dissipated;
-        set(Quantity::EnergyChange, change / r.energy_start.abs());
+        // what forces without a potential do is booked with loads and damping, and is the method's
+        let booked = r.energy_external - r.energy_dissipated;
+        let booked = if self.has_potential { booked } else { 0.0 };
+        if self.has_potential || self.is_free {
+            let change = r.energy_end - r.energy_start - booked;
+            set(Quantity::EnergyChange, change / r.energy_start.abs());
+        }
         set(Quantity::EnergyDrift, r.energy_drift_total);
         set(Quantity::Switches, r.switches.len() as f64);
         set(Quantity::Wall, self.wall);

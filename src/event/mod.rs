@@ -364,7 +364,9 @@ impl<O: Observer> Run<'_, O> {
 
     /// More switches than a node can make in so short a time.
     fn accumulation(&mut self) -> Option<Outcome> {
-        let window = 10.0 * std::f64::consts::TAU / self.system.body.frequency_bound();
+        let highest = Some(self.system.units.highest).filter(|w| w.is_finite());
+        let bound = self.system.body.frequency_bound().max(highest.unwrap_or(0.0));
+        let window = 10.0 * std::f64::consts::TAU / bound;
         while self.recent.front().is_some_and(|&(t, _)| t < self.t - window) {
             self.recent.pop_front();
         }

@@ -192,14 +192,6 @@ impl Row {
     pub fn get(&self, quantity: Quantity) -> f64 {
         self.values.get(&quantity).copied().unwrap_or(f64::NAN)
     }
-
-    /// Name of the variant with its parameters.
-    pub fn name(&self) -> String {
-        match self.changed.is_empty() {
-            true => self.variant.clone(),
-            false => format!("{} ({})", self.variant, self.changed),
-        }
-    }
 }
 
 /// Observed orders of convergence: of each pair or triple of neighbouring meshes.
@@ -268,7 +260,30 @@ pub fn limit(h: [f64; 3], f: [f64; 3]) -> Option<f64> {
     Some(f[2] + (f[2] - f[1]) * h[2].powf(p) / (h[1].powf(p) - h[2].powf(p)))
 }
 
+/// Errors below this are rounding.
+const ROUNDING: f64 = 1e-11;
+
 impl Comparison {
+    /// Parameters that all rows have.
+    pub fn common(&self) -> Option<&str> {
+        let first = self.rows.first().map(|r| r.changed.as_str())?;
+        (!first.is_empty() && self.rows.iter().all(|r| r.changed == first)).then_some(first)
+    }
+
+    /// Name of a row's variant, with the parameters that others do not have.
+    pub fn name(&self, row: &Row) -> String {
+        match row.changed.is_empty() || self.common().is_some() {
+            true => row.variant.clone(),
+            false => format!("{} ({})", row.variant, row.changed),
+        }
+    }
+
+    /// Whether the errors of a series are rounding on every mesh.
+    pub fn is_exact(&self, series: &[&Row]) -> bool {
+        let small = |r: &&Row| r.get(Quantity::Error) <= ROUNDING;
+        series.iter().all(small)
+    }
+
     /// Rows that differ in the mesh alone, from coarse to fine; in the order in which they begin.
     pub fn series(&self) -> Vec<Vec<&Row>> {
         let mut all: Vec<Vec<&Row>> = vec![];
@@ -291,6 +306,9 @@ impl Comparison {
     /// Orders at which the error of a series falls: from pairs of meshes where the reference is exact, from differences of neighbouring meshes otherwise.
     pub fn orders_of_error(&self, series: &[&Row]) -> Orders {
         let quantity = if self.exact { Quantity::Error } else { Quantity::Difference };
+        if self.is_exact(series) {
+            return Orders::default();
+        }
         let known: Vec<(f64, f64)> = series
             .iter()
             .map(|r| (r.h, r.get(quantity)))

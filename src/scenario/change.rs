@@ -52,7 +52,10 @@ impl Change {
                 table.remove(last);
             }
             Some(text) => {
-                let value = text.parse::<Value>().unwrap_or_else(|_| Value::from(text.as_str()));
+                // `.5` is a number to everybody but TOML
+                let number = || text.trim().parse::<f64>().ok().map(Value::from);
+                let word = || Value::from(text.as_str());
+                let value = text.parse::<Value>().ok().or_else(number).unwrap_or_else(word);
                 match table.get_mut(last).and_then(Item::as_value_mut) {
                     // what stands around a value (comments) stays
                     Some(old) => {
@@ -144,6 +147,7 @@ mod tests {
                 Change::remove("damping.ratio"),
                 Change::set("load[0].amplitude", "[0.5]"),
                 Change::set("run.until", "2"),
+                Change::set("run.rtol", ".01"),
             ])
             .unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(changed.body.elements, [8]);

@@ -7,10 +7,10 @@ use plotters::prelude::*;
 use crate::records::{Compared, Comparison, Quantity, Row};
 use crate::report::figure::{
     self, Area, Chart, Drawn, Entry, FigureError, INK, LINES, Mark, columns, draw_dashes,
-    draw_line, legend_above, line, loglog, px, range, symbols, text, viridis,
+    draw_line, legend_above, line, log_ticks, px, range, symbols, text, viridis,
 };
 
-/// Errors below this are rounding: drawn here.
+/// Errors below this are rounding, and are not drawn.
 const FLOOR: f64 = 1e-16;
 /// Errors above this are on another motion, and leave the picture.
 const MOST: f64 = 10.0;
@@ -35,11 +35,12 @@ pub fn picture(comparison: &Comparison) -> Result<String, FigureError> {
     }
 }
 
-/// Whole decades that hold some logarithms, at least one.
-fn decades(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
-    let low = values.clone().fold(f64::INFINITY, f64::min).floor();
-    let high = values.fold(f64::NEG_INFINITY, f64::max).ceil();
-    low..high.max(low + 1.0)
+/// The range of some logarithms with a margin.
+fn spanned(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let margin = 0.06 * (high - low).max(0.5);
+    low - margin..high + margin
 }
 
 /// A series on a panel: a line with marks.
@@ -75,68 +76,61 @@ fn errors(comparison: &Comparison) -> Result<String, FigureError> {
     let series = comparison.series();
     let place = |r: &&Row, x: f64| {
         let error = r.get(Quantity::Error);
-        (x > 0.0 && error.is_finite() && error < MOST)
-            .then(|| (x.log10(), error.max(FLOOR).log10()))
+        (x > 0.0 && error > FLOOR && error < MOST).then(|| (x.log10(), error.log10()))
     };
-    let over_h: Vec<Vec<(f64, f64)>> =
-        series.iter().map(|s| s.iter().filter_map(|r| place(r, r.h)).collect()).collect();
-    let over_time: Vec<Vec<(f64, f64)>> = series
-        .iter()
-        .map(|s| s.iter().filter_map(|r| place(r, r.get(Quantity::Wall))).collect())
-        .collect();
+    // what is exact to rounding leaves no room for the others: it is named, and not drawn
+    let is_drawn = |s: &&Vec<&Row>| !comparison.is_exact(s);
+    let over = |x: &dyn Fn(&Row) -> f64| -> Vec<Vec<(f64, f64)>> {
+        let of = |s: &Vec<&Row>| s.iter().filter_map(|r| place(r, x(r))).collect();
+        series.iter().filter(is_drawn).map(of).collect()
+    };
+    let (over_h, over_time) = (over(&|r| r.h), over(&|r| r.get(Quantity::Wall)));
     let all = || over_h.iter().flatten();
     if all().next().is_none() {
         return Err(FigureError::Empty("no row has an error"));
     }
-    // what is exact to rounding leaves no room for the others: the axis breaks there
-    let is_exact = |y: f64| y < -11.0;
-    let rest = || all().map(|p| p.1).filter(|y| !is_exact(*y));
-    let mut y = if rest().next().is_some() { decades(rest()) } else { decades(all().map(|p| p.1)) };
-    let exact = all().any(|p| is_exact(p.1)) && rest().next().is_some();
-    let floor = y.start - 0.45;
-    if exact {
-        y.start -= 1.0;
-    }
-    let lowered = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        points
-            .iter()
-            .map(|&(x, e)| if exact && is_exact(e) { (x, floor) } else { (x, e) })
-            .collect()
-    };
-    let names: Vec<String> = series.iter().map(|s| s[0].name()).collect();
-    let entries: Vec<Entry> = names
+    let y = spanned(all().map(|p| p.1));
+    let names: Vec<String> =
+        series.iter().filter(is_drawn).map(|s| comparison.name(s[0])).collect();
+    let exact: Vec<String> = series
         .iter()
-        .enumerate()
-        .filter(|(k, _)| !over_h[*k].is_empty())
-        .map(|(k, name)| {
-            let (colour, mark) = look(k);
-            (name.as_str(), colour, mark)
-        })
+        .filter(|s| comparison.is_exact(s))
+        .map(|s| format!("{}: exact to rounding", comparison.name(s[0])))
         .collect();
+    let mut entries: Vec<Entry> = vec![];
+    for (k, name) in names.iter().enumerate().filter(|(k, _)| !over_h[*k].is_empty()) {
+        let (colour, mark) = look(k);
+        entries.push((name, colour, mark));
+    }
+    entries.extend(exact.iter().map(|name| (name.as_str(), INK, Mark::Nothing)));
+    let mut meshes: Vec<(f64, String)> = vec![];
+    for r in series.iter().flatten().filter(|r| r.h > 0.0) {
+        if !meshes.iter().any(|m| m.0 == r.h.log10()) {
+            meshes.push((r.h.log10(), r.mesh.clone()));
+        }
+    }
+    let with = comparison.common().map_or(String::new(), |c| format!(", {c}"));
+    let title = format!("{}{with}", comparison.title);
     let footer = format!("errors against {}; {}", comparison.reference, comparison.footer);
-    sheet((1060, 560), &comparison.title, &footer, |area| {
+    sheet((1060, 540), &title, &footer, |area| {
         let area = legend_above(area.clone(), &entries)?;
         let (left, right) = area.split_horizontally(px(530.0));
-        for (half, places, label, guide) in [
-            (&left, &over_h, "element size h", true),
-            (&right, &over_time, "time of the run in s", false),
-        ] {
-            let x = decades(places.iter().flatten().map(|p| p.0));
-            let name = if guide { "relative error of u at the end" } else { "" };
-            let mut chart = loglog(half, x.clone(), y.clone(), label, name)?;
-            if guide {
-                first_order(&mut chart, &x, &y, places)?;
-            }
-            if exact {
-                let points = vec![(x.start, y.start + 1.0), (x.end, y.start + 1.0)];
-                draw_dashes(&mut chart, points, line(INK, 0.8))?;
-                let at = (x.start + 0.03 * (x.end - x.start), floor + 0.3);
-                let word = Text::new("exact to rounding (below 10⁻¹¹)", at, text(11));
-                chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
-            }
-            for (k, points) in places.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-                draw_series(&mut chart, &lowered(points), look(k))?;
-            }
+        let x = spanned(over_h.iter().flatten().map(|p| p.0));
+        let name = "relative error of u at the end";
+        let mut chart = columns(&left, (x.clone(), &meshes), (y.clone(), true), "elements", name)?;
+        first_order(&mut chart, (&x, &y), &over_h)?;
+        for (k, points) in over_h.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            draw_series(&mut chart, points, look(k))?;
+        }
+        if over_time.iter().all(Vec::is_empty) {
+            return Ok(());
+        }
+        let x = spanned(over_time.iter().flatten().map(|p| p.0));
+        let times = log_ticks(&x);
+        let mut chart =
+            columns(&right, (x, &times), (y.clone(), true), "time of the run in s", "")?;
+        for (k, points) in over_time.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            draw_series(&mut chart, points, look(k))?;
         }
         Ok(())
     })
@@ -145,27 +139,24 @@ fn errors(comparison: &Comparison) -> Result<String, FigureError> {
 /// A line of slope one below the errors.
 fn first_order(
     chart: &mut Chart,
-    x: &Range<f64>,
-    y: &Range<f64>,
+    (x, y): (&Range<f64>, &Range<f64>),
     places: &[Vec<(f64, f64)>],
 ) -> Drawn {
-    let points = || places.iter().flatten().filter(|p| p.1 > -11.0);
+    let points = || places.iter().flatten();
     let ends =
         points().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.0), b.max(p.0)));
-    let least = points().map(|p| p.1 - p.0).fold(f64::INFINITY, f64::min) - 0.22;
-    if !(ends.0 < ends.1 && least.is_finite()) {
+    let below = points().map(|p| p.1 - p.0).fold(f64::INFINITY, f64::min) - 0.15;
+    if !(ends.0 < ends.1 && below.is_finite()) {
         return Ok(());
     }
-    let (a, b) = ((ends.0, ends.0 + least), (ends.1, ends.1 + least));
-    let frame = (x.clone(), y.clone());
-    for part in figure::clipped(&[a, b], &frame) {
-        draw_dashes(chart, part, line(INK, 1.0))?;
+    let line_of_one = [(ends.0, ends.0 + below), (ends.1, ends.1 + below)];
+    let parts = figure::clipped(&line_of_one, &(x.clone(), y.clone()));
+    for part in &parts {
+        draw_dashes(chart, part.clone(), line(INK, 1.0))?;
     }
-    let at = (
-        0.5 * (a.0 + b.0) + 0.04 * (x.end - x.start),
-        0.5 * (a.1 + b.1) - 0.06 * (y.end - y.start),
-    );
-    if y.contains(&at.1) {
+    if let Some((a, b)) = parts.first().and_then(|p| Some((p.first()?, p.last()?))) {
+        let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+        let at = (middle.0 + 0.03 * (x.end - x.start), middle.1 - 0.02 * (y.end - y.start));
         let word = Text::new("slope 1", at, text(12));
         chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
     }
@@ -189,7 +180,7 @@ fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
     omegas.dedup();
     let mut names: Vec<String> = vec![];
     for s in &drawn {
-        let name = s[0].name();
+        let name = comparison.name(s[0]);
         if !names.contains(&name) {
             names.push(name);
         }
@@ -255,7 +246,7 @@ fn panel(
     let x = -0.06 * widest..1.08 * widest.max(1e-300);
     let mut chart = columns(area, (x, &meshes), (range(values), false), "elements", label)?;
     for s in of_omega {
-        let k = names.iter().position(|n| *n == s[0].name()).unwrap_or(0);
+        let k = names.iter().position(|n| *n == comparison.name(s[0])).unwrap_or(0);
         let (colour, mark) = look(k);
         let places = points(s);
         draw_series(&mut chart, &places, (colour, mark))?;

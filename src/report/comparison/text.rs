@@ -9,24 +9,24 @@ use crate::report::summary::significant;
 fn column(quantity: Quantity) -> (&'static str, usize) {
     match quantity {
         Quantity::Omega => ("omega", 8),
-        Quantity::Unknowns => ("n", 7),
-        Quantity::Error => ("error", 10),
-        Quantity::Difference => ("to coarser", 11),
-        Quantity::Penetration => ("penetration", 12),
+        Quantity::Unknowns => ("n", 6),
+        Quantity::Error => ("error", 9),
+        Quantity::Difference => ("diff", 9),
+        Quantity::Penetration => ("penetr.", 9),
         Quantity::Tension => ("tension", 9),
-        Quantity::Overshoot => ("p/p_ref", 9),
-        Quantity::PressureError => ("F error", 9),
+        Quantity::Overshoot => ("p/p_ref", 8),
+        Quantity::PressureError => ("F error", 8),
         Quantity::Impulse => ("impulse", 10),
-        Quantity::EnergyChange => ("E change", 10),
+        Quantity::EnergyChange => ("E change", 9),
         Quantity::EnergyDrift => ("E drift", 9),
         Quantity::Energy => ("energy", 12),
         Quantity::EnergyError => ("E/exact-1", 10),
         Quantity::Alpha => ("alpha", 10),
         Quantity::ContactTime => ("contact", 10),
-        Quantity::Multiplier => ("largest mult", 13),
+        Quantity::Multiplier => ("largest µ", 10),
         Quantity::Residual => ("residual", 10),
         Quantity::Iterations => ("its", 5),
-        Quantity::Switches => ("switches", 9),
+        Quantity::Switches => ("sw", 5),
         Quantity::Wall => ("time", 10),
     }
 }
@@ -45,7 +45,7 @@ fn cell(quantity: Quantity, x: f64) -> String {
         Quantity::Energy => format!("{x:.7}"),
         Quantity::EnergyError => format!("{:+.2} %", 100.0 * x),
         Quantity::EnergyChange if x.abs() >= 1e-4 => format!("{:+.2} %", 100.0 * x),
-        Quantity::Error | Quantity::Difference => format!("{x:.2e}"),
+        Quantity::Error | Quantity::Difference if x != 0.0 => format!("{x:.2e}"),
         Quantity::Wall if x < 1.0 => format!("{:.2} ms", 1e3 * x),
         Quantity::Wall => format!("{x:.2} s"),
         _ if x == 0.0 => "0".into(),
@@ -74,8 +74,9 @@ pub fn text(comparison: &Comparison) -> String {
         Compared::Run => "errors against ",
         _ => "",
     };
-    let _ = writeln!(out, "  {heading}{}\n", comparison.reference);
-    let name = |r: &Row| r.name();
+    let with = comparison.common().map_or(String::new(), |c| format!("; with {c}"));
+    let _ = writeln!(out, "  {heading}{}{with}\n", comparison.reference);
+    let name = |r: &Row| comparison.name(r);
     let width =
         comparison.rows.iter().map(|r| name(r).chars().count()).max().unwrap_or(0).max(7) + 2;
     let mesh_width = comparison.rows.iter().map(|r| r.mesh.len()).max().unwrap_or(0).max(4);
@@ -131,7 +132,7 @@ fn together(out: &mut String, comparison: &Comparison, width: usize) {
         for s in &series {
             let found = comparison.orders_of_error(s);
             if !found.0.is_empty() {
-                lines += &format!("  {:<width$}{}\n", s[0].name(), orders(&found));
+                lines += &format!("  {:<width$}{}\n", comparison.name(s[0]), orders(&found));
             }
         }
         if !lines.is_empty() {
@@ -155,7 +156,7 @@ fn together(out: &mut String, comparison: &Comparison, width: usize) {
             let omega = significant(s[0].get(Quantity::Omega), 5);
             lines += &format!(
                 "  {:<width$}omega = {omega}: limits {}; order {}\n",
-                s[0].name(),
+                comparison.name(s[0]),
                 limits.join(", "),
                 orders(&comparison.orders_of(s, q))
             );

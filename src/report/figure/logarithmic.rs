@@ -99,6 +99,10 @@ fn column_ticks(area: &Area, chart: &Chart, ticks: &[(f64, String)]) -> Drawn {
     for (value, name) in ticks {
         let place = |y: f64| panel.map_coordinate(&(*value, y));
         let (at, bottom, top) = (place(y.start).0 - x0, place(y.start).1 - y0, place(y.end).1 - y0);
+        if name.is_empty() {
+            stroke(area, [(at, bottom), (at, bottom + px(2.5))], line(INK, 0.7))?;
+            continue;
+        }
         stroke(area, [(at, bottom), (at, top)], line(GRID, 1.0))?;
         stroke(area, [(at, bottom), (at, bottom + px(4.0))], line(INK, 1.0))?;
         area.draw(&Text::new(name.clone(), (at, bottom + px(7.0)), style.clone()))

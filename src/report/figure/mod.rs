@@ -26,7 +26,7 @@ pub use logarithmic::{columns, loglog, semilog};
 pub use mark::{Mark, flat, symbol, symbols};
 pub use panel::{Ground, equal_panel, panel, panel_with};
 pub use save::{DPI, Drawing, save};
-pub use scale::range;
+pub use scale::{log_ticks, range};
 
 static FONT: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");
 const FAMILY: &str = "sans-serif";
