@@ -9,7 +9,7 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 13] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 14] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 604),
     ("half-plate-20x6", 14, 1.5501658373, 2.0067953536, 0.3009007492, 1354),
@@ -17,6 +17,7 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 13] = [
     ("half-plate-orbit", 8, 1.7132407257, 1.9918026789, 0.2211842615, 26),
     ("half-plate-redistribution", 24, 1.4950996976, 9.5455379485, 0.3634242631, 92),
     ("half-plate-response", 40, 19.7903931430, 34.8704911655, 0.2314748540, 139),
+    ("half-plate-transient", 8, 1.4718691554, 1.9737934170, 0.3721764670, 46),
     ("half-plate-viscous", 108, 1.5511996680, 1.9953274497, 0.3048548095, 4561),
     ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 26),
     ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4696),

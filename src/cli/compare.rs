@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use signorini::compare::reference::Named;
-use signorini::compare::{CompareError, Plan, Request, Variant, orbits, outline, rows};
+use signorini::compare::{CompareError, Plan, Request, Task, Variant, orbits, outline, rows};
 use signorini::continuation::Go;
 use signorini::records::{Compared, Comparison, Quantity, Row, Status};
 use signorini::report::comparison::{csv, json, picture, text};
@@ -192,13 +192,13 @@ impl Keeper<'_> {
 
     /// In the order of the plan, whatever was known before.
     fn sort(&mut self) {
+        let last = usize::MAX;
+        // rows of an earlier plan stay, behind those of this one
         let place = |r: &Row| {
-            let same = |t: &signorini::compare::Task| {
-                t.variant.name == r.variant && t.changed() == r.changed && t.mesh() == r.mesh
-            };
             let omega = r.get(Quantity::Omega);
             let frequency = self.plan.omega.iter().position(|w| *w == omega);
-            (self.plan.tasks().position(same), frequency)
+            let task = self.plan.tasks().position(|t| t.is_of(r));
+            (task.unwrap_or(last), frequency.unwrap_or(last))
         };
         self.comparison.rows.sort_by_key(place);
     }
@@ -245,7 +245,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     let begun = known.len();
     interrupt::watch();
-    let mut comparison = outline(&plan, footer());
+    let mut comparison = outline(&plan, footer(compared));
     comparison.rows.clone_from(&known);
     let mut keeper = Keeper {
         comparison,
@@ -314,7 +314,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
 
 /// Whether there is a row for everything.
 fn is_whole(comparison: &Comparison, plan: &Plan) -> bool {
-    comparison.rows.len() >= plan.tasks().count() * plan.omega.len().max(1)
+    let count = |task: &Task| comparison.rows.iter().filter(|r| task.is_of(r)).count();
+    plan.tasks().all(|task| count(task) >= plan.omega.len().max(1))
 }
 
 /// Rows of an interrupted comparison, which must be the same.
@@ -335,12 +336,13 @@ fn known_rows(path: &Path, plan: &Plan) -> Result<Vec<Row>, CliError> {
 }
 
 /// Program, machine, how times are taken.
-fn footer() -> String {
-    let version = env!("CARGO_PKG_VERSION");
-    format!(
-        "signorini {version}, {}; times: shortest of up to 7 runs, one after the other",
-        super::precision::machine()
-    )
+fn footer(compared: Compared) -> String {
+    let (version, machine) = (env!("CARGO_PKG_VERSION"), super::precision::machine());
+    let times = match compared {
+        Compared::Run => "times: shortest of up to 7 runs, one after the other",
+        _ => "times: the search for an orbit with its multipliers",
+    };
+    format!("signorini {version}, {machine}; {times}")
 }
 
 #[cfg(test)]

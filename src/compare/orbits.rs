@@ -3,14 +3,13 @@
 use std::time::Instant;
 
 use super::plan::{Plan, Task};
-use super::transient::named;
 use super::{CompareError, SetUp, Take};
 use crate::families::single::search;
 use crate::families::start;
 use crate::families::viscous::Viscosity;
 use crate::hbm::bem::BarBalance;
 use crate::orbit::search::Verdict;
-use crate::orbit::{Closure, Propagator};
+use crate::orbit::{Closure, OrbitError, Propagator};
 use crate::records::{Compared, Quantity, Row};
 use crate::scenario::Beta;
 
@@ -91,9 +90,43 @@ fn ready(plan: &Plan, task: &Task, set_up: SetUp) -> Result<Ready, String> {
 }
 
 impl Ready {
+    /// The orbit of a row, and the time that finding it took.
+    ///
+    /// There are several conservative orbits at a frequency, and which of them a guess leads to is chance. The scene's guess and the first mode at several
+    /// amplitudes are tried; of what they lead to that is taken which is nearest in energy to the closed form, where there is one, else the orbit with the fewest
+    /// switches, and of these the one of lowest energy.
+    fn search(
+        &mut self,
+        guesses: &[Vec<f64>],
+        omega: f64,
+        exact: Option<f64>,
+    ) -> Result<(Verdict, f64), OrbitError> {
+        let timed = |body: &mut Propagator, closure, guesses: &[Vec<f64>]| {
+            let start = Instant::now();
+            let verdict = search(body, closure, guesses, omega)?;
+            Ok::<_, OrbitError>((verdict, start.elapsed().as_secs_f64()))
+        };
+        let mut best = timed(&mut self.body, self.closure, guesses)?;
+        if self.closure != Closure::Reversible {
+            return Ok(best);
+        }
+        let rank = |v: &Verdict| match (v.orbit(), exact) {
+            (None, _) => (f64::INFINITY, 0.0),
+            (Some(o), Some(exact)) => ((o.energy / exact).ln().abs(), 0.0),
+            (Some(o), None) => (o.switches.len() as f64, o.energy),
+        };
+        for guess in start::of_first_mode(&self.body, guesses[0].len()) {
+            let found = timed(&mut self.body, self.closure, &[guess])?;
+            if rank(&found.0) < rank(&best.0) {
+                best = found;
+            }
+        }
+        Ok(best)
+    }
+
     /// The row of an orbit.
     fn row(&mut self, task: &Task, omega: f64) -> Result<Row, String> {
-        let mut row = Row { h: self.h, ..named(task) };
+        let mut row = Row { h: self.h, ..task.row() };
         row.values.insert(Quantity::Omega, omega);
         self.body.system.loads_mut().set_frequency(omega);
         let guesses = (self.guesses)(&self.body, self.closure, omega);
@@ -101,16 +134,13 @@ impl Ready {
             row.note = "there is no guess to start from".into();
             return Ok(row);
         }
-        let start = Instant::now();
-        let verdict =
-            search(&mut self.body, self.closure, &guesses, omega).map_err(|e| e.to_string())?;
-        let wall = start.elapsed().as_secs_f64();
+        let exact = self.exact.as_ref().and_then(|bar| bar.closed_form_energy(omega));
+        let (verdict, wall) = self.search(&guesses, omega, exact).map_err(|e| e.to_string())?;
         let Verdict::Orbit(orbit) = &verdict else {
             row.note = verdict.to_string();
             return Ok(row);
         };
         let length = self.body.system.units.length;
-        let exact = self.exact.as_ref().and_then(|bar| bar.closed_form_energy(omega));
         for (quantity, value) in [
             (Quantity::Unknowns, Some(self.body.n() as f64)),
             (Quantity::Energy, Some(orbit.energy)),
@@ -145,14 +175,8 @@ pub(super) fn rows(
     let count = (plan.tasks().count() * plan.omega.len()).max(1) as f64;
     let mut done = 0;
     for task in plan.tasks() {
-        let wanted = named(task);
-        let is_known = |omega: f64| {
-            known.iter().any(|r| {
-                (&r.variant, &r.changed, &r.mesh)
-                    == (&wanted.variant, &wanted.changed, &wanted.mesh)
-                    && r.get(Quantity::Omega) == omega
-            })
-        };
+        let is_known =
+            |omega: f64| known.iter().any(|r| task.is_of(r) && r.get(Quantity::Omega) == omega);
         let mut prepared: Option<Result<Ready, String>> = None;
         for &omega in &plan.omega {
             done += 1;
@@ -170,7 +194,7 @@ pub(super) fn rows(
             };
             let row = row.unwrap_or_else(|why| {
                 let values = [(Quantity::Omega, omega)].into();
-                Row { values, note: why, ..wanted.clone() }
+                Row { values, note: why, ..task.row() }
             });
             if take(Some(row), done as f64 / count, &task.title()).is_break() {
                 return Ok(());

@@ -2,7 +2,7 @@
 
 use super::reference::Named;
 use super::variant::Variant;
-use crate::records::Compared;
+use crate::records::{Compared, Row};
 use crate::scenario::{BodyKind, Change, ContactMethod, Issue, Scene, SceneError};
 
 /// What is asked for.
@@ -93,6 +93,22 @@ impl Task {
             .filter(|part| !part.is_empty())
             .collect::<Vec<_>>()
             .join(", ")
+    }
+
+    /// Whether a row is its.
+    pub fn is_of(&self, row: &Row) -> bool {
+        (&row.variant, &row.changed, &row.mesh)
+            == (&self.variant.name, &self.changed(), &self.mesh())
+    }
+
+    /// A row without numbers.
+    pub fn row(&self) -> Row {
+        Row {
+            variant: self.variant.name.clone(),
+            changed: self.changed(),
+            mesh: self.mesh(),
+            ..Row::default()
+        }
     }
 
     /// The parameters that make it another problem.

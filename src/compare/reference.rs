@@ -163,6 +163,12 @@ impl Reference {
         let (variant, elements) = match &plan.reference {
             Named::File(path) => {
                 let stored = Stored::read(path).map_err(|e| fail(e.to_string()))?;
+                let (ends, until) = (stored.t.last().copied(), plan.scene.until());
+                if let (Some(ends), Some(until)) = (ends, until)
+                    && (ends - until).abs() > 1e-9 * until
+                {
+                    return Err(fail(format!("it ends at t = {ends}, and the scene at {until}")));
+                }
                 return Ok(Reference::File(path.clone(), trace_of(&stored)));
             }
             Named::Waves(n) => (Variant::of_name("waves"), vec![*n]),

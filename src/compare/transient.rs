@@ -152,7 +152,7 @@ impl Measured {
     ) -> Result<Row, String> {
         let exact = reference.field(&self.mesh)?;
         let r = &self.report;
-        let mut row = Row { h: self.h, ..named(task) };
+        let mut row = Row { h: self.h, ..task.row() };
         let mut set = |quantity, value: f64| {
             if value.is_finite() {
                 row.values.insert(quantity, value);
@@ -195,16 +195,6 @@ impl Measured {
     }
 }
 
-/// A row without numbers.
-pub(super) fn named(task: &Task) -> Row {
-    Row {
-        variant: task.variant.name.clone(),
-        changed: task.changed(),
-        mesh: task.mesh(),
-        ..Row::default()
-    }
-}
-
 /// All rows.
 pub(super) fn rows(
     plan: &Plan,
@@ -217,13 +207,7 @@ pub(super) fn rows(
     let mut done = 0;
     for series in &plan.series {
         // a mesh needs the one before it: what is known is known of a whole series
-        let is_known = |t: &Task| {
-            let wanted = named(t);
-            known.iter().any(|r| {
-                (&r.variant, &r.changed, &r.mesh)
-                    == (&wanted.variant, &wanted.changed, &wanted.mesh)
-            })
-        };
+        let is_known = |t: &Task| known.iter().any(|r| t.is_of(r));
         if series.iter().all(is_known) {
             done += series.len();
             continue;
@@ -255,7 +239,7 @@ pub(super) fn rows(
                     coarser = Some(measured);
                     row
                 }
-                Err(why) => Row { note: why, ..named(task) },
+                Err(why) => Row { note: why, ..task.row() },
             };
             done += 1;
             if take(Some(row), done as f64 / count, &task.title()).is_break() {

@@ -101,13 +101,16 @@ pub fn guesses(
         list.push(body.linear_response());
         list.push(vec![0.0; unknowns]);
     } else {
-        for amplitude in AMPLITUDES {
-            let guess = mode_guess(body, 1, amplitude);
-            list.extend(guess.map(|mut z| {
-                z.resize(unknowns, 0.0);
-                z
-            }));
-        }
+        list.extend(of_first_mode(body, unknowns));
     }
     list
+}
+
+/// The first mode of the open body at several amplitudes beyond grazing.
+pub fn of_first_mode(body: &Propagator, unknowns: usize) -> Vec<Vec<f64>> {
+    let resized = |mut z: Vec<f64>| {
+        z.resize(unknowns, 0.0);
+        z
+    };
+    AMPLITUDES.iter().filter_map(|&a| mode_guess(body, 1, a)).map(resized).collect()
 }

@@ -15,6 +15,11 @@ const FLOOR: f64 = 1e-16;
 /// Errors above this are on another motion, and leave the picture.
 const MOST: f64 = 10.0;
 
+/// Values that differ by more than this factor are drawn as logarithms.
+const WIDE: f64 = 6.0;
+/// Names of meshes nearer than this, over the width of the panel, run into each other.
+const CROWDED: f64 = 0.11;
+
 const MARKS: [Mark; 6] =
     [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Circle, Mark::Cross];
 
@@ -41,6 +46,23 @@ fn spanned(values: impl Iterator<Item = f64>) -> Range<f64> {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
     let margin = 0.06 * (high - low).max(0.5);
     low - margin..high + margin
+}
+
+/// Names of meshes at their places, each once; those that would run into each other are left out.
+fn named(meshes: impl Iterator<Item = (f64, String)>) -> Vec<(f64, String)> {
+    let mut all: Vec<(f64, String)> =
+        meshes.map(|(x, name)| (x, name.replace('x', " × "))).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by(|a, b| a.0 == b.0);
+    let width = all.last().map_or(0.0, |m| m.0) - all.first().map_or(0.0, |m| m.0);
+    let mut last = f64::NEG_INFINITY;
+    for (x, name) in &mut all {
+        match *x - last < CROWDED * width {
+            true => name.clear(),
+            false => last = *x,
+        }
+    }
+    all
 }
 
 /// A series on a panel: a line with marks.
@@ -103,12 +125,8 @@ fn errors(comparison: &Comparison) -> Result<String, FigureError> {
         entries.push((name, colour, mark));
     }
     entries.extend(exact.iter().map(|name| (name.as_str(), INK, Mark::Nothing)));
-    let mut meshes: Vec<(f64, String)> = vec![];
-    for r in series.iter().flatten().filter(|r| r.h > 0.0) {
-        if !meshes.iter().any(|m| m.0 == r.h.log10()) {
-            meshes.push((r.h.log10(), r.mesh.clone()));
-        }
-    }
+    let of_h = series.iter().flatten().filter(|r| r.h > 0.0);
+    let meshes = named(of_h.map(|r| (r.h.log10(), r.mesh.clone())));
     let with = comparison.common().map_or(String::new(), |c| format!(", {c}"));
     let title = format!("{}{with}", comparison.title);
     let footer = format!("errors against {}; {}", comparison.reference, comparison.footer);
@@ -193,8 +211,9 @@ fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
             (name.as_str(), colour, mark)
         })
         .collect();
-    let height = 120 + 340 * omegas.len().min(6) as u32;
-    let title = format!("{}: {}", comparison.title, comparison.reference);
+    let height = 100 + 340 * omegas.len().min(6) as u32;
+    let what = comparison.reference.replace("omega", "ω").replace("beta", "β");
+    let title = format!("{}: {what}", comparison.title);
     sheet((1060, height), &title, &comparison.footer, |area| {
         let area = legend_above(area.clone(), &entries)?;
         let mut rest = area;
@@ -236,21 +255,34 @@ fn panel(
     };
     let mut values: Vec<f64> = of_omega.iter().flat_map(|s| points(s)).map(|p| p.1).collect();
     values.extend(of_omega.iter().filter_map(|s| limits(s)));
-    let mut meshes: Vec<(f64, String)> = vec![(0.0, "h → 0".into())];
-    for r in of_omega.iter().flat_map(|s| s.iter()) {
-        if !meshes.iter().any(|m| m.0 == r.h) {
-            meshes.push((r.h, r.mesh.clone()));
-        }
-    }
+    let of_h = of_omega.iter().flat_map(|s| s.iter()).map(|r| (r.h, r.mesh.clone()));
+    let meshes = named(std::iter::once((0.0, "h → 0".to_owned())).chain(of_h));
     let widest = meshes.iter().map(|m| m.0).fold(0.0, f64::max);
     let x = -0.06 * widest..1.08 * widest.max(1e-300);
-    let mut chart = columns(area, (x, &meshes), (range(values), false), "elements", label)?;
+    // the closed form, where there is one
+    let exact = of_omega.iter().flat_map(|s| s.iter()).find_map(|r| {
+        let e = r.get(Quantity::Energy) / (1.0 + r.get(Quantity::EnergyError));
+        Some(e).filter(|e| e.is_finite() && quantity == Quantity::Energy)
+    });
+    values.extend(exact);
+    // values over more than a decade: their logarithms
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(0.0, f64::max);
+    let logarithmic = least > 0.0 && most > WIDE * least;
+    let shown = |v: f64| if logarithmic { v.log10() } else { v };
+    let y = range(values.iter().map(|v| shown(*v)));
+    let mut chart = columns(area, (x.clone(), &meshes), (y, logarithmic), "elements", label)?;
+    if let Some(exact) = exact.map(shown) {
+        draw_dashes(&mut chart, vec![(x.start, exact), (x.end, exact)], line(INK, 1.0))?;
+        let word = Text::new("closed form", (0.55 * x.end, exact), text(12));
+        chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
+    }
     for s in of_omega {
         let k = names.iter().position(|n| *n == comparison.name(s[0])).unwrap_or(0);
         let (colour, mark) = look(k);
-        let places = points(s);
+        let places: Vec<(f64, f64)> = points(s).iter().map(|p| (p.0, shown(p.1))).collect();
         draw_series(&mut chart, &places, (colour, mark))?;
-        if let (Some(limit), Some(&last)) = (limits(s), places.last()) {
+        if let (Some(limit), Some(&last)) = (limits(s).map(shown), places.last()) {
             draw_dashes(&mut chart, vec![last, (0.0, limit)], line(colour, 1.0))?;
             symbols(&chart, [(0.0, limit)], mark, colour)?;
         }

@@ -20,7 +20,7 @@ fn column(quantity: Quantity) -> (&'static str, usize) {
         Quantity::EnergyChange => ("E change", 9),
         Quantity::EnergyDrift => ("E drift", 9),
         Quantity::Energy => ("energy", 12),
-        Quantity::EnergyError => ("E/exact-1", 10),
+        Quantity::EnergyError => ("E/exact-1", 12),
         Quantity::Alpha => ("alpha", 10),
         Quantity::ContactTime => ("contact", 10),
         Quantity::Multiplier => ("largest µ", 10),
