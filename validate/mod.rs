@@ -17,6 +17,8 @@ mod forced;
 mod hard;
 #[path = "harmonic-balance/case.rs"]
 mod harmonic_balance;
+#[path = "methods/case.rs"]
+mod methods;
 #[path = "oscillator/case.rs"]
 mod oscillator;
 #[path = "oscillator-orbits/case.rs"]
@@ -101,12 +103,13 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 14] = [
+pub static CASES: [Case; 15] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
     zero_gap_bar::CASE,
     constant_inertia::CASE,
+    methods::CASE,
     bouncing_bar::CASE,
     hard::CASE,
     hard::MILLION,

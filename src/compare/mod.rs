@@ -1,7 +1,7 @@
 //! Contact methods side by side: the same scene with other methods, on other meshes, with other parameters.
 //!
 //! A [`Plan`] says which [`Variant`]s of the contact method stand beside each other, on which meshes, with which parameters; [`rows`] computes them one after the
-//! other, motions ([`transient`]) against a [`reference`] or orbits ([`orbits`]) at given frequencies, and hands on each [`Row`] as it is there. What the rows say
+//! other, motions ([`transient`]) against a [`mod@reference`] or orbits ([`orbits`]) at given frequencies, and hands on each [`Row`] as it is there. What the rows say
 //! together (orders, limits) is in [`crate::records::Comparison`].
 
 pub mod orbits;

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::plan::{Plan, Task};
 use super::{CompareError, SetUp, Take};
+use crate::contact::State;
 use crate::families::single::search;
 use crate::families::start;
 use crate::families::viscous::Viscosity;
@@ -11,7 +12,7 @@ use crate::hbm::bem::BarBalance;
 use crate::orbit::search::Verdict;
 use crate::orbit::{Closure, OrbitError, Propagator};
 use crate::records::{Compared, Quantity, Row};
-use crate::scenario::Beta;
+use crate::scenario::{Beta, Scene};
 
 /// What is compared, in words.
 pub(super) fn title(plan: &Plan) -> String {
@@ -29,29 +30,27 @@ pub(super) fn title(plan: &Plan) -> String {
 /// The viscosity of all rows: what is given, the scene's, or what the coarsest mesh resolves.
 pub fn common_beta(plan: &Plan, set_up: SetUp) -> Result<f64, String> {
     let of_scene = plan.scene.orbit.as_ref().and_then(|o| o.beta);
-    match (plan.beta, of_scene) {
-        (Some(beta), _) => Ok(beta),
-        (None, Some(Beta::Number(beta))) => Ok(beta),
-        _ => {
-            let mut least = Err("there is nothing to compare".to_owned());
-            for series in &plan.series {
-                let found = series.first().map(|task| -> Result<f64, String> {
-                    let scene = task.scene(&plan.scene).map_err(|e| e.to_string())?;
-                    let body =
-                        Propagator::new(set_up(&scene)?.system).map_err(|e| e.to_string())?;
-                    Viscosity::of_scene(&scene, &body, None)
-                        .map(|v| v.pin.beta)
-                        .map_err(|e| e.to_string())
-                });
-                match found {
-                    Some(Ok(beta)) => return Ok(beta),
-                    Some(Err(e)) => least = Err(e),
-                    None => {}
-                }
-            }
-            least
+    let given = plan.beta.or(match of_scene {
+        Some(Beta::Number(beta)) => Some(beta),
+        _ => None,
+    });
+    if let Some(beta) = given {
+        return Ok(beta);
+    }
+    let resolved = |task: &Task| -> Result<f64, String> {
+        let scene = task.scene(&plan.scene).map_err(|e| e.to_string())?;
+        let body = Propagator::new(set_up(&scene)?.system).map_err(|e| e.to_string())?;
+        let viscosity = Viscosity::of_scene(&scene, &body, None).map_err(|e| e.to_string())?;
+        Ok(viscosity.pin.beta)
+    };
+    let mut why = String::new();
+    for task in plan.series.iter().filter_map(|s| s.first()) {
+        match resolved(task) {
+            Ok(beta) => return Ok(beta),
+            Err(e) => why = e,
         }
     }
+    Err(why)
 }
 
 /// A body that is made ready for orbits of any frequency.
@@ -59,34 +58,31 @@ struct Ready {
     body: Propagator,
     closure: Closure,
     h: f64,
-    guesses: Box<dyn Fn(&Propagator, Closure, f64) -> Vec<Vec<f64>>>,
+    scene: Scene,
+    initial: State,
     exact: Option<BarBalance>,
     /// Fronts are sharper than the mesh: the orbit is the mesh's.
     unresolved: bool,
 }
 
 fn ready(plan: &Plan, task: &Task, set_up: SetUp) -> Result<Ready, String> {
-    let text = |e: &dyn std::fmt::Display| e.to_string();
-    let scene = task.scene(&plan.scene).map_err(|e| text(&e))?;
+    let scene = task.scene(&plan.scene).map_err(|e| e.to_string())?;
     let problem = set_up(&scene)?;
     let viscous = plan.compared == Compared::Viscous;
     let mut closure = match viscous {
         true => Closure::Autonomous,
-        false => start::closure(&scene, &problem).map_err(|e| text(&e))?,
+        false => start::closure(&scene, &problem).map_err(|e| e.to_string())?,
     };
     let (initial, h) = (problem.initial.clone(), problem.system.body.size_at_contact());
     let exact = BarBalance::of(&problem.system).filter(|_| closure == Closure::Reversible);
-    let body = Propagator::new(problem.system).map_err(|e| text(&e))?;
+    let body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
     let mut unresolved = false;
     if viscous {
-        let viscosity = Viscosity::of_scene(&scene, &body, plan.beta).map_err(|e| text(&e))?;
+        let viscosity = Viscosity::of_scene(&scene, &body, plan.beta).map_err(|e| e.to_string())?;
         unresolved = viscosity.is_unresolved();
         closure = Closure::Viscous(viscosity.pin);
     }
-    let guesses = Box::new(move |body: &Propagator, closure, omega| {
-        start::guesses(&scene, &initial, body, closure, omega)
-    });
-    Ok(Ready { body, closure, h: h.unwrap_or(1.0), guesses, exact, unresolved })
+    Ok(Ready { body, closure, h: h.unwrap_or(1.0), scene, initial, exact, unresolved })
 }
 
 impl Ready {
@@ -129,7 +125,7 @@ impl Ready {
         let mut row = Row { h: self.h, ..task.row() };
         row.values.insert(Quantity::Omega, omega);
         self.body.system.loads_mut().set_frequency(omega);
-        let guesses = (self.guesses)(&self.body, self.closure, omega);
+        let guesses = start::guesses(&self.scene, &self.initial, &self.body, self.closure, omega);
         if guesses.is_empty() {
             row.note = "there is no guess to start from".into();
             return Ok(row);
