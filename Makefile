@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test fuzz validate bench pictures figures clean
+.PHONY: help setup build demo test fuzz validate bench pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -13,8 +13,9 @@ help:
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
-	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/'
+	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
+	@echo 'make methods   contact methods side by side: tables and pictures of docs/methods.md, into out/ (part of make figures)'
 	@echo 'make setup     what the build needs besides Rust (done by all of the above)'
 
 setup:
@@ -70,7 +71,24 @@ figures: build
 	$(BIN) orbit scenarios/half-plate-viscous.toml --omega 1.87 --viscous -o out/orbit-a.h5 --force
 	$(BIN) plot out/orbit-a.h5 --only shapes,portrait,multipliers --at 0,0.125,0.25,0.375,0.5,0.625,0.75,0.875 -o out/figure2
 	cp out/half-plate-crosscheck.png docs/crosscheck.png
+	$(MAKE) methods
 	cp out/figure1.png docs/figure1.png
+
+# docs/methods.md: contact methods side by side (some ten minutes, most of it Nitsche's method on the finest mesh)
+ON_BAR := nbm,nbm:constant,nitsche,penalty,impact,moreau-jean,waves
+ON_PLATE := nbm,nbm:constant,mass-redistribution,mass-redistribution:optimal,nitsche,penalty,impact,impact:1
+IN_TIME := nbm,nbm:constant,mass-redistribution,nitsche,nitsche:theta=0,penalty,impact,impact:0.5,impact:1,moreau-jean
+OF_MODES := nbm,nbm:constant,mass-redistribution,nitsche,penalty
+methods: build
+	@mkdir -p out docs
+	$(BIN) compare scenarios/bar.toml --methods $(ON_BAR) --elements 10,20,40,80,160 -o out/methods-bar --force
+	$(BIN) compare scenarios/bar.toml --methods $(ON_BAR) --elements 10,20,40,80,160 --parameter run.until=1.68 -o out/methods-bar-half --force
+	$(BIN) compare scenarios/half-plate-transient.toml --methods $(ON_PLATE) --elements 10x3,20x6,40x12 --reference mass-redistribution@80x24 -o out/methods-plate --force
+	$(BIN) compare scenarios/half-plate-transient.toml --methods $(IN_TIME) --elements 10x3,20x6 --parameter run.until=105 -o out/methods-long --force
+	$(BIN) compare scenarios/half-plate-viscous.toml --viscous --beta 0.01 --omega 1.7,1.8,1.86 --methods $(OF_MODES) --elements 10x3,20x6,30x9,40x12 -o out/methods-viscous --force
+	$(BIN) compare scenarios/half-plate-viscous.toml --viscous --beta 0.01 --methods $(OF_MODES) --elements 20x6,40x12,80x24 -o out/methods-finer --force
+	$(BIN) compare scenarios/bar.toml --orbit --omega 1.87 --methods $(OF_MODES) --elements 10,20,40,80 -o out/methods-orbits --force
+	cp out/methods-bar.png out/methods-bar-half.png out/methods-plate.png out/methods-viscous.png docs/
 
 clean:
 	rm -rf out target
