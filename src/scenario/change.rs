@@ -131,7 +131,7 @@ mod tests {
 
     const TEXT: &str = "title = \"t\"\n[body] # a bar\nkind = \"bar\"\nsize = [1.0]\nelements = [4] # few\nyoung = 1.0\ndensity = 1.0\n\
                         [contact]\nedge = \"right\"\ngap = 1.0\nstress = \"projection\"\n\
-                        [[load]]\nkind = \"edge\"\nedge = \"right\"\namplitude = [0.1]\n";
+                        [[load]]\nkind = \"traction\"\nedge = \"right\"\namplitude = 0.1\n";
 
     fn scene() -> Scene {
         Scene::parse(TEXT, "t.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"))
@@ -145,7 +145,7 @@ mod tests {
                 Change::set("contact.method", "penalty"),
                 Change::remove("contact.stress"),
                 Change::remove("damping.ratio"),
-                Change::set("load[0].amplitude", "[0.5]"),
+                Change::set("load[0].amplitude", "0.5"),
                 Change::set("run.until", "2"),
                 Change::set("run.rtol", ".01"),
             ])
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(changed.contact.as_ref().map(|c| c.method.name()), Some("penalty"));
         assert_eq!(changed.until(), Some(2.0));
         assert!(changed.source.text.contains("elements = [8] # few\n"), "{}", changed.source.text);
-        assert!(changed.source.text.contains("amplitude = [0.5]"));
+        assert!(changed.source.text.contains("amplitude = 0.5"));
         assert!(changed.source.text.contains("[body] # a bar"));
         let moved = changed.with(&[
             Change::set("contact.motion", "{amplitude = 0.1, omega = 2.0}"),
@@ -169,8 +169,8 @@ mod tests {
         for (key, value) in [
             ("contact.", "1"),
             ("", "1"),
-            ("load[1].amplitude", "[1.0]"),
-            ("load[x].amplitude", "[1.0]"),
+            ("load[1].amplitude", "1.0"),
+            ("load[x].amplitude", "1.0"),
             ("contact.gpa", "1.0"),
             ("contact.gap.x", "1.0"),
             ("contact.gap", "-"),
