@@ -146,11 +146,11 @@ fn selection(arguments: &Arguments) -> Result<Selection, CliError> {
 fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Written, CliError> {
     let message = if !matches!(arguments.format, Format::Csv) {
         Some(
-            "a table (of a family, of a comparison) is written as csv only; write one orbit with `signorini orbit`, or a run",
+            "a family of orbits or a comparison is written as csv only; write one orbit with `signorini orbit`, or a run",
         )
     } else if arguments.every.is_some() || arguments.from.is_some() || arguments.to.is_some() {
         Some(
-            "--every, --from and --to choose among the stored states of a run or an orbit; a table is written whole",
+            "--every, --from and --to choose among the stored states of a run or an orbit; a family or a comparison is written whole",
         )
     } else {
         None
