@@ -8,6 +8,7 @@ pub mod element;
 mod files;
 pub mod load;
 pub mod reduction;
+pub mod shape;
 pub mod sparse;
 pub mod spline;
 pub mod stress;

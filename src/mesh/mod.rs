@@ -53,13 +53,21 @@ impl Edge {
     }
 }
 
-/// Kinds of element.
+/// Kinds of element. Nodes: corners counter-clockwise, middles of the sides between them, the centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ElementKind {
     /// Two nodes on a line.
     Bar2,
+    /// Three corners of a triangle.
+    Tri3,
+    /// A triangle with nodes in the middle of its sides.
+    Tri6,
     /// Four corners of a quadrilateral.
     Quad4,
+    /// A quadrilateral with nodes in the middle of its sides.
+    Quad8,
+    /// The same with a node at its centre.
+    Quad9,
 }
 
 impl ElementKind {
@@ -67,19 +75,53 @@ impl ElementKind {
     pub fn nodes(self) -> usize {
         match self {
             ElementKind::Bar2 => 2,
+            ElementKind::Tri3 => 3,
+            ElementKind::Tri6 => 6,
             ElementKind::Quad4 => 4,
+            ElementKind::Quad8 => 8,
+            ElementKind::Quad9 => 9,
         }
     }
 
-    /// Local nodes of a side: the ends of a bar; bottom, right, top and left of a quadrilateral, along the increasing coordinate.
+    /// Number of corners: the first nodes.
+    pub fn corners(self) -> usize {
+        match self {
+            ElementKind::Bar2 => 2,
+            ElementKind::Tri3 | ElementKind::Tri6 => 3,
+            ElementKind::Quad4 | ElementKind::Quad8 | ElementKind::Quad9 => 4,
+        }
+    }
+
+    /// Number of sides.
+    pub fn sides(self) -> usize {
+        self.corners()
+    }
+
+    /// Space that it fills: 1 or 2.
+    pub fn dim(self) -> usize {
+        if self == ElementKind::Bar2 { 1 } else { 2 }
+    }
+
+    /// Local nodes of a side: its ends, then its middle. The ends of a bar; the sides of a triangle counter-clockwise; bottom, right, top and left of a
+    /// quadrilateral, along the increasing coordinate.
     pub fn side(self, side: usize) -> &'static [usize] {
         match (self, side) {
             (ElementKind::Bar2, 0) => &[0],
             (ElementKind::Bar2, _) => &[1],
+            (ElementKind::Tri3, 0) => &[0, 1],
+            (ElementKind::Tri3, 1) => &[1, 2],
+            (ElementKind::Tri3, _) => &[2, 0],
+            (ElementKind::Tri6, 0) => &[0, 1, 3],
+            (ElementKind::Tri6, 1) => &[1, 2, 4],
+            (ElementKind::Tri6, _) => &[2, 0, 5],
             (ElementKind::Quad4, 0) => &[0, 1],
             (ElementKind::Quad4, 1) => &[1, 2],
             (ElementKind::Quad4, 2) => &[3, 2],
             (ElementKind::Quad4, _) => &[0, 3],
+            (ElementKind::Quad8 | ElementKind::Quad9, 0) => &[0, 1, 4],
+            (ElementKind::Quad8 | ElementKind::Quad9, 1) => &[1, 2, 5],
+            (ElementKind::Quad8 | ElementKind::Quad9, 2) => &[3, 2, 6],
+            (ElementKind::Quad8 | ElementKind::Quad9, _) => &[0, 3, 7],
         }
     }
 }
