@@ -20,7 +20,7 @@ use crate::event::{
     Checkpoint, Energies, Ledger, Marched, Observer, Options, Outcome, Report, Resumed, RunError,
     Sample, Switch, SwitchKind,
 };
-use crate::fem::Material;
+use crate::fem::{Material, StressState};
 use crate::flow::Counters;
 
 /// Lengths and displacements below this, over those of the bar, are rounding errors.
@@ -86,7 +86,9 @@ impl<'a, O: Observer> Bar<'a, O> {
     ) -> Option<Self> {
         let law = system.impact()?;
         let Some(March::Waves(instants)) = law.march else { return None };
-        let &[Material::Bar { young, density, area }] = system.body.materials() else {
+        let materials = system.body.materials();
+        let &[Material { young, density, state: StressState::Uniaxial { area }, .. }] = materials
+        else {
             return None;
         };
         let point = system.constraints.first()?;

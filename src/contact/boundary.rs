@@ -5,8 +5,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::fem::element::{GAUSS2, Q4_CORNERS, normal_stress_row};
-use crate::fem::{Body, Csr, DofMap, Material};
+use crate::fem::{Body, Csr, DofMap, Material, Shape};
 use crate::mesh::{Edge, Point};
 
 /// The operators of one contact edge.
@@ -83,28 +82,19 @@ pub(super) fn quadrature(body: &Body, edge: Edge) -> Vec<EdgePoint<'_>> {
         let along = || x.iter().map(|p| p[axis]);
         let (low, high) =
             along().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let factor = material.boundary_factor();
-        let mut push = |weight: f64, shape: Vec<(usize, f64)>, local: [f64; 2]| {
-            let place = std::array::from_fn(|c| {
-                shape.iter().map(|&(n, s)| s * mesh.nodes()[n][c]).sum::<f64>()
+        let shape = Shape { kind: element.kind, x: &x };
+        let side = element.kind.side(facet.side);
+        let normal = [0, 1].map(|c| if c == axis { 1.0 } else { 0.0 });
+        for point in shape.side(facet.side, material) {
+            points.push(EdgePoint {
+                place: [point.place[0], point.place[1], 0.0],
+                weight: point.area,
+                shape: side.iter().map(|&l| nodes[l]).zip(point.values).collect(),
+                nodes,
+                stress: shape.traction_row(material, point.local, (normal, normal)),
+                size: high - low,
+                material,
             });
-            let stress = normal_stress_row(material, &x, local, axis);
-            let size = high - low;
-            points.push(EdgePoint { place, weight, shape, nodes, stress, size, material });
-        };
-        match element.kind.side(facet.side) {
-            &[a, b] => {
-                let (p, q) = (x[a], x[b]);
-                let half = 0.5 * (p[0] - q[0]).hypot(p[1] - q[1]);
-                let corners = (Q4_CORNERS[a], Q4_CORNERS[b]);
-                for s in GAUSS2 {
-                    let shape = [(1.0 - s) / 2.0, (1.0 + s) / 2.0];
-                    let local = [0, 1].map(|c| shape[0] * corners.0[c] + shape[1] * corners.1[c]);
-                    let of_nodes = vec![(nodes[a], shape[0]), (nodes[b], shape[1])];
-                    push(factor * half, of_nodes, local);
-                }
-            }
-            side => push(factor, side.iter().map(|&a| (nodes[a], 1.0)).collect(), [0.0; 2]),
         }
     }
     points
@@ -214,7 +204,7 @@ mod tests {
     fn plate(edge: Edge, lumped: bool) -> (Body, BoundaryOperator) {
         let mesh = structured::rectangle(2.0, 1.0, 8, 4);
         let dofs = DofMap::new(&mesh, &[(Edge::Left, 1)], Some(edge));
-        let material = Material::Plate { young: 5.0, poisson: 0.3, density: 1.0, thickness: 0.2 };
+        let material = Material::plate(5.0, 0.3, 1.0, 0.2);
         let body = Body::assemble(mesh, dofs, &[material], false);
         let operator = assemble(&body, edge, lumped);
         (body, operator)
@@ -240,8 +230,7 @@ mod tests {
             for lumped in [false, true] {
                 let mesh = structured::rectangle(2.0, 1.0, 8, 4);
                 let dofs = DofMap::new(&mesh, &[], Some(edge));
-                let material =
-                    Material::Plate { young: 5.0, poisson: 0.3, density: 1.0, thickness: 0.2 };
+                let material = Material::plate(5.0, 0.3, 1.0, 0.2);
                 let body = Body::assemble(mesh, dofs, &[material], false);
                 let op = assemble(&body, edge, lumped);
                 let strain = |p: &[f64; 3]| [0.01 * p[0], -0.02 * p[1]];

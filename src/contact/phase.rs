@@ -407,7 +407,7 @@ mod tests {
     ) -> System {
         let mesh = structured::rectangle(1.0, 0.5, 5, 4);
         let dofs = DofMap::new(&mesh, &[(Edge::Left, 0), (Edge::Left, 1)], Some(Edge::Right));
-        let material = Material::Plate { young: 2.0, poisson: 0.3, density: 1.5, thickness: 1.0 };
+        let material = Material::plate(2.0, 0.3, 1.5, 1.0);
         let gap: Vec<f64> = dofs.contact_nodes.iter().map(|&n| 0.3 + mesh.nodes()[n][1]).collect();
         let body = Body::assemble(mesh, dofs, &[material], lumped_mass);
         let edge = ContactEdge { edge: Edge::Right, gap, lumped: lumped_boundary };

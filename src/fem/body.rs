@@ -7,7 +7,8 @@ use std::sync::Arc;
 use super::FemError;
 use super::dofs::DofMap;
 use super::eigen;
-use super::element::{self, ElementMatrices, Material};
+use super::element::{ElementMatrices, Shape};
+use super::law::Material;
 use super::reduction::Reduction;
 use super::sparse::Csr;
 use crate::mesh::{Element, Mesh, Point, structured};
@@ -74,7 +75,7 @@ fn element_matrices(
         let element = move |nodes| Element { kind: block.kind, region: block.region, nodes };
         let of = move |nodes| {
             let x = mesh.plane_corners(element(nodes));
-            Rc::new(element::matrices(&materials[block.region], &x))
+            Rc::new(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region]))
         };
         let shared = (block.congruent && block.connectivity.len() >= n)
             .then(|| of(&block.connectivity[..n]));
@@ -423,13 +424,10 @@ mod tests {
     use super::*;
     use crate::mesh::Edge;
 
-    const PLATE: Material =
-        Material::Plate { young: 1.0, poisson: 0.3, density: 1.0, thickness: 1.0 };
-
     fn plate(fixed: &[(Edge, usize)], lumped: bool) -> Body {
         let mesh = structured::rectangle(2.0, 1.0, 6, 4);
         let dofs = DofMap::new(&mesh, fixed, Some(Edge::Right));
-        Body::assemble(mesh, dofs, &[PLATE], lumped)
+        Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], lumped)
     }
 
     #[test]

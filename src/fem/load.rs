@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::body::Body;
+use super::element::Shape;
 use super::spline::Spline;
 use crate::mesh::{Edge, Point};
 
@@ -182,19 +183,13 @@ pub fn traction(body: &Body, edge: Edge, stress: &[f64]) -> Vec<f64> {
     let mut nodal = vec![0.0; dim * mesh.n_nodes()];
     for &facet in mesh.group(edge.name()) {
         let element = mesh.element(facet);
-        let factor = body.materials().get(element.region).map_or(0.0, |m| m.boundary_factor());
-        let ends: Vec<usize> =
-            element.kind.side(facet.side).iter().map(|&l| element.nodes[l]).collect();
-        let length = match ends[..] {
-            [a, b] => {
-                let (p, q) = (mesh.nodes()[a], mesh.nodes()[b]);
-                (p[0] - q[0]).hypot(p[1] - q[1])
-            }
-            _ => 1.0,
-        };
-        for &n in &ends {
-            for c in 0..dim {
-                nodal[dim * n + c] += length * factor * stress[c] / ends.len() as f64;
+        let Some(material) = body.materials().get(element.region) else { continue };
+        let x = mesh.plane_corners(element);
+        for point in (Shape { kind: element.kind, x: &x }).side(facet.side, material) {
+            for (&l, value) in element.kind.side(facet.side).iter().zip(&point.values) {
+                for c in 0..dim {
+                    nodal[dim * element.nodes[l] + c] += point.area * value * stress[c];
+                }
             }
         }
     }

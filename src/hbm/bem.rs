@@ -22,7 +22,7 @@ use faer::linalg::solvers::Solve;
 
 use crate::contact::System;
 use crate::continuation::norm;
-use crate::fem::Material;
+use crate::fem::{Material, StressState};
 
 /// A bar and how its contact is weighted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +84,11 @@ const TOLERANCE: f64 = 1e-13;
 impl BarBalance {
     /// The bar of a system, with the parameters of the source; none if it is no uniform bar that is held and has a contact.
     pub fn of(system: &System) -> Option<BarBalance> {
-        let &[Material::Bar { young, area, .. }] = system.body.materials() else { return None };
+        let &[Material { young, state: StressState::Uniaxial { area }, .. }] =
+            system.body.materials()
+        else {
+            return None;
+        };
         let gap = system.constraints.first()?.gap;
         let held = system.body.rigid_motions(false).is_empty();
         held.then_some(BarBalance {

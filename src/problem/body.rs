@@ -3,7 +3,7 @@
 use super::ProblemError;
 use super::given::{folder, given_length};
 use crate::contact::{ContactEdge, MassChoice, Stress};
-use crate::fem::{Body, DofMap, Material, read_matrix};
+use crate::fem::{Body, DofMap, Material, read_matrix, stress};
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
     Axis, BodyKind, ContactMethod, Edge, Field, Inertia, Issue, MassKind, RedistributedMass, Scene,
@@ -44,17 +44,7 @@ pub fn mesh(scene: &Scene) -> Mesh {
 
 pub(super) fn assemble(scene: &Scene) -> Body {
     let b = &scene.body;
-    let (young, density) = (b.young.unwrap_or(1.0), b.density.unwrap_or(1.0));
-    let material = match b.kind {
-        BodyKind::Bar => Material::Bar { young, density, area: b.area.unwrap_or(1.0) },
-        BodyKind::Plate => Material::Plate {
-            young,
-            poisson: b.poisson.unwrap_or(0.0),
-            density,
-            thickness: b.thickness.unwrap_or(1.0),
-        },
-        BodyKind::Matrices => Material::Bar { young: 1.0, density: 1.0, area: 1.0 },
-    };
+    let material = stress::material(b).unwrap_or(Material::bar(1.0, 1.0, 1.0));
     let mesh = mesh(scene);
     let fixed: Vec<_> = scene
         .supports

@@ -12,8 +12,9 @@
 //! The three fields of contact are left out where the scene has none.
 
 use super::ExportError;
-use crate::fem::Material;
 use crate::fem::stress::{self, Stress};
+use crate::fem::{Material, Shape, StressState};
+use crate::mesh::ElementKind;
 use crate::scenario::Scene;
 use crate::store::Stored;
 
@@ -49,6 +50,7 @@ pub(super) struct Field {
 pub(super) struct Fields<'s> {
     pub stored: &'s Stored,
     material: Material,
+    kind: ElementKind,
     corners: Vec<Vec<[f64; 2]>>,
 }
 
@@ -60,17 +62,17 @@ impl<'s> Fields<'s> {
         let Some(material) = stress::material(&scene.body) else {
             return Err(ExportError::NoGeometry(stored.path.clone()));
         };
-        let corners = match material {
-            Material::Bar { .. } => 2,
-            Material::Plate { .. } => 4,
+        let kind = match material.state {
+            StressState::Uniaxial { .. } => ElementKind::Bar2,
+            _ => ElementKind::Quad4,
         };
-        if stored.elements.ncols() != corners {
+        if stored.elements.ncols() != kind.nodes() {
             return Err(ExportError::damaged(stored, "it is not the one of this mesh"));
         }
         let at = |&n: &i64| [stored.nodes[(n as usize, 0)], stored.nodes[(n as usize, 1)]];
         let elements = stored.elements.rows().into_iter();
         let corners = elements.map(|e| e.iter().map(at).collect()).collect();
-        Ok(Fields { stored, material, corners })
+        Ok(Fields { stored, material, kind, corners })
     }
 
     /// Node positions, three coordinates each.
@@ -122,12 +124,12 @@ impl<'s> Fields<'s> {
             all.push(real("gap", Place::Point, 1, gap));
         }
         let stress = self.stress(row);
-        match self.material {
-            Material::Bar { .. } => {
+        match self.kind {
+            ElementKind::Bar2 => {
                 let axial = stress.iter().map(|s| s.xx).collect();
                 all.push(real("stress", Place::Cell, 1, axial));
             }
-            Material::Plate { .. } => {
+            _ => {
                 let tensors = stress.iter().flat_map(Stress::tensor).collect();
                 all.push(real("stress", Place::Cell, 9, tensors));
                 let equivalent = stress.iter().map(Stress::von_mises).collect();
@@ -148,7 +150,7 @@ impl<'s> Fields<'s> {
         let elements = self.stored.elements.rows().into_iter();
         let each = elements.zip(&self.corners).map(|(e, x)| {
             let u: Vec<_> = e.iter().map(displacement).collect();
-            stress::at_centre(&self.material, x, &u)
+            stress::at_centre(&self.material, Shape { kind: self.kind, x }, &u)
         });
         each.collect()
     }
