@@ -4,6 +4,7 @@
 //! the dimension; the displacement has `dim` components. An element lists its nodes counter-clockwise; its sides are numbered, and a side's nodes
 //! run so that a group of consecutive sides names its nodes in order.
 
+pub mod gmsh;
 pub mod interpolate;
 pub mod structured;
 
@@ -54,7 +55,7 @@ impl Edge {
 }
 
 /// Kinds of element. Nodes: corners counter-clockwise, middles of the sides between them, the centre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ElementKind {
     /// Two nodes on a line.
     Bar2,

@@ -1,0 +1,146 @@
+//! Meshes of Gmsh: format 4.1 and 2.2, ASCII, with physical groups.
+//!
+//! [`read`] gives what the file says ([`File`]); [`File::body`] the mesh of the body in it: its cells by kind and material regions, and the sides that its groups
+//! name. Errors name the line and the section, or the tags that Gmsh shows.
+
+mod body;
+mod read;
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+use super::{ElementKind, Point};
+
+pub use body::{Imported, Sides};
+pub use read::read;
+
+/// Why a file cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{}{message}; {help}", at(*line, section))]
+pub struct GmshError {
+    /// Line, from 1; 0 where the file as a whole is meant.
+    pub line: usize,
+    /// The section.
+    pub section: String,
+    /// What is wrong.
+    pub message: String,
+    /// What helps.
+    pub help: String,
+}
+
+fn at(line: usize, section: &str) -> String {
+    match (line, section.is_empty()) {
+        (0, _) => String::new(),
+        (line, true) => format!("line {line}: "),
+        (line, false) => format!("line {line}, ${section}: "),
+    }
+}
+
+impl GmshError {
+    /// About the file as a whole.
+    fn of_file(message: impl Into<String>, help: impl Into<String>) -> GmshError {
+        GmshError { line: 0, section: String::new(), message: message.into(), help: help.into() }
+    }
+}
+
+/// How an element is called and what it is to this program.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Type {
+    /// Number in files.
+    pub number: usize,
+    /// Name.
+    pub name: &'static str,
+    /// Dimension.
+    pub dim: usize,
+    /// Nodes.
+    pub nodes: usize,
+}
+
+/// Types of element that the reader knows.
+pub const TYPES: [Type; 15] = [
+    Type { number: 15, name: "point", dim: 0, nodes: 1 },
+    Type { number: 1, name: "line of 2 nodes", dim: 1, nodes: 2 },
+    Type { number: 8, name: "line of 3 nodes", dim: 1, nodes: 3 },
+    Type { number: 2, name: "triangle of 3 nodes", dim: 2, nodes: 3 },
+    Type { number: 9, name: "triangle of 6 nodes", dim: 2, nodes: 6 },
+    Type { number: 3, name: "quadrilateral of 4 nodes", dim: 2, nodes: 4 },
+    Type { number: 16, name: "quadrilateral of 8 nodes", dim: 2, nodes: 8 },
+    Type { number: 10, name: "quadrilateral of 9 nodes", dim: 2, nodes: 9 },
+    Type { number: 4, name: "tetrahedron of 4 nodes", dim: 3, nodes: 4 },
+    Type { number: 11, name: "tetrahedron of 10 nodes", dim: 3, nodes: 10 },
+    Type { number: 5, name: "hexahedron of 8 nodes", dim: 3, nodes: 8 },
+    Type { number: 17, name: "hexahedron of 20 nodes", dim: 3, nodes: 20 },
+    Type { number: 12, name: "hexahedron of 27 nodes", dim: 3, nodes: 27 },
+    Type { number: 6, name: "prism", dim: 3, nodes: 6 },
+    Type { number: 7, name: "pyramid", dim: 3, nodes: 5 },
+];
+
+impl Type {
+    /// The kind of element in the plane.
+    pub fn kind(&self) -> Option<ElementKind> {
+        match self.number {
+            2 => Some(ElementKind::Tri3),
+            9 => Some(ElementKind::Tri6),
+            3 => Some(ElementKind::Quad4),
+            16 => Some(ElementKind::Quad8),
+            10 => Some(ElementKind::Quad9),
+            _ => None,
+        }
+    }
+}
+
+/// An element as the file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// Its tag.
+    pub tag: i64,
+    /// Its type.
+    pub of: Type,
+    /// Tags of its physical groups, of its own dimension.
+    pub groups: Vec<i64>,
+    /// Places of its nodes in the list of nodes.
+    pub nodes: Vec<usize>,
+}
+
+/// What a file says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct File {
+    /// `4.1` or `2.2`.
+    pub version: String,
+    /// Tags and places of the nodes.
+    pub nodes: Vec<(i64, Point)>,
+    /// Elements.
+    pub cells: Vec<Cell>,
+    /// Names of physical groups by dimension and tag.
+    pub names: BTreeMap<(usize, i64), String>,
+}
+
+impl File {
+    /// Name of a physical group: `#3` if the file gives none.
+    pub fn name(&self, dim: usize, tag: i64) -> String {
+        self.names.get(&(dim, tag)).cloned().unwrap_or_else(|| format!("#{tag}"))
+    }
+
+    /// The groups that have elements: dimension, tag, name, number of elements.
+    pub fn groups(&self) -> Vec<(usize, i64, String, usize)> {
+        let mut count: BTreeMap<(usize, i64), usize> = self.names.keys().map(|k| (*k, 0)).collect();
+        for cell in &self.cells {
+            for &tag in &cell.groups {
+                *count.entry((cell.of.dim, tag)).or_default() += 1;
+            }
+        }
+        count.into_iter().map(|((dim, tag), n)| (dim, tag, self.name(dim, tag), n)).collect()
+    }
+
+    /// How many elements there are of each type.
+    pub fn types(&self) -> Vec<(Type, usize)> {
+        let count = |t: &Type| self.cells.iter().filter(|c| c.of.number == t.number).count();
+        TYPES.iter().map(|t| (*t, count(t))).filter(|(_, n)| *n > 0).collect()
+    }
+
+    /// The largest dimension of an element.
+    pub fn dim(&self) -> usize {
+        self.cells.iter().map(|c| c.of.dim).max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,179 @@
+//! Meshes of Gmsh. Reference numbers: an independent prototype (its matrices agree with scikit-fem).
+
+mod common;
+
+use common::root;
+use signorini::fem::{Body, DofMap, Material, StressState, eigen};
+use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
+use signorini::mesh::{Edge, ElementKind};
+
+fn imported(name: &str) -> Imported {
+    let bytes = std::fs::read(root().join("tests/reference/meshes").join(name)).unwrap();
+    read(&bytes).unwrap().body(1.0).unwrap()
+}
+
+fn state(plane_strain: bool) -> StressState {
+    match plane_strain {
+        true => StressState::PlaneStrain { thickness: 1.0 },
+        false => StressState::PlaneStress { thickness: 1.0 },
+    }
+}
+
+#[test]
+fn bodies_have_the_matrices_of_the_prototype() {
+    for (name, kind, nodes, cells, strain, trace, frequencies) in [
+        (
+            "t3_plate.msh",
+            ElementKind::Tri3,
+            28,
+            38,
+            false,
+            101.8057536258,
+            [0.4679568264, 1.5879349259, 1.8366059647],
+        ),
+        (
+            "t6_plate.msh",
+            ElementKind::Tri6,
+            57,
+            22,
+            false,
+            300.6689735513,
+            [0.4364113203, 1.5789117284, 1.6740082162],
+        ),
+        (
+            "q4_distorted.msh",
+            ElementKind::Quad4,
+            28,
+            18,
+            true,
+            86.0748357547,
+            [0.4758005606, 1.6753364026, 1.8389771510],
+        ),
+    ] {
+        let file = imported(name);
+        assert_eq!((file.mesh.n_nodes(), file.mesh.n_elements()), (nodes, cells), "{name}");
+        assert!(file.mesh.elements().all(|e| e.kind == kind) && file.unused == 0);
+        assert_eq!(file.regions, [["body"]]);
+        let names: Vec<&String> = file.sides.keys().collect();
+        assert_eq!(names, ["bottom", "left", "right", "top"]);
+        let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state: state(strain) };
+        // the whole body, before its supports
+        let free = DofMap::new(&file.mesh, &[], None);
+        let body = Body::assemble(file.mesh.clone(), free, &[material], false);
+        let n = body.stiffness.n_rows();
+        let found: f64 = body.stiffness.triplets().filter(|t| t.0 == t.1).map(|t| t.2).sum();
+        assert!((found / trace - 1.0).abs() < 1e-10, "{name}: trace {found}");
+        let mass = 0.5 * body.mass.quadratic(&vec![1.0; n]);
+        assert!((mass - 0.5).abs() < 1e-10, "{name}: mass {mass}");
+        let held = DofMap::new(&file.mesh, &[(Edge::Left, 0), (Edge::Left, 1)], None);
+        let body = Body::assemble(file.mesh, held, &[material], false);
+        let modes = eigen::lowest(&body.stiffness, &body.mass, 3, 1.0).unwrap();
+        for (w, exact) in modes.omega.iter().zip(frequencies) {
+            assert!((w / exact - 1.0).abs() < 1e-8, "{name}: {w} {exact}");
+        }
+    }
+}
+
+/// Two squares of one unit, one over the other, in both formats.
+const TWO: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 7 \"low side\"\n1 8 \"seam\"\n2 5 \"steel\"\n2 6 \"rubber\"\n$EndPhysicalNames\n\
+    $Entities\n0 2 2 0\n1 0 0 0 1 0 0 1 -7 0\n2 0 1 0 1 1 0 1 8 0\n1 0 0 0 1 1 0 1 5 0\n2 0 1 0 1 2 0 1 6 0\n$EndEntities\n\
+    $Nodes\n1 7 1 40\n2 1 0 7\n1\n2\n3\n4\n5\n6\n40\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n1 2 0\n0 2 0\n9 9 9\n$EndNodes\n\
+    $Elements\n4 4 1 4\n1 1 1 1\n1 1 2\n1 2 1 1\n2 4 3\n2 1 3 1\n3 1 2 3 4\n2 2 3 1\n4 4 6 5 3\n$EndElements\n";
+const TWO_OLD: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 7 \"low side\"\n1 8 \"seam\"\n2 5 \"steel\"\n2 6 \"rubber\"\n$EndPhysicalNames\n\
+    $Nodes\n7\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 1 2 0\n6 0 2 0\n40 9 9 9\n$EndNodes\n\
+    $Elements\n4\n1 1 2 7 1 1 2\n2 1 2 8 2 4 3\n3 3 2 5 1 1 2 3 4\n4 3 2 6 2 4 6 5 3\n$EndElements\n";
+
+#[test]
+fn both_formats_say_the_same() {
+    let of = |text: &str| read(text.as_bytes()).unwrap().body(0.5).unwrap();
+    let (new, old) = (of(TWO), of(TWO_OLD));
+    assert_eq!(new, old);
+    assert_eq!(new.regions, [["steel"], ["rubber"]]);
+    assert_eq!(
+        (new.mesh.n_nodes(), new.unused, new.node_tags.as_slice()),
+        (6, 1, &[1, 2, 3, 4, 5, 6][..])
+    );
+    assert_eq!(new.cell_tags, [[3], [4]]);
+    assert_eq!(new.mesh.size(), [0.5, 1.0, 0.0]);
+    assert!(matches!(&new.sides["low side"], Sides::Boundary(facets) if facets.len() == 1));
+    assert_eq!(new.mesh.group_nodes("low side"), [0, 1]);
+    // between two cells
+    assert_eq!(new.sides["seam"], Sides::Elsewhere { nodes: vec![4, 3], owners: 2 });
+    assert!(new.mesh.group("seam").is_empty());
+    // the second square goes round the other way, and is turned
+    let material = Material::plate(1.0, 0.3, 1.0, 1.0);
+    let dofs = DofMap::new(&new.mesh, &[], None);
+    let body = Body::assemble(new.mesh, dofs, &[material, material], false);
+    assert!((body.nodal_mass().iter().sum::<f64>() - 0.5).abs() < 1e-15);
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_with_its_reason() {
+    let error = |text: &str| -> GmshError {
+        match read(text.as_bytes()).and_then(|f| f.body(1.0)) {
+            Ok(_) => panic!("read: {text}"),
+            Err(e) => e,
+        }
+    };
+    let changed = |from: &str, to: &str| {
+        assert!(TWO.contains(from), "{from}");
+        TWO.replacen(from, to, 1)
+    };
+    let old = |from: &str, to: &str| {
+        assert!(TWO_OLD.contains(from), "{from}");
+        TWO_OLD.replacen(from, to, 1)
+    };
+    for (text, words) in [
+        (String::new(), "is no mesh of Gmsh"),
+        ("*Heading\n*Node\n1, 0, 0\n".into(), "gmsh IN -save"),
+        (changed("4.1 0 8", "4.1 1 8"), "is binary"),
+        (changed("4.1 0 8", "4.0 0 8"), "4.1 and 2.2 are read"),
+        (changed("4.1 0 8", ""), "line 2"),
+        (TWO[..TWO.find("$Nodes").unwrap()].into(), "no section $Nodes"),
+        (TWO[..TWO.find("$Elements").unwrap()].into(), "no section $Elements"),
+        (TWO[..TWO.len() - 30].into(), "does not end"),
+        (changed("$EndNodes\n", ""), "before $EndNodes"),
+        (changed("1 7 1 40\n", "1 8 1 40\n"), "8 nodes are announced, 7 are there"),
+        (changed("2 1 0 7\n", "2 1 0 8\n"), "where a coordinate is expected"),
+        (changed("2 1 0 7\n", "2 1 0 6\n"), "goes on with"),
+        (changed("1 2 0\n", "1 two 0\n"), "\"two\" where a coordinate is expected"),
+        (changed("1 2 0\n", "1 nan 0\n"), "the coordinate NaN is none"),
+        (changed("1 2 0\n", "1 1e300 0\n"), "is none"),
+        (changed("1 2 0\n", "1 2 0.1\n"), "node 5 is not in the plane"),
+        (changed("1\n2\n3\n", "1\n2\n2\n"), "node 2 is there twice"),
+        (changed("4 4 6 5 3\n", "4 4 6 5 77\n"), "element 4 has node 77"),
+        (changed("4 4 6 5 3\n", "4 4 6 3 5\n"), "element 4 is degenerate or folded"),
+        (changed("4 4 6 5 3\n", "4 4 6 5 5\n"), "element 4 is degenerate or folded"),
+        (changed("2 2 3 1\n4 4 6 5 3\n", "2 2 21 1\n4 4 6 5 3\n"), "elements of type 21"),
+        (
+            changed("2 2 3 1\n4 4 6 5 3\n", "2 2 9 1\n4 4 6 5 3 1 2\n"),
+            "first and second order are mixed",
+        ),
+        (changed("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n"), "no plane body"),
+        (
+            changed("4 4 1 4\n", "2 2 1 4\n")
+                .replace("2 1 3 1\n3 1 2 3 4\n2 2 3 1\n4 4 6 5 3\n", ""),
+            "mesh the surface too",
+        ),
+        (changed("4 4 1 4\n", "4 400000000000 1 4\n"), "more than can be held"),
+        (changed("1 7 \"low side\"", "1 seven \"low side\""), "line 6, $PhysicalNames"),
+        (changed("1 7 \"low side\"", "1 7 low side"), "quotation marks"),
+        (changed("0 2 2 0\n", "0 2 3 0\n"), "$Entities"),
+        (old("7\n1 0 0 0", "8\n1 0 0 0"), "where the tag of a node is expected"),
+        (old("3 3 2 5 1 1 2 3 4", "3 3 2 5 1 1 2 3"), "$Elements: ends where"),
+        (old("4\n1 1 2 7", "5\n1 1 2 7"), "ends where"),
+    ] {
+        let e = error(&text);
+        assert!(e.to_string().contains(words), "{e}\nnot: {words}");
+        assert!(!e.help.is_empty() && !e.to_string().contains('\n'));
+    }
+    // damaged anywhere: refused or read, never a panic
+    for cut in 0..TWO.len() {
+        let _ = read(TWO[..cut].as_bytes()).and_then(|f| f.body(1.0));
+        let mut bytes = TWO.as_bytes().to_vec();
+        bytes[cut] = b'9';
+        let _ = read(&bytes).and_then(|f| f.body(1.0));
+        bytes[cut] = 0xff;
+        let _ = read(&bytes).and_then(|f| f.body(1.0));
+    }
+}
