@@ -177,3 +177,35 @@ fn what_cannot_be_read_is_refused_with_its_reason() {
         let _ = read(&bytes).and_then(|f| f.body(1.0));
     }
 }
+
+#[test]
+fn inspect_tells_what_is_in_a_mesh() {
+    let at = |name: &str| root().join("tests/reference/meshes").join(name).display().to_string();
+    let found = common::json(&["inspect", &at("t6_plate.msh")]);
+    assert_eq!(found["format"], "4.1");
+    assert_eq!(found["body"]["cells"], 22);
+    assert_eq!(found["body"]["size"], serde_json::json!([1.0, 0.5, 0.0]));
+    let least = found["body"]["quality"]["least"].as_f64().unwrap();
+    assert!((0.3..1.0).contains(&least), "{least}");
+    assert_eq!(found["groups"].as_array().unwrap().len(), 5);
+    assert_eq!(found["groups"][0]["on_boundary"], true);
+    let text =
+        String::from_utf8(common::run(&["inspect", &at("q4_distorted.msh")]).stdout).unwrap();
+    for words in [
+        "18 × quadrilateral of 4 nodes",
+        "\"right\" (lines, #3)",
+        "for supports, loads, contact",
+        "1.00000 × 0.500000",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let damaged = folder.path().join("d.msh");
+    std::fs::write(&damaged, TWO.replace("two", "")[..300].as_bytes()).unwrap();
+    let output = common::run(&["inspect", damaged.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    // a mesh without a plane body: what is in it, and why it is none
+    std::fs::write(&damaged, TWO.replace("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n")).unwrap();
+    let found = common::json(&["inspect", damaged.to_str().unwrap()]);
+    assert!(found["error"].as_str().unwrap().contains("three dimensions"), "{found}");
+}

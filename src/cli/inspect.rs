@@ -17,15 +17,15 @@ use signorini::store::{
     read_stored_orbit,
 };
 
-use super::{CliError, Global};
+use super::{CliError, Global, inspect_mesh};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5"
+    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5\n  signorini inspect bracket.msh"
 )]
 pub struct Arguments {
-    /// A file written by this program
+    /// A file written by this program, or a mesh of Gmsh
     file: PathBuf,
     /// Print the scene that made it, and nothing else
     #[arg(long)]
@@ -34,6 +34,9 @@ pub struct Arguments {
 
 /// Say what a file holds.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+    if inspect_mesh::is_mesh(&arguments.file) {
+        return inspect_mesh::run(&arguments.file, global);
+    }
     match content(&arguments.file)? {
         Content::Family => return family(arguments, global),
         Content::Comparison => return compared(arguments, global),

@@ -11,6 +11,7 @@ mod error;
 mod export;
 mod family;
 mod inspect;
+mod inspect_mesh;
 mod interrupt;
 mod load;
 mod modes;

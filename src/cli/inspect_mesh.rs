@@ -1,0 +1,163 @@
+//! `signorini inspect FILE.msh`: what is in a mesh of Gmsh.
+
+use std::fmt::Write as _;
+use std::io::Read as _;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use signorini::mesh::Mesh;
+use signorini::mesh::gmsh::{File, Imported, Sides, read};
+use signorini::report::summary::significant;
+
+use super::{CliError, Global};
+
+/// Whether a file is a mesh of Gmsh, by its name or its first word.
+pub fn is_mesh(path: &Path) -> bool {
+    let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("msh"));
+    let mut head = [0; 11];
+    let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head));
+    named || (read.is_ok() && &head == b"$MeshFormat")
+}
+
+/// Say what a mesh holds.
+pub fn run(path: &Path, global: &Global) -> Result<(), CliError> {
+    let refuse = |e: &dyn std::fmt::Display| CliError::Input(format!("{}: {e}", path.display()));
+    let bytes = std::fs::read(path).map_err(|e| refuse(&e))?;
+    let file = read(&bytes).map_err(|e| refuse(&e))?;
+    // what cannot be a body is told all the same, with the reason
+    let body = file.body(1.0);
+    let (found, why) = match &body {
+        Ok(found) => (Some(found), None),
+        Err(e) => (None, Some(e.to_string())),
+    };
+    global.print(
+        || as_json(&file, found, why.as_deref()),
+        || as_text(path, &file, found, why.as_deref()),
+    )
+}
+
+/// Least and mean quality of the cells: the least sine of a corner over that of the regular cell, 1 at best.
+fn quality(mesh: &Mesh) -> (f64, f64) {
+    let of = |x: &[[f64; 2]]| {
+        let n = x.len();
+        let corner = |k: usize| {
+            let (a, b, c) = (x[(k + n - 1) % n], x[k], x[(k + 1) % n]);
+            let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+            (p[0] * q[1] - p[1] * q[0]) / (p[0].hypot(p[1]) * q[0].hypot(q[1]))
+        };
+        let regular = if n == 3 { 0.75f64.sqrt() } else { 1.0 };
+        (0..n).map(corner).fold(f64::INFINITY, f64::min) / regular
+    };
+    let all: Vec<f64> = mesh
+        .elements()
+        .map(|e| {
+            let x = mesh.plane_corners(e);
+            of(&x[..e.kind.corners()])
+        })
+        .collect();
+    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+    (least, all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// What a group of lines is good for.
+fn use_of(sides: Option<&Sides>) -> String {
+    match sides {
+        Some(Sides::Boundary(facets)) => {
+            let n = facets.len();
+            format!("lines, {n} of them sides of the boundary: for supports, loads, contact")
+        }
+        Some(Sides::Elsewhere { owners: 0, nodes }) => {
+            format!("lines, no side of the body at nodes {nodes:?}: of no use here")
+        }
+        Some(Sides::Elsewhere { nodes, .. }) => {
+            format!("lines inside the body, for example at nodes {nodes:?}: of no use here")
+        }
+        None => "no lines: of no use here".into(),
+    }
+}
+
+fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>) -> String {
+    let mut out = String::new();
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<12}{text}");
+    };
+    line("file", format!("{}, Gmsh {} ASCII", path.display(), file.version));
+    let types: Vec<String> =
+        file.types().into_iter().map(|(t, n)| format!("{n} × {}", t.name)).collect();
+    line("elements", types.join(", "));
+    if let Some(body) = body {
+        let [lx, ly, _] = body.mesh.size();
+        line(
+            "body",
+            format!(
+                "{} nodes, {} cells, {} × {} (units? coordinates are multiplied by scale)",
+                body.mesh.n_nodes(),
+                body.mesh.n_elements(),
+                significant(lx, 6),
+                significant(ly, 6)
+            ),
+        );
+        let (least, mean) = quality(&body.mesh);
+        line(
+            "quality",
+            format!(
+                "{} at the worst cell, {} on the average (least sine of a corner over that of the regular cell; 1 is best)",
+                significant(least, 3),
+                significant(mean, 3)
+            ),
+        );
+        if body.unused > 0 {
+            line("unused", format!("{} nodes that no cell has", body.unused));
+        }
+        let bare: usize = bare_cells(body);
+        if bare > 0 {
+            line(
+                "warning",
+                format!("{bare} cells are in no physical group: they have no material"),
+            );
+        }
+    }
+    for (dim, tag, name, count) in file.groups() {
+        let of = match (dim, body) {
+            (2, _) => "cells: for materials".to_owned(),
+            (1, Some(body)) => use_of(body.sides.get(&name)),
+            _ => "elements".into(),
+        };
+        let dim = ["points", "lines", "surface", "volume"].get(dim).copied().unwrap_or("?");
+        line("group", format!("\"{name}\" ({dim}, #{tag}): {count} {of}"));
+    }
+    if let Some(why) = why {
+        line("no body", why.to_owned());
+    }
+    out
+}
+
+/// Cells that are in no physical group.
+fn bare_cells(body: &Imported) -> usize {
+    let is_bare = |region: usize| body.regions[region].is_empty();
+    body.mesh.elements().filter(|e| is_bare(e.region)).count()
+}
+
+fn as_json(file: &File, body: Option<&Imported>, why: Option<&str>) -> Value {
+    let types: Vec<Value> =
+        file.types().into_iter().map(|(t, n)| json!({"type": t.name, "count": n})).collect();
+    let groups: Vec<Value> = file
+        .groups()
+        .into_iter()
+        .map(|(dim, tag, name, count)| {
+            let sides = body.and_then(|b| b.sides.get(&name)).filter(|_| dim == 1);
+            let boundary = sides.map(|s| matches!(s, Sides::Boundary(_)));
+            json!({"name": name, "dim": dim, "tag": tag, "elements": count, "on_boundary": boundary})
+        })
+        .collect();
+    let mut all = json!({"format": file.version, "nodes": file.nodes.len(), "elements": types, "groups": groups, "error": why});
+    if let Some(body) = body {
+        let (least, mean) = quality(&body.mesh);
+        all["body"] = json!({
+            "nodes": body.mesh.n_nodes(), "cells": body.mesh.n_elements(), "size": body.mesh.size(), "unused_nodes": body.unused,
+            "quality": {"least": least, "mean": mean}, "cells_without_group": bare_cells(body),
+        });
+    }
+    all
+}
