@@ -3,9 +3,12 @@
 mod common;
 
 use common::root;
+use signorini::contact::{ActiveSet, ContactEdge, ContactError, MassChoice, State, Stress, System};
 use signorini::fem::{Body, DofMap, Material, StressState, eigen};
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
 use signorini::mesh::{Edge, ElementKind};
+use signorini::problem::phase_modes;
+use signorini::scenario::{Inertia, Integrator};
 
 fn imported(name: &str) -> Imported {
     let bytes = std::fs::read(root().join("tests/reference/meshes").join(name)).unwrap();
@@ -208,4 +211,143 @@ fn inspect_tells_what_is_in_a_mesh() {
     std::fs::write(&damaged, TWO.replace("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n")).unwrap();
     let found = common::json(&["inspect", damaged.to_str().unwrap()]);
     assert!(found["error"].as_str().unwrap().contains("three dimensions"), "{found}");
+}
+
+/// Stress and inertia on the meshes of the prototype: boundary operator, open frequencies, and the motion from `u = (−x(1 + y/10), 3xy/100)` at rest before a
+/// gap of 0.3 on the right, over 8 units of time.
+#[test]
+fn contact_on_meshes_is_that_of_the_prototype() {
+    use Inertia::{Constant, Paper};
+    use Stress::{NodalMean, Projection, Reaction};
+    for (name, strain, stress, first, operator, open, runs) in [
+        (
+            "t3_plate.msh",
+            false,
+            NodalMean,
+            4.1639654625,
+            [11.0641822420, 11.5010437774],
+            [0.4680744243, 1.5911682274, 1.8445901413],
+            [
+                (Paper, [0.2462721694, 1.2543138933, 16.0, 0.1910165844, 1.1754275491]),
+                (Constant, [0.2462721694, 1.2543138933, 18.0, 0.2462721694, 1.3765394989]),
+            ],
+        ),
+        (
+            "t3_plate.msh",
+            false,
+            Reaction,
+            6.9229350201,
+            [15.1714997869, 14.0032608243],
+            [0.4679606923, 1.5907385575, 1.8382672219],
+            [
+                (Paper, [0.2460315193, 1.2652678950, 16.0, 0.1947938912, 1.2390883621]),
+                (Constant, [0.2460315193, 1.2652678950, 17.0, 0.2460315193, 1.4191133384]),
+            ],
+        ),
+        (
+            "t6_plate.msh",
+            false,
+            NodalMean,
+            9.4791829307,
+            [33.7220915098, 45.2037492059],
+            [0.4364137015, 1.5789117546, 1.6740181250],
+            [
+                (Paper, [0.2691653922, 1.2676810063, 22.0, 0.2584570647, 1.4755773129]),
+                (Constant, [0.2691653922, 1.2676810063, 22.0, 0.2691653922, 1.5441513193]),
+            ],
+        ),
+        (
+            "t6_plate.msh",
+            false,
+            Reaction,
+            14.8700499199,
+            [34.7108002685, 41.7523363254],
+            [0.4364115489, 1.5792191805, 1.6740983849],
+            [
+                (Paper, [0.2663198672, 1.2748536392, 22.0, 0.2502088889, 1.4729069713]),
+                (Constant, [0.2663198672, 1.2748536392, 24.0, 0.2663198672, 1.5464808134]),
+            ],
+        ),
+        (
+            "q4_distorted.msh",
+            true,
+            Projection,
+            7.6030733301,
+            [16.8216340565, 21.4481394039],
+            [0.4758423232, 1.6795310846, 1.8433816342],
+            [
+                (Paper, [0.2963821455, 1.1835758308, 21.0, 0.2246000739, 1.3934515727]),
+                (Constant, [0.2963821455, 1.1835758308, 20.0, 0.2963821455, 1.8584826675]),
+            ],
+        ),
+        (
+            "q4_distorted.msh",
+            true,
+            Reaction,
+            7.2507412560,
+            [15.2268561276, 13.9663744525],
+            [0.4758045543, 1.6786583099, 1.8405893705],
+            [
+                (Paper, [0.2960832773, 1.1895471137, 20.0, 0.2068231357, 1.4304921362]),
+                (Constant, [0.2960832773, 1.1895471137, 20.0, 0.2960832773, 1.8938845168]),
+            ],
+        ),
+    ] {
+        let file = imported(name);
+        let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state: state(strain) };
+        let fixed = [(Edge::Left, 0), (Edge::Left, 1)];
+        for (inertia, [e0, t1, switches, end, norm]) in runs {
+            let dofs = DofMap::new(&file.mesh, &fixed, Some(Edge::Right));
+            let body = Body::assemble(file.mesh.clone(), dofs, &[material], false);
+            let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
+            // the first contact node of the prototype is that with tag 2
+            let node = file.node_tags.iter().position(|t| *t == 2).unwrap();
+            let i = body.dofs.contact_nodes.iter().position(|n| *n == node).unwrap();
+            let edge = ContactEdge { edge: Edge::Right, gap: vec![0.3; n_c], lumped: false };
+            let mass = if inertia == Paper { MassChoice::Paper } else { MassChoice::Condensed };
+            let system = System::on_edge(body, Some(&edge), (stress, mass)).unwrap();
+            let conditions = system.conditions();
+            let near = |found: f64, exact: f64, most: f64, what: &str| {
+                let off = (found / exact - 1.0).abs();
+                assert!(off < most, "{name} {stress:?} {inertia:?}, {what}: {found} {exact}");
+            };
+            near(conditions.n_c[(i, i)], first, 1e-8, "N_C");
+            near(conditions.n_c.norm(), operator[0], 1e-8, "|N_C|");
+            let square: f64 = conditions.n_o.triplets().map(|t| t.2 * t.2).sum();
+            near(square.sqrt(), operator[1], 1e-8, "|N_O|");
+            let modes = phase_modes(&system, &system.phase(&ActiveSet::open(n_c)), 3).unwrap();
+            for (w, exact) in modes.omega.iter().zip(open) {
+                near(*w, exact, 1e-8, "open frequency");
+            }
+            let u: Vec<f64> = file
+                .mesh
+                .nodes()
+                .iter()
+                .flat_map(|p| [-p[0] * (1.0 + 0.1 * p[1]), 0.03 * p[0] * p[1]])
+                .collect();
+            let u = system.body.dofs.gather(&u)[..n_o].to_vec();
+            let initial = State { v: vec![0.0; u.len()], u };
+            let report = common::event_driven(&system, &initial, 8.0, Integrator::Modal);
+            near(report.energy_start, e0, 1e-7, "energy at the start");
+            near(report.switches[0].t, t1, 1e-8, "first switch");
+            assert_eq!(report.switches.len() as f64, switches, "{name} {stress:?} {inertia:?}");
+            near(report.energy_end, end, 1e-7, "energy at the end");
+            let size = report.last.u.iter().map(|x| x * x).sum::<f64>().sqrt();
+            near(size, norm, 1e-7, "norm at the end");
+        }
+    }
+}
+
+#[test]
+fn a_projected_stress_on_triangles_is_refused() {
+    for name in ["t3_plate.msh", "t6_plate.msh"] {
+        let file = imported(name);
+        let dofs = DofMap::new(&file.mesh, &[(Edge::Left, 0), (Edge::Left, 1)], Some(Edge::Right));
+        let material = Material::plate(1.0, 0.3, 1.0, 1.0);
+        let body = Body::assemble(file.mesh, dofs, &[material], false);
+        let gap = vec![0.3; body.dofs.n_c];
+        let edge = ContactEdge { edge: Edge::Right, gap, lumped: false };
+        let refused = System::on_edge(body, Some(&edge), (Stress::Projection, MassChoice::Paper));
+        assert!(matches!(refused, Err(ContactError::NotPMatrix { .. })), "{name}");
+    }
 }

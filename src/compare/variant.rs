@@ -26,12 +26,13 @@ pub struct UnknownVariant {
 }
 
 /// Words that stand for a key and its value.
-const WORDS: [(ContactMethod, &str, &str); 10] = {
+const WORDS: [(ContactMethod, &str, &str); 11] = {
     use ContactMethod::{MassRedistribution, MoreauJean, NodalBoundary, Waves};
     [
         (NodalBoundary, "inertia", "paper"),
         (NodalBoundary, "inertia", "constant"),
         (NodalBoundary, "stress", "projection"),
+        (NodalBoundary, "stress", "nodal-mean"),
         (NodalBoundary, "stress", "reaction"),
         (MassRedistribution, "mass", "condensed"),
         (MassRedistribution, "mass", "optimal"),

@@ -3,9 +3,11 @@
 //! `R_i = ∫_Γc P_i σ_n(P u) ds`, taken element by element from inside; `G_ij = ∫_Γc P_i P_j ds`.
 //! Both carry the thickness (or cross-section), which cancels.
 
+use std::collections::HashMap;
+
 use nalgebra::DMatrix;
 
-use crate::fem::{Body, Csr, DofMap, Material, Shape};
+use crate::fem::{Body, Csr, DofMap, Material, Shape, shape};
 use crate::mesh::{Edge, Point};
 
 /// The operators of one contact edge.
@@ -27,20 +29,62 @@ impl BoundaryOperator {
     }
 }
 
+impl BoundaryOperator {
+    /// From rows over `(u_O, u_C)`.
+    fn of_rows(n: &Csr, n_o: usize, area: Vec<f64>) -> BoundaryOperator {
+        let n_c = area.len();
+        let mut contact = DMatrix::zeros(n_c, n_c);
+        let mut rest = vec![];
+        for (i, j, v) in n.triplets() {
+            match j.checked_sub(n_o) {
+                Some(c) => contact[(i, c)] = v,
+                None => rest.push((i, j, v)),
+            }
+        }
+        BoundaryOperator { n_c: contact, n_o: Csr::from_triplets(n_c, n_o, rest), area }
+    }
+}
+
 /// The nodal reaction over the node's area in place of the stress: `N = diag(area)⁻¹ [K_CC, K_CO]`.
 pub fn reaction(body: &Body, area: Vec<f64>) -> BoundaryOperator {
     let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
-    let mut n_cc = DMatrix::zeros(n_c, n_c);
-    let mut rest = vec![];
-    for (i, area) in area.iter().enumerate() {
-        for (j, v) in body.stiffness.row(n_o + i) {
-            match j.checked_sub(n_o) {
-                Some(c) => n_cc[(i, c)] = v / area,
-                None => rest.push((i, j, v / area)),
+    let row = |i: usize| body.stiffness.row(n_o + i).map(move |(j, v)| (i, j, v));
+    let rows = (0..n_c).flat_map(row).map(|(i, j, v)| (i, j, v / area[i])).collect();
+    BoundaryOperator::of_rows(&Csr::from_triplets(n_c, body.dofs.n(), rows), n_o, area)
+}
+
+/// The mean of the normal stresses at a node in the elements that have it, weighted by their volumes: `λ_i = Σ_e w_e nᵀσ_e n / Σ_e w_e`. Elements count that
+/// touch the edge in this node alone. With it meshes of triangles, whose stress has fewer values along an edge than the edge has nodes, have a P-matrix.
+pub fn nodal_mean(body: &Body, edge: Edge) -> BoundaryOperator {
+    let (dofs, mesh) = (&body.dofs, &body.mesh);
+    let normal = [0, 1].map(|c| if c == edge.axis() { 1.0 } else { 0.0 });
+    let index: HashMap<usize, usize> =
+        dofs.contact_nodes.iter().enumerate().map(|(i, &n)| (n, i)).collect();
+    let mut volume = vec![0.0; dofs.n_c];
+    let mut rows: Vec<(usize, usize, f64)> = vec![];
+    for element in mesh.elements() {
+        let Some(material) = body.materials().get(element.region) else { continue };
+        let at_contact = |&(_, n): &(usize, &usize)| index.contains_key(n);
+        if !element.nodes.iter().enumerate().any(|k| at_contact(&k)) {
+            continue;
+        }
+        let x = mesh.plane_corners(element);
+        let shape = Shape { kind: element.kind, x: &x };
+        let weight = shape.volume(material);
+        for (local, node) in element.nodes.iter().enumerate().filter(at_contact) {
+            let i = index[node];
+            volume[i] += weight;
+            let place = shape::places(element.kind)[local];
+            let row = shape.traction_row(material, place, (normal, normal));
+            for (k, s) in row.iter().enumerate() {
+                if let Some((j, sign)) = dofs.of(element.nodes[k / dofs.dim], k % dofs.dim) {
+                    rows.push((i, j, weight * s * sign));
+                }
             }
         }
     }
-    BoundaryOperator { n_c: n_cc, n_o: Csr::from_triplets(n_c, n_o, rest), area }
+    let n = scale_rows(&Csr::from_triplets(dofs.n_c, dofs.n(), rows), &volume);
+    BoundaryOperator::of_rows(&n, dofs.n_o, areas(body, edge))
 }
 
 /// A point of quadrature on the contact edge, seen from the element inside.
@@ -142,15 +186,7 @@ pub fn assemble(body: &Body, edge: Edge, lumped: bool) -> BoundaryOperator {
     let r = Csr::from_triplets(n_c, dofs.n(), r);
     let n = if lumped { scale_rows(&r, &area) } else { solve_rows(g, &r) };
 
-    let mut n_cc = DMatrix::zeros(n_c, n_c);
-    let mut n_o = vec![];
-    for (i, j, v) in n.triplets() {
-        match j.checked_sub(dofs.n_o) {
-            Some(c) => n_cc[(i, c)] = v,
-            None => n_o.push((i, j, v)),
-        }
-    }
-    BoundaryOperator { n_c: n_cc, n_o: Csr::from_triplets(n_c, dofs.n_o, n_o), area }
+    BoundaryOperator::of_rows(&n, dofs.n_o, area)
 }
 
 /// `diag(area)⁻¹ R`.
@@ -224,15 +260,31 @@ mod tests {
         assert!(lumped.n_c[(0, 1)].abs() > 0.1 * k && lumped.n_c[(0, 2)] == 0.0);
     }
 
+    /// Without Poisson's ratio the stress at the edge of a uniform plate is that of the row of elements behind each node, and both operators read it.
+    #[test]
+    fn mean_and_projection_agree_on_uniform_plates_without_poisson() {
+        let mesh = structured::rectangle(2.0, 1.0, 8, 4);
+        let dofs = DofMap::new(&mesh, &[], Some(Edge::Top));
+        let body = Body::assemble(mesh, dofs, &[Material::plate(5.0, 0.0, 1.0, 0.2)], false);
+        let (a, b) = (assemble(&body, Edge::Top, false), nodal_mean(&body, Edge::Top));
+        assert!((&a.n_c - &b.n_c).norm() < 1e-12 * a.n_c.norm());
+        let difference = Csr::combination(1.0, &a.n_o, -1.0, &b.n_o);
+        assert!(difference.triplets().all(|t| t.2.abs() < 1e-12 * a.n_c.norm()));
+        assert!(a.area.iter().zip(&b.area).all(|(a, b)| (a - b).abs() < 1e-15));
+    }
+
     #[test]
     fn uniform_strain_gives_its_stress_on_every_edge() {
         for edge in [Edge::Left, Edge::Right, Edge::Bottom, Edge::Top] {
-            for lumped in [false, true] {
+            for which in 0..3 {
                 let mesh = structured::rectangle(2.0, 1.0, 8, 4);
                 let dofs = DofMap::new(&mesh, &[], Some(edge));
                 let material = Material::plate(5.0, 0.3, 1.0, 0.2);
                 let body = Body::assemble(mesh, dofs, &[material], false);
-                let op = assemble(&body, edge, lumped);
+                let op = match which {
+                    2 => nodal_mean(&body, edge),
+                    lumped => assemble(&body, edge, lumped == 1),
+                };
                 let strain = |p: &[f64; 3]| [0.01 * p[0], -0.02 * p[1]];
                 let nodal: Vec<f64> = body.mesh.nodes().iter().flat_map(strain).collect();
                 let u = body.dofs.gather(&nodal);

@@ -131,6 +131,8 @@ pub fn residual(n: &DMatrix<f64>, q: &[f64], w: &[f64]) -> f64 {
 pub enum PMatrix {
     /// The symmetric part of a positive row scaling is positive definite.
     PositiveDefinite,
+    /// `2D − |N|` is an M-matrix: `N` is an H-matrix with positive diagonal.
+    HMatrix,
     /// All principal minors were computed and are positive.
     Minors,
     /// It is not one, or it could not be shown; the index is the one most to blame.
@@ -142,6 +144,9 @@ pub enum PMatrix {
 
 /// Pivots and minors below this, relative, may be rounding errors and show nothing.
 const MARGIN: f64 = 1e-12;
+
+/// A solution of a system with the right-hand side 1 above this is that of a singular matrix.
+const SINGULAR: f64 = 1e8;
 
 /// Largest size for which all principal minors are computed.
 const MINORS_LIMIT: usize = 14;
@@ -162,6 +167,18 @@ pub fn p_matrix(n: &DMatrix<f64>, row_scale: &[f64]) -> PMatrix {
     };
     if is_definite(&plain) || is_definite(&scaled) {
         return PMatrix::PositiveDefinite;
+    }
+    // with positive diagonal, and 2D − |N| an M-matrix: (2D − |N|) x = 1 has a solution x > 0
+    let comparison = DMatrix::from_fn(size, size, |i, j| match i == j {
+        true => n[(i, i)],
+        false => -n[(i, j)].abs(),
+    });
+    let sums = comparison.lu().solve(&DMatrix::from_element(size, 1, 1.0));
+    let positive = (0..size).all(|i| n[(i, i)] > 0.0);
+    // scaled by the diagonal, so that no unit decides; of a singular matrix x has no bound but rounding
+    let is_within = |(i, x): (usize, &f64)| (MARGIN..SINGULAR).contains(&(*x * n[(i, i)]));
+    if positive && sums.is_some_and(|x| x.iter().enumerate().all(is_within)) {
+        return PMatrix::HMatrix;
     }
     let minor = |set: usize| {
         let index: Vec<usize> = (0..size).filter(|i| set >> i & 1 == 1).collect();
@@ -205,8 +222,15 @@ mod tests {
     #[test]
     fn p_matrices_are_told_from_others() {
         assert_eq!(p_matrix(&DMatrix::identity(3, 3), &[1.0; 3]), PMatrix::PositiveDefinite);
-        // a P-matrix whose symmetric part is indefinite
+        // a P-matrix whose symmetric part is indefinite: triangular, so an H-matrix
         let p = DMatrix::from_row_slice(2, 2, &[1.0, -3.0, 0.0, 1.0]);
+        assert_eq!(p_matrix(&p, &[1.0; 2]), PMatrix::HMatrix);
+        // singular, and its comparison matrix too: rounding decides nothing
+        let rows = [1.0, -0.3, -0.7, -0.7, 1.0, -0.3, -0.3, -0.7, 1.0];
+        let p = DMatrix::from_row_slice(3, 3, &rows);
+        assert!(matches!(p_matrix(&p, &[1.0; 3]), PMatrix::NotShown { .. }));
+        // one that is neither
+        let p = DMatrix::from_row_slice(2, 2, &[1.0, -3.0, 0.5, 1.0]);
         assert_eq!(p_matrix(&p, &[1.0; 2]), PMatrix::Minors);
         let no = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
         assert!(matches!(p_matrix(&no, &[1.0; 2]), PMatrix::NotShown { .. }));

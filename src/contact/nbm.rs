@@ -21,6 +21,8 @@ pub enum Stress {
     /// The stress of the displacement field, projected onto the nodes: the paper's.
     #[default]
     Projection,
+    /// The mean of the stresses in the elements that have the node, weighted by their volumes.
+    NodalMean,
     /// The nodal reaction `(K u − f)_C` over the node's area.
     Reaction,
 }
@@ -98,6 +100,8 @@ impl Method for Nbm {
             (Stress::Projection, MassChoice::Paper) => "nodal boundary method",
             (Stress::Reaction, MassChoice::Paper) => "nodal boundary method, nodal reactions",
             (Stress::Projection, _) => "nodal boundary method, constant inertia",
+            (Stress::NodalMean, MassChoice::Paper) => "nodal boundary method, nodal mean stress",
+            (Stress::NodalMean, _) => "nodal boundary method, nodal mean stress, constant inertia",
             (Stress::Reaction, MassChoice::Condensed) => "mass redistribution, condensed",
             (Stress::Reaction, MassChoice::Optimal) => "mass redistribution, optimal",
         };
@@ -117,7 +121,7 @@ impl Method for Nbm {
         Promise {
             is_lipschitz: constant && stress == Stress::Reaction,
             conserves_energy: constant,
-            is_strong: stress == Stress::Projection,
+            is_strong: stress != Stress::Reaction,
             yields: false,
         }
     }

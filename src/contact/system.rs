@@ -114,6 +114,7 @@ impl System {
     ) -> Result<System, ContactError> {
         let operator = match (contact, choice.0) {
             (Some(c), Stress::Projection) => boundary::assemble(&body, c.edge, c.lumped),
+            (Some(c), Stress::NodalMean) => boundary::nodal_mean(&body, c.edge),
             (Some(c), Stress::Reaction) => {
                 let area = boundary::assemble(&body, c.edge, true).area;
                 boundary::reaction(&body, area)

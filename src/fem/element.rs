@@ -84,6 +84,16 @@ impl Shape<'_> {
         self.at(local).det
     }
 
+    /// Its volume: of a plane body area times thickness, of a ring with `2πr`.
+    pub fn volume(&self, material: &Material) -> f64 {
+        let part = |(local, weight): (Local, f64)| {
+            let s = self.at(local);
+            weight * s.det * material.measure(s.radius)
+        };
+        let rule = shape::rule(self.kind, Integrand::Mass, material.is_radial());
+        rule.into_iter().map(part).sum()
+    }
+
     /// Mass and stiffness.
     pub fn matrices(&self, material: &Material) -> ElementMatrices {
         let (nodes, dim) = (self.kind.nodes(), self.kind.dim());

@@ -7,12 +7,17 @@ use crate::fem::{Body, DofMap, Material, read_matrix, stress};
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
     Axis, BodyKind, ContactMethod, Edge, Field, Inertia, Issue, MassKind, RedistributedMass, Scene,
+    StressKey,
 };
 
 /// Stress and mass of the contact method that a scene names.
 pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
     let Some(c) = &scene.contact else { return (Stress::Projection, MassChoice::Paper) };
-    let stress = if c.is_reaction() { Stress::Reaction } else { Stress::Projection };
+    let stress = match c.stress {
+        _ if c.is_reaction() => Stress::Reaction,
+        Some(StressKey::NodalMean) => Stress::NodalMean,
+        _ => Stress::Projection,
+    };
     let mass = match (c.method, c.inertia, c.mass) {
         (ContactMethod::MassRedistribution, _, Some(RedistributedMass::Optimal)) => {
             MassChoice::Optimal

@@ -186,6 +186,8 @@ pub enum RedistributedMass {
 pub enum StressKey {
     /// The stress of the displacement field.
     Projection,
+    /// The mean of the stresses in the elements at a node.
+    NodalMean,
     /// The nodal reaction.
     Reaction,
     /// A nodal operator.
@@ -198,13 +200,14 @@ impl<'de> Deserialize<'de> for StressKey {
         impl<'de> Visitor<'de> for Words {
             type Value = StressKey;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("\"projection\", \"reaction\", or lists of [displacement, coefficient]")
+                f.write_str("\"projection\", \"nodal-mean\", \"reaction\", or lists of [displacement, coefficient]")
             }
             fn visit_str<E: de::Error>(self, word: &str) -> Result<StressKey, E> {
                 match word {
                     "projection" => Ok(StressKey::Projection),
+                    "nodal-mean" => Ok(StressKey::NodalMean),
                     "reaction" => Ok(StressKey::Reaction),
-                    _ => Err(E::unknown_variant(word, &["projection", "reaction"])),
+                    _ => Err(E::unknown_variant(word, &["projection", "nodal-mean", "reaction"])),
                 }
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<StressKey, A::Error> {
@@ -249,8 +252,9 @@ impl Contact {
             let message = format!("is not read by method = \"{name}\"; it belongs to {names}");
             return Err(Issue::new(format!("contact.{key}"), message, "remove the key"));
         }
-        if self.is_reaction() && is_lumped {
-            let message = "is not read: nodal reactions need no boundary mass";
+        let is_mean = self.stress == Some(StressKey::NodalMean);
+        if (self.is_reaction() || is_mean) && is_lumped {
+            let message = "is not read: nodal reactions and means need no boundary mass";
             return Err(Issue::new("contact.boundary_mass", message, "remove the key"));
         }
         self.stiffness.map_or(Ok(()), |k| positive("contact.stiffness", k))?;
@@ -378,9 +382,9 @@ impl Scene {
                 "remove n_c and n_o",
             ),
             (Some(_), Some(_), None, _) | (None, None, Some(StressKey::Terms(_)), _) => Ok(()),
-            (_, _, Some(StressKey::Projection), _) => issue(
+            (_, _, Some(StressKey::Projection | StressKey::NodalMean), _) => issue(
                 "stress",
-                "\"projection\" needs elements, and this body comes from files",
+                "a stress of the displacement field needs elements, and this body comes from files",
                 "give stress = \"reaction\", or n_c and n_o, or lists of [displacement, coefficient]",
             ),
             _ => issue(

@@ -81,6 +81,7 @@ fn damping(out: &mut Lines, system: &System) {
 /// The contact problem, and the method with its promises.
 fn contact(out: &mut Lines, system: &System, given: bool) {
     let proof = match system.conditions().p_matrix {
+        PMatrix::HMatrix => "unique (N_C is an H-matrix)",
         PMatrix::Minors => "unique (all principal minors of N_C positive)",
         _ => "unique (N_C positive definite)",
     };
