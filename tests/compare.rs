@@ -6,7 +6,7 @@ mod common;
 use common::{json, root, run, scene};
 use serde_json::Value;
 use signorini::compare::reference::Named;
-use signorini::compare::{Plan, Request, Variant, outline, rows};
+use signorini::compare::{Means, Plan, Request, Variant, outline, rows};
 use signorini::continuation::Go;
 use signorini::problem::Problem;
 use signorini::records::{Compared, Comparison, Quantity, Row};
@@ -32,7 +32,8 @@ fn compared(scene: &Scene, compared: Compared, request: Request) -> Comparison {
         plan.beta = Some(signorini::compare::orbits::common_beta(&plan, &set_up).unwrap());
     }
     let mut comparison = outline(&plan, String::new());
-    rows(&plan, &set_up, &[], &mut |row, _, _| {
+    let means = Means { set_up: &set_up, stop: &|| false };
+    rows(&plan, means, &[], &mut |row, _, _| {
         comparison.rows.extend(row);
         Go::Continue(())
     })
@@ -455,6 +456,11 @@ fn a_run_in_a_file_is_a_reference() {
         let (a, b) = (file[key].as_f64().unwrap(), mesh[key].as_f64().unwrap());
         assert!((a / b - 1.0).abs() < 1e-3, "{key}: {a} {b}");
     }
+    // the file is of one problem, and serves no other
+    let other = ["--parameter", "contact.gap=0.9"];
+    let output = run(&[&common[..], &[&at("fine.h5")], &other].concat());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("[contact] differs"));
     let longer = at("longer.toml");
     let text = std::fs::read_to_string(root().join(scene)).unwrap();
     std::fs::write(&longer, text.replace("3.36", "4.0")).unwrap();
@@ -485,7 +491,24 @@ fn what_cannot_be_compared_is_said() {
     refused(&[bar, "--orbit"], 2, "--omega 1.8");
     refused(&[bar, "--reference", "nowhere.h5"], 2, "no such file");
     refused(&["scenarios/two-mass-stop.toml", "--elements", "10"], 2, "a body of matrices");
-    refused(&["scenarios/plate.toml", "--methods", "waves"], 3, "no row");
+    refused(&["scenarios/plate.toml", "--methods", "waves"], 2, "no row");
+    refused(&[bar, "--methods", "nitsche:0.5"], 2, "gamma");
+    refused(&[bar, "--methods", "nbm:constant:paper"], 2, "inertia twice");
+    refused(&[bar, "--methods", "nbm,"], 2, "empty item");
+    // what a row is called is what was computed
+    refused(&[bar, "--parameter", "contact.method=waves"], 2, "--methods");
+    refused(&[bar, "--parameter", "body.elements=[20]"], 2, "--elements");
+    refused(&[bar, "--orbit", "--omega", "1.8", "--parameter", "orbit.beta=0.1"], 2, "--beta");
+    refused(&[bar, "--methods", "nitsche:3", "--parameter", "contact.gamma=4"], 2, "nitsche:3");
+    let twice = ["--parameter", "contact.gap=0.5", "--parameter", "contact.gap=0.7"];
+    refused(&[&[bar][..], &twice].concat(), 2, "varied twice");
+    refused(&[bar, "--methods", "nbm", "--parameter", "contact.stiffness=1"], 2, "is read by none");
+    refused(&[bar, "--orbit", "--omega", "1.8", "--beta", "0.01"], 2, "--viscous");
+    // what would take for ever
+    refused(&[bar, "--methods", "nbm", "--parameter", "run.until=1e9"], 2, "natural periods");
+    refused(&[bar, "--methods", "moreau-jean:step=1e-12"], 2, "steps");
+    refused(&[bar, "--methods", "nbm", "--orbit", "--omega", "1e-5"], 2, "natural periods");
+    refused(&["scenarios/plate.toml", "--reference", "waves"], 2, "the motion of a bar");
     // one that is refused does not take the others with it
     let output = json(&[
         "compare",
@@ -513,4 +536,51 @@ fn what_cannot_be_compared_is_said() {
         "--force",
     ]);
     assert!((0..2).all(|k| output["rows"][k]["error"].as_f64().unwrap() < 1e-13), "{output}");
+}
+
+#[test]
+fn a_signal_ends_a_row_and_keeps_the_others() {
+    let folder = temporary();
+    let stem = folder.path().join("c");
+    let arguments = [
+        "compare",
+        "scenarios/bar.toml",
+        "--methods",
+        "nbm,moreau-jean:step=1e-8,penalty",
+        "--elements",
+        "10",
+        "-q",
+        "-o",
+    ];
+    let mut child = common::program().args(arguments).arg(&stem).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.unwrap().success());
+    let begun = std::time::Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+    let stored = read_comparison(&stem.with_extension("h5")).unwrap();
+    assert_eq!(stored.status.to_string(), "interrupted");
+    assert_eq!(stored.comparison.rows.len(), 1);
+}
+
+#[test]
+fn files_of_matrices_that_change_are_noticed() {
+    let folder = temporary();
+    for name in ["two-mass-stop.toml", "two-mass-stop-M.mtx", "two-mass-stop-K.mtx"] {
+        std::fs::copy(root().join("scenarios").join(name), folder.path().join(name)).unwrap();
+    }
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (scene, stem) = (at("two-mass-stop.toml"), at("c"));
+    // of the default methods those that the body has
+    let found = json(&["compare", &scene, "-o", &stem]);
+    assert_eq!(found["rows"].as_array().unwrap().len(), 1, "{found}");
+    let mass = at("two-mass-stop-M.mtx");
+    let text = std::fs::read_to_string(&mass).unwrap();
+    let line = text.lines().last().unwrap().to_owned();
+    let (place, _) = line.rsplit_once(' ').unwrap();
+    std::fs::write(&mass, text.replace(&line, &format!("{place} 7.0"))).unwrap();
+    let output = run(&["compare", &scene, "-o", &stem, "--resume"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("files that these name have changed"));
 }

@@ -1,21 +1,26 @@
 //! `signorini compare`
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 
 use signorini::compare::reference::Named;
-use signorini::compare::{CompareError, Plan, Request, Task, Variant, orbits, outline, rows};
+use signorini::compare::{
+    CompareError, Means, Plan, Request, Task, Variant, orbits, outline, rows,
+};
 use signorini::continuation::Go;
-use signorini::records::{Compared, Comparison, Quantity, Row, Status};
+use signorini::problem::Problem;
+use signorini::records::{Compared, Comparison, Quantity, Row, Status, fingerprint};
 use signorini::report::comparison::{csv, json, picture, text};
 use signorini::report::figure::{self, Drawing, FigureError};
-use signorini::scenario::Scene;
+use signorini::scenario::{BodyKind, Scene};
+use signorini::simulate::run_table;
 use signorini::store::{ComparisonWriter, beside, read_comparison, replace};
 
 use super::progress::Bar;
-use super::{CliError, Global, family, interrupt, load};
+use super::{CliError, Global, family, interrupt, load, plain, resources};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -69,15 +74,16 @@ pub struct Arguments {
 /// How often the rows are written while they are computed.
 const EVERY: Duration = Duration::from_secs(2);
 
-/// Commas that are in no brackets part a list.
+/// Commas that are in no brackets and no quotation marks part a list.
 fn listed(text: &str) -> Vec<String> {
-    let mut depth = 0;
+    let (mut depth, mut quoted) = (0, false);
     let mut parts = vec![String::new()];
     for c in text.chars() {
         match c {
-            '[' | '{' => depth += 1,
-            ']' | '}' => depth -= 1,
-            ',' if depth == 0 => {
+            '"' | '\'' => quoted = !quoted,
+            '[' | '{' | '(' => depth += 1,
+            ']' | '}' | ')' => depth -= 1,
+            ',' if depth == 0 && !quoted => {
                 parts.push(String::new());
                 continue;
             }
@@ -113,7 +119,7 @@ impl Arguments {
     fn request(&self) -> Result<Request, CliError> {
         let bad = |text: String| Err(CliError::Input(text));
         if let Some(w) = self.omega.iter().find(|w| !(w.is_finite() && **w > 0.0)) {
-            return bad(format!("--omega {w}: give positive frequencies"));
+            return bad(format!("--omega {}: give positive frequencies", plain(*w)));
         }
         if !self.omega.is_empty() && self.compared() == Compared::Run {
             return bad(
@@ -121,7 +127,15 @@ impl Arguments {
             );
         }
         if let Some(beta) = self.beta.filter(|b| !(b.is_finite() && *b > 0.0)) {
-            return bad(format!("--beta {beta}: give a positive time"));
+            return bad(format!("--beta {}: give a positive time", plain(beta)));
+        }
+        if self.beta.is_some() && !self.viscous {
+            return bad("--beta belongs to --viscous".into());
+        }
+        for (name, list) in [("methods", &self.methods), ("elements", &self.elements)] {
+            if list.iter().any(|item| item.trim().is_empty()) {
+                return bad(format!("--{name}: there is an empty item in the list"));
+            }
         }
         let parameter = |text: &String| match text.split_once('=') {
             Some((key, values)) if !key.trim().is_empty() && !values.trim().is_empty() => {
@@ -141,6 +155,25 @@ impl Arguments {
         })
     }
 
+    /// The beginning of the files' names.
+    fn stem(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        let Some(given) = &self.output else {
+            return Ok(PathBuf::from(format!("{}-compare", scene.stem())));
+        };
+        let is_file = |ending: &str| given.extension().is_some_and(|e| e == ending);
+        let stem = match ["h5", "csv", "svg", "png"].into_iter().any(is_file) {
+            true => given.with_extension(""),
+            false => given.clone(),
+        };
+        let text = given.to_string_lossy();
+        match stem.file_name() {
+            Some(name) if !text.ends_with('/') && !name.is_empty() => Ok(stem),
+            _ => Err(CliError::Input(format!(
+                "-o {text}: give the beginning of the files' names, for example methods"
+            ))),
+        }
+    }
+
     /// The reference by its name.
     fn reference(&self, plan: &Plan) -> Result<Option<Named>, CliError> {
         let Some(name) = &self.reference else { return Ok(None) };
@@ -148,13 +181,20 @@ impl Arguments {
         if path.exists() {
             return Ok(Some(Named::File(path)));
         }
+        if name == "waves" && plan.scene.body.kind != BodyKind::Bar {
+            let text =
+                "--reference waves: is the motion of a bar; give METHOD@MESH, or the file of a run";
+            return Err(CliError::Input(text.into()));
+        }
         if name == "waves" {
             let meshes: Vec<usize> = plan.meshes.iter().map(|m| m.iter().product()).collect();
             return Ok(Some(Named::waves(&meshes)));
         }
         let finest = plan.meshes.last().cloned().unwrap_or_default();
         match name.split_once('@') {
-            Some((method, elements)) => Ok(Some(Named::Mesh(variant(method)?, mesh(elements)?))),
+            Some((method, elements)) => {
+                Ok(Some(Named::Mesh(variant(method)?, plan.mesh(&mesh(elements)?)?)))
+            }
             None if name.ends_with(".h5") => {
                 Err(CliError::Input(format!("--reference {name}: there is no such file")))
             }
@@ -180,7 +220,8 @@ impl Keeper<'_> {
         }
         if let Some(row) = row {
             self.comparison.rows.push(row);
-            if self.written.elapsed() >= EVERY {
+            let is_orbit = self.plan.compared != Compared::Run;
+            if is_orbit || self.written.elapsed() >= EVERY {
                 self.write(&Status::Running);
             }
         }
@@ -216,14 +257,12 @@ impl Keeper<'_> {
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let scene = Scene::read(&arguments.scene)?;
     let compared = arguments.compared();
+    let mut viscous = None;
     let mut plan = Plan::new(&scene, compared, arguments.request()?)?;
     if let Some(reference) = arguments.reference(&plan)? {
         plan.reference = reference;
     }
-    let stem = arguments
-        .output
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}-compare", scene.stem())));
+    let stem = arguments.stem(&scene)?;
     let path = beside(&stem, ".h5");
     let files: Vec<&Path> = match &plan.reference {
         Named::File(path) => vec![path],
@@ -235,12 +274,34 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     for ending in [".csv", ".svg", ".png"] {
         derived.check_derived(&beside(&stem, ending))?;
     }
-    let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
+    let (refused, failed) = (Cell::new(false), Cell::new(false));
+    let set_up = |scene: &Scene| {
+        let limited = || -> Result<Problem, CliError> {
+            let problem = load::of_scene(scene)?;
+            match (compared, run_table(scene)) {
+                (Compared::Run, Ok((_, until))) => resources::check_time(&problem, until)?,
+                (Compared::Run, Err(e)) => return Err(e.into()),
+                _ => plan.omega.iter().try_for_each(|w| family::check_frequency(&problem, *w))?,
+            }
+            Ok(problem)
+        };
+        limited().map_err(|e| {
+            let is_input = matches!(e, CliError::Scene(_) | CliError::Input(_));
+            if is_input { &refused } else { &failed }.set(true);
+            e.text()
+        })
+    };
+    // the scene as it is says whether files are those of an earlier comparison
+    let own = load::of_scene(&scene).map(|p| fingerprint(&p)).unwrap_or_default();
+    let identity = format!("{own:016x} {:08x}", checksum(&plan.reference));
     if compared == Compared::Viscous {
-        plan.beta = Some(orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?);
+        let beta = orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?;
+        viscous = Some(beta);
     }
+    let plan = Plan { beta: viscous.or(plan.beta), ..plan.clone() };
+    signorini::compare::reference::check_file(&plan).map_err(CliError::Input)?;
     let known = match resume && path.exists() {
-        true => known_rows(&path, &plan)?,
+        true => known_rows(&path, &plan, &identity)?,
         false => vec![],
     };
     let begun = known.len();
@@ -249,13 +310,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     comparison.rows.clone_from(&known);
     let mut keeper = Keeper {
         comparison,
-        writer: ComparisonWriter::begin(&path, &scene, &options, resume)?,
+        writer: ComparisonWriter::begin(&path, &scene, &options, (resume, identity))?,
         written: Instant::now(),
         bar: Bar::new(global, &scene),
         failed: None,
         plan: &plan,
     };
-    let done = rows(&plan, &set_up, &known, &mut |row, share, what| keeper.take(row, share, what));
+    let means = Means { set_up: &set_up, stop: &|| interrupt::signal().is_some() };
+    let done = rows(&plan, means, &known, &mut |row, share, what| keeper.take(row, share, what));
     if let Some(bar) = &keeper.bar {
         bar.clear();
     }
@@ -284,7 +346,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         Ok(svg) => {
             written.extend(figure::save(&[Drawing { stem, svg }], &derived, figure::DPI)?);
         }
-        Err(FigureError::Empty(_)) => {}
+        // pictures of an earlier comparison would stand beside the new table
+        Err(FigureError::Empty(_)) => {
+            for old in [".svg", ".png"].map(|ending| beside(&stem, ending)) {
+                if old.exists() && derived.check_derived(&old).is_ok() {
+                    let _ = std::fs::remove_file(&old);
+                }
+            }
+        }
         Err(e) => return Err(e.into()),
     }
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
@@ -304,11 +373,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     )?;
     // where nothing could be computed, that is what is to be said
     let is_empty = |r: &Row| !r.note.is_empty() && r.get(Quantity::Unknowns).is_nan();
-    match comparison.rows.iter().all(is_empty) {
-        true => {
-            Err(CliError::Reported("no row could be computed: see the notes of the rows".into()))
-        }
-        false => Ok(()),
+    if !comparison.rows.iter().all(is_empty) {
+        return Ok(());
+    }
+    let first = comparison.rows.first().map_or("", |r| r.note.as_str());
+    let text = format!("no row could be computed: {first}");
+    match refused.get() && !failed.get() {
+        true => Err(CliError::Input(text)),
+        false => Err(CliError::Reported(text)),
     }
 }
 
@@ -319,19 +391,28 @@ fn is_whole(comparison: &Comparison, plan: &Plan) -> bool {
 }
 
 /// Rows of an interrupted comparison, which must be the same.
-fn known_rows(path: &Path, plan: &Plan) -> Result<Vec<Row>, CliError> {
+fn known_rows(path: &Path, plan: &Plan, identity: &str) -> Result<Vec<Row>, CliError> {
     let stored = read_comparison(path)?;
     let wanted = outline(plan, String::new());
     let is_same = stored.scene == plan.scene.source.text
         && stored.comparison.compared == wanted.compared
-        && stored.comparison.reference == wanted.reference;
+        && stored.comparison.reference == wanted.reference
+        && stored.identity == identity;
     match is_same {
         true => Ok(stored.comparison.rows),
         false => Err(CliError::Input(format!(
-            "{} cannot be gone on with: it is a comparison of another scene, or with another reference; give the same command again, or \
+            "{} cannot be gone on with: it is a comparison of another scene or with another reference, or files that these name have changed; give the same command again, or \
              --force to start anew",
             path.display()
         ))),
+    }
+}
+
+/// A number that changes with the content of a reference's file.
+fn checksum(reference: &Named) -> u32 {
+    match reference {
+        Named::File(path) => std::fs::read(path).map_or(0, |bytes| crc32fast::hash(&bytes)),
+        _ => 0,
     }
 }
 

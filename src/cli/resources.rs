@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use signorini::contact::March;
 use signorini::problem::Problem;
 use signorini::scenario::{BodyKind, MassKind, Scene};
 use signorini::store::{in_bytes, room};
@@ -95,6 +96,34 @@ const MOST_PERIODS: f64 = 1e8;
 /// Files larger than this are announced.
 const LARGE_FILE: f64 = 1e9;
 
+/// Most steps of a scheme that goes by steps.
+const MOST_STEPS: f64 = 1e10;
+
+/// Length of a run.
+pub fn check_time(problem: &Problem, until: f64) -> Result<(), CliError> {
+    let system = &problem.system;
+    let periods = until * system.body.frequency_unit() / std::f64::consts::TAU;
+    if periods > MOST_PERIODS && !forced() {
+        return Err(CliError::Input(format!(
+            "[run] until = {}: {} natural periods of the body, at {} shortest periods each; take a shorter time (--force-large runs it all the same)",
+            plain(until),
+            plain(periods.round()),
+            plain((system.body.frequency_bound() / system.body.frequency_unit()).round())
+        )));
+    }
+    if let Some(March::Steps(stepping)) = system.impact().and_then(|law| law.march) {
+        let steps = until / stepping.step;
+        if steps > MOST_STEPS && !forced() {
+            return Err(CliError::Input(format!(
+                "[contact] step = {}: {} steps; take longer ones (--force-large runs it all the same)",
+                plain(stepping.step),
+                plain(steps.round())
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Steps and file size of a run.
 pub fn check_run(
     scene: &Scene,
@@ -105,16 +134,8 @@ pub fn check_run(
     if forced() {
         return Ok(());
     }
+    check_time(problem, until)?;
     let system = &problem.system;
-    let periods = until * system.body.frequency_unit() / std::f64::consts::TAU;
-    if periods > MOST_PERIODS {
-        return Err(CliError::Input(format!(
-            "[run] until = {}: {} natural periods of the body, at {} shortest periods each; take a shorter time (--force-large runs it all the same)",
-            plain(until),
-            plain(periods.round()),
-            plain((system.body.frequency_bound() / system.body.frequency_unit()).round())
-        )));
-    }
     let samples = scene.run.as_ref().map_or(0, |r| r.samples) as f64;
     // compression takes at most about half of what is random to the last digit
     let row = 8.0 * (2 * system.n() + system.n_contact() + 7) as f64 + system.n_contact() as f64;

@@ -18,8 +18,17 @@ use crate::scenario::{Scene, SceneError};
 pub use plan::{Plan, Request, Task};
 pub use variant::{UnknownVariant, Variant};
 
-/// How problems are set up: files that scenes name are the caller's matter.
+/// How problems are set up: files that scenes name, and what is too large, are the caller's matter.
 pub type SetUp<'a> = &'a dyn Fn(&Scene) -> Result<Problem, String>;
+
+/// What the computation of rows needs from outside.
+#[derive(Clone, Copy)]
+pub struct Means<'a> {
+    /// How problems are set up.
+    pub set_up: SetUp<'a>,
+    /// Whether to end in the middle of a row, which is lost.
+    pub stop: &'a dyn Fn() -> bool,
+}
 
 /// Takes each row as it is computed, with the share of the work that is done and what comes next; says whether to go on.
 pub type Take<'t> = &'t mut dyn FnMut(Option<Row>, f64, &str) -> Go;
@@ -41,10 +50,10 @@ pub enum CompareError {
 }
 
 /// All rows of a plan; those that are in `known` are not computed again.
-pub fn rows(plan: &Plan, set_up: SetUp, known: &[Row], take: Take) -> Result<(), CompareError> {
+pub fn rows(plan: &Plan, means: Means, known: &[Row], take: Take) -> Result<(), CompareError> {
     match plan.compared {
-        Compared::Run => transient::rows(plan, set_up, known, take),
-        Compared::Orbit | Compared::Viscous => orbits::rows(plan, set_up, known, take),
+        Compared::Run => transient::rows(plan, means, known, take),
+        Compared::Orbit | Compared::Viscous => orbits::rows(plan, means.set_up, known, take),
     }
 }
 

@@ -143,6 +143,46 @@ fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
     names
 }
 
+/// Keys that have an option of their own.
+const OPTIONS: [(&str, &str); 7] = [
+    ("contact.method", "--methods"),
+    ("body.elements", "--elements"),
+    ("body.kind", "another scene"),
+    ("title", "another scene"),
+    ("orbit.omega", "--omega"),
+    ("orbit.period", "--omega"),
+    ("orbit.beta", "--beta"),
+];
+
+/// Keys that would be overwritten, or that nobody reads.
+fn check_parameters(
+    scene: &Scene,
+    parameters: &[(String, Vec<String>)],
+    variants: &[Variant],
+) -> Result<(), SceneError> {
+    for (k, (key, _)) in parameters.iter().enumerate() {
+        let fail =
+            |message: String, help: &str| Err(scene.error(Issue::new(key.clone(), message, help)));
+        if let Some((_, option)) = OPTIONS.iter().find(|o| o.0 == key) {
+            return fail("is no parameter of a comparison".into(), &format!("give {option}"));
+        }
+        if parameters[..k].iter().any(|p| p.0 == *key) {
+            return fail("is varied twice".into(), "give all its values in one --parameter");
+        }
+        if let Some(v) = variants.iter().find(|v| v.chooses(key)) {
+            return fail(
+                format!("is chosen by the name {} already", v.name),
+                "leave one of them out",
+            );
+        }
+        if !variants.iter().any(|v| v.reads(&Change::set(key, ""))) {
+            let message = "is read by none of the methods that are compared";
+            return fail(message.into(), "leave it out, or add a method that reads it");
+        }
+    }
+    Ok(())
+}
+
 /// All combinations of the values of keys.
 fn combinations(parameters: &[(String, Vec<String>)]) -> Vec<Vec<Change>> {
     parameters.iter().fold(vec![vec![]], |all, (key, values)| {
@@ -168,11 +208,20 @@ impl Plan {
         meshes.sort_by_key(|m| m.iter().product::<usize>());
         meshes.dedup();
         let mut variants = request.variants;
+        variants.dedup();
         if variants.is_empty() {
             let known = suitable(scene, compared).into_iter().map(Variant::of_name);
-            variants = known.filter_map(Result::ok).collect();
+            let fits = |v: &Variant| scene.with(&v.changes()).is_ok();
+            variants = known.filter_map(Result::ok).filter(fits).collect();
         }
+        check_parameters(scene, &request.parameters, &variants)?;
         let mut omega = request.omega;
+        let mut seen: Vec<f64> = vec![];
+        omega.retain(|w| {
+            let is_new = !seen.contains(w);
+            seen.push(*w);
+            is_new
+        });
         if compared != Compared::Run && omega.is_empty() {
             match scene.orbit.as_ref().and_then(|o| o.omega) {
                 Some(w) => omega.push(w),
@@ -182,7 +231,8 @@ impl Plan {
                 }
             }
         }
-        let reference = request.reference.unwrap_or_else(|| Named::of_body(scene, &meshes));
+        let reference =
+            request.reference.unwrap_or_else(|| Named::of_body(scene, &meshes, variants.first()));
         let mut series: Vec<Vec<Task>> = vec![];
         for parameters in combinations(&request.parameters) {
             for variant in &variants {
@@ -203,12 +253,22 @@ impl Plan {
                 }
             }
         }
-        // that the keys are keys, and the values of their kinds, before anything is computed
-        for task in series.iter().filter_map(|s| s.first()) {
-            task.scene(scene)?;
+        // where no task has a scene, that is said before anything is computed; where some have none, in their rows
+        let mut scenes = series.iter().filter_map(|s| s.first()).map(|t| t.scene(scene));
+        let first = scenes.next();
+        if let Some(Err(e)) = first
+            && scenes.all(|s| s.is_err())
+        {
+            return Err(e);
         }
         let beta = request.beta;
         Ok(Plan { compared, scene: scene.clone(), omega, beta, reference, meshes, series })
+    }
+
+    /// A mesh with as many numbers as the body has axes.
+    pub fn mesh(&self, elements: &[usize]) -> Result<Vec<usize>, SceneError> {
+        let mut all = meshes(&self.scene, &[elements.to_vec()])?;
+        Ok(all.pop().unwrap_or_default())
     }
 
     /// All tasks.

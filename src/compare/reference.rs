@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use super::plan::{Plan, Task, mesh_name};
 use super::transient::{Measured, measure};
 use super::variant::Variant;
-use super::{CompareError, SetUp};
+use super::{CompareError, Means};
 use crate::mesh::Mesh;
 use crate::mesh::interpolate::{Cell, at_cells, cells};
-use crate::scenario::{BodyKind, Change, Scene};
+use crate::scenario::{BodyKind, Change, METHOD_KEYS, Scene};
 use crate::store::{Stored, read_state};
 
 /// A reference by name.
@@ -31,7 +31,7 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 
 impl Named {
     /// What a body is compared with if nobody says it: the exact motion of a bar where there is one, else mass redistribution on the finest mesh.
-    pub fn of_body(scene: &Scene, meshes: &[Vec<usize>]) -> Named {
+    pub fn of_body(scene: &Scene, meshes: &[Vec<usize>], first: Option<&Variant>) -> Named {
         let at_rest = scene.contact.as_ref().is_some_and(|c| c.motion.is_none());
         let held = !scene.supports.is_empty();
         let free = scene.loads.is_empty() && scene.damping.is_none();
@@ -40,7 +40,9 @@ impl Named {
             return Named::waves(&all);
         }
         let finest = meshes.last().cloned().unwrap_or_default();
-        let variant = Variant::of_name("mass-redistribution");
+        // without a mesh nothing is refined, and methods are compared with the first of them
+        let own = first.filter(|_| scene.body.kind == BodyKind::Matrices).cloned();
+        let variant = own.map_or_else(|| Variant::of_name("mass-redistribution"), Ok);
         // the name stands in the table of methods
         variant.map_or(Named::Waves(0), |v| Named::Mesh(v, finest))
     }
@@ -126,17 +128,14 @@ impl Trace {
         }
     }
 
-    /// `‖F − F_ref‖/‖F_ref‖` over the times at which the reference touches; not a number if it never does.
+    /// `‖F − F_ref‖/‖F_ref‖` in `L²`; not a number if the reference never touches.
     pub fn distance(&self, reference: &Trace) -> f64 {
         let (mut distance, mut size) = (0.0, 0.0);
         for k in 1..self.t.len() {
             let (middle, dt) = (0.5 * (self.t[k] + self.t[k - 1]), self.t[k] - self.t[k - 1]);
-            let exact = reference.at(middle);
-            if exact > 0.0 {
-                let own = 0.5 * (self.force[k - 1] + self.before[k]);
-                distance += dt * (own - exact).powi(2);
-                size += dt * exact * exact;
-            }
+            let (own, exact) = (0.5 * (self.force[k - 1] + self.before[k]), reference.at(middle));
+            distance += dt * (own - exact).powi(2);
+            size += dt * exact * exact;
         }
         if size > 0.0 { (distance / size).sqrt() } else { f64::NAN }
     }
@@ -158,17 +157,12 @@ pub fn moved(field: &[f64], from: &Mesh, to: &Mesh) -> Option<Vec<f64>> {
 
 impl Reference {
     /// Compute a reference of a problem: the scene with what makes it another one.
-    pub fn new(plan: &Plan, problem: &[Change], set_up: SetUp) -> Result<Reference, CompareError> {
+    pub fn new(plan: &Plan, problem: &[Change], means: Means) -> Result<Reference, CompareError> {
         let fail = |why: String| CompareError::Reference { name: plan.reference.to_string(), why };
         let (variant, elements) = match &plan.reference {
             Named::File(path) => {
                 let stored = Stored::read(path).map_err(|e| fail(e.to_string()))?;
-                let (ends, until) = (stored.t.last().copied(), plan.scene.until());
-                if let (Some(ends), Some(until)) = (ends, until)
-                    && (ends - until).abs() > 1e-9 * until
-                {
-                    return Err(fail(format!("it ends at t = {ends}, and the scene at {until}")));
-                }
+                check(plan, problem, &stored).map_err(fail)?;
                 return Ok(Reference::File(path.clone(), trace_of(&stored)));
             }
             Named::Waves(n) => (Variant::of_name("waves"), vec![*n]),
@@ -181,7 +175,8 @@ impl Reference {
         if let Some(run) = scene.run.as_mut() {
             run.integrator = Default::default();
         }
-        let measured = measure(&scene, &set_up(&scene).map_err(fail)?, false).map_err(fail)?;
+        let measured = measure(&scene, &(means.set_up)(&scene).map_err(fail)?, false, means.stop)
+            .map_err(fail)?;
         Ok(Reference::Motion(Box::new(measured)))
     }
 
@@ -205,6 +200,51 @@ impl Reference {
             Reference::File(_, trace) => trace,
         }
     }
+}
+
+/// Whether the file of a plan's reference serves all its problems; nothing where the reference is no file.
+pub fn check_file(plan: &Plan) -> Result<(), String> {
+    let Named::File(path) = &plan.reference else { return Ok(()) };
+    let stored = Stored::read(path).map_err(|e| e.to_string())?;
+    let told = |e: String| format!("--reference {}: {e}", path.display());
+    plan.tasks().try_for_each(|task| check(plan, &task.problem(), &stored).map_err(told))
+}
+
+/// A stored run must be of the problem that is compared: all keys but those of how it is solved, and the end time.
+fn check(plan: &Plan, problem: &[Change], stored: &Stored) -> Result<(), String> {
+    let (ends, until) = (stored.t.last().copied(), plan.scene.until());
+    if let (Some(ends), Some(until)) = (ends, until)
+        && (ends - until).abs() > 1e-9 * until
+    {
+        return Err(format!("it ends at t = {ends}, and the scene at {until}"));
+    }
+    let changed = plan.scene.with(problem).map_err(|e| e.to_string())?;
+    let (own, other) = (problem_keys(&changed.source.text), problem_keys(&stored.scene));
+    let differs = |key: &&String| own.get(*key) != other.get(*key);
+    match own.keys().chain(other.keys()).find(differs) {
+        None => Ok(()),
+        Some(key) => Err(format!(
+            "it is a run of another problem: [{key}] differs; give METHOD@MESH, which is computed for each problem"
+        )),
+    }
+}
+
+/// The tables of a scene without what says how it is solved.
+fn problem_keys(text: &str) -> toml::Table {
+    let mut all: toml::Table = text.parse().unwrap_or_default();
+    for key in ["title", "run", "orbit", "reduction"] {
+        all.remove(key);
+    }
+    let mut without = |table: &str, key: &str| {
+        if let Some(toml::Value::Table(inner)) = all.get_mut(table) {
+            inner.remove(key);
+        }
+    };
+    without("body", "elements");
+    without("body", "mass");
+    without("contact", "method");
+    METHOD_KEYS.iter().filter(|k| k.0 != "gap_behind").for_each(|k| without("contact", k.0));
+    all
 }
 
 /// The contact force of a stored run.

@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use super::plan::{Plan, Task};
 use super::reference::{Reference, Trace, moved};
-use super::{CompareError, SetUp, Take};
+use super::{CompareError, Means, Take};
 use crate::contact::March;
-use crate::continuation::norm;
-use crate::event::{Observer, Report, Sample, Silent};
+use crate::continuation::{Go, norm};
+use crate::event::{Observer, Report, Sample, SwitchKind};
 use crate::mesh::Mesh;
 use crate::problem::Problem;
 use crate::records::{Quantity, Row};
@@ -19,6 +19,9 @@ const SAMPLES: usize = 2000;
 /// The same in the shortest natural period of any phase, and at the most.
 const PER_PERIOD: f64 = 16.0;
 const MOST: usize = 100_000;
+/// A reference that is smaller than this at the end, over the largest displacement of the motion, is small; smaller than this, it is not there.
+const SMALL: f64 = 0.05;
+const VANISHED: f64 = 1e-6;
 /// A run is timed until this time in seconds has passed, at most so often; the shortest counts.
 const TIMED: f64 = 0.2;
 const REPEATS: usize = 7;
@@ -32,6 +35,8 @@ pub struct Measured {
     pub u: Vec<f64>,
     /// Nodes of the contact edge.
     contact_nodes: Vec<usize>,
+    /// Largest displacement.
+    pub largest: f64,
     /// The contact force.
     pub trace: Trace,
     report: Report,
@@ -49,10 +54,12 @@ pub struct Measured {
 
 /// Keeps the contact force and the last displacement.
 struct Watch<'a> {
+    stop: &'a dyn Fn() -> bool,
     areas: &'a [f64],
     touched: Vec<bool>,
     trace: Trace,
     u: Vec<f64>,
+    largest: f64,
 }
 
 impl Observer for Watch<'_> {
@@ -61,12 +68,34 @@ impl Observer for Watch<'_> {
         self.trace.push(s.t, s.pressure, self.areas, &self.touched);
         self.touched.copy_from_slice(s.active.flags());
         s.u.clone_into(&mut self.u);
+        self.largest = s.u.iter().fold(self.largest, |m, u| m.max(u.abs()));
         Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<Go, Self::Error> {
+        Ok(if (self.stop)() { Go::Break(()) } else { Go::Continue(()) })
+    }
+}
+
+/// Keeps nothing, and can be stopped.
+struct Stoppable<'a>(&'a dyn Fn() -> bool);
+
+impl Observer for Stoppable<'_> {
+    type Error = std::convert::Infallible;
+    fn sample(&mut self, _: &Sample) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<Go, Self::Error> {
+        Ok(if (self.0)() { Go::Break(()) } else { Go::Continue(()) })
     }
 }
 
 /// Run a problem as its scene says, and look closely; `timed` runs it again without looking.
-pub fn measure(scene: &Scene, problem: &Problem, timed: bool) -> Result<Measured, String> {
+pub fn measure(
+    scene: &Scene,
+    problem: &Problem,
+    timed: bool,
+    stop: &dyn Fn() -> bool,
+) -> Result<Measured, String> {
     let (run, until) = run_table(scene).map_err(|e| e.to_string())?;
     let system = &problem.system;
     let march = system.impact().and_then(|law| law.march);
@@ -85,12 +114,13 @@ pub fn measure(scene: &Scene, problem: &Problem, timed: bool) -> Result<Measured
     }
     let areas: Vec<f64> = system.constraints.iter().map(|c| c.area).collect();
     let touched = vec![true; areas.len()];
-    let mut watch = Watch { areas: &areas, touched, trace: Trace::default(), u: vec![] };
+    let trace = Trace::default();
+    let mut watch = Watch { stop, areas: &areas, touched, trace, u: vec![], largest: 0.0 };
     let report = simulate(&watched, problem, false, &mut watch).map_err(|e| e.to_string())?;
     if !report.outcome.is_complete() {
         return Err(report.outcome.to_string());
     }
-    let wall = if timed { time(scene, problem)? } else { f64::NAN };
+    let wall = if timed { time(scene, problem, stop)? } else { f64::NAN };
     let body = &system.body;
     let u = body.nodal_dofs().scatter(&body.nodal(&watch.u));
     let edge = scene.contact.as_ref().and_then(|c| c.edge);
@@ -102,6 +132,7 @@ pub fn measure(scene: &Scene, problem: &Problem, timed: bool) -> Result<Measured
         mesh: body.mesh.clone(),
         u,
         contact_nodes,
+        largest: watch.largest,
         trace: watch.trace,
         report,
         h: body.size_at_contact().unwrap_or(1.0),
@@ -115,7 +146,7 @@ pub fn measure(scene: &Scene, problem: &Problem, timed: bool) -> Result<Measured
 }
 
 /// Wall time of a run of which only the end is kept.
-fn time(scene: &Scene, problem: &Problem) -> Result<f64, String> {
+fn time(scene: &Scene, problem: &Problem, stop: &dyn Fn() -> bool) -> Result<f64, String> {
     let mut scene = scene.clone();
     if let Some(table) = scene.run.as_mut() {
         table.samples = 1;
@@ -123,9 +154,9 @@ fn time(scene: &Scene, problem: &Problem) -> Result<f64, String> {
     let (begun, mut least) = (Instant::now(), f64::INFINITY);
     for _ in 0..REPEATS {
         let start = Instant::now();
-        simulate(&scene, problem, false, &mut Silent).map_err(|e| e.to_string())?;
+        simulate(&scene, problem, false, &mut Stoppable(stop)).map_err(|e| e.to_string())?;
         least = least.min(start.elapsed().as_secs_f64());
-        if begun.elapsed().as_secs_f64() > TIMED {
+        if begun.elapsed().as_secs_f64() > TIMED || stop() {
             break;
         }
     }
@@ -159,7 +190,11 @@ impl Measured {
             }
         };
         set(Quantity::Unknowns, self.unknowns as f64);
-        set(Quantity::Error, self.distance(&self.u, &exact));
+        // at a passage through zero there is nothing that an error could be relative to
+        let size = exact.iter().fold(0.0f64, |m, u| m.max(u.abs())) / self.largest;
+        if size > VANISHED {
+            set(Quantity::Error, self.distance(&self.u, &exact));
+        }
         if let Some(coarser) = coarser
             && let Some(own) = moved(&self.u, &self.mesh, &coarser.mesh)
         {
@@ -187,10 +222,25 @@ impl Measured {
         set(Quantity::EnergyDrift, r.energy_drift_total);
         set(Quantity::Switches, r.switches.len() as f64);
         set(Quantity::Wall, self.wall);
-        let stuck = r.switches.iter().filter(|s| s.kind == crate::event::SwitchKind::Stick).count();
+        let stuck = r.switches.iter().filter(|s| s.kind == SwitchKind::Stick).count();
+        let mut notes = vec![];
         if stuck > 0 {
-            row.note = format!("{stuck} accumulations of impacts");
+            notes.push(format!("{stuck} accumulations of impacts"));
         }
+        if size <= VANISHED {
+            notes.push(
+                "the reference passes through zero at the end: there is no relative error".into(),
+            );
+        } else if size < SMALL {
+            let share = 100.0 * size;
+            notes.push(format!(
+                "the error is relative to displacements of {share:.2} % of the largest"
+            ));
+        }
+        if row.get(Quantity::EnergyChange) > 1.0 {
+            notes.push("the method feeds the motion: its energy more than doubled".into());
+        }
+        row.note = notes.join("; ");
         Ok(row)
     }
 }
@@ -198,7 +248,7 @@ impl Measured {
 /// All rows.
 pub(super) fn rows(
     plan: &Plan,
-    set_up: SetUp,
+    means: Means,
     known: &[Row],
     take: Take,
 ) -> Result<(), CompareError> {
@@ -221,7 +271,7 @@ pub(super) fn rows(
                     if take(None, done as f64 / count, "reference").is_break() {
                         return Ok(());
                     }
-                    let reference = Reference::new(plan, &problem, set_up)?;
+                    let reference = Reference::new(plan, &problem, means)?;
                     references.push((problem, reference));
                     &references[references.len() - 1].1
                 }
@@ -232,13 +282,15 @@ pub(super) fn rows(
             let measured = task
                 .scene(&plan.scene)
                 .map_err(|e| e.to_string())
-                .and_then(|scene| measure(&scene, &set_up(&scene)?, true));
+                .and_then(|scene| measure(&scene, &(means.set_up)(&scene)?, true, means.stop));
             let row = measured.and_then(|m| Ok((m.row(task, reference, coarser.as_ref())?, m)));
             let row = match row {
                 Ok((row, measured)) => {
                     coarser = Some(measured);
                     row
                 }
+                // a row that was stopped is none
+                Err(_) if (means.stop)() => return Ok(()),
                 Err(why) => Row { note: why, ..task.row() },
             };
             done += 1;

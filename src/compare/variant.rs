@@ -91,6 +91,11 @@ impl Variant {
                 format!("after a colon give {}", all.join(", ")),
             )
         })?;
+        let again = |k: usize| options[..k].iter().any(|o| o.0 == options[k].0);
+        if let Some(k) = (0..options.len()).find(|k| again(*k)) {
+            let why = format!("chooses {} twice", options[k].0);
+            return Err(fail(why, "give it once".into()));
+        }
         Ok(Variant { name: name.to_owned(), method, options })
     }
 
@@ -103,6 +108,11 @@ impl Variant {
         let set = |(key, value): &(&str, String)| Change::set(format!("contact.{key}"), value);
         changes.extend(self.options.iter().map(set));
         changes
+    }
+
+    /// Whether its name says what a key is.
+    pub fn chooses(&self, key: &str) -> bool {
+        self.options.iter().any(|o| key.strip_prefix("contact.") == Some(o.0))
     }
 
     /// Whether a change means something to this method.
@@ -125,7 +135,16 @@ mod tests {
         assert_eq!(options("nitsche:5:theta=0"), [("gamma", "5".into()), ("theta", "0".into())]);
         assert_eq!(options("penalty:1e1"), [("stiffness", "1e1".into())]);
         assert_eq!(options("waves"), []);
-        for name in ["", "nmb", "nbm:optimal", "nbm:2", "waves:3", "penalty:gamma=2", "penalty:"] {
+        for name in [
+            "",
+            "nmb",
+            "nbm:constant:paper",
+            "nbm:optimal",
+            "nbm:2",
+            "waves:3",
+            "penalty:gamma=2",
+            "penalty:",
+        ] {
             assert!(Variant::of_name(name).is_err(), "{name}");
         }
         let gamma = Change::set("contact.gamma", "2");

@@ -121,7 +121,8 @@ impl BarBalance {
     pub fn closed_form_energy(&self, omega: f64) -> Option<f64> {
         let t = TAU / omega * self.speed / self.length;
         let strain = self.gap / (t - 3.0);
-        (t > 3.0 && t < 4.0).then(|| 0.5 * self.stiffness / self.length * strain * strain)
+        (self.gap > 0.0 && t > 3.0 && t < 4.0)
+            .then(|| 0.5 * self.stiffness / self.length * strain * strain)
     }
 
     /// `u_k / p_k`

@@ -30,7 +30,7 @@ pub enum Quantity {
     Tension,
     /// Largest pressure over that of the reference.
     Overshoot,
-    /// `‖F − F_ref‖/‖F_ref‖` of the contact force, over the times at which the reference touches.
+    /// `‖F − F_ref‖/‖F_ref‖` of the contact force over time.
     PressureError,
     /// `∫∫ p dA dt`, impulses included.
     Impulse,
@@ -260,6 +260,8 @@ pub fn limit(h: [f64; 3], f: [f64; 3]) -> Option<f64> {
     Some(f[2] + (f[2] - f[1]) * h[2].powf(p) / (h[1].powf(p) - h[2].powf(p)))
 }
 
+/// Errors above this say that two motions have nothing in common.
+const LARGE: f64 = 0.5;
 /// Errors below this are rounding.
 const ROUNDING: f64 = 1e-11;
 
@@ -314,7 +316,11 @@ impl Comparison {
             .map(|r| (r.h, r.get(quantity)))
             .filter(|(_, e)| e.is_finite() && *e > 0.0)
             .collect();
-        let of = |w: &[(f64, f64)]| (w[0].1 / w[1].1).ln() / (w[0].0 / w[1].0).ln();
+        // of errors of the size of the motion nothing converges
+        let of = |w: &[(f64, f64)]| match w[0].1.max(w[1].1) < LARGE {
+            true => (w[0].1 / w[1].1).ln() / (w[0].0 / w[1].0).ln(),
+            false => f64::NAN,
+        };
         Orders(known.windows(2).map(of).collect())
     }
 

@@ -19,6 +19,7 @@ pub struct ComparisonWriter {
     staged: Staged,
     scene: Scene,
     command: String,
+    identity: String,
 }
 
 /// A stored comparison.
@@ -30,6 +31,8 @@ pub struct StoredComparison {
     pub status: Status,
     /// Scene text.
     pub scene: String,
+    /// What the files that the scene and the command name amount to.
+    pub identity: String,
     /// Program version, time of creation, command line.
     pub origin: [String; 3],
 }
@@ -44,11 +47,16 @@ impl ComparisonWriter {
         path: &Path,
         scene: &Scene,
         options: &WriterOptions,
-        resume: bool,
+        (resume, identity): (bool, String),
     ) -> Result<Self, StoreError> {
         let outputs = options.outputs.with_force(options.outputs.is_forced() || resume);
         let staged = Staged::begin(&outputs, path)?;
-        Ok(ComparisonWriter { staged, scene: scene.clone(), command: options.command.clone() })
+        Ok(ComparisonWriter {
+            staged,
+            scene: scene.clone(),
+            command: options.command.clone(),
+            identity,
+        })
     }
 
     /// Write all rows.
@@ -65,6 +73,7 @@ impl ComparisonWriter {
             write_text(&g, "reference", &comparison.reference)?;
             write_text(&g, "exact", if comparison.exact { "yes" } else { "no" })?;
             write_text(&g, "footer", &comparison.footer)?;
+            write_text(&g, "identity", &self.identity)?;
             let rows = &comparison.rows;
             let column =
                 |name: &str, units: &str, of: &dyn Fn(&Row) -> f64| -> Result<(), StoreError> {
@@ -154,6 +163,7 @@ pub fn read_comparison(path: &Path) -> Result<StoredComparison, StoreError> {
             },
             status: Status::of_name(&of_file("status")),
             scene: of_file("scene"),
+            identity: word("identity"),
             origin: [of_file("signorini_version"), of_file("created"), of_file("command")],
         })
     })

@@ -44,6 +44,7 @@ fn cell(quantity: Quantity, x: f64) -> String {
         Quantity::ContactTime => format!("{x:.6}"),
         Quantity::Energy => format!("{x:.7}"),
         Quantity::EnergyError => format!("{:+.2} %", 100.0 * x),
+        Quantity::EnergyChange if x.abs() >= 1e3 => format!("{x:+.1e}"),
         Quantity::EnergyChange if x.abs() >= 1e-4 => format!("{:+.2} %", 100.0 * x),
         Quantity::Error | Quantity::Difference if x != 0.0 => format!("{x:.2e}"),
         Quantity::Wall if x < 1.0 => format!("{:.2} ms", 1e3 * x),
@@ -71,7 +72,9 @@ fn orders(orders: &Orders) -> String {
 pub fn text(comparison: &Comparison) -> String {
     let mut out = format!("{}\n", comparison.title);
     let heading = match comparison.compared {
-        Compared::Run => "errors against ",
+        Compared::Run => {
+            "error: displacements at the end of the nodes that do not touch, over those of the reference: "
+        }
         _ => "",
     };
     let with = comparison.common().map_or(String::new(), |c| format!("; with {c}"));
@@ -97,8 +100,9 @@ pub fn text(comparison: &Comparison) -> String {
     for r in &comparison.rows {
         let _ = write!(out, "  {:<width$}{:>mesh_width$}", name(r), r.mesh);
         for &q in &shown {
-            let wide = column(q).1;
-            let _ = write!(out, "{:>wide$}", cell(q, r.get(q)));
+            // a number that is too long pushes the others, but does not run into them
+            let wide = column(q).1 - 1;
+            let _ = write!(out, " {:>wide$}", cell(q, r.get(q)));
         }
         out.push('\n');
     }
