@@ -172,7 +172,7 @@ fn what_cannot_be_read_is_refused_with_its_reason() {
     }
     // damaged anywhere: refused or read, never a panic
     for cut in 0..TWO.len() {
-        let _ = read(TWO[..cut].as_bytes()).and_then(|f| f.body(1.0));
+        let _ = read(&TWO.as_bytes()[..cut]).and_then(|f| f.body(1.0));
         let mut bytes = TWO.as_bytes().to_vec();
         bytes[cut] = b'9';
         let _ = read(&bytes).and_then(|f| f.body(1.0));
@@ -204,7 +204,7 @@ fn inspect_tells_what_is_in_a_mesh() {
     }
     let folder = tempfile::tempdir().unwrap();
     let damaged = folder.path().join("d.msh");
-    std::fs::write(&damaged, TWO.replace("two", "")[..300].as_bytes()).unwrap();
+    std::fs::write(&damaged, &TWO.as_bytes()[..300]).unwrap();
     let output = common::run(&["inspect", damaged.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     // a mesh without a plane body: what is in it, and why it is none

@@ -184,24 +184,22 @@ pub struct SidePoint {
 pub fn side_rule(kind: ElementKind, side: usize) -> Vec<SidePoint> {
     let nodes = kind.side(side);
     let at = |k: usize| places(kind)[nodes[k]];
-    let (values, slopes): (fn(f64) -> Vec<f64>, fn(f64) -> Vec<f64>) = match nodes.len() {
-        1 => {
-            let point =
-                SidePoint { local: at(0), weight: 1.0, values: vec![1.0], slopes: vec![0.0] };
-            return vec![point];
+    if nodes.len() == 1 {
+        let point = SidePoint { local: at(0), weight: 1.0, values: vec![1.0], slopes: vec![0.0] };
+        return vec![point];
+    }
+    // of its ends, and of its middle where there is one
+    let functions = |s: f64| -> Vec<(f64, f64)> {
+        match nodes.len() {
+            2 => vec![((1.0 - s) / 2.0, -0.5), ((1.0 + s) / 2.0, 0.5)],
+            _ => [-1.0, 1.0, 0.0].map(|a| quadratic(a, s)).to_vec(),
         }
-        2 => (|s| vec![(1.0 - s) / 2.0, (1.0 + s) / 2.0], |_| vec![-0.5, 0.5]),
-        _ => (
-            |s| [-1.0, 1.0, 0.0].map(|a| quadratic(a, s).0).to_vec(),
-            |s| [-1.0, 1.0, 0.0].map(|a| quadratic(a, s).1).to_vec(),
-        ),
     };
     // sides are straight in local coordinates
-    let point = |s: f64, weight: f64| SidePoint {
-        local: [0, 1].map(|c| 0.5 * ((1.0 - s) * at(0)[c] + (1.0 + s) * at(1)[c])),
-        weight,
-        values: values(s),
-        slopes: slopes(s),
+    let point = |s: f64, weight: f64| {
+        let (values, slopes) = functions(s).into_iter().unzip();
+        let local = [0, 1].map(|c| 0.5 * ((1.0 - s) * at(0)[c] + (1.0 + s) * at(1)[c]));
+        SidePoint { local, weight, values, slopes }
     };
     match nodes.len() {
         2 => GAUSS2.iter().map(|&s| point(s, 1.0)).collect(),
@@ -269,7 +267,8 @@ mod tests {
             let rule = rule(kind, Integrand::Mass, false);
             for a in 0..=degree {
                 for b in 0..=degree {
-                    let of = |n: u32| if n % 2 == 0 { 2.0 / f64::from(n + 1) } else { 0.0 };
+                    let of =
+                        |n: u32| if n.is_multiple_of(2) { 2.0 / f64::from(n + 1) } else { 0.0 };
                     assert!((integral(&rule, a, b) - of(a) * of(b)).abs() < 1e-14);
                 }
             }

@@ -233,7 +233,7 @@ fn turns(x: &[[f64; 2]]) -> Turn {
     };
     let all: Vec<f64> = (0..n).map(cross).collect();
     let sign = all.iter().sum::<f64>().signum();
-    match all.iter().position(|c| !(c * sign > 1e-9)) {
+    match all.iter().position(|c| c.is_nan() || c * sign <= 1e-9) {
         Some(k) => Turn::Neither(k),
         None if sign > 0.0 => Turn::Left,
         None => Turn::Right,

@@ -72,13 +72,15 @@ fn orders(orders: &Orders) -> String {
 pub fn text(comparison: &Comparison) -> String {
     let mut out = format!("{}\n", comparison.title);
     let heading = match comparison.compared {
-        Compared::Run => {
-            "error: displacements at the end of the nodes that do not touch, over those of the reference: "
-        }
+        Compared::Run => "errors against ",
         _ => "",
     };
     let with = comparison.common().map_or(String::new(), |c| format!("; with {c}"));
-    let _ = writeln!(out, "  {heading}{}{with}\n", comparison.reference);
+    let _ = writeln!(out, "  {heading}{}{with}", comparison.reference);
+    if comparison.compared == Compared::Run {
+        out += "  (error, diff: displacements of the nodes that do not touch, at the end; F error: contact force over time)\n";
+    }
+    out.push('\n');
     let name = |r: &Row| comparison.name(r);
     let width =
         comparison.rows.iter().map(|r| name(r).chars().count()).max().unwrap_or(0).max(7) + 2;
