@@ -8,7 +8,7 @@ use super::variant::Variant;
 use super::{CompareError, Means};
 use crate::mesh::Mesh;
 use crate::mesh::interpolate::{Cell, at_cells, cells};
-use crate::scenario::{BodyKind, Change, METHOD_KEYS, Scene};
+use crate::scenario::{BodyKind, Change, ContactMethod, METHOD_KEYS, Scene};
 use crate::store::{Stored, read_state};
 
 /// A reference by name.
@@ -42,9 +42,8 @@ impl Named {
         let finest = meshes.last().cloned().unwrap_or_default();
         // without a mesh nothing is refined, and methods are compared with the first of them
         let own = first.filter(|_| scene.body.kind == BodyKind::Matrices).cloned();
-        let variant = own.map_or_else(|| Variant::of_name("mass-redistribution"), Ok);
-        // the name stands in the table of methods
-        variant.map_or(Named::Waves(0), |v| Named::Mesh(v, finest))
+        let common = || Variant::of_method(ContactMethod::MassRedistribution);
+        Named::Mesh(own.unwrap_or_else(common), finest)
     }
 
     /// The exact motion of a bar, known at all nodes of these meshes.
@@ -165,10 +164,9 @@ impl Reference {
                 check(plan, problem, &stored).map_err(fail)?;
                 return Ok(Reference::File(path.clone(), trace_of(&stored)));
             }
-            Named::Waves(n) => (Variant::of_name("waves"), vec![*n]),
-            Named::Mesh(variant, elements) => (Ok(variant.clone()), elements.clone()),
+            Named::Waves(n) => (Variant::of_method(ContactMethod::Waves), vec![*n]),
+            Named::Mesh(variant, elements) => (variant.clone(), elements.clone()),
         };
-        let variant = variant.map_err(|e| fail(e.to_string()))?;
         let task = Task { variant, parameters: problem.to_vec(), elements };
         let mut scene = task.scene(&plan.scene)?;
         // steps and tolerances of the scene are those of what is compared

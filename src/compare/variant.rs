@@ -54,6 +54,11 @@ fn number_key(method: ContactMethod) -> Option<&'static str> {
 }
 
 impl Variant {
+    /// A method as it comes.
+    pub fn of_method(method: ContactMethod) -> Variant {
+        Variant { name: method.name().to_owned(), method, options: vec![] }
+    }
+
     /// The variant of a name.
     pub fn of_name(name: &str) -> Result<Variant, UnknownVariant> {
         let fail = |why: String, help: String| UnknownVariant { name: name.into(), why, help };
