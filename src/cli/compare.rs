@@ -17,7 +17,7 @@ use signorini::report::comparison::{csv, json, picture, text};
 use signorini::report::figure::{self, Drawing, FigureError};
 use signorini::scenario::{BodyKind, Scene};
 use signorini::simulate::run_table;
-use signorini::store::{ComparisonWriter, beside, read_comparison, replace};
+use signorini::store::{ComparisonWriter, Outputs, beside, read_comparison, replace};
 
 use super::progress::Bar;
 use super::{CliError, Global, family, interrupt, load, plain, resources};
@@ -257,7 +257,6 @@ impl Keeper<'_> {
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let scene = Scene::read(&arguments.scene)?;
     let compared = arguments.compared();
-    let mut viscous = None;
     let mut plan = Plan::new(&scene, compared, arguments.request()?)?;
     if let Some(reference) = arguments.reference(&plan)? {
         plan.reference = reference;
@@ -275,17 +274,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         derived.check_derived(&beside(&stem, ending))?;
     }
     let (refused, failed) = (Cell::new(false), Cell::new(false));
+    let omega = plan.omega.clone();
     let set_up = |scene: &Scene| {
-        let limited = || -> Result<Problem, CliError> {
-            let problem = load::of_scene(scene)?;
-            match (compared, run_table(scene)) {
-                (Compared::Run, Ok((_, until))) => resources::check_time(&problem, until)?,
-                (Compared::Run, Err(e)) => return Err(e.into()),
-                _ => plan.omega.iter().try_for_each(|w| family::check_frequency(&problem, *w))?,
-            }
-            Ok(problem)
-        };
-        limited().map_err(|e| {
+        within_limits(scene, compared, &omega).map_err(|e| {
             let is_input = matches!(e, CliError::Scene(_) | CliError::Input(_));
             if is_input { &refused } else { &failed }.set(true);
             e.text()
@@ -295,16 +286,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let own = load::of_scene(&scene).map(|p| fingerprint(&p)).unwrap_or_default();
     let identity = format!("{own:016x} {:08x}", checksum(&plan.reference));
     if compared == Compared::Viscous {
-        let beta = orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?;
-        viscous = Some(beta);
+        plan.beta = Some(orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?);
     }
-    let plan = Plan { beta: viscous.or(plan.beta), ..plan.clone() };
     signorini::compare::reference::check_file(&plan).map_err(CliError::Input)?;
     let known = match resume && path.exists() {
         true => known_rows(&path, &plan, &identity)?,
         false => vec![],
     };
-    let begun = known.len();
     interrupt::watch();
     let mut comparison = outline(&plan, footer(compared));
     comparison.rows.clone_from(&known);
@@ -339,38 +327,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         return Err(CliError::Interrupted(signal, text));
     }
     let comparison = keeper.comparison;
-    let csv_path = beside(&stem, ".csv");
-    replace(&csv_path, csv(&comparison).as_bytes())?;
-    let mut written = vec![path, csv_path];
-    match picture(&comparison) {
-        Ok(svg) => {
-            written.extend(figure::save(&[Drawing { stem, svg }], &derived, figure::DPI)?);
-        }
-        // pictures of an earlier comparison would stand beside the new table
-        Err(FigureError::Empty(_)) => {
-            for old in [".svg", ".png"].map(|ending| beside(&stem, ending)) {
-                if old.exists() && derived.check_derived(&old).is_ok() {
-                    let _ = std::fs::remove_file(&old);
-                }
-            }
-        }
-        Err(e) => return Err(e.into()),
-    }
-    let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-    global.print(
-        || {
-            let mut all = json(&comparison);
-            all["written"] = names.clone().into();
-            all
-        },
-        || {
-            let resumed = match begun {
-                0 => String::new(),
-                n => format!("  {n} rows were there already\n"),
-            };
-            format!("{}{resumed}  written: {}\n", text(&comparison), names.join(", "))
-        },
-    )?;
+    tell(global, &comparison, (&stem, path), &derived, known.len())?;
     // where nothing could be computed, that is what is to be said
     let is_empty = |r: &Row| !r.note.is_empty() && r.get(Quantity::Unknowns).is_nan();
     if !comparison.rows.iter().all(is_empty) {
@@ -382,6 +339,59 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         true => Err(CliError::Input(text)),
         false => Err(CliError::Reported(text)),
     }
+}
+
+/// The problem of a scene, or why it is too long for a lifetime.
+fn within_limits(scene: &Scene, compared: Compared, omega: &[f64]) -> Result<Problem, CliError> {
+    let problem = load::of_scene(scene)?;
+    match compared {
+        Compared::Run => resources::check_time(&problem, run_table(scene)?.1)?,
+        _ => omega.iter().try_for_each(|w| family::check_frequency(&problem, *w))?,
+    }
+    Ok(problem)
+}
+
+/// Write table and picture beside the HDF5 file, and print.
+fn tell(
+    global: &Global,
+    comparison: &Comparison,
+    (stem, path): (&Path, PathBuf),
+    outputs: &Outputs,
+    known: usize,
+) -> Result<(), CliError> {
+    let csv_path = beside(stem, ".csv");
+    replace(&csv_path, csv(comparison).as_bytes())?;
+    let mut written = vec![path, csv_path];
+    match picture(comparison) {
+        Ok(svg) => {
+            let drawing = Drawing { stem: stem.to_owned(), svg };
+            written.extend(figure::save(&[drawing], outputs, figure::DPI)?);
+        }
+        // pictures of an earlier comparison would stand beside the new table
+        Err(FigureError::Empty(_)) => {
+            for old in [".svg", ".png"].map(|ending| beside(stem, ending)) {
+                if old.exists() && outputs.check_derived(&old).is_ok() {
+                    let _ = std::fs::remove_file(&old);
+                }
+            }
+        }
+        Err(e) => return Err(e.into()),
+    }
+    let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+    global.print(
+        || {
+            let mut all = json(comparison);
+            all["written"] = names.clone().into();
+            all
+        },
+        || {
+            let resumed = match known {
+                0 => String::new(),
+                n => format!("  {n} rows were there already\n"),
+            };
+            format!("{}{resumed}  written: {}\n", text(comparison), names.join(", "))
+        },
+    )
 }
 
 /// Whether there is a row for everything.

@@ -271,7 +271,10 @@ pub(super) fn rows(
                     if take(None, done as f64 / count, "reference").is_break() {
                         return Ok(());
                     }
-                    let reference = Reference::new(plan, &problem, means)?;
+                    let reference = match Reference::new(plan, &problem, means) {
+                        Err(_) if (means.stop)() => return Ok(()),
+                        other => other?,
+                    };
                     references.push((problem, reference));
                     &references[references.len() - 1].1
                 }
