@@ -509,6 +509,19 @@ fn what_cannot_be_compared_is_said() {
     refused(&[bar, "--methods", "moreau-jean:step=1e-12"], 2, "steps");
     refused(&[bar, "--methods", "nbm", "--orbit", "--omega", "1e-5"], 2, "natural periods");
     refused(&["scenarios/plate.toml", "--reference", "waves"], 2, "the motion of a bar");
+    // schemes that go through time in their own way do not read the integrator of the others
+    let output = json(&[
+        "compare",
+        bar,
+        "--methods",
+        "nbm,waves,moreau-jean",
+        "--parameter",
+        "run.integrator=modal",
+        "-o",
+        stem.to_str().unwrap(),
+        "--force",
+    ]);
+    assert!((0..3).all(|k| output["rows"][k]["error"].as_f64().is_some()), "{output}");
     // one that is refused does not take the others with it
     let output = json(&[
         "compare",

@@ -154,6 +154,9 @@ impl Ready {
                 row.values.insert(quantity, value);
             }
         }
+        if orbit.contact_time == 0.0 {
+            row.note = "no contact: the motion of the linear body".into();
+        }
         if self.unresolved {
             row.note = "beta asks for sharper fronts than this mesh resolves".into();
         }

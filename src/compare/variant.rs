@@ -110,6 +110,9 @@ impl Variant {
         let mut changes: Vec<Change> =
             unread.map(|k| Change::remove(format!("contact.{}", k.0))).collect();
         changes.push(Change::set("contact.method", self.method.name()));
+        if self.has_own_time() {
+            changes.push(Change::remove("run.integrator"));
+        }
         let set = |(key, value): &(&str, String)| Change::set(format!("contact.{key}"), value);
         changes.extend(self.options.iter().map(set));
         changes
@@ -120,8 +123,16 @@ impl Variant {
         self.options.iter().any(|o| key.strip_prefix("contact.") == Some(o.0))
     }
 
+    /// Whether it goes through time in its own way, and reads no integrator.
+    fn has_own_time(&self) -> bool {
+        matches!(self.method, ContactMethod::MoreauJean | ContactMethod::Waves)
+    }
+
     /// Whether a change means something to this method.
     pub fn reads(&self, change: &Change) -> bool {
+        if change.key == "run.integrator" {
+            return !self.has_own_time();
+        }
         change.key.strip_prefix("contact.").is_none_or(|key| self.method.reads(key))
     }
 }
