@@ -1,4 +1,4 @@
-//! The time-stepping scheme of Moreau and Jean: contact on the level of velocities, impulses over steps, no events (methods.md 4.2; Moreau 1988, Jean 1999).
+//! The time-stepping scheme of Moreau and Jean: contact on the level of velocities, impulses over steps, no events (Moreau 1988, Jean 1999).
 //!
 //! With `w = g − n q`, a step `h` and `θ = ½`,
 //!

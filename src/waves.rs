@@ -1,4 +1,4 @@
-//! The uniform bar before an obstacle, exactly: waves that run along characteristics (methods.md 5).
+//! The uniform bar before an obstacle, exactly: waves that run along characteristics.
 //!
 //! With `r = v − cε` running to the contact and `l = v + cε` running back, the bar is a loop of length `2L` of pieces of constant value, shifted
 //! by `ct`: at the held end `r = −l`, at the contact end

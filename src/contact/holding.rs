@@ -1,4 +1,4 @@
-//! Phases of the impact law: contact displacements move by themselves, points in contact are held by reactions (methods.md 4.1).
+//! Phases of the impact law: contact displacements move by themselves, points in contact are held by reactions.
 //!
 //! ```text
 //! M ü = f − K u − nᵀλ,      n_c ü = 0   ⇒   λ_c = D_cc⁻¹ n_c M⁻¹ (f − K u),    D = n M⁻¹nᵀ

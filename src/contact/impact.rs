@@ -1,4 +1,4 @@
-//! Newton's law of impact in Moreau's form (methods.md 4.1): bodies keep the mass of their contact points, and velocities jump.
+//! Newton's law of impact in Moreau's form (Moreau 1988): bodies keep the mass of their contact points, and velocities jump.
 //!
 //! At `w_i = 0`, `ẇ_i⁻ < 0`, on the points `I` that touch,
 //!

@@ -1,4 +1,4 @@
-//! Masses without inertia at the contact points, and how far they are from the body's own (methods.md 2.2, 2.3).
+//! Masses without inertia at the contact points, and how far they are from the body's own (Khenous, Laborde, Renard 2008).
 //!
 //! *Condensed*: `M_0 = A_∅ᵀ M A_∅`, positive definite by construction, exact for rigid motions. *Optimal* (Khenous, Laborde, Renard 2008): the
 //! nearest `m*` to the scalar nodal mass `m`, with its sparsity, without the rows of the contact nodes, and with all moments up to the second,

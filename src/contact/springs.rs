@@ -1,4 +1,4 @@
-//! Penalty and Nitsche's method: the obstacle pushes at points of quadrature on the contact edge (methods.md 3; Chouly, Hild, Renard 2015).
+//! Penalty and Nitsche's method: the obstacle pushes at points of quadrature on the contact edge (Chouly, Hild, Renard 2015).
 //!
 //! With the displacement `n_q u` of the body at point `q` along its normal, the normal stress `s_q u` there, the weight `w_q`,
 //! `κ = κ₀E′/h` and `γ = γ₀E′/h`,

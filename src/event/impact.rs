@@ -1,4 +1,4 @@
-//! Switches of the impact law: velocities jump, points stay on the obstacle or fly on (methods.md 4.1).
+//! Switches of the impact law: velocities jump, points stay on the obstacle or fly on.
 //!
 //! Rebounds under `0 < e < 1` shrink geometrically and accumulate. A rebound of velocity `v` flies `v²/2a` high: at a millionth of the velocities of
 //! the motion that is a rounding error of the displacements. There the point sticks, `v := 0`, and the switch says so.

@@ -1,4 +1,4 @@
-//! Phases that natural modes do not decouple: structural damping beside springs of the obstacle, forces without a potential (methods.md 3).
+//! Phases that natural modes do not decouple: structural damping beside springs of the obstacle, forces without a potential.
 //!
 //! In coordinates `q` in which the mass is the identity,
 //!

@@ -1,5 +1,4 @@
-//! Harmonic balance of a uniform bar by boundary elements: the continuum in the frequency domain (Lu and Legrand, Nonlinear Dyn. 107, 2022, 227;
-//! methods.md 5).
+//! Harmonic balance of a uniform bar by boundary elements: the continuum in the frequency domain (Lu and Legrand, Nonlinear Dyn. 107, 2022, 227).
 //!
 //! A bar of length `L`, wave speed `c` and stiffness `EA`, held at one end, answers a force `p_k cos kωt` at the other exactly,
 //!
