@@ -8,14 +8,6 @@ use std::collections::BTreeMap;
 use signorini::fem::{Body, DofMap, Material, SpdFactor, StressState, eigen, load};
 use signorini::mesh::{Block, Edge, ElementKind, Facet, Mesh};
 
-const KINDS: [ElementKind; 5] = [
-    ElementKind::Tri3,
-    ElementKind::Tri6,
-    ElementKind::Quad4,
-    ElementKind::Quad8,
-    ElementKind::Quad9,
-];
-
 fn is_quadratic(kind: ElementKind) -> bool {
     kind.nodes() > 4
 }
@@ -116,7 +108,7 @@ fn order(coarse: f64, fine: f64) -> f64 {
 #[test]
 fn axial_frequencies_converge_at_twice_the_order() {
     let exact = std::f64::consts::FRAC_PI_2;
-    for kind in KINDS {
+    for kind in ElementKind::PLANE {
         let error = |n: usize| {
             let mesh = rectangle(kind, [0.0, 1.0], 0.2, (n, 1), 0.0);
             // all nodes move along x alone
@@ -179,7 +171,7 @@ fn thick_cylinders_converge_at_twice_the_order() {
             (1.0 + nu) * p * a * a / (young * (b * b - a * a)) * ((1.0 - 2.0 * nu) * r + b * b / r)
         };
         let exact = 0.5 * p * std::f64::consts::TAU * a * h * lame(a);
-        for kind in KINDS {
+        for kind in ElementKind::PLANE {
             let solve = |n: usize| {
                 let mesh = rectangle(kind, [a, b], h, (n, n / 2), 0.0);
                 let dofs = DofMap::new(&mesh, &[(Edge::Bottom, 1), (Edge::Top, 1)], None);

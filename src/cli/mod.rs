@@ -97,10 +97,7 @@ fn print(text: &str) -> Result<(), CliError> {
 
 /// What a scene is called in a summary. A terminal obeys control characters: they are left out.
 fn title(scene: &signorini::scenario::Scene) -> String {
-    match scene.title.is_empty() {
-        true => scene.stem(),
-        false => scene.title.chars().filter(|c| !c.is_control()).collect(),
-    }
+    scene.name().chars().filter(|c| !c.is_control()).collect()
 }
 
 /// A number as one writes it: no row of three hundred zeros.

@@ -63,9 +63,6 @@ pub fn outline(plan: &Plan, footer: String) -> Comparison {
         Compared::Run => (plan.reference.to_string(), plan.reference.is_exact()),
         Compared::Orbit | Compared::Viscous => (orbits::title(plan), false),
     };
-    let title = match plan.scene.title.is_empty() {
-        true => plan.scene.stem(),
-        false => plan.scene.title.clone(),
-    };
+    let title = plan.scene.name();
     Comparison { compared: plan.compared, title, reference, exact, footer, rows: vec![] }
 }

@@ -208,20 +208,18 @@ impl Plan {
         meshes.sort_by_key(|m| m.iter().product::<usize>());
         meshes.dedup();
         let mut variants = request.variants;
-        variants.dedup();
         if variants.is_empty() {
             let known = suitable(scene, compared).into_iter().map(Variant::of_name);
             let fits = |v: &Variant| scene.with(&v.changes()).is_ok();
             variants = known.filter_map(Result::ok).filter(fits).collect();
         }
         check_parameters(scene, &request.parameters, &variants)?;
-        let mut omega = request.omega;
-        let mut seen: Vec<f64> = vec![];
-        omega.retain(|w| {
-            let is_new = !seen.contains(w);
-            seen.push(*w);
-            is_new
-        });
+        let mut omega: Vec<f64> = vec![];
+        for w in request.omega {
+            if !omega.contains(&w) {
+                omega.push(w);
+            }
+        }
         if compared != Compared::Run && omega.is_empty() {
             match scene.orbit.as_ref().and_then(|o| o.omega) {
                 Some(w) => omega.push(w),

@@ -119,6 +119,8 @@ struct Run<'a, O: Observer> {
     entered: f64,
     /// Impulses of blows.
     blows: f64,
+    /// Ten shortest natural periods: the time in which switches are counted.
+    window: f64,
     max_tension: f64,
     violation: f64,
     early: Option<Outcome>,
@@ -364,9 +366,7 @@ impl<O: Observer> Run<'_, O> {
 
     /// More switches than a node can make in so short a time.
     fn accumulation(&mut self) -> Option<Outcome> {
-        let highest = Some(self.system.units.highest).filter(|w| w.is_finite());
-        let bound = self.system.body.frequency_bound().max(highest.unwrap_or(0.0));
-        let window = 10.0 * std::f64::consts::TAU / bound;
+        let window = self.window;
         while self.recent.front().is_some_and(|&(t, _)| t < self.t - window) {
             self.recent.pop_front();
         }

@@ -108,6 +108,8 @@ impl<'a, O: Observer> Run<'a, O> {
         let layout = Layout::new(system);
         let phase = system.open_phase();
         let y = vec![0.0; layout.len()];
+        let highest = Some(system.units.highest).filter(|w| w.is_finite());
+        let bound = system.body.frequency_bound().max(highest.unwrap_or(0.0));
         Ok(Run {
             system,
             options,
@@ -141,6 +143,7 @@ impl<'a, O: Observer> Run<'a, O> {
             gap_error: 0.0,
             entered: 0.0,
             blows: 0.0,
+            window: 10.0 * std::f64::consts::TAU / bound,
             max_tension: 0.0,
             violation: 0.0,
             early: None,

@@ -203,14 +203,6 @@ mod tests {
     use super::*;
     use crate::fem::law::StressState;
 
-    const KINDS: [ElementKind; 5] = [
-        ElementKind::Tri3,
-        ElementKind::Tri6,
-        ElementKind::Quad4,
-        ElementKind::Quad8,
-        ElementKind::Quad9,
-    ];
-
     fn material(state: StressState) -> Material {
         Material { young: 3.0, poisson: 0.3, density: 2.0, state }
     }
@@ -239,7 +231,7 @@ mod tests {
 
     #[test]
     fn rigid_motions_carry_no_force_and_the_mass_is_that_of_the_volume() {
-        for kind in KINDS {
+        for kind in ElementKind::PLANE {
             let x = distorted(kind);
             for state in [
                 StressState::PlaneStress { thickness: 0.5 },
@@ -268,7 +260,7 @@ mod tests {
     #[test]
     fn a_linear_field_has_one_stress_in_every_element() {
         let (a, b, c, d) = (1e-2, -3e-2, 2e-2, 5e-2);
-        for kind in KINDS {
+        for kind in ElementKind::PLANE {
             let x = distorted(kind);
             for state in [
                 StressState::PlaneStress { thickness: 0.5 },
@@ -300,7 +292,7 @@ mod tests {
     /// A body of revolution: a motion along the axis carries no force; the mass is that of the ring (Pappus); a uniform expansion has `ε_θθ = ε_rr`.
     #[test]
     fn rings_have_their_mass_and_their_hoop_strain() {
-        for kind in KINDS {
+        for kind in ElementKind::PLANE {
             let x = distorted(kind);
             let e = Shape { kind, x: &x }.matrices(&material(StressState::Axisymmetric));
             let along: Vec<f64> = x.iter().flat_map(|_| [0.0, 1.0]).collect();
@@ -335,7 +327,7 @@ mod tests {
 
     #[test]
     fn normals_of_sides_point_outwards_and_close() {
-        for kind in KINDS {
+        for kind in ElementKind::PLANE {
             let x = distorted(kind);
             let material = material(StressState::PlaneStress { thickness: 0.5 });
             let shape = Shape { kind, x: &x };

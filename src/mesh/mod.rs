@@ -72,6 +72,15 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
+    /// The kinds that fill the plane.
+    pub const PLANE: [ElementKind; 5] = [
+        ElementKind::Tri3,
+        ElementKind::Tri6,
+        ElementKind::Quad4,
+        ElementKind::Quad8,
+        ElementKind::Quad9,
+    ];
+
     /// Number of nodes.
     pub fn nodes(self) -> usize {
         match self {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use plotters::prelude::*;
 
 use super::figure::{
-    self, Chart, FigureError, INK, LINES, Mark, draw_line, legend, line, loglog, px, text, viridis,
+    self, Chart, FigureError, Mark, draw_line, legend, line, loglog, px, series_colour, text,
 };
 
 /// One solution of the scene.
@@ -127,8 +127,8 @@ impl Study {
                 let places: Vec<(f64, f64)> =
                     drawn.iter().filter(|p| p.method == method).map(|p| p.place()).collect();
                 if !places.is_empty() {
-                    let mark = draw_method(&mut chart, method, places, colour(k))?;
-                    entries.push((method, colour(k), mark));
+                    let mark = draw_method(&mut chart, method, places, series_colour(k))?;
+                    entries.push((method, series_colour(k), mark));
                 }
             }
             legend(&strip, &entries)
@@ -164,14 +164,6 @@ fn decades(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     let low = values.clone().fold(f64::INFINITY, f64::min).floor();
     let high = values.fold(f64::NEG_INFINITY, f64::max).ceil();
     low..high.max(low + 1.0)
-}
-
-/// Colour of the `k`-th method.
-fn colour(k: usize) -> RGBColor {
-    match k < LINES.len() {
-        true => LINES[k],
-        false => [INK, viridis(0.85), viridis(0.1)][(k - LINES.len()) % 3],
-    }
 }
 
 /// The solutions of a method, joined by tolerance; those of another program are dashed.

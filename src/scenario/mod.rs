@@ -143,6 +143,11 @@ impl Scene {
         matrices.chain(self.initial.file.iter().map(|f| folder.join(f))).chain(tables).collect()
     }
 
+    /// Its title, or where it has none its stem.
+    pub fn name(&self) -> String {
+        if self.title.is_empty() { self.stem() } else { self.title.clone() }
+    }
+
     /// The file name without folder and ending.
     pub fn stem(&self) -> String {
         let stem = self.source.file.file_stem();

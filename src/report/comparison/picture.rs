@@ -6,8 +6,8 @@ use plotters::prelude::*;
 
 use crate::records::{Compared, Comparison, Quantity, Row};
 use crate::report::figure::{
-    self, Area, Chart, Drawn, Entry, FigureError, INK, LINES, Mark, columns, draw_dashes,
-    draw_line, legend_above, line, log_ticks, px, range, symbols, text, viridis,
+    self, Area, Chart, Drawn, Entry, FigureError, INK, Mark, columns, draw_dashes, draw_line,
+    legend_above, line, log_ticks, px, range, series_colour, symbols, text,
 };
 
 /// Errors below this are rounding, and are not drawn.
@@ -25,11 +25,7 @@ const MARKS: [Mark; 6] =
 
 /// Colour and mark of the `k`-th series.
 fn look(k: usize) -> (RGBColor, Mark) {
-    let colour = match k % 8 {
-        j if j < LINES.len() => LINES[j],
-        j => [INK, viridis(0.85), viridis(0.1)][j - LINES.len()],
-    };
-    (colour, MARKS[(k + k / 8) % MARKS.len()])
+    (series_colour(k), MARKS[(k + k / 8) % MARKS.len()])
 }
 
 /// A picture as SVG.

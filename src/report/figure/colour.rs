@@ -22,6 +22,14 @@ pub const LINES: [RGBColor; 5] = [
     RGBColor(86, 86, 86),
 ];
 
+/// Colour of the `k`-th of several series.
+pub fn series_colour(k: usize) -> RGBColor {
+    match k % (LINES.len() + 3) {
+        j if j < LINES.len() => LINES[j],
+        j => [INK, viridis(0.85), viridis(0.1)][j - LINES.len()],
+    }
+}
+
 /// A colour thinned with white, `share ∈ [0, 1]` of it left.
 pub fn tint(colour: RGBColor, share: f64) -> RGBColor {
     let thin = |c: u8| (255.0 - share * (255.0 - f64::from(c))).round() as u8;

@@ -20,7 +20,7 @@ use thiserror::Error;
 use crate::store::StoreError;
 
 pub use clip::{Frame, clipped, clipped_area};
-pub use colour::{GRID, INK, LINES, SHADE, colour_bar, tint, viridis};
+pub use colour::{GRID, INK, LINES, SHADE, colour_bar, series_colour, tint, viridis};
 pub use legend::{Entry, legend, legend_above, legend_columns};
 pub use logarithmic::{columns, loglog, semilog};
 pub use mark::{Mark, flat, symbol, symbols};
