@@ -199,7 +199,7 @@ fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
             names.push(name);
         }
     }
-    let entries: Vec<Entry> = names
+    let mut entries: Vec<Entry> = names
         .iter()
         .enumerate()
         .map(|(k, name)| {
@@ -207,6 +207,9 @@ fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
             (name.as_str(), colour, mark)
         })
         .collect();
+    if comparison.rows.iter().any(|r| r.get(Quantity::EnergyError).is_finite()) {
+        entries.push(("closed form", INK, Mark::Dashes));
+    }
     let height = 100 + 340 * omegas.len().min(6) as u32;
     let what = comparison.reference.replace("omega", "ω").replace("beta", "β");
     let title = format!("{}: {what}", comparison.title);
@@ -270,8 +273,6 @@ fn panel(
     let mut chart = columns(area, (x.clone(), &meshes), (y, logarithmic), "elements", label)?;
     if let Some(exact) = exact.map(shown) {
         draw_dashes(&mut chart, vec![(x.start, exact), (x.end, exact)], line(INK, 1.0))?;
-        let word = Text::new("closed form", (0.55 * x.end, exact), text(12));
-        chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
     }
     for s in of_omega {
         let k = names.iter().position(|n| *n == comparison.name(s[0])).unwrap_or(0);
