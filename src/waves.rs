@@ -99,7 +99,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             .map(|n| {
                 let x = mesh.nodes()[n][0];
                 let distance = if sign > 0.0 { x } else { length - x };
-                (distance, dofs.of(n, 0).map(|(i, s)| (i, s * sign)))
+                (distance, dofs.terms(n, 0).next().map(|(i, s)| (i, s * sign)))
             })
             .collect();
         nodes.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -5,8 +5,8 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use signorini::fem::{Body, DofMap, Material, SpdFactor, StressState, eigen, load};
-use signorini::mesh::{Block, Edge, ElementKind, Facet, Mesh};
+use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState, eigen, load};
+use signorini::mesh::{Block, ElementKind, Facet, Mesh};
 
 fn is_quadratic(kind: ElementKind) -> bool {
     kind.nodes() > 4
@@ -112,8 +112,8 @@ fn axial_frequencies_converge_at_twice_the_order() {
         let error = |n: usize| {
             let mesh = rectangle(kind, [0.0, 1.0], 0.2, (n, 1), 0.0);
             // all nodes move along x alone
-            let fixed = [(Edge::Left, 0), (Edge::Bottom, 1), (Edge::Top, 1)];
-            let dofs = DofMap::new(&mesh, &fixed, None);
+            let held = [("left", 0), ("bottom", 1), ("top", 1)].map(|(g, c)| Held::along(g, c));
+            let dofs = DofMap::new(&mesh, &held, &[]).unwrap();
             let body = Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.0, 1.0, 1.0)], false);
             let modes = eigen::lowest(&body.stiffness, &body.mass, 1, 1.0).unwrap();
             modes.omega[0] / exact - 1.0
@@ -139,7 +139,7 @@ fn quadratic_elements_bend_exactly() {
         (ElementKind::Quad9, 0.15),
     ] {
         let mesh = rectangle(kind, [0.0, 2.0], 1.0, (4, 3), skew);
-        let dofs = DofMap::new(&mesh, &[], None);
+        let dofs = DofMap::new(&mesh, &[], &[]).unwrap();
         let body = Body::assemble(mesh, dofs, &[Material::plate(2.0, nu, 1.0, 0.5)], false);
         let of =
             |p: &[f64; 3]| [-kappa * p[0] * p[1], 0.5 * kappa * (p[0] * p[0] + nu * p[1] * p[1])];
@@ -174,9 +174,10 @@ fn thick_cylinders_converge_at_twice_the_order() {
         for kind in ElementKind::PLANE {
             let solve = |n: usize| {
                 let mesh = rectangle(kind, [a, b], h, (n, n / 2), 0.0);
-                let dofs = DofMap::new(&mesh, &[(Edge::Bottom, 1), (Edge::Top, 1)], None);
+                let held = [Held::along("bottom", 1), Held::along("top", 1)];
+                let dofs = DofMap::new(&mesh, &held, &[]).unwrap();
                 let body = Body::assemble(mesh, dofs, &[material], false);
-                let force = load::traction(&body, Edge::Left, &[p, 0.0]);
+                let force = load::traction(&body, "left", &[p, 0.0]);
                 // the pressure on the whole inner face
                 let total: f64 = force.iter().sum();
                 assert!((total - p * std::f64::consts::TAU * a * h).abs() < 1e-12);

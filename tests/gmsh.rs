@@ -3,16 +3,20 @@
 mod common;
 
 use common::root;
-use signorini::contact::{ActiveSet, ContactEdge, ContactError, MassChoice, State, Stress, System};
-use signorini::fem::{Body, DofMap, Material, StressState, eigen};
+use signorini::contact::{ActiveSet, ContactError, Contacts, MassChoice, State, Stress, System};
+use signorini::fem::{Body, DofMap, Facing, Held, Material, StressState, eigen};
+use signorini::mesh::ElementKind;
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
-use signorini::mesh::{Edge, ElementKind};
 use signorini::problem::phase_modes;
 use signorini::scenario::{Inertia, Integrator};
 
 fn imported(name: &str) -> Imported {
     let bytes = std::fs::read(root().join("tests/reference/meshes").join(name)).unwrap();
     read(&bytes).unwrap().body(1.0).unwrap()
+}
+
+fn clamped() -> [Held; 2] {
+    [Held::along("left", 0), Held::along("left", 1)]
 }
 
 fn state(plane_strain: bool) -> StressState {
@@ -61,14 +65,14 @@ fn bodies_have_the_matrices_of_the_prototype() {
         assert_eq!(names, ["bottom", "left", "right", "top"]);
         let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state: state(strain) };
         // the whole body, before its supports
-        let free = DofMap::new(&file.mesh, &[], None);
+        let free = DofMap::new(&file.mesh, &[], &[]).unwrap();
         let body = Body::assemble(file.mesh.clone(), free, &[material], false);
         let n = body.stiffness.n_rows();
         let found: f64 = body.stiffness.triplets().filter(|t| t.0 == t.1).map(|t| t.2).sum();
         assert!((found / trace - 1.0).abs() < 1e-10, "{name}: trace {found}");
         let mass = 0.5 * body.mass.quadratic(&vec![1.0; n]);
         assert!((mass - 0.5).abs() < 1e-10, "{name}: mass {mass}");
-        let held = DofMap::new(&file.mesh, &[(Edge::Left, 0), (Edge::Left, 1)], None);
+        let held = DofMap::new(&file.mesh, &clamped(), &[]).unwrap();
         let body = Body::assemble(file.mesh, held, &[material], false);
         let modes = eigen::lowest(&body.stiffness, &body.mass, 3, 1.0).unwrap();
         for (w, exact) in modes.omega.iter().zip(frequencies) {
@@ -105,7 +109,7 @@ fn both_formats_say_the_same() {
     assert!(new.mesh.group("seam").is_empty());
     // the second square goes round the other way, and is turned
     let material = Material::plate(1.0, 0.3, 1.0, 1.0);
-    let dofs = DofMap::new(&new.mesh, &[], None);
+    let dofs = DofMap::new(&new.mesh, &[], &[]).unwrap();
     let body = Body::assemble(new.mesh, dofs, &[material, material], false);
     assert!((body.nodal_mass().iter().sum::<f64>() - 0.5).abs() < 1e-15);
 }
@@ -295,17 +299,16 @@ fn contact_on_meshes_is_that_of_the_prototype() {
     ] {
         let file = imported(name);
         let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state: state(strain) };
-        let fixed = [(Edge::Left, 0), (Edge::Left, 1)];
         for (inertia, [e0, t1, switches, end, norm]) in runs {
-            let dofs = DofMap::new(&file.mesh, &fixed, Some(Edge::Right));
+            let dofs = DofMap::new(&file.mesh, &clamped(), &[Facing::surface("right")]).unwrap();
             let body = Body::assemble(file.mesh.clone(), dofs, &[material], false);
             let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
             // the first contact node of the prototype is that with tag 2
             let node = file.node_tags.iter().position(|t| *t == 2).unwrap();
-            let i = body.dofs.contact_nodes.iter().position(|n| *n == node).unwrap();
-            let edge = ContactEdge { edge: Edge::Right, gap: vec![0.3; n_c], lumped: false };
+            let i = body.dofs.contact.iter().position(|c| c.node == node).unwrap();
+            let contacts = Contacts { gap: vec![0.3; n_c], lumped: false };
             let mass = if inertia == Paper { MassChoice::Paper } else { MassChoice::Condensed };
-            let system = System::on_edge(body, Some(&edge), (stress, mass)).unwrap();
+            let system = System::new(body, &contacts, (stress, mass)).unwrap();
             let conditions = system.conditions();
             let near = |found: f64, exact: f64, most: f64, what: &str| {
                 let off = (found / exact - 1.0).abs();
@@ -342,12 +345,12 @@ fn contact_on_meshes_is_that_of_the_prototype() {
 fn a_projected_stress_on_triangles_is_refused() {
     for name in ["t3_plate.msh", "t6_plate.msh"] {
         let file = imported(name);
-        let dofs = DofMap::new(&file.mesh, &[(Edge::Left, 0), (Edge::Left, 1)], Some(Edge::Right));
+        let dofs = DofMap::new(&file.mesh, &clamped(), &[Facing::surface("right")]).unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
         let body = Body::assemble(file.mesh, dofs, &[material], false);
         let gap = vec![0.3; body.dofs.n_c];
-        let edge = ContactEdge { edge: Edge::Right, gap, lumped: false };
-        let refused = System::on_edge(body, Some(&edge), (Stress::Projection, MassChoice::Paper));
+        let contacts = Contacts { gap, lumped: false };
+        let refused = System::new(body, &contacts, (Stress::Projection, MassChoice::Paper));
         assert!(matches!(refused, Err(ContactError::NotPMatrix { .. })), "{name}");
     }
 }

@@ -117,7 +117,7 @@ fn half_a_plate_on_rollers_is_the_whole_plate() {
         p.system.body.dofs.scatter(&u)
     };
     let (u, w) = (full(&whole, &a), full(&half, &b));
-    let contact = |p: &Problem, n: usize| p.system.body.dofs.contact_nodes.contains(&n);
+    let contact = |p: &Problem, n: usize| p.system.body.dofs.contact.iter().any(|c| c.node == n);
     for (n, p) in half.system.body.mesh.nodes().iter().enumerate() {
         let m = whole.system.body.mesh.nearest_node([p[0], p[1] + 0.25, 0.0]);
         if !contact(&half, n) {

@@ -4,12 +4,11 @@ mod common;
 
 use common::{bar, half_plate};
 
-use signorini::contact::{ContactEdge, MassChoice, Stress, System};
+use signorini::contact::{Contacts, MassChoice, Stress, System};
 use signorini::continuation::{Go, Options, Stop};
 use signorini::event::{self, Silent};
 use signorini::fem::Csr;
 use signorini::flow::Tolerances;
-use signorini::mesh::Edge;
 use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::branch::mode_guess;
 use signorini::orbit::search::{Effort, Verdict, find};
@@ -96,15 +95,14 @@ fn mass_moved_to_the_neighbours_has_the_orbit_of_the_prototype() {
         let p = body.mesh.nodes()[node];
         let inside = |q: &[f64; 3]| (q[1] - p[1]).abs() < 1e-9 && (p[0] - q[0] - 0.1).abs() < 1e-9;
         let node = body.mesh.nodes().iter().position(inside).unwrap();
-        body.dofs.of(node, 0).unwrap().0
+        body.dofs.terms(node, 0).next().unwrap().0
     };
-    let place = |i: usize| if i < n_o { i } else { behind(body.dofs.contact_nodes[i - n_o]) };
+    let place = |i: usize| if i < n_o { i } else { behind(body.dofs.contact[i - n_o].node) };
     let kept = body.mass.triplets().map(|(i, j, m)| (place(i), place(j), m));
     let kept = kept.chain((n_o..n).map(|i| (i, i, least))).collect();
     body.mass = Csr::from_triplets(n, n, kept);
-    let edge = ContactEdge { edge: Edge::Right, gap: whole.gaps(), lumped: true };
-    let system =
-        System::on_edge(body, Some(&edge), (Stress::Reaction, MassChoice::Condensed)).unwrap();
+    let contacts = Contacts { gap: whole.gaps(), lumped: true };
+    let system = System::new(body, &contacts, (Stress::Reaction, MassChoice::Condensed)).unwrap();
     let orbit = orbit_of(system, 0.01, 1.80);
     compare(&orbit, (0.6763363078, 0.1116876097, 8, Some(0.3997916034), None));
 }

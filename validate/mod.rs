@@ -198,7 +198,7 @@ fn integrate(scene: &Scene) -> Result<(Problem, Report, Trajectory), String> {
 
 /// Nodal displacement along x at a stored state.
 fn nodal_x(problem: &Problem, u: &[f64], node: usize) -> f64 {
-    problem.system.body.dofs.of(node, 0).map_or(0.0, |(i, sign)| sign * u[i])
+    problem.system.body.dofs.terms(node, 0).map(|(i, c)| c * u[i]).sum()
 }
 
 /// `log₂` of the ratio of two errors: the order of convergence for halved elements.

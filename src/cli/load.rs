@@ -23,7 +23,7 @@ pub fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
         Some(file) => {
             // relative to the scene
             let folder = scene.source.file.parent().unwrap_or(Path::new(""));
-            let mesh = signorini::problem::mesh(scene);
+            let mesh = signorini::problem::mesh(scene)?;
             let has_mesh = scene.body.kind != signorini::scenario::BodyKind::Matrices;
             let state = store::read_state(&folder.join(file), mesh.nodes(), mesh.dim(), has_mesh)
                 .map_err(|e| {

@@ -183,16 +183,19 @@ pub fn warn(v: &Viscosity, n_o: usize, reduced: bool) {
 /// The orbits of a viscous family to look near.
 pub fn orbits_of(path: &Path, problem: &Problem) -> Result<Vec<PointRecord>, CliError> {
     let refuse = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
-    let mut points = StoredFamily::read(path)?.points;
+    let mut stored = StoredFamily::read(path)?;
+    let mut points = std::mem::take(&mut stored.points);
     points.retain(|p| p.orbit.is_some());
     if points.iter().all(|p| p.orbit.as_ref().is_none_or(|o| o.viscous.is_none())) {
         return refuse(
             "no viscous orbits are in it; give a file of `signorini backbone --viscous`",
         );
     }
-    let n = problem.system.body.nodal_dofs().n();
+    let n = problem.system.body.nodal_dofs().n_columns();
     if points.iter().any(|p| p.orbit.as_ref().is_some_and(|o| o.u0.len() != n)) {
         return refuse("its body has other displacements than this scene");
     }
-    Ok(points)
+    stored.points = points;
+    stored.count_along_directions(&problem.system.body);
+    Ok(stored.points)
 }

@@ -132,7 +132,9 @@ fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
     let mut names = vec!["nbm", "nbm:constant"];
     match (scene.body.kind, compared) {
         (BodyKind::Matrices, _) => return vec!["nbm", "mass-redistribution"],
-        (BodyKind::Plate, _) => names.extend(["mass-redistribution", "nitsche", "penalty"]),
+        (BodyKind::Plate | BodyKind::Mesh, _) => {
+            names.extend(["mass-redistribution", "nitsche", "penalty"])
+        }
         (BodyKind::Bar, _) => names.extend(["nitsche", "penalty"]),
     }
     match (scene.body.kind, compared) {

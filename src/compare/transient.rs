@@ -123,10 +123,10 @@ pub fn measure(
     let wall = if timed { time(scene, problem, stop)? } else { f64::NAN };
     let body = &system.body;
     let u = body.nodal_dofs().scatter(&body.nodal(&watch.u));
-    let edge = scene.contact.as_ref().and_then(|c| c.edge);
-    let contact_nodes = match edge {
-        Some(edge) => body.mesh.group_nodes(edge.name()),
-        None => system.constraints.iter().map(|c| c.node).collect(),
+    let facing = &body.dofs.facing;
+    let contact_nodes = match facing.is_empty() {
+        false => facing.iter().flat_map(|f| body.mesh.group_nodes(&f.group)).collect(),
+        true => system.constraints.iter().map(|c| c.node).collect(),
     };
     Ok(Measured {
         mesh: body.mesh.clone(),

@@ -7,10 +7,11 @@ use std::collections::HashMap;
 
 use nalgebra::DMatrix;
 
-use crate::fem::{Body, Csr, DofMap, Material, Shape, shape};
-use crate::mesh::{Edge, Point};
+use crate::fem::shape::{self, Local};
+use crate::fem::{Body, ContactPoint, Csr, DofMap, Material, Shape};
+use crate::mesh::{Element, Point};
 
-/// The operators of one contact edge.
+/// The operators of all contact points.
 #[derive(Debug, Clone)]
 pub struct BoundaryOperator {
     /// `N_C`, `n_C × n_C`, stress per displacement along the outward normal.
@@ -53,91 +54,122 @@ pub fn reaction(body: &Body, area: Vec<f64>) -> BoundaryOperator {
     BoundaryOperator::of_rows(&Csr::from_triplets(n_c, body.dofs.n(), rows), n_o, area)
 }
 
-/// The mean of the normal stresses at a node in the elements that have it, weighted by their volumes: `λ_i = Σ_e w_e nᵀσ_e n / Σ_e w_e`. Elements count that
+/// The mean of the stresses at a node in the elements that have it, weighted by their volumes: `λ_i = Σ_e w_e mᵀσ_e n / Σ_e w_e`. Elements count that
 /// touch the edge in this node alone. With it meshes of triangles, whose stress has fewer values along an edge than the edge has nodes, have a P-matrix.
-pub fn nodal_mean(body: &Body, edge: Edge) -> BoundaryOperator {
+pub fn nodal_mean(body: &Body) -> BoundaryOperator {
     let (dofs, mesh) = (&body.dofs, &body.mesh);
-    let normal = [0, 1].map(|c| if c == edge.axis() { 1.0 } else { 0.0 });
-    let index: HashMap<usize, usize> =
-        dofs.contact_nodes.iter().enumerate().map(|(i, &n)| (n, i)).collect();
+    let mut at_node: HashMap<usize, Vec<usize>> = HashMap::new();
+    for (i, point) in dofs.contact.iter().enumerate() {
+        at_node.entry(point.node).or_default().push(i);
+    }
     let mut volume = vec![0.0; dofs.n_c];
     let mut rows: Vec<(usize, usize, f64)> = vec![];
-    for element in mesh.elements() {
+    for element in mesh.elements().filter(|e| e.nodes.iter().any(|n| at_node.contains_key(n))) {
         let Some(material) = body.materials().get(element.region) else { continue };
-        let at_contact = |&(_, n): &(usize, &usize)| index.contains_key(n);
-        if !element.nodes.iter().enumerate().any(|k| at_contact(&k)) {
-            continue;
-        }
         let x = mesh.plane_corners(element);
         let shape = Shape { kind: element.kind, x: &x };
         let weight = shape.volume(material);
-        for (local, node) in element.nodes.iter().enumerate().filter(at_contact) {
-            let i = index[node];
-            volume[i] += weight;
+        for (local, node) in element.nodes.iter().enumerate() {
             let place = shape::places(element.kind)[local];
-            let row = shape.traction_row(material, place, (normal, normal));
-            for (k, s) in row.iter().enumerate() {
-                if let Some((j, sign)) = dofs.of(element.nodes[k / dofs.dim], k % dofs.dim) {
-                    rows.push((i, j, weight * s * sign));
-                }
+            for &i in at_node.get(node).into_iter().flatten() {
+                let ContactPoint { direction, normal, .. } = dofs.contact[i];
+                volume[i] += weight;
+                let rule = shape.traction_row(material, place, (plane(direction), plane(normal)));
+                rows.extend(row_over(dofs, element.nodes, &rule).map(|(j, s)| (i, j, weight * s)));
             }
         }
     }
     let n = scale_rows(&Csr::from_triplets(dofs.n_c, dofs.n(), rows), &volume);
-    BoundaryOperator::of_rows(&n, dofs.n_o, areas(body, edge))
+    BoundaryOperator::of_rows(&n, dofs.n_o, areas(body))
 }
 
-/// A point of quadrature on the contact edge, seen from the element inside.
+fn plane([x, y, _]: Point) -> [f64; 2] {
+    [x, y]
+}
+
+/// A row over the displacements of an element as entries of one over `u`.
+fn row_over(dofs: &DofMap, nodes: &[usize], row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    row.iter().enumerate().flat_map(move |(k, s)| {
+        dofs.terms(nodes[k / dofs.dim], k % dofs.dim).map(move |(j, c)| (j, s * c))
+    })
+}
+
+/// A point of quadrature before an obstacle, seen from the element inside.
 pub(super) struct EdgePoint<'a> {
+    /// Which of the groups before obstacles.
+    pub group: usize,
     /// Place.
     pub place: Point,
+    /// Outward normal.
+    pub normal: Point,
     /// Share of the edge's area.
     pub weight: f64,
     /// Nodes of the side with their shape functions.
     pub shape: Vec<(usize, f64)>,
-    /// Nodes of the element.
-    nodes: &'a [usize],
-    /// Normal stress over the displacements of these nodes.
-    stress: Vec<f64>,
     /// Extent of the element along the normal.
     pub size: f64,
     pub material: &'a Material,
+    element: Element<'a>,
+    local: Local,
+    x: Vec<[f64; 2]>,
 }
 
 impl EdgePoint<'_> {
-    /// Normal stress over the displacements `u`, as entries of a row.
-    pub fn stress(&self, dofs: &DofMap) -> Vec<(usize, f64)> {
-        let entry = |(k, s): (usize, &f64)| {
-            let (j, sign) = dofs.of(self.nodes[k / dofs.dim], k % dofs.dim)?;
-            Some((j, s * sign))
+    /// The stress `mᵀσn` over the displacements `u`, as entries of a row.
+    pub fn stress(&self, dofs: &DofMap, m: Point) -> Vec<(usize, f64)> {
+        let shape = Shape { kind: self.element.kind, x: &self.x };
+        let directions = (plane(m), plane(self.normal));
+        let row = shape.traction_row(self.material, self.local, directions);
+        row_over(dofs, self.element.nodes, &row).collect()
+    }
+
+    /// Direction of the contact here: towards the obstacle's plane, or the normal.
+    pub fn direction(&self, dofs: &DofMap) -> Point {
+        dofs.facing[self.group].direction.unwrap_or(self.normal)
+    }
+
+    /// The displacement `m·u` over the displacements `u`, as entries of a row.
+    pub fn displacement(&self, dofs: &DofMap, m: Point) -> Vec<(usize, f64)> {
+        let of_node = |&(n, p): &(usize, f64)| {
+            let along = move |c: usize| dofs.terms(n, c).map(move |(j, t)| (j, t * m[c] * p));
+            (0..dofs.dim).filter(move |&c| m[c] != 0.0).flat_map(along)
         };
-        self.stress.iter().enumerate().filter_map(entry).collect()
+        let mut row: Vec<(usize, f64)> = vec![];
+        for (j, v) in self.shape.iter().flat_map(of_node) {
+            match row.iter_mut().find(|e| e.0 == j) {
+                Some(e) => e.1 += v,
+                None => row.push((j, v)),
+            }
+        }
+        row
     }
 }
 
-/// Two points of Gauss a side; the end of a bar.
-pub(super) fn quadrature(body: &Body, edge: Edge) -> Vec<EdgePoint<'_>> {
-    let (mesh, axis) = (&body.mesh, edge.axis());
+/// The points of quadrature on all sides before obstacles.
+pub(super) fn quadrature(body: &Body) -> Vec<EdgePoint<'_>> {
+    let mesh = &body.mesh;
     let mut points = vec![];
-    for &facet in mesh.group(edge.name()) {
+    let groups = body.dofs.facing.iter().enumerate();
+    for (group, facet) in
+        groups.flat_map(|(k, f)| mesh.group(&f.group).iter().map(move |s| (k, *s)))
+    {
         let element = mesh.element(facet);
         let Some(material) = body.materials().get(element.region) else { continue };
-        let (nodes, x) = (element.nodes, mesh.plane_corners(element));
-        let along = || x.iter().map(|p| p[axis]);
-        let (low, high) =
-            along().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let shape = Shape { kind: element.kind, x: &x };
+        let x = mesh.plane_corners(element);
         let side = element.kind.side(facet.side);
-        let normal = [0, 1].map(|c| if c == axis { 1.0 } else { 0.0 });
-        for point in shape.side(facet.side, material) {
+        for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
+            let normal = [point.normal[0], point.normal[1], 0.0];
             points.push(EdgePoint {
+                group,
                 place: [point.place[0], point.place[1], 0.0],
-                weight: point.area,
-                shape: side.iter().map(|&l| nodes[l]).zip(point.values).collect(),
-                nodes,
-                stress: shape.traction_row(material, point.local, (normal, normal)),
-                size: high - low,
+                normal,
+                weight: point.length * material.measure(point.place[0]),
+                shape: side.iter().map(|&l| element.nodes[l]).zip(point.values).collect(),
+                size: mesh.extent(element, normal),
                 material,
+                element,
+                local: point.local,
+                x: x.clone(),
             });
         }
     }
@@ -147,45 +179,40 @@ pub(super) fn quadrature(body: &Body, edge: Edge) -> Vec<EdgePoint<'_>> {
 /// Entries below this fraction of their row's largest are rounding errors of `G⁻¹R` and are dropped.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Area that belongs to each contact node: row sums of `G`.
-pub(super) fn areas(body: &Body, edge: Edge) -> Vec<f64> {
-    let nodes = &body.dofs.contact_nodes;
-    let mut area = vec![0.0; nodes.len()];
-    for point in quadrature(body, edge) {
+/// Area that belongs to each contact point: row sums of `G`.
+pub(super) fn areas(body: &Body) -> Vec<f64> {
+    let mut area = vec![0.0; body.dofs.contact.len()];
+    for point in quadrature(body) {
         for (node, shape) in &point.shape {
-            if let Some(k) = nodes.iter().position(|n| n == node) {
-                area[k] += point.weight * shape;
+            if let Some(i) = body.dofs.contact_at(point.group, *node) {
+                area[i] += point.weight * shape;
             }
         }
     }
     area
 }
 
-/// Integrate `R` and `G` over the contact edge and form `N_C`, `N_O`.
-pub fn assemble(body: &Body, edge: Edge, lumped: bool) -> BoundaryOperator {
+/// Integrate `R` and `G` over the sides before obstacles and form `N_C`, `N_O`.
+pub fn projection(body: &Body, lumped: bool) -> BoundaryOperator {
     let dofs = &body.dofs;
     let n_c = dofs.n_c;
-    let contact_index =
-        |node| dofs.of(node, edge.axis()).and_then(|(i, _)| i.checked_sub(dofs.n_o));
-
     let mut g = DMatrix::<f64>::zeros(n_c, n_c);
     let mut r: Vec<(usize, usize, f64)> = vec![];
-    for point in quadrature(body, edge) {
-        let stress = point.stress(dofs);
+    for point in quadrature(body) {
         for &(node, shape) in &point.shape {
-            let Some(i) = contact_index(node) else { continue };
+            let Some(i) = dofs.contact_at(point.group, node) else { continue };
             for &(other, of_other) in &point.shape {
-                if let Some(j) = contact_index(other) {
+                if let Some(j) = dofs.contact_at(point.group, other) {
                     g[(i, j)] += point.weight * shape * of_other;
                 }
             }
+            let stress = point.stress(dofs, dofs.contact[i].direction);
             r.extend(stress.iter().map(|&(j, s)| (i, j, point.weight * shape * s)));
         }
     }
     let area: Vec<f64> = (0..n_c).map(|i| g.row(i).sum()).collect();
     let r = Csr::from_triplets(n_c, dofs.n(), r);
     let n = if lumped { scale_rows(&r, &area) } else { solve_rows(g, &r) };
-
     BoundaryOperator::of_rows(&n, dofs.n_o, area)
 }
 
@@ -227,7 +254,7 @@ fn drop_rounding(n_rows: usize, n_cols: usize, mut entries: Vec<(usize, usize, f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fem::{DofMap, Material};
+    use crate::fem::{Facing, Held};
     use crate::mesh::structured;
 
     #[test]
@@ -237,18 +264,16 @@ mod tests {
         assert_eq!(solve_rows(g, &r).n_entries(), 0);
     }
 
-    fn plate(edge: Edge, lumped: bool) -> (Body, BoundaryOperator) {
+    fn plate(edge: &str, held: &[Held], poisson: f64) -> Body {
         let mesh = structured::rectangle(2.0, 1.0, 8, 4);
-        let dofs = DofMap::new(&mesh, &[(Edge::Left, 1)], Some(edge));
-        let material = Material::plate(5.0, 0.3, 1.0, 0.2);
-        let body = Body::assemble(mesh, dofs, &[material], false);
-        let operator = assemble(&body, edge, lumped);
-        (body, operator)
+        let dofs = DofMap::new(&mesh, held, &[Facing::surface(edge)]).unwrap();
+        Body::assemble(mesh, dofs, &[Material::plate(5.0, poisson, 1.0, 0.2)], false)
     }
 
     #[test]
     fn consistent_boundary_mass_decouples_the_lcp() {
-        let (_, op) = plate(Edge::Right, false);
+        let body = plate("right", &[Held::along("left", 1)], 0.3);
+        let op = projection(&body, false);
         let k = 5.0 / (1.0 - 0.09) / 0.25;
         for i in 0..op.n_c.nrows() {
             for j in 0..op.n_c.ncols() {
@@ -256,45 +281,72 @@ mod tests {
                 assert!((op.n_c[(i, j)] - exact).abs() < 1e-12 * k);
             }
         }
-        let (_, lumped) = plate(Edge::Right, true);
+        let lumped = projection(&body, true);
         assert!(lumped.n_c[(0, 1)].abs() > 0.1 * k && lumped.n_c[(0, 2)] == 0.0);
     }
 
     /// Without Poisson's ratio the stress at the edge of a uniform plate is that of the row of elements behind each node, and both operators read it.
     #[test]
     fn mean_and_projection_agree_on_uniform_plates_without_poisson() {
-        let mesh = structured::rectangle(2.0, 1.0, 8, 4);
-        let dofs = DofMap::new(&mesh, &[], Some(Edge::Top));
-        let body = Body::assemble(mesh, dofs, &[Material::plate(5.0, 0.0, 1.0, 0.2)], false);
-        let (a, b) = (assemble(&body, Edge::Top, false), nodal_mean(&body, Edge::Top));
+        let body = plate("top", &[], 0.0);
+        let (a, b) = (projection(&body, false), nodal_mean(&body));
         assert!((&a.n_c - &b.n_c).norm() < 1e-12 * a.n_c.norm());
         let difference = Csr::combination(1.0, &a.n_o, -1.0, &b.n_o);
         assert!(difference.triplets().all(|t| t.2.abs() < 1e-12 * a.n_c.norm()));
         assert!(a.area.iter().zip(&b.area).all(|(a, b)| (a - b).abs() < 1e-15));
     }
 
+    /// `λ = mᵀσn` of a uniform strain, on every edge of a plate that is turned, along the normals and towards an oblique plane.
     #[test]
     fn uniform_strain_gives_its_stress_on_every_edge() {
-        for edge in [Edge::Left, Edge::Right, Edge::Bottom, Edge::Top] {
-            for which in 0..3 {
-                let mesh = structured::rectangle(2.0, 1.0, 8, 4);
-                let dofs = DofMap::new(&mesh, &[], Some(edge));
-                let material = Material::plate(5.0, 0.3, 1.0, 0.2);
-                let body = Body::assemble(mesh, dofs, &[material], false);
-                let op = match which {
-                    2 => nodal_mean(&body, edge),
-                    lumped => assemble(&body, edge, lumped == 1),
-                };
-                let strain = |p: &[f64; 3]| [0.01 * p[0], -0.02 * p[1]];
-                let nodal: Vec<f64> = body.mesh.nodes().iter().flat_map(strain).collect();
-                let u = body.dofs.gather(&nodal);
-                let c = 5.0 / (1.0 - 0.09);
-                let stress = [c * (0.01 - 0.3 * 0.02), c * (-0.02 + 0.3 * 0.01)][edge.axis()];
-                for i in 0..op.area.len() {
-                    let n_o = body.dofs.n_o;
-                    let lambda = op.n_o.row_dot(i, &u[..n_o])
-                        + (0..op.area.len()).map(|j| op.n_c[(i, j)] * u[n_o + j]).sum::<f64>();
-                    assert!((lambda - stress).abs() < 1e-13, "{edge:?} {lambda} {stress}");
+        let material = Material::plate(5.0, 0.3, 1.0, 0.2);
+        let c = 5.0 / (1.0 - 0.09);
+        let strain = [0.01, -0.02, 0.015]; // xx, yy, shear γ
+        let stress = [
+            c * (strain[0] + 0.3 * strain[1]),
+            c * (strain[1] + 0.3 * strain[0]),
+            5.0 / 2.6 * strain[2],
+        ];
+        for angle in [0.0f64, 0.4] {
+            let turn = |[x, y, _]: Point| {
+                let (sin, cos) = angle.sin_cos();
+                [cos * x - sin * y, sin * x + cos * y, 0.0]
+            };
+            let mesh = structured::rectangle(2.0, 1.0, 8, 4).moved(turn);
+            for (edge, n) in [
+                ("left", [-1.0, 0.0, 0.0]),
+                ("right", [1.0, 0.0, 0.0]),
+                ("bottom", [0.0, -1.0, 0.0]),
+                ("top", [0.0, 1.0, 0.0]),
+            ] {
+                for (oblique, which) in (0..6).map(|k| (k >= 3, k % 3)) {
+                    let n = turn(n);
+                    let m = if oblique {
+                        [n[0] * 0.8 - n[1] * 0.6, n[1] * 0.8 + n[0] * 0.6, 0.0]
+                    } else {
+                        n
+                    };
+                    let facing = Facing { group: edge.to_owned(), direction: oblique.then_some(m) };
+                    let dofs = DofMap::new(&mesh, &[], &[facing]).unwrap();
+                    let body = Body::assemble(mesh.clone(), dofs, &[material], false);
+                    let op = match which {
+                        2 => nodal_mean(&body),
+                        lumped => projection(&body, lumped == 1),
+                    };
+                    let field = |p: &Point| {
+                        let half = strain[2] / 2.0;
+                        [strain[0] * p[0] + half * p[1], half * p[0] + strain[1] * p[1]]
+                    };
+                    let nodal: Vec<f64> = body.mesh.nodes().iter().flat_map(field).collect();
+                    let u = body.dofs.gather(&nodal);
+                    let exact = m[0] * (stress[0] * n[0] + stress[2] * n[1])
+                        + m[1] * (stress[2] * n[0] + stress[1] * n[1]);
+                    for i in 0..op.area.len() {
+                        let n_o = body.dofs.n_o;
+                        let lambda = op.n_o.row_dot(i, &u[..n_o])
+                            + (0..op.area.len()).map(|j| op.n_c[(i, j)] * u[n_o + j]).sum::<f64>();
+                        assert!((lambda - exact).abs() < 1e-13, "{edge} {lambda} {exact}");
+                    }
                 }
             }
         }

@@ -23,7 +23,7 @@ use super::lcp::{self, LcpError};
 use super::method::{Method, Promise, Selection};
 use super::phase::{Parts, Phase};
 use super::system::Constraint;
-use crate::fem::{Body, Csr, FemError, Loads, Reduction, Tips, load};
+use crate::fem::{Body, ContactPoint, Csr, FemError, Loads, Reduction, Tips, load};
 
 /// The law of a body.
 #[derive(Debug)]
@@ -109,19 +109,18 @@ pub(super) fn attach(
     (restitution, march): (f64, Option<March>),
 ) -> Result<(Body, ImpactLaw), ContactError> {
     let dofs = &body.dofs;
-    let (n_o, count) = (dofs.n_o, dofs.contact_nodes.len());
-    let entries =
-        dofs.contact_nodes.iter().enumerate().filter_map(|(k, &node)| {
-            Some((k, dofs.of(node, dofs.contact_axis)?.0, dofs.contact_sign))
-        });
+    let (n_o, count) = (dofs.n_o, dofs.contact.len());
+    let entry = |k: usize| {
+        let (place, sign) = dofs.contact_place(k);
+        (k, place, sign)
+    };
+    let entries = (0..count).map(entry);
     let normal = Csr::from_triplets(count, n_o, entries.collect());
     let n = n_o + count;
     let stiffness = Csr::from_triplets(n, n, body.stiffness.triplets().collect());
     let tips = Tips { normal: normal.clone(), structure: stiffness.clone(), energy: None };
     let body = body.with_tips(stiffness, tips);
     let dofs = &body.dofs;
-    let mut direction = [0.0; 3];
-    direction[dofs.contact_axis] = dofs.contact_sign;
     let held = Arc::new(HeldMass::new(&body, normal)?);
     let through = held.columns.iter().map(|c| {
         let mut x = c.clone();
@@ -133,14 +132,15 @@ pub(super) fn attach(
     });
     let through = through.collect();
     let constraint = |k: usize| {
-        let node = dofs.contact_nodes[k];
+        let ContactPoint { node, direction, group, .. } = dofs.contact[k];
         // a unit displacement of the point alone under the stiffness of its own row
-        let (j, _) = dofs.of(node, dofs.contact_axis).unwrap_or((0, 0.0));
+        let (j, _) = dofs.contact_place(k);
         let own = body.stiffness.row(j).find(|e| e.0 == j).map_or(1.0, |e| e.1);
         Constraint {
             node,
             position: body.mesh.nodes()[node],
             normal: direction,
+            group,
             gap: gap[k],
             area: area[k],
             stiffness: own / area[k],
@@ -156,7 +156,7 @@ pub(super) fn attach(
         area,
     };
     let conditions = Conditions::new(operator, gap, false).map_err(|index| {
-        let node = dofs.contact_nodes[index];
+        let node = dofs.contact[index].node;
         ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
     })?;
     let inertia = Arc::new(Inertia::Held(held.clone()));

@@ -15,7 +15,7 @@ use super::inertia::{Inertia, PhaseInertia};
 use super::kinematics::{Following, Kinematics};
 use super::phase::{Parts, Phase};
 use super::system::Constraint;
-use crate::fem::{Body, Loads, Reduction};
+use crate::fem::{Body, ContactPoint, Loads, Reduction};
 
 /// The active set of a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,14 +75,13 @@ pub(super) trait Method: Debug + Send + Sync {
     /// The contact points in the order of `u_C`: nodes of the mesh, where nothing else is said.
     fn constraints(&self, body: &Body) -> Vec<Constraint> {
         let (dofs, conditions) = (&body.dofs, self.conditions());
-        let mut normal = [0.0; 3];
-        normal[dofs.contact_axis] = dofs.contact_sign;
         let constraint = |i: usize| {
-            let node = dofs.contact_nodes[i];
+            let ContactPoint { node, direction, group, .. } = dofs.contact[i];
             Constraint {
                 node,
                 position: body.mesh.nodes()[node],
-                normal,
+                normal: direction,
+                group,
                 gap: conditions.gap[i],
                 area: conditions.area[i],
                 stiffness: conditions.stiffness(i),

@@ -27,8 +27,8 @@ pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
 pub use nbm::{MassChoice, Stress};
 pub use phase::{Monitor, MonitorKind, Phase, Scratch};
-pub use springs::{Law, SpringPoint, at_displacements, on_edge};
-pub use system::{Constraint, ContactEdge, Rayleigh, State, System, Units};
+pub use springs::{Law, SpringPoint, at_displacements, on_sides};
+pub use system::{Constraint, Contacts, Rayleigh, State, System, Units};
 
 use crate::fem::FemError;
 use thiserror::Error;
@@ -57,6 +57,11 @@ pub enum ContactError {
         /// What it must exceed.
         bound: f64,
     },
+    /// A mass along one direction, and contact in several.
+    #[error(
+        "the optimal mass is one along the direction of the contact, and there are several directions"
+    )]
+    SeveralDirections,
     /// Springs that rounding errors drown.
     #[error(
         "springs {ratio:.1e} times as stiff as the body drown its own forces in rounding errors: give at most 1e8 times its stiffness"

@@ -58,14 +58,14 @@ impl Nbm {
     ) -> Result<Nbm, ContactError> {
         let conditions =
             Conditions::new(operator, gap, stress == Stress::Reaction).map_err(|index| {
-                let node = body.dofs.contact_nodes[index];
+                let node = body.dofs.contact[index].node;
                 ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
             })?;
         let conditions = Arc::new(conditions);
         let redistributed = match mass {
             MassChoice::Paper => None,
             MassChoice::Condensed => Some(redistribution::condensed(body, &conditions)),
-            MassChoice::Optimal => Some(redistribution::optimal(body)),
+            MassChoice::Optimal => Some(redistribution::optimal(body)?),
         };
         let (inertia, highest) = match &redistributed {
             None => (

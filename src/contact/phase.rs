@@ -391,9 +391,9 @@ impl Phase {
 mod tests {
     use super::*;
     use crate::contact::inertia::{Inertia, Projector};
-    use crate::contact::{ContactEdge, MassChoice, Stress, System};
-    use crate::fem::{Body, DofMap, Material, SpdFactor};
-    use crate::mesh::{Edge, structured};
+    use crate::contact::{Contacts, MassChoice, Stress, System};
+    use crate::fem::{Body, DofMap, Facing, Held, Material, SpdFactor};
+    use crate::mesh::structured;
 
     fn example(lumped_mass: bool, lumped_boundary: bool) -> System {
         let paper = (Stress::Projection, MassChoice::Paper);
@@ -406,12 +406,12 @@ mod tests {
         choice: (Stress, MassChoice),
     ) -> System {
         let mesh = structured::rectangle(1.0, 0.5, 5, 4);
-        let dofs = DofMap::new(&mesh, &[(Edge::Left, 0), (Edge::Left, 1)], Some(Edge::Right));
+        let held = [Held::along("left", 0), Held::along("left", 1)];
+        let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
         let material = Material::plate(2.0, 0.3, 1.5, 1.0);
-        let gap: Vec<f64> = dofs.contact_nodes.iter().map(|&n| 0.3 + mesh.nodes()[n][1]).collect();
+        let gap = dofs.contact.iter().map(|c| 0.3 + mesh.nodes()[c.node][1]).collect();
         let body = Body::assemble(mesh, dofs, &[material], lumped_mass);
-        let edge = ContactEdge { edge: Edge::Right, gap, lumped: lumped_boundary };
-        System::on_edge(body, Some(&edge), choice).unwrap()
+        System::new(body, &Contacts { gap, lumped: lumped_boundary }, choice).unwrap()
     }
 
     fn wave(n: usize, k: f64) -> Vec<f64> {

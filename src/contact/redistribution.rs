@@ -10,6 +10,7 @@
 //!
 //! with `P` the pattern of the remaining pairs and a small symmetric `Λ`; for the normal component alone.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -21,6 +22,7 @@ use super::inertia::{ConstantMass, gram};
 use super::kinematics::Following;
 use super::nbm::Stress;
 use crate::fem::{Body, Csr, Loads, SpdFactor, load};
+use crate::mesh::Point;
 
 /// A mass over `u_O`, and what gravity acts on.
 #[derive(Debug)]
@@ -34,8 +36,8 @@ pub(super) struct Redistributed {
 enum Weight {
     /// `A_∅` over `u_O`.
     Condensed(Csr),
-    /// Row sums of `m*`, prescribed nodes included.
-    Nodal(Vec<f64>),
+    /// Row sums of `m*` and of `m`, prescribed nodes included; the direction of the contact.
+    Nodal { new: Vec<f64>, old: Vec<f64>, direction: Point },
 }
 
 impl Redistributed {
@@ -51,13 +53,17 @@ impl Redistributed {
                 }
                 force.resize(body.dofs.n(), 0.0);
             }
-            Weight::Nodal(mass) => {
-                let axis = body.dofs.contact_axis;
-                for (node, m) in mass.iter().enumerate() {
-                    if let Some((i, sign)) = body.dofs.of(node, axis) {
-                        force[i] = sign * m * acceleration[axis];
-                    }
-                }
+            Weight::Nodal { new, old, direction } => {
+                let along: f64 = acceleration.iter().zip(direction).map(|(a, d)| a * d).sum();
+                let nodal: Vec<f64> = (0..new.len())
+                    .flat_map(|n| {
+                        (0..acceleration.len()).map(move |c| {
+                            let part = along * direction[c];
+                            new[n] * part + old[n] * (acceleration[c] - part)
+                        })
+                    })
+                    .collect();
+                force = body.dofs.gather_forces(&nodal);
             }
         }
         force
@@ -76,12 +82,18 @@ fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
     Following::new(conditions, &open, &Loads::default()).a_star()
 }
 
-/// The optimal mass of a body with a mesh.
-pub(super) fn optimal(body: &Body) -> Redistributed {
+/// The optimal mass of a body with a mesh whose contact points all have one direction: `m*` along it, `m` across.
+pub(super) fn optimal(body: &Body) -> Result<Redistributed, ContactError> {
     let (mesh, dofs) = (&body.mesh, &body.dofs);
     let m = body.scalar_mass();
     let columns = mesh.dim() + 1;
-    let touches = |node: usize| dofs.contact_nodes.contains(&node);
+    let mut direction = dofs.contact.first().map_or([1.0, 0.0, 0.0], |c| c.direction);
+    let off = |d: &Point| (0..3).any(|k| (d[k] - direction[k]).abs() > 1e-9);
+    if dofs.contact.iter().any(|c| off(&c.direction)) {
+        return Err(ContactError::SeveralDirections);
+    }
+    let at_contact: HashSet<usize> = dofs.contact.iter().map(|c| c.node).collect();
+    let touches = |node: usize| at_contact.contains(&node);
     let x = |node: usize, a: usize| if a == 0 { 1.0 } else { mesh.nodes()[node][a - 1] };
     let pairs: Vec<(usize, usize, f64)> =
         m.triplets().filter(|(i, j, _)| !touches(*i) && !touches(*j)).collect();
@@ -107,25 +119,29 @@ pub(super) fn optimal(body: &Body) -> Redistributed {
     let lambda = system.lu().solve(&missing).unwrap_or_else(|| missing.map(|_| f64::NAN));
     let mut weight = vec![0.0; mesh.n_nodes()];
     let mut entries = vec![];
+    direction.iter_mut().filter(|d| d.abs() < 1e-15).for_each(|d| *d = 0.0);
+    // the blocks m dᵀd and m (I − dᵀd) of a pair of nodes
+    let mut block = |i: usize, j: usize, v: f64, along: bool| {
+        for (a, b) in (0..mesh.dim()).flat_map(|a| (0..mesh.dim()).map(move |b| (a, b))) {
+            let part = direction[a] * direction[b];
+            let share = if along { part } else { f64::from(u8::from(a == b)) - part };
+            for (k, s) in dofs.terms(i, a).filter(|_| share != 0.0) {
+                entries.extend(dofs.terms(j, b).map(|(l, t)| (k, l, v * share * s * t)));
+            }
+        }
+    };
     for (i, j, v) in pairs {
         let more: f64 = index.iter().zip(lambda.iter()).map(|(&k, l)| l * unit(i, j, k)).sum();
         let v = v + more;
         weight[i] += v;
-        let place = |node| dofs.of(node, dofs.contact_axis).map(|(k, _)| k);
-        if let (Some(k), Some(l)) = (place(i), place(j)) {
-            entries.push((k, l, v));
-        }
+        block(i, j, v, true);
     }
-    // the other components keep their mass
-    for component in (0..mesh.dim()).filter(|c| *c != dofs.contact_axis) {
-        for (i, j, v) in m.triplets() {
-            if let (Some((k, _)), Some((l, _))) = (dofs.of(i, component), dofs.of(j, component)) {
-                entries.push((k, l, v));
-            }
-        }
-    }
+    m.triplets().for_each(|(i, j, v)| block(i, j, v, false));
+    // what contact displacements would have is rounding
+    entries.retain(|e| e.0 < dofs.n_o && e.1 < dofs.n_o);
     let mass = Csr::from_triplets(dofs.n_o, dofs.n_o, entries);
-    Redistributed { mass, weight: Weight::Nodal(weight) }
+    let weight = Weight::Nodal { new: weight, old: body.nodal_mass(), direction };
+    Ok(Redistributed { mass, weight })
 }
 
 /// Eigenvalues of `(M_open, M_closed)` other than 1, `M_open = A_∅ᵀ M A_∅`, `M_closed = M_OO`: with `M_open − M_OO = W S Wᵀ`, `W = [M_OC, A_∅ᵀ]`, they

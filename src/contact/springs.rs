@@ -33,7 +33,7 @@ use super::method::{Method, Promise};
 use super::redistribution;
 use super::system::Constraint;
 use crate::fem::{Body, Csr, Reduction, SpdFactor, Tips, load};
-use crate::mesh::{Edge, Point};
+use crate::mesh::Point;
 
 /// What pushes at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +78,8 @@ impl Law {
 /// A place where the obstacle can push.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpringPoint {
+    /// Which of the groups before obstacles it belongs to.
+    pub group: usize,
     /// Place on the undeformed body.
     pub place: Point,
     /// Direction of the displacement that the obstacle limits.
@@ -95,6 +97,11 @@ pub struct SpringPoint {
 }
 
 impl SpringPoint {
+    /// Whether it belongs to the obstacle behind.
+    pub fn is_behind(&self) -> bool {
+        self.is_behind
+    }
+
     /// A point on the other side: the obstacle behind.
     pub fn behind(&self) -> SpringPoint {
         let turned = |row: &[(usize, f64)]| row.iter().map(|&(j, v)| (j, -v)).collect();
@@ -108,25 +115,23 @@ impl SpringPoint {
     }
 }
 
-/// The points of quadrature of an edge, of a body whose contact displacements move by themselves.
-pub fn on_edge(body: &Body, edge: Edge) -> Vec<SpringPoint> {
-    let (dofs, axis) = (&body.dofs, edge.axis());
-    let mut normal = [0.0; 3];
-    normal[axis] = edge.sign();
+/// The points of quadrature before obstacles, of a body whose contact displacements move by themselves.
+pub fn on_sides(body: &Body) -> Vec<SpringPoint> {
+    let dofs = &body.dofs;
     let spring = |point: boundary::EdgePoint| {
-        let of_node = |&(n, shape): &(usize, f64)| Some((dofs.of(n, axis)?.0, edge.sign() * shape));
+        let normal = point.direction(dofs);
         SpringPoint {
+            group: point.group,
             place: point.place,
             normal,
             weight: point.weight,
             unit: point.material.axial_stiffness() / point.size,
-            displacement: point.shape.iter().filter_map(of_node).collect(),
-            stress: point.stress(dofs),
+            displacement: point.displacement(dofs, normal),
+            stress: point.stress(dofs, normal),
             is_behind: false,
         }
     };
-    let mut points: Vec<SpringPoint> =
-        boundary::quadrature(body, edge).into_iter().map(spring).collect();
+    let mut points: Vec<SpringPoint> = boundary::quadrature(body).into_iter().map(spring).collect();
     // the obstacle cannot push at what a support holds
     points.retain(|p| !p.displacement.is_empty());
     points
@@ -135,6 +140,7 @@ pub fn on_edge(body: &Body, edge: Edge) -> Vec<SpringPoint> {
 /// Springs at displacements of a body of given matrices: stiffnesses are absolute, and a pressure is a force.
 pub fn at_displacements(body: &Body, rows: &[usize]) -> Vec<SpringPoint> {
     let at = |&row: &usize| SpringPoint {
+        group: 0,
         place: body.mesh.nodes()[row + 1],
         normal: [1.0, 0.0, 0.0],
         weight: 1.0,
@@ -310,6 +316,7 @@ impl Method for Springs {
             node: q,
             position: p.place,
             normal: p.normal,
+            group: p.group,
             gap: self.conditions.gap[q],
             area: p.weight,
             stiffness: self.conditions.stiffness(q),

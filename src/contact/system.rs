@@ -13,7 +13,6 @@ use super::phase::{Parts, Phase, Scratch};
 use super::redistribution;
 use super::springs::{self, Law, SpringPoint};
 use crate::fem::{Body, Csr, Harmonic, Loads, Measured, Reduction};
-use crate::mesh::Edge;
 
 /// Rayleigh damping `C = α M + β K`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,12 +23,10 @@ pub struct Rayleigh {
     pub beta: f64,
 }
 
-/// The contact edge as a scene names it.
-#[derive(Debug, Clone)]
-pub struct ContactEdge {
-    /// Which edge.
-    pub edge: Edge,
-    /// Gap at each contact node.
+/// What a scene says of the contact points that a body's numbering has.
+#[derive(Debug, Clone, Default)]
+pub struct Contacts {
+    /// Gap at each contact point.
     pub gap: Vec<f64>,
     /// Whether `G` is lumped.
     pub lumped: bool,
@@ -42,8 +39,10 @@ pub struct Constraint {
     pub node: usize,
     /// Place on the undeformed body.
     pub position: [f64; 3],
-    /// Outward normal: `u_C` is the displacement along it.
+    /// Direction of the contact: `u_C` is the displacement along it.
     pub normal: [f64; 3],
+    /// Which of the groups before obstacles it belongs to.
+    pub group: usize,
     /// Gap.
     pub gap: f64,
     /// Area (force = pressure × area).
@@ -101,27 +100,19 @@ impl State {
 }
 
 impl System {
-    /// The paper's method on an edge; `contact` absent gives a linear body (`n_C = 0`).
-    pub fn new(body: Body, contact: Option<&ContactEdge>) -> Result<System, ContactError> {
-        System::on_edge(body, contact, (Stress::Projection, MassChoice::Paper))
-    }
-
-    /// A method with conditions at nodes, on an edge.
-    pub fn on_edge(
+    /// A method with conditions at nodes; a body without contact points is a linear one.
+    pub fn new(
         body: Body,
-        contact: Option<&ContactEdge>,
+        contacts: &Contacts,
         choice: (Stress, MassChoice),
     ) -> Result<System, ContactError> {
-        let operator = match (contact, choice.0) {
-            (Some(c), Stress::Projection) => boundary::assemble(&body, c.edge, c.lumped),
-            (Some(c), Stress::NodalMean) => boundary::nodal_mean(&body, c.edge),
-            (Some(c), Stress::Reaction) => {
-                let area = boundary::assemble(&body, c.edge, true).area;
-                boundary::reaction(&body, area)
-            }
-            (None, _) => BoundaryOperator::none(body.dofs.n_o),
+        let operator = match choice.0 {
+            _ if body.dofs.n_c == 0 => BoundaryOperator::none(body.dofs.n_o),
+            Stress::Projection => boundary::projection(&body, contacts.lumped),
+            Stress::NodalMean => boundary::nodal_mean(&body),
+            Stress::Reaction => boundary::reaction(&body, boundary::areas(&body)),
         };
-        System::with_operator(body, operator, contact.map_or(vec![], |c| c.gap.clone()), choice)
+        System::with_operator(body, operator, contacts.gap.clone(), choice)
     }
 
     /// The same with a boundary operator that is given.
@@ -146,14 +137,15 @@ impl System {
         Ok(System::of_method(body, Arc::new(method)))
     }
 
-    /// Newton's law of impact (`e`, and a scheme of its own where there are to be no events) on an edge of a body whose contact displacements move by themselves.
+    /// Newton's law of impact (`e`, and a scheme of its own where there are to be no events) at the contact points of a body whose contact displacements
+    /// move by themselves.
     pub fn with_impacts(
         body: Body,
-        contact: &ContactEdge,
+        gap: Vec<f64>,
         law: (f64, Option<March>),
     ) -> Result<System, ContactError> {
-        let area = boundary::areas(&body, contact.edge);
-        let (body, method) = impact::attach(body, contact.gap.clone(), area, law)?;
+        let area = boundary::areas(&body);
+        let (body, method) = impact::attach(body, gap, area, law)?;
         Ok(System::of_method(body, Arc::new(method)))
     }
 

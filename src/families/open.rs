@@ -55,6 +55,7 @@ pub fn open(asked: &Asked, resume: bool, warn: impl FnOnce(&str)) -> Result<Open
     if let Some(what) = misfit(&stored, system, asked.unknowns) {
         return Err(FamilyError::Misfit { path: path.to_path_buf(), what });
     }
+    stored.count_along_directions(&system.body);
     let whole = stored.status == Status::Complete && stored.range == plan.range;
     let count = stored.points.len();
     let ends = std::mem::take(&mut stored.ends);
@@ -101,7 +102,7 @@ fn misfit(
     system: &System,
     unknowns: Option<(usize, usize)>,
 ) -> Option<String> {
-    let (n, n_o, n_c) = (system.body.nodal_dofs().n(), system.n_o(), system.n_contact());
+    let (n, n_o, n_c) = (system.body.nodal_dofs().n_columns(), system.n_o(), system.n_contact());
     let place_fits = |place: &PlaceRecord| {
         let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
         let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);

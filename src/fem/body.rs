@@ -89,23 +89,27 @@ fn element_matrices(
 impl Body {
     /// Assemble; `lumped` puts the row sums of the mass on the diagonal.
     pub fn assemble(mesh: Mesh, dofs: DofMap, materials: &[Material], lumped: bool) -> Body {
-        let (mut mass, mut stiffness) = (vec![], vec![]);
+        let (mut mass, mut stiffness, mut terms) = (vec![], vec![], vec![]);
         let dim = mesh.dim();
         for (element, matrices) in mesh.elements().zip(element_matrices(&mesh, materials)) {
             let n = matrices.n;
-            let place: Vec<_> = (0..n).map(|a| dofs.of(element.nodes[a / dim], a % dim)).collect();
+            terms.clear();
             for a in 0..n {
-                let Some((i, si)) = place[a] else { continue };
-                if lumped {
-                    mass.push((i, i, (0..n).map(|b| matrices.mass[n * a + b]).sum()));
-                }
-                for b in 0..n {
-                    let Some((j, sj)) = place[b] else { continue };
-                    stiffness.push((i, j, si * sj * matrices.stiffness[n * a + b]));
+                let of_corner = dofs.terms(element.nodes[a / dim], a % dim);
+                terms.extend(of_corner.map(|(i, c)| (a, i, c)));
+            }
+            for &(a, i, ci) in &terms {
+                for &(b, j, cj) in &terms {
+                    stiffness.push((i, j, ci * cj * matrices.stiffness[n * a + b]));
                     if !lumped {
-                        mass.push((i, j, si * sj * matrices.mass[n * a + b]));
+                        mass.push((i, j, ci * cj * matrices.mass[n * a + b]));
                     }
                 }
+            }
+            for (k, &node) in element.nodes.iter().enumerate().filter(|_| lumped) {
+                let row = n * dim * k;
+                let whole: f64 = matrices.mass[row..row + n].iter().sum();
+                mass.extend(dofs.gram(node).map(|(i, j, g)| (i, j, g * whole)));
             }
         }
         let n = dofs.n();
@@ -254,11 +258,12 @@ impl Body {
                 continue;
             }
             for a in 0..n {
-                let Some((i, sign)) = self.dofs.of(e.nodes[a / dim], a % dim) else { continue };
-                for b in 0..n {
-                    forces[0][i] += sign * matrices.stiffness[n * a + b] * of_corner(b);
-                    let with = if lumped { a } else { b };
-                    forces[1][i] += sign * matrices.mass[n * a + b] * of_corner(with);
+                for (i, c) in self.dofs.terms(e.nodes[a / dim], a % dim) {
+                    for b in 0..n {
+                        forces[0][i] += c * matrices.stiffness[n * a + b] * of_corner(b);
+                        let with = if lumped { a } else { b };
+                        forces[1][i] += c * matrices.mass[n * a + b] * of_corner(with);
+                    }
                 }
             }
         }
@@ -267,15 +272,13 @@ impl Body {
 
     /// The elements that have contact nodes.
     fn elements_at_contact(&self) -> impl Iterator<Item = Element<'_>> {
-        let contact_nodes = &self.dofs.contact_nodes;
-        self.mesh.elements().filter(|e| e.nodes.iter().any(|n| contact_nodes.contains(n)))
+        let touches = |n: &usize| self.dofs.contact.iter().any(|c| c.node == *n);
+        self.mesh.elements().filter(move |e| e.nodes.iter().any(touches))
     }
 
-    /// Whether an element with a contact node has a corner where a nodal field is not zero on a prescribed displacement.
+    /// Whether an element with a contact node has a node where a nodal field moves what is held.
     pub fn moves_supports_at_contact(&self, w: &[f64]) -> bool {
-        let dim = self.mesh.dim();
-        let moved = |n: usize, c: usize| w[dim * n + c] != 0.0 && self.dofs.of(n, c).is_none();
-        self.elements_at_contact().any(|e| e.nodes.iter().any(|&n| (0..dim).any(|c| moved(n, c))))
+        self.elements_at_contact().any(|e| e.nodes.iter().any(|&n| self.dofs.moves_held(n, w)))
     }
 
     /// Mass that belongs to each node (row sums over all shape functions).
@@ -321,10 +324,9 @@ impl Body {
 
     /// Median size along the contact normal of the elements that have contact nodes; none for given matrices.
     pub fn size_at_contact(&self) -> Option<f64> {
-        let (mesh, axis) = (&self.mesh, self.dofs.contact_axis);
         let size = |e: Element| {
-            let x = || e.nodes.iter().map(|&n| mesh.nodes()[n][axis]);
-            x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
+            let point = self.dofs.contact.iter().find(|c| e.nodes.contains(&c.node));
+            point.map_or(0.0, |c| self.mesh.extent(e, c.direction))
         };
         let mut sizes: Vec<f64> = self.elements_at_contact().map(size).collect();
         sizes.sort_by(f64::total_cmp);
@@ -359,36 +361,35 @@ impl Body {
             return vec![];
         }
         let (mesh, dofs, dim) = (&self.mesh, &self.dofs, self.mesh.dim());
-        let [lx, ly, _] = mesh.size();
-        let scale = lx.max(ly);
+        let (scale, [cx, cy, _]) = (mesh.length(), mesh.centre());
+        // a ring can only move along its axis
+        let is_ring = self.materials().iter().any(Material::is_radial);
         let motion = |k: usize, p: Point, c: usize| match (k, c) {
+            (_, c) if is_ring => c as f64,
             (0, 0) | (1, 1) => 1.0,
-            (2, 0) => -(p[1] - ly / 2.0) / scale,
-            (2, 1) => (p[0] - lx / 2.0) / scale,
+            (2, 0) => -(p[1] - cy) / scale,
+            (2, 1) => (p[0] - cx) / scale,
             _ => 0.0,
         };
-        let n_motions = if dim == 1 { 1 } else { 3 };
+        let n_motions = if dim == 1 || is_ring { 1 } else { 3 };
         let mut gram = nalgebra::DMatrix::<f64>::zeros(n_motions, n_motions);
         let mut held = 0.0f64;
-        for (n, &p) in mesh.nodes().iter().enumerate() {
-            for c in 0..dim {
-                let prescribed = match dofs.of(n, c) {
-                    None => true,
-                    // a contact node's displacement along the normal, whether it is in u_C or carries springs
-                    Some(_) => {
-                        held_contact && c == dofs.contact_axis && dofs.contact_nodes.contains(&n)
-                    }
-                };
-                if prescribed {
-                    held += 1.0;
-                    for a in 0..n_motions {
-                        for b in 0..n_motions {
-                            gram[(a, b)] += motion(a, p, c) * motion(b, p, c);
-                        }
-                    }
+        let mut hold = |n: usize, d: Point| {
+            let p = mesh.nodes()[n];
+            let along = |k: usize| (0..dim).map(|c| d[c] * motion(k, p, c)).sum::<f64>();
+            held += 1.0;
+            for a in 0..n_motions {
+                for b in 0..n_motions {
+                    gram[(a, b)] += along(a) * along(b);
                 }
             }
+        };
+        for n in 0..mesh.n_nodes() {
+            dofs.directions(n).filter(|d| d.1.is_none()).for_each(|d| hold(n, d.0));
         }
+        // contact displacements, whether they are u_C or carry springs
+        let contact = dofs.contact.iter().filter(|_| held_contact);
+        contact.for_each(|c| hold(c.node, c.direction));
         let eigen = gram.symmetric_eigen();
         (0..n_motions)
             .filter(|&k| eigen.eigenvalues[k] <= 1e-10 * held.max(1.0))
@@ -421,12 +422,13 @@ fn largest_eigenvalue(e: &ElementMatrices, lumped: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::frame::{Facing, Held};
     use super::*;
-    use crate::mesh::Edge;
 
-    fn plate(fixed: &[(Edge, usize)], lumped: bool) -> Body {
+    fn plate(fixed: &[(&str, usize)], lumped: bool) -> Body {
         let mesh = structured::rectangle(2.0, 1.0, 6, 4);
-        let dofs = DofMap::new(&mesh, fixed, Some(Edge::Right));
+        let held: Vec<Held> = fixed.iter().map(|(edge, axis)| Held::along(edge, *axis)).collect();
+        let dofs = DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap();
         Body::assemble(mesh, dofs, &[Material::plate(1.0, 0.3, 1.0, 1.0)], lumped)
     }
 
@@ -441,10 +443,10 @@ mod tests {
             assert!(f.iter().all(|f| f.abs() < 1e-13));
         }
         assert_eq!(free.rigid_motions(true).len(), 1); // sliding along the obstacle
-        assert_eq!(plate(&[(Edge::Bottom, 1)], false).rigid_motions(false).len(), 1);
-        assert_eq!(plate(&[(Edge::Bottom, 1)], false).rigid_motions(true).len(), 0);
-        assert_eq!(plate(&[(Edge::Left, 0)], false).rigid_motions(false).len(), 1);
-        assert_eq!(plate(&[(Edge::Left, 0), (Edge::Left, 1)], false).rigid_motions(false).len(), 0);
+        assert_eq!(plate(&[("bottom", 1)], false).rigid_motions(false).len(), 1);
+        assert_eq!(plate(&[("bottom", 1)], false).rigid_motions(true).len(), 0);
+        assert_eq!(plate(&[("left", 0)], false).rigid_motions(false).len(), 1);
+        assert_eq!(plate(&[("left", 0), ("left", 1)], false).rigid_motions(false).len(), 0);
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! Numbering of the displacements: prescribed ones leave, `u = (u_O, u_C)`.
 //!
-//! `u_C` are displacements of contact nodes along the *outward normal*; on a left or bottom edge
-//! that is minus the nodal displacement, so a sign goes with each number. Tangential displacements of contact
-//! nodes belong to `u_O`: no friction.
+//! `u_C` are displacements of contact nodes along their contact directions `m`, `u_C,i = m_i·u`; what is left of these nodes' displacements belongs to
+//! `u_O`: no friction. Nodal displacements along the axes are `T u`, `T` made of the local bases of [`super::frame`].
 
-use crate::mesh::{Edge, Mesh};
+use std::collections::BTreeMap;
+
+use super::frame::{ContactPoint, Facing, Frame, FrameError, Frames, Held, Slot};
+use crate::mesh::{Mesh, Point};
 
 /// From nodes and components to the entries of `u`.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,53 +17,79 @@ pub struct DofMap {
     pub n_o: usize,
     /// Length of `u_C`.
     pub n_c: usize,
-    /// Mesh nodes at the contact, in the order of `u_C` where these are their displacements.
-    pub contact_nodes: Vec<usize>,
-    /// Component of the contact normal.
-    pub contact_axis: usize,
-    /// +1, or −1 where the outward normal points against the axis.
-    pub contact_sign: f64,
+    /// Contact points of the mesh, in the order of `u_C` where these are their displacements.
+    pub contact: Vec<ContactPoint>,
+    /// The groups before obstacles.
+    pub facing: Vec<Facing>,
+    /// Contact point of a node in a group.
+    in_group: BTreeMap<(usize, usize), usize>,
+    /// Bases other than the axes.
+    frames: BTreeMap<usize, Frame>,
+    /// Entry of `u` of each direction of a node's basis.
     index: Vec<Option<usize>>,
+    /// Entries of `u` that are the displacements of the contact points, with their signs.
+    places: Vec<(usize, f64)>,
+    /// Nodal displacements (node and component as one number) that move, and only with others: see [`DofMap::column`].
+    slaves: Vec<usize>,
     /// Of given matrices: place in `u` of each row.
     rows: Vec<usize>,
 }
 
 impl DofMap {
-    /// Number the displacements; `fixed` lists `(edge, component)`.
-    pub fn new(mesh: &Mesh, fixed: &[(Edge, usize)], contact: Option<Edge>) -> DofMap {
+    /// Number the displacements that supports leave.
+    pub fn new(mesh: &Mesh, held: &[Held], facing: &[Facing]) -> Result<DofMap, FrameError> {
+        Ok(DofMap::number(mesh, Frames::new(mesh, held, facing, true)?, facing, true))
+    }
+
+    /// The numbering of a body whose contact displacements move by themselves: they are among `u_O`.
+    pub fn beside(mesh: &Mesh, held: &[Held], facing: &[Facing]) -> Result<DofMap, FrameError> {
+        Ok(DofMap::number(mesh, Frames::new(mesh, held, facing, false)?, facing, false))
+    }
+
+    fn number(mesh: &Mesh, frames: Frames, facing: &[Facing], apart: bool) -> DofMap {
+        let Frames { of_node, slots, contact, in_group } = frames;
         let dim = mesh.dim();
-        let mut prescribed = vec![false; dim * mesh.n_nodes()];
-        for &(edge, component) in fixed {
-            for n in mesh.group_nodes(edge.name()) {
-                prescribed[dim * n + component] = true;
-            }
-        }
-        let contact_axis = contact.map_or(0, Edge::axis);
-        let mut contact_nodes = contact.map_or(vec![], |e| mesh.group_nodes(e.name()));
-        contact_nodes.retain(|&n| !prescribed[dim * n + contact_axis]);
-        let mut index = vec![None; dim * mesh.n_nodes()];
-        let in_contact: std::collections::HashSet<usize> =
-            contact_nodes.iter().map(|&n| dim * n + contact_axis).collect();
+        let mut index = vec![None; slots.len()];
         let mut n_o = 0;
-        for d in 0..index.len() {
-            if !prescribed[d] && !in_contact.contains(&d) {
+        for (d, slot) in slots.iter().enumerate() {
+            let leaves = match slot {
+                Slot::Free => false,
+                Slot::Held => true,
+                Slot::Contact(_) => apart,
+            };
+            if !leaves {
                 index[d] = Some(n_o);
                 n_o += 1;
             }
         }
-        for (i, &n) in contact_nodes.iter().enumerate() {
-            index[dim * n + contact_axis] = Some(n_o + i);
+        let mut places = vec![(0, 1.0); contact.len()];
+        for (d, slot) in slots.iter().enumerate() {
+            if let &Slot::Contact(i) = slot {
+                if apart {
+                    index[d] = Some(n_o + i);
+                }
+                let own = of_node.get(&(d / dim)).map_or(1.0, |f| f.rows[d % dim][d % dim]);
+                let sign = contact[i].direction[d % dim].signum() * own.signum();
+                places[i] = (index[d].unwrap_or(0), sign);
+            }
         }
-        DofMap {
+        let mut dofs = DofMap {
             dim,
             n_o,
-            n_c: contact_nodes.len(),
-            contact_nodes,
-            contact_axis,
-            contact_sign: contact.map_or(1.0, Edge::sign),
+            n_c: if apart { contact.len() } else { 0 },
+            contact,
+            facing: facing.to_vec(),
+            in_group,
+            frames: of_node,
             index,
+            places,
+            slaves: vec![],
             rows: vec![],
-        }
+        };
+        let components = |&n: &usize| dofs.dim * n..dofs.dim * (n + 1);
+        let moves = |&k: &usize| dofs.index[k].is_none() && dofs.terms_of(k).next().is_some();
+        dofs.slaves = dofs.frames.keys().flat_map(components).filter(moves).collect();
+        dofs
     }
 
     /// The displacements of given matrices: node `i + 1` of a row of points carries row `i`; node 0 is fixed.
@@ -75,25 +103,21 @@ impl DofMap {
         for (k, &i) in contact.iter().enumerate() {
             index[i + 1] = Some(n_o + k);
         }
+        let x = [1.0, 0.0, 0.0];
+        let point = |&i: &usize| ContactPoint { node: i + 1, direction: x, normal: x, group: 0 };
         DofMap {
             dim: 1,
             n_o,
             n_c: contact.len(),
-            contact_nodes: contact.iter().map(|i| i + 1).collect(),
-            contact_axis: 0,
-            contact_sign: 1.0,
+            contact: contact.iter().map(point).collect(),
+            facing: vec![],
+            in_group: BTreeMap::new(),
+            frames: BTreeMap::new(),
             rows: index[1..].iter().flatten().copied().collect(),
+            places: (n_o..n).map(|i| (i, 1.0)).collect(),
+            slaves: vec![],
             index,
         }
-    }
-
-    /// The numbering of a body whose contact displacements move by themselves: the obstacle acts on points of the edge, not on `u_C`.
-    pub fn beside(mesh: &Mesh, fixed: &[(Edge, usize)], edge: Edge) -> DofMap {
-        let all = DofMap::new(mesh, fixed, None);
-        let (axis, sign) = (edge.axis(), edge.sign());
-        let mut contact_nodes = mesh.group_nodes(edge.name());
-        contact_nodes.retain(|&n| all.of(n, axis).is_some());
-        DofMap { contact_nodes, contact_axis: axis, contact_sign: sign, ..all }
     }
 
     /// The same with `n_c` contact displacements of points that are no nodes.
@@ -116,36 +140,141 @@ impl DofMap {
         self.n_o + self.n_c
     }
 
-    /// Index in `u` of a nodal displacement, with the sign that turns one into the other.
-    pub fn of(&self, node: usize, component: usize) -> Option<(usize, f64)> {
-        let i = self.index[self.dim * node + component]?;
-        Some((i, if i >= self.n_o { self.contact_sign } else { 1.0 }))
+    /// Entry of `u` that is, but for the sign given with it, the displacement of a contact point of the mesh along its direction.
+    pub fn contact_place(&self, point: usize) -> (usize, f64) {
+        self.places[point]
     }
 
-    /// `u` from a nodal field (components interleaved).
+    /// The contact point of a node in one of the groups before obstacles.
+    pub fn contact_at(&self, group: usize, node: usize) -> Option<usize> {
+        self.in_group.get(&(group, node)).copied()
+    }
+
+    /// A nodal displacement along an axis as a combination of entries of `u`: a row of `T`.
+    pub fn terms(&self, node: usize, component: usize) -> impl Iterator<Item = (usize, f64)> {
+        let frame = self.frames.get(&node);
+        let slots = match frame {
+            None => component..component + 1,
+            Some(_) => 0..self.dim,
+        };
+        slots.filter_map(move |k| {
+            let i = self.index[self.dim * node + k]?;
+            let c = frame.map_or(1.0, |f| f.inverse[component][k]);
+            (c != 0.0).then_some((i, c))
+        })
+    }
+
+    fn terms_of(&self, k: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.terms(k / self.dim, k % self.dim)
+    }
+
+    /// The directions along which the displacements of a node are counted, with their entries in `u`; none for held ones.
+    pub fn directions(&self, node: usize) -> impl Iterator<Item = (Point, Option<usize>)> {
+        let frame = self.frames.get(&node);
+        (0..self.dim).map(move |k| {
+            let axis = std::array::from_fn(|c| f64::from(u8::from(c == k)));
+            (frame.map_or(axis, |f| f.rows[k]), self.index[self.dim * node + k])
+        })
+    }
+
+    /// `TᵀT` of a node whose displacements along all axes have the same mass.
+    pub(super) fn gram(&self, node: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+        let frame = self.frames.get(&node).filter(|f| !f.is_orthonormal);
+        let pairs = (0..self.dim).flat_map(move |a| {
+            match frame {
+                None => a..a + 1,
+                Some(_) => 0..self.dim,
+            }
+            .map(move |b| (a, b))
+        });
+        pairs.filter_map(move |(a, b)| {
+            let (i, j) = (self.index[self.dim * node + a]?, self.index[self.dim * node + b]?);
+            let of = |f: &Frame| (0..self.dim).map(|c| f.inverse[c][a] * f.inverse[c][b]).sum();
+            Some((i, j, frame.map_or(1.0, of)))
+        })
+    }
+
+    /// Whether a nodal field moves a held direction of a node.
+    pub fn moves_held(&self, node: usize, field: &[f64]) -> bool {
+        let w = &field[self.dim * node..self.dim * (node + 1)];
+        self.directions(node).any(|(d, place)| {
+            place.is_none() && w.iter().zip(&d).map(|(w, d)| w * d).sum::<f64>() != 0.0
+        })
+    }
+
+    /// `u` from a nodal field of displacements (components interleaved): `û = W u` at every node.
     pub fn gather(&self, nodal: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.n()];
-        for n in 0..nodal.len() / self.dim {
-            for c in 0..self.dim {
-                if let Some((i, sign)) = self.of(n, c) {
-                    u[i] = sign * nodal[self.dim * n + c];
-                }
+        for node in 0..nodal.len() / self.dim {
+            let own = &nodal[self.dim * node..self.dim * (node + 1)];
+            let frame = self.frames.get(&node);
+            for k in 0..self.dim {
+                let Some(i) = self.index[self.dim * node + k] else { continue };
+                u[i] = match frame {
+                    None => own[k],
+                    Some(f) => own.iter().zip(&f.rows[k]).map(|(x, w)| x * w).sum(),
+                };
             }
         }
         u
     }
 
-    /// Nodal displacements from `u`, prescribed ones zero.
+    /// Forces on `u` of nodal forces: `Tᵀ f`.
+    pub fn gather_forces(&self, nodal: &[f64]) -> Vec<f64> {
+        let mut f = vec![0.0; self.n()];
+        for (k, x) in nodal.iter().enumerate() {
+            self.terms_of(k).for_each(|(i, c)| f[i] += c * x);
+        }
+        f
+    }
+
+    /// Nodal displacements from `u`, prescribed ones zero: `T u`.
     pub fn scatter(&self, u: &[f64]) -> Vec<f64> {
-        let mut nodal = vec![0.0; self.index.len()];
-        for n in 0..nodal.len() / self.dim {
-            for c in 0..self.dim {
-                if let Some((i, sign)) = self.of(n, c) {
-                    nodal[self.dim * n + c] = sign * u[i];
+        let of = |k: usize| self.terms_of(k).map(|(i, c)| c * u[i]).sum();
+        (0..self.index.len()).map(of).collect()
+    }
+
+    /// The column in which files hold a nodal displacement along an axis: that of its entry of `u`, or behind them all where it moves with another
+    /// one alone; none where it never moves.
+    pub fn column(&self, node: usize, component: usize) -> Option<usize> {
+        let k = self.dim * node + component;
+        let behind = || self.slaves.iter().position(|s| *s == k).map(|s| self.n() + s);
+        self.index[k].or_else(behind)
+    }
+
+    /// Number of columns in which files hold the displacements.
+    pub fn n_columns(&self) -> usize {
+        self.n() + self.slaves.len()
+    }
+
+    /// `u` as files hold it: displacements along the axes, one for each [`DofMap::column`]; those of contact points that are no nodes stay.
+    pub fn along_axes(&self, u: &[f64]) -> Vec<f64> {
+        let mut x = u.to_vec();
+        let of = |k: usize| self.terms_of(k).map(|(i, c)| c * u[i]).sum::<f64>();
+        for &node in self.frames.keys() {
+            for k in self.dim * node..self.dim * (node + 1) {
+                if let Some(i) = self.index[k] {
+                    x[i] = of(k);
                 }
             }
         }
-        nodal
+        x.extend(self.slaves.iter().map(|&k| of(k)));
+        x
+    }
+
+    /// The same back: `u` of what a file holds.
+    pub fn from_axes(&self, x: &[f64]) -> Vec<f64> {
+        let mut u = x[..self.n()].to_vec();
+        for (&node, frame) in &self.frames {
+            let own: Vec<f64> =
+                (0..self.dim).map(|c| self.column(node, c).map_or(0.0, |k| x[k])).collect();
+            for k in 0..self.dim {
+                if let Some(i) = self.index[self.dim * node + k] {
+                    u[i] = own.iter().zip(&frame.rows[k]).map(|(x, w)| x * w).sum();
+                }
+            }
+        }
+        u
     }
 }
 
@@ -157,22 +286,72 @@ mod tests {
     #[test]
     fn contact_displacements_come_last_and_point_outwards() {
         let mesh = structured::rectangle(1.0, 1.0, 2, 2);
-        let d = DofMap::new(&mesh, &[(Edge::Right, 0), (Edge::Bottom, 1)], Some(Edge::Left));
+        let held = [Held::along("right", 0), Held::along("bottom", 1)];
+        let d = DofMap::new(&mesh, &held, &[Facing::surface("left")]).unwrap();
         assert_eq!((d.n_o, d.n_c), (3 + 6, 3));
-        let (i, sign) = d.of(mesh.group_nodes("left")[1], 0).unwrap();
-        assert_eq!((i, sign), (d.n_o + 1, -1.0));
+        let node = mesh.group_nodes("left")[1];
+        assert_eq!(d.terms(node, 0).collect::<Vec<_>>(), [(d.n_o + 1, -1.0)]);
+        assert_eq!((d.contact[1].node, d.contact_place(1)), (node, (d.n_o + 1, 1.0)));
+        let d = DofMap::beside(&mesh, &held, &[Facing::surface("left")]).unwrap();
+        assert_eq!(d.terms(node, 0).collect::<Vec<_>>(), [(d.contact_place(1).0, 1.0)]);
+        assert_eq!(d.contact_place(1).1, -1.0);
+        let d = DofMap::new(&mesh, &held, &[Facing::surface("left")]).unwrap();
         let nodal: Vec<f64> = (0..18).map(|k| k as f64).collect();
-        let u = d.gather(&nodal);
-        let back = d.scatter(&u);
+        let back = d.scatter(&d.gather(&nodal));
         for (k, v) in back.iter().enumerate() {
-            assert!(*v == nodal[k] || d.of(k / 2, k % 2).is_none());
+            assert!(*v == nodal[k] || d.column(k / 2, k % 2).is_none());
         }
     }
 
     #[test]
     fn corner_held_in_the_normal_direction_is_no_contact_node() {
         let mesh = structured::rectangle(1.0, 1.0, 2, 2);
-        let d = DofMap::new(&mesh, &[(Edge::Bottom, 0)], Some(Edge::Right));
-        assert_eq!(d.n_c, 2);
+        let held = [Held::along("bottom", 0)];
+        assert_eq!(DofMap::new(&mesh, &held, &[Facing::surface("right")]).unwrap().n_c, 2);
+    }
+
+    /// A square turned by an angle, with a held plane of symmetry and two obstacles that share a corner: fields that the supports allow come back
+    /// from `u`, from files, and work is the same in both numberings.
+    #[test]
+    fn fields_and_forces_go_through_oblique_bases() {
+        let straight = structured::rectangle(1.0, 1.0, 3, 3);
+        let (sin, cos) = 0.5f64.sin_cos();
+        let turned = |[x, y, _]: Point| [cos * x - sin * y, sin * x + cos * y, 0.0];
+        let mesh = straight.moved(turned);
+        let held = [Held { group: "bottom".into(), fix: super::super::frame::Fix::Normal }];
+        let oblique = Facing { group: "top".into(), direction: Some(turned([0.28, 0.96, 0.0])) };
+        let facing = [Facing::surface("right"), oblique];
+        for d in [DofMap::new(&mesh, &held, &facing), DofMap::beside(&mesh, &held, &facing)] {
+            let d = d.unwrap();
+            assert_eq!((d.contact.len(), d.n_o + d.n_c), (8, 32 - 4));
+            // along the plane of symmetry, free elsewhere
+            let field = |k: usize| (1.3 * k as f64).sin();
+            let nodal: Vec<f64> = (0..mesh.n_nodes())
+                .flat_map(|n| {
+                    let across = if straight.nodes()[n][1] == 0.0 { 0.0 } else { field(2 * n + 1) };
+                    let [x, y, _] = turned([field(2 * n), across, 0.0]);
+                    [x, y]
+                })
+                .collect();
+            let near = |a: &[f64], b: &[f64]| {
+                assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14));
+            };
+            let u = d.gather(&nodal);
+            near(&d.scatter(&u), &nodal);
+            let stored = d.along_axes(&u);
+            near(&d.from_axes(&stored), &u);
+            for (k, x) in nodal.iter().enumerate() {
+                let of_file = d.column(k / 2, k % 2).map_or(0.0, |c| stored[c]);
+                assert!((of_file - x).abs() < 1e-14);
+            }
+            for (i, c) in d.contact.iter().enumerate() {
+                let along: f64 = (0..2).map(|a| c.direction[a] * nodal[2 * c.node + a]).sum();
+                let (place, sign) = d.contact_place(i);
+                assert!((sign * u[place] - along).abs() < 1e-14);
+            }
+            let force: Vec<f64> = (0..nodal.len()).map(|k| (0.7 * k as f64).cos()).collect();
+            let work = |f: &[f64], u: &[f64]| f.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
+            assert!((work(&force, &nodal) - work(&d.gather_forces(&force), &u)).abs() < 1e-13);
+        }
     }
 }

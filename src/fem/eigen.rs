@@ -198,14 +198,15 @@ fn lanczos(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, Fem
 mod tests {
     use super::*;
     use crate::fem::{Body, DofMap, Material};
-    use crate::mesh::{Edge, structured};
+    use crate::fem::{Facing, Held};
+    use crate::mesh::structured;
 
     #[test]
     fn bar_has_the_exact_discrete_frequencies() {
         // consistent mass, fixed–free, closed form of the uniform mesh
         let n = 40;
         let mesh = structured::bar(1.0, n);
-        let dofs = DofMap::new(&mesh, &[(Edge::Left, 0)], None);
+        let dofs = DofMap::new(&mesh, &[Held::along("left", 0)], &[]).unwrap();
         let material = Material::bar(1.0, 1.0, 1.0);
         let b = Body::assemble(mesh, dofs, &[material], false);
         let modes = lowest(&b.stiffness, &b.mass, 5, 1.0).unwrap();
@@ -220,7 +221,12 @@ mod tests {
     #[test]
     fn modes_of_steel_in_si_units_are_as_accurate_as_any() {
         let mesh = structured::rectangle(1.0, 0.3, 20, 6);
-        let dofs = DofMap::new(&mesh, &[(Edge::Left, 0), (Edge::Bottom, 1)], Some(Edge::Right));
+        let dofs = DofMap::new(
+            &mesh,
+            &[Held::along("left", 0), Held::along("bottom", 1)],
+            &[Facing::surface("right")],
+        )
+        .unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
         let b = Body::assemble(mesh, dofs, &[material], false);
         let n = b.stiffness.n_rows();
@@ -243,7 +249,8 @@ mod tests {
     #[test]
     fn lanczos_agrees_with_dense_and_finds_rigid_motions() {
         let mesh = structured::rectangle(1.0, 0.4, 12, 6);
-        let dofs = DofMap::new(&mesh, &[(Edge::Bottom, 1)], Some(Edge::Right));
+        let dofs =
+            DofMap::new(&mesh, &[Held::along("bottom", 1)], &[Facing::surface("right")]).unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
         let b = Body::assemble(mesh, dofs, &[material], false);
         let a = dense(&b.stiffness, &b.mass, 6).unwrap();

@@ -36,8 +36,8 @@ pub struct Shape<'a> {
 pub struct OnSide {
     /// Place.
     pub place: [f64; 2],
-    /// Share of the side's area.
-    pub area: f64,
+    /// Share of the side's length (1 for the end of a bar).
+    pub length: f64,
     /// Outward unit normal.
     pub normal: [f64; 2],
     /// Shape functions of the nodes of the side.
@@ -131,7 +131,7 @@ impl Shape<'_> {
     }
 
     /// Points of quadrature on a side.
-    pub fn side(&self, side: usize, material: &Material) -> Vec<OnSide> {
+    pub fn side(&self, side: usize) -> Vec<OnSide> {
         let nodes = self.kind.side(side);
         let middle = self.place(shape::centre(self.kind));
         let point = |p: shape::SidePoint| {
@@ -150,7 +150,7 @@ impl Shape<'_> {
             let stretch = if nodes.len() == 1 { 1.0 } else { length };
             OnSide {
                 place,
-                area: p.weight * stretch * material.measure(place[0]),
+                length: p.weight * stretch,
                 normal: across.map(|n| n * outward.signum()),
                 values: p.values,
                 local: p.local,
@@ -329,21 +329,19 @@ mod tests {
     fn normals_of_sides_point_outwards_and_close() {
         for kind in ElementKind::PLANE {
             let x = distorted(kind);
-            let material = material(StressState::PlaneStress { thickness: 0.5 });
             let shape = Shape { kind, x: &x };
-            let points: Vec<OnSide> =
-                (0..kind.sides()).flat_map(|s| shape.side(s, &material)).collect();
+            let points: Vec<OnSide> = (0..kind.sides()).flat_map(|s| shape.side(s)).collect();
             // ∮ n ds = 0, ∮ x·n ds = 2 A
             let flux =
-                |f: &dyn Fn(&OnSide) -> f64| points.iter().map(|p| p.area * f(p)).sum::<f64>();
+                |f: &dyn Fn(&OnSide) -> f64| points.iter().map(|p| p.length * f(p)).sum::<f64>();
             assert!(flux(&|p| p.normal[0]).abs() < 1e-14 && flux(&|p| p.normal[1]).abs() < 1e-14);
             let twice = flux(&|p| p.place[0] * p.normal[0] + p.place[1] * p.normal[1]);
-            assert!((twice - 2.0 * 0.5 * area(&x, kind.corners())).abs() < 1e-14, "{kind:?}");
+            assert!((twice - 2.0 * area(&x, kind.corners())).abs() < 2e-14, "{kind:?}");
         }
         let bar = Shape { kind: ElementKind::Bar2, x: &[[0.0, 0.0], [0.5, 0.0]] };
-        let ends = [0, 1].map(|s| bar.side(s, &Material::bar(1.0, 1.0, 7.0))[0].clone());
+        let ends = [0, 1].map(|s| bar.side(s)[0].clone());
         assert_eq!(ends.clone().map(|e| e.normal[0]), [-1.0, 1.0]);
-        assert_eq!(ends.map(|e| (e.area, e.values)), [(7.0, vec![1.0]), (7.0, vec![1.0])]);
+        assert_eq!(ends.map(|e| (e.length, e.values)), [(1.0, vec![1.0]), (1.0, vec![1.0])]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::body::Body;
 use super::element::Shape;
 use super::spline::Spline;
-use crate::mesh::{Edge, Point};
+use crate::mesh::Point;
 
 /// What a load does in time.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,26 +174,27 @@ pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
     let dim = body.mesh.dim();
     let nodal: Vec<f64> =
         nodal_mass.iter().flat_map(|m| (0..dim).map(move |c| m * acceleration[c])).collect();
-    body.dofs.gather(&nodal)
+    body.dofs.gather_forces(&nodal)
 }
 
-/// A uniform force per unit area on an edge.
-pub fn traction(body: &Body, edge: Edge, stress: &[f64]) -> Vec<f64> {
+/// A uniform force per unit area on a group of sides.
+pub fn traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let mut nodal = vec![0.0; dim * mesh.n_nodes()];
-    for &facet in mesh.group(edge.name()) {
+    for &facet in mesh.group(group) {
         let element = mesh.element(facet);
         let Some(material) = body.materials().get(element.region) else { continue };
         let x = mesh.plane_corners(element);
-        for point in (Shape { kind: element.kind, x: &x }).side(facet.side, material) {
+        for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
+            let area = point.length * material.measure(point.place[0]);
             for (&l, value) in element.kind.side(facet.side).iter().zip(&point.values) {
                 for c in 0..dim {
-                    nodal[dim * element.nodes[l] + c] += point.area * value * stress[c];
+                    nodal[dim * element.nodes[l] + c] += area * value * stress[c];
                 }
             }
         }
     }
-    body.dofs.gather(&nodal)
+    body.dofs.gather_forces(&nodal)
 }
 
 /// A force at the node nearest to a point.
@@ -202,5 +203,5 @@ pub fn point(body: &Body, at: Point, force: &[f64]) -> Vec<f64> {
     let node = body.mesh.nearest_node(at);
     let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
     nodal[dim * node..dim * (node + 1)].copy_from_slice(force);
-    body.dofs.gather(&nodal)
+    body.dofs.gather_forces(&nodal)
 }

@@ -7,7 +7,6 @@
 use super::element::Shape;
 use super::law::Material;
 use super::shape;
-use crate::scenario;
 
 /// Stress of a body in the plane, positive in tension. A bar has `xx` only.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -32,19 +31,6 @@ impl Stress {
     /// The tensor row by row, `xx xy xz yx yy yz zx zy zz`.
     pub fn tensor(&self) -> [f64; 9] {
         [self.xx, self.xy, 0.0, self.xy, self.yy, 0.0, 0.0, 0.0, self.zz]
-    }
-}
-
-/// The elastic constants that a scene names; a body of given matrices has none.
-pub fn material(body: &scenario::Body) -> Option<Material> {
-    let (young, density) = (body.young?, body.density?);
-    match body.kind {
-        scenario::BodyKind::Bar => Some(Material::bar(young, density, body.area.unwrap_or(1.0))),
-        scenario::BodyKind::Plate => {
-            let (poisson, thickness) = (body.poisson.unwrap_or(0.0), body.thickness.unwrap_or(1.0));
-            Some(Material::plate(young, poisson, density, thickness))
-        }
-        scenario::BodyKind::Matrices => None,
     }
 }
 

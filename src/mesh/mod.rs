@@ -81,6 +81,12 @@ impl ElementKind {
         ElementKind::Quad9,
     ];
 
+    /// The kind on a line or in the plane with so many nodes.
+    pub fn of_nodes(nodes: usize) -> Option<ElementKind> {
+        let all = ElementKind::PLANE.into_iter().chain([ElementKind::Bar2]);
+        all.into_iter().find(|k| k.nodes() == nodes)
+    }
+
     /// Number of nodes.
     pub fn nodes(self) -> usize {
         match self {
@@ -232,6 +238,17 @@ impl Mesh {
         Element { kind: block.kind, region: block.region, nodes }
     }
 
+    /// Extent of an element along a direction.
+    pub fn extent(&self, element: Element, along: Point) -> f64 {
+        let x = |&n: &usize| (0..3).map(|c| self.nodes[n][c] * along[c]).sum::<f64>();
+        let (low, high) = element
+            .nodes
+            .iter()
+            .map(x)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        high - low
+    }
+
     /// Places of the nodes of an element.
     pub fn corners(&self, element: Element) -> Vec<Point> {
         element.nodes.iter().map(|&n| self.nodes[n]).collect()
@@ -247,30 +264,103 @@ impl Mesh {
         self.groups.get(name).map_or(&[], Vec::as_slice)
     }
 
-    /// The nodes of a group, each once, in the order of its sides.
+    /// The nodes of a group, each once, in the order of its sides and from end to end of each.
     pub fn group_nodes(&self, name: &str) -> Vec<usize> {
+        let facets = self.group(name);
         let mut nodes = vec![];
         let mut known = vec![false; self.n_nodes()];
-        for &facet in self.group(name) {
-            let element = self.element(facet);
-            for &local in element.kind.side(facet.side) {
-                let node = element.nodes[local];
-                if !std::mem::replace(&mut known[node], true) {
-                    nodes.push(node);
-                }
+        for (k, &facet) in facets.iter().enumerate() {
+            let mut path = self.side_nodes(facet);
+            let [first, last] = [path[0], path[path.len() - 1]];
+            // from the end that the side before has; the first one to the end that the next has
+            let next = facets.get(k + 1).map_or(vec![], |&f| self.side_nodes(f));
+            let turned = match (known[first], known[last]) {
+                (true, false) => false,
+                (false, true) => true,
+                _ => next.contains(&first) && !next.contains(&last),
+            };
+            if turned {
+                path.reverse();
             }
+            path.retain(|&n| !std::mem::replace(&mut known[n], true));
+            nodes.extend(path);
         }
         nodes
     }
 
+    /// The nodes of a side from end to end.
+    pub fn side_nodes(&self, facet: Facet) -> Vec<usize> {
+        let element = self.element(facet);
+        let mut path: Vec<usize> =
+            element.kind.side(facet.side).iter().map(|&l| element.nodes[l]).collect();
+        // ends, then the middle
+        if path.len() == 3 {
+            path.swap(1, 2);
+        }
+        path
+    }
+
+    /// Sides in the order in which they hang together, piece by piece.
+    pub fn in_chains(&self, facets: &[Facet]) -> Vec<Facet> {
+        let ends = |f: &Facet| {
+            let path = self.side_nodes(*f);
+            [path[0], path[path.len() - 1]]
+        };
+        let mut at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (k, facet) in facets.iter().enumerate() {
+            ends(facet).into_iter().for_each(|n| at.entry(n).or_default().push(k));
+        }
+        // open pieces from the end of the lowest number, closed ones from anywhere
+        let loose = at.values().filter(|k| k.len() == 1).map(|k| k[0]);
+        let starts: Vec<usize> = loose.chain(0..facets.len()).collect();
+        let mut used = vec![false; facets.len()];
+        let mut order = vec![];
+        for start in starts {
+            let mut next = Some(start).filter(|&k| !used[k]);
+            while let Some(k) = next {
+                used[k] = true;
+                order.push(facets[k]);
+                let around = ends(&facets[k]).into_iter().filter_map(|n| at.get(&n)).flatten();
+                next = around.copied().find(|&k| !used[k]);
+            }
+        }
+        order
+    }
+
+    /// Least and largest coordinates.
+    fn bounds(&self) -> [Point; 2] {
+        let of = |start: f64, pick: fn(f64, f64) -> f64| {
+            std::array::from_fn(|c| self.nodes.iter().map(|p| p[c]).fold(start, pick))
+        };
+        [of(f64::INFINITY, f64::min), of(f64::NEG_INFINITY, f64::max)]
+    }
+
     /// Extents along the three axes.
     pub fn size(&self) -> Point {
-        std::array::from_fn(|c| {
-            let along = self.nodes.iter().map(|p| p[c]);
-            let (low, high) =
-                along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-            (high - low).max(0.0)
-        })
+        let [low, high] = self.bounds();
+        std::array::from_fn(|c| (high[c] - low[c]).max(0.0))
+    }
+
+    /// The middle of the extents.
+    pub fn centre(&self) -> Point {
+        let ([low, _], size) = (self.bounds(), self.size());
+        std::array::from_fn(|c| low[c] + size[c] / 2.0)
+    }
+
+    /// The mesh with other numbers for its regions.
+    pub fn with_regions(mut self, regions: &[usize]) -> Mesh {
+        self.blocks.iter_mut().for_each(|b| b.region = regions[b.region]);
+        self
+    }
+
+    /// The mesh with these groups in place of its own.
+    pub fn with_groups(self, groups: impl IntoIterator<Item = (String, Vec<Facet>)>) -> Mesh {
+        Mesh { groups: groups.into_iter().collect(), ..self }
+    }
+
+    /// The mesh after an affine map.
+    pub fn moved(&self, map: impl Fn(Point) -> Point) -> Mesh {
+        Mesh { nodes: self.nodes.iter().map(|&p| map(p)).collect(), ..self.clone() }
     }
 
     /// The largest extent.

@@ -1,21 +1,25 @@
-//! Bodies of elements, their contact edge and the discretisation of the contact.
+//! Bodies of elements, their supports, their obstacles and the discretisation of the contact.
 
 use super::ProblemError;
 use super::given::{folder, given_length};
-use crate::contact::{ContactEdge, MassChoice, Stress};
-use crate::fem::{Body, DofMap, Material, read_matrix, stress};
+use super::imported;
+use crate::contact::{Contacts, MassChoice, Stress};
+use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, law::materials, read_matrix};
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
-    Axis, BodyKind, ContactMethod, Edge, Field, Inertia, Issue, MassKind, RedistributedMass, Scene,
-    StressKey,
+    BodyKind, Contact, ContactMethod, Direction, Field, Inertia, Issue, MassKind, Obstacle,
+    RedistributedMass, Scene, StressKey,
 };
 
 /// Stress and mass of the contact method that a scene names.
 pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
     let Some(c) = &scene.contact else { return (Stress::Projection, MassChoice::Paper) };
+    // meshes have defaults of their own: those that work with every element
+    let is_mesh = scene.body.kind == BodyKind::Mesh;
     let stress = match c.stress {
         _ if c.is_reaction() => Stress::Reaction,
         Some(StressKey::NodalMean) => Stress::NodalMean,
+        None if is_mesh => Stress::NodalMean,
         _ => Stress::Projection,
     };
     let mass = match (c.method, c.inertia, c.mass) {
@@ -25,18 +29,46 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
         (ContactMethod::MassRedistribution, ..) | (_, Some(Inertia::Constant), _) => {
             MassChoice::Condensed
         }
+        (ContactMethod::NodalBoundary, None, _) if is_mesh => MassChoice::Condensed,
         _ => MassChoice::Paper,
     };
     (stress, mass)
 }
 
-/// The mesh of a scene.
-pub fn mesh(scene: &Scene) -> Mesh {
+/// The mesh of a scene; regions are its materials.
+pub fn mesh(scene: &Scene) -> Result<Mesh, ProblemError> {
+    Ok(shape(scene)?.mesh)
+}
+
+/// A body without its matrices.
+pub(super) struct Form {
+    pub mesh: Mesh,
+    /// What messages call a node.
+    tags: Option<Vec<i64>>,
+}
+
+impl Form {
+    /// A node in words.
+    pub fn node(&self, node: usize) -> String {
+        let [x, y, _] = self.mesh.nodes()[node];
+        match &self.tags {
+            Some(tags) => format!("node {} at ({x}, {y})", tags[node]),
+            None => format!("the node at ({x}, {y})"),
+        }
+    }
+}
+
+/// The mesh of a scene with the names of its nodes.
+fn shape(scene: &Scene) -> Result<Form, ProblemError> {
     let b = &scene.body;
-    match b.kind {
+    let mesh = match b.kind {
         BodyKind::Bar => structured::bar(b.size[0], b.elements[0]),
         BodyKind::Plate => {
             structured::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1])
+        }
+        BodyKind::Mesh => {
+            let (mesh, tags) = imported::body(scene)?;
+            return Ok(Form { mesh, tags: Some(tags) });
         }
         BodyKind::Matrices => {
             // as many points as displacements; the files are read when the problem is set up
@@ -44,60 +76,163 @@ pub fn mesh(scene: &Scene) -> Mesh {
             let rows = b.mass_matrix.as_ref().and_then(|name| read_matrix(folder, name).ok());
             structured::row(given_length(scene), rows.map_or(1, |m| m.n_rows()))
         }
-    }
+    };
+    Ok(Form { mesh, tags: None })
 }
 
-pub(super) fn assemble(scene: &Scene) -> Body {
+/// The body of a scene, with the names of its nodes.
+pub(super) fn assemble(scene: &Scene) -> Result<(Body, Form), ProblemError> {
+    let form = shape(scene)?;
+    let dofs = numbering(scene, &form)?;
     let b = &scene.body;
-    let material = stress::material(b).unwrap_or(Material::bar(1.0, 1.0, 1.0));
-    let mesh = mesh(scene);
-    let fixed: Vec<_> = scene
+    let materials = materials(scene);
+    imported::check_elements(scene, &form, &dofs)?;
+    let body = Body::assemble(form.mesh.clone(), dofs, &materials, b.mass == MassKind::Lumped);
+    if let Some(issue) = empty(scene, &body) {
+        return Err(scene.error(issue).into());
+    }
+    Ok((body, form))
+}
+
+/// Supports and obstacles as the numbering needs them.
+fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
+    let held: Vec<Held> = scene
         .supports
         .iter()
-        .flat_map(|s| s.fix.iter().map(|&axis| (s.edge, usize::from(axis == Axis::Y))))
+        .flat_map(|s| {
+            s.fix.iter().map(|direction| {
+                let fix = match direction {
+                    Direction::X => Fix::Axis(0),
+                    Direction::Y => Fix::Axis(1),
+                    Direction::Normal => Fix::Normal,
+                };
+                Held { group: s.group().to_owned(), fix }
+            })
+        })
         .collect();
     let contact = scene.contact.as_ref();
-    let dofs = match contact.and_then(|c| c.edge.filter(|_| c.moves_contact())) {
-        Some(edge) => DofMap::beside(&mesh, &fixed, edge),
-        None => DofMap::new(&mesh, &fixed, contact.and_then(|c| c.edge)),
+    let facing = |o: &Obstacle| {
+        let direction = o.plane.as_ref().map(|p| {
+            let size = p.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
+            std::array::from_fn(|c| p.normal.get(c).map_or(0.0, |n| n / size))
+        });
+        Facing { group: o.group.clone(), direction }
     };
-    Body::assemble(mesh, dofs, &[material], b.mass == MassKind::Lumped)
+    let facing: Vec<Facing> = contact.map_or(vec![], |c| c.obstacles.iter().map(facing).collect());
+    let dofs = match contact.is_some_and(Contact::moves_contact) {
+        true => DofMap::beside(&form.mesh, &held, &facing),
+        false => DofMap::new(&form.mesh, &held, &facing),
+    };
+    let dofs = dofs.map_err(|e| scene.error(direction_issue(scene, form, &e)))?;
+    if let Some((k, idle)) = facing.iter().enumerate().find(|(k, f)| {
+        form.mesh.group_nodes(&f.group).iter().all(|&n| dofs.contact_at(*k, n).is_none())
+    }) {
+        let group = &idle.group;
+        let message = format!("all displacements of \"{group}\" along its normal are prescribed");
+        let help = "choose another edge or group, or free it in [[support]]";
+        let name = if scene.body.kind == BodyKind::Mesh { "group" } else { "edge" };
+        let key = contact.map_or(String::new(), |c| c.key(k, name));
+        return Err(scene.error(Issue::new(key, message, help)).into());
+    }
+    Ok(dofs)
+}
+
+/// Directions that do not go together, in the words of the scene.
+fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
+    let of_contact = |group: &str, message: String, help: &str| {
+        let contact = scene.contact.as_ref();
+        let k = contact.and_then(|c| c.obstacles.iter().position(|o| o.group == group));
+        let key = contact.map_or(String::new(), |c| match k {
+            Some(k) if c.obstacles[k].plane.is_some() => c.key(k, "plane"),
+            Some(k) => c.key(k, "group"),
+            None => c.key(0, "group"),
+        });
+        Issue::new(key, message, help)
+    };
+    match error {
+        FrameError::NotFlat { group, degrees } => {
+            let i = scene.supports.iter().position(|s| s.group() == group).unwrap_or(0);
+            let message =
+                format!("\"normal\" needs a flat group: \"{group}\" turns by {degrees:.3}°");
+            Issue::new(
+                format!("support[{i}].fix"),
+                message,
+                "give \"x\" and \"y\", or a flat group",
+            )
+        }
+        FrameError::Turned { node, group, degrees } => of_contact(
+            group,
+            format!(
+                "the contact direction lies {degrees:.1}° off the normal of a side at {}: 60° at the most",
+                form.node(*node)
+            ),
+            "give a group that faces the obstacle: leave the sides out that do not",
+        ),
+        FrameError::Crossing { node, degrees } => of_contact(
+            "",
+            format!(
+                "{} meets obstacles in two directions {degrees:.1}° apart: up to 10° are one direction, 30° to 150° are two",
+                form.node(*node)
+            ),
+            "leave the sides at that node out of one of the groups",
+        ),
+        FrameError::PartlyHeld { node, degrees } => of_contact(
+            "",
+            format!(
+                "a support holds a part of the contact displacement of {}: {degrees:.1}° lie between the two",
+                form.node(*node)
+            ),
+            "leave the node out of the contact group, or hold it altogether",
+        ),
+    }
 }
 
 pub(super) fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
     let with_contact =
         if scene.contact.is_some() { " besides the contact displacements" } else { "" };
+    let key = if scene.body.kind == BodyKind::Mesh { "body.file" } else { "body.elements" };
     (body.dofs.n_o == 0).then(|| {
         Issue::new(
-            "body.elements",
+            key,
             format!("no displacement is left free{with_contact}"),
             "use more elements or fewer supports",
         )
     })
 }
 
-pub(super) fn contact_edge(
-    scene: &Scene,
-    body: &Body,
-) -> Result<Option<ContactEdge>, ProblemError> {
-    let Some(c) = &scene.contact else { return Ok(None) };
-    let (Some(edge), Some(field)) = (c.edge, c.gap.as_ref()) else { return Ok(None) };
-    check_edge_moves(scene, body, edge)?;
-    let places = body.dofs.contact_nodes.iter().map(|&n| body.mesh.nodes()[n]);
-    let gap = gaps_at(scene, "contact.gap", field, places)?;
-    Ok(Some(ContactEdge { edge, gap, lumped: c.boundary_mass == MassKind::Lumped }))
+/// What the scene says of the contact points of a body.
+pub(super) fn contacts(scene: &Scene, body: &Body) -> Result<Contacts, ProblemError> {
+    let Some(c) = &scene.contact else { return Ok(Contacts::default()) };
+    let dofs = &body.dofs;
+    let mut gap = vec![f64::INFINITY; dofs.contact.len()];
+    for (k, obstacle) in c.obstacles.iter().enumerate() {
+        let nodes = body.mesh.group_nodes(&obstacle.group);
+        let points: Vec<(usize, Point)> = nodes
+            .into_iter()
+            .filter_map(|n| Some((dofs.contact_at(k, n)?, body.mesh.nodes()[n])))
+            .collect();
+        let own = gaps_to(scene, k, points.iter().map(|p| p.1))?;
+        points.iter().zip(own).for_each(|((i, _), g)| gap[*i] = gap[*i].min(g));
+    }
+    Ok(Contacts { gap, lumped: c.boundary_mass == MassKind::Lumped })
 }
 
-/// Some node of the edge can move along the normal.
-pub(super) fn check_edge_moves(scene: &Scene, body: &Body, edge: Edge) -> Result<(), ProblemError> {
-    if !body.dofs.contact_nodes.is_empty() {
-        return Ok(());
+/// The gaps of an obstacle at places of its group.
+pub(super) fn gaps_to(
+    scene: &Scene,
+    obstacle: usize,
+    places: impl Iterator<Item = Point> + Clone,
+) -> Result<Vec<f64>, ProblemError> {
+    let Some(c) = &scene.contact else { return Ok(vec![]) };
+    match (&c.obstacles[obstacle].gap, &c.obstacles[obstacle].plane) {
+        (Some(field), _) => gaps_at(scene, &c.key(obstacle, "gap"), field, places),
+        (None, Some(plane)) => {
+            let size = plane.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
+            let along = |p: Point| plane.normal.iter().zip(p).map(|(n, x)| n * x).sum::<f64>();
+            Ok(places.map(|p| (plane.offset - along(p)) / size).collect())
+        }
+        (None, None) => Ok(vec![]),
     }
-    let axis = ["x", "y"][edge.axis()];
-    let message =
-        format!("all {axis} displacements of the edge \"{}\" are prescribed", edge.name());
-    let help = "choose another edge, or free it in [[support]]";
-    Err(scene.error(Issue::new("contact.edge", message, help)).into())
 }
 
 /// A gap at places of the edge.

@@ -17,7 +17,7 @@ pub(super) fn folder(scene: &Scene) -> &Path {
 /// Gaps of given contact displacements.
 pub(super) fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
     let Some(c) = &scene.contact else { return vec![] };
-    match (&c.gaps, &c.gap) {
+    match (&c.gaps, c.gap()) {
         (Some(list), _) => list.clone(),
         (None, Some(gap)) => vec![gap.at([0.0, 0.0]); count],
         (None, None) => vec![],

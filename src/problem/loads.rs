@@ -29,10 +29,7 @@ pub(super) fn loads(
                 continue;
             }
             LoadKind::Gravity => system.gravity(&vector),
-            LoadKind::Traction => match l.edge {
-                Some(edge) => load::traction(body, edge, &vector),
-                None => continue,
-            },
+            LoadKind::Traction => load::traction(body, l.group(), &vector),
             LoadKind::Point => {
                 let at = l.at.as_deref().unwrap_or(&[]);
                 load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0), 0.0], &vector)

@@ -6,6 +6,7 @@
 mod body;
 mod damping;
 mod given;
+mod imported;
 mod initial;
 mod loads;
 mod modes;
@@ -26,7 +27,7 @@ use crate::scenario::{
 pub use body::mesh;
 pub use modes::{grazing_scale, phase_modes};
 
-use body::{assemble, contact_edge, discretisation, empty};
+use body::{assemble, contacts, discretisation};
 use damping::{damping, rayleigh_of};
 use given::given_body;
 use initial::initial_state;
@@ -137,27 +138,34 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             System::with_operator(body, operator, gap, choice)
         }
         _ => {
-            let body = assemble(scene);
-            let edge = contact_edge(scene, &body)?;
-            if let Some(issue) = empty(scene, &body) {
-                return Err(scene.error(issue).into());
-            }
-            let contact = scene.contact.as_ref();
-            match (contact.filter(|c| c.has_impacts()), &edge) {
-                (Some(c), Some(edge)) => {
-                    let march = march(c, &body);
-                    System::with_impacts(body, edge, (c.restitution.unwrap_or(0.0), march))
+            let (body, _) = assemble(scene)?;
+            let contacts = contacts(scene, &body)?;
+            match scene.contact.as_ref().filter(|c| c.has_impacts()) {
+                Some(c) => {
+                    let law = (c.restitution.unwrap_or(0.0), march(c, &body));
+                    System::with_impacts(body, contacts.gap, law)
                 }
-                _ => System::on_edge(body, edge.as_ref(), choice),
+                None => System::new(body, &contacts, choice),
             }
         }
     };
     built.map_err(|e| match e {
         ContactError::NotPMatrix { .. } => {
-            let given = scene.body.kind == BodyKind::Matrices;
-            let key = if given { "contact.n_c" } else { "contact.edge" };
-            let help = "give the elements along the contact edge regular shapes, or boundary_mass = \"consistent\"";
+            let (key, help) = match scene.body.kind {
+                BodyKind::Matrices => {
+                    ("contact.n_c", "give stress = \"reaction\", or another boundary operator")
+                }
+                BodyKind::Mesh => ("contact", "give stress = \"reaction\": it works on every mesh"),
+                _ => (
+                    "contact.edge",
+                    "give the elements along the contact edge regular shapes, boundary_mass = \"consistent\", or stress = \"reaction\"",
+                ),
+            };
             scene.error(Issue::new(key, e.to_string(), help)).into()
+        }
+        ContactError::SeveralDirections => {
+            let help = "give mass = \"condensed\": it knows no direction";
+            scene.error(Issue::new("contact.mass", e.to_string(), help)).into()
         }
         ContactError::Fem(FemError::NotPositiveDefinite { .. })
             if choice.1 == MassChoice::Optimal =>

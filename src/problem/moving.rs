@@ -15,8 +15,9 @@
 
 use super::ProblemError;
 use crate::contact::System;
-use crate::fem::{Course, Loads};
-use crate::scenario::{Axis, Issue, Scene};
+use crate::fem::{ContactPoint, Course, Loads};
+use crate::mesh::Point;
+use crate::scenario::{Direction, Issue, Scene, Support};
 
 /// The load of a support that moves.
 pub(super) fn base(
@@ -28,25 +29,38 @@ pub(super) fn base(
 ) -> Result<(), ProblemError> {
     let body = &system.body;
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
-    let Some(edge) = scene.loads[i].edge else { return Ok(()) };
+    let group = scene.loads[i].group();
     let mut field = vec![0.0; dim * mesh.n_nodes()];
     for (c, a) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-        let axis = [Axis::X, Axis::Y][c];
-        if !scene.supports.iter().any(|s| s.edge == edge && s.fix.contains(&axis)) {
+        let axis = [Direction::X, Direction::Y][c];
+        let holds = |s: &Support| {
+            s.group() == group && (s.fix.contains(&axis) || s.fix.contains(&Direction::Normal))
+        };
+        if !scene.supports.iter().any(holds) {
             let name = ["x", "y"][c];
-            let message = format!(
-                "moves the {name} displacement of \"{}\", which no support holds",
-                edge.name()
-            );
+            let message =
+                format!("moves the {name} displacement of \"{group}\", which no support holds");
             let help = format!(
-                "add [[support]] with edge = \"{}\", fix = [\"{name}\"], or give 0 for it",
-                edge.name()
+                "add [[support]] with edge = \"{group}\", fix = [\"{name}\"], or give 0 for it"
             );
             return Err(scene
                 .error(Issue::new(format!("load[{i}].amplitude"), message, help))
                 .into());
         }
-        mesh.group_nodes(edge.name()).into_iter().for_each(|n| field[dim * n + c] = *a);
+        mesh.group_nodes(group).into_iter().for_each(|n| field[dim * n + c] = *a);
+    }
+    // a support along the normal moves along it
+    let size = amplitude.iter().fold(0.0f64, |m, a| m.hypot(*a));
+    let slides = |n: usize| {
+        let own = &field[dim * n..dim * (n + 1)];
+        let free = body.dofs.directions(n).filter(|d| d.1.is_some());
+        free.map(|(d, _)| own.iter().zip(d).map(|(w, d)| w * d).sum::<f64>())
+            .any(|along| along.abs() > 1e-9 * size)
+    };
+    if mesh.group_nodes(group).into_iter().any(slides) {
+        let message = format!("moves \"{group}\" along a direction that no support holds");
+        let help = "give a motion along the held directions";
+        return Err(scene.error(Issue::new(format!("load[{i}].amplitude"), message, help)).into());
     }
     if body.moves_supports_at_contact(&field) {
         let message = "moves a support that the contact stress of an element reads";
@@ -67,14 +81,27 @@ fn follow(system: &System, [k, m]: &[Vec<f64>; 2], sign: f64, course: &Course, l
     loads.follow(of(0.0, 1.0), 2, course);
 }
 
-/// The unit motion along the outward normal of the contact edge, as a nodal field; on prescribed displacements alone where `of_supports`.
-fn along_normal(system: &System, of_supports: bool) -> Vec<f64> {
+/// The direction along which obstacles move: that of all contact points.
+fn direction(system: &System) -> Option<Point> {
+    let first = system.body.dofs.contact.first()?.direction;
+    let same = |c: &ContactPoint| (0..3).all(|k| (c.direction[k] - first[k]).abs() <= 1e-9);
+    system.body.dofs.contact.iter().all(same).then_some(first)
+}
+
+/// The unit motion along a direction as a nodal field; what supports hold of it where `of_supports`.
+fn along(system: &System, direction: Point, of_supports: bool) -> Vec<f64> {
     let (mesh, dofs) = (&system.body.mesh, &system.body.dofs);
-    let (dim, axis) = (mesh.dim(), dofs.contact_axis);
+    let dim = mesh.dim();
     let mut field = vec![0.0; dim * mesh.n_nodes()];
     for n in 0..mesh.n_nodes() {
-        if !of_supports || dofs.of(n, axis).is_none() {
-            field[dim * n + axis] = dofs.contact_sign;
+        let own = &mut field[dim * n..dim * (n + 1)];
+        if !of_supports {
+            own.copy_from_slice(&direction[..dim]);
+            continue;
+        }
+        for (held, _) in dofs.directions(n).filter(|d| d.1.is_none()) {
+            let share: f64 = held.iter().zip(&direction).map(|(h, d)| h * d).sum();
+            own.iter_mut().zip(&held).for_each(|(x, h)| *x += share * h);
         }
     }
     field
@@ -88,7 +115,13 @@ pub(super) fn obstacle(
 ) -> Result<(), ProblemError> {
     let Some(motion) = scene.contact.as_ref().and_then(|c| c.motion) else { return Ok(()) };
     let body = &system.body;
-    let field = along_normal(system, true);
+    let Some(direction) = direction(system) else {
+        let message =
+            "moves along the direction of the contact, and the contact points have several";
+        let help = "give plane = { normal = […], offset = … } in place of gap";
+        return Err(scene.error(Issue::new("contact.motion", message, help)).into());
+    };
+    let field = along(system, direction, true);
     if body.moves_supports_at_contact(&field) {
         let message = "a support along the normal belongs to an element at the contact: the contact stress reads it";
         let help = "put a row of elements between the support and the contact edge";
@@ -100,9 +133,7 @@ pub(super) fn obstacle(
     let forces = body.forces_of_field(&field).map(scaled);
     follow(system, &forces, 1.0, &course, loads);
     // the inertia of the frame, on the mass of the method
-    let mut normal = vec![0.0; body.mesh.dim()];
-    normal[body.dofs.contact_axis] = body.dofs.contact_sign;
-    let inertia = scaled(system.gravity(&normal));
+    let inertia = scaled(system.gravity(&direction[..body.mesh.dim()]));
     let alpha = system.damping.map_or(0.0, |d| d.alpha);
     let of = |x: f64| inertia.iter().map(|f| -x * f).collect();
     loads.follow(of(1.0), 2, &course);
@@ -113,7 +144,7 @@ pub(super) fn obstacle(
 /// What a state of the scene is, seen from the obstacle: displacements and velocities along the normal to take away at `t = 0`.
 pub(super) fn frame(scene: &Scene, system: &System) -> Option<[Vec<f64>; 2]> {
     let motion = scene.contact.as_ref()?.motion?;
-    let unit = system.body.dofs.gather(&along_normal(system, false));
+    let unit = system.body.dofs.gather(&along(system, direction(system)?, false));
     let (sin, cos) = motion.phase.sin_cos();
     let of = |x: f64| unit.iter().map(|u| motion.amplitude * x * u).collect();
     Some([of(cos), of(-motion.omega * sin)])

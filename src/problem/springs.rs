@@ -1,9 +1,9 @@
 //! Obstacles that push like springs: penalty, Nitsche's method.
 
 use super::ProblemError;
-use super::body::{assemble, check_edge_moves, empty, gaps_at};
+use super::body::{assemble, gaps_at, gaps_to};
 use super::given::given_matrices;
-use crate::contact::{ContactError, Law, SpringPoint, System, at_displacements, on_edge};
+use crate::contact::{ContactError, Law, SpringPoint, System, at_displacements, on_sides};
 use crate::scenario::{BodyKind, Contact, ContactMethod, Issue, Scene};
 
 /// What pushes; none for methods whose conditions hold at nodes.
@@ -29,26 +29,22 @@ pub(super) fn system(scene: &Scene, contact: &Contact, law: Law) -> Result<Syste
             (body, points, gap)
         }
         _ => {
-            let body = assemble(scene);
-            if let Some(issue) = empty(scene, &body) {
-                return Err(scene.error(issue).into());
-            }
-            let mut points = vec![];
-            if let Some(edge) = contact.edge {
-                check_edge_moves(scene, &body, edge)?;
-                points = on_edge(&body, edge);
-            }
+            let (body, _) = assemble(scene)?;
+            let points = on_sides(&body);
             let mut gap = vec![];
-            if let Some(field) = &contact.gap {
-                gap = gaps_at(scene, "contact.gap", field, points.iter().map(|p| p.place))?;
+            for k in 0..contact.obstacles.len() {
+                let own = points.iter().filter(|p| p.group == k).map(|p| p.place);
+                gap.extend(gaps_to(scene, k, own)?);
             }
             (body, points, gap)
         }
     };
-    if let Some(field) = &contact.gap_behind {
-        let places = points.iter().map(|p| p.place);
-        gap.extend(gaps_at(scene, "contact.gap_behind", field, places)?);
-        let behind: Vec<SpringPoint> = points.iter().map(SpringPoint::behind).collect();
+    for (k, obstacle) in contact.obstacles.iter().enumerate() {
+        let Some(field) = &obstacle.gap_behind else { continue };
+        let front = points.iter().filter(|p| p.group == k && !p.is_behind());
+        let behind: Vec<SpringPoint> = front.map(SpringPoint::behind).collect();
+        let places = behind.iter().map(|p| p.place);
+        gap.extend(gaps_at(scene, &contact.key(k, "gap_behind"), field, places)?);
         points.extend(behind);
     }
     System::with_springs(body, points, gap, law).map_err(|e| match e {

@@ -12,20 +12,70 @@ const SHOWN: usize = 12;
 /// The contact nodes of a stored motion, at least one.
 pub(super) struct Edge<'s> {
     stored: &'s Stored,
-    /// Coordinate along the edge.
+    /// Coordinate along the edge: that of an axis, or the length along the edges, one behind the other.
     pub position: Vec<f64>,
     /// Its name.
     pub axis: &'static str,
-    /// Of the outward normal.
-    sign: f64,
 }
 
 impl<'s> Edge<'s> {
     pub fn of(stored: &'s Stored) -> Self {
-        let axis = if stored.contact_normal.ends_with('y') { 0 } else { 1 };
-        let position = (0..stored.gap.len()).map(|i| stored.contact_place(i)[axis]).collect();
-        let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
-        Edge { stored, position, axis: ["x", "y"][axis], sign }
+        let places: Vec<[f64; 2]> =
+            (0..stored.gap.len()).map(|i| stored.contact_place(i)).collect();
+        // one straight edge along an axis
+        for (axis, name) in [(1, "y"), (0, "x")] {
+            let straight = places.iter().all(|p| p[1 - axis] == places[0][1 - axis]);
+            let rising = places.windows(2).all(|p| p[0][axis] < p[1][axis]);
+            if straight && (rising || places.len() < 2) && !stored.contact_groups.contains(&1) {
+                let position = places.iter().map(|p| p[axis]).collect();
+                return Edge { stored, position, axis: name };
+            }
+        }
+        let mut edge = Edge { stored, position: vec![0.0; places.len()], axis: "s" };
+        let mut s = 0.0;
+        let parts = edge.parts();
+        let count = parts.len();
+        let total: f64 = parts.iter().map(|p| length(&places, p)).sum();
+        for part in parts {
+            for (k, &i) in part.iter().enumerate() {
+                if k > 0 {
+                    s += distance(places[part[k - 1]], places[i]);
+                }
+                edge.position[i] = s;
+            }
+            // from one edge to the next
+            s += 0.05 * total / count as f64;
+        }
+        edge
+    }
+
+    /// The contact points of each obstacle in runs of neighbours.
+    pub fn parts(&self) -> Vec<Vec<usize>> {
+        let stored = self.stored;
+        let mut parts: Vec<Vec<usize>> = vec![];
+        for i in 0..stored.gap.len() {
+            let belongs = |part: &Vec<usize>| {
+                let last = part[part.len() - 1];
+                let same = stored.contact_groups[last] == stored.contact_groups[i];
+                let normal =
+                    |c: usize| stored.contact_normals[(last, c)] * stored.contact_normals[(i, c)];
+                let step = distance(stored.contact_place(last), stored.contact_place(i));
+                let usual = part.len() < 2
+                    || step
+                        < 4.0
+                            * distance(
+                                stored.contact_place(part[part.len() - 2]),
+                                stored.contact_place(last),
+                            );
+                // points on the other side of the body come later: an obstacle behind
+                same && usual && normal(0) + normal(1) > -0.5
+            };
+            match parts.last_mut().filter(|p| belongs(p)) {
+                Some(part) => part.push(i),
+                None => parts.push(vec![i]),
+            }
+        }
+        parts
     }
 
     /// From the first to the last node.
@@ -35,9 +85,7 @@ impl<'s> Edge<'s> {
 
     /// Contact displacement along the outward normal, and its velocity.
     pub fn motion(&self, row: usize, i: usize) -> (f64, f64) {
-        let first = self.stored.v.ncols() - self.stored.gap.len();
-        let velocity = self.sign * self.stored.v[(row, first + i)];
-        (self.stored.contact_displacement(row, i), velocity)
+        (self.stored.contact_displacement(row, i), self.stored.contact_velocity(row, i))
     }
 
     /// All nodes, or as many evenly along the edge as a picture bears.
@@ -80,4 +128,12 @@ impl<'s> Edge<'s> {
         let Some(area) = area else { return Ok(()) };
         colour_bar(area, self.span(), &format!("node {}", self.axis), |s| viridis(0.92 * s))
     }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+fn length(places: &[[f64; 2]], part: &[usize]) -> f64 {
+    part.windows(2).map(|p| distance(places[p[0]], places[p[1]])).sum()
 }

@@ -1,4 +1,6 @@
-//! `[body]`: a bar or a plate of elements, or matrices from files.
+//! `[body]`: a bar, a plate, a mesh from a file, or matrices from files.
+
+use std::path::PathBuf;
 
 use serde::Deserialize;
 
@@ -12,7 +14,7 @@ const MOST_NODES: usize = 50_000_000;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Bar, plate, or matrices from files.
+    /// Bar, plate, mesh, or matrices from files.
     pub kind: BodyKind,
     /// `[L]` or `[L, H]`.
     #[serde(default)]
@@ -26,8 +28,14 @@ pub struct Body {
     pub poisson: Option<f64>,
     /// Mass density ρ.
     pub density: Option<f64>,
-    /// Thickness h (plate), 1 by default.
+    /// Thickness h (plate; mesh in plane stress or strain), 1 by default.
     pub thickness: Option<f64>,
+    /// File of the mesh (kind `mesh`), relative to the scene: Gmsh 4.1 or 2.2, ASCII.
+    pub file: Option<PathBuf>,
+    /// State of a mesh in the plane.
+    pub state: Option<State>,
+    /// What the coordinates of a mesh are multiplied by, 1 by default.
+    pub scale: Option<f64>,
     /// Cross-section A (bar), 1 by default.
     pub area: Option<f64>,
     /// Consistent or row-sum lumped mass.
@@ -49,8 +57,24 @@ pub enum BodyKind {
     Bar,
     /// Rectangular plate in its plane (plane stress), four-node elements.
     Plate,
+    /// A mesh of Gmsh.
+    Mesh,
     /// `M`, `K` and the boundary operator from files.
     Matrices,
+}
+
+/// `state` of a body in the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub enum State {
+    /// No stress across the plane.
+    #[serde(rename = "plane stress")]
+    PlaneStress,
+    /// No strain across the plane.
+    #[serde(rename = "plane strain")]
+    PlaneStrain,
+    /// A ring around y: x is the radius.
+    #[serde(rename = "axisymmetric")]
+    Axisymmetric,
 }
 
 /// How a mass matrix is integrated.
@@ -70,6 +94,9 @@ impl Scene {
             return self.check_matrices();
         }
         self.body.check_presence()?;
+        if self.body.kind == BodyKind::Mesh {
+            return self.body.check_file();
+        }
         self.body.check_mesh(self.dim())?;
         self.body.check_section()
     }
@@ -86,6 +113,31 @@ impl Body {
         if let Some((key, _)) = files.iter().find(|f| f.1) {
             let message = "belongs to kind = \"matrices\", this body has elements";
             return Err(Issue::new(*key, message, "remove the key or change body.kind"));
+        }
+        let of_mesh = [
+            ("file", self.file.is_some()),
+            ("state", self.state.is_some()),
+            ("scale", self.scale.is_some()),
+        ];
+        let generated = [
+            ("size", !self.size.is_empty()),
+            ("elements", !self.elements.is_empty()),
+            ("young", self.young.is_some()),
+            ("poisson", self.poisson.is_some()),
+            ("density", self.density.is_some()),
+            ("area", self.area.is_some()),
+        ];
+        let is_mesh = self.kind == BodyKind::Mesh;
+        let (others, owner) = match is_mesh {
+            true => (&generated[..], "a bar or a plate; a mesh has [[material]]"),
+            false => (&of_mesh[..], "kind = \"mesh\""),
+        };
+        if let Some((key, _)) = others.iter().find(|k| k.1) {
+            let message = format!("belongs to {owner}");
+            return Err(Issue::new(format!("body.{key}"), message, "remove the key"));
+        }
+        if is_mesh {
+            return Ok(());
         }
         for (key, value) in [("young", self.young), ("density", self.density)] {
             if value.is_none() {
@@ -108,6 +160,23 @@ impl Body {
             }
         }
         Ok(())
+    }
+
+    /// What a mesh must have.
+    fn check_file(&self) -> Check {
+        if self.file.is_none() {
+            return Err(Issue::new("body.file", "is missing", "file = \"bracket.msh\" (Gmsh)"));
+        }
+        if self.state.is_none() {
+            let help = "state = \"plane stress\", \"plane strain\" or \"axisymmetric\"";
+            return Err(Issue::new("body.state", "is missing", help));
+        }
+        if self.state == Some(State::Axisymmetric) && self.thickness.is_some() {
+            let message = "belongs to plane stress and plane strain; a ring has none";
+            return Err(Issue::new("body.thickness", message, "remove the key"));
+        }
+        positive("body.thickness", self.thickness.unwrap_or(1.0))?;
+        positive("body.scale", self.scale.unwrap_or(1.0))
     }
 
     /// Size, elements and the numbers that every body of elements has.
@@ -145,7 +214,7 @@ impl Body {
             BodyKind::Bar if self.thickness.is_some() => misplaced("body.thickness", "plate"),
             BodyKind::Bar => positive("body.area", self.area.unwrap_or(1.0)),
             BodyKind::Plate if self.area.is_some() => misplaced("body.area", "bar"),
-            BodyKind::Matrices => Ok(()),
+            BodyKind::Matrices | BodyKind::Mesh => Ok(()),
             BodyKind::Plate => {
                 positive("body.thickness", self.thickness.unwrap_or(1.0))?;
                 self.check_poisson()

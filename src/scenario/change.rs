@@ -40,46 +40,22 @@ impl Change {
         let (Some((last, folders)), true) = (parts.split_last(), parts.iter().all(is_name)) else {
             return Err(self.issue("is no key of a scene"));
         };
-        let mut table: &mut dyn TableLike = document.as_table_mut();
-        for part in folders {
-            table = match self.step(table, part)? {
-                Some(inner) => inner,
-                None => return Ok(()),
-            };
-        }
-        match &self.value {
-            None => {
-                table.remove(last);
-            }
-            Some(text) => {
-                // `.5` is a number to everybody but TOML
-                let number = || text.trim().parse::<f64>().ok().map(Value::from);
-                let word = || Value::from(text.as_str());
-                let value = text.parse::<Value>().ok().or_else(number).unwrap_or_else(word);
-                match table.get_mut(last).and_then(Item::as_value_mut) {
-                    // what stands around a value (comments) stays
-                    Some(old) => {
-                        let decor = old.decor().clone();
-                        *old = value;
-                        *old.decor_mut() = decor;
-                    }
-                    None => {
-                        table.insert(last, Item::Value(value));
-                    }
-                }
-            }
-        }
-        Ok(())
+        self.carry_out(document.as_table_mut(), folders, last)
     }
 
-    /// The table of a name in another one: made if it is not there, unless a key is to be removed from it.
-    fn step<'t>(
+    /// In the table that `folders` lead to; a name without a number means all tables of a list.
+    fn carry_out(
         &self,
-        table: &'t mut dyn TableLike,
-        part: &str,
-    ) -> Result<Option<&'t mut dyn TableLike>, Issue> {
+        table: &mut dyn TableLike,
+        folders: &[&str],
+        key: &str,
+    ) -> Result<(), Issue> {
+        let Some((part, folders)) = folders.split_first() else {
+            self.put(table, key);
+            return Ok(());
+        };
         let (name, index) = match part.split_once('[') {
-            None => (part, None),
+            None => (*part, None),
             Some((name, rest)) => {
                 let index = rest.strip_suffix(']').and_then(|i| i.parse::<usize>().ok());
                 (name, Some(index.ok_or_else(|| self.issue("is no key of a scene"))?))
@@ -88,16 +64,41 @@ impl Change {
         if index.is_none() && self.value.is_some() && !table.contains_key(name) {
             table.insert(name, Item::Table(Table::new()));
         }
-        let found = match (table.get_mut(name), index) {
-            (Some(Item::ArrayOfTables(list)), Some(k)) => {
-                list.get_mut(k).map(|t| t as &mut dyn TableLike)
+        let found: Vec<&mut dyn TableLike> = match (table.get_mut(name), index) {
+            (Some(Item::ArrayOfTables(list)), None) => {
+                list.iter_mut().map(|t| t as &mut dyn TableLike).collect()
             }
-            (Some(item), None) => item.as_table_like_mut(),
-            _ => None,
+            (Some(Item::ArrayOfTables(list)), Some(k)) => {
+                list.get_mut(k).map(|t| t as &mut dyn TableLike).into_iter().collect()
+            }
+            (Some(item), None) => item.as_table_like_mut().into_iter().collect(),
+            _ => vec![],
         };
-        match (found, &self.value) {
-            (None, Some(_)) => Err(self.issue("there is no such table in the scene")),
-            (found, _) => Ok(found),
+        if found.is_empty() && self.value.is_some() {
+            return Err(self.issue("there is no such table in the scene"));
+        }
+        found.into_iter().try_for_each(|t| self.carry_out(t, folders, key))
+    }
+
+    fn put(&self, table: &mut dyn TableLike, key: &str) {
+        let Some(text) = &self.value else {
+            table.remove(key);
+            return;
+        };
+        // `.5` is a number to everybody but TOML
+        let number = || text.trim().parse::<f64>().ok().map(Value::from);
+        let word = || Value::from(text.as_str());
+        let value = text.parse::<Value>().ok().or_else(number).unwrap_or_else(word);
+        match table.get_mut(key).and_then(Item::as_value_mut) {
+            // what stands around a value (comments) stays
+            Some(old) => {
+                let decor = old.decor().clone();
+                *old = value;
+                *old.decor_mut() = decor;
+            }
+            None => {
+                table.insert(key, Item::Value(value));
+            }
         }
     }
 }

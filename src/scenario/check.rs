@@ -59,12 +59,13 @@ impl Scene {
     pub fn dim(&self) -> usize {
         match self.body.kind {
             BodyKind::Bar | BodyKind::Matrices => 1,
-            BodyKind::Plate => 2,
+            BodyKind::Plate | BodyKind::Mesh => 2,
         }
     }
 
     pub(super) fn check(&self) -> Check {
         self.check_body()?;
+        self.check_materials()?;
         self.check_supports()?;
         self.check_contact()?;
         self.check_damping()?;

@@ -1,20 +1,24 @@
 //! `[contact]`: the obstacle, the contact method and its parameters.
 
-use serde::de::{self, Deserializer, SeqAccess, Visitor};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
-use super::check::{Check, finite, positive};
-use super::{BodyKind, Edge, Field, Issue, MassKind, Scene};
+use super::check::{Check, finite, length, positive};
+use super::side::side;
+use super::{
+    Activation, BodyKind, ContactMethod, Edge, Field, Inertia, Instants, Issue, METHOD_KEYS,
+    MassKind, RedistributedMass, Scene, StressKey,
+};
 
-/// `[contact]`: a rigid, frictionless obstacle before an edge.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// `[contact]`, or all tables `[[contact]]`: rigid, frictionless obstacles and one contact method.
+#[derive(Debug, Clone, Default)]
 pub struct Contact {
-    /// The edge (not for kind `matrices`).
-    pub edge: Option<Edge>,
-    /// Distance to the obstacle along the outward normal.
-    pub gap: Option<Field>,
-    /// The same, one number a contact displacement (kind `matrices`).
+    /// The obstacles, one a table; of kind `matrices` one.
+    pub obstacles: Vec<Obstacle>,
+    /// Written as `[[contact]]`.
+    is_list: bool,
+    /// Gaps, one number a contact displacement (kind `matrices`).
     pub gaps: Option<Vec<f64>>,
     /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
     pub displacements: Option<Vec<usize>>,
@@ -23,10 +27,8 @@ pub struct Contact {
     /// File of `N_O`, `n_C × n_O`, the other displacements in their order.
     pub n_o: Option<String>,
     /// `G`: consistent or lumped.
-    #[serde(default)]
     pub boundary_mass: MassKind,
     /// How contact is modelled.
-    #[serde(default)]
     pub method: ContactMethod,
     /// `nbm`: where the pressure comes from.
     pub stress: Option<StressKey>,
@@ -48,10 +50,176 @@ pub struct Contact {
     pub instants: Option<Instants>,
     /// `moreau-jean`: which points are pushed over a step.
     pub activation: Option<Activation>,
-    /// `penalty`, `nitsche`: distance to a second obstacle behind, against the outward normal.
-    pub gap_behind: Option<Field>,
-    /// The obstacle moves: `amplitude cos(ωt + phase)` is added to the gap.
+    /// The obstacles move together: `amplitude cos(ωt + phase)` is added to the gap.
     pub motion: Option<Motion>,
+}
+
+/// A rigid obstacle before some sides of the body.
+#[derive(Debug, Clone, Default)]
+pub struct Obstacle {
+    /// The edge of a bar or plate, the group of a mesh; empty for kind `matrices`.
+    pub group: String,
+    /// Distance along the contact direction.
+    pub gap: Option<Field>,
+    /// In its place: the obstacle itself.
+    pub plane: Option<Plane>,
+    /// Distance to a second obstacle behind, against the contact direction.
+    pub gap_behind: Option<Field>,
+}
+
+/// An obstacle that fills `normal·x ≥ offset`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plane {
+    /// Normal, of any length, towards the obstacle.
+    pub normal: Vec<f64>,
+    /// `normal·x` on its surface.
+    pub offset: f64,
+}
+
+/// One table.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Table {
+    edge: Option<Edge>,
+    group: Option<String>,
+    gap: Option<Field>,
+    plane: Option<Plane>,
+    gap_behind: Option<Field>,
+    gaps: Option<Vec<f64>>,
+    displacements: Option<Vec<usize>>,
+    n_c: Option<String>,
+    n_o: Option<String>,
+    boundary_mass: Option<MassKind>,
+    method: Option<ContactMethod>,
+    stress: Option<StressKey>,
+    inertia: Option<Inertia>,
+    mass: Option<RedistributedMass>,
+    stiffness: Option<f64>,
+    gamma: Option<f64>,
+    theta: Option<f64>,
+    restitution: Option<f64>,
+    step: Option<f64>,
+    instants: Option<Instants>,
+    activation: Option<Activation>,
+    motion: Option<Motion>,
+}
+
+/// The tables of a scene: `[contact]`, or `[[contact]]`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tables {
+    all: Vec<Table>,
+    is_list: bool,
+}
+
+impl<'de> Deserialize<'de> for Tables {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrSeveral;
+        impl<'de> Visitor<'de> for OneOrSeveral {
+            type Value = Tables;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a table [contact], or tables [[contact]]")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Tables, A::Error> {
+                let table = Table::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Tables { all: vec![table], is_list: false })
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Tables, A::Error> {
+                let mut all = vec![];
+                while let Some(table) = seq.next_element()? {
+                    all.push(table);
+                }
+                Ok(Tables { all, is_list: true })
+            }
+        }
+        deserializer.deserialize_any(OneOrSeveral)
+    }
+}
+
+impl Tables {
+    /// The obstacles, and the one method that they share; nothing is said without a table.
+    pub fn merge(self, kind: BodyKind) -> Result<Option<Contact>, Issue> {
+        if self.all.is_empty() {
+            return Ok(None);
+        }
+        let motion = self.one("motion", |t| &t.motion)?;
+        if let (Some(_), Some(still)) = (&motion, self.all.iter().position(|t| t.motion.is_none()))
+        {
+            let message = "is missing, and another obstacle moves: they move together";
+            return Err(Issue::new(self.key(still, "motion"), message, "give all the same motion"));
+        }
+        if let Some(k) = (1..self.all.len()).find(|_| kind == BodyKind::Matrices) {
+            let message = "a body of matrices has one table of contact displacements";
+            return Err(Issue::new(
+                format!("contact[{k}]"),
+                message,
+                "list all displacements in it",
+            ));
+        }
+        let obstacle = |(k, t): (usize, &Table)| {
+            let group = match kind {
+                BodyKind::Matrices if t.edge.is_none() && t.group.is_none() => String::new(),
+                _ => side(kind, &self.key(k, ""), t.edge, t.group.as_ref(), "right")?,
+            };
+            let (gap, plane) = (t.gap.clone(), t.plane.clone());
+            Ok(Obstacle { group, gap, plane, gap_behind: t.gap_behind.clone() })
+        };
+        Ok(Some(Contact {
+            obstacles: self.all.iter().enumerate().map(obstacle).collect::<Result<_, Issue>>()?,
+            is_list: self.is_list,
+            gaps: self.one("gaps", |t| &t.gaps)?,
+            displacements: self.one("displacements", |t| &t.displacements)?,
+            n_c: self.one("n_c", |t| &t.n_c)?,
+            n_o: self.one("n_o", |t| &t.n_o)?,
+            boundary_mass: self.one("boundary_mass", |t| &t.boundary_mass)?.unwrap_or_default(),
+            method: self.one("method", |t| &t.method)?.unwrap_or_default(),
+            stress: self.one("stress", |t| &t.stress)?,
+            inertia: self.one("inertia", |t| &t.inertia)?,
+            mass: self.one("mass", |t| &t.mass)?,
+            stiffness: self.one("stiffness", |t| &t.stiffness)?,
+            gamma: self.one("gamma", |t| &t.gamma)?,
+            theta: self.one("theta", |t| &t.theta)?,
+            restitution: self.one("restitution", |t| &t.restitution)?,
+            step: self.one("step", |t| &t.step)?,
+            instants: self.one("instants", |t| &t.instants)?,
+            activation: self.one("activation", |t| &t.activation)?,
+            motion,
+        }))
+    }
+
+    fn key(&self, table: usize, name: &str) -> String {
+        key(self.is_list, table, name)
+    }
+
+    /// The value of a key that all tables share: given in any of them, the same in all that give it.
+    fn one<T: PartialEq + Clone>(
+        &self,
+        name: &str,
+        of: impl Fn(&Table) -> &Option<T>,
+    ) -> Result<Option<T>, Issue> {
+        let mut found: Option<&T> = None;
+        for (k, table) in self.all.iter().enumerate() {
+            match (found, of(table)) {
+                (Some(known), Some(other)) if known != other => {
+                    let message =
+                        "differs from that of another [[contact]]: it is one choice for the body";
+                    return Err(Issue::new(self.key(k, name), message, "give it once"));
+                }
+                (None, Some(value)) => found = Some(value),
+                _ => {}
+            }
+        }
+        Ok(found.cloned())
+    }
+}
+
+/// `contact.gap`, or `contact[1].gap` in a list.
+fn key(is_list: bool, table: usize, name: &str) -> String {
+    let dot = if name.is_empty() { "" } else { "." };
+    match is_list {
+        true => format!("contact[{table}]{dot}{name}"),
+        false => format!("contact{dot}{name}"),
+    }
 }
 
 /// The harmonic part of a gap.
@@ -65,161 +233,6 @@ pub struct Motion {
     /// Phase.
     #[serde(default)]
     pub phase: f64,
-}
-
-/// Contact methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ContactMethod {
-    /// The nodal boundary method.
-    #[default]
-    #[serde(rename = "nbm")]
-    NodalBoundary,
-    /// No inertia at the contact points: `nbm` with nodal reactions and a constant mass.
-    MassRedistribution,
-    /// Springs at the contact points.
-    Penalty,
-    /// Nitsche's method.
-    Nitsche,
-    /// Newton's law of impact.
-    Impact,
-    /// The time-stepping scheme of Moreau and Jean.
-    MoreauJean,
-    /// Waves along the characteristics of a uniform bar.
-    Waves,
-}
-
-impl ContactMethod {
-    /// All methods.
-    pub const ALL: [ContactMethod; 7] = [
-        ContactMethod::NodalBoundary,
-        ContactMethod::MassRedistribution,
-        ContactMethod::Penalty,
-        ContactMethod::Nitsche,
-        ContactMethod::Impact,
-        ContactMethod::MoreauJean,
-        ContactMethod::Waves,
-    ];
-
-    /// Whether a key of `[contact]` is read by this method; what is no key of a method is read by all.
-    pub fn reads(self, key: &str) -> bool {
-        METHOD_KEYS.iter().all(|(name, by)| *name != key || by.contains(&self))
-    }
-
-    /// Name in a scene.
-    pub fn name(self) -> &'static str {
-        match self {
-            ContactMethod::NodalBoundary => "nbm",
-            ContactMethod::MassRedistribution => "mass-redistribution",
-            ContactMethod::Penalty => "penalty",
-            ContactMethod::Nitsche => "nitsche",
-            ContactMethod::Impact => "impact",
-            ContactMethod::MoreauJean => "moreau-jean",
-            ContactMethod::Waves => "waves",
-        }
-    }
-}
-
-/// Keys of `[contact]` that some methods read and others do not.
-pub const METHOD_KEYS: [(&str, &[ContactMethod]); 12] = {
-    use ContactMethod::{
-        Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Waves,
-    };
-    [
-        ("stress", &[NodalBoundary]),
-        ("inertia", &[NodalBoundary]),
-        ("boundary_mass", &[NodalBoundary]),
-        ("mass", &[MassRedistribution]),
-        ("stiffness", &[Penalty]),
-        ("gamma", &[Nitsche]),
-        ("theta", &[Nitsche]),
-        ("restitution", &[Impact, MoreauJean]),
-        ("step", &[MoreauJean]),
-        ("instants", &[Waves]),
-        ("activation", &[MoreauJean]),
-        ("gap_behind", &[Penalty, Nitsche]),
-    ]
-};
-
-/// `inertia`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Inertia {
-    /// The paper's mass, which jumps at switches.
-    Paper,
-    /// The open phase's mass in every phase.
-    Constant,
-}
-
-/// `instants` of `waves`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Instants {
-    /// Where contact closes and opens.
-    Exact,
-    /// Once an element's travel time: the wave finite element method.
-    Step,
-}
-
-/// `activation` of `moreau-jean`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Activation {
-    /// Those whose gap closes within half a step.
-    HalfStep,
-    /// Those that come closer and whose gap closes within the step.
-    FullStep,
-}
-
-/// `mass` of mass redistribution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RedistributedMass {
-    /// `A_∅ᵀ M A_∅`.
-    Condensed,
-    /// Nearest to `M` with all moments kept.
-    Optimal,
-}
-
-/// `stress`: a name, or (kind `matrices`) the terms `[displacement, coefficient]` of each contact stress.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StressKey {
-    /// The stress of the displacement field.
-    Projection,
-    /// The mean of the stresses in the elements at a node.
-    NodalMean,
-    /// The nodal reaction.
-    Reaction,
-    /// A nodal operator.
-    Terms(Vec<Vec<(usize, f64)>>),
-}
-
-impl<'de> Deserialize<'de> for StressKey {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Words;
-        impl<'de> Visitor<'de> for Words {
-            type Value = StressKey;
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("\"projection\", \"nodal-mean\", \"reaction\", or lists of [displacement, coefficient]")
-            }
-            fn visit_str<E: de::Error>(self, word: &str) -> Result<StressKey, E> {
-                match word {
-                    "projection" => Ok(StressKey::Projection),
-                    "nodal-mean" => Ok(StressKey::NodalMean),
-                    "reaction" => Ok(StressKey::Reaction),
-                    _ => Err(E::unknown_variant(word, &["projection", "nodal-mean", "reaction"])),
-                }
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<StressKey, A::Error> {
-                let mut all = vec![];
-                while let Some(terms) = seq.next_element()? {
-                    all.push(terms);
-                }
-                Ok(StressKey::Terms(all))
-            }
-        }
-        deserializer.deserialize_any(Words)
-    }
 }
 
 impl Contact {
@@ -243,14 +256,14 @@ impl Contact {
             "step" => self.step.is_some(),
             "instants" => self.instants.is_some(),
             "activation" => self.activation.is_some(),
-            _ => self.gap_behind.is_some(),
+            _ => self.obstacles.iter().any(|o| o.gap_behind.is_some()),
         };
         let unread = |k: &&(&str, &[ContactMethod])| has(k.0) && !k.1.contains(&self.method);
         if let Some((key, by)) = METHOD_KEYS.iter().find(unread) {
             let names: Vec<_> = by.iter().map(|m| format!("\"{}\"", m.name())).collect();
             let (name, names) = (self.method.name(), names.join(" and "));
             let message = format!("is not read by method = \"{name}\"; it belongs to {names}");
-            return Err(Issue::new(format!("contact.{key}"), message, "remove the key"));
+            return Err(Issue::new(self.key(0, key), message, "remove the key"));
         }
         let is_mean = self.stress == Some(StressKey::NodalMean);
         if (self.is_reaction() || is_mean) && is_lumped {
@@ -271,6 +284,16 @@ impl Contact {
                 Err(Issue::new("contact.theta", message, "give 1 (symmetric), 0 or -1"))
             }
         }
+    }
+
+    /// The key of a table: `contact.gap`, or `contact[1].gap`.
+    pub fn key(&self, obstacle: usize, name: &str) -> String {
+        key(self.is_list, obstacle, name)
+    }
+
+    /// The gap of the first table.
+    pub fn gap(&self) -> Option<&Field> {
+        self.obstacles.first().and_then(|o| o.gap.as_ref())
     }
 
     /// Whether contact displacements are among those that move by themselves.
@@ -306,32 +329,50 @@ impl Scene {
         ] {
             if given {
                 let message = "belongs to body.kind = \"matrices\"";
-                return Err(Issue::new(format!("contact.{key}"), message, "give edge and gap"));
+                return Err(Issue::new(c.key(0, key), message, "give edge and gap"));
             }
         }
-        if c.gap.is_none() {
-            return Err(Issue::new(
-                "contact.gap",
-                "is missing",
-                "gap = 1.0, or an expression of x and y",
-            ));
+        for (k, obstacle) in c.obstacles.iter().enumerate() {
+            self.check_obstacle(obstacle, |name| c.key(k, name))?;
         }
         if let Some(m) = &c.motion {
             finite("contact.motion.amplitude", m.amplitude)?;
             positive("contact.motion.omega", m.omega)?;
             finite("contact.motion.phase", m.phase)?;
         }
-        match c.edge {
-            Some(edge) => self.check_edge("contact.edge", edge),
-            None => Err(Issue::new("contact.edge", "is missing", "edge = \"right\"")),
+        Ok(())
+    }
+
+    fn check_obstacle(&self, o: &Obstacle, key: impl Fn(&str) -> String) -> Check {
+        let issue =
+            |name: &str, message: &str, help: &str| Err(Issue::new(key(name), message, help));
+        match (&o.gap, &o.plane) {
+            (None, None) => issue("gap", "is missing", "gap = 1.0, or an expression of x and y"),
+            (Some(_), Some(_)) => issue(
+                "plane",
+                "stands beside gap: the gap follows from the plane and the mesh",
+                "remove one of them",
+            ),
+            (None, Some(_)) if o.gap_behind.is_some() => issue(
+                "plane",
+                "stands beside gap_behind, which is measured along the normals of the surface",
+                "give gap and gap_behind, or a second [[contact]]",
+            ),
+            (Some(_), None) => Ok(()),
+            (None, Some(plane)) => {
+                length(&key("plane.normal"), plane.normal.len(), self.dim(), "[1.0, 0.0]")?;
+                plane.normal.iter().try_for_each(|&n| finite(&key("plane.normal"), n))?;
+                finite(&key("plane.offset"), plane.offset)?;
+                let size = plane.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
+                positive(&key("plane.normal"), size)
+            }
         }
     }
 
     fn check_given_contact(&self) -> Check {
         let Some(c) = &self.contact else { return Ok(()) };
-        let issue = |key: &str, message: &str, help: &str| {
-            Err(Issue::new(format!("contact.{key}"), message, help))
-        };
+        let issue =
+            |key: &str, message: &str, help: &str| Err(Issue::new(c.key(0, key), message, help));
         if c.motion.is_some() {
             return issue(
                 "motion",
@@ -339,12 +380,8 @@ impl Scene {
                 "remove it",
             );
         }
-        if c.edge.is_some() {
-            return issue(
-                "edge",
-                "there are no edges: the body comes from files",
-                "give displacements = [66, 67]",
-            );
+        if c.obstacles.iter().any(|o| o.plane.is_some()) {
+            return issue("plane", "needs a body of elements", "give gap, or gaps");
         }
         if c.displacements.as_ref().is_none_or(Vec::is_empty) {
             return issue(
@@ -353,7 +390,7 @@ impl Scene {
                 "displacements = [66, 67], rows of the matrices counted from 0",
             );
         }
-        match (&c.gap, &c.gaps) {
+        match (c.gap(), &c.gaps) {
             (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
             _ => {
                 return issue(
@@ -397,9 +434,8 @@ impl Scene {
 
     /// Springs at displacements of a body of matrices.
     fn check_given_springs(&self, c: &Contact) -> Check {
-        let issue = |key: &str, message: &str, help: &str| {
-            Err(Issue::new(format!("contact.{key}"), message, help))
-        };
+        let issue =
+            |key: &str, message: &str, help: &str| Err(Issue::new(c.key(0, key), message, help));
         if c.method == ContactMethod::Nitsche {
             let message =
                 "\"nitsche\" needs elements, whose stress it reads, and this body comes from files";
@@ -410,7 +446,8 @@ impl Scene {
                 "is missing: force over penetration of the spring at each contact displacement";
             return issue("stiffness", message, "stiffness = 100.0");
         }
-        if matches!(c.gap_behind, Some(Field::Expression { .. })) {
+        let behind = c.obstacles.first().and_then(|o| o.gap_behind.as_ref());
+        if matches!(behind, Some(Field::Expression { .. })) {
             return issue("gap_behind", "give a number, and no expression", "gap_behind = 1.0");
         }
         for (key, given) in [("n_c", c.n_c.is_some()), ("n_o", c.n_o.is_some())] {

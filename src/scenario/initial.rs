@@ -43,7 +43,7 @@ impl Scene {
                 count_from_one("initial.mode", m)?;
                 finite("initial.amplitude", a)?;
                 let scalable = match &self.contact {
-                    Some(c) => !matches!(c.gap, Some(Field::Constant(0.0))),
+                    Some(c) => !matches!(c.gap(), Some(Field::Constant(0.0))),
                     None => true,
                 };
                 if !scalable {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::check::{Check, count_from_one, finite, length, positive};
+use super::side::side;
 use super::{Amplitude, BodyKind, Edge, Issue, Scene};
 
 /// `[[load]]`
@@ -13,8 +14,10 @@ pub struct Load {
     pub kind: LoadKind,
     /// The mode (kind `mode`).
     pub mode: Option<usize>,
-    /// The edge (kinds `traction`, `base`).
-    pub edge: Option<Edge>,
+    /// The edge of a bar or plate (kinds `traction`, `base`).
+    edge: Option<Edge>,
+    /// The group of a mesh.
+    group: Option<String>,
     /// The point (kind `point`); the load acts on the nearest node.
     pub at: Option<Vec<f64>>,
     /// The row of the matrices counted from 0 (kind `force`); absent: the amplitude has one number a row.
@@ -67,8 +70,8 @@ impl Scene {
         if let Some(m) = l.mode {
             count_from_one(&key(i, "mode"), m)?;
         }
-        if let Some(edge) = l.edge {
-            self.check_edge(&key(i, "edge"), edge)?;
+        if matches!(l.kind, LoadKind::Traction | LoadKind::Base) {
+            side(self.body.kind, &format!("load[{i}]"), l.edge, l.group.as_ref(), "right")?;
         }
         if l.kind == LoadKind::Force && self.body.kind != BodyKind::Matrices {
             let message = "\"force\" acts on rows of matrices, and this body has elements";
@@ -159,9 +162,20 @@ impl LoadKind {
 }
 
 impl Load {
+    /// The group of sides that it acts on (kinds `traction`, `base`).
+    pub fn group(&self) -> &str {
+        self.edge.map(Edge::name).or(self.group.as_deref()).unwrap_or_default()
+    }
+
     /// Keys that belong to one kind.
     fn check_keys(&self, i: usize) -> Check {
-        let on_edges = &[LoadKind::Traction, LoadKind::Base][..];
+        if let (true, LoadKind::Mode | LoadKind::Gravity | LoadKind::Point | LoadKind::Force) =
+            (self.edge.is_some() || self.group.is_some(), self.kind)
+        {
+            let name = if self.edge.is_some() { "edge" } else { "group" };
+            let message = "goes with kind = \"traction\" or \"base\" only";
+            return Err(Issue::new(key(i, name), message, "remove it or change the kind"));
+        }
         if self.displacement.is_some() && self.kind != LoadKind::Force {
             let message = "goes with kind = \"force\" only";
             return Err(Issue::new(
@@ -172,7 +186,6 @@ impl Load {
         }
         for (name, given, kinds) in [
             ("mode", self.mode.is_some(), &[LoadKind::Mode][..]),
-            ("edge", self.edge.is_some(), on_edges),
             ("at", self.at.is_some(), &[LoadKind::Point][..]),
         ] {
             if given && !kinds.contains(&self.kind) {
@@ -185,8 +198,6 @@ impl Load {
                 let message = format!("is missing: kind = \"{}\" needs it", self.kind.name());
                 let help = match self.kind {
                     LoadKind::Mode => "mode = 1",
-                    LoadKind::Traction => "edge = \"right\"",
-                    LoadKind::Base => "edge = \"left\"",
                     _ => "at = [1.0, 0.0]",
                 };
                 return Err(Issue::new(key(i, name), message, help));

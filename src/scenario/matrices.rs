@@ -35,6 +35,9 @@ impl Scene {
             ("poisson", b.poisson.is_some()),
             ("thickness", b.thickness.is_some()),
             ("area", b.area.is_some()),
+            ("file", b.file.is_some()),
+            ("state", b.state.is_some()),
+            ("scale", b.scale.is_some()),
         ] {
             if given {
                 let message = "belongs to a body of elements, this one comes from files";

@@ -12,10 +12,13 @@ mod error;
 mod expression;
 mod initial;
 mod load;
+mod material;
 mod matrices;
+mod method;
 mod orbit;
 mod reduction;
 mod run;
+mod side;
 mod support;
 
 use std::path::{Path, PathBuf};
@@ -23,21 +26,22 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 pub use crate::mesh::Edge;
-pub use body::{Body, BodyKind, MassKind};
+pub use body::{Body, BodyKind, MassKind, State};
 pub use change::Change;
-pub use contact::{
-    Activation, Contact, ContactMethod, Inertia, Instants, METHOD_KEYS, Motion, RedistributedMass,
-    StressKey,
-};
+pub use contact::{Contact, Motion, Obstacle, Plane};
 pub use damping::Damping;
 pub use error::{Issue, SceneError};
 pub use expression::{Amplitude, Field};
 pub use initial::Initial;
 pub use load::{Load, LoadKind};
+pub use material::MaterialTable;
+pub use method::{
+    Activation, ContactMethod, Inertia, Instants, METHOD_KEYS, RedistributedMass, StressKey,
+};
 pub use orbit::{Auto, Beta, Orbit};
 pub use reduction::Reduction;
 pub use run::{Integrator, Run};
-pub use support::{Axis, Support};
+pub use support::{Direction, Support};
 
 /// A whole scene.
 #[derive(Debug, Clone, Deserialize)]
@@ -48,10 +52,16 @@ pub struct Scene {
     pub title: String,
     /// The elastic body.
     pub body: Body,
+    /// Materials of a mesh.
+    #[serde(default, rename = "material")]
+    pub materials: Vec<MaterialTable>,
     /// Prescribed displacements.
     #[serde(default, rename = "support")]
     pub supports: Vec<Support>,
+    #[serde(default, rename = "contact")]
+    tables: contact::Tables,
     /// Unilateral contact; absent: a linear body.
+    #[serde(skip)]
     pub contact: Option<Contact>,
     /// Damping; absent: none.
     pub damping: Option<Damping>,
@@ -97,6 +107,8 @@ impl Scene {
         let mut scene: Scene =
             toml::from_str(text).map_err(|e| error::from_toml(&e, &file, text))?;
         scene.source = Source { file: path.to_owned(), text: text.to_owned() };
+        let merged = std::mem::take(&mut scene.tables).merge(scene.body.kind);
+        scene.contact = merged.map_err(|issue| scene.error(issue))?;
         scene.check().map_err(|issue| scene.error(issue))?;
         Ok(scene)
     }
@@ -140,7 +152,9 @@ impl Scene {
         let matrices = matrices.into_iter().flatten().map(file);
         let tables = self.loads.iter().filter_map(|l| l.table.as_ref());
         let tables = tables.map(|f| folder.join(f));
-        matrices.chain(self.initial.file.iter().map(|f| folder.join(f))).chain(tables).collect()
+        let mesh = self.body.file.iter().map(|f| folder.join(f));
+        let state = self.initial.file.iter().map(|f| folder.join(f));
+        matrices.chain(mesh).chain(state).chain(tables).collect()
     }
 
     /// Its title, or where it has none its stem.

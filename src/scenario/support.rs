@@ -3,50 +3,53 @@
 use serde::Deserialize;
 
 use super::check::Check;
-use super::{Edge, Issue, Scene};
+use super::side::side;
+use super::{BodyKind, Edge, Issue, Scene};
 
-/// `[[support]]`: displacements set to zero on an edge.
+/// `[[support]]`: displacements set to zero on sides of the body.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
-    /// The edge.
-    pub edge: Edge,
-    /// The components: `"x"`, `"y"`.
-    pub fix: Vec<Axis>,
+    /// The edge of a bar or plate.
+    edge: Option<Edge>,
+    /// The group of a mesh.
+    group: Option<String>,
+    /// The components: `"x"`, `"y"`; `"normal"` on a flat group.
+    pub fix: Vec<Direction>,
 }
 
-/// A coordinate direction.
+/// What is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Axis {
-    /// Along x.
+pub enum Direction {
+    /// The displacement along x.
     X,
     /// Along y.
     Y,
+    /// Along the normal.
+    Normal,
+}
+
+impl Support {
+    /// The group of sides.
+    pub fn group(&self) -> &str {
+        self.edge.map(Edge::name).or(self.group.as_deref()).unwrap_or_default()
+    }
 }
 
 impl Scene {
-    /// Whether the body has an edge.
-    pub(super) fn check_edge(&self, key: &str, edge: Edge) -> Check {
-        if self.dim() == 1 && edge.axis() == 1 {
-            let message = format!("a bar has no edge \"{}\"", edge.name());
-            return Err(Issue::new(key, message, "give \"left\" or \"right\""));
-        }
-        Ok(())
-    }
-
     pub(super) fn check_supports(&self) -> Check {
         for (i, s) in self.supports.iter().enumerate() {
-            self.check_edge(&format!("support[{i}].edge"), s.edge)?;
+            side(self.body.kind, &format!("support[{i}]"), s.edge, s.group.as_ref(), "left")?;
             let key = format!("support[{i}].fix");
             if s.fix.is_empty() {
                 return Err(Issue::new(
                     key,
                     "fixes nothing",
-                    "give [\"x\"], [\"y\"] or [\"x\", \"y\"]",
+                    "give [\"x\"], [\"y\"], [\"x\", \"y\"] or [\"normal\"]",
                 ));
             }
-            if self.dim() == 1 && s.fix.contains(&Axis::Y) {
+            if self.body.kind == BodyKind::Bar && s.fix.contains(&Direction::Y) {
                 return Err(Issue::new(key, "a bar has no y displacement", "give [\"x\"]"));
             }
         }

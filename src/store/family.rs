@@ -12,7 +12,7 @@ use serde_json as json;
 use super::crosscheck::write_crosscheck;
 use super::header::create_file;
 use super::journal::Journal;
-use super::mesh::{along_axes, size_of_mesh};
+use super::mesh::size_of_mesh;
 use super::orbits::{Word, scalar, word, write_orbit, write_place};
 use super::output::{Staged, check_room};
 use super::ridge::write_ridge;
@@ -203,9 +203,8 @@ impl FamilyWriter {
         Ok(())
     }
 
-    /// Points as they are stored: displacements along the axes (the map to the normal is its own inverse).
     fn put_all(&mut self, points: &[PointRecord], system: &System) -> Result<(), StoreError> {
-        points.iter().try_for_each(|p| self.put(&turned(p, system), system))?;
+        points.iter().try_for_each(|p| self.put(p, system))?;
         self.file.flush()?;
         Ok(())
     }
@@ -213,7 +212,7 @@ impl FamilyWriter {
     /// Append a point; it is on disk when this returns.
     pub fn push(&mut self, p: &PointRecord, system: &System) -> Result<(), StoreError> {
         if let Some(journal) = &mut self.journal {
-            journal.append(&turned(p, system))?;
+            journal.append(&along_axes(p, system))?;
         }
         self.put(p, system)?;
         self.file.flush()?;
@@ -342,7 +341,9 @@ impl FamilyWriter {
         let FamilyWriter { mut staged, file, points, rows, special, series, checks, order, .. } =
             self;
         drop((file, points, rows, special, series));
-        let stored = StoredFamily::read(staged.at())?.points;
+        let mut stored = StoredFamily::read(staged.at())?;
+        stored.count_along_directions(&system.body);
+        let stored = stored.points;
         let mut places: Vec<usize> = (0..stored.len()).collect();
         places.sort_by_key(|&k| order[k]);
         let in_order: Vec<PointRecord> = places
@@ -362,12 +363,12 @@ impl FamilyWriter {
     }
 }
 
-/// A point with its displacements along the axes in place of the outward normal, or back.
-fn turned(p: &PointRecord, system: &System) -> PointRecord {
+/// A point with its displacements along the axes, as files hold them.
+fn along_axes(p: &PointRecord, system: &System) -> PointRecord {
     let mut p = p.clone();
     if let Some(o) = &mut p.orbit {
-        o.u0 = along_axes(system.body.nodal_dofs(), &o.u0);
-        o.v0 = along_axes(system.body.nodal_dofs(), &o.v0);
+        o.u0 = system.body.nodal_dofs().along_axes(&o.u0);
+        o.v0 = system.body.nodal_dofs().along_axes(&o.v0);
     }
     p
 }

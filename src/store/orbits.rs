@@ -6,7 +6,6 @@ use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
 
-use super::mesh::along_axes;
 use super::reader::{Careful, open, reading};
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::System;
@@ -69,8 +68,8 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     }
     let stable = o.stable.map_or("not computed", |s| if s { "yes" } else { "no" });
     write_text(g, "stable", stable)?;
-    g.new_dataset_builder().with_data(&along_axes(dofs, &o.u0)).create("u0")?;
-    g.new_dataset_builder().with_data(&along_axes(dofs, &o.v0)).create("v0")?;
+    g.new_dataset_builder().with_data(&dofs.along_axes(&o.u0)).create("u0")?;
+    g.new_dataset_builder().with_data(&dofs.along_axes(&o.v0)).create("v0")?;
     let flat: Vec<f64> = o.multipliers.iter().flatten().copied().collect();
     let multipliers = matrix(o.multipliers.len(), 2, flat)?;
     g.new_dataset_builder().with_data(&multipliers).create("multipliers")?;

@@ -7,6 +7,7 @@ use ndarray::Array2;
 
 use super::{StoreError, read_text};
 use crate::fem::check_size;
+use crate::mesh::ElementKind;
 use crate::records::Status;
 
 /// A stored run.
@@ -36,12 +37,20 @@ pub struct Stored {
     pub contact_nodes: Vec<usize>,
     /// Places of points of quadrature, one row each.
     points: Option<Array2<f64>>,
+    /// Their columns of `u`.
+    contact_dofs: Vec<usize>,
+    /// What makes of these displacements along the normals.
+    point_sign: f64,
     /// Gaps.
     pub gap: Vec<f64>,
     /// Areas of the contact points; not numbers in files of earlier versions.
     pub contact_area: Vec<f64>,
-    /// `+x`, `-x`, `+y`, `-y`.
-    pub contact_normal: String,
+    /// Contact directions, one row each.
+    pub contact_normals: Array2<f64>,
+    /// Which obstacle each contact point belongs to.
+    pub contact_groups: Vec<usize>,
+    /// Material of each element.
+    pub regions: Vec<usize>,
     /// Times.
     pub t: Vec<f64>,
     /// Displacements along the axes, one row a time.
@@ -91,6 +100,26 @@ impl Stored {
             Ok(places) => Some(places.table::<f64>()?),
             Err(_) => None,
         };
+        let gap: Vec<f64> = mesh.dataset("gap")?.values()?;
+        let elements: Array2<i64> = mesh.dataset("elements")?.table()?;
+        // files of earlier versions have one normal along an axis, one obstacle, one material
+        let name = read_text(&mesh, "contact_normal").unwrap_or_default();
+        let sign = if name.starts_with('-') { -1.0 } else { 1.0 };
+        let axis = usize::from(name.ends_with('y'));
+        let normals = match mesh.dataset("contact_normals") {
+            Ok(normals) => normals.table()?,
+            Err(_) => {
+                Array2::from_shape_fn((gap.len(), 2), |(_, c)| if c == axis { sign } else { 0.0 })
+            }
+        };
+        let or_zeros = |name: &str, count: usize| -> Result<Vec<usize>, hdf5::Error> {
+            match mesh.dataset(name) {
+                Ok(dataset) => Ok(indices(dataset.values()?)),
+                Err(_) => Ok(vec![0; count]),
+            }
+        };
+        let groups = or_zeros("contact_groups", gap.len())?;
+        let regions = or_zeros("regions", elements.nrows())?;
         let stored = Stored {
             path: path.to_owned(),
             title: text("title"),
@@ -100,19 +129,27 @@ impl Stored {
             command: text("command"),
             status: Status::of_name(&text("status")),
             nodes: mesh.dataset("nodes")?.table()?,
-            elements: mesh.dataset("elements")?.table()?,
+            elements,
             dof_map: mesh.dataset("dof_map")?.table()?,
             contact_nodes: match &points {
                 Some(points) => (0..points.nrows()).collect(),
                 None => indices(mesh.dataset("contact_nodes")?.values()?),
             },
+            contact_dofs: match &points {
+                Some(_) => indices(mesh.dataset("contact_dofs")?.values()?),
+                None => vec![],
+            },
+            // their displacements stood along the axis
+            point_sign: if mesh.link_exists("contact_groups") { 1.0 } else { sign },
             points,
             contact_area: match mesh.dataset("contact_area") {
                 Ok(areas) => areas.values()?,
                 Err(_) => vec![f64::NAN; mesh.dataset("gap")?.size()],
             },
-            gap: mesh.dataset("gap")?.values()?,
-            contact_normal: read_text(&mesh, "contact_normal").unwrap_or_default(),
+            gap,
+            contact_normals: normals,
+            contact_groups: groups,
+            regions,
             t: trajectory.dataset("t")?.values()?,
             u: trajectory.dataset("u")?.table()?,
             v: trajectory.dataset("v")?.table()?,
@@ -147,12 +184,18 @@ impl Stored {
             (self.nodes.ncols() == 2 && nodes > 0, "/mesh/nodes"),
             (self.nodes.iter().all(|x| x.is_finite()), "/mesh/nodes"),
             (self.gap.iter().all(|g| g.is_finite()), "/mesh/gap"),
-            ([2, 4].contains(&self.elements.ncols()), "/mesh/elements"),
-            (self.elements.iter().all(|&e| below(e, nodes)), "/mesh/elements"),
+            (self.elements.iter().all(|&e| e == -1 || below(e, nodes)), "/mesh/elements"),
+            ((0..self.elements.nrows()).all(|k| self.kind(k).is_some()), "/mesh/elements"),
+            (self.regions.len() == self.elements.nrows(), "/mesh/regions"),
+            (self.contact_normals.dim() == (n_c, 2), "/mesh/contact_normals"),
+            (self.contact_normals.iter().all(finite), "/mesh/contact_normals"),
+            (self.contact_groups.len() == n_c, "/mesh/contact_groups"),
             (self.dof_map.dim() == (nodes, 2), "/mesh/dof_map"),
             (self.dof_map.iter().all(|&i| i == -1 || below(i, n)), "/mesh/dof_map"),
             (self.contact_nodes.len() == n_c && n_c <= n, "/mesh/contact_nodes"),
             (self.contact_area.len() == n_c, "/mesh/contact_area"),
+            (self.contact_dofs.iter().all(|&i| i < n), "/mesh/contact_dofs"),
+            (self.points.is_none() || self.contact_dofs.len() == n_c, "/mesh/contact_dofs"),
             (
                 self.points.is_some() || self.contact_nodes.iter().all(|&i| i < nodes),
                 "/mesh/contact_nodes",
@@ -195,17 +238,48 @@ impl Stored {
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
-    /// Displacement of contact node `i` along the outward normal, at stored state `row`.
+    /// Displacement of contact point `i` along its direction, at stored state `row`.
     pub fn contact_displacement(&self, row: usize, i: usize) -> f64 {
-        let sign = if self.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
-        sign * self.u[(row, self.u.ncols() - self.gap.len() + i)]
+        self.along_normal(&self.u, row, i)
+    }
+
+    /// Its velocity.
+    pub fn contact_velocity(&self, row: usize, i: usize) -> f64 {
+        self.along_normal(&self.v, row, i)
+    }
+
+    fn along_normal(&self, table: &Array2<f64>, row: usize, i: usize) -> f64 {
+        // points that are no nodes have columns of their own, along the normal
+        if self.points.is_some() {
+            return self.point_sign * table[(row, self.contact_dofs[i])];
+        }
+        let along = self.at_node(table, row, self.contact_nodes[i]);
+        (0..2).map(|c| self.contact_normals[(i, c)] * along[c]).sum()
+    }
+
+    /// Kind of element `k`, by its number of nodes.
+    pub fn kind(&self, k: usize) -> Option<ElementKind> {
+        let row = self.elements.row(k);
+        let nodes = row.iter().take_while(|n| **n >= 0).count();
+        let filled = row.iter().skip(nodes).all(|n| *n == -1);
+        ElementKind::of_nodes(nodes).filter(|_| filled)
+    }
+
+    /// Nodes of element `k`.
+    pub fn nodes_of(&self, k: usize) -> Vec<usize> {
+        let row = self.elements.row(k);
+        row.iter().filter_map(|&n| usize::try_from(n).ok()).collect()
     }
 
     /// Displacement `(u_x, u_y)` of a node at stored state `row`.
     pub fn displacement(&self, row: usize, node: usize) -> [f64; 2] {
+        self.at_node(&self.u, row, node)
+    }
+
+    fn at_node(&self, table: &Array2<f64>, row: usize, node: usize) -> [f64; 2] {
         [0, 1].map(|c| match self.dof_map[(node, c)] {
             -1 => 0.0,
-            i => self.u[(row, i as usize)],
+            i => table[(row, i as usize)],
         })
     }
 }

@@ -13,6 +13,7 @@ use super::reader::{Careful, open, reading};
 use super::series::{Names, read_series};
 use super::statement::read_statement;
 use super::{StoreError, read_text};
+use crate::fem::Body;
 use crate::records::{
     Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, Peak, PointKind, PointRecord, Status,
 };
@@ -75,6 +76,15 @@ impl StoredFamily {
                     format!("the journal of {} cannot be read; its file is taken", path.display())
                 });
                 Ok((Self::read(path)?, note))
+            }
+        }
+    }
+
+    /// Count the displacements of its orbits along the directions of a body's numbering in place of the axes.
+    pub fn count_along_directions(&mut self, body: &Body) {
+        for orbit in self.points.iter_mut().filter_map(|p| p.orbit.as_mut()) {
+            for x in [&mut orbit.u0, &mut orbit.v0] {
+                *x = body.nodal_dofs().from_axes(x);
             }
         }
     }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::StoreError;
 use super::events::flags;
-use super::mesh::along_axes;
 use super::table::Table;
 use crate::event::Sample;
 use crate::fem::Body;
@@ -29,7 +28,7 @@ pub(super) struct Trajectory {
 impl Trajectory {
     /// Create both groups, for `n_c` contact nodes.
     pub fn create(file: &hdf5::File, body: &Arc<Body>, n_c: usize) -> Result<Self, StoreError> {
-        let n = body.nodal_dofs().n();
+        let n = body.nodal_dofs().n_columns();
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
         let g = file.create_group("trajectory")?;
         let column = |name: &str, columns, compressed, units: &str| {
@@ -63,7 +62,7 @@ impl Trajectory {
 
     pub fn push(&mut self, s: &Sample) {
         self.t.push(&[s.t]);
-        let of_mesh = |x| along_axes(self.body.nodal_dofs(), &self.body.nodal(x));
+        let of_mesh = |x| self.body.nodal_dofs().along_axes(&self.body.nodal(x));
         let (u, v) = (of_mesh(s.u), of_mesh(s.v));
         self.u.push(&u);
         self.v.push(&v);

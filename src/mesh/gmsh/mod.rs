@@ -38,6 +38,11 @@ fn at(line: usize, section: &str) -> String {
 }
 
 impl GmshError {
+    /// Where in the file: `line 3, $Nodes: `.
+    pub fn place(&self) -> String {
+        at(self.line, &self.section)
+    }
+
     /// About the file as a whole.
     fn of_file(message: impl Into<String>, help: impl Into<String>) -> GmshError {
         GmshError { line: 0, section: String::new(), message: message.into(), help: help.into() }
@@ -120,6 +125,12 @@ impl File {
     /// Name of a physical group: `#3` if the file gives none.
     pub fn name(&self, dim: usize, tag: i64) -> String {
         self.names.get(&(dim, tag)).cloned().unwrap_or_else(|| format!("#{tag}"))
+    }
+
+    /// The name of the group that a scene calls by name, or `#3` by tag.
+    pub fn named(&self, dim: usize, word: &str) -> String {
+        let tag = word.strip_prefix('#').and_then(|t| t.parse::<i64>().ok());
+        tag.map_or_else(|| word.to_owned(), |tag| self.name(dim, tag))
     }
 
     /// The groups that have elements: dimension, tag, name, number of elements.

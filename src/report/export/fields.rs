@@ -5,17 +5,18 @@
 //! | `displacement`, `velocity` | points | `u`, `u̇` with three components, 0 where prescribed |
 //! | `contact_pressure` | points | `p = −λ ≥ 0`, 0 off the contact edge |
 //! | `contact_status` | points | 1 in contact, 0 open, −1 no contact node |
-//! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the normal, NaN off the contact edge |
-//! | `stress` | cells | `σ = D B u` at the centre: a tensor of a plate, the axial stress of a bar |
-//! | `von_mises` | cells of a plate | `√(σ_xx² − σ_xx σ_yy + σ_yy² + 3 σ_xy²)` |
+//! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the contact direction, NaN off the contact edge |
+//! | `stress` | cells | `σ = D B u` at the centre: a tensor in the plane (with `σ_zz`), the axial stress of a bar |
+//! | `von_mises` | cells in the plane | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 σ_xy²)` |
 //!
 //! The three fields of contact are left out where the scene has none.
 
 use super::ExportError;
+use crate::fem::law::materials;
 use crate::fem::stress::{self, Stress};
-use crate::fem::{Material, Shape, StressState};
+use crate::fem::{Material, Shape};
 use crate::mesh::ElementKind;
-use crate::scenario::Scene;
+use crate::scenario::{BodyKind, Scene};
 use crate::store::Stored;
 
 /// What a field's values belong to.
@@ -49,9 +50,16 @@ pub(super) struct Field {
 #[derive(Debug)]
 pub(super) struct Fields<'s> {
     pub stored: &'s Stored,
+    cells: Vec<Cell>,
+}
+
+/// An element.
+#[derive(Debug)]
+pub(super) struct Cell {
+    pub kind: ElementKind,
+    pub nodes: Vec<usize>,
+    x: Vec<[f64; 2]>,
     material: Material,
-    kind: ElementKind,
-    corners: Vec<Vec<[f64; 2]>>,
 }
 
 impl<'s> Fields<'s> {
@@ -59,20 +67,21 @@ impl<'s> Fields<'s> {
     pub fn of(stored: &'s Stored) -> Result<Fields<'s>, ExportError> {
         let scene = Scene::parse(&stored.scene, &stored.path)
             .map_err(|e| ExportError::damaged(stored, e))?;
-        let Some(material) = stress::material(&scene.body) else {
+        if scene.body.kind == BodyKind::Matrices {
             return Err(ExportError::NoGeometry(stored.path.clone()));
-        };
-        let kind = match material.state {
-            StressState::Uniaxial { .. } => ElementKind::Bar2,
-            _ => ElementKind::Quad4,
-        };
-        if stored.elements.ncols() != kind.nodes() {
-            return Err(ExportError::damaged(stored, "it is not the one of this mesh"));
         }
-        let at = |&n: &i64| [stored.nodes[(n as usize, 0)], stored.nodes[(n as usize, 1)]];
-        let elements = stored.elements.rows().into_iter();
-        let corners = elements.map(|e| e.iter().map(at).collect()).collect();
-        Ok(Fields { stored, material, kind, corners })
+        let materials = materials(&scene);
+        let cell = |k: usize| {
+            let kind = stored.kind(k).filter(|kind| kind.dim() == scene.dim())?;
+            let nodes = stored.nodes_of(k);
+            let x = nodes.iter().map(|&n| [stored.nodes[(n, 0)], stored.nodes[(n, 1)]]).collect();
+            Some(Cell { kind, nodes, x, material: *materials.get(stored.regions[k])? })
+        };
+        let cells: Option<Vec<Cell>> = (0..stored.elements.nrows()).map(cell).collect();
+        match cells {
+            Some(cells) => Ok(Fields { stored, cells }),
+            None => Err(ExportError::damaged(stored, "it is not the one of this mesh")),
+        }
     }
 
     /// Node positions, three coordinates each.
@@ -80,15 +89,20 @@ impl<'s> Fields<'s> {
         self.stored.nodes.rows().into_iter().flat_map(|p| [p[0], p[1], 0.0]).collect()
     }
 
-    /// Nodes of the elements.
-    pub fn connectivity(&self) -> Vec<i64> {
-        self.stored.elements.iter().copied().collect()
+    /// The elements.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
     }
 
-    /// Number of nodes, number of elements, nodes of an element.
-    pub fn counts(&self) -> (usize, usize, usize) {
-        let e = &self.stored.elements;
-        (self.stored.nodes.nrows(), e.nrows(), e.ncols())
+    /// The kind of all elements, if they have one.
+    pub fn kind(&self) -> Option<ElementKind> {
+        let first = self.cells.first()?.kind;
+        self.cells.iter().all(|c| c.kind == first).then_some(first)
+    }
+
+    /// Number of nodes.
+    pub fn n_nodes(&self) -> usize {
+        self.stored.nodes.nrows()
     }
 
     /// All fields at a stored state.
@@ -124,8 +138,8 @@ impl<'s> Fields<'s> {
             all.push(real("gap", Place::Point, 1, gap));
         }
         let stress = self.stress(row);
-        match self.kind {
-            ElementKind::Bar2 => {
+        match self.cells.first().map(|c| c.kind) {
+            Some(ElementKind::Bar2) => {
                 let axial = stress.iter().map(|s| s.xx).collect();
                 all.push(real("stress", Place::Cell, 1, axial));
             }
@@ -146,12 +160,10 @@ impl<'s> Fields<'s> {
     }
 
     fn stress(&self, row: usize) -> Vec<Stress> {
-        let displacement = |&n: &i64| self.stored.displacement(row, n as usize);
-        let elements = self.stored.elements.rows().into_iter();
-        let each = elements.zip(&self.corners).map(|(e, x)| {
-            let u: Vec<_> = e.iter().map(displacement).collect();
-            stress::at_centre(&self.material, Shape { kind: self.kind, x }, &u)
-        });
-        each.collect()
+        let of_cell = |c: &Cell| {
+            let u: Vec<_> = c.nodes.iter().map(|&n| self.stored.displacement(row, n)).collect();
+            stress::at_centre(&c.material, Shape { kind: c.kind, x: &c.x }, &u)
+        };
+        self.cells.iter().map(of_cell).collect()
     }
 }

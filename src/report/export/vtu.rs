@@ -10,8 +10,9 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::fields::{Field, Fields, Place, Values};
+use super::fields::{Cell, Field, Fields, Place, Values};
 use super::{MARK, at, escape, number, put};
+use crate::mesh::ElementKind;
 
 /// What stands before everything else; leftovers are known by it.
 const HEAD: &str = "<?xml version=\"1.0\"?>\n";
@@ -81,21 +82,32 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
 
 /// Points and cells, which are those of every state.
 fn mesh(fields: &Fields) -> String {
-    let (_, cells, corners) = fields.counts();
-    // VTK's numbers of a line and a quadrilateral
-    let kind = if corners == 2 { 3u8 } else { 9 };
-    let offsets = (1..=cells).map(|k| (k * corners) as i64);
+    // VTK's numbers
+    let kind = |c: &Cell| match c.kind {
+        ElementKind::Bar2 => 3u8,
+        ElementKind::Tri3 => 5,
+        ElementKind::Quad4 => 9,
+        ElementKind::Tri6 => 22,
+        ElementKind::Quad8 => 23,
+        ElementKind::Quad9 => 28,
+    };
+    let cells = fields.cells();
+    let connectivity = cells.iter().flat_map(|c| c.nodes.iter().map(|&n| n as i64));
+    let offsets = cells.iter().scan(0, |sum, c| {
+        *sum += c.nodes.len() as i64;
+        Some(*sum)
+    });
     format!(
         "<Points>\n{}</Points>\n<Cells>\n{}{}{}</Cells>\n",
         array("Float64", "Points", 3, bytes(fields.points(), f64::to_le_bytes)),
-        array("Int64", "connectivity", 1, bytes(fields.connectivity(), i64::to_le_bytes)),
+        array("Int64", "connectivity", 1, bytes(connectivity, i64::to_le_bytes)),
         array("Int64", "offsets", 1, bytes(offsets, i64::to_le_bytes)),
-        array("UInt8", "types", 1, vec![kind; cells]),
+        array("UInt8", "types", 1, cells.iter().map(kind).collect()),
     )
 }
 
 fn state(fields: &Fields, row: usize, mesh: &str) -> String {
-    let (points, cells, _) = fields.counts();
+    let (points, cells) = (fields.n_nodes(), fields.cells().len());
     let all = fields.at(row);
     let data =
         |place: Place| all.iter().filter(|f| f.place == place).map(field).collect::<String>();

@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 
 use hdf5::{Group, H5Type};
 
-use super::fields::{Field, Fields, Place, Values};
+use super::fields::{Cell, Field, Fields, Place, Values};
 use super::{MARK, escape, number, put, replace};
+use crate::mesh::ElementKind;
 use crate::store::StoreError;
 
 /// Datasets from this many bytes on are compressed; smaller ones would not gain.
@@ -24,15 +25,26 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
     let [light, heavy] = files else { return Ok(()) };
     let name = heavy.file_name().unwrap_or_default().to_string_lossy();
     let source = escape(&name);
-    let (points, cells, corners) = fields.counts();
-    let topology = if corners == 2 { "Polyline\" NodesPerElement=\"2" } else { "Quadrilateral" };
+    let (points, cells) = (fields.n_nodes(), fields.cells().len());
+    let topology = match fields.kind() {
+        Some(ElementKind::Bar2) => "Polyline\" NodesPerElement=\"2",
+        Some(ElementKind::Tri3) => "Triangle",
+        Some(ElementKind::Tri6) => "Triangle_6",
+        Some(ElementKind::Quad4) => "Quadrilateral",
+        Some(ElementKind::Quad8) => "Quadrilateral_8",
+        Some(ElementKind::Quad9) => "Quadrilateral_9",
+        None => "Mixed",
+    };
+    let (table, columns) = connectivity(fields);
+    let shape = [table.len() / columns, columns];
+    let shape = if columns == 1 { &shape[..1] } else { &shape[..] };
     let mut out = format!(
         "<?xml version=\"1.0\"?>\n{MARK}\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n<Domain>\n\
          <Grid Name=\"mesh\" GridType=\"Uniform\">\n\
          <Topology TopologyType=\"{topology}\" NumberOfElements=\"{cells}\">{}</Topology>\n\
          <Geometry GeometryType=\"XYZ\">{}</Geometry>\n</Grid>\n\
          <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
-        item("Int", 8, &[cells, corners], &source, "/mesh/elements"),
+        item("Int", 8, shape, &source, "/mesh/elements"),
         item("Float", 8, &[points, 3], &source, "/mesh/nodes"),
         escape(if fields.stored.title.is_empty() { "states" } else { &fields.stored.title }),
     );
@@ -44,6 +56,24 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
     })?;
     out.push_str("</Grid>\n</Domain>\n</Xdmf>\n");
     put(light, out.as_bytes())
+}
+
+/// The nodes of the elements, one row each; of several kinds in one row, each behind the number of its kind.
+fn connectivity(fields: &Fields) -> (Vec<i64>, usize) {
+    let nodes = |c: &Cell| c.nodes.iter().map(|&n| n as i64).collect::<Vec<_>>();
+    if let Some(kind) = fields.kind() {
+        return (fields.cells().iter().flat_map(nodes).collect(), kind.nodes());
+    }
+    let number = |c: &Cell| match c.kind {
+        ElementKind::Bar2 => 2,
+        ElementKind::Tri3 => 4,
+        ElementKind::Quad4 => 5,
+        ElementKind::Quad9 => 35,
+        ElementKind::Tri6 => 36,
+        ElementKind::Quad8 => 37,
+    };
+    let of_cell = |c: &Cell| [vec![number(c)], nodes(c)].concat();
+    (fields.cells().iter().flat_map(of_cell).collect(), 1)
 }
 
 /// Why the HDF5 file could not be written. The library does not pass on the system's words, but another write to the file
@@ -63,7 +93,7 @@ fn light_state(
     all: &[Field],
     source: &str,
 ) {
-    let (points, cells, _) = fields.counts();
+    let (points, cells) = (fields.n_nodes(), fields.cells().len());
     let _ = writeln!(
         out,
         "<Grid Name=\"state {k}\" GridType=\"Uniform\">\n\
@@ -116,9 +146,10 @@ fn numbers(
     crate::store::write_text(&file, "signorini_version", env!("CARGO_PKG_VERSION"))?;
     crate::store::write_text(&file, "title", &fields.stored.title)?;
     let mesh = file.create_group("mesh")?;
-    let (points, cells, corners) = fields.counts();
+    let (points, cells) = (fields.n_nodes(), fields.cells().len());
     dataset(&mesh, "nodes", points, 3, &fields.points())?;
-    dataset(&mesh, "elements", cells, corners, &fields.connectivity())?;
+    let (table, columns) = connectivity(fields);
+    dataset(&mesh, "elements", table.len() / columns, columns, &table)?;
     let states = file.create_group("states")?;
     for (k, &row) in rows.iter().enumerate() {
         let group = states.create_group(&format!("{k:06}"))?;

@@ -1,6 +1,6 @@
 //! An element in patches of one colour each.
 
-/// A corner of an element in a picture: place and value.
+/// A node of an element in a picture: place and value.
 #[derive(Clone, Copy)]
 pub(super) struct Corner {
     pub at: [f64; 2],
@@ -11,13 +11,35 @@ pub(super) struct Corner {
 const SHADES: f64 = 48.0;
 const SMALLEST_PATCH: f64 = 3.0;
 
-/// An element in patches of one colour each: the value is interpolated between the corners (bilinear on quadrilaterals), in as many steps as its
-/// change asks for.
-pub(super) fn patches(corners: &[Corner], scale: f64, largest: f64) -> Vec<(Vec<[f64; 2]>, f64)> {
-    let &[a, b, c, d] = corners else {
-        let mean = corners.iter().map(|c| c.value).sum::<f64>() / corners.len() as f64;
-        return vec![(corners.iter().map(|c| c.at).collect(), mean)];
+/// An element in patches of one colour each, in as many steps as the change of the value asks for; elements of second order as four of first order.
+pub(super) fn patches(nodes: &[Corner], scale: f64, largest: f64) -> Vec<(Vec<[f64; 2]>, f64)> {
+    let at = |parts: &[[usize; 4]], nodes: &[Corner]| {
+        let part = |p: &[usize; 4]| quadrilateral(p.map(|k| nodes[k]), scale, largest);
+        parts.iter().flat_map(part).collect()
     };
+    const QUARTERS: [[usize; 4]; 4] = [[0, 4, 8, 7], [4, 1, 5, 8], [8, 5, 2, 6], [7, 8, 6, 3]];
+    match nodes.len() {
+        // triangles: two corners in one
+        3 => at(&[[0, 1, 2, 2]], nodes),
+        6 => at(&[[0, 3, 5, 5], [3, 1, 4, 4], [5, 4, 2, 2], [3, 4, 5, 5]], nodes),
+        4 => at(&[[0, 1, 2, 3]], nodes),
+        8 => {
+            // its shape functions at the centre
+            let mean = |f: &dyn Fn(&Corner) -> f64| {
+                let sum = |n: &[Corner]| n.iter().map(f).sum::<f64>();
+                0.5 * sum(&nodes[4..]) - 0.25 * sum(&nodes[..4])
+            };
+            let centre =
+                Corner { at: [0, 1].map(|c| mean(&|n| n.at[c])), value: mean(&|n| n.value) };
+            at(&QUARTERS, &[nodes, &[centre]].concat())
+        }
+        9 => at(&QUARTERS, nodes),
+        _ => vec![],
+    }
+}
+
+/// The value is interpolated bilinearly between the corners.
+fn quadrilateral([a, b, c, d]: [Corner; 4], scale: f64, largest: f64) -> Vec<(Vec<[f64; 2]>, f64)> {
     let mix = |f: &dyn Fn(Corner) -> f64, s: f64, t: f64| {
         (1.0 - t) * ((1.0 - s) * f(a) + s * f(b)) + t * ((1.0 - s) * f(d) + s * f(c))
     };

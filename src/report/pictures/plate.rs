@@ -1,4 +1,4 @@
-//! Deformed shapes of a plate, coloured by ‖u‖.
+//! Deformed shapes of a body in the plane, coloured by ‖u‖.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use super::patches::{Corner, patches};
 use super::shapes::shape_span;
-use super::wall::{draw_outline, draw_wall, wall_line};
+use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
 use crate::report::figure::{
     self, Area, Drawn, FigureError, colour_bar, line, px, range, text, title, viridis,
 };
@@ -26,8 +26,10 @@ struct Shapes<'s> {
     largest: f64,
     /// Of the displacements.
     magnification: f64,
-    /// The obstacle.
-    wall: Option<Vec<[f64; 2]>>,
+    /// The obstacles.
+    walls: Vec<Wall>,
+    /// The outline.
+    sides: Vec<Vec<usize>>,
 }
 
 /// Where the plane lies on the pixels of a panel: equal scales in both directions.
@@ -61,10 +63,14 @@ impl<'s> Shapes<'s> {
         let n = stored.nodes.nrows();
         let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
         let largest = all.map(|(r, i)| size(stored, r, i)).fold(f64::MIN_POSITIVE, f64::max);
-        let length = stored.nodes.iter().fold(0.0f64, |m, x| m.max(*x));
+        let extent = |c: usize| {
+            let x = range(stored.nodes.column(c).iter().copied());
+            x.end - x.start
+        };
+        let length = extent(0).max(extent(1));
         let magnification = DRAWN * length / largest;
-        let wall = wall_line(stored, magnification);
-        Shapes { stored, rows, time: shape_span(stored), largest, magnification, wall }
+        let (walls, sides) = (walls(stored, magnification), boundary(stored));
+        Shapes { stored, rows, time: shape_span(stored), largest, magnification, walls, sides }
     }
 
     /// A node as drawn.
@@ -78,7 +84,7 @@ impl<'s> Shapes<'s> {
     fn extent(&self, c: usize) -> Range<f64> {
         let n = self.stored.nodes.nrows();
         let all = self.rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
-        let walls = self.wall.iter().flatten().map(|p| p[c]);
+        let walls = self.walls.iter().flatten().map(|p| p.0[c]);
         let nodes = (0..n).map(|i| self.stored.nodes[(i, c)]);
         range(all.map(|(r, i)| self.position(r, i)[c]).chain(nodes).chain(walls))
     }
@@ -93,16 +99,16 @@ impl<'s> Shapes<'s> {
         panel.draw(&Text::new(label, (px(8.0), px(2.0)), text(13))).map_err(FigureError::draw)?;
         let (_, canvas) = panel.split_vertically(px(20.0));
         let place = Place::on(&canvas, x, y);
-        for e in stored.elements.rows() {
+        for k in 0..stored.elements.nrows() {
             let corner = |i: usize| Corner { at: self.position(r, i), value: size(stored, r, i) };
-            let corners: Vec<Corner> = e.iter().map(|&i| corner(i as usize)).collect();
+            let corners: Vec<Corner> = stored.nodes_of(k).into_iter().map(corner).collect();
             for (patch, value) in patches(&corners, place.scale, self.largest) {
                 let patch: Vec<(i32, i32)> = patch.into_iter().map(|p| place.pixel(p)).collect();
                 fill(&canvas, &patch, viridis(value / self.largest))?;
             }
         }
-        draw_outline(&canvas, stored, |p| place.pixel(p))?;
-        draw_wall(&canvas, &self.wall, stored, |p| place.pixel(p))
+        draw_outline(&canvas, stored, &self.sides, |p| place.pixel(p))?;
+        self.walls.iter().try_for_each(|wall| draw_wall(&canvas, wall, |p| place.pixel(p)))
     }
 }
 

@@ -70,8 +70,7 @@ fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
         let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
         let (strip, main) = main.split_vertically(px(20.0));
         // the obstacle limits the displacement of one end
-        let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
-        let wall = stored.gap.first().map(|g| sign * g);
+        let wall = stored.gap.first().map(|g| stored.contact_normals[(0, 0)] * g);
         let y = range([y.start, y.end].into_iter().chain(wall));
         let reach = 0.04 * (x.end - x.start);
         let mut chart = panel(&main, x, y, "x", "displacement u")?;

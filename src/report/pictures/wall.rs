@@ -1,72 +1,94 @@
-//! The undeformed outline of a plate and its obstacle.
+//! The undeformed outline of a body in the plane and its obstacles.
+
+use std::collections::HashMap;
 
 use plotters::prelude::*;
 
+use crate::report::edge::Edge;
 use crate::report::figure::{Area, Drawn, FigureError, INK, line, px};
 use crate::store::Stored;
+
+/// The sides of elements that no other element has: nodes from end to end.
+pub(super) fn boundary(stored: &Stored) -> Vec<Vec<usize>> {
+    let mut sides: HashMap<[usize; 2], Option<Vec<usize>>> = HashMap::new();
+    let mut order = vec![];
+    for k in 0..stored.elements.nrows() {
+        let Some(kind) = stored.kind(k) else { continue };
+        let nodes = stored.nodes_of(k);
+        for side in 0..kind.sides() {
+            let own: Vec<usize> = kind.side(side).iter().map(|&l| nodes[l]).collect();
+            let &[a, b, ..] = &own[..] else { continue };
+            let path = match own.get(2) {
+                Some(&middle) => vec![a, middle, b],
+                None => vec![a, b],
+            };
+            let key = [a.min(b), a.max(b)];
+            match sides.get_mut(&key) {
+                Some(twice) => *twice = None,
+                None => {
+                    sides.insert(key, Some(path));
+                    order.push(key);
+                }
+            }
+        }
+    }
+    order.iter().filter_map(|key| sides.remove(key).flatten()).collect()
+}
 
 /// The undeformed outline.
 pub(super) fn draw_outline(
     canvas: &Area,
     stored: &Stored,
+    sides: &[Vec<usize>],
     pixel: impl Fn([f64; 2]) -> (i32, i32),
 ) -> Drawn {
-    let bound = |c: usize| {
-        let column = stored.nodes.column(c);
-        (
-            column.iter().copied().fold(f64::INFINITY, f64::min),
-            column.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        )
-    };
-    let ((x0, x1), (y0, y1)) = (bound(0), bound(1));
-    let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]].map(pixel);
-    canvas
-        .draw(&PathElement::new(corners.to_vec(), line(RGBColor(120, 120, 125), 0.8)))
-        .map_err(FigureError::draw)
-}
-
-/// The obstacle: the contact edge moved by the magnified gap along the normal.
-pub(super) fn wall_line(stored: &Stored, magnification: f64) -> Option<Vec<[f64; 2]>> {
-    let axis = usize::from(stored.contact_normal.ends_with('y'));
-    let sign = if stored.contact_normal.starts_with('-') { -1.0 } else { 1.0 };
-    if stored.gap.is_empty() {
-        return None;
+    let at = |&n: &usize| pixel([stored.nodes[(n, 0)], stored.nodes[(n, 1)]]);
+    for side in sides {
+        let path: Vec<(i32, i32)> = side.iter().map(at).collect();
+        canvas
+            .draw(&PathElement::new(path, line(RGBColor(120, 120, 125), 0.8)))
+            .map_err(FigureError::draw)?;
     }
-    let at = |(i, g): (usize, &f64)| {
-        let mut p = stored.contact_place(i);
-        p[axis] += sign * magnification * g;
-        p
-    };
-    Some(stored.gap.iter().enumerate().map(at).collect())
+    Ok(())
 }
 
-/// Draw it, hatched behind.
+/// A part of an obstacle: places, and the direction behind it.
+pub(super) type Wall = Vec<([f64; 2], [f64; 2])>;
+
+/// The obstacles: the contact edges moved by the magnified gaps along the contact directions.
+pub(super) fn walls(stored: &Stored, magnification: f64) -> Vec<Wall> {
+    let at = |&i: &usize| {
+        let normal = [0, 1].map(|c| stored.contact_normals[(i, c)]);
+        let place = stored.contact_place(i);
+        let moved = [0, 1].map(|c| place[c] + magnification * stored.gap[i] * normal[c]);
+        (moved, normal)
+    };
+    Edge::of(stored).parts().iter().map(|part| part.iter().map(at).collect()).collect()
+}
+
+/// Draw one, hatched behind.
 pub(super) fn draw_wall(
     canvas: &Area,
-    wall: &Option<Vec<[f64; 2]>>,
-    stored: &Stored,
+    wall: &Wall,
     pixel: impl Fn([f64; 2]) -> (i32, i32),
 ) -> Drawn {
-    let Some(wall) = wall else { return Ok(()) };
-    let points: Vec<(i32, i32)> = wall.iter().map(|&p| pixel(p)).collect();
-    let (dx, dy) = match stored.contact_normal.as_str() {
-        "+x" => (px(6.0), 0),
-        "-x" => (-px(6.0), 0),
-        "+y" => (0, -px(6.0)),
-        _ => (0, px(6.0)),
+    let points: Vec<(i32, i32)> = wall.iter().map(|p| pixel(p.0)).collect();
+    let stroke = |points: Vec<(i32, i32)>, width: f64| {
+        canvas.draw(&PathElement::new(points, line(INK, width))).map_err(FigureError::draw)
     };
-    canvas.draw(&PathElement::new(points.clone(), line(INK, 1.6))).map_err(FigureError::draw)?;
-    // hatching behind the obstacle
-    for pair in points.windows(2) {
+    stroke(points.clone(), 1.6)?;
+    // hatching behind the obstacle: away from the body, and to one side
+    for (pair, normals) in points.windows(2).zip(wall.windows(2)) {
         let ((xa, ya), (xb, yb)) = (pair[0], pair[1]);
+        let [nx, ny] = [0, 1].map(|c| 0.5 * (normals[0].1[c] + normals[1].1[c]));
+        let (back, aside) = (f64::from(px(6.0)), f64::from(px(5.0)));
+        let lean = if nx.abs() > ny.abs() { (0.0, aside) } else { (aside, 0.0) };
+        let step = ((back * nx + lean.0) as i32, (-back * ny + lean.1) as i32);
         let length = f64::from((xb - xa).pow(2) + (yb - ya).pow(2)).sqrt();
         let strokes = (length / f64::from(px(7.0))).ceil().max(1.0) as i32;
         for k in 0..strokes {
             let (x, y) = (xa + (xb - xa) * k / strokes, ya + (yb - ya) * k / strokes);
-            let end = if dx != 0 { (x + dx, y + px(5.0)) } else { (x + px(5.0), y + dy) };
-            canvas
-                .draw(&PathElement::new(vec![(x, y), end], line(INK, 0.8)))
-                .map_err(FigureError::draw)?;
+            stroke(vec![(x, y), (x + step.0, y + step.1)], 0.8)?;
         }
     }
     Ok(())

@@ -1,0 +1,50 @@
+// An angle bracket with a hole: steel, with a bush of rubber in the hole and a nose that meets a stop.
+// gmsh -2 -order 2 -format msh41 bracket.geo
+h = 0.02;
+Point(1) = {0, 0, 0, h};
+Point(2) = {0.1, 0, 0, h};
+Point(3) = {0.1, 0.03, 0, h};
+Point(4) = {0.05, 0.04, 0, h};
+Point(5) = {0.04, 0.06, 0, h};
+Point(6) = {0.04, 0.12, 0, h};
+Point(7) = {0, 0.12, 0, h};
+Line(1) = {1, 2};
+Line(2) = {2, 3};
+Line(3) = {3, 4};
+Line(4) = {4, 5};
+Line(5) = {5, 6};
+Line(6) = {6, 7};
+Line(7) = {7, 1};
+// hole and bush
+x = 0.021;
+y = 0.03;
+r = 0.008;
+b = 0.013;
+Point(10) = {x, y, 0, h};
+Point(11) = {x + r, y, 0, h};
+Point(12) = {x, y + r, 0, h};
+Point(13) = {x - r, y, 0, h};
+Point(14) = {x, y - r, 0, h};
+Point(21) = {x + b, y, 0, h};
+Point(22) = {x, y + b, 0, h};
+Point(23) = {x - b, y, 0, h};
+Point(24) = {x, y - b, 0, h};
+Circle(11) = {11, 10, 12};
+Circle(12) = {12, 10, 13};
+Circle(13) = {13, 10, 14};
+Circle(14) = {14, 10, 11};
+Circle(21) = {21, 10, 22};
+Circle(22) = {22, 10, 23};
+Circle(23) = {23, 10, 24};
+Circle(24) = {24, 10, 21};
+Curve Loop(1) = {1, 2, 3, 4, 5, 6, 7};
+Curve Loop(2) = {21, 22, 23, 24};
+Curve Loop(3) = {11, 12, 13, 14};
+Plane Surface(1) = {1, 2};
+Plane Surface(2) = {2, 3};
+
+Physical Curve("wall") = {6};
+Physical Curve("nose") = {2};
+Physical Curve("hole") = {11, 12, 13, 14};
+Physical Surface("steel") = {1};
+Physical Surface("bush") = {2};

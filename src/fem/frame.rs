@@ -1,0 +1,384 @@
+//! Directions at nodes: what supports hold, what obstacles limit, and the local bases that keep both apart.
+//!
+//! At a node the displacements are counted along the rows of a basis `W`, `û = W u`: the contact directions `m_k`, the held directions, and what
+//! completes them orthonormally. `W` is orthonormal but for a node with two contact directions; there the basis is oblique, and forces are
+//! `f̂ = W⁻ᵀ f`. The axes themselves are the basis of every other node.
+
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+use super::element::Shape;
+use crate::mesh::{Mesh, Point};
+
+/// What a support holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fix {
+    /// The displacement along an axis.
+    Axis(usize),
+    /// The displacement along the normal of a flat group: a plane of symmetry.
+    Normal,
+}
+
+/// A support: displacements of a group that stay zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held {
+    /// Group of sides.
+    pub group: String,
+    /// What it holds.
+    pub fix: Fix,
+}
+
+impl Held {
+    /// Along an axis.
+    pub fn along(group: &str, axis: usize) -> Held {
+        Held { group: group.to_owned(), fix: Fix::Axis(axis) }
+    }
+}
+
+/// A group of sides before an obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facing {
+    /// Group of sides.
+    pub group: String,
+    /// Outward normal of the body towards a rigid plane; none: contact is along the normals of the nodes.
+    pub direction: Option<Point>,
+}
+
+impl Facing {
+    /// Along the normals of the nodes.
+    pub fn surface(group: &str) -> Facing {
+        Facing { group: group.to_owned(), direction: None }
+    }
+}
+
+/// A node that an obstacle faces in a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactPoint {
+    /// The node.
+    pub node: usize,
+    /// `m`: the contact displacement is `m·u`.
+    pub direction: Point,
+    /// `n`: outward normal of the group at the node.
+    pub normal: Point,
+    /// Which of the groups before obstacles it belongs to (the first, where two are one).
+    pub group: usize,
+}
+
+/// Why directions do not go together.
+#[derive(Debug, Clone, Error, PartialEq)]
+pub enum FrameError {
+    /// A held normal needs a flat group.
+    #[error("the group \"{group}\" is not flat: its normals turn by {degrees:.3}°")]
+    NotFlat {
+        /// The group.
+        group: String,
+        /// Angle between its normals.
+        degrees: f64,
+    },
+    /// An obstacle that does not face the group.
+    #[error(
+        "at node {node} the obstacle lies {degrees:.1}° off the normal of the group \"{group}\""
+    )]
+    Turned {
+        /// Node.
+        node: usize,
+        /// The group.
+        group: String,
+        /// Angle between the direction of the contact and the normal of a side.
+        degrees: f64,
+    },
+    /// Two directions that are neither one nor two.
+    #[error("node {node} meets obstacles in two directions {degrees:.1}° apart")]
+    Crossing {
+        /// Node.
+        node: usize,
+        /// Angle between them.
+        degrees: f64,
+    },
+    /// A support holds a part of a contact displacement.
+    #[error(
+        "a support holds a part of the contact displacement of node {node}: {degrees:.1}° lie between the two directions"
+    )]
+    PartlyHeld {
+        /// Node.
+        node: usize,
+        /// Angle between the held direction and that of the contact.
+        degrees: f64,
+    },
+}
+
+/// Cosine of the largest angle between the direction of a contact and a side's normal: 60°.
+const FACES: f64 = 0.5;
+/// Directions closer than this are one.
+const ONE: f64 = 10.0;
+/// Directions further apart than this are two (and closer than 180° minus it).
+const TWO: f64 = 30.0;
+/// Flat means: normals within this, as a sine.
+const FLAT: f64 = 1e-6;
+
+fn dot(a: &Point, b: &Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn norm(a: &Point) -> f64 {
+    a[0].hypot(a[1]).hypot(a[2])
+}
+
+fn unit(a: Point) -> Point {
+    let size = norm(&a);
+    a.map(|x| x / size)
+}
+
+/// `a + c b`
+fn sum(a: &Point, c: f64, b: &Point) -> Point {
+    std::array::from_fn(|k| a[k] + c * b[k])
+}
+
+fn degrees(a: &Point, b: &Point) -> f64 {
+    dot(a, b).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// A node of a group: its normal `∫ P n ds`, normalised, and those of the sides there.
+#[derive(Debug, Clone)]
+struct GroupNode {
+    node: usize,
+    normal: Point,
+    sides: Vec<Point>,
+}
+
+/// The nodes of a group in their order.
+fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
+    let order = mesh.group_nodes(group);
+    let place: BTreeMap<usize, usize> = order.iter().enumerate().map(|(k, &n)| (n, k)).collect();
+    let new = |node| GroupNode { node, normal: [0.0; 3], sides: vec![] };
+    let mut nodes: Vec<GroupNode> = order.iter().copied().map(new).collect();
+    for &facet in mesh.group(group) {
+        let element = mesh.element(facet);
+        let x = mesh.plane_corners(element);
+        for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
+            let n = [point.normal[0], point.normal[1], 0.0];
+            for (&local, p) in element.kind.side(facet.side).iter().zip(&point.values) {
+                let of_node = &mut nodes[place[&element.nodes[local]]];
+                of_node.normal = sum(&of_node.normal, p * point.length, &n);
+                of_node.sides.push(n);
+            }
+        }
+    }
+    nodes.iter_mut().for_each(|n| n.normal = unit(n.normal));
+    nodes
+}
+
+/// A basis `W` at a node and `W⁻¹`; rows are directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Frame {
+    pub rows: [Point; 3],
+    pub inverse: [Point; 3],
+    pub is_orthonormal: bool,
+}
+
+impl Frame {
+    /// From directions with their slots; what is missing is completed.
+    fn new(dim: usize, directions: &[(usize, Point)]) -> Frame {
+        let mut rows = [[0.0; 3]; 3];
+        let mut given = vec![];
+        for &(slot, d) in directions {
+            rows[slot] = d;
+            given.push(slot);
+        }
+        for slot in (0..3).filter(|s| !directions.iter().any(|d| d.0 == *s)) {
+            // the axis of the slot, orthogonal to what is there; the first axis that is not spanned where that fails
+            let candidates = std::iter::once(slot).chain(0..dim.max(slot + 1));
+            for axis in candidates {
+                let mut d = [0.0; 3];
+                d[axis] = 1.0;
+                let mut basis: Vec<Point> = vec![];
+                for &g in &given {
+                    let r = rows[g];
+                    let rest = basis.iter().fold(r, |x: Point, b| sum(&x, -dot(&x, b), b));
+                    basis.push(unit(rest));
+                }
+                let rest = basis.iter().fold(d, |x, b| sum(&x, -dot(&x, b), b));
+                if norm(&rest) > 0.3 {
+                    rows[slot] = unit(rest);
+                    given.push(slot);
+                    break;
+                }
+            }
+        }
+        let off = (0..3).flat_map(|a| (0..a).map(move |b| (a, b)));
+        let largest = off.map(|(a, b)| dot(&rows[a], &rows[b]).abs()).fold(0.0, f64::max);
+        let is_orthonormal = largest < 1e-12;
+        let w = nalgebra::Matrix3::from_fn(|i, j| rows[i][j]);
+        let inverse = match is_orthonormal {
+            true => w.transpose(),
+            // two contact directions are at least 30° apart
+            false => w.try_inverse().unwrap_or_else(nalgebra::Matrix3::identity),
+        };
+        let inverse = std::array::from_fn(|i| std::array::from_fn(|j| inverse[(i, j)]));
+        Frame { rows, inverse, is_orthonormal }
+    }
+
+    fn is_identity(&self) -> bool {
+        (0..3).all(|i| (0..3).all(|j| self.rows[i][j] == f64::from(u8::from(i == j))))
+    }
+}
+
+/// What a slot of a node's basis is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Slot {
+    Free,
+    Held,
+    /// Contact point of this number.
+    Contact(usize),
+}
+
+/// All directions of a mesh.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Frames {
+    /// Bases other than the axes.
+    pub of_node: BTreeMap<usize, Frame>,
+    /// `dim` slots a node.
+    pub slots: Vec<Slot>,
+    pub contact: Vec<ContactPoint>,
+    /// Contact point of a node in a group.
+    pub in_group: BTreeMap<(usize, usize), usize>,
+}
+
+impl Frames {
+    /// Contact directions point outwards where their displacements stand `apart`; among all others they point along the axes like these.
+    pub fn new(
+        mesh: &Mesh,
+        held: &[Held],
+        facing: &[Facing],
+        apart: bool,
+    ) -> Result<Frames, FrameError> {
+        let dim = mesh.dim();
+        let held = held_directions(mesh, held)?;
+        let mut frames =
+            Frames { slots: vec![Slot::Free; dim * mesh.n_nodes()], ..Frames::default() };
+        let wanted = contact_directions(mesh, &held, facing, &mut frames)?;
+        let mut framed: Vec<usize> = held.keys().chain(wanted.keys()).copied().collect();
+        framed.sort_unstable();
+        framed.dedup();
+        for node in framed {
+            let none = vec![];
+            let own = held.get(&node).unwrap_or(&none);
+            let of_contact = wanted.get(&node).into_iter().flatten();
+            let all = of_contact
+                .map(|&i| (frames.contact[i].direction, Slot::Contact(i)))
+                .chain(own.iter().map(|&d| (d, Slot::Held)));
+            let mut placed: Vec<(usize, Point)> = vec![];
+            for (direction, what) in all {
+                let free = (0..dim).filter(|s| !placed.iter().any(|p| p.0 == *s));
+                let best = free.max_by(|&a, &b| {
+                    // the first of equals
+                    direction[a].abs().total_cmp(&direction[b].abs()).then(b.cmp(&a))
+                });
+                let Some(slot) = best else { continue };
+                let turned = !apart && direction[slot] < 0.0;
+                placed.push((slot, if turned { direction.map(|x| -x) } else { direction }));
+                frames.slots[dim * node + slot] = what;
+            }
+            let frame = Frame::new(dim, &placed);
+            if !frame.is_identity() {
+                frames.of_node.insert(node, frame);
+            }
+        }
+        Ok(frames)
+    }
+}
+
+/// Orthonormal held directions of every node that a support holds.
+fn held_directions(mesh: &Mesh, held: &[Held]) -> Result<BTreeMap<usize, Vec<Point>>, FrameError> {
+    let mut all: BTreeMap<usize, Vec<Point>> = BTreeMap::new();
+    for Held { group, fix } in held {
+        let direction = match fix {
+            Fix::Axis(axis) => std::array::from_fn(|c| f64::from(u8::from(c == *axis))),
+            Fix::Normal => flat_normal(mesh, group)?,
+        };
+        for node in mesh.group_nodes(group) {
+            let own = all.entry(node).or_default();
+            let rest = own.iter().fold(direction, |x, h| sum(&x, -dot(&x, h), h));
+            if norm(&rest) > FLAT {
+                own.push(unit(rest));
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// The normal of a flat group.
+fn flat_normal(mesh: &Mesh, group: &str) -> Result<Point, FrameError> {
+    let nodes = nodes_of(mesh, group);
+    let sides = || nodes.iter().flat_map(|n| &n.sides);
+    let mean = unit(sides().fold([0.0; 3], |m, n| sum(&m, 1.0, n)));
+    let off = sides().map(|n| degrees(n, &mean)).fold(0.0, f64::max);
+    let sine = sides().map(|n| norm(&sum(n, -dot(n, &mean), &mean))).fold(0.0, f64::max);
+    match sine <= FLAT {
+        true => Ok(mean),
+        false => Err(FrameError::NotFlat { group: group.to_owned(), degrees: 2.0 * off }),
+    }
+}
+
+/// The contact points, and which of them each node has.
+fn contact_directions(
+    mesh: &Mesh,
+    held: &BTreeMap<usize, Vec<Point>>,
+    facing: &[Facing],
+    frames: &mut Frames,
+) -> Result<BTreeMap<usize, Vec<usize>>, FrameError> {
+    let mut wanted: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (group, of) in facing.iter().enumerate() {
+        for GroupNode { node, normal, sides } in nodes_of(mesh, &of.group) {
+            let mut direction = of.direction.unwrap_or(normal);
+            let least = sides.iter().map(|n| dot(n, &direction)).fold(1.0, f64::min);
+            if !(least >= FACES) {
+                let degrees = least.clamp(-1.0, 1.0).acos().to_degrees();
+                return Err(FrameError::Turned { node, group: of.group.clone(), degrees });
+            }
+            if let Some(own) = held.get(&node) {
+                match beside(&direction, own) {
+                    Ok(Some(rest)) => direction = rest,
+                    Ok(None) => continue,
+                    Err(degrees) => return Err(FrameError::PartlyHeld { node, degrees }),
+                }
+            }
+            let known = wanted.entry(node).or_default();
+            if let Some(&other) = known.first() {
+                let apart = degrees(&direction, &frames.contact[other].direction);
+                if apart < ONE {
+                    // one direction: between the two
+                    let both = &mut frames.contact[other];
+                    both.direction = unit(sum(&both.direction, 1.0, &direction));
+                    both.normal = unit(sum(&both.normal, 1.0, &normal));
+                    frames.in_group.insert((group, node), other);
+                    continue;
+                }
+                if !(TWO..=180.0 - TWO).contains(&apart) {
+                    return Err(FrameError::Crossing { node, degrees: apart });
+                }
+            }
+            known.push(frames.contact.len());
+            frames.in_group.insert((group, node), frames.contact.len());
+            frames.contact.push(ContactPoint { node, direction, normal, group });
+        }
+    }
+    Ok(wanted)
+}
+
+/// A contact direction beside held ones: itself or, near it, what they leave of it (a node on a plane of symmetry has the normal of the whole
+/// body); none where it is held altogether; the angle between the two where it is neither.
+fn beside(direction: &Point, held: &[Point]) -> Result<Option<Point>, f64> {
+    let rest = held.iter().fold(*direction, |x, h| sum(&x, -dot(&x, h), h));
+    let share = norm(&rest);
+    if share <= FLAT {
+        return Ok(None);
+    }
+    let taken = norm(&sum(direction, -1.0, &rest));
+    match taken {
+        0.0 => Ok(Some(*direction)),
+        t if t <= ONE.to_radians().sin() => Ok(Some(unit(rest))),
+        t => Err(t.min(1.0).acos().to_degrees()),
+    }
+}

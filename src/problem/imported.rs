@@ -1,0 +1,189 @@
+//! Bodies whose mesh comes from a file: what the scene names in it, and what does not work on it.
+
+use super::ProblemError;
+use super::body::Form;
+use super::given::folder;
+use crate::fem::{DofMap, Facing};
+use crate::mesh::gmsh::{self, File, Imported, Sides};
+use crate::mesh::{ElementKind, Mesh};
+use crate::scenario::{BodyKind, ContactMethod, Issue, MassKind, Scene, State, StressKey};
+
+/// The mesh of a file, its regions numbered as the materials of the scene, and the tags of its nodes.
+pub(super) fn body(scene: &Scene) -> Result<(Mesh, Vec<i64>), ProblemError> {
+    let path = folder(scene).join(scene.body.file.as_deref().unwrap_or("".as_ref()));
+    let fault = |message: String, help: String| -> ProblemError {
+        let message = format!("{}: {message}", path.display());
+        scene.error(Issue::new("body.file", message, help)).into()
+    };
+    let bytes = std::fs::read(&path).map_err(|e| {
+        fault(e.to_string(), "give a mesh of Gmsh, relative to the scene".to_owned())
+    })?;
+    let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
+    let file = gmsh::read(&bytes).map_err(of_gmsh)?;
+    let imported = file.body(scene.body.scale.unwrap_or(1.0)).map_err(of_gmsh)?;
+    let regions = materials(scene, &file, &imported)?;
+    let sides = sides(scene, &file, &imported)?;
+    let mesh = imported.mesh.with_regions(&regions).with_groups(sides);
+    if scene.body.state == Some(State::Axisymmetric)
+        && let Some(n) = mesh.nodes().iter().position(|p| p[0] < 0.0)
+    {
+        let tag = imported.node_tags[n];
+        let message = format!("node {tag} has the radius {}", mesh.nodes()[n][0]);
+        return Err(fault(message, "give x ≥ 0: x is the radius, y the axis".to_owned()));
+    }
+    Ok((mesh, imported.node_tags))
+}
+
+/// The groups of one dimension in words.
+fn known(file: &File, dim: usize) -> String {
+    let word = |(d, tag, name, n): (usize, i64, String, usize)| {
+        let unit = if d == 1 { "sides" } else { "cells" };
+        (d == dim).then(|| format!("\"{name}\" (#{tag}, {n} {unit})"))
+    };
+    let all: Vec<String> = file.groups().into_iter().filter_map(word).collect();
+    match all.is_empty() {
+        true if dim == 1 => {
+            "the file has no groups of lines: add Physical Curve in Gmsh".to_owned()
+        }
+        true => "the file has no groups of cells: add Physical Surface in Gmsh".to_owned(),
+        false => format!("the file has {}", all.join(", ")),
+    }
+}
+
+/// The material of each region: each has exactly one.
+fn materials(scene: &Scene, file: &File, imported: &Imported) -> Result<Vec<usize>, ProblemError> {
+    let fail = |i: usize, message: String, help: String| -> ProblemError {
+        scene.error(Issue::new(format!("material[{i}].group"), message, help)).into()
+    };
+    let mut wanted = vec![];
+    for (i, m) in scene.materials.iter().enumerate() {
+        let name = m.group.as_ref().map(|word| (file.named(2, word), word));
+        if let Some((name, word)) = &name
+            && !imported.regions.iter().any(|r| r.contains(name))
+        {
+            let message = format!("the mesh has no group of cells \"{word}\"");
+            return Err(fail(i, message, known(file, 2)));
+        }
+        wanted.push(name.map(|n| n.0));
+    }
+    let cells = |region: usize| -> usize {
+        imported.mesh.elements().filter(|e| e.region == region).count()
+    };
+    let of_region = |(r, names): (usize, &Vec<String>)| {
+        let own = |k: &usize| wanted[*k].as_ref().is_none_or(|w| names.contains(w));
+        let found: Vec<usize> = (0..wanted.len()).filter(own).collect();
+        let called = match names.is_empty() {
+            true => "no physical group".to_owned(),
+            false => format!("the group \"{}\"", names.join("\", \"")),
+        };
+        match found[..] {
+            [one] => Ok(one),
+            [] => {
+                let message = format!("{} cells of {called} have no material", cells(r));
+                let help = format!("add a [[material]] for them; {}", known(file, 2));
+                Err(fail(wanted.len() - 1, message, help))
+            }
+            [first, second, ..] => {
+                let count = cells(r);
+                let message =
+                    format!("{count} cells of {called} have this material and material[{first}]");
+                Err(fail(second, message, "give every cell one material".to_owned()))
+            }
+        }
+    };
+    imported.regions.iter().enumerate().map(of_region).collect()
+}
+
+/// All groups of sides that the scene names, under the names it uses.
+fn sides(
+    scene: &Scene,
+    file: &File,
+    imported: &Imported,
+) -> Result<Vec<(String, Vec<crate::mesh::Facet>)>, ProblemError> {
+    let supports = scene.supports.iter().enumerate();
+    let mut named: Vec<(String, &str)> =
+        supports.map(|(i, s)| (format!("support[{i}].group"), s.group())).collect();
+    if let Some(c) = &scene.contact {
+        let obstacles = c.obstacles.iter().enumerate();
+        named.extend(obstacles.map(|(k, o)| (c.key(k, "group"), o.group.as_str())));
+    }
+    let loads = scene.loads.iter().enumerate().filter(|(_, l)| !l.group().is_empty());
+    named.extend(loads.map(|(i, l)| (format!("load[{i}].group"), l.group())));
+    let mut found = vec![];
+    for (key, word) in named {
+        let fail = |message: String, help: String| -> ProblemError {
+            scene.error(Issue::new(key.clone(), message, help)).into()
+        };
+        match imported.sides.get(&file.named(1, word)) {
+            Some(Sides::Boundary(facets)) if !facets.is_empty() => {
+                found.push((word.to_owned(), imported.mesh.in_chains(facets)));
+            }
+            Some(Sides::Elsewhere { nodes, owners }) => {
+                let tags: Vec<String> = nodes.iter().map(i64::to_string).collect();
+                let whose = match owners {
+                    0 => "no cell has it",
+                    _ => "two cells have it",
+                };
+                let message = format!(
+                    "\"{word}\" is not on the boundary of the body: its side of the nodes {} is inside, {whose}",
+                    tags.join(", ")
+                );
+                return Err(fail(message, "name a group of sides of the boundary".to_owned()));
+            }
+            _ => {
+                let of_cells = imported.regions.iter().flatten().any(|n| *n == file.named(2, word));
+                let message = match of_cells {
+                    true => format!("\"{word}\" is a group of cells, and sides are wanted"),
+                    false => format!("the mesh has no group of sides \"{word}\""),
+                };
+                return Err(fail(message, known(file, 1)));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// What does not work with the elements of a mesh.
+pub(super) fn check_elements(
+    scene: &Scene,
+    form: &Form,
+    dofs: &DofMap,
+) -> Result<(), ProblemError> {
+    if scene.body.kind != BodyKind::Mesh {
+        return Ok(());
+    }
+    let fail = |key: String, message: String, help: &str| {
+        Err(scene.error(Issue::new(key, message, help)).into())
+    };
+    let mesh = &form.mesh;
+    let quadratic = mesh.blocks().iter().any(|b| b.kind.nodes() > b.kind.corners());
+    if scene.body.mass == MassKind::Lumped && quadratic {
+        let message = "\"lumped\" gives nodes of second-order elements no mass, or a negative one";
+        let help = "give mass = \"consistent\", or mesh with first-order elements";
+        return fail("body.mass".to_owned(), message.to_owned(), help);
+    }
+    if scene.body.state == Some(State::Axisymmetric) {
+        let size = mesh.length();
+        let free =
+            |n: &usize| mesh.nodes()[*n][0] <= 1e-12 * size && dofs.terms(*n, 0).next().is_some();
+        if let Some(n) = (0..mesh.n_nodes()).find(free) {
+            let message = format!("{} lies on the axis and may move off it", form.node(n));
+            let help = "add [[support]] with the group of the axis and fix = [\"x\"]";
+            return fail("support".to_owned(), message, help);
+        }
+    }
+    let Some(c) = &scene.contact else { return Ok(()) };
+    if c.method == ContactMethod::NodalBoundary && c.stress == Some(StressKey::Projection) {
+        let on_triangles = |f: &Facing| {
+            let kind = |s| mesh.element(s).kind;
+            let is_simplex = |k| matches!(k, ElementKind::Tri3 | ElementKind::Tri6);
+            mesh.group(&f.group).iter().any(|&s| is_simplex(kind(s)))
+        };
+        if let Some(k) = dofs.facing.iter().position(on_triangles) {
+            let message = "\"projection\" does not work on triangles: the projected stress has fewer values than the edge has contact nodes";
+            let help = "give stress = \"nodal-mean\" (the default) or \"reaction\"";
+            return fail(c.key(k, "stress"), message.to_owned(), help);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,159 @@
+//! What `[contact]` says of the contact method and its parameters.
+
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+
+/// Contact methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactMethod {
+    /// The nodal boundary method.
+    #[default]
+    #[serde(rename = "nbm")]
+    NodalBoundary,
+    /// No inertia at the contact points: `nbm` with nodal reactions and a constant mass.
+    MassRedistribution,
+    /// Springs at the contact points.
+    Penalty,
+    /// Nitsche's method.
+    Nitsche,
+    /// Newton's law of impact.
+    Impact,
+    /// The time-stepping scheme of Moreau and Jean.
+    MoreauJean,
+    /// Waves along the characteristics of a uniform bar.
+    Waves,
+}
+
+impl ContactMethod {
+    /// All methods.
+    pub const ALL: [ContactMethod; 7] = [
+        ContactMethod::NodalBoundary,
+        ContactMethod::MassRedistribution,
+        ContactMethod::Penalty,
+        ContactMethod::Nitsche,
+        ContactMethod::Impact,
+        ContactMethod::MoreauJean,
+        ContactMethod::Waves,
+    ];
+
+    /// Whether a key of `[contact]` is read by this method; what is no key of a method is read by all.
+    pub fn reads(self, key: &str) -> bool {
+        METHOD_KEYS.iter().all(|(name, by)| *name != key || by.contains(&self))
+    }
+
+    /// Name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            ContactMethod::NodalBoundary => "nbm",
+            ContactMethod::MassRedistribution => "mass-redistribution",
+            ContactMethod::Penalty => "penalty",
+            ContactMethod::Nitsche => "nitsche",
+            ContactMethod::Impact => "impact",
+            ContactMethod::MoreauJean => "moreau-jean",
+            ContactMethod::Waves => "waves",
+        }
+    }
+}
+
+/// Keys of `[contact]` that some methods read and others do not.
+pub const METHOD_KEYS: [(&str, &[ContactMethod]); 12] = {
+    use ContactMethod::{
+        Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Waves,
+    };
+    [
+        ("stress", &[NodalBoundary]),
+        ("inertia", &[NodalBoundary]),
+        ("boundary_mass", &[NodalBoundary]),
+        ("mass", &[MassRedistribution]),
+        ("stiffness", &[Penalty]),
+        ("gamma", &[Nitsche]),
+        ("theta", &[Nitsche]),
+        ("restitution", &[Impact, MoreauJean]),
+        ("step", &[MoreauJean]),
+        ("instants", &[Waves]),
+        ("activation", &[MoreauJean]),
+        ("gap_behind", &[Penalty, Nitsche]),
+    ]
+};
+
+/// `inertia`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inertia {
+    /// The paper's mass, which jumps at switches.
+    Paper,
+    /// The open phase's mass in every phase.
+    Constant,
+}
+
+/// `instants` of `waves`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Instants {
+    /// Where contact closes and opens.
+    Exact,
+    /// Once an element's travel time: the wave finite element method.
+    Step,
+}
+
+/// `activation` of `moreau-jean`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Activation {
+    /// Those whose gap closes within half a step.
+    HalfStep,
+    /// Those that come closer and whose gap closes within the step.
+    FullStep,
+}
+
+/// `mass` of mass redistribution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RedistributedMass {
+    /// `A_∅ᵀ M A_∅`.
+    Condensed,
+    /// Nearest to `M` with all moments kept.
+    Optimal,
+}
+
+/// `stress`: a name, or (kind `matrices`) the terms `[displacement, coefficient]` of each contact stress.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StressKey {
+    /// The stress of the displacement field.
+    Projection,
+    /// The mean of the stresses in the elements at a node.
+    NodalMean,
+    /// The nodal reaction.
+    Reaction,
+    /// A nodal operator.
+    Terms(Vec<Vec<(usize, f64)>>),
+}
+
+impl<'de> Deserialize<'de> for StressKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Words;
+        impl<'de> Visitor<'de> for Words {
+            type Value = StressKey;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("\"projection\", \"nodal-mean\", \"reaction\", or lists of [displacement, coefficient]")
+            }
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<StressKey, E> {
+                match word {
+                    "projection" => Ok(StressKey::Projection),
+                    "nodal-mean" => Ok(StressKey::NodalMean),
+                    "reaction" => Ok(StressKey::Reaction),
+                    _ => Err(E::unknown_variant(word, &["projection", "nodal-mean", "reaction"])),
+                }
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<StressKey, A::Error> {
+                let mut all = vec![];
+                while let Some(terms) = seq.next_element()? {
+                    all.push(terms);
+                }
+                Ok(StressKey::Terms(all))
+            }
+        }
+        deserializer.deserialize_any(Words)
+    }
+}
