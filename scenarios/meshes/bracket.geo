@@ -1,4 +1,4 @@
-// An angle bracket with a hole: steel, with a bush of rubber in the hole and a nose that meets a stop.
+// An angle bracket: steel, with a bush in its hole and a nose that meets a stop.
 // gmsh -2 -order 2 -format msh41 bracket.geo
 h = 0.02;
 Point(1) = {0, 0, 0, h};

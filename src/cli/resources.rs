@@ -57,6 +57,13 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
     if b.kind == BodyKind::Matrices {
         return Ok(());
     }
+    if let Some(name) = &b.file {
+        // some fifty bytes of text a node or element, some fifty times as many of matrices
+        let folder = scene.source.file.parent().unwrap_or("".as_ref());
+        let bytes = std::fs::metadata(folder.join(name)).map_or(0, |m| m.len());
+        let what = format!("[body] file = {}: {} of mesh", name.display(), in_bytes(bytes));
+        return check_memory(50.0 * bytes as f64, &what);
+    }
     let count = |x: &usize| *x as f64;
     let elements: f64 = b.elements.iter().map(count).product();
     let (per_element, per_node) = match b.kind {

@@ -132,9 +132,9 @@ fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
     let mut names = vec!["nbm", "nbm:constant"];
     match (scene.body.kind, compared) {
         (BodyKind::Matrices, _) => return vec!["nbm", "mass-redistribution"],
-        (BodyKind::Plate | BodyKind::Mesh, _) => {
-            names.extend(["mass-redistribution", "nitsche", "penalty"])
-        }
+        // the default of meshes has constant inertia
+        (BodyKind::Mesh, _) => names = vec!["nbm", "mass-redistribution", "nitsche", "penalty"],
+        (BodyKind::Plate, _) => names.extend(["mass-redistribution", "nitsche", "penalty"]),
         (BodyKind::Bar, _) => names.extend(["nitsche", "penalty"]),
     }
     match (scene.body.kind, compared) {
@@ -288,8 +288,12 @@ fn meshes(scene: &Scene, asked: &[Vec<usize>]) -> Result<Vec<Vec<usize>>, SceneE
     if asked.is_empty() {
         return Ok(vec![own.clone()]);
     }
-    if scene.body.kind == BodyKind::Matrices {
-        let message = "a body of matrices has no elements that could be other ones";
+    let fixed = match scene.body.kind {
+        BodyKind::Matrices => Some("a body of matrices has no elements that could be other ones"),
+        BodyKind::Mesh => Some("the mesh comes from a file: give another file in its place"),
+        BodyKind::Bar | BodyKind::Plate => None,
+    };
+    if let Some(message) = fixed {
         return Err(scene.error(Issue::new("body.kind", message, "leave --elements out")));
     }
     let whole = |m: &Vec<usize>| match (m.as_slice(), own.as_slice()) {

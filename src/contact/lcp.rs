@@ -195,9 +195,86 @@ pub fn p_matrix(n: &DMatrix<f64>, row_scale: &[f64]) -> PMatrix {
     PMatrix::NotShown { index: worst.iamax() }
 }
 
+/// Largest size for which all active sets are gone through.
+const SETS_LIMIT: usize = 10;
+
+/// A bound of `‖N_ff⁻¹ N_fc‖` over all sets of free points `f` and closed ones `c`; a positive row scaling changes nothing of it. The least of
+///
+/// - `‖off N‖ / λ_min(½(N + Nᵀ))`, of the matrix itself and of its rows scaled,
+/// - `‖⟨N⟩⁻¹ |off N|‖` of an H-matrix, `⟨N⟩ = 2D − |N|`: `|N_ff⁻¹| ≤ (⟨N⟩⁻¹)_ff` entry by entry,
+/// - all sets in turn, where there are few.
+///
+/// Infinite where none of them holds.
+pub fn coupling_bound(n: &DMatrix<f64>, row_scale: &[f64]) -> f64 {
+    let size = n.nrows();
+    let norm = |a: &DMatrix<f64>| a.singular_values().max();
+    if (0..size).all(|i| (0..size).all(|j| i == j || n[(i, j)] == 0.0)) {
+        return 0.0;
+    }
+    if size <= SETS_LIMIT {
+        let of_set = |set: u32| -> f64 {
+            let (closed, free): (Vec<usize>, Vec<usize>) =
+                (0..size).partition(|i| set >> i & 1 == 1);
+            let block = |cols: &[usize]| {
+                DMatrix::from_fn(free.len(), cols.len(), |a, b| n[(free[a], cols[b])])
+            };
+            block(&free).lu().solve(&block(&closed)).map_or(f64::INFINITY, |x| norm(&x))
+        };
+        return (1..(1u32 << size) - 1).map(of_set).fold(0.0, f64::max);
+    }
+    let of_part = |scale: &dyn Fn(usize) -> f64| {
+        let scaled = DMatrix::from_fn(size, size, |i, j| scale(i) * n[(i, j)]);
+        let least = (0.5 * (&scaled + scaled.transpose())).symmetric_eigenvalues().min();
+        let off = &scaled - DMatrix::from_diagonal(&scaled.diagonal());
+        if least > 0.0 { norm(&off) / least } else { f64::INFINITY }
+    };
+    let off = DMatrix::from_fn(size, size, |i, j| if i == j { 0.0 } else { n[(i, j)].abs() });
+    let comparison = DMatrix::from_diagonal(&n.diagonal()) - &off;
+    let of_comparison = comparison.try_inverse().map_or(f64::INFINITY, |inverse| {
+        // an M-matrix has a positive inverse
+        match inverse.iter().all(|x| *x >= 0.0) {
+            true => norm(&(inverse * &off)),
+            false => f64::INFINITY,
+        }
+    });
+    [of_part(&|_| 1.0), of_part(&|i| row_scale[i]), of_part(&|i| 1.0 / n[(i, i)])]
+        .into_iter()
+        .fold(of_comparison, f64::min)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is proved of large matrices holds for every set that is tried.
+    #[test]
+    fn couplings_stay_below_their_bound() {
+        let size = 12;
+        let wave = |i: usize, j: usize| (1.3 * i as f64 + 2.1 * (j * j) as f64).sin();
+        for (strength, area) in [(0.05, 1.0), (0.12, 3.0), (0.3, 0.2)] {
+            let n = DMatrix::from_fn(size, size, |i, j| match i == j {
+                true => 2.0 + 0.5 * wave(i, i),
+                false => strength * wave(i, j),
+            });
+            let areas: Vec<f64> = (0..size).map(|i| 1.0 + area * (i % 3) as f64).collect();
+            let bound = coupling_bound(&n, &areas);
+            let mut largest = 0.0f64;
+            for set in 1..(1u32 << size) - 1 {
+                let (closed, free): (Vec<usize>, Vec<usize>) =
+                    (0..size).partition(|i| set >> i & 1 == 1);
+                let inner = DMatrix::from_fn(free.len(), free.len(), |a, b| n[(free[a], free[b])]);
+                let outer =
+                    DMatrix::from_fn(free.len(), closed.len(), |a, b| n[(free[a], closed[b])]);
+                let x = inner.try_inverse().unwrap() * outer;
+                largest = largest.max(x.singular_values().max());
+            }
+            assert!(largest <= bound && bound < 20.0, "{largest} {bound}");
+            // of a part of it all sets are gone through
+            let part = n.view((0, 0), (6, 6)).into_owned();
+            assert!(coupling_bound(&part, &areas[..6]) <= bound);
+        }
+        assert_eq!(coupling_bound(&DMatrix::identity(3, 3), &[1.0; 3]), 0.0);
+    }
 
     #[test]
     fn zeros_are_exact_and_warm_start_needs_no_pivot() {

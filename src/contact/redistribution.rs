@@ -20,6 +20,7 @@ use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::inertia::{ConstantMass, gram};
 use super::kinematics::Following;
+use super::lcp;
 use super::nbm::Stress;
 use crate::fem::{Body, Csr, Loads, SpdFactor, load};
 use crate::mesh::Point;
@@ -190,7 +191,7 @@ pub(super) fn mass_ratio(body: &Body, conditions: &Arc<Conditions>) -> Result<f6
 /// How much higher than the body's own bound the frequencies of the phases over the condensed mass can be.
 ///
 /// With nodal reactions `K_α ≤ K_OO ≤ ω² M_OO`, and `M_OO` against `M_0` is known. With the stress of the field, `A_α` follows from `A_∅` by
-/// `u_f = (A_∅x)_f + N_ff⁻¹N_fc (A_∅x)_c`, so `‖A*_α x‖_M ≤ ‖x‖_{M_0} + √(1 + κ²) ‖M_CC‖^½ ‖A_∅x‖` with `κ ≥ ‖N_ff⁻¹N_fc‖`.
+/// `u_f = (A_∅x)_f + N_ff⁻¹N_fc (A_∅x)_c`, so `‖A*_α x‖_M ≤ ‖x‖_{M_0} + √(1 + κ²) ‖M_CC‖^½ ‖A_∅x‖` with `κ ≥ ‖N_ff⁻¹N_fc‖` ([`lcp::coupling_bound`]).
 pub(super) fn bound(
     body: &Body,
     conditions: &Arc<Conditions>,
@@ -212,19 +213,8 @@ pub(super) fn bound(
     let weight = (0..size)
         .map(|i| body.mass.row(n_o + i).filter(|(j, _)| *j >= n_o).map(|(_, v)| v.abs()).sum())
         .fold(0.0, f64::max);
-    // diagonal dominance by rows and by columns bounds N_ff⁻¹N_fc whatever the set
-    let share = |entry: &dyn Fn(usize, usize) -> f64| {
-        let of_row = |i: usize| {
-            (0..size).filter(|j| *j != i).map(|j| entry(i, j).abs()).sum::<f64>()
-                / n_c[(i, i)].abs()
-        };
-        let r = (0..size).map(of_row).fold(0.0, f64::max);
-        if r < 1.0 { r / (1.0 - r) } else { f64::INFINITY }
-    };
-    let diagonal = n_c.diagonal();
-    let uneven = diagonal.max() / diagonal.min();
-    let kappa = uneven * share(&|i, j| n_c[(i, j)]) * share(&|i, j| n_c[(j, i)]);
-    Ok((1.0 + 1e-9) * (1.0 + ((1.0 + kappa) * weight * largest.max(0.0)).sqrt()))
+    let kappa = lcp::coupling_bound(n_c, &conditions.area);
+    Ok((1.0 + 1e-9) * (1.0 + ((1.0 + kappa * kappa) * weight * largest.max(0.0)).sqrt()))
 }
 
 /// A bound of the frequencies of `(K_OO, M_0)`, and with nodal reactions of all phases: estimated by power iteration, proved by a Cholesky factor of

@@ -171,7 +171,7 @@ impl Changing {
 
 /// Elements divided, rounded; the modes of a reduction up to the same frequency.
 fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
-    if scene.body.kind == BodyKind::Matrices {
+    if matches!(scene.body.kind, BodyKind::Matrices | BodyKind::Mesh) {
         return None;
     }
     let divided: Vec<usize> =
@@ -193,6 +193,7 @@ fn other_contact(scene: &mut Scene) -> Option<String> {
     let matrices = scene.body.kind == BodyKind::Matrices;
     let contact = scene.contact.as_mut()?;
     let is_reaction = contact.is_reaction();
+    let is_mesh = scene.body.kind == BodyKind::Mesh;
     // given matrices have a boundary operator, or have not
     if is_reaction && matrices {
         return None;
@@ -201,7 +202,7 @@ fn other_contact(scene: &mut Scene) -> Option<String> {
     (contact.n_c, contact.n_o) = (None, None);
     if is_reaction {
         contact.method = ContactMethod::NodalBoundary;
-        contact.stress = Some(StressKey::Projection);
+        contact.stress = (!is_mesh).then_some(StressKey::Projection);
         return Some("nodal boundary method".into());
     }
     contact.method = ContactMethod::MassRedistribution;

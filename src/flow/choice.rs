@@ -8,8 +8,8 @@ use crate::contact::{Phase, System};
 
 /// Which of several flows takes a phase.
 pub trait Rule {
-    /// Index of the flow for a phase without held nodes.
-    fn choose(&mut self, phase: &Phase) -> usize;
+    /// Index of the flow for a phase without held nodes; `spent` is what each flow has spent so far.
+    fn choose(&mut self, phase: &Phase, spent: &dyn Fn(usize) -> Counters) -> usize;
     /// What a reader of the summary should know of the choices.
     fn note(&self) -> Option<String> {
         None
@@ -21,7 +21,7 @@ pub trait Rule {
 pub struct Only;
 
 impl Rule for Only {
-    fn choose(&mut self, _: &Phase) -> usize {
+    fn choose(&mut self, _: &Phase, _: &dyn Fn(usize) -> Counters) -> usize {
         0
     }
 }
@@ -57,8 +57,11 @@ impl<'a, R: Rule> Choice<'a, R> {
 
 impl<R: Rule> Flow for Choice<'_, R> {
     fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
-        self.chosen =
-            if phase.held.is_empty() { self.rule.choose(phase) } else { self.flows.len() - 1 };
+        let flows = &self.flows;
+        self.chosen = match phase.held.is_empty() {
+            true => self.rule.choose(phase, &|k| flows[k].counters()),
+            false => flows.len() - 1,
+        };
         self.active_mut().begin(phase, t, y);
     }
 

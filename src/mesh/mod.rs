@@ -87,6 +87,18 @@ impl ElementKind {
         all.into_iter().find(|k| k.nodes() == nodes)
     }
 
+    /// Short name: triangles and quadrilaterals by their number of nodes.
+    pub fn name(self) -> &'static str {
+        match self {
+            ElementKind::Bar2 => "bar",
+            ElementKind::Tri3 => "T3",
+            ElementKind::Tri6 => "T6",
+            ElementKind::Quad4 => "Q4",
+            ElementKind::Quad8 => "Q8",
+            ElementKind::Quad9 => "Q9",
+        }
+    }
+
     /// Number of nodes.
     pub fn nodes(self) -> usize {
         match self {

@@ -16,6 +16,9 @@ use crate::store::Stored;
 /// Largest displacement as drawn, as a fraction of the body's length: linear elasticity knows no scale.
 const DRAWN: f64 = 0.25;
 
+/// Magnifications from one over this to this are not worth a falsified shape.
+const AS_IT_IS: f64 = 4.0;
+
 /// Some stored states of a plate as they are drawn.
 struct Shapes<'s> {
     stored: &'s Stored,
@@ -68,7 +71,11 @@ impl<'s> Shapes<'s> {
             x.end - x.start
         };
         let length = extent(0).max(extent(1));
-        let magnification = DRAWN * length / largest;
+        // near the true size: the true size, in which plane obstacles are plane
+        let magnification = match DRAWN * length / largest {
+            m if (1.0 / AS_IT_IS..AS_IT_IS).contains(&m) => 1.0,
+            m => m,
+        };
         let (walls, sides) = (walls(stored, magnification), boundary(stored));
         Shapes { stored, rows, time: shape_span(stored), largest, magnification, walls, sides }
     }
@@ -129,10 +136,11 @@ fn fill(canvas: &Area, patch: &[(i32, i32)], colour: RGBColor) -> Drawn {
 pub(super) fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
     let shapes = Shapes::of(stored, rows);
     let (x, y) = (shapes.extent(0), shapes.extent(1));
-    let columns = if rows.len() > 3 { rows.len().div_ceil(2) } else { rows.len() };
+    let aspect = (y.end - y.start) / (x.end - x.start);
+    // tall bodies stand in one row
+    let columns = if rows.len() > 3 && aspect < 1.3 { rows.len().div_ceil(2) } else { rows.len() };
     let lines = rows.len().div_ceil(columns.max(1));
     let width = 900.0 / columns.max(1) as f64;
-    let aspect = (y.end - y.start) / (x.end - x.start);
     let height = (width - 12.0) * aspect + 32.0;
     let sheet_height = 40 + (lines as f64 * height) as u32;
     figure::svg((980, sheet_height.max(220)), |root| {

@@ -1,5 +1,6 @@
 //! The summary of a run in words, a paragraph for each thing that there is to say.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::promises::{certificate, promises};
@@ -7,7 +8,8 @@ use super::{energy_warning, plural, significant};
 use crate::contact::lcp::PMatrix;
 use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
-use crate::scenario::{BodyKind, Scene};
+use crate::mesh::ElementKind;
+use crate::scenario::{BodyKind, Scene, State};
 
 /// The summary of a run in words.
 pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> String {
@@ -44,6 +46,7 @@ impl Lines {
 fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
     let kind = match system.body.mesh.dim() {
         _ if given => "matrices".to_owned(),
+        _ if scene.body.kind == BodyKind::Mesh => mesh(scene, system),
         1 => format!("bar, {}", plural(scene.body.elements[0], "element", "elements")),
         _ => format!("plate, {} × {} elements", scene.body.elements[0], scene.body.elements[1]),
     };
@@ -68,6 +71,19 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
         );
         out.line("reduction", text);
     }
+}
+
+/// How many elements of which kind, and their state.
+fn mesh(scene: &Scene, system: &System) -> String {
+    let mut counts: BTreeMap<ElementKind, usize> = BTreeMap::new();
+    system.body.mesh.elements().for_each(|e| *counts.entry(e.kind).or_default() += 1);
+    let counts: Vec<String> = counts.iter().map(|(k, n)| format!("{n} × {}", k.name())).collect();
+    let state = match scene.body.state {
+        Some(State::PlaneStrain) => "plane strain",
+        Some(State::Axisymmetric) => "axisymmetric",
+        _ => "plane stress",
+    };
+    format!("mesh of {}, {state}", counts.join(", "))
 }
 
 fn damping(out: &mut Lines, system: &System) {
