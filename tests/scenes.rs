@@ -9,21 +9,25 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 14] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 18] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
+    ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 142860),
     ("bouncing-bar", 6, 1.0000000000, 4.3143927100, 22.8468799708, 604),
-    ("half-plate-20x6", 14, 1.5501658373, 2.0067953536, 0.3009007492, 1354),
+    ("bracket", 20, 2.7763040166e-4, 3.6893176645e-3, 1.8452437180e-1, 9936),
+    ("half-disc", 10, 2.0000000000e-1, 5.8901486609e0, 7.8021102411e-3, 113),
+    ("half-plate-20x6", 14, 1.5501658373, 2.0067953536, 0.3009007492, 510),
     ("half-plate-20x6-response", 54, 19.8366893804, 31.2743426981, 0.1677813073, 179),
     ("half-plate-orbit", 8, 1.7132407257, 1.9918026789, 0.2211842615, 26),
     ("half-plate-redistribution", 24, 1.4950996976, 9.5455379485, 0.3634242631, 92),
     ("half-plate-response", 40, 19.7903931430, 34.8704911655, 0.2314748540, 139),
     ("half-plate-transient", 8, 1.4718691554, 1.9737934170, 0.3721764670, 46),
-    ("half-plate-viscous", 108, 1.5511996680, 1.9953274497, 0.3048548095, 4561),
+    ("half-plate-viscous", 108, 1.5511996680, 1.9953274497, 0.3048548095, 985),
     ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 26),
     ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4696),
     ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 628),
     ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4341),
     ("two-mass-stop", 72, 41.4010668552, 378.0610918347, 0.3995673372, 394),
+    ("valve", 96, 1.0011765660e0, 8.1318328618e1, 1.4816785108e-4, 540),
 ];
 
 #[test]
@@ -38,7 +42,7 @@ fn shipped_scenes_give_their_golden_numbers() {
         let c = report.counters;
         let work = c.rhs_evaluations + c.products + c.steps;
         let line = format!(
-            "(\"{name}\", {}, {:.10}, {:.10}, {:.10}, {work}),",
+            "(\"{name}\", {}, {:.10e}, {:.10e}, {:.10e}, {work}),",
             report.switches.len(),
             times.0,
             times.1,
@@ -47,8 +51,8 @@ fn shipped_scenes_give_their_golden_numbers() {
         println!("    {line}");
         let scale = report.energy_end.abs().max(report.energy_start.abs());
         let same = report.switches.len() == switches
-            && (times.0 - first).abs() < 1e-7
-            && (times.1 - last).abs() < 1e-6
+            && (times.0 - first).abs() < 1e-7 * first
+            && (times.1 - last).abs() < 1e-7 * last
             && (report.energy_end - energy).abs() < 1e-7 * scale
             // rounding may move a step or two from one machine to another
             && work.abs_diff(rhs) <= rhs / 50;
@@ -104,6 +108,8 @@ fn exact_flows_agree_on_the_shipped_scenes() {
         // 108 switches, most of them weak, do the same to the undamped motion of the fine half plate
         let bound = match name {
             "bouncing-bar" => 1e-9,
+            // thin triangles and two materials: frequencies over a factor of seven hundred
+            "bracket" => 1e-9,
             "half-plate-viscous" => 3e-10,
             _ => 1e-11,
         };

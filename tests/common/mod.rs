@@ -1,6 +1,8 @@
 //! Shared test problems: each with its reference solution.
 #![allow(dead_code)]
 
+pub mod rectangle;
+
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
