@@ -254,7 +254,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
                 .collect();
             let largest = v.iter().chain(&self.v).fold(0.0f64, |m, x| m.max(x.abs()));
             let start: Vec<bool> = touching.iter().map(|&k| !self.set.is_active(k)).collect();
-            let solution = lcp::solve(&d, &q, &vec![4.0 * largest; q.len()], &start)
+            let solution = lcp::solve(&d.into(), &q, &vec![4.0 * largest; q.len()], &start)
                 .map_err(ContactError::from)?;
             for (&k, p) in touching.iter().zip(&solution.w) {
                 impulse[k] = *p;

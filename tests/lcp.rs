@@ -39,7 +39,7 @@ proptest! {
         let unit = 10f64.powi(exponent);
         let q: Vec<f64> = q[..size].iter().map(|x| x * unit).collect();
         let scale: Vec<f64> = q.iter().map(|x| x.abs()).collect();
-        let s = solve(&n, &q, &scale, &start[..size]).unwrap();
+        let s = solve(&n.clone().into(), &q, &scale, &start[..size]).unwrap();
         let largest = s.w.iter().fold(unit, |m, w| m.max(w.abs()));
         prop_assert!(residual(&n, &q, &s.w) < 1e-10 * largest);
         for i in 0..size {
@@ -59,7 +59,7 @@ proptest! {
                 prop_assert!((a - b).abs() < 2e-5 * largest, "{} {}", a, b);
             }
         }
-        let again = solve(&n, &q, &scale, &s.active).unwrap();
+        let again = solve(&n.clone().into(), &q, &scale, &s.active).unwrap();
         prop_assert_eq!(again.pivots, 0);
     }
 
@@ -73,7 +73,7 @@ proptest! {
             _ => 0.0,
         });
         let scale = vec![1.0; size];
-        let s = solve(&n, &q, &scale, &vec![false; size]).unwrap();
+        let s = solve(&n.clone().into(), &q, &scale, &vec![false; size]).unwrap();
         prop_assert!(residual(&n, &q, &s.w) < 1e-12);
         prop_assert!(s.pivots < 40, "{} pivots", s.pivots);
         let x = clarabel(&n, &q).unwrap();
@@ -102,7 +102,7 @@ proptest! {
         let product = |i: usize| (0..size).map(|j| n[(i, j)] * w[j]).sum::<f64>();
         let q: Vec<f64> = (0..size).map(|i| p[i] - product(i)).collect();
         let scale = vec![unit; size];
-        let s = solve(&n, &q, &scale, &vec![false; size]).unwrap();
+        let s = solve(&n.clone().into(), &q, &scale, &vec![false; size]).unwrap();
         prop_assert_eq!(&s.active, &closed[..size].to_vec());
         for i in 0..size {
             prop_assert!((s.w[i] - w[i]).abs() < 1e-14 && (s.p[i] - p[i]).abs() < 1e-14 * unit);

@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::active::ActiveSet;
 use super::boundary::BoundaryOperator;
+use super::coupling::Coupling;
 use super::lcp::{self, LcpError, LcpSolution, PMatrix};
 use crate::fem::{Csr, Loads};
 
@@ -18,7 +19,7 @@ use crate::fem::{Csr, Loads};
 #[derive(Debug)]
 pub struct Conditions {
     /// `N_C`, `n_C × n_C`.
-    pub n_c: DMatrix<f64>,
+    pub n_c: Coupling,
     /// `N_O`, `n_C × n_O`.
     pub n_o: Csr,
     /// Gap of each contact point.
@@ -56,6 +57,7 @@ impl Conditions {
         let BoundaryOperator { n_c, n_o, area } = operator;
         let size = area.len();
         let p_matrix = lcp::p_matrix(&n_c, &area);
+        let n_c = Coupling::from(n_c);
         if let PMatrix::NotShown { index } = p_matrix {
             return Err(index);
         }
@@ -63,9 +65,9 @@ impl Conditions {
             gap,
             p_matrix,
             bears_loads,
-            is_diagonal: (0..size).all(|i| (0..size).all(|j| i == j || n_c[(i, j)] == 0.0)),
+            is_diagonal: n_c.is_diagonal(),
             n_o_sums: n_o.abs_row_sums(),
-            n_c_sums: (0..size).map(|i| n_c.row(i).iter().map(|x| x.abs()).sum()).collect(),
+            n_c_sums: (0..size).map(|i| n_c.row_size(i, &vec![1.0; size])).collect(),
             n_c,
             n_o,
             area,
@@ -124,7 +126,7 @@ impl Conditions {
     pub fn data(&self, u_o: &[f64], load: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
         let size = self.len();
         let u = u_o.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let n_c_gap = |i: usize| (0..size).map(|j| self.n_c[(i, j)] * self.gap[j]).sum::<f64>();
+        let n_c_gap = |i: usize| self.n_c.row_dot(i, &self.gap);
         let load = |i: usize| load.map_or(0.0, |p| p[i]);
         let q = (0..size).map(|i| load(i) - (n_c_gap(i) + self.n_o.row_dot(i, u_o))).collect();
         let scale = (0..size).map(|i| self.pressure_scale(i, u) + load(i).abs()).collect();
@@ -172,7 +174,7 @@ impl Conditions {
             q.iter_mut().zip(shift.iter()).for_each(|(q, s)| *q -= s);
         }
         let start: Vec<bool> = degenerate.iter().map(|&i| present.is_active(i)).collect();
-        let solution = lcp::solve(&schur, &q, &scale, &start)?;
+        let solution = lcp::solve(&schur.into(), &q, &scale, &start)?;
         let mut set = present.clone();
         degenerate.iter().zip(&solution.active).for_each(|(&i, &a)| set.set(i, a));
         Ok((set, solution.degenerate.iter().map(|&k| degenerate[k]).collect()))

@@ -180,7 +180,8 @@ impl Impact {
     /// `0 ≤ D r + q ⟂ r ≥ 0` on some points: the smallest `r` of the solution; what is zero to rounding is zero.
     fn complementary(&self, points: &[usize], q: &[f64], size: f64) -> Result<Vec<f64>, LcpError> {
         let start: Vec<bool> = q.iter().map(|q| *q >= 0.0).collect();
-        let solution = lcp::solve(&self.mass.block(points), q, &vec![4.0 * size; q.len()], &start)?;
+        let solution =
+            lcp::solve(&self.mass.block(points).into(), q, &vec![4.0 * size; q.len()], &start)?;
         Ok(solution.w)
     }
 

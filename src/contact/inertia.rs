@@ -128,7 +128,7 @@ impl Projector {
             let scale = 1.0 / conditions.n_c[(i, i)];
             entries.extend(conditions.n_o.row(i).map(|(j, v)| (size + i, j, scale * v)));
             let of_c = |j: usize| (size + i, n_o + j, scale * conditions.n_c[(i, j)]);
-            entries.extend((0..size).map(of_c));
+            entries.extend((0..size).filter(|j| conditions.n_c[(i, *j)] != 0.0).map(of_c));
         }
         let n = mass.n_rows();
         let rows = Csr::from_triplets(2 * size, n, entries);
@@ -173,6 +173,19 @@ impl Inertia {
             Inertia::Held(h) => h.factor.scratch(),
         }
     }
+}
+
+/// A bound of `√(l_iᵀ G l_i)` for a row of `L`, as sharp as rounding: what is far away, and next to nothing, counts by its size alone.
+fn row_norm(l: &DMatrix<f64>, i: usize, gram: &DMatrix<f64>) -> f64 {
+    const FAR: f64 = 1e-14;
+    let size = |k: usize| l[(i, k)].abs() * gram[(k, k)].max(0.0).sqrt();
+    let largest = (0..gram.nrows()).map(size).fold(0.0, f64::max);
+    let (near, far): (Vec<usize>, Vec<usize>) =
+        (0..gram.nrows()).partition(|&k| size(k) > FAR * largest);
+    let of_row =
+        |&j: &usize| near.iter().map(|&k| l[(i, k)] * gram[(k, j)]).sum::<f64>() * l[(i, j)];
+    let square: f64 = near.iter().map(of_row).sum();
+    square.max(0.0).sqrt() + far.into_iter().map(size).sum::<f64>()
 }
 
 /// The inertia of one active set.
@@ -355,8 +368,7 @@ impl PhaseInertia {
                 .collect(),
             Inertia::Constant(c) => {
                 let l = kinematics.over_stress();
-                let product = &l * &c.gram;
-                (0..size).map(|i| product.row(i).dot(&l.row(i)).max(0.0).sqrt()).collect()
+                (0..size).map(|i| row_norm(&l, i, &c.gram)).collect()
             }
         }
     }

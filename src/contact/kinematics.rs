@@ -4,12 +4,13 @@
 //! pressures `p_i` of points in contact, affine in `u_O`, all ≥ 0 while the phase is valid. Harmonic loads on `u_C` move both:
 //! they come as *drives*.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::DMatrix;
 
 use super::active::ActiveSet;
 use super::conditions::Conditions;
+use super::coupling::Block;
 use super::holding::Holding;
 use crate::fem::{Csr, Harmonic, Loads};
 
@@ -24,16 +25,6 @@ pub struct Drive {
     pub displacement: Vec<f64>,
     /// What it adds to the gap or pressure of each contact point.
     pub monitor: Vec<f64>,
-}
-
-#[derive(Debug)]
-enum FreeBlock {
-    Diagonal(Vec<f64>),
-    Dense {
-        block: DMatrix<f64>,
-        lu: nalgebra::LU<f64, Dyn, Dyn>,
-        transposed: OnceLock<nalgebra::LU<f64, Dyn, Dyn>>,
-    },
 }
 
 /// Which part of an affine function.
@@ -152,7 +143,7 @@ pub(super) struct Following {
     pub conditions: Arc<Conditions>,
     pub free: Vec<usize>,
     pub closed: Vec<usize>,
-    block: FreeBlock,
+    block: Block,
     /// `d_α` under constant loads, all of `u_C`.
     offset: Vec<f64>,
     /// Constant part of `p_f`.
@@ -164,13 +155,9 @@ impl Following {
     pub fn new(conditions: &Arc<Conditions>, set: &ActiveSet, loads: &Loads) -> Following {
         let c = conditions;
         let (free, closed) = (set.free_nodes(), set.closed_nodes());
-        let block = if c.is_diagonal {
-            FreeBlock::Diagonal(free.iter().map(|&i| 1.0 / c.n_c[(i, i)]).collect())
-        } else {
-            let entry = |a: usize, b: usize| c.n_c[(free[a], free[b])];
-            let block = DMatrix::from_fn(free.len(), free.len(), entry);
-            FreeBlock::Dense { lu: block.clone().lu(), block, transposed: OnceLock::new() }
-        };
+        // principal blocks of a P-matrix are regular; one that is not gives what is no number
+        let singular = |_| Block::Diagonal(vec![f64::NAN; free.len()]);
+        let block = c.n_c.block(&free).unwrap_or_else(singular);
         let mut of_set = Following {
             conditions: conditions.clone(),
             free,
@@ -204,13 +191,9 @@ impl Following {
         if with_gap {
             self.closed.iter().for_each(|&i| d[i] = c.gap[i]);
         }
-        let mut x = DVector::from_iterator(
-            self.free.len(),
-            self.free.iter().map(|&i| {
-                let coupling: f64 = self.closed.iter().map(|&k| c.n_c[(i, k)] * d[k]).sum();
-                load.map_or(0.0, |p| p[i]) - coupling
-            }),
-        );
+        // free entries of d are still zero
+        let rest = |&i: &usize| load.map_or(0.0, |p| p[i]) - c.n_c.row_dot(i, &d);
+        let mut x: Vec<f64> = self.free.iter().map(rest).collect();
         self.solve_free(&mut x);
         self.free.iter().zip(x.iter()).for_each(|(&i, &x)| d[i] = x);
         d
@@ -221,29 +204,32 @@ impl Following {
         let displacement = self.shift(Some(&p), false);
         let mut monitor: Vec<f64> = displacement.iter().map(|d| -d).collect();
         for &i in &self.closed {
-            let n_c = &self.conditions.n_c;
-            monitor[i] =
-                p[i] - self.free.iter().map(|&k| n_c[(i, k)] * displacement[k]).sum::<f64>();
+            // those in contact do not move
+            monitor[i] = p[i] - self.conditions.n_c.row_dot(i, &displacement);
         }
         Some(Drive { index, load: load.clone(), displacement, monitor })
     }
 
     /// `x ← N_ff⁻¹ x` over the free points.
-    fn solve_free(&self, x: &mut DVector<f64>) {
-        match &self.block {
-            FreeBlock::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),
-            FreeBlock::Dense { lu, .. } if !x.is_empty() => {
-                lu.solve_mut(x);
-            }
-            FreeBlock::Dense { .. } => {}
+    fn solve_free(&self, x: &mut [f64]) {
+        if self.block.solve(x).is_err() {
+            x.fill(f64::NAN);
         }
     }
 
     /// From `stress = N_O x` to `A x` over the free points.
-    fn follow(&self, stress: &[f64]) -> DVector<f64> {
-        let mut x = DVector::from_iterator(self.free.len(), self.free.iter().map(|&i| -stress[i]));
+    fn follow(&self, stress: &[f64]) -> Vec<f64> {
+        let mut x: Vec<f64> = self.free.iter().map(|&i| -stress[i]).collect();
         self.solve_free(&mut x);
         x
+    }
+
+    /// `N_ff⁻¹` where no contact point knows of another.
+    fn diagonal(&self) -> Option<&Vec<f64>> {
+        match &self.block {
+            Block::Diagonal(inverse) if self.conditions.is_diagonal => Some(inverse),
+            _ => None,
+        }
     }
 
     fn stress(&self, x_o: &[f64]) -> Vec<f64> {
@@ -260,13 +246,13 @@ impl Following {
             true => x_c.copy_from_slice(&self.offset),
             false => x_c.fill(0.0),
         }
-        match &self.block {
-            FreeBlock::Diagonal(inverse) => {
+        match self.diagonal() {
+            Some(inverse) => {
                 for (&i, inverse) in self.free.iter().zip(inverse) {
                     x_c[i] -= self.conditions.n_o.row_dot(i, x_o) * inverse;
                 }
             }
-            FreeBlock::Dense { .. } => {
+            None => {
                 let free = self.follow(&self.stress(x_o));
                 self.free.iter().zip(free.iter()).for_each(|(&i, &v)| x_c[i] += v);
             }
@@ -278,14 +264,8 @@ impl Following {
     pub fn reduce(&self, b: &mut [f64]) {
         let n_o = self.conditions.n_o.n_cols();
         let (b_o, b_c) = b.split_at_mut(n_o);
-        let mut x = DVector::from_iterator(self.free.len(), self.free.iter().map(|&i| -b_c[i]));
-        match &self.block {
-            FreeBlock::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),
-            FreeBlock::Dense { block, transposed, .. } if !x.is_empty() => {
-                transposed.get_or_init(|| block.transpose().lu()).solve_mut(&mut x);
-            }
-            FreeBlock::Dense { .. } => {}
-        }
+        let mut x: Vec<f64> = self.free.iter().map(|&i| -b_c[i]).collect();
+        self.block.solve_transposed(&mut x);
         for (&i, &y) in self.free.iter().zip(x.iter()) {
             self.conditions.n_o.row(i).for_each(|(j, v)| b_o[j] += y * v);
         }
@@ -299,8 +279,8 @@ impl Following {
             Some(p) if affine => p[i],
             _ => 0.0,
         };
-        match &self.block {
-            FreeBlock::Diagonal(inverse) => {
+        match self.diagonal() {
+            Some(inverse) => {
                 for (&i, inverse) in self.free.iter().zip(inverse) {
                     let gap = if affine { c.gap[i] - self.offset[i] } else { 0.0 };
                     h[i] = gap + c.n_o.row_dot(i, x_o) * inverse;
@@ -310,7 +290,7 @@ impl Following {
                     h[i] = load(i) - c.n_o.row_dot(i, x_o) - own;
                 }
             }
-            FreeBlock::Dense { .. } => {
+            None => {
                 let stress = self.stress(x_o);
                 let mut u: Vec<f64> = if affine { self.offset.clone() } else { vec![0.0; c.len()] };
                 let free = self.follow(&stress);
@@ -319,7 +299,7 @@ impl Following {
                     h[i] = if affine { c.gap[i] - u[i] } else { -u[i] };
                 }
                 for &i in &self.closed {
-                    let own: f64 = u.iter().enumerate().map(|(j, u)| c.n_c[(i, j)] * u).sum();
+                    let own = c.n_c.row_dot(i, &u);
                     h[i] = load(i) - stress[i] - own;
                 }
             }
@@ -332,13 +312,13 @@ impl Following {
         let c = &self.conditions;
         let n_o = c.n_o.n_cols();
         let mut entries: Vec<(usize, usize, f64)> = (0..n_o).map(|i| (i, i, 1.0)).collect();
-        match &self.block {
-            FreeBlock::Diagonal(inverse) => {
+        match self.diagonal() {
+            Some(inverse) => {
                 for (&i, inverse) in self.free.iter().zip(inverse) {
                     entries.extend(c.n_o.row(i).map(|(j, v)| (n_o + i, j, -inverse * v)));
                 }
             }
-            FreeBlock::Dense { .. } => {
+            None => {
                 let mut columns: Vec<usize> =
                     self.free.iter().flat_map(|&i| c.n_o.row(i).map(|(j, _)| j)).collect();
                 columns.sort_unstable();
@@ -367,16 +347,19 @@ impl Following {
         let size = c.len();
         let mut l = DMatrix::<f64>::zeros(size, size);
         let mut unit = vec![0.0; size];
+        let columns: Vec<_> = (0..size).map(|k| c.n_c.column(k)).collect();
+        let mut is_closed = vec![false; size];
+        self.closed.iter().for_each(|&j| is_closed[j] = true);
         for k in 0..size {
             unit[k] = 1.0;
             let free = self.follow(&unit);
             for (&i, &u) in self.free.iter().zip(free.iter()) {
                 l[(i, k)] = -u;
-                for &j in self.closed.iter().filter(|_| !c.is_diagonal) {
-                    l[(j, k)] -= c.n_c[(j, i)] * u;
+                for &(j, v) in columns[i].iter().filter(|(j, _)| is_closed[*j]) {
+                    l[(j, k)] -= v * u;
                 }
             }
-            if self.closed.contains(&k) {
+            if is_closed[k] {
                 l[(k, k)] -= 1.0;
             }
             unit[k] = 0.0;

@@ -4,8 +4,10 @@
 //! change sides at once while their number falls, otherwise one at a time by the least-index rule (Murty 1974),
 //! which ends for every P-matrix. Indices in contact have `w = 0` exactly, free ones `p = 0` exactly.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use thiserror::Error;
+
+use super::coupling::Coupling;
 
 /// A solution with its basis.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +44,7 @@ pub(crate) const UNITS: f64 = 16.0 * f64::EPSILON;
 /// Solve from the basis `start`; `q_scale[i]` is the size of the terms that made up `q[i]`, against
 /// which rounding errors are judged.
 pub fn solve(
-    n: &DMatrix<f64>,
+    n: &Coupling,
     q: &[f64],
     q_scale: &[f64],
     start: &[bool],
@@ -55,10 +57,7 @@ pub fn solve(
     let limit = 50 + 20 * size * size;
     loop {
         let (w, p) = basic_solution(n, q, &active)?;
-        let tolerance = |i: usize| {
-            let sum: f64 = (0..size).map(|j| (n[(i, j)] * w[j]).abs()).sum();
-            UNITS * (q_scale[i] + sum)
-        };
+        let tolerance = |i: usize| UNITS * (q_scale[i] + n.row_size(i, &w));
         let infeasible = |i: &usize| {
             if active[*i] {
                 p[*i] < -tolerance(*i)
@@ -93,29 +92,22 @@ pub fn solve(
 
 /// `w_c = 0`, `p_f = 0`, `N_ff w_f = −q_f`, `p_c = N_cf w_f + q_c`.
 fn basic_solution(
-    n: &DMatrix<f64>,
+    n: &Coupling,
     q: &[f64],
     active: &[bool],
 ) -> Result<(Vec<f64>, Vec<f64>), LcpError> {
     let free: Vec<usize> = (0..q.len()).filter(|&i| !active[i]).collect();
     let mut w = vec![0.0; q.len()];
     let mut p = vec![0.0; q.len()];
-    let diagonal = |i: usize| free.iter().all(|&j| i == j || n[(i, j)] == 0.0);
-    if free.iter().all(|&i| diagonal(i)) {
-        for &i in &free {
-            w[i] = -q[i] / n[(i, i)];
-        }
-    } else if !free.is_empty() {
-        let block = DMatrix::from_fn(free.len(), free.len(), |a, b| n[(free[a], free[b])]);
-        let rhs = DVector::from_iterator(free.len(), free.iter().map(|&i| -q[i]));
-        let solved = block.lu().solve(&rhs).ok_or(LcpError::Singular)?;
-        free.iter().zip(solved.iter()).for_each(|(&i, &x)| w[i] = x);
-    }
+    let mut of_free: Vec<f64> = free.iter().map(|&i| -q[i]).collect();
+    n.block(&free)?.solve(&mut of_free)?;
+    free.iter().zip(&of_free).for_each(|(&i, &x)| w[i] = x);
     if w.iter().any(|x| !x.is_finite()) {
         return Err(LcpError::Singular);
     }
     for i in (0..q.len()).filter(|&i| active[i]) {
-        p[i] = q[i] + free.iter().map(|&j| n[(i, j)] * w[j]).sum::<f64>();
+        // those in contact have w = 0
+        p[i] = q[i] + n.row_dot(i, &w);
     }
     Ok((w, p))
 }
@@ -280,19 +272,19 @@ mod tests {
     fn zeros_are_exact_and_warm_start_needs_no_pivot() {
         let n = DMatrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0]);
         let q = [-1.0, 0.5, 3.0];
-        let s = solve(&n, &q, &[1.0, 0.5, 3.0], &[false; 3]).unwrap();
+        let s = solve(&n.clone().into(), &q, &[1.0, 0.5, 3.0], &[false; 3]).unwrap();
         for i in 0..3 {
             assert!(if s.active[i] { s.w[i] == 0.0 } else { s.p[i] == 0.0 });
         }
         assert!(residual(&n, &q, &s.w) < 1e-15);
-        let again = solve(&n, &q, &[1.0, 0.5, 3.0], &s.active).unwrap();
+        let again = solve(&n.clone().into(), &q, &[1.0, 0.5, 3.0], &s.active).unwrap();
         assert_eq!((again.pivots, &again.active), (0, &s.active));
     }
 
     #[test]
     fn degenerate_indices_are_named() {
         let n = DMatrix::<f64>::identity(2, 2);
-        let s = solve(&n, &[0.0, -1.0], &[1.0, 1.0], &[true, false]).unwrap();
+        let s = solve(&n.into(), &[0.0, -1.0], &[1.0, 1.0], &[true, false]).unwrap();
         assert_eq!(s.degenerate, vec![0]);
     }
 
@@ -316,6 +308,6 @@ mod tests {
     #[test]
     fn not_a_p_matrix_ends_with_an_error() {
         let n = DMatrix::from_row_slice(1, 1, &[-1.0]);
-        assert!(solve(&n, &[-1.0], &[1.0], &[false]).is_err());
+        assert!(solve(&n.into(), &[-1.0], &[1.0], &[false]).is_err());
     }
 }

@@ -3,6 +3,7 @@
 pub mod active;
 pub mod boundary;
 pub mod conditions;
+pub mod coupling;
 mod equilibrium;
 mod held;
 mod holding;

@@ -110,7 +110,7 @@ impl Method for Nbm {
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
         let Conditions { n_c, n_o, area, gap, .. } = &*self.conditions;
-        let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
+        let (n_c, n_o, area) = ((**n_c).clone(), reduction.operator(n_o), area.clone());
         let operator = BoundaryOperator { n_c, n_o, area };
         Ok(Arc::new(Nbm::new(body, operator, gap.clone(), self.choice)?))
     }

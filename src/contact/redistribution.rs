@@ -206,7 +206,7 @@ pub(super) fn bound(
         return Ok((1.0 + 1e-9) * (1.0 / least.max(0.0)).sqrt());
     }
     let (size, n_o, n_c) = (conditions.len(), body.dofs.n_o, &conditions.n_c);
-    let inverse = n_c.clone().try_inverse();
+    let inverse = (**n_c).clone().try_inverse();
     let Some(inverse) = inverse else { return Ok(f64::INFINITY) };
     let follow = &inverse * &mass.gram * inverse.transpose();
     let largest = (0.5 * (&follow + follow.transpose())).symmetric_eigenvalues().max();

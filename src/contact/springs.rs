@@ -288,7 +288,7 @@ impl Method for Springs {
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
         let Conditions { n_c, n_o, area, gap, .. } = &*self.conditions;
-        let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
+        let (n_c, n_o, area) = ((**n_c).clone(), reduction.operator(n_o), area.clone());
         let operator = BoundaryOperator { n_c, n_o, area };
         let of_points = (self.law, self.points.clone());
         Ok(Arc::new(Springs::new(body, operator, gap.clone(), of_points)?))

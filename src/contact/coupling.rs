@@ -1,0 +1,216 @@
+//! `N_C` and its principal blocks: dense where the contact is small, sparse where each point knows a few neighbours only, so that neither a product nor
+//! a factor of a large contact zone costs what a dense one does.
+
+use std::ops::Deref;
+use std::sync::OnceLock;
+
+use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::solvers::{Lu as SparseLu, SymbolicLu};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Conj, MatMut};
+use nalgebra::{DMatrix, DVectorViewMut, Dyn};
+
+use super::lcp::LcpError;
+use crate::fem::Csr;
+
+/// A square matrix with, if it is large and mostly zero, its rows.
+#[derive(Debug, Clone)]
+pub struct Coupling {
+    dense: DMatrix<f64>,
+    rows: Option<Csr>,
+}
+
+/// Smaller matrices, and those with more than one entry in so many, are dense.
+const SMALLEST: usize = 48;
+const SPARSE: usize = 8;
+
+impl From<DMatrix<f64>> for Coupling {
+    fn from(dense: DMatrix<f64>) -> Coupling {
+        let size = dense.nrows();
+        let count = dense.iter().filter(|x| **x != 0.0).count();
+        let rows = (size >= SMALLEST && SPARSE * count <= size * size).then(|| {
+            let all = (0..size).flat_map(|i| (0..size).map(move |j| (i, j)));
+            let entries = all.map(|(i, j)| (i, j, dense[(i, j)])).filter(|e| e.2 != 0.0);
+            Csr::from_triplets(size, size, entries.collect())
+        });
+        Coupling { dense, rows }
+    }
+}
+
+impl Deref for Coupling {
+    type Target = DMatrix<f64>;
+
+    fn deref(&self) -> &DMatrix<f64> {
+        &self.dense
+    }
+}
+
+impl Coupling {
+    /// Whether every point knows itself only.
+    pub fn is_diagonal(&self) -> bool {
+        let size = self.dense.nrows();
+        match &self.rows {
+            Some(rows) => rows.triplets().all(|(i, j, _)| i == j),
+            None => (0..size).all(|i| (0..size).all(|j| i == j || self.dense[(i, j)] == 0.0)),
+        }
+    }
+
+    /// `Σ_j N_ij x_j`
+    pub fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
+        match &self.rows {
+            Some(rows) => rows.row_dot(i, x),
+            None => x.iter().enumerate().map(|(j, x)| self.dense[(i, j)] * x).sum(),
+        }
+    }
+
+    /// `Σ_j |N_ij x_j|`
+    pub fn row_size(&self, i: usize, x: &[f64]) -> f64 {
+        match &self.rows {
+            Some(rows) => rows.row(i).map(|(j, v)| (v * x[j]).abs()).sum(),
+            None => (0..x.len()).map(|j| (self.dense[(i, j)] * x[j]).abs()).sum(),
+        }
+    }
+
+    /// Rows of the column `k` that are not zero, with their entries.
+    pub fn column(&self, k: usize) -> Vec<(usize, f64)> {
+        let of = self.dense.column(k);
+        of.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(i, v)| (i, *v)).collect()
+    }
+
+    /// The factor of the block of some points.
+    pub fn block(&self, points: &[usize]) -> Result<Block, LcpError> {
+        let n = points.len();
+        if let Some(rows) = self.rows.as_ref().filter(|_| n >= SMALLEST) {
+            return sparse(rows, points);
+        }
+        let block = DMatrix::from_fn(n, n, |a, b| self.dense[(points[a], points[b])]);
+        let is_diagonal = (0..n).all(|a| (0..n).all(|b| a == b || block[(a, b)] == 0.0));
+        Ok(match is_diagonal {
+            true => Block::Diagonal(block.diagonal().iter().map(|d| 1.0 / d).collect()),
+            false => Block::Dense {
+                lu: block.clone().lu(),
+                block: block.into(),
+                transposed: OnceLock::new(),
+            },
+        })
+    }
+}
+
+fn sparse(rows: &Csr, points: &[usize]) -> Result<Block, LcpError> {
+    let mut place = vec![usize::MAX; rows.n_rows()];
+    points.iter().enumerate().for_each(|(k, &i)| place[i] = k);
+    let of_row = |(k, &i): (usize, &usize)| {
+        let inside = rows.row(i).filter(|(j, _)| place[*j] != usize::MAX);
+        inside.map(|(j, v)| Triplet::new(k, place[j], v)).collect::<Vec<_>>()
+    };
+    let entries: Vec<_> = points.iter().enumerate().flat_map(of_row).collect();
+    if entries.iter().all(|e| e.row == e.col) && entries.len() == points.len() {
+        return Ok(Block::Diagonal(entries.iter().map(|e| 1.0 / e.val).collect()));
+    }
+    let n = points.len();
+    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &entries)
+        .map_err(|_| LcpError::Singular)?;
+    let order = SymbolicLu::try_new(matrix.symbolic()).map_err(|_| LcpError::Singular)?;
+    let lu = SparseLu::try_new_with_symbolic(order, matrix.as_ref());
+    Ok(Block::Sparse(lu.map_err(|_| LcpError::Singular)?.into()))
+}
+
+/// A principal block `N_ff` with its factor.
+#[derive(Debug)]
+pub enum Block {
+    /// The inverse of a diagonal one.
+    Diagonal(Vec<f64>),
+    /// A small or full one.
+    Dense {
+        /// The block.
+        block: Box<DMatrix<f64>>,
+        /// Its factor.
+        lu: nalgebra::LU<f64, Dyn, Dyn>,
+        /// That of its transpose, once it is asked for.
+        transposed: OnceLock<nalgebra::LU<f64, Dyn, Dyn>>,
+    },
+    /// A large one with few entries.
+    Sparse(Box<SparseLu<usize, f64>>),
+}
+
+impl Block {
+    /// `x ← N_ff⁻¹ x`
+    pub fn solve(&self, x: &mut [f64]) -> Result<(), LcpError> {
+        match self {
+            _ if x.is_empty() => {}
+            Block::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),
+            Block::Dense { lu, .. } => {
+                if !lu.solve_mut(&mut DVectorViewMut::from_slice(x, x.len())) {
+                    return Err(LcpError::Singular);
+                }
+            }
+            Block::Sparse(lu) => {
+                let n = x.len();
+                lu.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(x, n, 1));
+            }
+        }
+        Ok(())
+    }
+
+    /// `x ← N_ff⁻ᵀ x`
+    pub fn solve_transposed(&self, x: &mut [f64]) {
+        match self {
+            _ if x.is_empty() => {}
+            Block::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),
+            Block::Dense { block, transposed, .. } => {
+                let lu = transposed.get_or_init(|| block.transpose().lu());
+                lu.solve_mut(&mut DVectorViewMut::from_slice(x, x.len()));
+            }
+            Block::Sparse(lu) => {
+                let n = x.len();
+                lu.solve_transpose_in_place_with_conj(
+                    Conj::No,
+                    MatMut::from_column_major_slice_mut(x, n, 1),
+                );
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sparse and dense blocks are the same, for any choice of points.
+    #[test]
+    fn sparse_blocks_are_the_dense_ones() {
+        let size = 120;
+        let n = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
+            0 => 4.0 + (i as f64).sin(),
+            1 | 2 => 0.8 * (1.7 * i as f64 + 0.4 * j as f64).sin(),
+            _ => 0.0,
+        });
+        let coupling = Coupling::from(n.clone());
+        assert!(coupling.rows.is_some() && !coupling.is_diagonal());
+        assert!(Coupling::from(n.view((0, 0), (20, 20)).into_owned()).rows.is_none());
+        let x: Vec<f64> = (0..size).map(|i| (0.9 * i as f64).cos()).collect();
+        for i in 0..size {
+            let row = |f: &dyn Fn(f64) -> f64| (0..size).map(|j| f(n[(i, j)] * x[j])).sum::<f64>();
+            assert!((coupling.row_dot(i, &x) - row(&|v| v)).abs() < 1e-14);
+            assert!((coupling.row_size(i, &x) - row(&f64::abs)).abs() < 1e-14);
+        }
+        for keep in [1, 2, 3, 5] {
+            let points: Vec<usize> = (0..size).filter(|i| keep == 1 || i % keep != 0).collect();
+            let block = coupling.block(&points).unwrap();
+            assert!(matches!(block, Block::Sparse(_)), "{keep}");
+            let dense =
+                DMatrix::from_fn(points.len(), points.len(), |a, b| n[(points[a], points[b])]);
+            let mut y = x[..points.len()].to_vec();
+            block.solve(&mut y).unwrap();
+            let back = &dense * nalgebra::DVector::from_column_slice(&y);
+            assert!(back.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-13));
+            let mut y = x[..points.len()].to_vec();
+            block.solve_transposed(&mut y);
+            let back = dense.transpose() * nalgebra::DVector::from_column_slice(&y);
+            assert!(back.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-13));
+        }
+        // every third point knows no other
+        let lone: Vec<usize> = (0..size).step_by(3).chain([]).collect();
+        assert!(matches!(coupling.block(&lone).unwrap(), Block::Diagonal(_)));
+    }
+}
