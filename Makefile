@@ -52,6 +52,9 @@ pictures: build
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
 	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision --force
 	cp out/plate-precision.png docs/precision.png
+	$(BIN) run scenarios/bracket.toml -o out/bracket.h5 --force -q
+	$(BIN) plot out/bracket.h5 --only shapes
+	cp out/bracket-shapes.png docs/bracket.png
 	cargo run --release --locked --example refinement -- out/refinement
 	cp out/refinement.png docs/refinement.png
 

@@ -111,7 +111,8 @@ pub fn text(comparison: &Comparison) -> String {
     together(&mut out, comparison, width);
     let mut notes: Vec<String> = vec![];
     for r in comparison.rows.iter().filter(|r| !r.note.is_empty()) {
-        let note = format!("{}, {}: {}", name(r), r.mesh, r.note);
+        let of_mesh = if r.mesh.is_empty() { String::new() } else { format!(", {}", r.mesh) };
+        let note = format!("{}{of_mesh}: {}", name(r), r.note);
         if !notes.contains(&note) {
             notes.push(note);
         }
