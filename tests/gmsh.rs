@@ -3,6 +3,7 @@
 mod common;
 
 use common::root;
+use signorini::contact::Gaps;
 use signorini::contact::{ActiveSet, ContactError, Contacts, MassChoice, State, Stress, System};
 use signorini::fem::{Body, DofMap, Facing, Held, Material, StressState, eigen};
 use signorini::mesh::ElementKind;
@@ -306,7 +307,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
             // the first contact node of the prototype is that with tag 2
             let node = file.node_tags.iter().position(|t| *t == 2).unwrap();
             let i = body.dofs.contact.iter().position(|c| c.node == node).unwrap();
-            let contacts = Contacts { gap: vec![0.3; n_c], lumped: false };
+            let contacts = Contacts { gaps: Gaps::front(vec![0.3; n_c]), lumped: false };
             let mass = if inertia == Paper { MassChoice::Paper } else { MassChoice::Condensed };
             let system = System::new(body, &contacts, (stress, mass)).unwrap();
             let conditions = system.conditions();
@@ -349,7 +350,7 @@ fn a_projected_stress_on_triangles_is_refused() {
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
         let body = Body::assemble(file.mesh, dofs, &[material], false);
         let gap = vec![0.3; body.dofs.n_c];
-        let contacts = Contacts { gap, lumped: false };
+        let contacts = Contacts { gaps: Gaps::front(gap), lumped: false };
         let refused = System::new(body, &contacts, (Stress::Projection, MassChoice::Paper));
         assert!(matches!(refused, Err(ContactError::NotPMatrix { .. })), "{name}");
     }

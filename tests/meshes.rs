@@ -437,3 +437,103 @@ fn growth_of_the_papers_mass_is_announced() {
     assert!(said.contains("gains energy within periods"), "{said}");
     assert!(said.contains("μ = 24.7"), "{said}");
 }
+
+/// Two stops on one displacement: a bar's end between two obstacles, against one bar that meets the front and its mirror image that meets the one behind;
+/// against stiff springs on both sides; and every stored state against enumeration and an interior-point method.
+#[test]
+fn a_displacement_moves_between_two_stops() {
+    let bar = |contact: &str, initial: &str| {
+        let text = format!(
+            "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [12]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+             [contact]\nedge = \"right\"\n{contact}{initial}[run]\nuntil = 20.0\n"
+        );
+        common::scene(&text)
+    };
+    for method in ["", "inertia = \"constant\"\n", "method = \"mass-redistribution\"\n"] {
+        let of = |gaps: [f64; 2], sign: f64| {
+            let contact = format!("gap = {:?}\ngap_behind = {:?}\n{method}", gaps[0], gaps[1]);
+            let scene = bar(&contact, &format!("[initial]\nvelocity = [\"{sign:?}*x\"]\n"));
+            let problem = problem(&scene);
+            let report = simulate(&scene, &problem, true, &mut Silent).unwrap();
+            assert!(report.outcome.is_complete() && report.is_certified());
+            let check = report.lcp_check.unwrap();
+            assert!(check.enumeration.unwrap() < 1e-11 && check.interior_point < 1e-5, "{check:?}");
+            (problem, report)
+        };
+        let ((p, here), (_, there)) = (of([0.3, 0.2], 1.0), of([0.2, 0.3], -1.0));
+        assert_eq!(p.system.n_contact(), 2);
+        assert!(here.switches.iter().any(|s| s.contact == 0));
+        assert!(here.switches.iter().any(|s| s.contact == 1));
+        same_motion(&here, &there, 1.0, 1e-9);
+        assert!(here.switches.iter().zip(&there.switches).all(|(a, b)| a.contact != b.contact));
+        if !method.is_empty() {
+            assert!((here.energy_end / here.energy_start - 1.0).abs() < 1e-12);
+        }
+        // far behind nothing changes
+        let (_, far) = of([0.3, 50.0], 1.0);
+        let alone = bar(&format!("gap = 0.3\n{method}"), "[initial]\nvelocity = [\"1.0*x\"]\n");
+        same_motion(&far, &solved(&alone).1, 1.0, 1e-12);
+    }
+    // stiff springs on both sides come to the first switches
+    let rigid = bar(
+        "gap = 0.3\ngap_behind = 0.2\nmethod = \"mass-redistribution\"\n",
+        "[initial]\nvelocity = [\"1.0*x\"]\n",
+    );
+    let springs = bar(
+        "gap = 0.3\ngap_behind = 0.2\nmethod = \"penalty\"\nstiffness = 1e4\n",
+        "[initial]\nvelocity = [\"1.0*x\"]\n",
+    );
+    let (rigid, springs) = (solved(&rigid).1, solved(&springs).1);
+    let first =
+        |r: &Report, point: usize| r.switches.iter().find(|s| s.contact == point).unwrap().t;
+    for point in 0..2 {
+        let (a, b) = (first(&rigid, point), first(&springs, point));
+        assert!((a - b).abs() < 0.05, "{a} {b}");
+    }
+    // no room
+    let said = refusal(
+        Path::new(""),
+        &bar("gap = 0.3\n", "")
+            .source
+            .text
+            .replace("gap = 0.3\n", "gap = 0.3\ngap_behind = -0.3\n"),
+    );
+    assert!(said.contains("leaves no room"), "{said}");
+}
+
+/// A beam of one row of nodes at its tip, between stops at one displacement of a body of given matrices: orbits, backbones and files know them.
+#[test]
+fn orbits_between_two_stops_are_found_and_stored() {
+    let place = tempfile::tempdir().unwrap();
+    let toml = place.path().join("scene.toml");
+    let text = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [6]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+                [contact]\nedge = \"right\"\ngap = 1.0\ngap_behind = 1.0\nmethod = \"mass-redistribution\"\n[damping]\nratio = 0.02\nmode = 1\n\
+                [[load]]\nkind = \"mode\"\nmode = 1\npeak = 2.0\nomega = 1.5\n[orbit]\nrange = [1.3, 1.9]\n[run]\nperiods = 40\n";
+    std::fs::write(&toml, text).unwrap();
+    let out = place.path().join("response.h5");
+    let found =
+        json(&["response", toml.to_str().unwrap(), "-o", out.to_str().unwrap(), "--step", "0.02"]);
+    assert!(found["points"].as_u64().unwrap_or(0) > 10 || found.to_string().len() > 100, "{found}");
+    // the motion stays symmetric: as long at the one stop as at the other, half a period later
+    let orbit = place.path().join("orbit.h5");
+    let o =
+        json(&["orbit", toml.to_str().unwrap(), "--omega", "1.55", "-o", orbit.to_str().unwrap()]);
+    let switches = o["switches"].as_array().unwrap();
+    assert!(switches.len() >= 4 && switches.len() % 2 == 0, "{o}");
+    let period = o["period"].as_f64().unwrap();
+    let times: Vec<f64> = switches.iter().map(|s| s["t"].as_f64().unwrap()).collect();
+    for t in &times {
+        let image = (t + period / 2.0) % period;
+        let near =
+            times.iter().any(|x| ((x - image + 1.5 * period) % period - period / 2.0).abs() < 1e-8);
+        assert!(near, "{t} has no image: {times:?}");
+    }
+    let stored = Stored::read(&orbit).unwrap();
+    assert_eq!((stored.gap.len(), stored.contact_normals[(1, 0)]), (2, -1.0));
+    for row in 0..stored.t.len() {
+        for i in 0..2 {
+            assert!(stored.contact_displacement(row, i) <= 1.0 + 1e-12);
+        }
+        assert_eq!(stored.contact_displacement(row, 0), -stored.contact_displacement(row, 1));
+    }
+}

@@ -4,7 +4,7 @@ mod common;
 
 use common::{bar, half_plate};
 
-use signorini::contact::{Contacts, MassChoice, Stress, System};
+use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
 use signorini::continuation::{Go, Options, Stop};
 use signorini::event::{self, Silent};
 use signorini::fem::Csr;
@@ -101,7 +101,7 @@ fn mass_moved_to_the_neighbours_has_the_orbit_of_the_prototype() {
     let kept = body.mass.triplets().map(|(i, j, m)| (place(i), place(j), m));
     let kept = kept.chain((n_o..n).map(|i| (i, i, least))).collect();
     body.mass = Csr::from_triplets(n, n, kept);
-    let contacts = Contacts { gap: whole.gaps(), lumped: true };
+    let contacts = Contacts { gaps: Gaps::front(whole.gaps()), lumped: true };
     let system = System::new(body, &contacts, (Stress::Reaction, MassChoice::Condensed)).unwrap();
     let orbit = orbit_of(system, 0.01, 1.80);
     compare(&orbit, (0.6763363078, 0.1116876097, 8, Some(0.3997916034), None));

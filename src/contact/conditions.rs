@@ -4,6 +4,9 @@
 //! p = p_f(t) − N_C u_C − N_O u_O ≥ 0,   w = g − u_C ≥ 0,   wᵀp = 0
 //! ```
 //!
+//! A displacement may have a second obstacle behind, `−u_C ≤ g'`. Each obstacle before a displacement is a *contact point*: the displacement with a sign,
+//! `w = g − s u_C`, `p = s (p_f − N_C u_C − N_O u_O)`.
+//!
 //! `p_f` is the pressure that loads on `u_C` itself bring in: zero where the stress is that of the displacement field, `f_C` over the area
 //! where it is the nodal reaction. With `q = p_f − N_C g − N_O u_O` it reads `0 ≤ w ⟂ N_C w + q ≥ 0`.
 
@@ -12,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use super::active::ActiveSet;
 use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
-use super::lcp::{self, LcpError, LcpSolution, PMatrix};
+use super::lcp::{self, LcpError, LcpSolution, PMatrix, Place};
 use crate::fem::{Csr, Loads};
 
 /// `N_C`, `N_O`, gaps and areas of all contact points.
@@ -22,9 +25,13 @@ pub struct Conditions {
     pub n_c: Coupling,
     /// `N_O`, `n_C × n_O`.
     pub n_o: Csr,
+    /// Displacement of each contact point and its sign: all in front in their order, then those behind.
+    pub points: Vec<(usize, f64)>,
     /// Gap of each contact point.
     pub gap: Vec<f64>,
-    /// Area of each contact point (force = pressure × area).
+    /// Way from one obstacle to the other of each displacement; empty where there are none behind.
+    way: Vec<f64>,
+    /// Area of each displacement (force = pressure × area).
     pub area: Vec<f64>,
     /// How `N_C` is known to be a P-matrix.
     pub p_matrix: PMatrix,
@@ -34,6 +41,22 @@ pub struct Conditions {
     pub(super) is_diagonal: bool,
     n_o_sums: Vec<f64>,
     n_c_sums: Vec<f64>,
+}
+
+/// Gaps of contact displacements.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gaps {
+    /// To the obstacle in front, one a displacement.
+    pub front: Vec<f64>,
+    /// To one behind, of some displacements; their sums with those in front are positive.
+    pub behind: Vec<(usize, f64)>,
+}
+
+impl Gaps {
+    /// Obstacles in front alone.
+    pub fn front(front: Vec<f64>) -> Gaps {
+        Gaps { front, behind: vec![] }
+    }
 }
 
 /// Data of a degenerate state one order up: what changes with the rates `x = u̇_O` (or, another order up, `ü_O`).
@@ -48,12 +71,9 @@ pub struct Rates<'a> {
 }
 
 impl Conditions {
-    /// Conditions of a boundary operator; the index of the point to blame if `N_C` cannot be shown to be a P-matrix.
-    pub fn new(
-        operator: BoundaryOperator,
-        gap: Vec<f64>,
-        bears_loads: bool,
-    ) -> Result<Self, usize> {
+    /// Conditions of a boundary operator, with the gaps in front and, of some displacements, behind; the index of the displacement to blame if `N_C`
+    /// cannot be shown to be a P-matrix.
+    pub fn new(operator: BoundaryOperator, gaps: Gaps, bears_loads: bool) -> Result<Self, usize> {
         let BoundaryOperator { n_c, n_o, area } = operator;
         let size = area.len();
         let p_matrix = lcp::p_matrix(&n_c, &area);
@@ -61,7 +81,19 @@ impl Conditions {
         if let PMatrix::NotShown { index } = p_matrix {
             return Err(index);
         }
+        let mut points: Vec<(usize, f64)> = (0..size).map(|d| (d, 1.0)).collect();
+        let (mut gap, mut way) = (gaps.front, vec![]);
+        if !gaps.behind.is_empty() {
+            way = vec![f64::INFINITY; size];
+        }
+        for (d, behind) in gaps.behind {
+            points.push((d, -1.0));
+            gap.push(behind);
+            way[d] = gap[d] + behind;
+        }
         Ok(Conditions {
+            points,
+            way,
             gap,
             p_matrix,
             bears_loads,
@@ -72,6 +104,33 @@ impl Conditions {
             n_o,
             area,
         })
+    }
+
+    /// The gaps that it was made with.
+    pub fn gaps(&self) -> Gaps {
+        let (front, behind) = self.gap.split_at(self.count());
+        let of = self.points[self.count()..].iter().zip(behind);
+        Gaps { front: front.to_vec(), behind: of.map(|(p, g)| (p.0, *g)).collect() }
+    }
+
+    /// Number of contact displacements.
+    pub fn count(&self) -> usize {
+        self.area.len()
+    }
+
+    /// Displacements of the contact points towards their obstacles.
+    pub fn at_points(&self, u_c: &[f64]) -> Vec<f64> {
+        self.points.iter().map(|&(d, s)| s * u_c[d]).collect()
+    }
+
+    /// Where the displacements stand when the points of a set touch.
+    pub fn places(&self, set: &ActiveSet) -> Vec<Place> {
+        let mut places = vec![Place::Free; self.count()];
+        let touching = self.points.iter().zip(set.flags()).filter(|(_, touches)| **touches);
+        for (&(d, s), _) in touching {
+            places[d] = if s > 0.0 { Place::Front } else { Place::Behind };
+        }
+        places
     }
 
     /// Number of contact points.
@@ -86,7 +145,8 @@ impl Conditions {
 
     /// Pressure that a unit displacement of point `i` alone takes away: its unit of pressure over length.
     pub fn stiffness(&self, i: usize) -> f64 {
-        self.n_c[(i, i)]
+        let (d, _) = self.points[i];
+        self.n_c[(d, d)]
     }
 
     /// `p` of a force on all displacements: what it adds to the pressures.
@@ -102,7 +162,7 @@ impl Conditions {
         }
         let mut p = match &loads.constant {
             Some(f) if order == 0 => self.pressure_of(f),
-            _ => vec![0.0; self.len()],
+            _ => vec![0.0; self.count()],
         };
         for h in &loads.harmonics {
             let c = h.factor(t, order);
@@ -114,23 +174,39 @@ impl Conditions {
     /// Size of the terms that make up the pressure at point `i` when displacements are of the order of `u`: rounding errors of pressures
     /// are judged against it.
     pub fn pressure_scale(&self, i: usize, u: f64) -> f64 {
-        self.n_o_sums[i] * u + self.n_c_sums[i] * u.max(self.gap[i].abs())
+        let (d, _) = self.points[i];
+        self.n_o_sums[d] * u + self.n_c_sums[d] * u.max(self.gap[i].abs())
     }
 
     /// Size of the terms of `∇p_i · x` for `x` of the order of `size` (a velocity, an acceleration).
     pub fn pressure_rate_scale(&self, i: usize, size: f64) -> f64 {
-        self.n_o_sums[i] * size
+        self.n_o_sums[self.points[i].0] * size
     }
 
-    /// `q = p_f − N_C g − N_O u_O` and the size of its terms.
+    /// `q = p_f − N_C g − N_O u_O` with the gaps in front, and the size of its terms.
     pub fn data(&self, u_o: &[f64], load: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
-        let size = self.len();
+        let size = self.count();
         let u = u_o.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let n_c_gap = |i: usize| self.n_c.row_dot(i, &self.gap);
+        let n_c_gap = |i: usize| self.n_c.row_dot(i, &self.gap[..size]);
         let load = |i: usize| load.map_or(0.0, |p| p[i]);
         let q = (0..size).map(|i| load(i) - (n_c_gap(i) + self.n_o.row_dot(i, u_o))).collect();
         let scale = (0..size).map(|i| self.pressure_scale(i, u) + load(i).abs()).collect();
         (q, scale)
+    }
+
+    /// The problem of [`Conditions::data`] for solvers that know no upper bound: with the pressures behind as unknowns besides,
+    /// `[N_C I; −I 0]`, `(q, W)`.
+    pub fn plain(&self, q: &[f64]) -> (DMatrix<f64>, Vec<f64>) {
+        let (n, bounded): (usize, Vec<usize>) =
+            (self.count(), self.points[self.count()..].iter().map(|p| p.0).collect());
+        let size = n + bounded.len();
+        let matrix = DMatrix::from_fn(size, size, |i, j| match (i < n, j < n) {
+            (true, true) => self.n_c[(i, j)],
+            (true, false) => f64::from(u8::from(bounded[j - n] == i)),
+            (false, true) => -f64::from(u8::from(bounded[i - n] == j)),
+            (false, false) => 0.0,
+        });
+        (matrix, q.iter().copied().chain(bounded.iter().map(|&d| self.way[d])).collect())
     }
 
     /// Solve `0 ≤ w ⟂ N_C w + q ≥ 0` for the gaps at `u_O`, warm from `start`.
@@ -141,7 +217,31 @@ impl Conditions {
         start: &ActiveSet,
     ) -> Result<LcpSolution, LcpError> {
         let (q, scale) = self.data(u_o, load);
-        lcp::solve(&self.n_c, &q, &scale, start.flags())
+        if self.way.is_empty() {
+            return lcp::solve(&self.n_c, &q, &scale, start.flags());
+        }
+        let found = lcp::solve_between(&self.n_c, (&q, &scale), &self.way, &self.places(start))?;
+        let side = |s: f64| if s > 0.0 { Place::Front } else { Place::Behind };
+        let is_at = |d: usize, s: f64| found.places[d] == side(s);
+        let of_points = self.points.iter();
+        let gap = |&(d, s): &(usize, f64)| match s > 0.0 {
+            true => found.w[d],
+            false => self.way[d] - found.w[d],
+        };
+        let is_degenerate = |&k: &usize| {
+            let (d, s) = self.points[k];
+            found.degenerate.contains(&(d, side(s)))
+        };
+        Ok(LcpSolution {
+            w: of_points.clone().map(gap).collect(),
+            p: of_points
+                .clone()
+                .map(|&(d, s)| if is_at(d, s) { s * found.p[d] } else { 0.0 })
+                .collect(),
+            active: of_points.map(|&(d, s)| is_at(d, s)).collect(),
+            degenerate: (0..self.len()).filter(is_degenerate).collect(),
+            pivots: found.pivots,
+        })
     }
 
     /// `0 ≤ ẇ ⟂ ṗ ≥ 0` on the degenerate points, `ṗ = S ẇ + q̇` with `S` the Schur complement of `N_C` on them: the free points that are not
@@ -153,25 +253,38 @@ impl Conditions {
         rates: Rates,
     ) -> Result<(ActiveSet, Vec<usize>), LcpError> {
         let size = rates.x.iter().fold(0.0f64, |m, x| m.max(x.abs())) + rates.blur;
-        let load = |i: usize| rates.load.map_or(0.0, |p| p[i]);
-        let scale: Vec<f64> =
-            degenerate.iter().map(|&i| self.pressure_rate_scale(i, size) + load(i).abs()).collect();
-        let rate = |i: usize| load(i) - self.n_o.row_dot(i, rates.x);
+        let load = |d: usize| rates.load.map_or(0.0, |p| p[d]);
+        let (own, signs): (Vec<usize>, Vec<f64>) =
+            degenerate.iter().map(|&i| self.points[i]).unzip();
+        let scale: Vec<f64> = degenerate
+            .iter()
+            .zip(&own)
+            .map(|(&i, &d)| self.pressure_rate_scale(i, size) + load(d).abs())
+            .collect();
+        let rate = |d: usize| load(d) - self.n_o.row_dot(d, rates.x);
+        let places = self.places(present);
         let others: Vec<usize> =
-            (0..self.len()).filter(|i| !present.is_active(*i) && !degenerate.contains(i)).collect();
+            (0..self.count()).filter(|d| places[*d] == Place::Free && !own.contains(d)).collect();
         let block = |rows: &[usize], cols: &[usize]| {
             DMatrix::from_fn(rows.len(), cols.len(), |a, b| self.n_c[(rows[a], cols[b])])
         };
-        let mut schur = block(degenerate, degenerate);
-        let mut q: Vec<f64> = degenerate.iter().map(|&i| rate(i)).collect();
-        let coupling = block(degenerate, &others);
+        let mut schur = block(&own, &own);
+        let mut q: Vec<f64> = own.iter().map(|&d| rate(d)).collect();
+        let coupling = block(&own, &others);
         if coupling.iter().any(|&x| x != 0.0) {
             let lu = block(&others, &others).lu();
             let solve = |rhs: DMatrix<f64>| lu.solve(&rhs).ok_or(LcpError::Singular);
             let of_others = DMatrix::from_fn(others.len(), 1, |a, _| rate(others[a]));
-            schur -= &coupling * solve(block(&others, degenerate))?;
+            schur -= &coupling * solve(block(&others, &own))?;
             let shift: DVector<f64> = (&coupling * solve(of_others)?).column(0).into_owned();
             q.iter_mut().zip(shift.iter()).for_each(|(q, s)| *q -= s);
+        }
+        // in the points' own signs
+        for (a, s) in signs.iter().enumerate() {
+            q[a] *= s;
+            for (b, t) in signs.iter().enumerate() {
+                schur[(a, b)] *= s * t;
+            }
         }
         let start: Vec<bool> = degenerate.iter().map(|&i| present.is_active(i)).collect();
         let solution = lcp::solve(&schur.into(), &q, &scale, &start)?;

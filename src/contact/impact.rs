@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use super::ContactError;
 use super::active::ActiveSet;
 use super::boundary::BoundaryOperator;
-use super::conditions::Conditions;
+use super::conditions::{Conditions, Gaps};
 use super::holding::Holding;
 use super::inertia::{HeldMass, Inertia, PhaseInertia};
 use super::kinematics::Kinematics;
@@ -155,7 +155,7 @@ pub(super) fn attach(
         n_c: DMatrix::from_diagonal(&stiffnesses.clone().into()),
         area,
     };
-    let conditions = Conditions::new(operator, gap, false).map_err(|index| {
+    let conditions = Conditions::new(operator, Gaps::front(gap), false).map_err(|index| {
         let node = dofs.contact[index].node;
         ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
     })?;
@@ -292,7 +292,7 @@ impl Method for ImpactLaw {
     }
 
     fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
-        let inertia = PhaseInertia::new(&self.inertia, set);
+        let inertia = PhaseInertia::new(&self.inertia, &self.conditions, set);
         let mass = (&*self.law.mass, &*self.through);
         let holding = Holding::new(mass, &self.constraints, set, &parts.loads);
         Phase::new(parts.clone(), Kinematics::Holding(holding), inertia, set.clone())

@@ -21,6 +21,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::kinematics::{Following, Kinematics};
+use super::lcp::Place;
 use super::phase::Scratch;
 use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
@@ -119,7 +120,7 @@ impl Projector {
         conditions: &Conditions,
         limit: usize,
     ) -> Result<Projector, ContactError> {
-        let (size, n_o) = (conditions.len(), conditions.n_o.n_cols());
+        let (size, n_o) = (conditions.count(), conditions.n_o.n_cols());
         let factor = SpdFactor::new(mass, "mass matrix")?;
         // rows 0..n_C: point in contact; rows n_C..2n_C: point free, scaled to the order of one
         let mut entries = vec![];
@@ -147,7 +148,7 @@ impl Projector {
 
 impl ConstantMass {
     pub fn new(reduced: Csr, conditions: &Conditions) -> Result<ConstantMass, ContactError> {
-        let (size, n_o) = (conditions.len(), reduced.n_rows());
+        let (size, n_o) = (conditions.count(), reduced.n_rows());
         let factor = SpdFactor::new(&reduced, "mass matrix of the displacements u_O")?;
         let gram = gram(&factor, &conditions.n_o, |_, _| ());
         let n = n_o + size;
@@ -199,9 +200,10 @@ pub(super) struct PhaseInertia {
 }
 
 impl PhaseInertia {
-    pub fn new(shared: &Arc<Inertia>, set: &ActiveSet) -> PhaseInertia {
-        let size = set.flags().len();
-        let row = |i: usize| if set.is_active(i) { i } else { size + i };
+    pub fn new(shared: &Arc<Inertia>, conditions: &Conditions, set: &ActiveSet) -> PhaseInertia {
+        let size = conditions.count();
+        let places = conditions.places(set);
+        let row = |d: usize| if places[d] == Place::Free { size + d } else { d };
         let rows = match &**shared {
             Inertia::Held(_) => set.closed_nodes(),
             _ => (0..size).map(row).collect(),
@@ -358,11 +360,13 @@ impl PhaseInertia {
             Inertia::Held(_) => vec![f64::INFINITY; size],
             // the Gram matrix's own diagonal, of which a phase only subtracts
             Inertia::Projected(p) => (0..size)
-                .map(|i| match set.is_active(i) {
-                    false => p.gram[(i, i)].max(0.0).sqrt(),
-                    true => {
-                        let k = size + i;
-                        kinematics.conditions.n_c[(i, i)].abs() * p.gram[(k, k)].max(0.0).sqrt()
+                .map(|k| {
+                    let (d, count) =
+                        (kinematics.conditions.points[k].0, kinematics.conditions.count());
+                    let norm = |row: usize| p.gram[(row, row)].max(0.0).sqrt();
+                    match set.is_active(k) {
+                        false => norm(d),
+                        true => kinematics.conditions.stiffness(k).abs() * norm(count + d),
                     }
                 })
                 .collect(),

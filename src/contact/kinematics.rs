@@ -12,6 +12,7 @@ use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::coupling::Block;
 use super::holding::Holding;
+use super::lcp::Place;
 use crate::fem::{Csr, Harmonic, Loads};
 
 /// What a harmonic load adds to displacements and monitors, times `cos(ωt + φ)`.
@@ -141,8 +142,12 @@ impl Kinematics {
 #[derive(Debug)]
 pub(super) struct Following {
     pub conditions: Arc<Conditions>,
+    /// Displacements that are free.
     pub free: Vec<usize>,
-    pub closed: Vec<usize>,
+    /// Where the others stand.
+    pub closed: Vec<(usize, f64)>,
+    /// Points in contact.
+    set: ActiveSet,
     block: Block,
     /// `d_α` under constant loads, all of `u_C`.
     offset: Vec<f64>,
@@ -154,7 +159,10 @@ pub(super) struct Following {
 impl Following {
     pub fn new(conditions: &Arc<Conditions>, set: &ActiveSet, loads: &Loads) -> Following {
         let c = conditions;
-        let (free, closed) = (set.free_nodes(), set.closed_nodes());
+        let places = c.places(set);
+        let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Place::Free).collect();
+        let touching = set.closed_nodes().into_iter().map(|k| (c.points[k], c.gap[k]));
+        let closed = touching.map(|((d, s), gap)| (d, s * gap)).collect();
         // principal blocks of a P-matrix are regular; one that is not gives what is no number
         let singular = |_| Block::Diagonal(vec![f64::NAN; free.len()]);
         let block = c.n_c.block(&free).unwrap_or_else(singular);
@@ -162,6 +170,7 @@ impl Following {
             conditions: conditions.clone(),
             free,
             closed,
+            set: set.clone(),
             block,
             offset: vec![],
             load: None,
@@ -187,9 +196,9 @@ impl Following {
     /// `u_C` at `u_O = 0` under pressures `load`, with the gaps or without.
     fn shift(&self, load: Option<&[f64]>, with_gap: bool) -> Vec<f64> {
         let c = &self.conditions;
-        let mut d = vec![0.0; c.len()];
+        let mut d = vec![0.0; c.count()];
         if with_gap {
-            self.closed.iter().for_each(|&i| d[i] = c.gap[i]);
+            self.closed.iter().for_each(|&(i, at)| d[i] = at);
         }
         // free entries of d are still zero
         let rest = |&i: &usize| load.map_or(0.0, |p| p[i]) - c.n_c.row_dot(i, &d);
@@ -202,11 +211,13 @@ impl Following {
     fn drive(&self, index: usize, load: &Harmonic) -> Option<Drive> {
         let p = self.load_on_contact(&load.force)?;
         let displacement = self.shift(Some(&p), false);
-        let mut monitor: Vec<f64> = displacement.iter().map(|d| -d).collect();
-        for &i in &self.closed {
-            // those in contact do not move
-            monitor[i] = p[i] - self.conditions.n_c.row_dot(i, &displacement);
-        }
+        let c = &self.conditions;
+        // those in contact do not move
+        let monitor = (0..c.len()).map(|k| match (self.set.is_active(k), c.points[k]) {
+            (false, (d, s)) => -s * displacement[d],
+            (true, (d, s)) => s * (p[d] - c.n_c.row_dot(d, &displacement)),
+        });
+        let monitor = monitor.collect();
         Some(Drive { index, load: load.clone(), displacement, monitor })
     }
 
@@ -234,7 +245,7 @@ impl Following {
 
     fn stress(&self, x_o: &[f64]) -> Vec<f64> {
         let n_o = &self.conditions.n_o;
-        (0..self.conditions.len()).map(|i| n_o.row_dot(i, x_o)).collect()
+        (0..self.conditions.count()).map(|i| n_o.row_dot(i, x_o)).collect()
     }
 
     /// `u = A* u_O + d*(t)`, its rate, or `A* x`.
@@ -279,30 +290,32 @@ impl Following {
             Some(p) if affine => p[i],
             _ => 0.0,
         };
+        // displacements first, then what they mean at the points
+        let mut u: Vec<f64> = if affine { self.offset.clone() } else { vec![0.0; c.count()] };
         match self.diagonal() {
             Some(inverse) => {
                 for (&i, inverse) in self.free.iter().zip(inverse) {
-                    let gap = if affine { c.gap[i] - self.offset[i] } else { 0.0 };
-                    h[i] = gap + c.n_o.row_dot(i, x_o) * inverse;
-                }
-                for &i in &self.closed {
-                    let own = if affine { c.n_c[(i, i)] * c.gap[i] } else { 0.0 };
-                    h[i] = load(i) - c.n_o.row_dot(i, x_o) - own;
+                    u[i] -= c.n_o.row_dot(i, x_o) * inverse;
                 }
             }
             None => {
-                let stress = self.stress(x_o);
-                let mut u: Vec<f64> = if affine { self.offset.clone() } else { vec![0.0; c.len()] };
-                let free = self.follow(&stress);
+                let free = self.follow(&self.stress(x_o));
                 self.free.iter().zip(free.iter()).for_each(|(&i, &v)| u[i] += v);
-                for &i in &self.free {
-                    h[i] = if affine { c.gap[i] - u[i] } else { -u[i] };
-                }
-                for &i in &self.closed {
-                    let own = c.n_c.row_dot(i, &u);
-                    h[i] = load(i) - stress[i] - own;
-                }
             }
+        }
+        for (k, h) in h.iter_mut().enumerate() {
+            let (d, s) = c.points[k];
+            *h = match self.set.is_active(k) {
+                false if affine => c.gap[k] - s * u[d],
+                false => -s * u[d],
+                true => {
+                    let own = match c.is_diagonal {
+                        true => c.n_c[(d, d)] * u[d],
+                        false => c.n_c.row_dot(d, &u),
+                    };
+                    s * (load(d) - c.n_o.row_dot(d, x_o) - own)
+                }
+            };
         }
         part.add_drives(&self.drives, h, |d| &d.monitor);
     }
@@ -323,7 +336,7 @@ impl Following {
                     self.free.iter().flat_map(|&i| c.n_o.row(i).map(|(j, _)| j)).collect();
                 columns.sort_unstable();
                 columns.dedup();
-                let mut stress = DMatrix::<f64>::zeros(c.len(), columns.len());
+                let mut stress = DMatrix::<f64>::zeros(c.count(), columns.len());
                 for &i in &self.free {
                     for (j, v) in c.n_o.row(i) {
                         if let Ok(k) = columns.binary_search(&j) {
@@ -338,23 +351,24 @@ impl Following {
                 }
             }
         }
-        Csr::from_triplets(n_o + c.len(), n_o, entries)
+        Csr::from_triplets(n_o + c.count(), n_o, entries)
     }
 
     /// The rows of all monitors over `N_O`: `∇h = L N_O`.
     pub fn over_stress(&self) -> DMatrix<f64> {
         let c = &self.conditions;
-        let size = c.len();
+        let size = c.count();
+        // of displacements: u_C of free ones, the pressure of the others
         let mut l = DMatrix::<f64>::zeros(size, size);
         let mut unit = vec![0.0; size];
         let columns: Vec<_> = (0..size).map(|k| c.n_c.column(k)).collect();
         let mut is_closed = vec![false; size];
-        self.closed.iter().for_each(|&j| is_closed[j] = true);
+        self.closed.iter().for_each(|&(j, _)| is_closed[j] = true);
         for k in 0..size {
             unit[k] = 1.0;
             let free = self.follow(&unit);
             for (&i, &u) in self.free.iter().zip(free.iter()) {
-                l[(i, k)] = -u;
+                l[(i, k)] = u;
                 for &(j, v) in columns[i].iter().filter(|(j, _)| is_closed[*j]) {
                     l[(j, k)] -= v * u;
                 }
@@ -364,6 +378,11 @@ impl Following {
             }
             unit[k] = 0.0;
         }
-        l
+        // a gap behind an obstacle that a displacement touches does not change
+        DMatrix::from_fn(c.len(), size, |k, j| match (self.set.is_active(k), c.points[k]) {
+            (true, (d, s)) => s * l[(d, j)],
+            (false, (d, s)) if !is_closed[d] => -s * l[(d, j)],
+            (false, _) => 0.0,
+        })
     }
 }

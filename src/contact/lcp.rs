@@ -1,4 +1,5 @@
-//! The linear complementarity problem `0 ≤ w ⟂ p = N w + q ≥ 0` by principal pivoting (theory §3).
+//! The linear complementarity problem `0 ≤ w ⟂ p = N w + q ≥ 0` by principal pivoting (theory §3), and that between two bounds:
+//! `0 ≤ w ≤ W`, with `p ≥ 0` where `w = 0`, `p ≤ 0` where `w = W`, `p = 0` between them. A P-matrix has one solution of either.
 //!
 //! Block pivoting from a given active set (Kostreva 1978; Júdice and Pires 1994): all infeasible indices
 //! change sides at once while their number falls, otherwise one at a time by the least-index rule (Murty 1974),
@@ -8,6 +9,32 @@ use nalgebra::DMatrix;
 use thiserror::Error;
 
 use super::coupling::Coupling;
+
+/// Where an unknown stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// `w = 0`, `p ≥ 0`.
+    Front,
+    /// Between the bounds, `p = 0`.
+    Free,
+    /// `w = W`, `p ≤ 0`.
+    Behind,
+}
+
+/// A solution between two bounds with its basis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoxSolution {
+    /// `0 ≤ w ≤ W`
+    pub w: Vec<f64>,
+    /// `N w + q`
+    pub p: Vec<f64>,
+    /// Where each unknown stands.
+    pub places: Vec<Place>,
+    /// Unknowns that may be counted as standing at this bound or as free, to rounding.
+    pub degenerate: Vec<(usize, Place)>,
+    /// Number of changed bases.
+    pub pivots: usize,
+}
 
 /// A solution with its basis.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,28 +76,68 @@ pub fn solve(
     q_scale: &[f64],
     start: &[bool],
 ) -> Result<LcpSolution, LcpError> {
+    let place = |a: &bool| if *a { Place::Front } else { Place::Free };
+    let start: Vec<Place> = start.iter().map(place).collect();
+    let BoxSolution { w, p, places, degenerate, pivots } =
+        solve_between(n, (q, q_scale), &[], &start)?;
+    Ok(LcpSolution {
+        w,
+        p,
+        active: places.iter().map(|p| *p == Place::Front).collect(),
+        degenerate: degenerate.into_iter().map(|d| d.0).collect(),
+        pivots,
+    })
+}
+
+/// The same between two bounds, `0 ≤ w ≤ upper`; no upper bounds where the list is empty. `q` with the sizes of its terms.
+pub fn solve_between(
+    n: &Coupling,
+    (q, q_scale): (&[f64], &[f64]),
+    upper: &[f64],
+    start: &[Place],
+) -> Result<BoxSolution, LcpError> {
     let size = q.len();
-    let mut active = start.to_vec();
+    let bound = |i: usize| upper.get(i).copied().unwrap_or(f64::INFINITY);
+    let mut places = start.to_vec();
     let mut pivots = 0;
     let mut fewest = size + 1;
     let mut patience = 3;
     let limit = 50 + 20 * size * size;
     loop {
-        let (w, p) = basic_solution(n, q, &active)?;
+        let (w, p) = basic_solution(n, q, &bound, &places)?;
         let tolerance = |i: usize| UNITS * (q_scale[i] + n.row_size(i, &w));
-        let infeasible = |i: &usize| {
-            if active[*i] {
-                p[*i] < -tolerance(*i)
-            } else {
-                w[*i] * n[(*i, *i)].abs() < -tolerance(*i)
+        // where an unknown belongs that stands wrong
+        let belongs = |i: usize| -> Option<Place> {
+            let (diagonal, rounding) = (n[(i, i)].abs(), tolerance(i));
+            match places[i] {
+                Place::Front => (p[i] < -rounding).then_some(Place::Free),
+                Place::Behind => (p[i] > rounding).then_some(Place::Free),
+                Place::Free if w[i] * diagonal < -rounding => Some(Place::Front),
+                Place::Free => ((w[i] - bound(i)) * diagonal > rounding).then_some(Place::Behind),
             }
         };
-        let wrong: Vec<usize> = (0..size).filter(infeasible).collect();
+        let wrong: Vec<(usize, Place)> = (0..size).filter_map(|i| Some((i, belongs(i)?))).collect();
         if wrong.is_empty() {
-            let zero = |i: &usize| p[*i].max(w[*i] * n[(*i, *i)]) <= tolerance(*i);
-            let degenerate = (0..size).filter(zero).collect();
-            let clip = |v: Vec<f64>| v.into_iter().map(|x| x.max(0.0)).collect();
-            return Ok(LcpSolution { w: clip(w), p: clip(p), active, degenerate, pivots });
+            let touches = |i: usize| -> Option<(usize, Place)> {
+                let (diagonal, rounding) = (n[(i, i)].abs(), tolerance(i));
+                let at = match places[i] {
+                    Place::Front if p[i] <= rounding => Place::Front,
+                    Place::Behind if -p[i] <= rounding => Place::Behind,
+                    Place::Free if w[i] * diagonal <= rounding => Place::Front,
+                    Place::Free if (bound(i) - w[i]) * diagonal <= rounding => Place::Behind,
+                    _ => return None,
+                };
+                Some((i, at))
+            };
+            let degenerate = (0..size).filter_map(touches).collect();
+            let w = w.iter().enumerate().map(|(i, w)| w.max(0.0).min(bound(i))).collect();
+            let sided = |(i, p): (usize, &f64)| match places[i] {
+                Place::Front => p.max(0.0),
+                Place::Behind => p.min(0.0),
+                Place::Free => 0.0,
+            };
+            let p = p.iter().enumerate().map(sided).collect();
+            return Ok(BoxSolution { w, p, places, degenerate, pivots });
         }
         if pivots >= limit {
             return Err(LcpError::PivotLimit { pivots });
@@ -82,31 +149,29 @@ pub fn solve(
         } else {
             patience -= 1;
         }
-        if patience >= 0 {
-            wrong.iter().for_each(|&i| active[i] = !active[i]);
-        } else {
-            active[wrong[0]] = !active[wrong[0]];
-        }
+        let change = if patience >= 0 { &wrong[..] } else { &wrong[..1] };
+        change.iter().for_each(|&(i, place)| places[i] = place);
     }
 }
 
-/// `w_c = 0`, `p_f = 0`, `N_ff w_f = −q_f`, `p_c = N_cf w_f + q_c`.
+/// `w = 0` in front, `w = W` behind, `p = 0` between: `N_ff w_f = −q_f − N_fb W_b`; then `p` of the others.
 fn basic_solution(
     n: &Coupling,
     q: &[f64],
-    active: &[bool],
+    bound: &dyn Fn(usize) -> f64,
+    places: &[Place],
 ) -> Result<(Vec<f64>, Vec<f64>), LcpError> {
-    let free: Vec<usize> = (0..q.len()).filter(|&i| !active[i]).collect();
-    let mut w = vec![0.0; q.len()];
-    let mut p = vec![0.0; q.len()];
-    let mut of_free: Vec<f64> = free.iter().map(|&i| -q[i]).collect();
+    let free: Vec<usize> = (0..q.len()).filter(|&i| places[i] == Place::Free).collect();
+    let mut w: Vec<f64> =
+        (0..q.len()).map(|i| if places[i] == Place::Behind { bound(i) } else { 0.0 }).collect();
+    let mut of_free: Vec<f64> = free.iter().map(|&i| -(q[i] + n.row_dot(i, &w))).collect();
     n.block(&free)?.solve(&mut of_free)?;
     free.iter().zip(&of_free).for_each(|(&i, &x)| w[i] = x);
     if w.iter().any(|x| !x.is_finite()) {
         return Err(LcpError::Singular);
     }
-    for i in (0..q.len()).filter(|&i| active[i]) {
-        // those in contact have w = 0
+    let mut p = vec![0.0; q.len()];
+    for i in (0..q.len()).filter(|&i| places[i] != Place::Free) {
         p[i] = q[i] + n.row_dot(i, &w);
     }
     Ok((w, p))
@@ -237,6 +302,66 @@ pub fn coupling_bound(n: &DMatrix<f64>, row_scale: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Between two bounds: every choice of places is tried, and one is right.
+    #[test]
+    fn box_problems_have_the_one_solution_of_enumeration() {
+        let size = 4;
+        let wave = |k: f64| (12.9898 * k).sin() * 437.585 % 1.0;
+        for case in 0..200 {
+            let c = f64::from(case);
+            let n = DMatrix::from_fn(size, size, |i, j| match i == j {
+                true => 2.0,
+                false => 0.6 * wave(c + 0.37 * (size * i + j) as f64),
+            });
+            let q: Vec<f64> = (0..size).map(|i| 3.0 * wave(c + 7.1 + i as f64)).collect();
+            let upper: Vec<f64> = (0..size)
+                .map(|i| if i == 3 { f64::INFINITY } else { 0.2 + wave(c + 3.3 * i as f64).abs() })
+                .collect();
+            let scale: Vec<f64> = q.iter().map(|x| x.abs()).collect();
+            let all = [Place::Front, Place::Free, Place::Behind];
+            let start: Vec<Place> = (0..size).map(|i| all[(case as usize + i) % 2]).collect();
+            let coupling = Coupling::from(n.clone());
+            let found = solve_between(&coupling, (&q, &scale), &upper, &start).unwrap();
+            let mut right = vec![];
+            for code in 0..81 {
+                let places: Vec<Place> = (0..4).map(|i| all[code / 3usize.pow(i) % 3]).collect();
+                if places[3] == Place::Behind {
+                    continue;
+                }
+                let free: Vec<usize> = (0..4).filter(|i| places[*i] == Place::Free).collect();
+                let mut w = nalgebra::DVector::from_fn(4, |i, _| match places[i] {
+                    Place::Behind => upper[i],
+                    _ => 0.0,
+                });
+                let rest = &n * &w;
+                if !free.is_empty() {
+                    let block =
+                        DMatrix::from_fn(free.len(), free.len(), |a, b| n[(free[a], free[b])]);
+                    let rhs = DMatrix::from_fn(free.len(), 1, |a, _| -q[free[a]] - rest[free[a]]);
+                    let x = block.try_inverse().unwrap() * rhs;
+                    free.iter().enumerate().for_each(|(a, &i)| w[i] = x[a]);
+                }
+                let p = &n * &w + nalgebra::DVector::from_column_slice(&q);
+                let fits = |i: usize| match places[i] {
+                    Place::Front => p[i] >= 0.0,
+                    Place::Behind => p[i] <= 0.0,
+                    Place::Free => w[i] >= 0.0 && w[i] <= upper[i],
+                };
+                if (0..4).all(fits) {
+                    right.push((places, w, p));
+                }
+            }
+            assert_eq!(right.len(), 1, "case {case}");
+            let (places, w, p) = &right[0];
+            assert_eq!(&found.places, places);
+            for i in 0..4 {
+                assert!((found.w[i] - w[i]).abs() < 1e-13);
+                let exact = if places[i] == Place::Free { 0.0 } else { p[i] };
+                assert!((found.p[i] - exact).abs() < 1e-13);
+            }
+        }
+    }
 
     /// What is proved of large matrices holds for every set that is tried.
     #[test]

@@ -76,14 +76,15 @@ pub(super) trait Method: Debug + Send + Sync {
     fn constraints(&self, body: &Body) -> Vec<Constraint> {
         let (dofs, conditions) = (&body.dofs, self.conditions());
         let constraint = |i: usize| {
-            let ContactPoint { node, direction, group, .. } = dofs.contact[i];
+            let (d, s) = conditions.points[i];
+            let ContactPoint { node, direction, group, .. } = dofs.contact[d];
             Constraint {
                 node,
                 position: body.mesh.nodes()[node],
-                normal: direction,
+                normal: if s > 0.0 { direction } else { direction.map(|x| -x) },
                 group,
                 gap: conditions.gap[i],
-                area: conditions.area[i],
+                area: conditions.area[d],
                 stiffness: conditions.stiffness(i),
             }
         };
@@ -115,7 +116,7 @@ pub(super) trait Method: Debug + Send + Sync {
     fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
         let following = Following::new(self.conditions(), set, &parts.loads);
         let kinematics = Kinematics::Following(following);
-        let inertia = PhaseInertia::new(self.inertia(), set);
+        let inertia = PhaseInertia::new(self.inertia(), self.conditions(), set);
         Phase::new(parts.clone(), kinematics, inertia, set.clone())
     }
 

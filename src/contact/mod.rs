@@ -20,7 +20,7 @@ mod springs;
 pub mod system;
 
 pub use active::ActiveSet;
-pub use conditions::Conditions;
+pub use conditions::{Conditions, Gaps};
 pub use equilibrium::NoEquilibrium;
 pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
 pub use kinematics::Drive;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::ContactError;
 use super::boundary::BoundaryOperator;
-use super::conditions::Conditions;
+use super::conditions::{Conditions, Gaps};
 use super::inertia::{ConstantMass, Inertia, Projector};
 use super::method::{Method, Promise};
 use super::redistribution::{self, Redistributed};
@@ -53,11 +53,11 @@ impl Nbm {
     pub fn new(
         body: &Body,
         operator: BoundaryOperator,
-        gap: Vec<f64>,
+        gaps: Gaps,
         (stress, mass): (Stress, MassChoice),
     ) -> Result<Nbm, ContactError> {
         let conditions =
-            Conditions::new(operator, gap, stress == Stress::Reaction).map_err(|index| {
+            Conditions::new(operator, gaps, stress == Stress::Reaction).map_err(|index| {
                 let node = body.dofs.contact[index].node;
                 ContactError::NotPMatrix { node, at: body.mesh.nodes()[node] }
             })?;
@@ -109,10 +109,10 @@ impl Method for Nbm {
     }
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
-        let Conditions { n_c, n_o, area, gap, .. } = &*self.conditions;
+        let Conditions { n_c, n_o, area, .. } = &*self.conditions;
         let (n_c, n_o, area) = ((**n_c).clone(), reduction.operator(n_o), area.clone());
         let operator = BoundaryOperator { n_c, n_o, area };
-        Ok(Arc::new(Nbm::new(body, operator, gap.clone(), self.choice)?))
+        Ok(Arc::new(Nbm::new(body, operator, self.conditions.gaps(), self.choice)?))
     }
 
     fn promise(&self) -> Promise {
@@ -150,9 +150,9 @@ impl Method for Nbm {
         let n_o = body.dofs.n_o;
         let masses = (self.choice.1 == MassChoice::Paper).then_some(&body.mass);
         let mut columns: Vec<Vec<(usize, f64)>> =
-            (0..self.conditions.len()).map(|i| self.conditions.n_o.row(i).collect()).collect();
+            (0..self.conditions.count()).map(|i| self.conditions.n_o.row(i).collect()).collect();
         for matrix in masses.into_iter().chain([&body.stiffness]) {
-            for i in 0..self.conditions.len() {
+            for i in 0..self.conditions.count() {
                 columns.push(matrix.row(n_o + i).filter(|(j, _)| *j < n_o).collect());
             }
         }

@@ -26,6 +26,9 @@ pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {
             let part = inverse * rhs;
             free.iter().zip(part.iter()).for_each(|(&i, &x)| w[i] = x);
         }
+        // an unknown without a diagonal is a force: over the stiffness of all it is a length
+        let stiffness = n.diagonal().max();
+        let scale = |i: usize| if n[(i, i)] > 0.0 { n[(i, i)] } else { 1.0 / stiffness };
         let p = n * &w + DVector::from_column_slice(q);
         // rounding errors of row i are of the order of its terms
         let terms = |i: usize| {
@@ -34,9 +37,9 @@ pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {
                 + f64::MIN_POSITIVE
         };
         let fits =
-            (0..size).all(|i| w[i] * n[(i, i)] >= -1e-10 * terms(i) && p[i] >= -1e-10 * terms(i));
+            (0..size).all(|i| w[i] * scale(i) >= -1e-10 * terms(i) && p[i] >= -1e-10 * terms(i));
         let same =
-            |f: &Vec<f64>| (0..size).all(|i| ((f[i] - w[i]) * n[(i, i)]).abs() <= 1e-8 * terms(i));
+            |f: &Vec<f64>| (0..size).all(|i| ((f[i] - w[i]) * scale(i)).abs() <= 1e-8 * terms(i));
         if fits && !found.iter().any(same) {
             found.push(w.as_slice().to_vec());
         }

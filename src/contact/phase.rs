@@ -391,7 +391,7 @@ impl Phase {
 mod tests {
     use super::*;
     use crate::contact::inertia::{Inertia, Projector};
-    use crate::contact::{Contacts, MassChoice, Stress, System};
+    use crate::contact::{Contacts, Gaps, MassChoice, Stress, System};
     use crate::fem::{Body, DofMap, Facing, Held, Material, SpdFactor};
     use crate::mesh::structured;
 
@@ -411,7 +411,8 @@ mod tests {
         let material = Material::plate(2.0, 0.3, 1.5, 1.0);
         let gap = dofs.contact.iter().map(|c| 0.3 + mesh.nodes()[c.node][1]).collect();
         let body = Body::assemble(mesh, dofs, &[material], lumped_mass);
-        System::new(body, &Contacts { gap, lumped: lumped_boundary }, choice).unwrap()
+        let contacts = Contacts { gaps: Gaps::front(gap), lumped: lumped_boundary };
+        System::new(body, &contacts, choice).unwrap()
     }
 
     fn wave(n: usize, k: f64) -> Vec<f64> {

@@ -148,7 +148,7 @@ pub(super) fn optimal(body: &Body) -> Result<Redistributed, ContactError> {
 /// Eigenvalues of `(M_open, M_closed)` other than 1, `M_open = A_∅ᵀ M A_∅`, `M_closed = M_OO`: with `M_open − M_OO = W S Wᵀ`, `W = [M_OC, A_∅ᵀ]`, they
 /// are those of `I + S (Wᵀ M_OO⁻¹ W)`.
 fn mass_spectrum(body: &Body, conditions: &Arc<Conditions>) -> Result<Vec<f64>, ContactError> {
-    let (size, n_o) = (conditions.len(), body.dofs.n_o);
+    let (size, n_o) = (conditions.count(), body.dofs.n_o);
     let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix of the displacements u_O")?;
     let a_star = open_expansion(conditions);
     let mut entries = vec![];
@@ -205,7 +205,7 @@ pub(super) fn bound(
         let least = mass_spectrum(body, conditions)?.into_iter().fold(1.0, f64::min);
         return Ok((1.0 + 1e-9) * (1.0 / least.max(0.0)).sqrt());
     }
-    let (size, n_o, n_c) = (conditions.len(), body.dofs.n_o, &conditions.n_c);
+    let (size, n_o, n_c) = (conditions.count(), body.dofs.n_o, &conditions.n_c);
     let inverse = (**n_c).clone().try_inverse();
     let Some(inverse) = inverse else { return Ok(f64::INFINITY) };
     let follow = &inverse * &mass.gram * inverse.transpose();

@@ -27,7 +27,7 @@ use nalgebra::DMatrix;
 
 use super::ContactError;
 use super::boundary::{self, BoundaryOperator};
-use super::conditions::Conditions;
+use super::conditions::{Conditions, Gaps};
 use super::inertia::{ConstantMass, Inertia};
 use super::method::{Method, Promise};
 use super::redistribution;
@@ -265,7 +265,7 @@ impl Springs {
         gap: Vec<f64>,
         (law, points): (Law, Arc<Vec<SpringPoint>>),
     ) -> Result<Springs, ContactError> {
-        let conditions = Conditions::new(operator, gap, false)
+        let conditions = Conditions::new(operator, Gaps::front(gap), false)
             .map_err(|index| ContactError::NotPMatrix { node: index, at: points[index].place })?;
         let mass = body.mass.leading(body.dofs.n_o);
         let constant = ConstantMass::new(mass, &conditions)?;

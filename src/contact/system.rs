@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::ContactError;
 use super::active::ActiveSet;
 use super::boundary::{self, BoundaryOperator};
-use super::conditions::Conditions;
+use super::conditions::{Conditions, Gaps};
 use super::impact::{self, Impact, March};
 use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
@@ -26,8 +26,8 @@ pub struct Rayleigh {
 /// What a scene says of the contact points that a body's numbering has.
 #[derive(Debug, Clone, Default)]
 pub struct Contacts {
-    /// Gap at each contact point.
-    pub gap: Vec<f64>,
+    /// Gaps of the contact displacements.
+    pub gaps: Gaps,
     /// Whether `G` is lumped.
     pub lumped: bool,
 }
@@ -112,17 +112,17 @@ impl System {
             Stress::NodalMean => boundary::nodal_mean(&body),
             Stress::Reaction => boundary::reaction(&body, boundary::areas(&body)),
         };
-        System::with_operator(body, operator, contacts.gap.clone(), choice)
+        System::with_operator(body, operator, contacts.gaps.clone(), choice)
     }
 
     /// The same with a boundary operator that is given.
     pub fn with_operator(
         body: Body,
         operator: BoundaryOperator,
-        gap: Vec<f64>,
+        gaps: Gaps,
         choice: (Stress, MassChoice),
     ) -> Result<System, ContactError> {
-        let method = Nbm::new(&body, operator, gap, choice)?;
+        let method = Nbm::new(&body, operator, gaps, choice)?;
         Ok(System::of_method(body, Arc::new(method)))
     }
 
@@ -332,8 +332,13 @@ impl System {
         let (u_o, u_c) = u.split_at(self.n_o());
         match &self.body.tips {
             Some(tips) => (0..u_c.len()).map(|i| tips.normal.row_dot(i, u_o)).collect(),
-            None => u_c.to_vec(),
+            None => self.conditions().at_points(u_c),
         }
+    }
+
+    /// Displacements of the contact points towards their obstacles, of a full displacement: those of tips, where springs have such.
+    pub fn towards_obstacles(&self, u: &[f64]) -> Vec<f64> {
+        self.conditions().at_points(&u[self.n_o()..])
     }
 
     /// How far a full displacement enters the obstacle at the most; negative where it touches nowhere.
@@ -350,7 +355,7 @@ impl System {
 
     /// Work vectors for the phases of this body.
     pub fn scratch(&self) -> Scratch {
-        let (n, n_c) = (self.n(), self.n_contact());
+        let (n, n_c) = (self.n(), self.conditions().count());
         Scratch::new(n, n_c, self.method.inertia())
     }
 }

@@ -37,7 +37,9 @@ impl<'a, O> Verified<'a, O> {
         let (system, check) = (self.system, &mut self.check);
         let conditions = system.conditions();
         let load = system.load_pressure(s.t);
-        let (u_o, u_c) = s.u.split_at(system.n_o());
+        let u_o = &s.u[..system.n_o()];
+        // the gaps in front are the unknowns
+        let u_c = &s.u[system.n_o()..];
         let (q, _) = conditions.data(u_o, load.as_deref());
         let w: Vec<f64> = system.constraints.iter().zip(u_c).map(|(c, u)| c.gap - u).collect();
         let scale = w.iter().fold(system.units.length, |m, x| m.max(x.abs()));
@@ -45,12 +47,13 @@ impl<'a, O> Verified<'a, O> {
             w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
         };
         check.states += 1;
-        if system.n_contact() <= oracle::ENUMERATION_LIMIT {
-            let all = oracle::enumerate(&conditions.n_c, &q);
+        let (matrix, q) = conditions.plain(&q);
+        if q.len() <= oracle::ENUMERATION_LIMIT {
+            let all = oracle::enumerate(&matrix, &q);
             let nearest = all.iter().map(|x| distance(x)).fold(f64::INFINITY, f64::min);
             check.enumeration = Some(check.enumeration.unwrap_or(0.0).max(nearest));
         }
-        match oracle::clarabel(&conditions.n_c, &q) {
+        match oracle::clarabel(&matrix, &q) {
             Some(x) => check.interior_point = check.interior_point.max(distance(&x)),
             None => check.gave_up += 1,
         }

@@ -143,8 +143,7 @@ impl Observer for Scan<'_> {
 
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         let system = &self.body.system;
-        let n_o = system.n_o();
-        let u_c = &s.u[n_o..];
+        let u_c = system.towards_obstacles(s.u);
         let energy = s.energies.kinetic + s.energies.elastic;
         self.energy = self.energy.max(energy);
         let moved = system.along_normals(s.u);

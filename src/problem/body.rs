@@ -1,9 +1,11 @@
 //! Bodies of elements, their supports, their obstacles and the discretisation of the contact.
 
+use std::collections::BTreeMap;
+
 use super::ProblemError;
 use super::given::{folder, given_length};
 use super::imported;
-use crate::contact::{Contacts, MassChoice, Stress};
+use crate::contact::{Contacts, Gaps, MassChoice, Stress};
 use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, law::materials, read_matrix};
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
@@ -205,6 +207,7 @@ pub(super) fn contacts(scene: &Scene, body: &Body) -> Result<Contacts, ProblemEr
     let Some(c) = &scene.contact else { return Ok(Contacts::default()) };
     let dofs = &body.dofs;
     let mut gap = vec![f64::INFINITY; dofs.contact.len()];
+    let mut behind = BTreeMap::new();
     for (k, obstacle) in c.obstacles.iter().enumerate() {
         let nodes = body.mesh.group_nodes(&obstacle.group);
         let points: Vec<(usize, Point)> = nodes
@@ -213,8 +216,27 @@ pub(super) fn contacts(scene: &Scene, body: &Body) -> Result<Contacts, ProblemEr
             .collect();
         let own = gaps_to(scene, k, points.iter().map(|p| p.1))?;
         points.iter().zip(own).for_each(|((i, _), g)| gap[*i] = gap[*i].min(g));
+        if let Some(field) = &obstacle.gap_behind {
+            let key = c.key(k, "gap_behind");
+            let own = gaps_at(scene, &key, field, points.iter().map(|p| p.1))?;
+            for ((i, _), g) in points.iter().zip(own) {
+                let least = behind.entry(*i).or_insert(f64::INFINITY);
+                *least = f64::min(*least, g);
+                check_way(scene, &key, gap[*i] + g)?;
+            }
+        }
     }
-    Ok(Contacts { gap, lumped: c.boundary_mass == MassKind::Lumped })
+    let gaps = Gaps { front: gap, behind: behind.into_iter().collect() };
+    Ok(Contacts { gaps, lumped: c.boundary_mass == MassKind::Lumped })
+}
+
+/// There is room between an obstacle in front and one behind.
+pub(super) fn check_way(scene: &Scene, key: &str, way: f64) -> Result<(), ProblemError> {
+    if way > 0.0 {
+        return Ok(());
+    }
+    let message = format!("leaves no room: the way from one obstacle to the other is {way:e}");
+    Err(scene.error(Issue::new(key, message, "give gap + gap_behind > 0")).into())
 }
 
 /// The gaps of an obstacle at places of its group.

@@ -5,6 +5,7 @@ use std::path::Path;
 use nalgebra::DMatrix;
 
 use super::ProblemError;
+use super::body::check_way;
 use crate::contact::boundary::{self, BoundaryOperator};
 use crate::fem::{Body, Csr, FemError, read_matrix};
 use crate::scenario::{Contact, Issue, Scene, StressKey};
@@ -22,6 +23,19 @@ pub(super) fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
         (None, Some(gap)) => vec![gap.at([0.0, 0.0]); count],
         (None, None) => vec![],
     }
+}
+
+/// Gaps behind given contact displacements, if the scene has an obstacle there.
+pub(super) fn given_gaps_behind(
+    scene: &Scene,
+    front: &[f64],
+) -> Result<Vec<(usize, f64)>, ProblemError> {
+    let contact = scene.contact.as_ref();
+    let obstacle = contact.and_then(|c| c.obstacles.first());
+    let Some(field) = obstacle.and_then(|o| o.gap_behind.as_ref()) else { return Ok(vec![]) };
+    let gap = field.at([0.0, 0.0]);
+    front.iter().try_for_each(|g| check_way(scene, "contact.gap_behind", g + gap))?;
+    Ok((0..front.len()).map(|d| (d, gap)).collect())
 }
 
 /// The unit of length of a body without geometry: its largest gap.

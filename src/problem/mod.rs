@@ -18,7 +18,9 @@ mod table;
 
 use thiserror::Error;
 
-use crate::contact::{ContactError, Instants, March, MassChoice, Rule, State, Stepping, System};
+use crate::contact::{
+    ContactError, Gaps, Instants, March, MassChoice, Rule, State, Stepping, System,
+};
 use crate::fem::{Body, FemError};
 use crate::scenario::{
     Activation, BodyKind, Contact, ContactMethod, Integrator, Issue, Scene, SceneError,
@@ -29,7 +31,7 @@ pub use modes::{grazing_scale, phase_modes};
 
 use body::{assemble, contacts, discretisation};
 use damping::{damping, rayleigh_of};
-use given::given_body;
+use given::{given_body, given_gaps_behind};
 use initial::initial_state;
 use loads::loads;
 use modes::OpenModes;
@@ -135,7 +137,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
     let built = match scene.body.kind {
         BodyKind::Matrices => {
             let (body, operator, gap) = given_body(scene)?;
-            System::with_operator(body, operator, gap, choice)
+            let behind = given_gaps_behind(scene, &gap)?;
+            System::with_operator(body, operator, Gaps { front: gap, behind }, choice)
         }
         _ => {
             let (body, _) = assemble(scene)?;
@@ -143,7 +146,7 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             match scene.contact.as_ref().filter(|c| c.has_impacts()) {
                 Some(c) => {
                     let law = (c.restitution.unwrap_or(0.0), march(c, &body));
-                    System::with_impacts(body, contacts.gap, law)
+                    System::with_impacts(body, contacts.gaps.front, law)
                 }
                 None => System::new(body, &contacts, choice),
             }

@@ -400,6 +400,10 @@ impl Scene {
                 );
             }
         }
+        let behind = c.obstacles.first().and_then(|o| o.gap_behind.as_ref());
+        if matches!(behind, Some(Field::Expression { .. })) {
+            return issue("gap_behind", "give a number, and no expression", "gap_behind = 1.0");
+        }
         if c.has_springs() {
             return self.check_given_springs(c);
         }
@@ -445,10 +449,6 @@ impl Scene {
             let message =
                 "is missing: force over penetration of the spring at each contact displacement";
             return issue("stiffness", message, "stiffness = 100.0");
-        }
-        let behind = c.obstacles.first().and_then(|o| o.gap_behind.as_ref());
-        if matches!(behind, Some(Field::Expression { .. })) {
-            return issue("gap_behind", "give a number, and no expression", "gap_behind = 1.0");
         }
         for (key, given) in [("n_c", c.n_c.is_some()), ("n_o", c.n_o.is_some())] {
             if given {

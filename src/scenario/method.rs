@@ -73,7 +73,7 @@ pub const METHOD_KEYS: [(&str, &[ContactMethod]); 12] = {
         ("step", &[MoreauJean]),
         ("instants", &[Waves]),
         ("activation", &[MoreauJean]),
-        ("gap_behind", &[Penalty, Nitsche]),
+        ("gap_behind", &[NodalBoundary, MassRedistribution, Penalty, Nitsche]),
     ]
 };
 

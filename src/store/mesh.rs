@@ -68,7 +68,7 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     // columns of u that are contact displacements up to their sign
     let along_axis = |c: &Constraint| c.normal.iter().filter(|x| **x != 0.0).count() == 1;
     let of_point = |(i, c): (usize, &Constraint)| match system.promise().yields || along_axis(c) {
-        true => (dofs.n_o + i) as i64,
+        true => (dofs.n_o + system.conditions().points[i].0) as i64,
         false => -1,
     };
     let contact_dofs: Vec<i64> = system.constraints.iter().enumerate().map(of_point).collect();
