@@ -408,6 +408,34 @@ fn what_a_mesh_cannot_do_is_said() {
     let normal = CLAMP.replace("[\"x\", \"y\"]", "[\"normal\"]");
     let said = refusal(bent.path(), &text("plane stress", &format!("{normal}{contact}")));
     assert!(said.contains("needs a flat group"), "{said}");
+    // a side of second order that folds its element, and parts that do not share their nodes
+    let fold = rectangle(ElementKind::Quad8, [0.0, 1.0], 0.5, (4, 2), 0.0);
+    let fold = folder(
+        &fold.moved(|[x, y, z]| if x == 0.125 && y == 0.0 { [x, 0.35, z] } else { [x, y, z] }),
+    );
+    let said = refusal(fold.path(), &good);
+    assert!(said.contains("is folded: det J"), "{said}");
+    let mut hanging = msh(&mesh, |_| 0);
+    let node = mesh.n_nodes() + 1;
+    hanging = hanging
+        .replace("$EndNodes", &format!("{node} 1.0 0.125 0\n{} 1.5 0.1 0\n$EndNodes", node + 1));
+    hanging = hanging.replacen(
+        &format!("$Nodes\n{}", mesh.n_nodes()),
+        &format!("$Nodes\n{}", mesh.n_nodes() + 2),
+        1,
+    );
+    let count = mesh.n_elements()
+        + ["left", "right", "bottom", "top"].map(|g| mesh.group(g).len()).iter().sum::<usize>();
+    let corner = mesh.group_nodes("right")[0] + 1;
+    hanging =
+        hanging.replacen(&format!("$Elements\n{count}"), &format!("$Elements\n{}", count + 1), 1);
+    hanging = hanging.replace(
+        "$EndElements",
+        &format!("{} 2 2 10 1 {corner} {} {node}\n$EndElements", count + 1, node + 1),
+    );
+    std::fs::write(bent.path().join("body.msh"), hanging).unwrap();
+    let said = refusal(bent.path(), &good);
+    assert!(said.contains("hangs on a side of element"), "{said}");
     // what does not go with elements
     let triangles = folder(&rectangle(ElementKind::Tri6, [0.0, 1.0], 0.5, (4, 2), 0.0));
     let projection = format!("{good}stress = \"projection\"\n");
@@ -536,4 +564,85 @@ fn orbits_between_two_stops_are_found_and_stored() {
         }
         assert_eq!(stored.contact_displacement(row, 0), -stored.contact_displacement(row, 1));
     }
+}
+
+/// Modes, orbits, families, harmonic balance and its cross-check, responses, reduction, pictures, exports: each command takes a body from a mesh.
+#[test]
+fn every_command_takes_a_mesh() {
+    let place = tempfile::tempdir().unwrap();
+    let mesh = root().join("tests/reference/meshes/t6_plate.msh");
+    std::fs::copy(mesh, place.path().join("body.msh")).unwrap();
+    let contact = "[contact]\ngroup = \"right\"\ngap = 0.3\n";
+    let orbit = "[orbit]\nrange = [1.62, 1.9]\nmode = 2\n[initial]\nmode = 2\namplitude = -1.1\n[run]\nuntil = 10.0\n";
+    let free = text("plane stress", &format!("{CLAMP}{contact}{orbit}"));
+    let forced = text(
+        "plane stress",
+        &format!(
+            "{CLAMP}{contact}stress = \"reaction\"\n[damping]\nratio = 0.03\nmode = 2\n[[load]]\nkind = \"mode\"\nmode = 2\npeak = 2.0\nomega = 1.6\n\
+             [orbit]\nrange = [1.5, 1.9]\n[reduction]\nmodes = 30\n[run]\nperiods = 3\n"
+        ),
+    );
+    let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(at("free.toml"), &free).unwrap();
+    std::fs::write(at("forced.toml"), &forced).unwrap();
+    let modes = json(&["modes", &at("free.toml"), "--count", "3"]);
+    // the frequencies of the prototype
+    for (w, exact) in modes["open"]["omega"].as_array().unwrap().iter().zip([
+        0.4364137015,
+        1.5789117546,
+        1.6740181250,
+    ]) {
+        assert!((w.as_f64().unwrap() / exact - 1.0).abs() < 1e-8);
+    }
+    let runs: [&[&str]; 8] = [
+        &["run", "free.toml", "-o", "run.h5"],
+        &["backbone", "free.toml", "--step", "0.07", "-o", "b.h5"],
+        &[
+            "backbone",
+            "free.toml",
+            "--method",
+            "hbm",
+            "--harmonics",
+            "9",
+            "--step",
+            "0.07",
+            "-o",
+            "h.h5",
+        ],
+        &["crosscheck", "h.h5", "free.toml", "-o", "x.h5"],
+        &["backbone", "free.toml", "--viscous", "--quick", "--step", "0.1", "-o", "v.h5"],
+        &["response", "forced.toml", "--step", "0.05", "-o", "r.h5"],
+        &["compare", "free.toml", "--methods", "nbm,mass-redistribution,penalty", "-o", "c.h5"],
+        &["precision", "free.toml", "-o", "p"],
+    ];
+    for arguments in runs {
+        let all = [arguments, &["--threads", "1", "-q"]].concat();
+        let output = common::program().current_dir(place.path()).args(&all).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {said}");
+    }
+    for file in ["run.h5", "b.h5", "h.h5", "v.h5", "r.h5", "x.h5", "c.h5"] {
+        let output = run(&["plot", &at(file)]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "plot {file}: {said}");
+    }
+    for format in ["csv", "vtu", "xdmf"] {
+        let output = run(&["export", &at("run.h5"), "--format", format]);
+        assert!(output.status.success(), "{format}");
+    }
+    // a start from the end of that run, on a mesh of quadrilaterals: its displacements are interpolated
+    let other = place.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    std::fs::copy(at("run.h5"), other.join("run.h5")).unwrap();
+    std::fs::copy(root().join("tests/reference/meshes/q4_rectangles.msh"), other.join("body.msh"))
+        .unwrap();
+    let start = free.replace("mode = 2\namplitude = -1.1", "file = \"run.h5\"");
+    std::fs::write(other.join("scene.toml"), start).unwrap();
+    let toml = other.join("scene.toml");
+    let found = json(&["run", toml.to_str().unwrap(), "-o", other.join("o.h5").to_str().unwrap()]);
+    let end = Stored::read(Path::new(&at("run.h5"))).unwrap();
+    let last = end.t.len() - 1;
+    let energy = end.energy[0][last] + end.energy[1][last];
+    let off = found["energy_start"].as_f64().unwrap() / energy - 1.0;
+    assert!(off.abs() < 0.2, "{off}");
 }

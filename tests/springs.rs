@@ -223,7 +223,7 @@ fn wrong_springs_are_refused() {
     refused(with("method = \"nitsche\"\ntheta = 0.5\n"), "run", "give 1 (symmetric), 0 or -1");
     refused(with("method = \"penalty\"\nstiffness = 0\n"), "run", "contact.stiffness");
     refused(with("method = \"penalty\"\ngamma = 2\n"), "run", "it belongs to \"nitsche\"");
-    refused(with("gap_behind = 2\n"), "run", "it belongs to \"penalty\" and \"nitsche\"");
+    refused(with("method = \"impact\"\ngap_behind = 2\n"), "run", "\"penalty\" and \"nitsche\"");
     refused(two.replace("stiffness = 10.0\n", ""), "run", "is missing: force over penetration");
     refused(
         two.replace("\"penalty\"\nstiffness = 10.0\n", "\"nitsche\"\n"),

@@ -6,8 +6,8 @@ use super::plan::{Plan, Task, mesh_name};
 use super::transient::{Measured, measure};
 use super::variant::Variant;
 use super::{CompareError, Means};
-use crate::mesh::Mesh;
-use crate::mesh::interpolate::{Cell, at_cells, cells};
+use crate::fem::interpolate::{Cell, at_cells, cells};
+use crate::mesh::{ElementKind, Mesh};
 use crate::scenario::{BodyKind, Change, ContactMethod, METHOD_KEYS, Scene};
 use crate::store::{Stored, read_state};
 
@@ -141,9 +141,9 @@ impl Trace {
     }
 }
 
-/// The lists of nodes of the elements of a mesh.
-fn elements(mesh: &Mesh) -> Vec<Vec<usize>> {
-    mesh.elements().map(|e| e.nodes.to_vec()).collect()
+/// The elements of a mesh.
+fn elements(mesh: &Mesh) -> Vec<(ElementKind, Vec<usize>)> {
+    mesh.elements().map(|e| (e.kind, e.nodes.to_vec())).collect()
 }
 
 /// A nodal field of one mesh at the nodes of another one of the same body.
@@ -151,7 +151,7 @@ pub fn moved(field: &[f64], from: &Mesh, to: &Mesh) -> Option<Vec<f64>> {
     if from.nodes() == to.nodes() {
         return Some(field.to_vec());
     }
-    let places: Vec<Cell> = cells(to.nodes(), from.nodes(), &elements(from), to.dim())?;
+    let places: Vec<Cell> = cells(to.nodes(), from.nodes(), &elements(from))?;
     Some(at_cells(field, &places, to.dim()))
 }
 

@@ -348,6 +348,13 @@ impl System {
         of_points.fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// How far the open contact displacements move at the most where no other displacement exceeds one: `‖A_∅‖_∞`.
+    pub fn amplification(&self) -> f64 {
+        let a_star = self.open_phase().a_star();
+        let sum = |i: usize| a_star.row(i).map(|(_, v)| v.abs()).sum::<f64>();
+        (self.n_o()..self.n()).map(sum).fold(0.0, f64::max)
+    }
+
     /// `μ`, the largest eigenvalue of the open phase's mass over the closed one's: how much the paper's mass jumps at switches.
     pub fn mass_ratio(&self) -> Result<f64, ContactError> {
         redistribution::mass_ratio(&self.body, self.method.conditions())

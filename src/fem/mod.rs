@@ -7,6 +7,7 @@ pub mod eigen;
 pub mod element;
 mod files;
 pub mod frame;
+pub mod interpolate;
 pub mod law;
 pub mod load;
 pub mod reduction;

@@ -5,7 +5,6 @@
 //! run so that a group of consecutive sides names its nodes in order.
 
 pub mod gmsh;
-pub mod interpolate;
 pub mod structured;
 
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use super::ProblemError;
 use super::body::Form;
 use super::given::folder;
-use crate::fem::{DofMap, Facing};
+use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::{ElementKind, Mesh};
 use crate::scenario::{BodyKind, ContactMethod, Issue, MassKind, Scene, State, StressKey};
@@ -156,6 +156,21 @@ pub(super) fn check_elements(
         Err(scene.error(Issue::new(key, message, help)).into())
     };
     let mesh = &form.mesh;
+    // curved sides may fold an element whose corners are in order
+    for e in mesh.elements() {
+        let x = mesh.plane_corners(e);
+        let shape = Shape { kind: e.kind, x: &x };
+        let worst = shape::places(e.kind).iter().map(|&p| shape.determinant(p));
+        let least = worst.fold(f64::INFINITY, f64::min);
+        if !(least > 0.0) {
+            let message = format!(
+                "the cell at {} is folded: det J = {least:.3e} at one of its nodes",
+                form.node(e.nodes[0])
+            );
+            let help = "mesh finer there, or with straight sides (Mesh.SecondOrderLinear = 1)";
+            return fail("body.file".to_owned(), message, help);
+        }
+    }
     let quadratic = mesh.blocks().iter().any(|b| b.kind.nodes() > b.kind.corners());
     if scene.body.mass == MassKind::Lumped && quadratic {
         let message = "\"lumped\" gives nodes of second-order elements no mass, or a negative one";

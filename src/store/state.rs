@@ -6,8 +6,8 @@ use ndarray::Array2;
 
 use super::StoreError;
 use super::reader::{Careful, open, reading};
-use crate::mesh::Point;
-use crate::mesh::interpolate::{Cell, at_cells, cells};
+use crate::fem::interpolate::{Cell, at_cells, cells};
+use crate::mesh::{ElementKind, Point};
 
 /// Displacement and velocity.
 type State = (Vec<f64>, Vec<f64>);
@@ -104,7 +104,7 @@ fn nodal(x: &[f64], map: &Array2<i64>, dim: usize) -> Vec<f64> {
     field
 }
 
-/// Where the nodes of a scene lie in a stored mesh of the same rectangle: a state on another mesh is interpolated.
+/// Where the nodes of a scene lie in a stored mesh of the same body: a state on another mesh is interpolated.
 fn cells_of(
     file: &hdf5::File,
     stored: &Array2<f64>,
@@ -119,12 +119,13 @@ fn cells_of(
         )
     };
     let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
-    let fits = |i: &i64| usize::try_from(*i).is_ok_and(|i| i < stored.nrows());
-    if elements.ncols() != 2 * dim || !elements.iter().all(fits) {
-        return Err(other());
-    }
+    let element = |e: ndarray::ArrayView1<i64>| {
+        let nodes: Vec<usize> = e.iter().filter_map(|&i| usize::try_from(i).ok()).collect();
+        let kind = ElementKind::of_nodes(nodes.len()).filter(|k| k.dim() == dim)?;
+        nodes.iter().all(|&i| i < stored.nrows()).then_some((kind, nodes))
+    };
+    let elements: Option<Vec<_>> = elements.rows().into_iter().map(element).collect();
+    let elements = elements.ok_or_else(other)?;
     let places: Vec<Point> = stored.rows().into_iter().map(|r| [r[0], r[1], 0.0]).collect();
-    let element = |e: ndarray::ArrayView1<i64>| e.iter().map(|&i| i as usize).collect();
-    let elements: Vec<Vec<usize>> = elements.rows().into_iter().map(element).collect();
-    cells(nodes, &places, &elements, dim).ok_or_else(other)
+    cells(nodes, &places, &elements).ok_or_else(other)
 }

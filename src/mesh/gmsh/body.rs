@@ -77,7 +77,16 @@ impl File {
             built.push(self, cell, &places, &nodes)?;
         }
         let Built { blocks, cell_tags, regions, .. } = built;
-        let (sides, groups) = self.sides(&blocks, &places);
+        let owners = owners(&blocks);
+        if let Some((node, facet)) = hanging(&owners, &blocks, &nodes) {
+            let message = format!(
+                "node {} hangs on a side of element {} that does not have it",
+                node_tags[node], cell_tags[facet.block][facet.element]
+            );
+            let help = "mesh the parts together, or join them: BooleanFragments, Coherence";
+            return Err(GmshError::of_file(message, help));
+        }
+        let (sides, groups) = self.sides(&owners, &places);
         Ok(Imported {
             unused: self.nodes.len() - nodes.len(),
             mesh: Mesh::new(2, nodes, blocks, groups),
@@ -109,21 +118,9 @@ impl File {
     /// What the groups of lines name.
     fn sides(
         &self,
-        blocks: &[Block],
+        owners: &Owners,
         places: &BTreeMap<usize, usize>,
     ) -> (BTreeMap<String, Sides>, BTreeMap<String, Vec<Facet>>) {
-        let mut owners: HashMap<Vec<usize>, Vec<Facet>> = HashMap::new();
-        for (b, block) in blocks.iter().enumerate() {
-            let n = block.kind.nodes();
-            for (e, nodes) in block.connectivity.chunks_exact(n).enumerate() {
-                for side in 0..block.kind.sides() {
-                    let mut key: Vec<usize> =
-                        block.kind.side(side).iter().map(|&l| nodes[l]).collect();
-                    key.sort_unstable();
-                    owners.entry(key).or_default().push(Facet { block: b, element: e, side });
-                }
-            }
-        }
         let mut all: BTreeMap<String, Sides> = BTreeMap::new();
         for cell in self.cells.iter().filter(|c| c.of.dim == 1) {
             let key: Option<Vec<usize>> =
@@ -156,6 +153,60 @@ impl File {
         let groups = all.iter().filter_map(boundary).collect();
         (all, groups)
     }
+}
+
+/// The cells of every side, by its nodes.
+type Owners = HashMap<Vec<usize>, Vec<Facet>>;
+
+fn owners(blocks: &[Block]) -> Owners {
+    let mut owners: Owners = HashMap::new();
+    for (b, block) in blocks.iter().enumerate() {
+        let n = block.kind.nodes();
+        for (e, nodes) in block.connectivity.chunks_exact(n).enumerate() {
+            for side in 0..block.kind.sides() {
+                let mut key: Vec<usize> = block.kind.side(side).iter().map(|&l| nodes[l]).collect();
+                key.sort_unstable();
+                owners.entry(key).or_default().push(Facet { block: b, element: e, side });
+            }
+        }
+    }
+    owners
+}
+
+/// A node of the boundary that lies within a straight side of it, with that side: parts of the mesh that meet without sharing their nodes.
+fn hanging(owners: &Owners, blocks: &[Block], nodes: &[Point]) -> Option<(usize, Facet)> {
+    let mut sides: Vec<(&Vec<usize>, Facet)> =
+        owners.iter().filter(|(_, f)| f.len() == 1).map(|(key, f)| (key, f[0])).collect();
+    sides.sort_unstable_by(|a, b| a.0.cmp(b.0));
+    let mut boundary: Vec<usize> = sides.iter().flat_map(|(key, _)| key.iter().copied()).collect();
+    boundary.sort_unstable();
+    boundary.dedup();
+    // along x, so that only what is near is looked at
+    boundary.sort_by(|&a, &b| nodes[a][0].total_cmp(&nodes[b][0]));
+    for (key, facet) in sides {
+        let block = &blocks[facet.block];
+        let own = &block.connectivity[block.kind.nodes() * facet.element..];
+        let ends = block.kind.side(facet.side);
+        let (a, b) = (nodes[own[ends[0]]], nodes[own[ends[1]]]);
+        let along = [b[0] - a[0], b[1] - a[1]];
+        let length = along[0].hypot(along[1]);
+        let within = |&&n: &&usize| {
+            let p = [nodes[n][0] - a[0], nodes[n][1] - a[1]];
+            let s = (p[0] * along[0] + p[1] * along[1]) / length;
+            let off = (p[0] * along[1] - p[1] * along[0]).abs() / length;
+            !key.contains(&n)
+                && off <= 1e-9 * length
+                && s > 1e-6 * length
+                && s < (1.0 - 1e-6) * length
+        };
+        let slack = 1e-9 * length;
+        let from = boundary.partition_point(|&n| nodes[n][0] < a[0].min(b[0]) - slack);
+        let to = boundary.partition_point(|&n| nodes[n][0] <= a[0].max(b[0]) + slack);
+        if let Some(&node) = boundary[from..to.max(from)].iter().find(within) {
+            return Some((node, facet));
+        }
+    }
+    None
 }
 
 /// Blocks as they grow.

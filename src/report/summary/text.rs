@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::promises::{certificate, promises};
-use super::{energy_warning, plural, significant};
+use super::{energy_warning, mass_ratio, plural, significant};
 use crate::contact::lcp::PMatrix;
 use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
@@ -19,6 +19,7 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
     damping(&mut out, system);
     if system.n_contact() > 0 {
         contact(&mut out, system, given);
+        on_mesh(&mut out, scene, system);
     }
     out.line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if system.n_contact() > 0 {
@@ -119,6 +120,24 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
     let [stress, energy] = promises(system);
     out.line("method", format!("{}: {stress}", system.method_name()));
     out.line("", energy);
+}
+
+/// What tells whether stress and mass suit a mesh.
+fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
+    if scene.body.kind != BodyKind::Mesh || system.body.tips.is_some() {
+        return;
+    }
+    let follow = significant(system.amplification(), 3);
+    let ratio =
+        mass_ratio(system).map_or(String::new(), |mu| format!("; μ = {}", significant(mu, 3)));
+    out.line(
+        "",
+        format!("open contact nodes move by at most {follow} times the largest u_O{ratio}"),
+    );
+    let locks = |nu: &f64| *nu >= 0.45 && scene.body.state != Some(State::PlaneStress);
+    if let Some(nu) = scene.materials.iter().map(|m| m.poisson).find(locks) {
+        out.line("warning", format!("ν = {nu}: elements lock where a material hardly changes its volume, and energies at switches jump by more"));
+    }
 }
 
 /// How many switches there were, the first and the last.

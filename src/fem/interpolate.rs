@@ -1,0 +1,164 @@
+//! Fields between the nodes of a mesh: by the shape functions of the element that a point lies in.
+
+use super::shape::{self, Local};
+use crate::mesh::{ElementKind, Point};
+
+/// The nodes of the element that a point lies in, with their weights.
+pub type Cell = Vec<(usize, f64)>;
+
+/// An element: its kind and its nodes.
+pub type Cells = [(ElementKind, Vec<usize>)];
+
+/// How far, in local coordinates, a point may lie outside: straight sides cut off what is curved.
+const OUTSIDE: f64 = 0.2;
+
+/// Least and largest coordinates.
+fn bounds<'p>(points: impl Iterator<Item = &'p Point>) -> [Point; 2] {
+    points.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
+        [std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c]))]
+    })
+}
+
+/// Where points lie among elements; none if the points and the nodes cover different regions.
+pub fn cells(points: &[Point], nodes: &[Point], elements: &Cells) -> Option<Vec<Cell>> {
+    let (a, b) = (bounds(points.iter()), bounds(nodes.iter()));
+    let size = (0..3).fold(0.0f64, |m, c| m.max(a[1][c] - a[0][c]));
+    let near = |k: usize| (0..3).all(|c| (a[k][c] - b[k][c]).abs() <= 1e-9 * size);
+    if !near(0) || !near(1) {
+        return None;
+    }
+    let boxes: Vec<[Point; 2]> =
+        elements.iter().map(|(_, e)| bounds(e.iter().map(|&n| &nodes[n]))).collect();
+    let cell = |p: &Point| -> Option<Cell> {
+        let inside = |[low, high]: &[Point; 2]| {
+            let slack = OUTSIDE * (0..3).fold(1e-9 * size, |m, c| m.max(high[c] - low[c]));
+            (0..3).all(|c| p[c] >= low[c] - slack && p[c] <= high[c] + slack)
+        };
+        let mut best: Option<(f64, usize, Local)> = None;
+        for k in (0..elements.len()).filter(|&k| inside(&boxes[k])) {
+            let (kind, own) = &elements[k];
+            let x: Vec<Point> = own.iter().map(|&n| nodes[n]).collect();
+            let Some(local) = local_of(*kind, &x, p) else { continue };
+            let off = outside(*kind, local);
+            if best.is_none_or(|(least, ..)| off < least) {
+                best = Some((off, k, local));
+            }
+            if off <= 1e-9 {
+                break;
+            }
+        }
+        let (_, k, local) = best.filter(|(off, ..)| *off <= OUTSIDE)?;
+        let (kind, own) = &elements[k];
+        Some(own.iter().copied().zip(shape::values(*kind, local)).collect())
+    };
+    points.iter().map(cell).collect()
+}
+
+/// Local coordinates of a place, by Newton's method; none where it does not come to rest.
+fn local_of(kind: ElementKind, x: &[Point], p: &Point) -> Option<Local> {
+    let dim = kind.dim();
+    let mut local = shape::centre(kind);
+    for _ in 0..20 {
+        let (values, gradients) = (shape::values(kind, local), shape::gradients(kind, local));
+        let mut j = [[0.0; 2]; 2];
+        let mut rest = [p[0], p[1]];
+        for ((v, g), x) in values.iter().zip(&gradients).zip(x) {
+            for c in 0..dim {
+                rest[c] -= v * x[c];
+                for d in 0..dim {
+                    j[c][d] += g[d] * x[c];
+                }
+            }
+        }
+        let step = match dim {
+            1 => [rest[0] / j[0][0], 0.0],
+            _ => {
+                let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+                [
+                    (j[1][1] * rest[0] - j[0][1] * rest[1]) / det,
+                    (j[0][0] * rest[1] - j[1][0] * rest[0]) / det,
+                ]
+            }
+        };
+        local = [local[0] + step[0], local[1] + step[1]];
+        let size = step[0].abs().max(step[1].abs());
+        if !(size < 1e3) {
+            return None;
+        }
+        if size < 1e-13 {
+            return Some(local);
+        }
+    }
+    None
+}
+
+/// How far a place lies outside of the element, in local coordinates.
+fn outside(kind: ElementKind, [s, t]: Local) -> f64 {
+    match kind {
+        ElementKind::Bar2 => s.abs() - 1.0,
+        ElementKind::Tri3 | ElementKind::Tri6 => (-s).max(-t).max(s + t - 1.0),
+        _ => (s.abs() - 1.0).max(t.abs() - 1.0),
+    }
+    .max(0.0)
+}
+
+/// A field of `dim` components a node at points among the elements.
+pub fn at_cells(field: &[f64], cells: &[Cell], dim: usize) -> Vec<f64> {
+    let at = |cell: &Cell, c: usize| cell.iter().map(|(n, w)| w * field[dim * n + c]).sum::<f64>();
+    cells.iter().flat_map(|cell| (0..dim).map(move |c| at(cell, c))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::mesh::structured::{bar, rectangle};
+
+    fn elements(m: &Mesh) -> Vec<(ElementKind, Vec<usize>)> {
+        m.elements().map(|e| (e.kind, e.nodes.to_vec())).collect()
+    }
+
+    #[test]
+    fn bilinear_fields_are_their_own_interpolation() {
+        let (coarse, fine) = (rectangle(2.0, 1.0, 3, 2), rectangle(2.0, 1.0, 7, 5));
+        let f = |p: &Point| 1.0 + 2.0 * p[0] - p[1] + 0.5 * p[0] * p[1];
+        let field: Vec<f64> = coarse.nodes().iter().flat_map(|p| [f(p), -f(p)]).collect();
+        let found = cells(fine.nodes(), coarse.nodes(), &elements(&coarse)).unwrap_or_default();
+        let values = at_cells(&field, &found, 2);
+        for (k, p) in fine.nodes().iter().enumerate() {
+            assert!((values[2 * k] - f(p)).abs() < 1e-14 && values[2 * k + 1] == -values[2 * k]);
+        }
+        let other = rectangle(2.0, 1.1, 3, 2);
+        assert!(cells(other.nodes(), coarse.nodes(), &elements(&coarse)).is_none());
+        let (short, long) = (bar(1.0, 3), bar(1.1, 4));
+        assert!(cells(short.nodes(), long.nodes(), &elements(&long)).is_none());
+    }
+
+    /// Linear fields on turned meshes, quadratic ones on triangles of six nodes.
+    #[test]
+    fn fields_of_the_elements_are_their_own_interpolation() {
+        let (sin, cos) = 0.7f64.sin_cos();
+        let turn = |[x, y, _]: Point| [cos * x - sin * y, sin * x + cos * y, 0.0];
+        let (coarse, fine) = (rectangle(2.0, 1.0, 3, 2), rectangle(2.0, 1.0, 7, 5));
+        let (coarse, fine) = (coarse.moved(turn), fine.moved(turn));
+        let f = |p: &Point| 1.0 + 2.0 * p[0] - p[1];
+        let field: Vec<f64> = coarse.nodes().iter().map(f).collect();
+        let found = cells(fine.nodes(), coarse.nodes(), &elements(&coarse)).unwrap_or_default();
+        for (p, v) in fine.nodes().iter().zip(at_cells(&field, &found, 1)) {
+            assert!((v - f(p)).abs() < 1e-13);
+        }
+        let nodes: Vec<Point> =
+            [[0.0, 0.0], [2.0, 0.3], [0.4, 1.1], [1.0, 0.15], [1.2, 0.7], [0.2, 0.55]]
+                .map(|[x, y]| [x, y, 0.0])
+                .to_vec();
+        let g = |p: &Point| p[0] * p[0] - 0.7 * p[0] * p[1] + 2.0 * p[1] * p[1];
+        let field: Vec<f64> = nodes.iter().map(g).collect();
+        let triangle = [(ElementKind::Tri6, (0..6).collect::<Vec<usize>>())];
+        let mut points = nodes[..3].to_vec();
+        points.extend([[0.8, 0.4, 0.0], [0.5, 0.6, 0.0]]);
+        let found = cells(&points, &nodes, &triangle).unwrap_or_default();
+        for (p, v) in points.iter().zip(at_cells(&field, &found, 1)) {
+            assert!((v - g(p)).abs() < 1e-13, "{v} {}", g(p));
+        }
+    }
+}
