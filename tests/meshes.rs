@@ -547,7 +547,7 @@ fn orbits_between_two_stops_are_found_and_stored() {
     let o =
         json(&["orbit", toml.to_str().unwrap(), "--omega", "1.55", "-o", orbit.to_str().unwrap()]);
     let switches = o["switches"].as_array().unwrap();
-    assert!(switches.len() >= 4 && switches.len() % 2 == 0, "{o}");
+    assert!(switches.len() >= 4 && switches.len().is_multiple_of(2), "{o}");
     let period = o["period"].as_f64().unwrap();
     let times: Vec<f64> = switches.iter().map(|s| s["t"].as_f64().unwrap()).collect();
     for t in &times {
@@ -558,6 +558,9 @@ fn orbits_between_two_stops_are_found_and_stored() {
     }
     let stored = Stored::read(&orbit).unwrap();
     assert_eq!((stored.gap.len(), stored.contact_normals[(1, 0)]), (2, -1.0));
+    // one node, two points
+    assert_eq!(stored.contact_nodes[0], stored.contact_nodes[1]);
+    assert!(stored.switch_point.contains(&0) && stored.switch_point.contains(&1));
     for row in 0..stored.t.len() {
         for i in 0..2 {
             assert!(stored.contact_displacement(row, i) <= 1.0 + 1e-12);

@@ -333,7 +333,7 @@ fn contact_directions(
         for GroupNode { node, normal, sides } in nodes_of(mesh, &of.group) {
             let mut direction = of.direction.unwrap_or(normal);
             let least = sides.iter().map(|n| dot(n, &direction)).fold(1.0, f64::min);
-            if !(least >= FACES) {
+            if least < FACES || least.is_nan() {
                 let degrees = least.clamp(-1.0, 1.0).acos().to_degrees();
                 return Err(FrameError::Turned { node, group: of.group.clone(), degrees });
             }

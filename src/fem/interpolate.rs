@@ -82,7 +82,7 @@ fn local_of(kind: ElementKind, x: &[Point], p: &Point) -> Option<Local> {
         };
         local = [local[0] + step[0], local[1] + step[1]];
         let size = step[0].abs().max(step[1].abs());
-        if !(size < 1e3) {
+        if size >= 1e3 || size.is_nan() {
             return None;
         }
         if size < 1e-13 {

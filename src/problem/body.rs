@@ -82,18 +82,18 @@ fn shape(scene: &Scene) -> Result<Form, ProblemError> {
     Ok(Form { mesh, tags: None })
 }
 
-/// The body of a scene, with the names of its nodes.
-pub(super) fn assemble(scene: &Scene) -> Result<(Body, Form), ProblemError> {
+/// The body of a scene.
+pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     let form = shape(scene)?;
     let dofs = numbering(scene, &form)?;
     let b = &scene.body;
     let materials = materials(scene);
     imported::check_elements(scene, &form, &dofs)?;
-    let body = Body::assemble(form.mesh.clone(), dofs, &materials, b.mass == MassKind::Lumped);
+    let body = Body::assemble(form.mesh, dofs, &materials, b.mass == MassKind::Lumped);
     if let Some(issue) = empty(scene, &body) {
         return Err(scene.error(issue).into());
     }
-    Ok((body, form))
+    Ok(body)
 }
 
 /// Supports and obstacles as the numbering needs them.

@@ -5,7 +5,7 @@ use super::body::Form;
 use super::given::folder;
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::gmsh::{self, File, Imported, Sides};
-use crate::mesh::{ElementKind, Mesh};
+use crate::mesh::{ElementKind, Facet, Mesh};
 use crate::scenario::{BodyKind, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
 /// The mesh of a file, its regions numbered as the materials of the scene, and the tags of its nodes.
@@ -99,7 +99,7 @@ fn sides(
     scene: &Scene,
     file: &File,
     imported: &Imported,
-) -> Result<Vec<(String, Vec<crate::mesh::Facet>)>, ProblemError> {
+) -> Result<Vec<(String, Vec<Facet>)>, ProblemError> {
     let supports = scene.supports.iter().enumerate();
     let mut named: Vec<(String, &str)> =
         supports.map(|(i, s)| (format!("support[{i}].group"), s.group())).collect();
@@ -162,7 +162,7 @@ pub(super) fn check_elements(
         let shape = Shape { kind: e.kind, x: &x };
         let worst = shape::places(e.kind).iter().map(|&p| shape.determinant(p));
         let least = worst.fold(f64::INFINITY, f64::min);
-        if !(least > 0.0) {
+        if least <= 0.0 || least.is_nan() {
             let message = format!(
                 "the cell at {} is folded: det J = {least:.3e} at one of its nodes",
                 form.node(e.nodes[0])

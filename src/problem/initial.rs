@@ -19,7 +19,9 @@ pub(super) fn initial_state(
     if let (Some(mode), Some(amplitude)) = (s.mode, s.amplitude) {
         let (_, mut shape) = modes.get(scene, "initial.mode", mode, system)?;
         // the leading contact displacement, or the leading displacement of a body without contact
-        let of_contact = system.along_normals(&shape);
+        let mut of_contact = system.along_normals(&shape);
+        // obstacles behind count the same displacements once more
+        of_contact.truncate(system.conditions().count());
         let moved = if of_contact.is_empty() { &shape } else { &of_contact };
         let leading = (0..moved.len()).max_by(|&a, &b| moved[a].abs().total_cmp(&moved[b].abs()));
         let (lead, leading) = leading.map_or((0, 0.0), |i| (i, moved[i]));

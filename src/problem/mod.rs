@@ -141,7 +141,7 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             System::with_operator(body, operator, Gaps { front: gap, behind }, choice)
         }
         _ => {
-            let (body, _) = assemble(scene)?;
+            let body = assemble(scene)?;
             let contacts = contacts(scene, &body)?;
             match scene.contact.as_ref().filter(|c| c.has_impacts()) {
                 Some(c) => {

@@ -29,7 +29,7 @@ pub(super) fn system(scene: &Scene, contact: &Contact, law: Law) -> Result<Syste
             (body, points, gap)
         }
         _ => {
-            let (body, _) = assemble(scene)?;
+            let body = assemble(scene)?;
             let points = on_sides(&body);
             let mut gap = vec![];
             for k in 0..contact.obstacles.len() {

@@ -144,7 +144,7 @@ impl Events {
 }
 
 /// The sets of a table.
-fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
+pub(super) fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
     let rows: ndarray::Array2<u8> = file.dataset(name)?.table()?;
     let set = |r: ndarray::ArrayView1<u8>| ActiveSet::new(r.iter().map(|&a| a == 1).collect());
     Ok(rows.rows().into_iter().map(set).collect())
@@ -153,6 +153,14 @@ fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
 /// The contact point that files name so.
 fn contact_of(system: &System, node: i64) -> usize {
     system.constraints.iter().position(|c| c.node as i64 == node).unwrap_or(0)
+}
+
+/// The contact point that switches: that of the node whose flag changes, as a node may have two; without a change (an impact) the first.
+pub(super) fn point_of(nodes: &[usize], node: usize, before: &[bool], after: &[bool]) -> usize {
+    let is_node = |i: &usize| nodes[*i] == node;
+    let changes = |i: &usize| before.get(*i) != after.get(*i);
+    let all = || (0..nodes.len()).filter(is_node);
+    all().find(changes).or_else(|| all().next()).unwrap_or(0)
 }
 
 /// The switches so far.
@@ -165,9 +173,10 @@ pub(super) fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Sw
     let kind: Vec<Word> = file.dataset("switches/kind")?.values()?;
     let (before, after) =
         (sets(file, "switches/active_before")?, sets(file, "switches/active_after")?);
+    let nodes: Vec<usize> = system.constraints.iter().map(|c| c.node).collect();
     let switch = |k: usize| Switch {
         t: t[k],
-        contact: contact_of(system, node[k]),
+        contact: point_of(&nodes, node[k] as usize, before[k].flags(), after[k].flags()),
         node: node[k] as usize,
         kind: SwitchKind::of_name(kind[k].as_str()),
         monitor_rate: rate[k],

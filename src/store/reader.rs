@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
+use super::events::{point_of, sets};
 use super::{StoreError, read_text};
+use crate::contact::ActiveSet;
 use crate::fem::check_size;
 use crate::mesh::ElementKind;
 use crate::records::Status;
@@ -67,6 +69,8 @@ pub struct Stored {
     pub switch_t: Vec<f64>,
     /// Switching nodes.
     pub switch_node: Vec<usize>,
+    /// Switching contact points.
+    pub switch_point: Vec<usize>,
     /// `close` or `open`.
     pub switch_kind: Vec<String>,
     /// Energy jumps.
@@ -120,6 +124,17 @@ impl Stored {
         };
         let groups = or_zeros("contact_groups", gap.len())?;
         let regions = or_zeros("regions", elements.nrows())?;
+        let contact_nodes: Vec<usize> = match &points {
+            Some(points) => (0..points.nrows()).collect(),
+            None => indices(mesh.dataset("contact_nodes")?.values()?),
+        };
+        let switch_node: Vec<usize> = indices(switches.dataset("node")?.values()?);
+        let before = sets(&file, "switches/active_before")?;
+        let after = sets(&file, "switches/active_after")?;
+        let point = |((node, before), after): ((&usize, &ActiveSet), &ActiveSet)| {
+            point_of(&contact_nodes, *node, before.flags(), after.flags())
+        };
+        let switch_point = switch_node.iter().zip(&before).zip(&after).map(point).collect();
         let stored = Stored {
             path: path.to_owned(),
             title: text("title"),
@@ -131,10 +146,7 @@ impl Stored {
             nodes: mesh.dataset("nodes")?.table()?,
             elements,
             dof_map: mesh.dataset("dof_map")?.table()?,
-            contact_nodes: match &points {
-                Some(points) => (0..points.nrows()).collect(),
-                None => indices(mesh.dataset("contact_nodes")?.values()?),
-            },
+            contact_nodes,
             contact_dofs: match &points {
                 Some(_) => indices(mesh.dataset("contact_dofs")?.values()?),
                 None => vec![],
@@ -157,7 +169,8 @@ impl Stored {
             pressure: trajectory.dataset("pressure")?.table()?,
             energy: energy?,
             switch_t: switches.dataset("t")?.values()?,
-            switch_node: indices(switches.dataset("node")?.values()?),
+            switch_node,
+            switch_point,
             switch_kind: switches
                 .dataset("kind")?
                 .values::<FixedAscii<32>>()?
@@ -211,6 +224,7 @@ impl Stored {
             (self.t.windows(2).all(|w| w[0] < w[1]), "/trajectory/t"),
             (self.energy.iter().all(|c| c.len() == rows), "/energy"),
             (self.switch_node.len() == self.switch_t.len(), "/switches/node"),
+            (self.switch_point.len() == self.switch_t.len(), "/switches/active_before"),
             (self.switch_kind.len() == self.switch_t.len(), "/switches/kind"),
             (self.switch_jump.len() == self.switch_t.len(), "/switches/energy_jump"),
         ];

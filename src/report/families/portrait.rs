@@ -55,8 +55,8 @@ impl Portrait<'_> {
             let arrival = || self.rates.get(k).map_or_else(last, |rate| -rate);
             Switch { row, before: (x, if closes { arrival() } else { 0.0 }), closes }
         };
-        let of_node = |k: &usize| stored.switch_node[*k] == stored.contact_nodes[i];
-        (0..stored.switch_t.len()).filter(of_node).map(switch).collect()
+        let of_point = |k: &usize| stored.switch_point[*k] == i;
+        (0..stored.switch_t.len()).filter(of_point).map(switch).collect()
     }
 
     /// The curve of a node; thin: the jumps of its velocity at its switches.

@@ -14,7 +14,7 @@ pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         .iter()
         .map(|s| {
             json!({
-                "t": s.t, "node": s.node, "kind": s.kind.name(),
+                "t": s.t, "node": s.node, "point": s.contact, "kind": s.kind.name(),
                 "energy_jump": s.energy_jump, "monitor_rate": s.monitor_rate,
             })
         })
