@@ -8,6 +8,7 @@ use super::{energy_warning, mass_ratio, plural, significant};
 use crate::contact::lcp::PMatrix;
 use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
+use crate::fem::Facing;
 use crate::mesh::ElementKind;
 use crate::scenario::{BodyKind, Scene, State};
 
@@ -126,6 +127,19 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
 fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
     if scene.body.kind != BodyKind::Mesh || system.body.tips.is_some() {
         return;
+    }
+    let dofs = system.body.nodal_dofs();
+    let of_group = |(k, f): (usize, &Facing)| {
+        let nodes = system.body.mesh.group_nodes(&f.group);
+        nodes.into_iter().filter(|&n| dofs.contact_at(k, n).is_none()).count()
+    };
+    let held: usize = dofs.facing.iter().enumerate().map(of_group).sum();
+    if held > 0 {
+        let nodes = plural(held, "node", "nodes");
+        out.line(
+            "",
+            format!("{nodes} of the contact groups left out: supports hold them along the normal"),
+        );
     }
     let follow = significant(system.amplification(), 3);
     let ratio =
