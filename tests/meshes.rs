@@ -436,6 +436,24 @@ fn what_a_mesh_cannot_do_is_said() {
     std::fs::write(bent.path().join("body.msh"), hanging).unwrap();
     let said = refusal(bent.path(), &good);
     assert!(said.contains("hangs on a side of element"), "{said}");
+    // a group that goes round a corner, and a cell that is there twice
+    let corner = msh(&mesh, |_| 0).replace("\"top\"", "\"right\"");
+    std::fs::write(bent.path().join("body.msh"), corner).unwrap();
+    let said = refusal(bent.path(), &good);
+    assert!(said.contains("turns by 90.0°"), "{said}");
+    let twice = msh(&mesh, |_| 0);
+    let last = twice.lines().rev().nth(1).unwrap().to_owned();
+    let again = last.replacen(&count.to_string(), &(count + 1).to_string(), 1);
+    let twice = twice
+        .replacen(&format!("$Elements\n{count}"), &format!("$Elements\n{}", count + 1), 1)
+        .replace("$EndElements", &format!("{again}\n$EndElements"));
+    std::fs::write(bent.path().join("body.msh"), twice).unwrap();
+    let said = refusal(bent.path(), &good);
+    assert!(said.contains("they overlap, or are one twice"), "{said}");
+    // how far a mode may go
+    let mode = format!("{good}[initial]\nmode = 1\namplitude = -1.5\n");
+    let said = refusal(place.path(), &mode);
+    assert!(said.contains("give an amplitude from -1.0"), "{said}");
     // what does not go with elements
     let triangles = folder(&rectangle(ElementKind::Tri6, [0.0, 1.0], 0.5, (4, 2), 0.0));
     let projection = format!("{good}stress = \"projection\"\n");

@@ -60,6 +60,16 @@ fn quality(mesh: &Mesh) -> (f64, f64) {
     (least, all.iter().sum::<f64>() / all.len() as f64)
 }
 
+/// Pairs of nodes at one place.
+fn coincident(mesh: &Mesh) -> usize {
+    let mut nodes: Vec<[f64; 3]> = mesh.nodes().to_vec();
+    let along = |a: &[f64; 3], b: &[f64; 3]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
+    nodes.sort_by(along);
+    let near = 1e-9 * mesh.length();
+    let same = |p: &&[[f64; 3]]| (0..2).all(|c| (p[0][c] - p[1][c]).abs() <= near);
+    nodes.windows(2).filter(same).count()
+}
+
 /// What a group of lines is good for.
 fn use_of(sides: Option<&Sides>) -> String {
     match sides {
@@ -107,6 +117,13 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
                 significant(mean, 3)
             ),
         );
+        let twice = coincident(&body.mesh);
+        if twice > 0 {
+            let text = format!(
+                "{twice} pairs at the same place are not joined: a crack, or parts that are (Coherence Mesh joins them)"
+            );
+            line("nodes", text);
+        }
         if body.unused > 0 {
             line("unused", format!("{} nodes that no cell has", body.unused));
         }

@@ -9,6 +9,7 @@ use serde_json::json;
 use signorini::contact::ActiveSet;
 use signorini::problem::phase_modes;
 use signorini::report::summary::significant;
+use signorini::scenario::Scene;
 
 use super::{CliError, Global, load};
 
@@ -25,7 +26,10 @@ pub struct Arguments {
 
 /// Natural frequencies of the open and of the closed phase.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let (scene, problem) = load::problem(&arguments.scene)?;
+    let mut scene = Scene::read(&arguments.scene)?;
+    // an amplitude is chosen by what this command shows
+    (scene.initial.mode, scene.initial.amplitude) = (None, None);
+    let problem = load::of_scene(&scene)?;
     let system = &problem.system;
     let count = arguments.count as usize;
     let modes = |set: ActiveSet| {

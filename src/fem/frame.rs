@@ -96,6 +96,16 @@ pub enum FrameError {
         /// Angle between them.
         degrees: f64,
     },
+    /// A group that turns at a node by so much that it is two.
+    #[error("the group \"{group}\" turns by {degrees:.1}° at node {node}")]
+    Corner {
+        /// Node.
+        node: usize,
+        /// The group.
+        group: String,
+        /// Angle between the normals of its sides there.
+        degrees: f64,
+    },
     /// A support holds a part of a contact displacement.
     #[error(
         "a support holds a part of the contact displacement of node {node}: {degrees:.1}° lie between the two directions"
@@ -336,6 +346,12 @@ fn contact_directions(
             if least < FACES || least.is_nan() {
                 let degrees = least.clamp(-1.0, 1.0).acos().to_degrees();
                 return Err(FrameError::Turned { node, group: of.group.clone(), degrees });
+            }
+            // one displacement cannot stand for two walls
+            let turn = sides.iter().flat_map(|a| sides.iter().map(|b| degrees(a, b)));
+            let turn = turn.fold(0.0, f64::max);
+            if of.direction.is_none() && turn > TWO {
+                return Err(FrameError::Corner { node, group: of.group.clone(), degrees: turn });
             }
             if let Some(own) = held.get(&node) {
                 match beside(&direction, own) {

@@ -168,7 +168,15 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
                 "the contact direction lies {degrees:.1}° off the normal of a side at {}: 60° at the most",
                 form.node(*node)
             ),
-            "give a group that faces the obstacle: leave the sides out that do not",
+            "give a group that faces the obstacle: leave the sides out that do not (the lips of a crack do not meet each other)",
+        ),
+        FrameError::Corner { node, group, degrees } => of_contact(
+            group,
+            format!(
+                "\"{group}\" turns by {degrees:.1}° at {}: one displacement cannot stand for two walls",
+                form.node(*node)
+            ),
+            "give the sides on either side of it groups and [[contact]] tables of their own; or mesh a curved surface finer: 30° at the most",
         ),
         FrameError::Crossing { node, degrees } => of_contact(
             "",

@@ -36,7 +36,26 @@ pub(super) fn initial_state(
         let unit = system.constraints.get(lead).map_or(1.0, |c| c.gap);
         let scale = amplitude * unit / leading;
         shape.iter_mut().for_each(|x| *x *= scale);
-        check_penetration(scene, system, "initial.amplitude", &shape)?;
+        check_penetration(scene, system, "initial.amplitude", &shape).map_err(|e| {
+            // what this shape allows at each obstacle
+            let along = system.along_normals(&shape);
+            let limits = along.iter().zip(&system.constraints).map(|(u, c)| amplitude * c.gap / u);
+            let (above, below): (Vec<f64>, Vec<f64>) =
+                limits.filter(|x| x.is_finite()).partition(|x| *x > 0.0);
+            let high = above.into_iter().fold(f64::INFINITY, f64::min);
+            let low = below.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let still = moving::frame(scene, system).is_none();
+            match still && system.constraints.iter().all(|c| c.gap > 0.0) {
+                true => {
+                    let message = format!(
+                        "the initial state penetrates the obstacle: mode {mode} by {amplitude} gaps"
+                    );
+                    let help = format!("give an amplitude from {low:.6} to {high:.6}");
+                    scene.error(Issue::new("initial.amplitude", message, help)).into()
+                }
+                false => e,
+            }
+        })?;
         return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
     }
     if let Some((u, v)) = stored {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Problem, ProblemError};
 use crate::contact::oracle;
-use crate::scenario::{Issue, Scene};
+use crate::scenario::{BodyKind, Issue, Scene};
 
 impl Problem {
     /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
@@ -16,7 +16,10 @@ impl Problem {
             return Ok(());
         }
         let fail = |message: &str| {
-            let help = "add a [[support]] that holds it, for example edge = \"left\", fix = [\"x\", \"y\"]";
+            let name = if scene.body.kind == BodyKind::Mesh { "group" } else { "edge" };
+            let help = format!(
+                "add a [[support]] that holds it, for example {name} = \"left\", fix = [\"x\", \"y\"]"
+            );
             let key = if scene.supports.is_empty() { "body" } else { "support" };
             Err(scene.error(Issue::new(key, message, help)).into())
         };

@@ -16,24 +16,44 @@ pub(super) struct Edge<'s> {
     pub position: Vec<f64>,
     /// Its name.
     pub axis: &'static str,
+    /// The points that are not behind another: one a displacement.
+    pub fronts: Vec<usize>,
+    /// Of each point that behind it, on the other side of the same displacement.
+    behind: Vec<Option<usize>>,
 }
 
 impl<'s> Edge<'s> {
     pub fn of(stored: &'s Stored) -> Self {
         let places: Vec<[f64; 2]> =
             (0..stored.gap.len()).map(|i| stored.contact_place(i)).collect();
+        let normal = |i: usize| [0, 1].map(|c| stored.contact_normals[(i, c)]);
+        let is_behind = |i: usize| {
+            let (p, n) = (places[i], normal(i));
+            (0..i).find(|&j| places[j] == p && normal(j) == n.map(|x| -x))
+        };
+        let mut behind = vec![None; places.len()];
+        let mut fronts = vec![];
+        for i in 0..places.len() {
+            match is_behind(i) {
+                Some(front) => behind[front] = Some(i),
+                None => fronts.push(i),
+            }
+        }
         // one straight edge along an axis
         for (axis, name) in [(1, "y"), (0, "x")] {
             let straight = places.iter().all(|p| p[1 - axis] == places[0][1 - axis]);
-            let rising = places.windows(2).all(|p| p[0][axis] < p[1][axis]);
-            if straight && (rising || places.len() < 2) && !stored.contact_groups.contains(&1) {
+            let rising = fronts.windows(2).all(|p| places[p[0]][axis] < places[p[1]][axis]);
+            if straight && (rising || fronts.len() < 2) && !stored.contact_groups.contains(&1) {
                 let position = places.iter().map(|p| p[axis]).collect();
-                return Edge { stored, position, axis: name };
+                return Edge { stored, position, axis: name, fronts, behind };
             }
         }
-        let mut edge = Edge { stored, position: vec![0.0; places.len()], axis: "s" };
+        let position = vec![0.0; places.len()];
+        let mut edge = Edge { stored, position, axis: "s", fronts, behind };
         let mut s = 0.0;
-        let parts = edge.parts();
+        let fronts = edge.fronts.clone();
+        let mut parts = edge.parts();
+        parts.retain(|p| fronts.contains(&p[0]));
         let count = parts.len();
         let total: f64 = parts.iter().map(|p| length(&places, p)).sum();
         for part in parts {
@@ -46,7 +66,19 @@ impl<'s> Edge<'s> {
             // from one edge to the next
             s += 0.05 * total / count as f64;
         }
+        for front in &fronts {
+            if let Some(i) = edge.behind[*front] {
+                edge.position[i] = edge.position[*front];
+            }
+        }
         edge
+    }
+
+    /// Whether a run of neighbours comes back to its start.
+    pub fn is_closed(&self, part: &[usize]) -> bool {
+        let place = |k: usize| self.stored.contact_place(part[k]);
+        let last = part.len() - 1;
+        part.len() > 3 && distance(place(0), place(last)) < 2.0 * distance(place(0), place(1))
     }
 
     /// The contact points of each obstacle in runs of neighbours.
@@ -80,7 +112,8 @@ impl<'s> Edge<'s> {
 
     /// From the first to the last node.
     pub fn span(&self) -> std::ops::Range<f64> {
-        self.position[0]..self.position[self.position.len() - 1]
+        let last = self.fronts[self.fronts.len() - 1];
+        self.position[0]..self.position[last]
     }
 
     /// Contact displacement along the outward normal, and its velocity.
@@ -90,31 +123,42 @@ impl<'s> Edge<'s> {
 
     /// All nodes, or as many evenly along the edge as a picture bears.
     pub fn some(&self) -> Vec<usize> {
-        let n_c = self.position.len();
+        let n_c = self.fronts.len();
         match n_c <= SHOWN {
-            true => (0..n_c).collect(),
-            false => (0..SHOWN).map(|k| k * (n_c - 1) / (SHOWN - 1)).collect(),
+            true => self.fronts.clone(),
+            false => (0..SHOWN).map(|k| self.fronts[k * (n_c - 1) / (SHOWN - 1)]).collect(),
         }
     }
 
     /// Colour of a node.
     pub fn colour(&self, i: usize) -> RGBColor {
         let span = self.span();
-        match self.position.len() {
+        match self.fronts.len() {
             1 => LINES[0],
             _ => viridis(0.92 * (self.position[i] - span.start) / (span.end - span.start)),
         }
     }
 
-    /// The common gap, where all nodes have the same.
-    pub fn even_gap(&self) -> Option<f64> {
+    /// The point on the other side of the same displacement.
+    pub fn behind(&self, i: usize) -> Option<usize> {
+        self.behind[i]
+    }
+
+    /// Where obstacles limit displacements: in front, and behind with a minus, each if all nodes have the same.
+    pub fn even_limits(&self) -> Vec<f64> {
+        let even = |gaps: Vec<f64>| {
+            let first = gaps.first().copied()?;
+            gaps.iter().all(|g| *g == first).then_some(first)
+        };
         let gap = &self.stored.gap;
-        gap.first().copied().filter(|first| gap.iter().all(|g| g == first))
+        let front = even(self.fronts.iter().map(|&i| gap[i]).collect());
+        let behind = even(self.behind.iter().flatten().map(|&i| -gap[i]).collect());
+        front.into_iter().chain(behind).collect()
     }
 
     /// A sheet with room for the bar of the nodes' colours at its right end, where there are several.
     pub fn beside_bar<'b>(&self, sheet: Area<'b>, at: i32) -> (Area<'b>, Option<Area<'b>>) {
-        match self.position.len() {
+        match self.fronts.len() {
             1 => (sheet, None),
             _ => {
                 let (main, bar) = sheet.split_horizontally(at);

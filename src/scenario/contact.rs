@@ -364,6 +364,9 @@ impl Scene {
                 plane.normal.iter().try_for_each(|&n| finite(&key("plane.normal"), n))?;
                 finite(&key("plane.offset"), plane.offset)?;
                 let size = plane.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
+                if size == 0.0 {
+                    return issue("plane.normal", "has no direction", "[1.0, 0.0]");
+                }
                 positive(&key("plane.normal"), size)
             }
         }

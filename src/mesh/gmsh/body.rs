@@ -78,6 +78,14 @@ impl File {
         }
         let Built { blocks, cell_tags, regions, .. } = built;
         let owners = owners(&blocks);
+        if let Some([a, b]) = overlapping(&blocks) {
+            let message = format!(
+                "elements {} and {} lie on the same side of a common side: they overlap, or are one twice",
+                cell_tags[a.block][a.element], cell_tags[b.block][b.element]
+            );
+            let help = "remove one of them: Coherence Mesh, or RemoveDuplicateElements";
+            return Err(GmshError::of_file(message, help));
+        }
         if let Some((node, facet)) = hanging(&owners, &blocks, &nodes) {
             let message = format!(
                 "node {} hangs on a side of element {} that does not have it",
@@ -171,6 +179,25 @@ fn owners(blocks: &[Block]) -> Owners {
         }
     }
     owners
+}
+
+/// Two cells on the same side of a common side: going round both, it is passed in the same direction.
+fn overlapping(blocks: &[Block]) -> Option<[Facet; 2]> {
+    let mut passed: HashMap<[usize; 2], Facet> = HashMap::new();
+    for (b, block) in blocks.iter().enumerate() {
+        let corners = block.kind.corners();
+        for (e, nodes) in block.connectivity.chunks_exact(block.kind.nodes()).enumerate() {
+            for side in 0..corners {
+                let facet = Facet { block: b, element: e, side };
+                if let Some(other) =
+                    passed.insert([nodes[side], nodes[(side + 1) % corners]], facet)
+                {
+                    return Some([other, facet]);
+                }
+            }
+        }
+    }
+    None
 }
 
 /// A node of the boundary that lies within a straight side of it, with that side: parts of the mesh that meet without sharing their nodes.

@@ -91,7 +91,11 @@ pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureE
     let edge = &portrait.edge;
     let shown = edge.some();
     let all = || shown.iter().flat_map(|&i| (0..rows).map(move |r| edge.motion(r, i)));
-    let x = range(all().map(|p| p.0).chain(stored.gap.iter().copied()));
+    let limits = edge.fronts.iter().flat_map(|&i| {
+        let behind = edge.behind(i).map(|i| -stored.gap[i]);
+        std::iter::once(stored.gap[i]).chain(behind)
+    });
+    let x = range(all().map(|p| p.0).chain(limits));
     let arrivals = shown.iter().flat_map(|&i| portrait.switches(i)).map(|s| s.before.1);
     let y = range(all().map(|p| p.1).chain(arrivals));
     figure::svg((980, 640), |root| {
@@ -101,8 +105,11 @@ pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureE
         let (strip, main) = main.split_vertically(px(20.0));
         let mut entries: Vec<Entry> = vec![];
         let mut chart = panel(&main, x.clone(), y.clone(), "contact displacement", "its velocity")?;
-        if let Some(wall) = edge.even_gap() {
+        let limits = edge.even_limits();
+        for &wall in &limits {
             draw_dashes(&mut chart, vec![(wall, y.start), (wall, y.end)], line(INK, 1.0))?;
+        }
+        if !limits.is_empty() {
             entries.push(("obstacle", INK, Mark::Dashes));
         }
         shown.iter().try_for_each(|&i| portrait.draw(&mut chart, i))?;

@@ -44,14 +44,19 @@ fn displacements(
 ) -> Drawn {
     let rows = stored.t.len();
     let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| edge.motion(r, i).0));
-    let y = range(all.chain(stored.gap.iter().copied()));
+    let fronts = edge.fronts.iter().map(|&i| stored.gap[i]);
+    let behind = edge.fronts.iter().filter_map(|&i| edge.behind(i)).map(|i| -stored.gap[i]);
+    let y = range(all.chain(fronts).chain(behind));
     let mut chart = over_time(area, stored, y, ("", "contact displacement"))?;
     let mut entries: Vec<Entry> = vec![("in contact", SHADE, Mark::Patch)];
-    if let Some(gap) = edge.even_gap() {
+    let limits = edge.even_limits();
+    for &limit in &limits {
         let time = time_range(stored);
-        let ends = [(time.start, gap), (time.end, gap)];
+        let ends = [(time.start, limit), (time.end, limit)];
         let dashes = DashedLineSeries::new(ends, px(6.0), px(4.0), line(INK, 1.0));
         chart.draw_series(dashes).map_err(FigureError::draw)?;
+    }
+    if !limits.is_empty() {
         entries.push(("obstacle", INK, Mark::Dashes));
     }
     legend(strip, &entries)?;
@@ -73,10 +78,12 @@ fn displacements(
 /// Contact pressures.
 fn pressures(area: &Area, stored: &Stored, edge: &Edge, shown: &[usize]) -> Drawn {
     let rows = stored.t.len();
+    let both = |&i: &usize| std::iter::once(i).chain(edge.behind(i));
+    let shown: Vec<usize> = shown.iter().flat_map(both).collect();
     let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| stored.pressure[(r, i)]));
     let y = range(all.chain([0.0]));
     let mut chart = over_time(area, stored, y, ("time", "contact pressure"))?;
-    for &i in shown {
+    for &i in &shown {
         let series = (0..rows).map(|r| (stored.t[r], stored.pressure[(r, i)]));
         chart
             .draw_series(LineSeries::new(series, line(edge.colour(i), 2.0)))

@@ -31,21 +31,22 @@ fn boundaries(position: &[f64]) -> Vec<f64> {
 }
 
 /// The cells, white where most of the states of a cell are in contact.
-fn cells(chart: &mut Chart, stored: &Stored, position: &[f64], largest: f64) -> Drawn {
-    let (n_c, rows) = (stored.gap.len(), stored.t.len());
-    let boundaries = boundaries(position);
+fn cells(chart: &mut Chart, stored: &Stored, edge: &Edge, largest: f64) -> Drawn {
+    let (n_c, rows) = (edge.fronts.len(), stored.t.len());
+    let position: Vec<f64> = edge.fronts.iter().map(|&i| edge.position[i]).collect();
+    let boundaries = boundaries(&position);
     let stride = rows.div_ceil(COLUMNS);
     let last = stored.t[rows - 1];
     for start in (0..rows - 1).step_by(stride) {
         let end = (start + stride).min(rows - 1);
         // each cell reaches under its right and upper neighbours, which are drawn later: no seams
         let beyond = stored.t[(end + stride).min(rows - 1)].min(last);
-        for i in 0..n_c {
+        for (k, &i) in edge.fronts.iter().enumerate() {
             let touching = (start..end).filter(|&r| stored.active[(r, i)] == 1).count();
             let here = (start..end).map(|r| gap(stored, r, i)).fold(f64::INFINITY, f64::min);
             let fill = if 2 * touching > end - start { WHITE } else { viridis(here / largest) };
             let corners =
-                [(stored.t[start], boundaries[i]), (beyond, boundaries[(i + 2).min(n_c)])];
+                [(stored.t[start], boundaries[k]), (beyond, boundaries[(k + 2).min(n_c)])];
             let cell = Rectangle::new(corners, fill.filled());
             chart.draw_series(std::iter::once(cell)).map_err(FigureError::draw)?;
         }
@@ -65,15 +66,15 @@ fn note(bar: &Area) -> Drawn {
 
 /// The gap over the contact edge and time; contact is white.
 pub(super) fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureError> {
-    let (n_c, rows) = (stored.gap.len(), stored.t.len());
-    if n_c < 2 || rows < 2 {
+    let edge = Edge::of(stored);
+    let rows = stored.t.len();
+    if edge.fronts.len() < 2 || rows < 2 {
         return Err(FigureError::Empty(
             "a gap map needs at least two contact nodes and two states",
         ));
     }
-    let edge = Edge::of(stored);
     let largest = (0..rows)
-        .flat_map(|r| (0..n_c).map(move |i| (r, i)))
+        .flat_map(|r| edge.fronts.iter().map(move |&i| (r, i)))
         .map(|(r, i)| gap(stored, r, i))
         .fold(f64::MIN_POSITIVE, f64::max);
     figure::svg((980, 420), |root| {
@@ -81,7 +82,7 @@ pub(super) fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureErro
         let (_, sheet) = root.split_vertically(px(30.0));
         let (main, bar) = sheet.split_horizontally(px(895.0));
         let label = format!("{} on the contact edge", edge.axis);
-        let under = |chart: &mut Chart<'_, '_>| cells(chart, stored, &edge.position, largest);
+        let under = |chart: &mut Chart<'_, '_>| cells(chart, stored, &edge, largest);
         panel_with(&main, time_range(stored), edge.span(), "time", &label, Ground::Map, under)?;
         colour_bar(&bar, 0.0..largest, "gap", viridis)?;
         note(&bar)

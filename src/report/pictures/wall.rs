@@ -63,7 +63,17 @@ pub(super) fn walls(stored: &Stored, magnification: f64) -> Vec<Wall> {
         let moved = [0, 1].map(|c| place[c] + magnification * stored.gap[i] * normal[c]);
         (moved, normal)
     };
-    Edge::of(stored).parts().iter().map(|part| part.iter().map(at).collect()).collect()
+    let edge = Edge::of(stored);
+    // an obstacle behind stands behind the body
+    let front = |part: &&Vec<usize>| edge.fronts.contains(&part[0]);
+    let wall = |part: &Vec<usize>| {
+        let mut wall: Wall = part.iter().map(at).collect();
+        if edge.is_closed(part) {
+            wall.push(wall[0]);
+        }
+        wall
+    };
+    edge.parts().iter().filter(front).map(wall).collect()
 }
 
 /// Draw one, hatched behind.
@@ -81,9 +91,13 @@ pub(super) fn draw_wall(
     for (pair, normals) in points.windows(2).zip(wall.windows(2)) {
         let ((xa, ya), (xb, yb)) = (pair[0], pair[1]);
         let [nx, ny] = [0, 1].map(|c| 0.5 * (normals[0].1[c] + normals[1].1[c]));
-        let (back, aside) = (f64::from(px(6.0)), f64::from(px(5.0)));
-        let lean = if nx.abs() > ny.abs() { (0.0, aside) } else { (aside, 0.0) };
-        let step = ((back * nx + lean.0) as i32, (-back * ny + lean.1) as i32);
+        // the normal, turned by forty degrees (pixels count downwards)
+        let (sin, cos) = 40f64.to_radians().sin_cos();
+        let length = f64::from(px(7.8)) / nx.hypot(ny).max(f64::MIN_POSITIVE);
+        let step = (
+            (length * (cos * nx + sin * ny)).round() as i32,
+            (length * (sin * nx - cos * ny)).round() as i32,
+        );
         let length = f64::from((xb - xa).pow(2) + (yb - ya).pow(2)).sqrt();
         let strokes = (length / f64::from(px(7.0))).ceil().max(1.0) as i32;
         for k in 0..strokes {

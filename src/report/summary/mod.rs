@@ -30,6 +30,13 @@ fn plural(n: usize, word: &str, plural: &str) -> String {
 
 /// The jumps at switches belong to the method, but a motion that they feed is not that of the body.
 fn energy_warning(report: &Report) -> Option<String> {
+    if report.energy_drift > DRIFT {
+        return Some(format!(
+            "the energy drifts by {} inside a phase: frequencies so far apart (materials, cells of very different size) that digits are lost, or a \
+             tolerance too wide",
+            significant(report.energy_drift, 2)
+        ));
+    }
     let brought = report.energy_start + report.energy_external.max(0.0);
     (report.energy_jumps > 0.1 * brought && report.energy_jumps > 0.0).then(|| {
         format!(
@@ -40,6 +47,9 @@ fn energy_warning(report: &Report) -> Option<String> {
         )
     })
 }
+
+/// Relative drift of the energy inside a phase that is warned about.
+const DRIFT: f64 = 1e-6;
 
 /// Above this many contact points the jump of the mass is not computed for the sake of the summary.
 const RATIO_LIMIT: usize = 200;

@@ -109,7 +109,13 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
         true => ("displacement", "displacements"),
         false => ("node", "nodes"),
     };
-    let nodes = plural(system.n_contact(), one, many);
+    let count = system.conditions().count();
+    let between = match system.n_contact() - count {
+        0 => String::new(),
+        n if n == count => " between two obstacles".to_owned(),
+        n => format!(", {n} of them between two obstacles"),
+    };
+    let nodes = format!("{}{between}", plural(count, one, many));
     if system.body.tips.is_some() {
         out.line("contact", nodes);
         let [stress, energy] = promises(system);
