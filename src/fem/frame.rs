@@ -124,6 +124,8 @@ const FACES: f64 = 0.5;
 const ONE: f64 = 10.0;
 /// Directions further apart than this are two (and closer than 180° minus it).
 const TWO: f64 = 30.0;
+/// Sides of one group that turn by more are no curved surface (a circle of eight sides turns by 45°).
+const CORNER: f64 = 50.0;
 /// Flat means: normals within this, as a sine.
 const FLAT: f64 = 1e-6;
 
@@ -350,7 +352,7 @@ fn contact_directions(
             // one displacement cannot stand for two walls
             let turn = sides.iter().flat_map(|a| sides.iter().map(|b| degrees(a, b)));
             let turn = turn.fold(0.0, f64::max);
-            if of.direction.is_none() && turn > TWO {
+            if of.direction.is_none() && turn > CORNER {
                 return Err(FrameError::Corner { node, group: of.group.clone(), degrees: turn });
             }
             if let Some(own) = held.get(&node) {

@@ -176,7 +176,7 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
                 "\"{group}\" turns by {degrees:.1}° at {}: one displacement cannot stand for two walls",
                 form.node(*node)
             ),
-            "give the sides on either side of it groups and [[contact]] tables of their own; or mesh a curved surface finer: 30° at the most",
+            "give the sides on either side of it groups and [[contact]] tables of their own; or mesh a curved surface finer: 50° at the most",
         ),
         FrameError::Crossing { node, degrees } => of_contact(
             "",
