@@ -67,8 +67,8 @@ impl<'s> Shapes<'s> {
         let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
         let largest = all.map(|(r, i)| size(stored, r, i)).fold(f64::MIN_POSITIVE, f64::max);
         let extent = |c: usize| {
-            let x = range(stored.nodes.column(c).iter().copied());
-            x.end - x.start
+            let x = || stored.nodes.column(c).into_iter().copied();
+            x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
         };
         let length = extent(0).max(extent(1));
         // near the true size: the true size, in which plane obstacles are plane
