@@ -1,7 +1,7 @@
 //! Fields between the nodes of a mesh: by the shape functions of the element that a point lies in.
 
 use super::shape::{self, Local};
-use crate::mesh::{ElementKind, Point};
+use crate::mesh::{ElementKind, Point, bounds};
 
 /// The nodes of the element that a point lies in, with their weights.
 pub type Cell = Vec<(usize, f64)>;
@@ -12,16 +12,9 @@ pub type Cells = [(ElementKind, Vec<usize>)];
 /// How far, in local coordinates, a point may lie outside: straight sides cut off what is curved.
 const OUTSIDE: f64 = 0.2;
 
-/// Least and largest coordinates.
-fn bounds<'p>(points: impl Iterator<Item = &'p Point>) -> [Point; 2] {
-    points.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
-        [std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c]))]
-    })
-}
-
 /// Where points lie among elements; none if the points and the nodes cover different regions.
 pub fn cells(points: &[Point], nodes: &[Point], elements: &Cells) -> Option<Vec<Cell>> {
-    let (a, b) = (bounds(points.iter()), bounds(nodes.iter()));
+    let (a, b) = (bounds(points), bounds(nodes));
     let size = (0..3).fold(0.0f64, |m, c| m.max(a[1][c] - a[0][c]));
     let near = |k: usize| (0..3).all(|c| (a[k][c] - b[k][c]).abs() <= 1e-9 * size);
     if !near(0) || !near(1) {

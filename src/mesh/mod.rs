@@ -14,6 +14,14 @@ use serde::{Deserialize, Serialize};
 /// A place: `(x, y, z)`, zero where the body has no such extent.
 pub type Point = [f64; 3];
 
+/// Least and largest coordinates of points.
+pub fn bounds<'p>(points: impl IntoIterator<Item = &'p Point>) -> [Point; 2] {
+    let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    points.into_iter().fold(none, |[low, high], p| {
+        [std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c]))]
+    })
+}
+
 /// An edge of a generated body by name: its group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -338,23 +346,15 @@ impl Mesh {
         order
     }
 
-    /// Least and largest coordinates.
-    fn bounds(&self) -> [Point; 2] {
-        let of = |start: f64, pick: fn(f64, f64) -> f64| {
-            std::array::from_fn(|c| self.nodes.iter().map(|p| p[c]).fold(start, pick))
-        };
-        [of(f64::INFINITY, f64::min), of(f64::NEG_INFINITY, f64::max)]
-    }
-
     /// Extents along the three axes.
     pub fn size(&self) -> Point {
-        let [low, high] = self.bounds();
+        let [low, high] = bounds(&self.nodes);
         std::array::from_fn(|c| (high[c] - low[c]).max(0.0))
     }
 
     /// The middle of the extents.
     pub fn centre(&self) -> Point {
-        let ([low, _], size) = (self.bounds(), self.size());
+        let ([low, _], size) = (bounds(&self.nodes), self.size());
         std::array::from_fn(|c| low[c] + size[c] / 2.0)
     }
 

@@ -115,7 +115,7 @@ fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
     let contact = scene.contact.as_ref();
     let facing = |o: &Obstacle| {
         let direction = o.plane.as_ref().map(|p| {
-            let size = p.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
+            let size = p.scale();
             std::array::from_fn(|c| p.normal.get(c).map_or(0.0, |n| n / size))
         });
         Facing { group: o.group.clone(), direction }
@@ -132,8 +132,7 @@ fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
         let group = &idle.group;
         let message = format!("all displacements of \"{group}\" along its normal are prescribed");
         let help = "choose another edge or group, or free it in [[support]]";
-        let name = if scene.body.kind == BodyKind::Mesh { "group" } else { "edge" };
-        let key = contact.map_or(String::new(), |c| c.key(k, name));
+        let key = contact.map_or(String::new(), |c| c.key(k, scene.body.kind.side_key()));
         return Err(scene.error(Issue::new(key, message, help)).into());
     }
     Ok(dofs)
@@ -146,8 +145,7 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
         let k = contact.and_then(|c| c.obstacles.iter().position(|o| o.group == group));
         let key = contact.map_or(String::new(), |c| match k {
             Some(k) if c.obstacles[k].plane.is_some() => c.key(k, "plane"),
-            Some(k) => c.key(k, "group"),
-            None => c.key(0, "group"),
+            k => c.key(k.unwrap_or(0), scene.body.kind.side_key()),
         });
         Issue::new(key, message, help)
     };
@@ -197,7 +195,7 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
     }
 }
 
-pub(super) fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
+fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
     let with_contact =
         if scene.contact.is_some() { " besides the contact displacements" } else { "" };
     let key = if scene.body.kind == BodyKind::Mesh { "body.file" } else { "body.elements" };
@@ -257,9 +255,8 @@ pub(super) fn gaps_to(
     match (&c.obstacles[obstacle].gap, &c.obstacles[obstacle].plane) {
         (Some(field), _) => gaps_at(scene, &c.key(obstacle, "gap"), field, places),
         (None, Some(plane)) => {
-            let size = plane.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
             let along = |p: Point| plane.normal.iter().zip(p).map(|(n, x)| n * x).sum::<f64>();
-            Ok(places.map(|p| (plane.offset - along(p)) / size).collect())
+            Ok(places.map(|p| (plane.offset - along(p)) / plane.scale()).collect())
         }
         (None, None) => Ok(vec![]),
     }

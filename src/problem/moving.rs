@@ -41,7 +41,8 @@ pub(super) fn base(
             let message =
                 format!("moves the {name} displacement of \"{group}\", which no support holds");
             let help = format!(
-                "add [[support]] with edge = \"{group}\", fix = [\"{name}\"], or give 0 for it"
+                "add [[support]] with {} = \"{group}\", fix = [\"{name}\"], or give 0 for it",
+                scene.body.kind.side_key()
             );
             return Err(scene
                 .error(Issue::new(format!("load[{i}].amplitude"), message, help))

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Problem, ProblemError};
 use crate::contact::oracle;
-use crate::scenario::{BodyKind, Issue, Scene};
+use crate::scenario::{Issue, Scene};
 
 impl Problem {
     /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
@@ -16,7 +16,7 @@ impl Problem {
             return Ok(());
         }
         let fail = |message: &str| {
-            let name = if scene.body.kind == BodyKind::Mesh { "group" } else { "edge" };
+            let name = scene.body.kind.side_key();
             let help = format!(
                 "add a [[support]] that holds it, for example {name} = \"left\", fix = [\"x\", \"y\"]"
             );

@@ -77,6 +77,13 @@ pub struct Plane {
     pub offset: f64,
 }
 
+impl Plane {
+    /// Length of its normal.
+    pub fn scale(&self) -> f64 {
+        self.normal.iter().fold(0.0, |m, n| n.hypot(m))
+    }
+}
+
 /// One table.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -363,7 +370,7 @@ impl Scene {
                 length(&key("plane.normal"), plane.normal.len(), self.dim(), "[1.0, 0.0]")?;
                 plane.normal.iter().try_for_each(|&n| finite(&key("plane.normal"), n))?;
                 finite(&key("plane.offset"), plane.offset)?;
-                let size = plane.normal.iter().fold(0.0f64, |m, n| m.hypot(*n));
+                let size = plane.scale();
                 if size == 0.0 {
                     return issue("plane.normal", "has no direction", "[1.0, 0.0]");
                 }

@@ -2,6 +2,13 @@
 
 use super::{BodyKind, Edge, Issue};
 
+impl BodyKind {
+    /// The key by which tables name sides of the body.
+    pub fn side_key(self) -> &'static str {
+        if self == BodyKind::Mesh { "group" } else { "edge" }
+    }
+}
+
 /// The group of sides that a table names; `table` is its key, `example` an edge that would do.
 pub(super) fn side(
     kind: BodyKind,
