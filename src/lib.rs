@@ -24,7 +24,7 @@
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
 //! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
-//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`], [`compare`].
+//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`], [`compare`]; last [`cli`], the commands.
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -37,6 +37,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// the command line and the validation cases name the library as its users do
+extern crate self as signorini;
+
+pub mod cli;
 pub mod compare;
 pub mod contact;
 pub mod continuation;

@@ -25,7 +25,7 @@ use signorini::store::FamilyPlan;
 
 use super::balance::{self, Choice};
 use super::family::{self, Job, Output};
-use super::{CliError, Global, load, plain, viscous};
+use super::{Answer, CliError, Global, load, plain, viscous};
 
 /// Arguments of `backbone`.
 #[derive(Debug, Args)]
@@ -370,17 +370,17 @@ impl Request<'_> {
 }
 
 /// Follow a family of orbits.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = global.scene(&arguments.scene)?;
     let path = arguments.output.path(&scene, "backbone");
     let read: Vec<&Path> = arguments.conservative_from.iter().map(|p| p.as_path()).collect();
-    let options = arguments.output.rules(&scene, &path, arguments.resume, &read)?;
+    let options = arguments.output.rules(global, &scene, &path, arguments.resume, &read)?;
     let problem = load::of_scene(&scene)?;
     let request = arguments.request(&scene, &problem)?;
     let closure = request.closure()?;
     if let Some(viscosity) = &request.viscosity {
-        viscous::warn(viscosity, problem.system.n_o(), scene.reduction.is_some());
+        viscous::warn(global, viscosity, problem.system.n_o(), scene.reduction.is_some());
     }
     let shooting = !request.choice.is_balance();
     let asked = Asked {
@@ -400,7 +400,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             Box::new(move |take| request.compute(piece, known, take))
         };
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
-        family::run_jobs(&jobs, writer, &problem.system, request.range, bar)
+        family::run_jobs(global, &jobs, writer, &problem.system, request.range, bar)
     })?;
     if let Some(viscosity) = request.viscosity.as_ref().filter(|_| shooting) {
         let fresh = carried.stored.points.len() > carried.resumed;
@@ -414,10 +414,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             carried.stored.statement = viscous::state(global, &judged, &path, &asked.options)?;
         }
     }
-    family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
+    let answer = family::answer(global, &scene, &carried, &path, begun.elapsed().as_secs_f64());
     // near viscous orbits there need not be any
     if request.near.is_empty() && carried.stored.points.iter().all(|p| p.orbit.is_none()) {
-        return Err(CliError::Reported("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`".into()));
+        return Ok(answer.failed("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`"));
     }
-    Ok(())
+    Ok(answer)
 }

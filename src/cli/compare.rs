@@ -19,8 +19,9 @@ use signorini::scenario::{BodyKind, Scene};
 use signorini::simulate::run_table;
 use signorini::store::{ComparisonWriter, Outputs, beside, read_comparison, replace};
 
+use super::caller::Caller;
 use super::progress::Bar;
-use super::{CliError, Global, family, interrupt, load, plain, resources};
+use super::{Answer, CliError, Global, family, load, plain, resources};
 
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
@@ -211,6 +212,7 @@ struct Keeper<'a> {
     bar: Option<Bar>,
     failed: Option<CliError>,
     plan: &'a Plan,
+    caller: &'a Caller,
 }
 
 impl Keeper<'_> {
@@ -225,7 +227,7 @@ impl Keeper<'_> {
                 self.write(&Status::Running);
             }
         }
-        match interrupt::signal().is_some() || self.failed.is_some() {
+        match self.caller.signal().is_some() || self.failed.is_some() {
             true => Go::Break(()),
             false => Go::Continue(()),
         }
@@ -254,8 +256,8 @@ impl Keeper<'_> {
 }
 
 /// Compute, write, tell.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let scene = Scene::read(&arguments.scene)?;
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let scene = global.scene(&arguments.scene)?;
     let compared = arguments.compared();
     let mut plan = Plan::new(&scene, compared, arguments.request()?)?;
     if let Some(reference) = arguments.reference(&plan)? {
@@ -268,7 +270,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         _ => vec![],
     };
     let (force, resume) = (arguments.force, arguments.resume);
-    let options = family::writer_options(&scene, &path, force, resume, &files)?;
+    let options = family::writer_options(global, &scene, &path, (force, resume), &files)?;
     let derived = options.outputs.with_force(force || resume);
     for ending in [".csv", ".svg", ".png"] {
         derived.check_derived(&beside(&stem, ending))?;
@@ -293,7 +295,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         true => known_rows(&path, &plan, &identity)?,
         false => vec![],
     };
-    interrupt::watch();
+    global.caller.watch();
     let mut comparison = outline(&plan, footer(compared));
     comparison.rows.clone_from(&known);
     let mut keeper = Keeper {
@@ -303,8 +305,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         bar: Bar::new(global, &scene),
         failed: None,
         plan: &plan,
+        caller: &global.caller,
     };
-    let means = Means { set_up: &set_up, stop: &|| interrupt::signal().is_some() };
+    let means = Means { set_up: &set_up, stop: &|| global.caller.signal().is_some() };
     let done = rows(&plan, means, &known, &mut |row, share, what| keeper.take(row, share, what));
     if let Some(bar) = &keeper.bar {
         bar.clear();
@@ -313,7 +316,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         CompareError::Scene(e) => e.into(),
         CompareError::Reference { .. } => CliError::Input(e.to_string()),
     })?;
-    let signal = interrupt::signal().filter(|_| !is_whole(&keeper.comparison, &plan));
+    let signal = global.caller.signal().filter(|_| !is_whole(&keeper.comparison, &plan));
     keeper.write(&if signal.is_some() { Status::Interrupted } else { Status::Complete });
     if let Some(e) = keeper.failed {
         return Err(e);
@@ -327,17 +330,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         return Err(CliError::Interrupted(signal, text));
     }
     let comparison = keeper.comparison;
-    tell(global, &comparison, (&stem, path), &derived, known.len())?;
+    let answer = tell(global, &comparison, (&stem, path), &derived, known.len())?;
     // where nothing could be computed, that is what is to be said
     let is_empty = |r: &Row| !r.note.is_empty() && r.get(Quantity::Unknowns).is_nan();
     if !comparison.rows.iter().all(is_empty) {
-        return Ok(());
+        return Ok(answer);
     }
     let first = comparison.rows.first().map_or("", |r| r.note.as_str());
     let text = format!("no row could be computed: {first}");
     match refused.get() && !failed.get() {
         true => Err(CliError::Input(text)),
-        false => Err(CliError::Reported(text)),
+        false => Ok(answer.failed(text)),
     }
 }
 
@@ -351,14 +354,14 @@ fn within_limits(scene: &Scene, compared: Compared, omega: &[f64]) -> Result<Pro
     Ok(problem)
 }
 
-/// Write table and picture beside the HDF5 file, and print.
+/// Write table and picture beside the HDF5 file; what there is to say.
 fn tell(
     global: &Global,
     comparison: &Comparison,
     (stem, path): (&Path, PathBuf),
     outputs: &Outputs,
     known: usize,
-) -> Result<(), CliError> {
+) -> Result<Answer, CliError> {
     let csv_path = beside(stem, ".csv");
     replace(&csv_path, csv(comparison).as_bytes())?;
     let mut written = vec![path, csv_path];
@@ -378,7 +381,7 @@ fn tell(
         Err(e) => return Err(e.into()),
     }
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-    global.print(
+    Ok(global.answer(
         || {
             let mut all = json(comparison);
             all["written"] = names.clone().into();
@@ -391,7 +394,7 @@ fn tell(
             };
             format!("{}{resumed}  written: {}\n", text(comparison), names.join(", "))
         },
-    )
+    ))
 }
 
 /// Whether there is a row for everything.

@@ -24,7 +24,7 @@ use signorini::store::{FamilyPlan, FamilyWriter, Names, StoredFamily, read_csv, 
 
 use super::family::{self, Output};
 use super::progress::Bar;
-use super::{CliError, Global, interrupt, load, plain, viscous};
+use super::{Answer, CliError, Global, load, plain, viscous};
 
 /// Arguments of `crosscheck`.
 #[derive(Debug, Args)]
@@ -94,24 +94,24 @@ impl Arguments {
 const LARGEST: f64 = 1e6;
 
 /// Check every point in time, and shoot from it.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = global.scene(&arguments.scene)?;
     family::check_full(&scene, "a cross-check")?;
     let path = arguments.output.path(&scene, "crosscheck");
     let options =
-        arguments.output.rules(&scene, &path, arguments.resume, &[&arguments.backbone])?;
+        arguments.output.rules(global, &scene, &path, arguments.resume, &[&arguments.backbone])?;
     let problem = load::of_scene(&scene)?;
     let series = read(arguments, problem.system.n_o())?;
     let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
     let known = own.as_ref().and_then(|f| f.identity.as_ref()?.method.viscosity());
     let closure = arguments.closure(&scene, &problem, &series, known)?;
     if own.is_some_and(|f| f.scene != scene.source.text) {
-        eprintln!(
-            "signorini: WARNING: {} was made from another scene than {}; if it is another body, the verdicts mean nothing",
+        global.caller.warn(&format!(
+            "{} was made from another scene than {}; if it is another body, the verdicts mean nothing",
             arguments.backbone.display(),
-            arguments.scene.display()
-        );
+            scene.source.file.display()
+        ));
     }
     check_units(arguments, &problem, &series)?;
     let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
@@ -131,11 +131,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         let left: Vec<usize> = (0..series.len()).filter(|k| !done.contains(&(*k as i64))).collect();
         let branch = |n_h: usize| harmonics.iter().position(|n| *n == n_h).unwrap_or(0);
         let what = (closure, &series[..], &left[..]);
-        check_all(arguments, &scene, what, (writer, &problem.system), branch, bar)
+        check_all((arguments, global), &scene, what, (writer, &problem.system), branch, bar)
     })?;
     let rows: Vec<CheckRow> = carried.stored.points.into_iter().filter_map(|p| p.check).collect();
     let (resumed, wall) = (carried.resumed, begun.elapsed().as_secs_f64());
-    global.print(|| to_json(&rows, &path, resumed, wall), || to_text(&scene, &rows, &path, wall))
+    let text = || to_text(&scene, &rows, &path, wall);
+    Ok(global.answer(|| to_json(&rows, &path, resumed, wall), text))
 }
 
 /// Refuse series that are not in the scene's units, or of frequencies that its body has not.
@@ -216,7 +217,7 @@ fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError
 
 /// All points that are left, side by side; each is written as soon as it is there.
 fn check_all(
-    arguments: &Arguments,
+    (arguments, global): (&Arguments, &Global),
     scene: &Scene,
     (closure, series, left): (Closure, &[SeriesRecord], &[usize]),
     (mut writer, system): (FamilyWriter, &System),
@@ -240,7 +241,7 @@ fn check_all(
                 for &k in left.iter().skip(thread).step_by(threads) {
                     let result = check::point(&mut body, closure, &series[k], arguments.quick);
                     if sender.send(result.map(|p| (k, p)).map_err(CliError::from)).is_err()
-                        || interrupt::signal().is_some()
+                        || global.caller.signal().is_some()
                     {
                         return;
                     }
@@ -260,7 +261,7 @@ fn check_all(
         drop(receiver);
         Ok(())
     });
-    family::conclude(writer, checked.map(|()| vec![]), system)
+    family::conclude(global, writer, checked.map(|()| vec![]), system)
 }
 
 fn to_json(rows: &[CheckRow], path: &Path, resumed: usize, wall: f64) -> Value {

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use serde_json::json;
+use signal_hook::consts::SIGINT;
 use signorini::families::FamilyError;
 use signorini::hbm::HbmError;
 use signorini::orbit::OrbitError;
@@ -20,8 +21,6 @@ pub enum CliError {
     Input(String),
     /// The numerics failed: exit code 3.
     Numerics(String),
-    /// The numerics failed, and the command's own object says so already: exit code 3.
-    Reported(String),
     /// A signal ended it, and what was there is saved: exit code 128 and the signal's number.
     Interrupted(u8, String),
     /// Anything else: exit code 1.
@@ -35,7 +34,6 @@ impl CliError {
             CliError::Scene(e) => e.to_string(),
             CliError::Input(text)
             | CliError::Numerics(text)
-            | CliError::Reported(text)
             | CliError::Interrupted(_, text)
             | CliError::Other(text) => text.clone(),
         }
@@ -48,10 +46,6 @@ impl CliError {
             CliError::Scene(e) => (2, e.to_string(), Some(e)),
             CliError::Input(text) => (2, text, None),
             CliError::Numerics(text) => (3, text, None),
-            CliError::Reported(text) => {
-                eprintln!("signorini: {text}");
-                return ExitCode::from(3);
-            }
             CliError::Interrupted(signal, text) => (128 + signal, text, None),
             CliError::Other(text) => (1, text, None),
         };
@@ -96,7 +90,13 @@ impl From<StoreError> for CliError {
 
 impl From<OrbitError> for CliError {
     fn from(e: OrbitError) -> Self {
-        CliError::Numerics(e.to_string())
+        match e {
+            OrbitError::Stopped => {
+                let text = "interrupted before an orbit was found; nothing is written";
+                CliError::Interrupted(SIGINT as u8, text.into())
+            }
+            _ => CliError::Numerics(e.to_string()),
+        }
     }
 }
 

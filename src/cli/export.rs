@@ -11,7 +11,7 @@ use signorini::store::{
     Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck, replace,
 };
 
-use super::{CliError, Global};
+use super::{Answer, CliError, Global};
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
@@ -74,7 +74,7 @@ impl From<ExportError> for CliError {
 }
 
 /// Write the files.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let selection = selection(arguments)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     let outputs = Outputs::new(arguments.force).reads(arguments.file.clone());
@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         paths.iter().map(|p| p.display().to_string()).collect()
     };
     let (files, removed) = (names(&written.files), names(&written.removed));
-    global.print(
+    Ok(global.answer(
         || json!({"written": files, "removed": removed, "states": states}),
         || {
             let list = match &files[..] {
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 n => format!("{list}removed {n} states of an earlier, longer export\n"),
             }
         },
-    )
+    ))
 }
 
 /// Which states the options choose.

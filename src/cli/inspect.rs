@@ -17,7 +17,7 @@ use signorini::store::{
     read_stored_orbit,
 };
 
-use super::{CliError, Global, inspect_mesh};
+use super::{Answer, CliError, Global, inspect_mesh};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub struct Arguments {
 }
 
 /// Say what a file holds.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if inspect_mesh::is_mesh(&arguments.file) {
         return inspect_mesh::run(&arguments.file, global);
     }
@@ -45,11 +45,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let s = Stored::read(&arguments.file)?;
     let orbit = read_stored_orbit(&arguments.file)?;
     if arguments.scene && !global.json {
-        return super::print(&s.scene);
+        return Ok(Answer::text(s.scene));
     }
     let span = [s.t.first().copied(), s.t.last().copied()];
     let closings = s.switch_kind.iter().filter(|k| *k == "close").count();
-    global.print(
+    Ok(global.answer(
         || {
             let mut json = json!({
                 "title": s.title, "status": s.status, "version": s.version, "created": s.created,
@@ -86,17 +86,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             line("scene", format!("{} lines (print it with --scene)", s.scene.lines().count()));
             out
         },
-    )
+    ))
 }
 
 /// What a comparison holds: its table, as `compare` printed it.
-fn compared(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+fn compared(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let s = read_comparison(&arguments.file)?;
     if arguments.scene && !global.json {
-        return super::print(&s.scene);
+        return Ok(Answer::text(s.scene));
     }
     let [version, created, command] = &s.origin;
-    global.print(
+    Ok(global.answer(
         || {
             let mut all = comparison::json(&s.comparison);
             for (key, word) in [("version", version), ("created", created), ("command", command), ("scene", &s.scene)] {
@@ -113,7 +113,7 @@ fn compared(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 s.scene.lines().count()
             )
         },
-    )
+    ))
 }
 
 fn orbit_json(o: &OrbitRecord) -> Value {
@@ -188,17 +188,17 @@ fn tally_text(t: &Tally) -> String {
 }
 
 /// Say what the file of a family holds.
-fn family(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+fn family(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let f = StoredFamily::read(&arguments.file)?;
     if arguments.scene && !global.json {
-        return super::print(&f.scene);
+        return Ok(Answer::text(f.scene));
     }
     let overview = Overview {
         origin: read_origin(&arguments.file)?,
         tallies: read_crosscheck(&arguments.file)?.map(|rows| by_harmonics(&rows)),
         f: &f,
     };
-    global.print(|| overview.json(), || overview.text())
+    Ok(global.answer(|| overview.json(), || overview.text()))
 }
 
 /// A family, and what its file says besides.

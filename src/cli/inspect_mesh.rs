@@ -10,7 +10,7 @@ use signorini::mesh::Mesh;
 use signorini::mesh::gmsh::{File, Imported, Sides, read};
 use signorini::report::summary::significant;
 
-use super::{CliError, Global};
+use super::{Answer, CliError, Global};
 
 /// Whether a file is a mesh of Gmsh, by its name or its first word.
 pub fn is_mesh(path: &Path) -> bool {
@@ -21,7 +21,7 @@ pub fn is_mesh(path: &Path) -> bool {
 }
 
 /// Say what a mesh holds.
-pub fn run(path: &Path, global: &Global) -> Result<(), CliError> {
+pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let refuse = |e: &dyn std::fmt::Display| CliError::Input(format!("{}: {e}", path.display()));
     let bytes = std::fs::read(path).map_err(|e| refuse(&e))?;
     let file = read(&bytes).map_err(|e| refuse(&e))?;
@@ -31,10 +31,10 @@ pub fn run(path: &Path, global: &Global) -> Result<(), CliError> {
         Ok(found) => (Some(found), None),
         Err(e) => (None, Some(e.to_string())),
     };
-    global.print(
+    Ok(global.answer(
         || as_json(&file, found, why.as_deref()),
         || as_text(path, &file, found, why.as_deref()),
-    )
+    ))
 }
 
 /// Least and mean quality of the cells: the least sine of a corner over that of the regular cell, 1 at best.

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM: the first one asks the work to end where its results are whole, a second one ends the program at once.
+//! Ctrl-C and SIGTERM at a terminal: the first one asks the work to end where its results are whole, a second one ends the program at once.
 
 use std::sync::Arc;
 use std::sync::OnceLock;

@@ -1,9 +1,11 @@
 //! The command line: the only place that prints, parses arguments and picks exit codes.
 //!
-//! Exit codes: 0 done; 2 bad input; 3 the numerics failed; 1 anything else.
+//! Exit codes: 0 done; 2 bad input; 3 the numerics failed; 1 anything else. A command gives back an [`Answer`]: [`main`] prints it, and
+//! [`call`] hands it to a program that uses the commands as functions.
 
 mod backbone;
 mod balance;
+mod caller;
 mod compare;
 mod crosscheck;
 mod doublings;
@@ -26,10 +28,17 @@ mod run;
 mod validate;
 mod viscous;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand};
+use serde_json::Value;
 
+use crate::scenario::{Scene, SceneError};
+
+use caller::Caller;
+pub use caller::Desk;
 pub use error::CliError;
 
 /// Reference simulator for elastic bodies that touch a rigid obstacle: event-driven integration of the
@@ -62,24 +71,61 @@ pub struct Global {
     /// Start even what seems too large for this machine's memory or disk, or for a lifetime
     #[arg(long, global = true)]
     pub force_large: bool,
+    #[arg(skip)]
+    caller: Caller,
+}
+
+/// What a command has to say.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    said: Said,
+    /// What the numerics failed at, if they did; the object says it too.
+    pub failure: Option<String>,
+}
+
+#[derive(Debug, Clone)]
+enum Said {
+    Object(Value),
+    Text(String),
+}
+
+impl Answer {
+    /// Nothing but a text, in whatever form results are asked for.
+    fn text(text: String) -> Answer {
+        Answer { said: Said::Text(text), failure: None }
+    }
+
+    /// What is said is the result, and the numerics failed.
+    fn failed(self, why: impl Into<String>) -> Answer {
+        Answer { failure: Some(why.into()), ..self }
+    }
+
+    /// The JSON object of the command.
+    pub fn object(self) -> Value {
+        match self.said {
+            Said::Object(value) => value,
+            Said::Text(text) => text.into(),
+        }
+    }
 }
 
 impl Global {
-    /// Print an object in JSON mode, a text otherwise.
-    fn print(
-        &self,
-        json: impl FnOnce() -> serde_json::Value,
-        text: impl FnOnce() -> String,
-    ) -> Result<(), CliError> {
-        if self.json {
-            print(&format!("{}\n", json()))
-        } else if !self.quiet {
-            // a terminal obeys control characters, and titles come from files
-            let is_text = |c: &char| !c.is_control() || matches!(c, '\n' | '\t');
-            print(&text().chars().filter(is_text).collect::<String>())
-        } else {
-            Ok(())
+    /// An object in JSON mode and for a program, a text otherwise.
+    fn answer(&self, json: impl FnOnce() -> Value, text: impl FnOnce() -> String) -> Answer {
+        if self.json || self.caller.desk.is_some() {
+            return Answer { said: Said::Object(json()), failure: None };
         }
+        if self.quiet {
+            return Answer::text(String::new());
+        }
+        // a terminal obeys control characters, and titles come from files
+        let is_text = |c: &char| !c.is_control() || matches!(c, '\n' | '\t');
+        Answer::text(text().chars().filter(is_text).collect())
+    }
+
+    /// The scene of a command: the caller's, or the file that the arguments name.
+    fn scene(&self, path: &std::path::Path) -> Result<Scene, SceneError> {
+        self.caller.scene.clone().map_or_else(|| Scene::read(path), Ok)
     }
 }
 
@@ -96,7 +142,7 @@ fn print(text: &str) -> Result<(), CliError> {
 }
 
 /// What a scene is called in a summary. A terminal obeys control characters: they are left out.
-fn title(scene: &signorini::scenario::Scene) -> String {
+fn title(scene: &Scene) -> String {
     scene.name().chars().filter(|c| !c.is_control()).collect()
 }
 
@@ -137,32 +183,80 @@ enum Command {
     Validate(validate::Arguments),
 }
 
-/// Parse, run, report.
-pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    if let Some(n) = cli.global.threads {
+/// Carry out a command.
+fn execute(cli: &Cli) -> Result<Answer, CliError> {
+    let global = &cli.global;
+    if let Some(n) = global.threads {
         // fails only if called twice
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global();
     }
-    if cli.global.force_large {
-        resources::force();
+    resources::force(global.force_large);
+    match &cli.command {
+        Command::Run(a) => run::run(a, global),
+        Command::Modes(a) => modes::run(a, global),
+        Command::Orbit(a) => orbit::run(a, global),
+        Command::Backbone(a) => backbone::run(a, global),
+        Command::Response(a) => response::run(a, global),
+        Command::Crosscheck(a) => crosscheck::run(a, global),
+        Command::Plot(a) => plot::run(a, global),
+        Command::Export(a) => export::run(a, global),
+        Command::Inspect(a) => inspect::run(a, global),
+        Command::Precision(a) => precision::run(a, global),
+        Command::Compare(a) => compare::run(a, global),
+        Command::Validate(a) => validate::run(a, global),
     }
-    let result = match &cli.command {
-        Command::Run(a) => run::run(a, &cli.global),
-        Command::Modes(a) => modes::run(a, &cli.global),
-        Command::Orbit(a) => orbit::run(a, &cli.global),
-        Command::Backbone(a) => backbone::run(a, &cli.global),
-        Command::Response(a) => response::run(a, &cli.global),
-        Command::Crosscheck(a) => crosscheck::run(a, &cli.global),
-        Command::Plot(a) => plot::run(a, &cli.global),
-        Command::Export(a) => export::run(a, &cli.global),
-        Command::Inspect(a) => inspect::run(a, &cli.global),
-        Command::Precision(a) => precision::run(a, &cli.global),
-        Command::Compare(a) => compare::run(a, &cli.global),
-        Command::Validate(a) => validate::run(a, &cli.global),
+}
+
+/// Parse the arguments of this process, run, print, report.
+pub fn main() -> ExitCode {
+    main_with(std::env::args_os())
+}
+
+/// The same with other arguments; the first is the program's name.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(e) => {
+            // help and version are no errors
+            let _ = e.print();
+            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+        }
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => e.report(cli.global.json),
+    let json = cli.global.json;
+    let answer = match execute(&cli) {
+        Ok(answer) => answer,
+        Err(e) => return e.report(json),
+    };
+    let printed = match answer.said {
+        Said::Object(value) => print(&format!("{value}\n")),
+        Said::Text(text) => print(&text),
+    };
+    match (printed, answer.failure) {
+        (Err(e), _) => e.report(json),
+        (Ok(()), None) => ExitCode::SUCCESS,
+        (Ok(()), Some(why)) => {
+            eprintln!("signorini: {why}");
+            ExitCode::from(3)
+        }
     }
+}
+
+/// A command that a program calls as a function.
+#[derive(Debug, Clone, Default)]
+pub struct Call {
+    /// As at the terminal, without the program's name.
+    pub arguments: Vec<String>,
+    /// The scene in place of the file that the arguments name.
+    pub scene: Option<Scene>,
+    /// The results are read at once and thrown away: they are not compressed.
+    pub is_scratch: bool,
+}
+
+/// Carry out a call; `desk` is shared with the caller meanwhile. Nothing is printed.
+pub fn call(call: Call, desk: Arc<Desk>) -> Result<Answer, CliError> {
+    let program = ["signorini".to_owned()];
+    let mut cli = Cli::try_parse_from(program.iter().chain(&call.arguments))
+        .map_err(|e| CliError::Input(e.to_string().trim_end().to_owned()))?;
+    cli.global.caller = Caller { scene: call.scene, is_scratch: call.is_scratch, desk: Some(desk) };
+    execute(&cli)
 }

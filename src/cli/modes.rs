@@ -9,9 +9,8 @@ use serde_json::json;
 use signorini::contact::ActiveSet;
 use signorini::problem::phase_modes;
 use signorini::report::summary::significant;
-use signorini::scenario::Scene;
 
-use super::{CliError, Global, load};
+use super::{Answer, CliError, Global, load};
 
 /// Arguments of `modes`.
 #[derive(Debug, Args)]
@@ -25,8 +24,8 @@ pub struct Arguments {
 }
 
 /// Natural frequencies of the open and of the closed phase.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
-    let mut scene = Scene::read(&arguments.scene)?;
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let mut scene = global.scene(&arguments.scene)?;
     // an amplitude is chosen by what this command shows
     (scene.initial.mode, scene.initial.amplitude) = (None, None);
     let problem = load::of_scene(&scene)?;
@@ -43,7 +42,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         _ if !system.has_potential() => None,
         n => Some(modes(ActiveSet::closed(n))?),
     };
-    global.print(
+    Ok(global.answer(
         || {
             let object = |m: &signorini::fem::Modes| {
                 let shapes: Vec<_> = m.shapes.iter().map(|x| system.body.nodal_o(x)).collect();
@@ -67,5 +66,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             }
             text
         },
-    )
+    ))
 }

@@ -15,7 +15,7 @@ use signorini::store::{
     read_stored_orbit, read_switch_rates,
 };
 
-use super::{CliError, Global};
+use super::{Answer, CliError, Global};
 
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
@@ -79,7 +79,7 @@ impl From<Axis> for families::Axis {
 }
 
 /// Draw the pictures.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let drawings = match &arguments.files[..] {
         [file] => of_file(arguments, file)?,
         _ => vec![of_files(arguments)?],
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let outputs = Outputs::new(false).reads_all(arguments.files.iter().cloned());
     let written = figure::save(&drawings, &outputs, arguments.dpi)?;
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-    global.print(|| json!({"written": names}), || names.join("\n") + "\n")
+    Ok(global.answer(|| json!({"written": names}), || names.join("\n") + "\n"))
 }
 
 /// The pictures of one file.

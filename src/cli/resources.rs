@@ -8,14 +8,14 @@ use signorini::problem::Problem;
 use signorini::scenario::{BodyKind, MassKind, Scene};
 use signorini::store::{in_bytes, room};
 
-use super::{CliError, plain};
+use super::{CliError, Global, plain};
 
 /// Whether the user knows better (`--force-large`).
 static FORCED: AtomicBool = AtomicBool::new(false);
 
-/// From now on nothing is refused for its size.
-pub fn force() {
-    FORCED.store(true, Ordering::Relaxed);
+/// Whether from now on nothing is refused for its size.
+pub fn force(forced: bool) {
+    FORCED.store(forced, Ordering::Relaxed);
 }
 
 fn forced() -> bool {
@@ -133,6 +133,7 @@ pub fn check_time(problem: &Problem, until: f64) -> Result<(), CliError> {
 
 /// Steps and file size of a run.
 pub fn check_run(
+    global: &Global,
     scene: &Scene,
     problem: &Problem,
     until: f64,
@@ -158,12 +159,12 @@ pub fn check_run(
         )));
     }
     if size > LARGE_FILE {
-        eprintln!(
-            "signorini: {} will take up to {} ({} stored states)",
+        global.caller.warn(&format!(
+            "{} will take up to {} ({} stored states)",
             output.display(),
             in_bytes(size as u64),
             plain(samples)
-        );
+        ));
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ use super::balance::{self, Choice};
 use super::doublings;
 use super::family::{self, Job, Output};
 use super::ratios::with_ratios;
-use super::{CliError, Global, load, plain};
+use super::{Answer, CliError, Global, load, plain};
 
 /// Arguments of `response`.
 #[derive(Debug, Args)]
@@ -237,11 +237,11 @@ fn from_linear_response(
 }
 
 /// Stable and unstable branches of the forced response, one for each damping ratio.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = global.scene(&arguments.scene)?;
     let path = arguments.output.path(&scene, "response");
-    let options = arguments.output.rules(&scene, &path, arguments.resume, &[])?;
+    let options = arguments.output.rules(global, &scene, &path, arguments.resume, &[])?;
     let mut request = arguments.request(&scene)?;
     let problem = load::of_scene(&request.scenes[0].1)?;
     request.check(&scene, &problem)?;
@@ -268,16 +268,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
             Box::new(move |take| request.compute(piece, grid, known, take))
         };
         let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
-        family::run_jobs(&jobs, writer, &problem.system, request.options.range, bar)
+        family::run_jobs(global, &jobs, writer, &problem.system, request.options.range, bar)
     })?;
-    family::print(global, &scene, &carried, &path, begun.elapsed().as_secs_f64())?;
-    match carried.ends.iter().find(|e| !e.complete) {
-        None => Ok(()),
-        Some(e) => Err(CliError::Reported(format!(
+    let answer = family::answer(global, &scene, &carried, &path, begun.elapsed().as_secs_f64());
+    Ok(match carried.ends.iter().find(|e| !e.complete) {
+        None => answer,
+        Some(e) => answer.failed(format!(
             "{}: {}; everything up to there is in {}",
             carried.stored.branches[e.branch],
             e.text,
             path.display()
-        ))),
-    }
+        )),
+    })
 }

@@ -16,8 +16,9 @@ use signorini::scenario::Scene;
 use signorini::simulate::{SimulateError, go_on, run_table, simulate};
 use signorini::store::{StoreError, Stored, Writer};
 
+use super::caller::Caller;
 use super::progress::Bar;
-use super::{CliError, Global, family, interrupt, load, resources};
+use super::{Answer, CliError, Global, family, load, resources};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -46,6 +47,7 @@ struct Progress {
     writer: Writer,
     bar: Option<Bar>,
     until: f64,
+    caller: Caller,
 }
 
 impl Observer for Progress {
@@ -64,7 +66,7 @@ impl Observer for Progress {
             bar.set(t / self.until, String::new());
         }
         let go = self.writer.progress(t)?;
-        Ok(if interrupt::signal().is_some() { Go::Break(()) } else { go })
+        Ok(if self.caller.signal().is_some() { Go::Break(()) } else { go })
     }
     fn keeps_checkpoints(&self) -> bool {
         self.writer.keeps_checkpoints()
@@ -75,21 +77,21 @@ impl Observer for Progress {
 }
 
 /// Integrate and store.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let start = Instant::now();
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = global.scene(&arguments.scene)?;
     let (_, until) = run_table(&scene)?;
     let output =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.h5", scene.stem())));
     let (force, resume) = (arguments.force, arguments.resume);
-    let options = family::writer_options(&scene, &output, force, resume, &[])?;
+    let options = family::writer_options(global, &scene, &output, (force, resume), &[])?;
     if resume && output.exists() && !Writer::is_interrupted(&output) {
         return not_interrupted(&output, global);
     }
     let problem = load::of_scene(&scene)?;
-    resources::check_run(&scene, &problem, until, &output)?;
+    resources::check_run(global, &scene, &problem, until, &output)?;
     let id = fingerprint(&problem);
-    interrupt::watch();
+    global.caller.watch();
     let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
         true => {
             let (writer, resumed) = Writer::resume(&output, &scene, &problem.system, &options, id)?;
@@ -99,9 +101,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     };
     writer.keep_checkpoints(id);
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
-    let progress = Progress { writer, bar: Bar::new(global, &scene), until };
+    let progress =
+        Progress { writer, bar: Bar::new(global, &scene), until, caller: global.caller.clone() };
     let report = integrate(&scene, &problem, arguments.verify_lcp, resumed, progress)?;
-    if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, interrupt::signal()) {
+    if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, global.caller.signal()) {
         let text = format!(
             "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
             summary::significant(*t, 7),
@@ -111,11 +114,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         return Err(CliError::Interrupted(signal, text));
     }
     let wall = start.elapsed().as_secs_f64();
-    print(global, &scene, &problem, &report, &Written { output: &output, from, wall })?;
-    match report.outcome.is_complete() {
-        true => Ok(()),
-        false => Err(ended_early(&report, &output)),
-    }
+    let written = Written { output: &output, from, wall };
+    let answer = answer(global, &scene, &problem, &report, &written);
+    Ok(match report.outcome.is_complete() {
+        true => answer,
+        false => answer.failed(ended_early(&report, &output)),
+    })
 }
 
 /// Integrate from the start or from where an earlier run was interrupted, and end the file with how that went.
@@ -172,15 +176,15 @@ struct Written<'p> {
     wall: f64,
 }
 
-fn print(
+fn answer(
     global: &Global,
     scene: &Scene,
     problem: &Problem,
     report: &Report,
     written: &Written,
-) -> Result<(), CliError> {
+) -> Answer {
     let Written { output, from, wall } = *written;
-    global.print(
+    global.answer(
         || {
             let mut json = summary::run_json(scene, &problem.system, report, wall);
             json["output"] = output.display().to_string().into();
@@ -207,7 +211,7 @@ fn print(
 }
 
 /// Why a run did not reach its end time, with advice.
-fn ended_early(report: &Report, output: &Path) -> CliError {
+fn ended_early(report: &Report, output: &Path) -> String {
     let advice = match report.outcome {
         Outcome::Accumulation { .. } => {
             "\n  a node that opens and closes without end has, as a rule, no equilibrium in either state: loads at the \
@@ -216,16 +220,16 @@ fn ended_early(report: &Report, output: &Path) -> CliError {
         Outcome::Flow(_) => "\n  try the integrator \"modal\", or a larger rtol",
         _ => "",
     };
-    CliError::Reported(format!(
+    format!(
         "{}; everything up to t = {} is in {}{advice}",
         report.outcome,
         summary::significant(report.t_end, 10),
         output.display()
-    ))
+    )
 }
 
 /// What stands there was not interrupted: there is nothing to go on with.
-fn not_interrupted(output: &Path, global: &Global) -> Result<(), CliError> {
+fn not_interrupted(output: &Path, global: &Global) -> Result<Answer, CliError> {
     let status = Stored::read(output)?.status;
     if status != Status::Complete {
         return Err(CliError::Input(format!(
@@ -233,8 +237,8 @@ fn not_interrupted(output: &Path, global: &Global) -> Result<(), CliError> {
             output.display()
         )));
     }
-    global.print(
+    Ok(global.answer(
         || serde_json::json!({"output": output.display().to_string(), "status": "complete"}),
         || format!("{} is complete: nothing is left to do\n", output.display()),
-    )
+    ))
 }

@@ -6,8 +6,11 @@ use clap::Args;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{CliError, Global};
-use crate::validate::{CASES, Case, Check, Effort};
+use super::{Answer, CliError, Global};
+use cases::{CASES, Case, Check, Effort};
+
+#[path = "../../validate/mod.rs"]
+mod cases;
 
 /// Arguments of `validate`.
 #[derive(Debug, Args)]
@@ -88,7 +91,7 @@ impl Done {
 }
 
 /// Run the cases, print measured beside accepted.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let known: Vec<&str> = CASES.iter().map(|c| c.name).collect();
     if let Some(unknown) = arguments.names.iter().find(|n| !known.contains(&n.as_str())) {
         return Err(CliError::Input(format!(
@@ -98,7 +101,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     }
     if arguments.list {
         let row = |c: &Case| json!({"name": c.name, "title": c.title, "source": c.source, "only_by_name": c.only_by_name});
-        return global.print(
+        return Ok(global.answer(
             || CASES.iter().map(row).collect(),
             || {
                 let note = |c: &Case| if c.only_by_name { " (only if named)" } else { "" };
@@ -109,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                     })
                     .collect()
             },
-        );
+        ));
     }
     let chosen: Vec<&'static Case> = CASES
         .iter()
@@ -128,15 +131,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         .collect();
     let failed: Vec<&str> = done.iter().filter(|d| !d.passes()).map(|d| d.case.name).collect();
     let count: usize = done.iter().filter_map(|d| d.result.as_ref().ok()).map(Vec::len).sum();
-    global.print(
+    let answer = global.answer(
         || json!({"cases": done.iter().map(Done::json).collect::<Vec<_>>(), "failed": failed}),
         || {
             let text: String = done.iter().map(|d| d.text() + "\n").collect();
             format!("{text}{count} checks in {} cases, {} cases failed\n", done.len(), failed.len())
         },
-    )?;
+    );
     if failed.is_empty() {
-        return Ok(());
+        return Ok(answer);
     }
-    Err(CliError::Reported(format!("validation failed: {}", failed.join(", "))))
+    Ok(answer.failed(format!("validation failed: {}", failed.join(", "))))
 }

@@ -16,7 +16,7 @@ use signorini::scenario::Scene;
 use signorini::store::{StoredFamily, WriterOptions, write_statement};
 
 use super::progress::Bar;
-use super::{CliError, Global, interrupt, plain};
+use super::{CliError, Global, plain};
 
 /// What a viscous orbit is.
 pub const MEANING: &str = "periodic motion of the Kelvin-Voigt body C = beta K, kept going by -alpha M; converges with the mesh; the conservative limit is not claimed";
@@ -76,7 +76,7 @@ pub fn state(
         if let Some(bar) = &bar {
             bar.set(share, format!("error statement: {what}"));
         }
-        match interrupt::signal() {
+        match global.caller.signal() {
             None => Go::Continue(()),
             Some(_) => Go::Break(()),
         }
@@ -85,7 +85,7 @@ pub fn state(
         bar.clear();
     }
     let statement = statement?;
-    if let Some(signal) = interrupt::signal() {
+    if let Some(signal) = global.caller.signal() {
         let text = format!(
             "interrupted; the family is whole in {}, without its error statement: the same command with --resume computes it",
             path.display()
@@ -156,12 +156,12 @@ pub fn closure(v: &Viscosity) -> Closure {
     Closure::Viscous(v.pin)
 }
 
-/// Say on stderr what is to be said of a viscosity on its mesh.
-pub fn warn(v: &Viscosity, n_o: usize, reduced: bool) {
+/// Warn of what is to be said of a viscosity on its mesh.
+pub fn warn(global: &Global, v: &Viscosity, n_o: usize, reduced: bool) {
     if let Some(n) = v.elements.filter(|_| v.is_unresolved()) {
         let number = |x: f64| significant(x, 4);
-        eprintln!(
-            "signorini: WARNING: beta = {} asks for fronts of sharpness sqrt(L/(c beta)) = {}, and the mesh has n = {} elements over the length of \
+        global.caller.warn(&format!(
+            "beta = {} asks for fronts of sharpness sqrt(L/(c beta)) = {}, and the mesh has n = {} elements over the length of \
              the body: above n/2 = {} (better n/4 = {}) orbits are those of the mesh; give beta >= {}, or refine it",
             number(v.pin.beta),
             number(v.pin.sharpness()),
@@ -169,14 +169,14 @@ pub fn warn(v: &Viscosity, n_o: usize, reduced: bool) {
             number(0.5 * n),
             number(0.25 * n),
             number(v.pin.beta_of(0.5 * n))
-        );
+        ));
     }
     if n_o > WORTH_REDUCING && !reduced {
-        eprintln!(
-            "signorini: WARNING: {n_o} displacements move by themselves: [reduction] with cutoff = {} keeps what this viscosity leaves, for a small part of \
+        global.caller.warn(&format!(
+            "{n_o} displacements move by themselves: [reduction] with cutoff = {} keeps what this viscosity leaves, for a small part of \
              the time",
             significant(v.pin.cutoff(), 3)
-        );
+        ));
     }
 }
 

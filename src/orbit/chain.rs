@@ -16,6 +16,8 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -89,6 +91,8 @@ pub struct Propagator {
     /// `Ω`: its frequencies (those of rigid motions replaced by the body's unit of frequency).
     pub scale: Vec<f64>,
     pub(super) open_set: ActiveSet,
+    /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
+    pub stop: Option<Arc<AtomicBool>>,
     transforms: RefCell<Transforms>,
 }
 
@@ -108,7 +112,7 @@ impl Propagator {
         let unit = system.units.frequency;
         let scale = open.modes.iter().map(|m| if m.omega > 0.0 { m.omega } else { unit }).collect();
         let transforms = RefCell::new(Cache::new(BUDGET));
-        Ok(Propagator { system, spectra, open, scale, open_set, transforms })
+        Ok(Propagator { system, spectra, open, scale, open_set, stop: None, transforms })
     }
 
     /// Change the damping; the modes stay.

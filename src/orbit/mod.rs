@@ -68,6 +68,9 @@ pub enum OrbitError {
     /// The integration ended early.
     #[error("{0}")]
     Incomplete(Outcome),
+    /// Whoever asked for orbits wants no more.
+    #[error("asked to end")]
+    Stopped,
     /// A node was held on the switching surface: the motion is not a chain of phases.
     #[error("node {node} is held on the switching surface at t = {t:.9}")]
     Held {

@@ -1,11 +1,14 @@
 //! The period map: a state carried over a time by the event-driven integrator, with its sequence of active sets.
 
+use std::convert::Infallible;
 use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use crate::contact::State;
-use crate::event::{self, GrazingKind, Observer, Options, Report, RunError, Silent};
+use crate::continuation::Go;
+use crate::event::{self, GrazingKind, Observer, Options, Outcome, Report, RunError, Sample};
 use crate::flow::{self, Chebyshev, Choice, Flow, Modal, choice};
 
 /// Switches nearer to each other than this, over the time of the run, are one event.
@@ -32,13 +35,29 @@ pub fn flow(body: &Propagator) -> Choice<'_, choice::Only> {
     flow::exact(exact, &body.system)
 }
 
+/// Observes nothing, and ends the motion when it is asked to.
+struct Stoppable<'a>(Option<&'a AtomicBool>);
+
+impl Observer for Stoppable<'_> {
+    type Error = Infallible;
+    fn sample(&mut self, _: &Sample) -> Result<(), Infallible> {
+        Ok(())
+    }
+    fn progress(&mut self, _: f64) -> Result<Go, Infallible> {
+        match self.0.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            true => Ok(Go::Break(())),
+            false => Ok(Go::Continue(())),
+        }
+    }
+}
+
 /// Integrate from `x` at `t = 0` to `until` with the body's exact flow.
 pub fn integrate(body: &Propagator, x: &State, until: f64) -> Result<Passage, OrbitError> {
-    integrate_with(body, x, until, 0, &mut Silent)
+    integrate_with(body, x, until, 0, &mut Stoppable(body.stop.as_deref()))
 }
 
 /// The same with an observer and a number of stored states.
-pub fn integrate_with<O: Observer<Error = std::convert::Infallible>>(
+pub fn integrate_with<O: Observer<Error = Infallible>>(
     body: &Propagator,
     x: &State,
     until: f64,
@@ -52,6 +71,9 @@ pub fn integrate_with<O: Observer<Error = std::convert::Infallible>>(
             RunError::Contact(e) => OrbitError::Contact(e),
             RunError::Observer(never) => match never {},
         })?;
+    if let Outcome::Interrupted { .. } = report.outcome {
+        return Err(OrbitError::Stopped);
+    }
     if !report.outcome.is_complete() {
         return Err(OrbitError::Incomplete(report.outcome));
     }

@@ -52,6 +52,10 @@ fn fault(scene: &Scene, key: &str, message: impl Into<String>, help: &str) -> Pr
 
 fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
     let name = name.map_or("", String::as_str);
+    if let Some(matrix) = scene.attached.get(name) {
+        let (rows, columns) = matrix.shape;
+        return Ok(Csr::from_triplets(rows, columns, matrix.entries.clone()));
+    }
     let help = "give a Matrix Market file, or FILE.h5:/dataset, relative to the scene";
     read_matrix(folder(scene), name).map_err(|e| fault(scene, key, e, help))
 }

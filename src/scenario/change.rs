@@ -122,7 +122,8 @@ impl Scene {
         for change in changes {
             change.apply(&mut document).map_err(|issue| self.error(issue))?;
         }
-        Scene::parse(&document.to_string(), &self.source.file)
+        let changed = Scene::parse(&document.to_string(), &self.source.file)?;
+        Ok(Scene { attached: self.attached.clone(), ..changed })
     }
 }
 

@@ -3,6 +3,7 @@
 //! Keys and their meaning are the product's public face; unknown keys are errors. A table that
 //! is absent costs nothing: no `[damping]` means an undamped body, no `[contact]` a linear one.
 
+mod attached;
 mod body;
 mod change;
 mod check;
@@ -26,6 +27,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 pub use crate::mesh::Edge;
+pub use attached::{Attached, Matrix};
 pub use body::{Body, BodyKind, MassKind, State};
 pub use change::Change;
 pub use contact::{Contact, Motion, Obstacle, Plane};
@@ -80,6 +82,9 @@ pub struct Scene {
     /// Where the scene was read from.
     #[serde(skip)]
     pub source: Source,
+    /// Matrices in place of files.
+    #[serde(skip)]
+    pub attached: Attached,
 }
 
 /// The text of a scene and its path.
@@ -149,7 +154,8 @@ impl Scene {
             Some((file, _)) => folder.join(file),
             None => folder.join(name),
         };
-        let matrices = matrices.into_iter().flatten().map(file);
+        let matrices = matrices.into_iter().flatten();
+        let matrices = matrices.filter(|name| self.attached.get(name).is_none()).map(file);
         let tables = self.loads.iter().filter_map(|l| l.table.as_ref());
         let tables = tables.map(|f| folder.join(f));
         let mesh = self.body.file.iter().map(|f| folder.join(f));

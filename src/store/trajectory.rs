@@ -26,19 +26,23 @@ pub(super) struct Trajectory {
 }
 
 impl Trajectory {
-    /// Create both groups, for `n_c` contact nodes.
-    pub fn create(file: &hdf5::File, body: &Arc<Body>, n_c: usize) -> Result<Self, StoreError> {
+    /// Create both groups, for `n_c` contact nodes, the states compressed or not.
+    pub fn create(
+        file: &hdf5::File,
+        body: &Arc<Body>,
+        (n_c, compressed): (usize, bool),
+    ) -> Result<Self, StoreError> {
         let n = body.nodal_dofs().n_columns();
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
         let g = file.create_group("trajectory")?;
-        let column = |name: &str, columns, compressed, units: &str| {
-            Table::<f64>::create(&g, name, columns, chunk, compressed, units)
+        let column = |name: &str, columns, units: &str| {
+            Table::<f64>::create(&g, name, columns, chunk, compressed && columns.is_some(), units)
         };
-        let t = column("t", None, false, "time")?;
-        let u = column("u", Some(n), true, "length")?;
-        let v = column("v", Some(n), true, "length/time")?;
-        let pressure = column("pressure", Some(n_c), true, "stress")?;
-        let active = Table::create(&g, "active", Some(n_c), chunk, true, "1 = contact")?;
+        let t = column("t", None, "time")?;
+        let u = column("u", Some(n), "length")?;
+        let v = column("v", Some(n), "length/time")?;
+        let pressure = column("pressure", Some(n_c), "stress")?;
+        let active = Table::create(&g, "active", Some(n_c), chunk, compressed, "1 = contact")?;
         let g = file.create_group("energy")?;
         let units = |name: &str| if name == "t" { "time" } else { "energy" };
         let energy: Result<Vec<_>, _> = ENERGY

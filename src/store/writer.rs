@@ -17,7 +17,7 @@ use crate::event::{Checkpoint, Grazing, Observer, Resumed, Sample, Switch};
 use crate::records::Status;
 use crate::scenario::Scene;
 
-/// Tables that are not compressed are appended and flushed at least this often.
+/// Tables are appended and flushed at least this often.
 const FLUSH_EVERY: Duration = Duration::from_secs(2);
 
 /// How a file is made.
@@ -27,6 +27,8 @@ pub struct WriterOptions {
     pub outputs: Outputs,
     /// The command line, for the record.
     pub command: String,
+    /// States are not compressed: for a file that is read at once and thrown away.
+    pub is_scratch: bool,
 }
 
 /// The open file of a run.
@@ -63,7 +65,7 @@ impl Writer {
             .and_then(|()| create_file(staged.at(), scene, system, options))
             .inspect_err(|_| staged.discard())?;
         let n_c = system.n_contact();
-        let trajectory = Trajectory::create(&file, &system.body, n_c)?;
+        let trajectory = Trajectory::create(&file, &system.body, (n_c, !options.is_scratch))?;
         let events = Events::create(&file, n_c)?;
         file.flush()?;
         Ok(Writer {

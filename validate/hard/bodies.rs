@@ -8,9 +8,9 @@
 use signorini::contact::State;
 use signorini::problem::Problem;
 
+use super::super::scene;
 use super::random;
 use super::witness::{Motion, Phase, Witness};
-use crate::validate::scene;
 
 /// Most displacements besides those of the contact nodes.
 const LARGEST: usize = 20;

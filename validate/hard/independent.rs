@@ -19,10 +19,10 @@ use signorini::flow::{Flow, Tolerances};
 use signorini::scenario::Integrator;
 use signorini::simulate::by_name;
 
+use super::super::{Case, Check};
 use super::agreement::{Agreement, Alone, REACH};
 use super::bodies::RandomBody;
 use super::witness::{Change, Course};
-use crate::validate::{Case, Check};
 
 /// A million states, by name only.
 pub const MILLION: Case = Case {

@@ -450,9 +450,9 @@ fn safe_step(h: f64, rate: f64, bound: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::scene;
     use super::super::closed_form;
     use super::*;
-    use crate::validate::scene;
     use signorini::problem::Problem;
 
     #[test]

@@ -11,7 +11,7 @@ use signorini::records::{BranchEnd, PointRecord, Status};
 use signorini::store::{FamilyWriter, StoreError, StoredFamily};
 
 use crate::cli::progress::Bar;
-use crate::cli::{CliError, Global, interrupt};
+use crate::cli::{CliError, Global};
 
 /// A branch to compute: it hands its points on.
 pub type Job<'a> = Box<
@@ -35,14 +35,13 @@ pub fn carry_out(
     resume: bool,
     compute: impl FnOnce(FamilyWriter, &Known, Option<&Bar>) -> Result<Vec<BranchEnd>, CliError>,
 ) -> Result<Carried, CliError> {
-    let warn = |text: &str| eprintln!("signorini: WARNING: {text}");
-    match families::open(asked, resume, warn)? {
+    match families::open(asked, resume, |text| global.caller.warn(text))? {
         Opened::Whole(stored) => {
             let (ends, resumed) = (stored.ends.clone(), stored.points.len());
             Ok(Carried { stored: *stored, ends, resumed })
         }
         Opened::Writing(writer, known) => {
-            interrupt::watch();
+            global.caller.watch();
             let bar = Bar::new(global, asked.scene);
             let result = compute(*writer, &known, bar.as_ref());
             if let Some(bar) = &bar {
@@ -56,6 +55,7 @@ pub fn carry_out(
 
 /// Compute branches side by side; every point is written as soon as it is there. At the end the file has its status.
 pub fn run_jobs(
+    global: &Global,
     jobs: &[Job],
     mut writer: FamilyWriter,
     system: &System,
@@ -73,7 +73,7 @@ pub fn run_jobs(
                         point.branch = branch;
                     }
                     match sender.send(point) {
-                        Ok(()) if interrupt::signal().is_none() => Go::Continue(()),
+                        Ok(()) if global.caller.signal().is_none() => Go::Continue(()),
                         _ => Go::Break(()),
                     }
                 };
@@ -98,7 +98,7 @@ pub fn run_jobs(
             Err(CliError::Other("a branch ended abnormally; what it found is in the file".into()))
         }
     };
-    conclude(writer, ends, system)
+    conclude(global, writer, ends, system)
 }
 
 /// Write points as they come, and show how far the branches are.
@@ -125,11 +125,12 @@ fn write_all(
 
 /// Give the file its status: complete, interrupted by a signal, or failed.
 pub fn conclude(
+    global: &Global,
     writer: FamilyWriter,
     ends: Result<Vec<BranchEnd>, CliError>,
     system: &System,
 ) -> Result<Vec<BranchEnd>, CliError> {
-    match (ends, interrupt::signal()) {
+    match (ends, global.caller.signal()) {
         (Ok(ends), Some(signal)) => {
             let (path, count) = (writer.path().to_owned(), writer.count());
             writer.finish(&Status::Interrupted, &ends, system)?;

@@ -10,4 +10,4 @@ pub use plan::{
     Output, at_least_one, check_frequency, check_full, omega, propagator, range, round_number,
     writer_options,
 };
-pub use summary::print;
+pub use summary::answer;

@@ -10,7 +10,7 @@ use signorini::problem::Problem;
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{Outputs, WriterOptions};
 
-use crate::cli::{CliError, plain};
+use crate::cli::{CliError, Global, plain};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -34,21 +34,22 @@ impl Output {
     /// The rules for what this command writes; refused at once where `path` cannot be written.
     pub fn rules(
         &self,
+        global: &Global,
         scene: &Scene,
         path: &Path,
         resume: bool,
         more: &[&Path],
     ) -> Result<WriterOptions, CliError> {
-        writer_options(scene, path, self.force, resume, more)
+        writer_options(global, scene, path, (self.force, resume), more)
     }
 }
 
 /// How the file `path` of a command is written that reads a scene, the files that it names, and `more`.
 pub fn writer_options(
+    global: &Global,
     scene: &Scene,
     path: &Path,
-    force: bool,
-    resume: bool,
+    (force, resume): (bool, bool),
     more: &[&Path],
 ) -> Result<WriterOptions, CliError> {
     let outputs = Outputs::new(force)
@@ -57,7 +58,7 @@ pub fn writer_options(
         .reads_all(more.iter().map(|p| p.to_path_buf()));
     outputs.with_force(force || resume).check(path)?;
     let command: Vec<String> = std::env::args().collect();
-    Ok(WriterOptions { outputs, command: command.join(" ") })
+    Ok(WriterOptions { outputs, command: command.join(" "), is_scratch: global.caller.is_scratch })
 }
 
 /// Refuse what is not in the coordinates of a reduced body.

@@ -13,20 +13,14 @@ use signorini::store::StoredFamily;
 
 use super::jobs::Carried;
 use crate::cli::viscous::{CONSERVATIVE, MEANING, statement_json, statement_text};
-use crate::cli::{CliError, Global, title};
+use crate::cli::{Answer, Global, title};
 
 /// Special points that are listed.
 const MOST: usize = 30;
 
-/// Print the text or the JSON of a family.
-pub fn print(
-    global: &Global,
-    scene: &Scene,
-    carried: &Carried,
-    path: &Path,
-    wall: f64,
-) -> Result<(), CliError> {
-    global.print(|| to_json(carried, path, wall), || to_text(scene, carried, path, wall))
+/// The text or the JSON of a family.
+pub fn answer(global: &Global, scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> Answer {
+    global.answer(|| to_json(carried, path, wall), || to_text(scene, carried, path, wall))
 }
 
 fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {

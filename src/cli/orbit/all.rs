@@ -13,7 +13,7 @@ use signorini::scenario::Scene;
 use super::Arguments;
 use super::words::orbit_json;
 use crate::cli::progress::Bar;
-use crate::cli::{CliError, Global};
+use crate::cli::{Answer, CliError, Global};
 
 /// Find and print them; `own` are guesses of the scene, which come first.
 pub(super) fn all(
@@ -24,7 +24,7 @@ pub(super) fn all(
     (closure, omega): (Closure, f64),
     own: Vec<Vec<f64>>,
     begun: Instant,
-) -> Result<(), CliError> {
+) -> Result<Answer, CliError> {
     let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
     starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
     // the scene's own state comes first
@@ -41,7 +41,7 @@ pub(super) fn all(
     }
     let found = found?;
     let wall = begun.elapsed().as_secs_f64();
-    global.print(
+    let answer = global.answer(
         || {
             let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();
             json!({"omega": omega, "starts": starts.len(), "orbits": orbits, "wall_s": wall})
@@ -54,11 +54,11 @@ pub(super) fn all(
             );
             format!("{head}\n{}", table(&found))
         },
-    )?;
-    if found.is_empty() {
-        return Err(CliError::Reported(format!("no orbit found at omega = {omega}")));
-    }
-    Ok(())
+    );
+    Ok(match found.is_empty() {
+        true => answer.failed(format!("no orbit found at omega = {omega}")),
+        false => answer,
+    })
 }
 
 /// A line an orbit.

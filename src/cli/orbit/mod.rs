@@ -21,7 +21,7 @@ use signorini::scenario::Scene;
 use signorini::store::{Writer, WriterOptions};
 
 use super::family::{self, Output};
-use super::{CliError, Global, load, viscous};
+use super::{Answer, CliError, Global, load, viscous};
 use all::all;
 use near_return::near_return;
 use words::{failure_json, orbit_json, orbit_text};
@@ -71,11 +71,16 @@ pub struct Arguments {
 
 impl Arguments {
     /// Refuse what makes no sense; the rules of the file, where one is written.
-    fn rules(&self, scene: &Scene, path: &Path) -> Result<WriterOptions, CliError> {
+    fn rules(
+        &self,
+        global: &Global,
+        scene: &Scene,
+        path: &Path,
+    ) -> Result<WriterOptions, CliError> {
         let near: Vec<&Path> = self.near_return.iter().map(|p| p.as_path()).collect();
         let mut options = WriterOptions::default();
         if !self.all {
-            options = self.output.rules(scene, path, false, &near)?;
+            options = self.output.rules(global, scene, path, false, &near)?;
         } else if self.output.output.is_some() || self.amplitude.is_some() {
             let message = "--all writes no file and has its own starts: leave out -o and --amplitude, then shoot the orbit you want \
                            with --amplitude or [initial]";
@@ -164,17 +169,18 @@ impl Arguments {
 }
 
 /// One orbit, or all that can be found.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
-    let scene = Scene::read(&arguments.scene)?;
+    let scene = global.scene(&arguments.scene)?;
     let path = arguments.output.path(&scene, "orbit");
-    let options = arguments.rules(&scene, &path)?;
+    let options = arguments.rules(global, &scene, &path)?;
     let mut problem = load::of_scene(&scene)?;
     let (mut closure, omega) = arguments.target(&scene, &mut problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.system)?;
+    body.stop = global.caller.stop();
     if let Some(viscosity) = arguments.viscous.viscosity(&scene, &body)? {
-        viscous::warn(&viscosity, body.n(), scene.reduction.is_some());
+        viscous::warn(global, &viscosity, body.n(), scene.reduction.is_some());
         closure = viscous::closure(&viscosity);
     }
     body.system.loads_mut().set_frequency(omega);
@@ -186,20 +192,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let verdict = search(&mut body, closure, &guesses, omega)?;
     let Verdict::Orbit(orbit) = &verdict else {
         let viscous = arguments.viscous.viscous;
-        global.print(|| failure_json(&verdict, omega), String::new)?;
+        let answer = global.answer(|| failure_json(&verdict, omega), String::new);
         let advice = match viscous {
             true => {
                 "try another frequency or a larger --beta; in the tongue of an internal resonance follow the family: signorini backbone --viscous --follow arclength"
             }
             false => "try another frequency, another [initial] guess, or --all",
         };
-        return Err(CliError::Reported(format!(
-            "no orbit at omega = {omega}: {verdict}\n  {advice}"
-        )));
+        return Ok(answer.failed(format!("no orbit at omega = {omega}: {verdict}\n  {advice}")));
     };
-    write(&path, &options, &scene, &body, orbit)?;
+    let cut_short = write(&path, &options, &scene, &body, orbit)?;
     let wall = begun.elapsed().as_secs_f64();
-    global.print(
+    let answer = global.answer(
         || {
             let mut json = orbit_json(&body, orbit);
             json["wall_s"] = wall.into();
@@ -217,7 +221,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
                 path.display()
             )
         },
-    )
+    );
+    Ok(match cut_short {
+        None => answer,
+        Some(why) => answer.failed(why),
+    })
 }
 
 /// Amplitudes that a motion can have, over grazing.
@@ -225,14 +233,14 @@ fn is_amplitude(a: f64) -> bool {
     a > 0.0 && a <= 1e6
 }
 
-/// The orbit file: a run over one period, and `/orbit`.
+/// The orbit file: a run over one period, and `/orbit`. Why that run ended early, if it did.
 fn write(
     path: &Path,
     options: &WriterOptions,
     scene: &Scene,
     body: &Propagator,
     orbit: &Orbit,
-) -> Result<(), CliError> {
+) -> Result<Option<String>, CliError> {
     let mut writer = Writer::create(path, scene, &body.system, options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
     let done =
@@ -249,11 +257,12 @@ fn write(
     };
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
     if report.outcome.is_complete() {
-        return Ok(writer.finish(&Status::Complete)?);
+        writer.finish(&Status::Complete)?;
+        return Ok(None);
     }
     // the orbit is found and stored; the states along it are not all there
     writer.finish(&Status::Failed(report.outcome.to_string()))?;
-    Err(CliError::Reported(format!(
+    Ok(Some(format!(
         "the orbit was found, but its run over one period ended early ({}); what there is stands in {}",
         report.outcome,
         path.display()

@@ -19,7 +19,7 @@ use signorini::simulate::by_name;
 use signorini::simulate::run_table;
 use signorini::store::{Outputs, beside, replace};
 
-use super::{CliError, Global, load};
+use super::{Answer, CliError, Global, load};
 use bench::Bench;
 use scipy::scipy;
 
@@ -119,7 +119,7 @@ impl Able {
 }
 
 /// Run the study.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let (scene, problem) = load::problem(&arguments.scene)?;
     let (run, until) = run_table(&scene)?;
     let stem = arguments
@@ -143,7 +143,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
         times: vec![],
         omega: problem.system.body.frequency_unit(),
     };
-    let bar = if global.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    let bar = if global.quiet || global.caller.desk.is_some() {
+        ProgressBar::hidden()
+    } else {
+        ProgressBar::new_spinner()
+    };
     let points = points(&mut bench, problem, able, arguments.peer, &bar)?;
     bar.finish_and_clear();
     let study = Study {
@@ -158,10 +162,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<(), CliError> {
     let pictures = figure::save(&[drawing], &outputs, figure::DPI)?;
     let written: Vec<String> =
         std::iter::once(&csv).chain(&pictures).map(|p| p.display().to_string()).collect();
-    global.print(
+    Ok(global.answer(
         || json!({"study": study, "written": written}),
         || format!("{}  written: {}\n", study.text(), written.join(", ")),
-    )
+    ))
 }
 
 /// The reference, the steppers, the exact flows and the peer.
