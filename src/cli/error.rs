@@ -1,7 +1,5 @@
 //! Errors of commands and their exit codes.
 
-use std::process::ExitCode;
-
 use serde_json::json;
 use signal_hook::consts::SIGINT;
 use signorini::families::FamilyError;
@@ -41,7 +39,7 @@ impl CliError {
 
     /// Print the error on standard error, and as an object on standard output if that is what the
     /// user reads and nothing was printed there yet; its exit code.
-    pub fn report(self, json: bool) -> ExitCode {
+    pub fn report(self, json: bool) -> u8 {
         let (code, text, scene) = match self {
             CliError::Scene(e) => (2, e.to_string(), Some(e)),
             CliError::Input(text) => (2, text, None),
@@ -58,7 +56,7 @@ impl CliError {
             Some(e) => eprintln!("{:?}", miette::Report::new(*e)),
             None => eprintln!("signorini: {text}"),
         }
-        ExitCode::from(code)
+        code
     }
 }
 

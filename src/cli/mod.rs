@@ -209,17 +209,17 @@ fn execute(cli: &Cli) -> Result<Answer, CliError> {
 
 /// Parse the arguments of this process, run, print, report.
 pub fn main() -> ExitCode {
-    main_with(std::env::args_os())
+    main_with(std::env::args_os()).into()
 }
 
-/// The same with other arguments; the first is the program's name.
-pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+/// The same with other arguments, the first of which is the program's name; the exit code.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(e) => {
             // help and version are no errors
             let _ = e.print();
-            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+            return u8::try_from(e.exit_code()).unwrap_or(2);
         }
     };
     let json = cli.global.json;
@@ -233,10 +233,10 @@ pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     match (printed, answer.failure) {
         (Err(e), _) => e.report(json),
-        (Ok(()), None) => ExitCode::SUCCESS,
+        (Ok(()), None) => 0,
         (Ok(()), Some(why)) => {
             eprintln!("signorini: {why}");
-            ExitCode::from(3)
+            3
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use serde_json::Value;
 
 use signorini::continuation::Go;
 use signorini::event::{
@@ -90,7 +91,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     }
     let problem = load::of_scene(&scene)?;
     resources::check_run(global, &scene, &problem, until, &output)?;
-    let id = fingerprint(&problem);
+    // a file that is read at once and thrown away is not gone on with
+    let id = if options.is_scratch { 0 } else { fingerprint(&problem) };
     global.caller.watch();
     let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
         true => {
@@ -103,7 +105,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
     let progress =
         Progress { writer, bar: Bar::new(global, &scene), until, caller: global.caller.clone() };
-    let report = integrate(&scene, &problem, arguments.verify_lcp, resumed, progress)?;
+    let verify = arguments.verify_lcp;
+    let (report, object) = integrate(&scene, &problem, verify, resumed, (progress, start))?;
     if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, global.caller.signal()) {
         let text = format!(
             "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
@@ -115,21 +118,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     }
     let wall = start.elapsed().as_secs_f64();
     let written = Written { output: &output, from, wall };
-    let answer = answer(global, &scene, &problem, &report, &written);
+    let answer = answer(global, &scene, &problem, (&report, object), &written);
     Ok(match report.outcome.is_complete() {
         true => answer,
         false => answer.failed(ended_early(&report, &output)),
     })
 }
 
-/// Integrate from the start or from where an earlier run was interrupted, and end the file with how that went.
+/// Integrate from the start or from where an earlier run was interrupted, and end the file with how that went: the report, and what there is to say
+/// of it as an object.
 fn integrate(
     scene: &Scene,
     problem: &Problem,
     verify: bool,
     resumed: Option<Resumed>,
-    mut progress: Progress,
-) -> Result<Report, CliError> {
+    (mut progress, begun): (Progress, Instant),
+) -> Result<(Report, Value), CliError> {
     let result = match resumed {
         None => simulate(scene, problem, verify, &mut progress),
         Some(resumed) => go_on(scene, problem, verify, resumed, &mut progress),
@@ -158,13 +162,19 @@ fn integrate(
             });
         }
     };
+    let wall = begun.elapsed().as_secs_f64();
+    let object = summary::run_json(scene, &problem.system, &report, wall);
     let status = match report.outcome {
         Outcome::EndTime => Status::Complete,
         Outcome::Interrupted { .. } => Status::Interrupted,
         _ => Status::Failed(report.outcome.to_string()),
     };
+    // an interrupted run is not over
+    if status != Status::Interrupted {
+        progress.writer.report(&object)?;
+    }
     progress.writer.finish(&status)?;
-    Ok(report)
+    Ok((report, object))
 }
 
 /// What there is to say of a file beside the report.
@@ -180,13 +190,14 @@ fn answer(
     global: &Global,
     scene: &Scene,
     problem: &Problem,
-    report: &Report,
+    (report, object): (&Report, Value),
     written: &Written,
 ) -> Answer {
     let Written { output, from, wall } = *written;
     global.answer(
         || {
-            let mut json = summary::run_json(scene, &problem.system, report, wall);
+            let mut json = object;
+            json["wall_s"] = wall.into();
             json["output"] = output.display().to_string().into();
             if let Some(t) = from {
                 json["resumed_from"] = t.into();

@@ -1,5 +1,6 @@
 //! An append-only dataset that is written in whole chunks.
 
+use hdf5::plist::dataset_create::FillTime;
 use hdf5::{Dataset, Group, H5Type};
 use ndarray::{ArrayView1, ArrayView2};
 
@@ -25,7 +26,8 @@ impl<T: H5Type + Clone> Table<T> {
         compressed: bool,
         units: &str,
     ) -> Result<Self, StoreError> {
-        let builder = group.new_dataset::<T>();
+        // whole rows are written: nothing has to be filled in before
+        let builder = group.new_dataset::<T>().fill_time(FillTime::Never);
         let dataset = match (columns, compressed) {
             // a body without contact: no columns, and HDF5 wants chunks of at least one
             (Some(0), _) => builder.chunk((chunk, 1)).shape((0.., 0..)).create(name)?,

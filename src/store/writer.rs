@@ -40,6 +40,8 @@ pub struct Writer {
     flushed: Instant,
     problem: u64,
     checkpoint: Option<Checkpoint>,
+    /// Nobody looks at the file before it is whole.
+    is_scratch: bool,
 }
 
 impl Writer {
@@ -76,6 +78,7 @@ impl Writer {
             flushed: Instant::now(),
             problem: 0,
             checkpoint: None,
+            is_scratch: options.is_scratch,
         })
     }
 
@@ -127,6 +130,7 @@ impl Writer {
                 flushed: Instant::now(),
                 problem,
                 checkpoint: Some(checkpoint.clone()),
+                is_scratch: options.is_scratch,
                 file: file.clone(),
                 staged,
             };
@@ -162,7 +166,9 @@ impl Writer {
         check_room(self.staged.at(), waiting)?;
         self.trajectory.append()?;
         self.events.append()?;
-        self.file.flush()?;
+        if !self.is_scratch {
+            self.file.flush()?;
+        }
         self.flushed = Instant::now();
         match &self.checkpoint {
             Some(c) => checkpoint::write(self.staged.at(), self.problem, c),

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use serde_json::Value;
 
 use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
@@ -17,6 +18,7 @@ use signorini::orbit::search::Verdict;
 use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
 use signorini::problem::Problem;
 use signorini::records::Status;
+use signorini::report::summary;
 use signorini::scenario::Scene;
 use signorini::store::{Writer, WriterOptions};
 
@@ -201,11 +203,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         };
         return Ok(answer.failed(format!("no orbit at omega = {omega}: {verdict}\n  {advice}")));
     };
-    let cut_short = write(&path, &options, &scene, &body, orbit)?;
+    let mut object = orbit_json(&body, orbit);
+    object["wall_s"] = begun.elapsed().as_secs_f64().into();
+    let cut_short = write(&path, &options, &scene, (&body, orbit, &object))?;
     let wall = begun.elapsed().as_secs_f64();
     let answer = global.answer(
         || {
-            let mut json = orbit_json(&body, orbit);
+            let mut json = object;
             json["wall_s"] = wall.into();
             json["output"] = path.display().to_string().into();
             json
@@ -238,8 +242,7 @@ fn write(
     path: &Path,
     options: &WriterOptions,
     scene: &Scene,
-    body: &Propagator,
-    orbit: &Orbit,
+    (body, orbit, object): (&Propagator, &Orbit, &Value),
 ) -> Result<Option<String>, CliError> {
     let mut writer = Writer::create(path, scene, &body.system, options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
@@ -256,6 +259,14 @@ fn write(
         }
     };
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
+    let mut said = summary::run_json(scene, &body.system, &report, 0.0);
+    for (name, value) in object.as_object().into_iter().flatten() {
+        // the state stands in /orbit, with all displacements along the axes
+        if name != "u0" && name != "v0" {
+            said[name] = value.clone();
+        }
+    }
+    writer.report(&said)?;
     if report.outcome.is_complete() {
         writer.finish(&Status::Complete)?;
         return Ok(None);

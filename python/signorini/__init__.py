@@ -1,0 +1,59 @@
+"""Reference solutions for the vibration of elastic bodies in unilateral (Signorini) contact.
+
+>>> import signorini as sg
+>>> r = sg.run("scenarios/plate.toml")                       # doctest: +SKIP
+>>> o = sg.orbit("scenarios/half-plate-orbit.toml", 1.8)     # doctest: +SKIP
+>>> b = sg.backbone("scenarios/half-plate-orbit.toml")       # doctest: +SKIP
+
+A ``Scene`` says what is computed: a TOML file, a dict, or matrices of another program. Functions return objects whose attributes
+have the names of the JSON keys of the command line, arrays as NumPy arrays; ``open`` reads files of results. Numerical outcomes
+are values; bad input is a ``SceneError`` with file, line and key. Units are those of the scene.
+"""
+
+from ._commands import backbone, compare, crosscheck, modes, orbit, orbits, response, run
+from ._errors import FileError, NumericsError, SceneError, SignoriniError
+from ._files import Group
+from ._results import (
+    Comparison,
+    Crosscheck,
+    Family,
+    Modes,
+    Orbit,
+    OrbitFound,
+    Point,
+    Result,
+    Run,
+    Verdict,
+    open,
+)
+from ._scene import Scene
+from ._signorini import __version__
+
+__all__ = [
+    "Comparison",
+    "Crosscheck",
+    "Family",
+    "FileError",
+    "Group",
+    "Modes",
+    "NumericsError",
+    "Orbit",
+    "OrbitFound",
+    "Point",
+    "Result",
+    "Run",
+    "Scene",
+    "SceneError",
+    "SignoriniError",
+    "Verdict",
+    "__version__",
+    "backbone",
+    "compare",
+    "crosscheck",
+    "modes",
+    "open",
+    "orbit",
+    "orbits",
+    "response",
+    "run",
+]

@@ -1,0 +1,379 @@
+"""The commands as functions. Every option of the command line can be given as a keyword, with underscores: ``locate=True``, ``form="acceleration"``."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike, fspath
+from typing import Any, Union
+
+import numpy as np
+
+from . import _signorini
+from ._errors import SceneError
+from ._files import Store, scratch
+from ._progress import Progress, Shown
+from ._results import Comparison, Crosscheck, Family, Modes, Orbit, OrbitFound, Result, Run, Verdict, load
+from ._scene import Scene, ScenePath, as_scene
+
+AnyScene = Union[Scene, ScenePath, Mapping[str, Any]]
+Output = Union[str, "PathLike[str]", None]
+
+
+def _word(x: Any) -> str:
+    if isinstance(x, (bool, np.bool_)):
+        return "true" if x else "false"
+    if isinstance(x, (float, np.floating)):
+        return repr(float(x))
+    return fspath(x) if isinstance(x, PathLike) else str(x)
+
+
+def _list(x: Any) -> str:
+    return ",".join(_word(v) for v in x) if isinstance(x, (list, tuple, np.ndarray, range)) else _word(x)
+
+
+def _arguments(options: Mapping[str, Any]) -> list[str]:
+    """Keywords as options of the command line; None and False are left out."""
+    words = []
+    for name, x in options.items():
+        option = "--" + name.strip("_").replace("_", "-")
+        if x is None or x is False:
+            continue
+        # one word, so that a number below zero is no option
+        words.append(option if x is True else f"{option}={_list(x)}")
+    return words
+
+
+def _call(
+    command: str,
+    scene: Scene | None,
+    places: Sequence[str],
+    options: Mapping[str, Any],
+    progress: Progress,
+    is_scratch: bool = False,
+) -> tuple[dict[str, Any], str | None]:
+    """The JSON object of a command, and why the numerics failed, if they did."""
+    words = [command, *_arguments(options), "--", *places]
+    title = f"{command} {scene.title}" if scene is not None else command
+    with Shown(progress, title) as shown:
+        text, failure, heard = _signorini.call(words, scene and scene._scene, is_scratch, shown.tell)
+    for warning in heard:
+        warnings.warn(warning, stacklevel=4)
+    return json.loads(text), failure
+
+
+def _to_file(
+    command: str,
+    scene: AnyScene,
+    output: Output,
+    options: dict[str, Any],
+    progress: Progress,
+    before: Sequence[str] = (),
+) -> tuple[dict[str, Any], str | None, Store | None]:
+    """Carry out a command that writes a file: the user's, or one that goes with the result."""
+    scene = as_scene(scene)
+    folder = None
+    if output is None:
+        if options.get("resume"):
+            raise SceneError("resume goes on with a file: say which, with output")
+        path, folder = scratch(f"{command}.h5")
+    else:
+        path = fspath(output)
+    places = [*before, fspath(scene.file)]
+    try:
+        said, failure = _call(command, scene, places, options | {"output": path}, progress, folder is not None)
+        if os.path.exists(path):
+            store, folder = Store(path, folder), None
+            return said, failure, store
+        return said, failure, None
+    finally:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _result(said: dict[str, Any], failure: str | None, store: Store | None) -> Any:
+    assert store is not None, failure
+    return load(store, {**said, "failure": failure})
+
+
+def run(
+    scene: AnyScene,
+    output: Output = None,
+    *,
+    verify_lcp: bool = False,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Run:
+    """Integrate a scene from switch to switch of the active set, as its ``[run]`` table says.
+
+    Args:
+        scene: a ``Scene``, the path of one, or a dict.
+        output: keep the results in this file while they are computed (an interrupted run can be gone on with); left out, they
+            live as long as the object, and ``save`` keeps them.
+        verify_lcp: compare every stored contact solution with enumeration and an interior-point method.
+        resume: go on with an interrupted run in ``output``.
+        force: replace ``output`` if this program made it.
+        progress: None: shown in a terminal or a notebook; False: never; or a function of the share done and what is being done.
+
+    Returns:
+        Run: complete, or as far as the numerics came: ``status`` and ``verdict`` say so.
+
+    Raises:
+        SceneError: bad input, with file, line and key.
+        KeyboardInterrupt: Ctrl-C; what was computed is in ``output``.
+
+    Example:
+        >>> r = sg.run("scenarios/plate.toml")          # doctest: +SKIP
+        >>> r.energy_drift, len(r.switches), r.u.shape   # doctest: +SKIP
+    """
+    options |= {"verify_lcp": verify_lcp, "resume": resume, "force": force}
+    return _result(*_to_file("run", scene, output, options, progress))
+
+
+def modes(scene: AnyScene, count: int = 8) -> Modes:
+    """Natural modes of the open body and of the closed one: ``modes.open.omega`` [k], ``modes.open.shapes`` [k, n_o]."""
+    scene = as_scene(scene)
+    said, _ = _call("modes", scene, [fspath(scene.file)], {"count": count}, False)
+    return Modes(said)
+
+
+def orbit(
+    scene: AnyScene,
+    omega: float | None = None,
+    output: Output = None,
+    *,
+    period: float | None = None,
+    viscous: bool = False,
+    beta: float | None = None,
+    amplitude: float | None = None,
+    near_return: Output | Run = None,
+    periods: int = 1,
+    force: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Orbit | Verdict:
+    """One periodic orbit by shooting, with its Floquet multipliers and its motion over a period.
+
+    Args:
+        omega: circular frequency [default: the scene's]; or ``period``.
+        viscous: the viscous nonlinear mode: C = beta K, kept going by -alpha M, alpha unknown; ``beta`` is a time.
+        amplitude: start from the first mode of the open body at this amplitude over grazing, in place of the scene's state.
+        near_return: a ``Run`` or its file: start from its best near-return.
+        periods: periods of the loads in one of the orbit.
+        output, force, progress: as for ``run``.
+
+    Returns:
+        Orbit, or a Verdict (``bool(verdict)`` is False) that names why there is none: fold, grazing, not found ...
+    """
+    if isinstance(near_return, Result):
+        near_return = near_return.path
+    options |= {"omega": omega, "period": period, "viscous": viscous, "beta": beta, "amplitude": amplitude}
+    options |= {"near_return": near_return, "periods": periods, "force": force}
+    said, failure, store = _to_file("orbit", scene, output, options, progress)
+    return _result(said, failure, store) if said["converged"] else Verdict(said)
+
+
+def orbits(
+    scene: AnyScene,
+    omega: float | None = None,
+    *,
+    amplitudes: int = 16,
+    largest: float = 4.0,
+    progress: Progress = None,
+    **options: Any,
+) -> list[OrbitFound]:
+    """All different orbits of one frequency that a set of starts leads to, by energy; others may exist.
+
+    Args:
+        omega: circular frequency [default: the scene's].
+        amplitudes, largest: number of amplitudes of the first mode to start from, and the largest, over grazing.
+    """
+    scene = as_scene(scene)
+    options |= {"all": True, "omega": omega, "amplitudes": amplitudes, "largest": largest}
+    said, _ = _call("orbit", scene, [fspath(scene.file)], options, progress)
+    return [OrbitFound(o) for o in said["orbits"]]
+
+
+def backbone(
+    scene: AnyScene,
+    output: Output = None,
+    *,
+    range: tuple[float, float] | None = None,
+    method: str = "shooting",
+    harmonics: int | Iterable[int] | None = None,
+    follow: str = "sequential",
+    step: float | None = None,
+    viscous: bool = False,
+    beta: float | None = None,
+    quick: bool = False,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Family:
+    """A family of periodic orbits, or of solutions of harmonic balance, by continuation.
+
+    Args:
+        range: lowest and highest circular frequency [default: ``range`` of ``[orbit]``].
+        method: "shooting" (orbits), "hbm" (harmonic balance) or "bem" (bars).
+        harmonics: number or numbers of harmonics, for "hbm" and "bem".
+        follow: "sequential" (a grid), "arclength" (through folds and grazings) or "natural".
+        step: of the frequency on a grid, of arclength otherwise.
+        viscous, beta: viscous nonlinear modes, which converge with the mesh; with an error statement unless ``quick``.
+        resume: go on with an unfinished ``output``, or widen its range.
+        output, force, progress: as for ``run``.
+        options: ``locate``, ``points``, ``omega``, ``conservative_from``, ``form``, ``aft``, ``shoot`` as for the command line.
+
+    Returns:
+        Family: with frequencies without an orbit, and how each branch ended (``stops``).
+    """
+    options |= {"range": range, "method": method, "harmonics": _numbers(harmonics), "follow": follow, "step": step}
+    options |= {"viscous": viscous, "beta": beta, "quick": quick, "resume": resume, "force": force}
+    return _result(*_to_file("backbone", scene, output, options, progress))
+
+
+def response(
+    scene: AnyScene,
+    output: Output = None,
+    *,
+    ratios: float | Iterable[float] | None = None,
+    range: tuple[float, float] | None = None,
+    method: str = "shooting",
+    harmonics: int | Iterable[int] | None = None,
+    step: float | None = None,
+    doublings: Output | Family = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Family:
+    """Forced response over a range of frequencies, stable and unstable branches, for one or several damping ratios.
+
+    Args:
+        ratios: damping ratios [default: those of the scene].
+        doublings: a response of this scene (object or file): follow the orbits of twice the period from its period doublings.
+        range, method, harmonics, step, resume, output, force, progress, options: as for ``backbone``.
+    """
+    if isinstance(doublings, Result):
+        doublings = doublings.path
+    options |= {"ratios": ratios, "range": range, "method": method, "harmonics": _numbers(harmonics)}
+    options |= {"step": step, "doublings": doublings, "resume": resume, "force": force}
+    return _result(*_to_file("response", scene, output, options, progress))
+
+
+def crosscheck(
+    backbone: Family | ScenePath | tuple[Any, Any] | Mapping[str, Any],
+    scene: AnyScene,
+    output: Output = None,
+    *,
+    quick: bool = False,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Crosscheck:
+    """Results of harmonic balance against the equations in time: is each point a true motion, and where does shooting lead from it?
+
+    Args:
+        backbone: a ``Family`` of harmonic balance, a file (own, CSV, MATLAB v7.3), or your own result: a pair
+            ``(omega, coefficients)``, or a dict with these keys (and ``alpha`` [p] for viscous modes): frequencies [p] and
+            coefficients [p, 2 N_h + 1, n_O] of u_O in the order a_0, a_1, b_1, a_2, b_2, ...
+        scene: the body that they are solutions of.
+        quick: do not look for the cause where shooting fails.
+        output, resume, force, progress: as for ``run``.
+    """
+    options |= {"quick": quick, "resume": resume, "force": force}
+    if isinstance(backbone, Result):
+        return _result(*_to_file("crosscheck", scene, output, options, progress, [fspath(backbone.path)]))
+    if isinstance(backbone, (str, PathLike)):
+        return _result(*_to_file("crosscheck", scene, output, options, progress, [fspath(backbone)]))
+    given = backbone if isinstance(backbone, Mapping) else dict(zip(("omega", "coefficients"), backbone))
+    with tempfile.TemporaryDirectory(prefix="signorini-") as folder:
+        path = os.path.join(folder, "series.csv")
+        _write_series(path, given["omega"], given["coefficients"], given.get("alpha"))
+        return _result(*_to_file("crosscheck", scene, output, options, progress, [path]))
+
+
+def compare(
+    scene: AnyScene,
+    methods: str | Iterable[str] | None = None,
+    elements: Iterable[Any] | None = None,
+    *,
+    parameter: Mapping[str, Iterable[Any]] | None = None,
+    reference: Output = None,
+    orbit: bool = False,
+    viscous: bool = False,
+    omega: float | Iterable[float] | None = None,
+    output: Output = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress = None,
+    **options: Any,
+) -> Comparison:
+    """The same scene with different contact methods, meshes and parameters: error, penetration, pressure, energy, switches, time.
+
+    Args:
+        methods: ``["nbm", "nbm:constant", "nitsche", "penalty", ...]`` [default: those that suit the body].
+        elements: meshes: ``[10, 20, 40]`` or ``[(10, 3), (20, 6)]``.
+        parameter: keys of the scene with the values they are given: ``{"contact.gamma": [2, 5]}``.
+        reference: "waves", "METHOD@MESH", or a file of a run that motions are compared with.
+        orbit, viscous, omega: compare orbits or viscous nonlinear modes at these frequencies.
+        output: beginning of the names of HDF5, CSV, SVG and PNG.
+    """
+    scene = as_scene(scene)
+    mesh = lambda m: "x".join(str(int(k)) for k in np.atleast_1d(m))  # noqa: E731
+    options |= {
+        "methods": [methods] if isinstance(methods, str) else list(methods) if methods is not None else None,
+        "elements": [mesh(m) for m in elements] if elements is not None else None,
+        "reference": reference,
+        "orbit": orbit,
+        "viscous": viscous,
+        "omega": omega,
+        "resume": resume,
+        "force": force,
+    }
+    words = [f"--parameter={key}={_list(values)}" for key, values in (parameter or {}).items()]
+    stem, folder = (fspath(output), None) if output is not None else scratch("comparison")
+    try:
+        options["output"] = stem
+        arguments = ["compare", *words, *_arguments(options), "--", fspath(scene.file)]
+        with Shown(progress, f"compare {scene.title}") as shown:
+            text, failure, heard = _signorini.call(arguments, scene._scene, folder is not None, shown.tell)
+        for warning in heard:
+            warnings.warn(warning, stacklevel=2)
+        store, folder = Store(stem + ".h5", folder), None
+        return _result(json.loads(text), failure, store)
+    finally:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _numbers(x: int | Iterable[int] | None) -> list[int] | int | None:
+    return x if x is None or isinstance(x, (int, np.integer)) else [int(k) for k in x]
+
+
+def _write_series(path: str, omega: Any, coefficients: Any, alpha: Any) -> None:
+    """Series as the CSV that the cross-check reads."""
+    omega, a = np.atleast_1d(np.asarray(omega, dtype=float)), np.asarray(coefficients, dtype=float)
+    if a.ndim == 2 and len(omega) == 1:
+        a = a[None]
+    if a.ndim != 3 or len(a) != len(omega) or a.shape[1] % 2 == 0:
+        raise SceneError(
+            f"coefficients of shape {a.shape} for {len(omega)} frequencies: give [p, 2 N_h + 1, n_O] in the order a_0, a_1, b_1, ..."
+        )
+    with_alpha = alpha is not None
+    fed = np.broadcast_to(np.asarray(alpha if with_alpha else 0.0, dtype=float), omega.shape)
+    with open(path, "w", encoding="ascii") as file:
+        names = [f"u_{i + 1}" for i in range(a.shape[2])]
+        file.write(",".join(["point", "omega", *(["alpha"] if with_alpha else []), "k", "part", *names]) + "\n")
+        for p, (w, series) in enumerate(zip(omega, a)):
+            for f, row in enumerate(series):
+                head = [str(p), repr(float(w)), *([repr(float(fed[p]))] if with_alpha else [])]
+                head += [str((f + 1) // 2), "sin" if f > 0 and f % 2 == 0 else "cos"]
+                file.write(",".join([*head, *(repr(float(x)) for x in row)]) + "\n")

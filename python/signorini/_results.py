@@ -1,0 +1,576 @@
+"""Results: each is its file, with the names of the JSON keys and of the HDF5 layout."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Union
+
+import numpy as np
+
+from . import _signorini
+from ._files import Group, PathOrText, Store
+from ._scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = "np.ndarray[Any, np.dtype[np.float64]]"
+
+
+class Result(Group):
+    """What a command computed, or a file holds.
+
+    Attributes:
+        path: the file (one that nobody named is gone with the object: ``save`` keeps it).
+        title, status, created, command: as the file says; ``status`` is ``"complete"``, ``"interrupted"`` or
+            ``"failed: ..."`` with the verdict of the numerics.
+        mesh: group with ``nodes`` [n, 2 or 3], ``elements`` [m, k], ``dof_map`` [n, 2 or 3] (column of u, -1 prescribed),
+            ``contact_nodes`` [n_C], ``contact_normals`` [n_C, 2], ``gap`` [n_C], ...
+        output: the file's name as text, as in the JSON object.
+    """
+
+    title: str
+    status: str
+    created: str
+    command: str
+    mesh: Group
+
+    def __init__(self, store: Store, said: dict[str, Any] | None = None):
+        super().__init__(store, "")
+        self._said = said or {}
+
+    @property
+    def path(self) -> Path:
+        return self._store.path
+
+    @property
+    def output(self) -> str:
+        return str(self._store.path)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that made it. Matrices that a program gave have to be given again."""
+        return Scene.parse(self["scene"], self.get("scene_file", "scene.toml"))
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the computation came to its end."""
+        return self.status == "complete"
+
+    def __bool__(self) -> bool:
+        return True
+
+    def _own(self, name: str) -> Any:
+        """What is known under a name besides the file's groups."""
+        if name in self._said:
+            return self._said[name]
+        if name in {k for c in type(self).__mro__ for k in c.__dict__.get("__annotations__", ())}:
+            # a key of the JSON object that is null
+            return None
+        raise KeyError(name)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except KeyError as e:
+            try:
+                return self._own(name)
+            except KeyError:
+                raise AttributeError(e.args[0]) from None
+
+    def inspect(self) -> dict[str, Any]:
+        """What ``signorini inspect --json`` says of the file."""
+        text, _, _ = _signorini.call(["inspect", fspath(self.path), "--json"])
+        return json.loads(text)
+
+    def save(self, path: PathOrText, overwrite: bool = False) -> Path:
+        """Keep the file under a name; the path. ``sg.open`` and the command line read it."""
+        path = Path(path)
+        if path.exists() and not overwrite:
+            raise FileExistsError(f"{path} is there already; give another name, or overwrite=True")
+        if not (path.exists() and path.samefile(self.path)):
+            part = path.with_name(path.name + ".part")
+            shutil.copyfile(self.path, part)
+            part.replace(path)
+        return path
+
+    def plot(self, **options: Any) -> Figure:
+        """A figure of it, by matplotlib (``pip install "signorini[plot]"``)."""
+        from . import _plot
+
+        return _plot.draw(self, **options)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.title!r}: {self.status}>"
+
+
+class Run(Result):
+    """A motion in time (``/trajectory``), its switches and its energies.
+
+    Attributes:
+        t: times of the stored states [s].
+        u, v: displacements and velocities, all of them, contact displacements included, along the axes [s, N];
+            ``mesh.dof_map`` says which column is which.
+        active: 1 where a contact point touches [s, n_C].
+        pressure: contact pressure, > 0 in contact [s, n_C].
+        switches: table with ``t``, ``node``, ``kind`` ("close" or "open"), ``energy_jump``, ``monitor_rate``.
+        grazings: table with ``t``, ``node``, ``distance``, ``kind``.
+        ledger: group with ``t``, ``kinetic``, ``elastic``, ``external``, ``dissipated``, ``jumps`` [s].
+        n_dof, n_o, n_contact: numbers of displacements, of those that move by themselves, of contact points.
+        t_end, phases, energy_start, energy_end, energy_jumps, energy_external, energy_dissipated: as they say.
+        energy_drift: largest relative drift of the energy inside phases; ``energy_drift_total`` with the jumps.
+        max_penetration, max_tension: largest violation of the contact conditions (length, stress).
+        certified: whether every switch was proved to be the next one.
+        verdict: how the run ended, in words; ``status`` says it too.
+        method: group with ``name``, ``conserves_energy``, ``mass_ratio``, ...
+        final: group with ``u``, ``v`` [n_o] at ``t_end``, in the order of u_O.
+        rhs_evaluations, products, factorisations, steps, rejected, wall_s: what it cost.
+    """
+
+    t: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    active: np.ndarray
+    pressure: np.ndarray
+    n_dof: int
+    n_o: int
+    n_contact: int
+    t_end: float
+    phases: int
+    energy_start: float
+    energy_end: float
+    energy_jumps: float
+    energy_external: float
+    energy_dissipated: float
+    energy_drift: float
+    energy_drift_total: float
+    max_penetration: float
+    max_tension: float
+    violation: float
+    certified: bool
+    uncertified_phases: int
+    undecided_tangencies: int
+    missed_switches: int
+    loosened_monitors: int
+    verdict: str
+    warning: str | None
+    integrator_note: str | None
+    lcp_check: Group | None
+    damping: Group | None
+    method: Group
+    final: Group
+    rhs_evaluations: int
+    products: int
+    factorisations: int
+    steps: int
+    rejected: int
+    wall_s: float
+
+    @property
+    def switches(self) -> np.recarray:
+        return self["switches"].rows("t", "node", "kind", "energy_jump", "monitor_rate")
+
+    @property
+    def grazings(self) -> np.recarray:
+        return self["grazings"].rows("t", "node", "distance", "kind")
+
+    @property
+    def ledger(self) -> Group:
+        return self["energy"]
+
+    def _own(self, name: str) -> Any:
+        for group in ("trajectory", "report"):
+            if group in self and name in self[group]:
+                return self[group][name]
+        return super()._own(name)
+
+    def displacement(self, node: int) -> np.ndarray:
+        """Displacement of a mesh node along the axes [s, dim]; zero where it is prescribed."""
+        columns = self.mesh.dof_map[node]
+        return np.stack([self.u[:, c] if c >= 0 else np.zeros(len(self.t)) for c in columns], axis=1)
+
+    @property
+    def contact_displacement(self) -> np.ndarray:
+        """Displacements of the contact points along their normals, u_C [s, n_C]; the gap that is left is ``mesh.gap - u_C``."""
+        mesh = self.mesh
+        if "contact_points" in mesh:
+            sign = -1.0 if str(mesh.get("contact_normal", "")).startswith("-") else 1.0
+            return sign * self.u[:, mesh.contact_dofs]
+        normals = mesh.contact_normals
+        columns = [self.displacement(n)[:, : normals.shape[1]] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(self.t), 0))
+
+    def __repr__(self) -> str:
+        return f"<Run {self.title!r}: {self.status}, {len(self.t)} states, {len(self.switches)} switches>"
+
+
+class _OfOrbit:
+    """What an orbit and a point of a family have in common."""
+
+    #: Whether it is an orbit.
+    converged = True
+
+    @staticmethod
+    def _pairs(pairs: np.ndarray) -> np.ndarray:
+        return pairs[:, 0] + 1j * pairs[:, 1]
+
+    @staticmethod
+    def _stable(word: Any) -> bool | None:
+        return {"yes": True, "no": False, True: True, False: False}.get(word)
+
+
+class Orbit(_OfOrbit, Run):
+    """A periodic orbit by shooting, with its motion over one period (everything that a ``Run`` has).
+
+    Attributes:
+        period, omega, energy, amplitude, contact_time: of the orbit.
+        residual: of the period map, relative; ``newton_iterations`` led there.
+        multipliers: Floquet multipliers, complex [2 n_o]; ``largest_multiplier`` without the trivial ones.
+        stable: None where multipliers were not computed, or say nothing of the body (viscous modes).
+        admissible: no penetration, no tension, every switch proved.
+        u0, v0: the state at t = 0, all displacements along the axes [N].
+        alpha, beta, energy_start, energy_turned_over: of a viscous nonlinear mode.
+    """
+
+    period: float
+    omega: float
+    energy: float
+    amplitude: float
+    residual: float
+    newton_iterations: int
+    contact_time: float
+    penetration: float
+    tension: float
+    energy_balance: float
+    grazing_distance: float
+    admissible: bool
+    forcing_periods: int | None
+    trivial_multipliers: int | None
+    largest_multiplier: float | None
+    stability_lost_by: str | None
+    alpha: float | None
+    beta: float | None
+    energy_turned_over: float | None
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        return self._pairs(self["orbit"]["multipliers"])
+
+    @property
+    def stable(self) -> bool | None:
+        return self._stable(self["orbit"]["stable"])
+
+    @property
+    def energy(self) -> float:  # type: ignore[no-redef]
+        return self["orbit"]["energy"]
+
+    @property
+    def omega(self) -> float:  # type: ignore[no-redef]
+        return 2 * np.pi * self.periods / self["orbit"]["period"]
+
+    @property
+    def periods(self) -> int:
+        """Periods of the loads in one of the orbit."""
+        return int(self["orbit"].get("forcing_periods", 1))
+
+    def _own(self, name: str) -> Any:
+        # what it says of itself stands before what was said of it
+        if name in self["orbit"]:
+            return self["orbit"][name]
+        return super()._own(name)
+
+    def __repr__(self) -> str:
+        stable = {True: "stable", False: "unstable", None: "stability not known"}[self.stable]
+        return f"<Orbit omega = {self.omega:.9g}, energy {self.energy:.9g}, {len(self.switches)} switches, {stable}>"
+
+
+class Verdict:
+    """What came of a search that found no orbit: ``bool(verdict)`` is False.
+
+    Attributes:
+        converged: False.
+        omega: the frequency.
+        verdict: a word: "fold", "grazing", "no contact", "flawed", "not found".
+        message: the sentence.
+        fold, grazing, residual: the numbers that belong to it, None otherwise.
+    """
+
+    converged: Literal[False] = False
+
+    def __init__(self, said: dict[str, Any]):
+        self._said = said
+        self.omega: float = said["omega"]
+        self.verdict: str = said["verdict"]
+        self.message: str = said["message"]
+        self.fold: dict[str, Any] | None = said.get("fold")
+        self.grazing: dict[str, Any] | None = said.get("grazing")
+        self.residual: float | None = said.get("residual")
+
+    def __bool__(self) -> Literal[False]:
+        return False
+
+    def __repr__(self) -> str:
+        return f"<Verdict at omega = {self.omega:.9g}: {self.message}>"
+
+
+class OrbitFound:
+    """An orbit that ``sg.orbits`` found: the attributes of the JSON object, lists as arrays, without a file.
+
+    ``u0``, ``v0`` [n_o] are in the order of u_O; ``multipliers`` are complex. ``sg.orbit`` from its neighbourhood gives the
+    motion over a period.
+    """
+
+    def __init__(self, said: dict[str, Any]):
+        for key, x in said.items():
+            if "multipliers" in key and isinstance(x, list):
+                x = np.array([complex(*pair) for pair in x])
+            elif key == "switches":
+                x = np.rec.fromrecords(
+                    [(s["t"], s["node"], s["kind"], s["energy_jump"]) for s in x] or np.zeros((0, 4)),
+                    names="t,node,kind,energy_jump",
+                )
+            elif isinstance(x, list):
+                x = np.array(x, dtype=float)
+            setattr(self, key, x)
+
+    def __repr__(self) -> str:
+        d = self.__dict__
+        return f"<OrbitFound omega = {d['omega']:.9g}, energy {d['energy']:.9g}, stable: {d['stable']}>"
+
+
+class Point(_OfOrbit, Group):
+    """One point of a family: ``omega``, and where it is an orbit ``period``, ``energy``, ``amplitude``, ``residual``, ``u0``, ``v0`` [N],
+    ``multipliers`` (complex), ``switches``, ``stable``, ``contact_time``, ...; of viscous modes ``alpha``, ``beta``."""
+
+    @property
+    def converged(self) -> bool:  # type: ignore[override]
+        """Whether there is an orbit."""
+        return "u0" in self
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        return self._pairs(self["multipliers"])
+
+    @property
+    def switches(self) -> np.recarray:
+        return self["switches"].rows("t", "node", "kind", "energy_jump")
+
+    @property
+    def stable(self) -> bool | None:
+        return self._stable(self["stable"])
+
+    def __repr__(self) -> str:
+        what = f"energy {self.energy:.9g}" if self.converged else "no orbit"
+        return f"<Point omega = {self.omega:.9g}, {what}>"
+
+
+class Family(Result):
+    """A family of orbits, or of solutions of harmonic balance (``/backbone``): a backbone, a response.
+
+    Arrays over its points [p] (not numbers where there is no orbit):
+
+    Attributes:
+        omega, energy, amplitude, residual, contact_time, grazing_distance: of the points.
+        stable: 1 stable, 0 unstable, -1 not computed.
+        branch: number of the branch; ``branches`` are their names.
+        special: "regular", "fold", "grazing", ... or why there is no orbit.
+        alpha, beta, energy_turned_over: of viscous nonlinear modes, None otherwise.
+        stops: how each branch ended: a list of dicts with ``branch``, ``reason``, ``text``, ``complete``.
+        error_statement: how far the energies may be off (viscous families): a group, or None.
+        hbm: the series of harmonic balance, or None: ``hbm.omega`` [q], ``hbm.coefficients`` [q, 2 N_h + 1, n_O] in the order
+            a_0, a_1, b_1, ..., ``hbm.point``: their rows among the points.
+
+    ``family[k]`` is a point with its state, multipliers and switches; ``for point in family`` goes through all.
+    """
+
+    omega: np.ndarray
+    energy: np.ndarray
+    amplitude: np.ndarray
+    residual: np.ndarray
+    contact_time: np.ndarray
+    grazing_distance: np.ndarray
+    alpha: np.ndarray | None
+    beta: np.ndarray | None
+    energy_turned_over: np.ndarray | None
+    hbm: Group | None
+    error_statement: Group | None
+    wall_s: float
+    resumed: int
+    kind: str
+    range: np.ndarray
+
+    @property
+    def branches(self) -> list[str]:
+        return self["backbone"]["branches"].split("\n")
+
+    @property
+    def branch(self) -> np.ndarray:
+        return self["backbone"]["branch"].astype(int)
+
+    @property
+    def stable(self) -> np.ndarray:
+        return np.nan_to_num(self["backbone"]["stable"], nan=-1).astype(int)
+
+    @property
+    def switches(self) -> np.ndarray:
+        """Switches a period [p]; -1 where there is no orbit."""
+        return np.nan_to_num(self["backbone"]["switches"], nan=-1).astype(int)
+
+    @property
+    def converged(self) -> np.ndarray:
+        """Whether there is an orbit [p]."""
+        return np.isfinite(self["backbone"]["energy"])
+
+    @property
+    def stops(self) -> list[dict[str, Any]]:
+        return json.loads(self["backbone"]["ends"])
+
+    def _own(self, name: str) -> Any:
+        if name in self["backbone"]:
+            return self["backbone"][name]
+        return super()._own(name)
+
+    def __len__(self) -> int:
+        return len(self["backbone"]["omega"])
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, (int, np.integer)):
+            k = int(key) + (len(self) if key < 0 else 0)
+            if not 0 <= k < len(self):
+                raise IndexError(f"point {key} of {len(self)}")
+            return Point(self._store, f"backbone/points/{k:04d}")
+        return super().__getitem__(key)
+
+    def __iter__(self) -> Iterator[Point]:
+        return (self[k] for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.title!r}: {self.status}, {int(self.converged.sum())} orbits at {len(self)} points>"
+
+
+class Crosscheck(Family):
+    """Solutions of harmonic balance against the equations in time. As a ``Family`` it holds the orbits that were found.
+
+    Attributes:
+        verdict, message: what shooting from the series found [p].
+        harmonics: number of harmonics of the series [p].
+        hbm_energy, residual, return_error: of the series: its energy, its residual in time, how far it is from where it began
+            after a period [p].
+        moved: distance from the series to the orbit, relative [p]; ``orbit_energy``, ``contact_change``, ``same_sequence``.
+        summary: the same by number of harmonics (list of dicts).
+    """
+
+    harmonics: np.ndarray
+    hbm_energy: np.ndarray
+    return_error: np.ndarray
+    verdict: np.ndarray
+    message: np.ndarray
+    moved: np.ndarray
+    orbit_energy: np.ndarray
+    contact_change: np.ndarray
+
+    @property
+    def residual(self) -> np.ndarray:  # type: ignore[override]
+        return self["crosscheck"]["residual"]
+
+    @property
+    def same_sequence(self) -> np.ndarray:
+        return self["crosscheck"]["same_sequence"] == 1
+
+    @property
+    def summary(self) -> list[dict[str, Any]]:
+        return self.inspect()["crosscheck"]
+
+    def _own(self, name: str) -> Any:
+        if name in self["crosscheck"]:
+            return self["crosscheck"][name]
+        return super()._own(name)
+
+
+class Comparison(Result):
+    """Contact methods, meshes and parameters side by side, one row each; its columns by name [rows].
+
+    Attributes:
+        variant, changed, mesh_name, note: what the row is (``note``: why there is nothing, where there is nothing).
+        error, difference, pressure_error, impulse, energy_change, energy_drift, switches, wall_s, ...: its numbers.
+        rows: all of it, as a list of dicts.
+    """
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:  # type: ignore[override]
+        columns = {k: v for k, v in self["comparison"].to_dict().items() if isinstance(v, np.ndarray)}
+        count = len(columns["variant"])
+        return [{k: v[i].item() for k, v in columns.items()} for i in range(count)]
+
+    @property
+    def mesh_name(self) -> np.ndarray:
+        return self["comparison"]["mesh"]
+
+    def _own(self, name: str) -> Any:
+        if name in self["comparison"]:
+            return self["comparison"][name]
+        return super()._own(name)
+
+    def __len__(self) -> int:
+        return len(self["comparison"]["variant"])
+
+
+class ModesOf:
+    """Natural modes: ``omega`` [k] and ``shapes`` [k, n_o] in the order of u_O, of unit modal mass."""
+
+    def __init__(self, said: dict[str, Any]):
+        self.omega: np.ndarray = np.array(said["omega"], dtype=float)
+        self.shapes: np.ndarray = np.array(said["shapes"], dtype=float)
+
+    def __repr__(self) -> str:
+        return f"<omega = {self.omega}>"
+
+
+class Modes:
+    """Natural modes of the body: ``open`` (no contact) and ``closed`` (all contact points held; None where that has no modes)."""
+
+    def __init__(self, said: dict[str, Any]):
+        self.title: str = said["title"]
+        self.n_o: int = said["n_o"]
+        self.open = ModesOf(said["open"])
+        self.closed = ModesOf(said["closed"]) if said["closed"] else None
+
+    def __repr__(self) -> str:
+        return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"
+
+
+AnyResult = Union[Run, Orbit, Family, Crosscheck, Comparison]
+
+
+def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
+    """The object of a file, by what the file holds."""
+    names = dict(_signorini.entries(fspath(store.path), ""))
+    kinds: list[tuple[str, type]] = [
+        ("comparison", Comparison),
+        ("crosscheck", Crosscheck),
+        ("backbone", Family),
+        ("orbit", Orbit),
+        ("trajectory", Run),
+    ]
+    for name, kind in kinds:
+        if name in names:
+            return kind(store, said)
+    from ._errors import FileError
+
+    raise FileError(f"{store.path}: no results of signorini are in it")
+
+
+def open(path: str | PathLike[str]) -> AnyResult:
+    """A file of results, of this package or of the command line: a ``Run``, ``Orbit``, ``Family``, ``Crosscheck`` or ``Comparison``.
+
+    Raises:
+        FileNotFoundError: there is none.
+        FileError: it is none of this program's, or damaged.
+    """
+    return load(Store(path))

@@ -1,0 +1,104 @@
+//! What a file holds, name by name, for those who want it as it is.
+
+use std::path::Path;
+
+use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
+use hdf5::{Dataset, Group, H5Type, LocationType};
+use ndarray::ArrayD;
+
+use super::reader::{Careful, open, reading};
+use super::{StoreError, read_text};
+
+/// An array of a file, or an attribute.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Raw {
+    /// Numbers.
+    Float(ArrayD<f64>),
+    /// Whole numbers.
+    Integer(ArrayD<i64>),
+    /// 0 and 1.
+    Byte(ArrayD<u8>),
+    /// Yes or no.
+    Flag(bool),
+    /// Words, in one row.
+    Words(Vec<String>),
+}
+
+/// A name in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// From the root: `trajectory/u`.
+    pub name: String,
+    /// Shape of a dataset; none for a group.
+    pub shape: Option<Vec<usize>>,
+}
+
+/// All groups and datasets of a group (`""`: of the file) that stand directly in it.
+pub fn entries(path: &Path, group: &str) -> Result<Vec<Entry>, StoreError> {
+    reading(path, || {
+        let file = open(path)?;
+        let g = if group.is_empty() { file.as_group()? } else { find(path, &file, group)? };
+        let entry = |name: String| {
+            let shape = match g.loc_type_by_name(&name)? {
+                LocationType::Dataset => Some(g.dataset(&name)?.shape()),
+                _ => None,
+            };
+            Ok(Entry { name, shape })
+        };
+        g.member_names()?.into_iter().map(entry).collect()
+    })
+}
+
+fn missing(path: &Path, name: &str) -> StoreError {
+    StoreError::Missing { path: path.to_owned(), what: format!("/{name}") }
+}
+
+fn find(path: &Path, file: &hdf5::File, group: &str) -> Result<Group, StoreError> {
+    file.group(group).map_err(|_| missing(path, group))
+}
+
+/// A dataset.
+pub fn read_raw(path: &Path, name: &str) -> Result<Raw, StoreError> {
+    reading(path, || {
+        let file = open(path)?;
+        values(&file.dataset(name).map_err(|_| missing(path, name))?)
+    })
+}
+
+/// The attributes of a group (`""`: of the file).
+pub fn attributes(path: &Path, group: &str) -> Result<Vec<(String, Raw)>, StoreError> {
+    reading(path, || {
+        let file = open(path)?;
+        let g = if group.is_empty() { file.as_group()? } else { find(path, &file, group)? };
+        let value = |name: String| {
+            let a = g.attr(&name)?;
+            let value = match a.dtype()?.to_descriptor()? {
+                TypeDescriptor::Boolean => Raw::Flag(a.read_scalar()?),
+                TypeDescriptor::Float(_) => Raw::Float(a.read_dyn()?),
+                TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => {
+                    Raw::Integer(a.read_dyn()?)
+                }
+                _ => Raw::Words(read_text(&g, &name).into_iter().collect()),
+            };
+            Ok((name, value))
+        };
+        g.attr_names()?.into_iter().map(value).collect()
+    })
+}
+
+fn values(data: &Dataset) -> Result<Raw, StoreError> {
+    Ok(match data.dtype()?.to_descriptor()? {
+        TypeDescriptor::Unsigned(hdf5::types::IntSize::U1) => Raw::Byte(data.array()?),
+        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => Raw::Integer(data.array()?),
+        TypeDescriptor::FixedAscii(0..=32) => Raw::Words(words::<FixedAscii<32>>(data)?),
+        TypeDescriptor::FixedAscii(33..=64) => Raw::Words(words::<FixedAscii<64>>(data)?),
+        TypeDescriptor::FixedAscii(_) => Raw::Words(words::<FixedAscii<256>>(data)?),
+        TypeDescriptor::VarLenUnicode => Raw::Words(words::<VarLenUnicode>(data)?),
+        _ => Raw::Float(data.array()?),
+    })
+}
+
+fn words<T: H5Type + ToString>(data: &Dataset) -> Result<Vec<String>, StoreError> {
+    crate::fem::check_size(data, size_of::<T>())?;
+    Ok(data.read_raw::<T>()?.iter().map(T::to_string).collect())
+}

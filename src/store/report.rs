@@ -1,0 +1,37 @@
+//! `/report`: what a command said of its result, beside the tables: numbers and words as attributes, rows of numbers as datasets, objects as groups.
+//! What is absent was null.
+
+use hdf5::Group;
+use serde_json::Value;
+
+use super::orbits::scalar;
+use super::{StoreError, Writer, write_text};
+
+impl Writer {
+    /// Write an object; lists of objects are left out: they stand in tables of their own.
+    pub fn report(&self, object: &Value) -> Result<(), StoreError> {
+        write_object(&self.file().create_group("report")?, object)
+    }
+}
+
+fn write_object(g: &Group, object: &Value) -> Result<(), StoreError> {
+    for (name, value) in object.as_object().into_iter().flatten() {
+        match value {
+            Value::Null => {}
+            Value::Bool(yes) => g.new_attr::<bool>().create(name.as_str())?.write_scalar(yes)?,
+            Value::Number(x) => match x.as_i64() {
+                Some(whole) => g.new_attr::<i64>().create(name.as_str())?.write_scalar(&whole)?,
+                None => scalar(g, name, x.as_f64().unwrap_or(f64::NAN))?,
+            },
+            Value::String(text) => write_text(g, name, text)?,
+            Value::Array(list) => {
+                let numbers: Option<Vec<f64>> = list.iter().map(Value::as_f64).collect();
+                if let Some(numbers) = numbers.filter(|n| !n.is_empty()) {
+                    g.new_dataset_builder().with_data(&numbers).create(name.as_str())?;
+                }
+            }
+            Value::Object(_) => write_object(&g.create_group(name)?, value)?,
+        }
+    }
+    Ok(())
+}
