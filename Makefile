@@ -5,11 +5,12 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test fuzz validate bench pictures figures methods clean
+.PHONY: help setup build demo test python fuzz validate bench pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
 	@echo 'make test      the whole test suite'
+	@echo 'make python    the Python package: build its wheel (target/wheels), test it in a fresh environment'
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
@@ -32,6 +33,16 @@ demo: build
 
 test: setup
 	cargo test --release --locked
+
+# the wheel is built with a pinned maturin and tested where nothing else of ours is
+FRESH := target/python
+python: setup
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check maturin==1.16.0
+	rm -rf target/wheels $(FRESH)
+	.venv/bin/maturin build --release --locked --quiet -m python/Cargo.toml -o target/wheels
+	python3 -m venv $(FRESH)
+	$(FRESH)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt target/wheels/signorini-*.whl
+	$(FRESH)/bin/python -m pytest -q -p no:cacheprovider --rootdir python python/tests
 
 # FUZZ=scene-0141 make fuzz: one case again, or all whose names begin so; FUZZ_SEED=1 make fuzz: other cases
 fuzz: setup

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import sys
 import tempfile
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -61,9 +62,17 @@ def _call(
     title = f"{command} {scene.title}" if scene is not None else command
     with Shown(progress, title) as shown:
         text, failure, heard = _signorini.call(words, scene and scene._scene, is_scratch, shown.tell)
-    for warning in heard:
-        warnings.warn(warning, stacklevel=4)
+    _warn(heard)
     return json.loads(text), failure
+
+
+def _warn(heard: Iterable[str]) -> None:
+    """Warn at the line of the first caller outside of this package."""
+    depth, frame = 0, sys._getframe()
+    while frame is not None and frame.f_globals.get("__package__") == __package__:
+        depth, frame = depth + 1, frame.f_back
+    for warning in heard:
+        warnings.warn(warning, stacklevel=depth)
 
 
 def _to_file(
@@ -90,6 +99,10 @@ def _to_file(
             store, folder = Store(path, folder), None
             return said, failure, store
         return said, failure, None
+    except KeyboardInterrupt as e:
+        kept = str(e).replace("with the same command and --resume", "with the same call and resume=True")
+        nothing = "interrupted; name an output to keep what is computed, and to go on with it"
+        raise KeyboardInterrupt(kept if folder is None else nothing) from None
     finally:
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -345,8 +358,7 @@ def compare(
         arguments = ["compare", *words, *_arguments(options), "--", fspath(scene.file)]
         with Shown(progress, f"compare {scene.title}") as shown:
             text, failure, heard = _signorini.call(arguments, scene._scene, folder is not None, shown.tell)
-        for warning in heard:
-            warnings.warn(warning, stacklevel=2)
+        _warn(heard)
         store, folder = Store(stem + ".h5", folder), None
         return _result(json.loads(text), failure, store)
     finally:

@@ -192,19 +192,32 @@ class Run(Result):
 
     def displacement(self, node: int) -> np.ndarray:
         """Displacement of a mesh node along the axes [s, dim]; zero where it is prescribed."""
-        columns = self.mesh.dof_map[node]
-        return np.stack([self.u[:, c] if c >= 0 else np.zeros(len(self.t)) for c in columns], axis=1)
+        return self._at_node(self.u, node)
 
     @property
     def contact_displacement(self) -> np.ndarray:
         """Displacements of the contact points along their normals, u_C [s, n_C]; the gap that is left is ``mesh.gap - u_C``."""
+        return self._along_normals(self.u)
+
+    @property
+    def contact_velocity(self) -> np.ndarray:
+        """Their velocities [s, n_C]."""
+        return self._along_normals(self.v)
+
+    def _at_node(self, table: np.ndarray, node: int) -> np.ndarray:
+        columns = self.mesh.dof_map[node]
+        return np.stack([table[:, c] if c >= 0 else np.zeros(len(table)) for c in columns], axis=1)
+
+    def _along_normals(self, table: np.ndarray) -> np.ndarray:
         mesh = self.mesh
         if "contact_points" in mesh:
+            # points of quadrature have columns of their own
             sign = -1.0 if str(mesh.get("contact_normal", "")).startswith("-") else 1.0
-            return sign * self.u[:, mesh.contact_dofs]
+            return sign * table[:, mesh.contact_dofs]
         normals = mesh.contact_normals
-        columns = [self.displacement(n)[:, : normals.shape[1]] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(self.t), 0))
+        size = normals.shape[1] if normals.ndim > 1 else 0
+        columns = [self._at_node(table, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(table), 0))
 
     def __repr__(self) -> str:
         return f"<Run {self.title!r}: {self.status}, {len(self.t)} states, {len(self.switches)} switches>"

@@ -54,7 +54,7 @@ fn wait(
     desk: &Desk,
     tell: Option<&Py<PyAny>>,
 ) -> PyResult<Done> {
-    let (mut told, mut interrupted) = (Instant::now(), None);
+    let (mut told, mut interrupted) = (Instant::now(), None::<PyErr>);
     loop {
         let ends = &mut receiver;
         match py.detach(move || ends.recv_timeout(EVERY)) {
@@ -62,7 +62,9 @@ fn wait(
                 return match (interrupted, done) {
                     (None, done) => Ok(done),
                     // what is kept, and how to go on, is said in the error
-                    (Some(_), Err(CliError::Interrupted(_, text))) => {
+                    (Some(e), Err(CliError::Interrupted(_, text)))
+                        if e.is_instance_of::<PyKeyboardInterrupt>(py) =>
+                    {
                         Err(PyKeyboardInterrupt::new_err(text))
                     }
                     (Some(e), _) => Err(e),

@@ -1,0 +1,193 @@
+"""Figures of results, by matplotlib."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._results import Comparison, Crosscheck, Family, Orbit, Result, Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Safe for colour-blind readers (Okabe and Ito).
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
+
+
+def draw(result: Result, **options: Any) -> Figure:
+    """The figure of a result."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as e:
+        raise ImportError('pictures need matplotlib: pip install "signorini[plot]"') from e
+
+    class Shown(Figure):
+        """A figure that a notebook shows, without pyplot."""
+
+        def _repr_png_(self) -> bytes:
+            image = io.BytesIO()
+            self.savefig(image, format="png", dpi=110)
+            return image.getvalue()
+
+    for kind, of in [(Comparison, _comparison), (Crosscheck, _crosscheck), (Family, _family), (Orbit, _orbit), (Run, _run)]:
+        if isinstance(result, kind):
+            return of(Shown, result, **options)
+    raise TypeError(f"no figure of {type(result).__name__}")
+
+
+def _clean(axes: Axes, x: str, y: str) -> None:
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _name(r: Run, i: int) -> str:
+    nodes = r.mesh.get("contact_nodes")
+    return f"point {i}" if nodes is None else f"node {nodes[i]}"
+
+
+def _bands(axes: Axes, t: np.ndarray, touching: np.ndarray) -> None:
+    """Grey where any contact point touches."""
+    edges = np.flatnonzero(np.diff(np.r_[False, touching, False].astype(int)))
+    for a, b in zip(edges[::2], edges[1::2]):
+        axes.axvspan(t[a], t[min(b, len(t) - 1)], color="0.92", lw=0)
+
+
+def _deformed(axes: Axes, r: Run, row: int) -> None:
+    """The deformed mesh at a stored state, with the undeformed outline."""
+    from matplotlib.collections import PolyCollection
+
+    nodes = r.mesh.nodes[:, :2]
+    moved = nodes.copy()
+    for c in range(2):
+        column = r.mesh.dof_map[:, c] if r.mesh.dof_map.shape[1] > c else np.full(len(nodes), -1)
+        moved[column >= 0, c] += r.u[row, column[column >= 0]]
+    # corners come first; nodes on sides are left out
+    corners = {3: 3, 6: 3, 4: 4, 8: 4, 9: 4}
+    faces = []
+    for e in r.mesh.elements:
+        e = e[e >= 0]
+        faces.append(moved[e[: corners.get(len(e), len(e))]])
+    size = np.linalg.norm(moved - nodes, axis=1)
+    shade = [size[e[e >= 0]].mean() for e in r.mesh.elements]
+    cells = PolyCollection(faces, array=np.array(shade), cmap="viridis", edgecolors="white", linewidths=0.3)
+    axes.add_collection(cells)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_title(f"t = {r.t[row]:.4g}, coloured by |u|", fontsize="medium")
+    _clean(axes, "x", "y")
+
+
+def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
+    """Contact displacements and pressures in time, the energies, and (in the plane) the body at time ``at``
+    [default: when the pressure is largest]."""
+    u_c = r.contact_displacement
+    in_plane = r.mesh.elements.size > 0 and r.mesh.nodes.shape[1] > 1 and np.ptp(r.mesh.nodes[:, 1]) > 0
+    figure = make(figsize=(9, 9 if in_plane else 7), layout="constrained")
+    axes = figure.subplots(4 if in_plane else 3, 1, sharex=False)
+    touching = r.active.any(axis=1)
+    shown = np.unique(np.linspace(0, u_c.shape[1] - 1, 6).astype(int)) if u_c.shape[1] else []
+    for k, i in enumerate(shown):
+        axes[0].plot(r.t, u_c[:, i], color=COLOURS[k % 7], lw=1.2, label=_name(r, i))
+        axes[1].plot(r.t, r.pressure[:, i], color=COLOURS[k % 7], lw=1.2)
+    if len(shown):
+        axes[0].plot(r.t, np.full(len(r.t), r.mesh.gap[shown[0]]), color="black", lw=0.8, ls="--", label="obstacle")
+        axes[0].legend(fontsize="small", ncols=4, frameon=False)
+    for a in axes[:3]:
+        _bands(a, r.t, touching)
+        a.set_xlim(r.t[0], r.t[-1])
+    _clean(axes[0], "t", "contact displacement")
+    _clean(axes[1], "t", "pressure")
+    e = r.ledger
+    for name, colour in zip(("kinetic", "elastic"), COLOURS):
+        axes[2].plot(e.t, e[name], color=colour, lw=1.2, label=name)
+    axes[2].plot(e.t, e.kinetic + e.elastic, color="black", lw=1.2, label="sum")
+    axes[2].legend(fontsize="small", ncols=3, frameon=False)
+    _clean(axes[2], "t", "energy")
+    if in_plane:
+        loaded = r.pressure.max(axis=1) if r.pressure.size else np.zeros(1)
+        _deformed(axes[3], r, int(loaded.argmax()) if at is None else int(np.abs(r.t - at).argmin()))
+    figure.suptitle(r.title)
+    return figure
+
+
+def _orbit(make: type[Figure], o: Orbit) -> Figure:
+    """Phase portrait of the contact point that moves most, the motion over a period, the multipliers."""
+    figure = make(figsize=(11, 4), layout="constrained")
+    portrait, motion, plane = figure.subplots(1, 3)
+    u_c = o.contact_displacement
+    i = int(np.ptp(u_c, axis=0).argmax())
+    portrait.plot(u_c[:, i], o.contact_velocity[:, i], color=COLOURS[0], lw=1.2)
+    portrait.axvline(o.mesh.gap[i], color="black", lw=0.8, ls="--")
+    _clean(portrait, f"displacement of {_name(o, i)}", "velocity")
+    motion.plot(o.t / o.period, u_c, lw=1.0)
+    motion.axhline(o.mesh.gap[i], color="black", lw=0.8, ls="--")
+    _bands(motion, o.t / o.period, o.active.any(axis=1))
+    _clean(motion, "t / T", "contact displacements")
+    _unit_circle(plane, o.multipliers)
+    figure.suptitle(f"{o.title}: omega = {o.omega:.6g}, energy {o.energy:.6g}")
+    return figure
+
+
+def _unit_circle(axes: Axes, multipliers: np.ndarray) -> None:
+    angle = np.linspace(0, 2 * np.pi, 361)
+    axes.plot(np.cos(angle), np.sin(angle), color="0.6", lw=0.8)
+    axes.plot(multipliers.real, multipliers.imag, "o", ms=4, mfc="none", color=COLOURS[1])
+    axes.set_aspect("equal")
+    _clean(axes, "Re", "Im")
+    axes.set_title("Floquet multipliers", fontsize="medium")
+
+
+def _family(make: type[Figure], f: Family, axis: str = "energy") -> Figure:
+    """Energy (or ``axis="amplitude"``) against frequency; unstable orbits hollow."""
+    figure = make(figsize=(7, 5), layout="constrained")
+    axes = figure.subplots()
+    y = f[f"backbone/{axis}"]
+    for k, name in enumerate(f.branches):
+        own = (f.branch == k) & np.isfinite(y)
+        colour = COLOURS[k % 7]
+        hollow = own & (f.stable == 0)
+        axes.plot(f.omega[own & ~hollow], y[own & ~hollow], "o", ms=3.5, color=colour, label=name)
+        axes.plot(f.omega[hollow], y[hollow], "o", ms=3.5, mfc="none", color=colour)
+    axes.set_yscale("log")
+    if len(f.branches) > 1:
+        axes.legend(fontsize="small", frameon=False)
+    _clean(axes, "circular frequency", axis)
+    axes.set_title(f.title + (" (hollow: unstable)" if (f.stable == 0).any() else ""), fontsize="medium")
+    return figure
+
+
+def _crosscheck(make: type[Figure], c: Crosscheck) -> Figure:
+    """Energies of the series and of the orbits that shooting finds from them."""
+    figure = make(figsize=(11, 4.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    found = c.verdict == "orbit"
+    for k, n in enumerate(np.unique(c.harmonics)):
+        own, colour = c.harmonics == n, COLOURS[k % 7]
+        left.plot(c.omega[own], c.hbm_energy[own], "-", lw=1.2, color=colour, label=f"N_h = {int(n)}")
+        left.plot(c.omega[own & found], c.orbit_energy[own & found], "o", ms=4, mfc="none", color=colour)
+        right.semilogy(c.omega[own], c.residual[own], "-", lw=1.2, color=colour)
+        right.semilogy(c.omega[own & found], c.moved[own & found], "o", ms=4, mfc="none", color=colour)
+    left.set_yscale("log")
+    left.legend(fontsize="small", frameon=False)
+    _clean(left, "circular frequency", "energy (lines: series, circles: orbits)")
+    _clean(right, "circular frequency", "lines: residual in time, circles: distance to the orbit")
+    figure.suptitle(c.title)
+    return figure
+
+
+def _comparison(make: type[Figure], c: Comparison, column: str = "error") -> Figure:
+    """A column against the size of the elements."""
+    figure = make(figsize=(6.5, 5), layout="constrained")
+    axes = figure.subplots()
+    y, h = c["comparison"][column], c["comparison"]["h"]
+    for k, name in enumerate(dict.fromkeys(c["comparison"]["variant"])):
+        own = c["comparison"]["variant"] == name
+        axes.loglog(h[own], np.abs(y[own]), "o-", ms=4, lw=1.2, color=COLOURS[k % 7], label=name)
+    axes.legend(fontsize="small", frameon=False)
+    _clean(axes, "size of the elements", column)
+    axes.set_title(c.title, fontsize="medium")
+    return figure

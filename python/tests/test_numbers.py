@@ -1,0 +1,169 @@
+"""The numbers that the Rust tests pin, and the files of the command line, through Python."""
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import signorini as sg
+
+PINNED = re.findall(
+    r'\("([\w-]+)", (\d+), ([\d.e-]+), ([\d.e-]+), ([\d.e-]+), \d+\),',
+    (Path(__file__).parents[2] / "tests/scenes.rs").read_text(),
+)
+
+
+def test_all_pinned_scenes_are_there():
+    assert len(PINNED) >= 18
+
+
+@pytest.mark.parametrize("name,switches,first,last,energy", PINNED, ids=[p[0] for p in PINNED])
+def test_scenes_give_their_pinned_numbers(name, switches, first, last, energy):
+    r = sg.run(f"scenarios/{name}.toml", progress=False)
+    assert r.is_complete and r.status == "complete"
+    assert len(r.switches) == int(switches)
+    assert r.switches.t[0] == pytest.approx(float(first), rel=1e-7)
+    assert r.switches.t[-1] == pytest.approx(float(last), rel=1e-7)
+    scale = max(abs(r.energy_end), abs(r.energy_start))
+    assert abs(r.energy_end - float(energy)) < 1e-7 * scale
+    assert r.energy_drift < 1e-9
+    # what is stored agrees with what is said
+    assert r.t[-1] == r.t_end and len(r.t) == len(r.u) == len(r.v) == len(r.pressure)
+    assert r.u.shape[1] == (r.mesh.dof_map >= 0).sum() if "contact_points" not in r.mesh else True
+    total = r.ledger.kinetic + r.ledger.elastic
+    assert total[-1] == pytest.approx(r.energy_end, rel=1e-9, abs=1e-12 * scale)
+
+
+def everything(path):
+    """All datasets of a file by h5py, which knows nothing of this package."""
+    import h5py
+
+    found = {}
+    with h5py.File(path) as f:
+        f.visititems(lambda name, o: found.update({name: o[()]}) if isinstance(o, h5py.Dataset) else None)
+    return found
+
+
+def test_arrays_are_those_of_the_command_line_bit_for_bit(tmp_path, command):
+    path = tmp_path / "plate.h5"
+    subprocess.run([command, "run", "scenarios/plate.toml", "-o", path, "-q"], check=True)
+    theirs = everything(path)
+    r = sg.run("scenarios/plate.toml")
+    kept = everything(r.save(tmp_path / "own.h5"))
+    assert set(theirs) == set(kept)
+    for name, data in theirs.items():
+        mine = r[name]
+        if data.dtype.kind == "S":
+            assert list(mine) == [x.decode() for x in data], name
+        else:
+            assert mine.dtype == data.dtype and np.array_equal(mine, data, equal_nan=True), name
+            assert np.array_equal(kept[name], data, equal_nan=True), name
+
+
+def test_attributes_have_the_names_of_the_json_keys(tmp_path, command):
+    said = subprocess.run(
+        [command, "run", "scenarios/plate.toml", "-o", tmp_path / "a.h5", "--json"], check=True, capture_output=True
+    )
+    said = json.loads(said.stdout)
+    for r in [sg.run("scenarios/plate.toml"), sg.open(tmp_path / "a.h5")]:
+        for key, value in said.items():
+            mine = getattr(r, key)
+            if key in ("switches", "grazings"):
+                assert len(mine) == len(value)
+                for name in ("t", "node", "kind"):
+                    assert [row[name] for row in value] == mine[name].tolist()
+            elif isinstance(value, dict):
+                for name, x in value.items():
+                    assert np.array_equal(getattr(mine, name), x) if x is not None else True
+            elif key not in ("wall_s", "output"):
+                assert mine == value, key
+
+
+def test_orbit_is_that_of_the_command_line(tmp_path, command):
+    words = ["orbit", "scenarios/half-plate-orbit.toml", "--omega", "1.8", "-o", tmp_path / "o.h5", "--json"]
+    said = json.loads(subprocess.run([command, *words], check=True, capture_output=True).stdout)
+    for o in [sg.orbit("scenarios/half-plate-orbit.toml", 1.8), sg.open(tmp_path / "o.h5")]:
+        assert isinstance(o, sg.Orbit) and o.converged and bool(o)
+        for key in ["period", "omega", "energy", "amplitude", "contact_time", "stable", "admissible", "newton_iterations"]:
+            assert getattr(o, key) == pytest.approx(said[key], rel=1e-14), key
+        pairs = np.array(said["multipliers"])
+        assert np.array_equal(o.multipliers, pairs[:, 0] + 1j * pairs[:, 1])
+        assert len(o.switches) == len(said["switches"]) == 8
+        # the motion closes
+        assert np.abs(o.u[-1] - o.u[0]).max() < 1e-10
+        assert o.alpha is None and o.forcing_periods is None
+        assert o.energy_drift < 1e-12 and o.n_contact == 4
+    viscous = sg.orbit("scenarios/half-plate-viscous.toml", 1.8, viscous=True)
+    assert viscous.alpha > 0 and viscous.stable is None
+
+
+def test_modes():
+    m = sg.modes("scenarios/half-plate-orbit.toml", 3)
+    assert m.open.omega.shape == (3,) and m.open.shapes.shape == (3, m.n_o)
+    assert (m.closed.omega > 0).all()
+    # by an eigenvalue solver of others, from the matrices of the same body
+    from scipy.io import mmread
+    from scipy.linalg import eigh
+
+    k, mass = (mmread(f"validate/foreign/{n}.mtx").toarray() for n in "KM")
+    foreign = sg.modes("validate/foreign/half-plate.toml", 3)
+    n_c, n_o = (mmread(f"validate/foreign/{n}.mtx").toarray() for n in ("N_C", "N_O"))
+    a = np.vstack([np.eye(66), -np.linalg.solve(np.eye(4), np.zeros((4, 66)))])
+    # open: the contact stress vanishes, u_C = -N_C^-1 N_O u_O
+    a[66:] = -np.linalg.solve(n_c, n_o)
+    w = np.sqrt(eigh(a.T @ k @ a, a.T @ mass @ a, eigvals_only=True)[:3])
+    assert foreign.open.omega == pytest.approx(w, rel=1e-9)
+
+
+def test_families():
+    scene = "scenarios/half-plate-orbit.toml"
+    b = sg.backbone(scene, range=(1.70, 1.75))
+    assert len(b) == 11 and np.allclose(b.omega, np.arange(1.70, 1.7501, 0.005))
+    assert b.converged.sum() == len([p for p in b if p.converged]) > 0
+    assert set(b.stable) <= {-1, 0, 1} and b.hbm is None and b.alpha is None and b.error_statement is None
+    assert b.stops[0]["complete"] and b.branches == ["shooting, sequential"]
+    k = int(np.flatnonzero(b.converged)[0])
+    again = sg.orbit(scene, b.omega[k], near_return=None)
+    point = b[k]
+    assert point.omega == b.omega[k] and point.energy == b.energy[k] and len(point.switches) == b.switches[k]
+    assert point.multipliers.dtype == complex and point.u0.shape == again.u0.shape
+    with pytest.raises(IndexError):
+        b[11]
+    assert b[-1].omega == b.omega[-1]
+    r = sg.response("scenarios/half-plate-response.toml", range=(1.4, 1.5), ratios=[0.05])
+    assert isinstance(r, sg.Family) and r.converged.all() and (r.stable == 1).any()
+
+
+def test_ones_own_series_are_checked():
+    scene = "scenarios/half-plate-orbit.toml"
+    series = sg.backbone(scene, method="hbm", harmonics=[3, 7], range=(1.70, 1.71))
+    a = sg.crosscheck(series, scene)
+    assert isinstance(a, sg.Crosscheck) and len(a) == len(series)
+    own = series.branch[series.hbm.point] == 1
+    b = sg.crosscheck((series.hbm.omega[own], series.hbm.coefficients[own]), scene)
+    of = a.harmonics == 7
+    assert list(b.verdict) == list(a.verdict[of])
+    assert b.residual == pytest.approx(a.residual[of], rel=1e-9)
+    assert b.moved == pytest.approx(a.moved[of], rel=1e-6, nan_ok=True)
+    assert b.summary[0]["points"] == own.sum()
+    with pytest.raises(sg.SceneError, match="2 N_h"):
+        sg.crosscheck((series.hbm.omega[own], series.hbm.coefficients[own][:, :4]), scene)
+
+
+def test_comparison(tmp_path):
+    c = sg.compare("scenarios/bar.toml", ["nbm", "penalty"], [10, 20], output=tmp_path / "c")
+    assert len(c) == 4 and list(c.variant) == ["nbm", "nbm", "penalty", "penalty"]
+    assert c.error[1] < c.error[0] and c.rows[2]["mesh"] == "10"
+    assert (tmp_path / "c.csv").exists() and sg.open(tmp_path / "c.h5").error == pytest.approx(c.error)
+    d = sg.compare("scenarios/bar.toml", "nbm", [10], parameter={"contact.gap": [0.9, 1.0]})
+    assert list(d.changed) == ["contact.gap = 0.9", "contact.gap = 1.0"] and not d.error[0] == d.error[1]
+
+
+def test_all_orbits():
+    found = sg.orbits("scenarios/half-plate-orbit.toml", 1.8, amplitudes=3)
+    assert len(found) >= 2 and all(o.residual < 1e-10 for o in found)
+    assert [o.energy for o in found] == sorted(o.energy for o in found)
+    assert found[0].u0.shape == (66,) and len(found[0].switches) > 0 and found[0].multipliers.dtype == complex
