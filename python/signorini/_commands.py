@@ -68,7 +68,7 @@ def _call(
 
 def _warn(heard: Iterable[str]) -> None:
     """Warn at the line of the first caller outside of this package."""
-    depth, frame = 0, sys._getframe()
+    depth, frame = 1, sys._getframe()
     while frame is not None and frame.f_globals.get("__package__") == __package__:
         depth, frame = depth + 1, frame.f_back
     for warning in heard:
