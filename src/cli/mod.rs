@@ -26,6 +26,7 @@ mod resources;
 mod response;
 mod run;
 mod validate;
+mod view;
 mod viscous;
 
 use std::ffi::OsString;
@@ -171,6 +172,8 @@ enum Command {
     Crosscheck(crosscheck::Arguments),
     /// Pictures (SVG and PNG) of what a file holds
     Plot(plot::Arguments),
+    /// One page of HTML that plays what files hold, in any browser
+    View(view::Arguments),
     /// Results for ParaView (VTU/XDMF) or a spreadsheet (CSV)
     Export(export::Arguments),
     /// What is in a file, in words
@@ -199,6 +202,7 @@ fn execute(cli: &Cli) -> Result<Answer, CliError> {
         Command::Response(a) => response::run(a, global),
         Command::Crosscheck(a) => crosscheck::run(a, global),
         Command::Plot(a) => plot::run(a, global),
+        Command::View(a) => view::run(a, global),
         Command::Export(a) => export::run(a, global),
         Command::Inspect(a) => inspect::run(a, global),
         Command::Precision(a) => precision::run(a, global),

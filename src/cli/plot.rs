@@ -11,16 +11,16 @@ use signorini::report::figure::{self, Drawing};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::store::{
-    Content, Outputs, Stored, StoredFamily, content, read_comparison, read_crosscheck,
+    Content, Outputs, Stored, StoredFamily, beside, content, read_comparison, read_crosscheck,
     read_stored_orbit, read_switch_rates,
 };
 
-use super::{Answer, CliError, Global};
+use super::{Answer, CliError, Global, view};
 
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot plate.h5 --html\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
 )]
 pub struct Arguments {
     /// A file of this program; several files of families (`backbone`, `response`, `crosscheck`) give one picture of energy
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Beginning of the pictures' names [default: the file's name without its ending; for several files `overlay`]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
+    /// One page of HTML that plays what the files hold (STEM.html), in place of pictures
+    #[arg(long, conflicts_with_all = ["only", "at", "nodes", "axis", "energy", "amplitude", "frequency", "point", "dpi"])]
+    html: bool,
     /// Only these pictures: contact, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
     /// multipliers (of a family), crosscheck (of a cross-check), comparison
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
@@ -80,6 +83,12 @@ impl From<Axis> for families::Axis {
 
 /// Draw the pictures.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    if arguments.html {
+        let stem = arguments.output.as_deref();
+        let path = view::write(global, &arguments.files, stem.map(|s| beside(s, ".html")))?;
+        let name = path.display().to_string();
+        return Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")));
+    }
     let drawings = match &arguments.files[..] {
         [file] => of_file(arguments, file)?,
         _ => vec![of_files(arguments)?],

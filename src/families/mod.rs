@@ -15,6 +15,7 @@ pub mod doubling;
 pub mod follow;
 mod known;
 mod legs;
+pub mod motions;
 mod open;
 pub mod sequence;
 pub mod single;

@@ -8,6 +8,7 @@ pub mod export;
 pub mod families;
 pub mod figure;
 pub mod overlay;
+pub mod page;
 pub mod pictures;
 pub mod precision;
 pub mod summary;

@@ -79,27 +79,30 @@ pub struct Stored {
     pub grazings: usize,
 }
 
+/// Columns of the energies.
+const COLUMNS: [&str; 5] = ["kinetic", "elastic", "external", "dissipated", "jumps"];
+
 impl Stored {
     /// Read a whole run.
     pub fn read(path: &Path) -> Result<Stored, StoreError> {
-        reading(path, || Self::read_all(path))
+        reading(path, || {
+            let file = open(path)?;
+            let mut stored = Self::read_body(path, &file)?;
+            stored.read_motion(&file)?;
+            stored.checked()
+        })
     }
 
-    fn read_all(path: &Path) -> Result<Stored, StoreError> {
-        let file = open(path)?;
+    /// Read the body of any file, without a motion.
+    pub fn body(path: &Path) -> Result<Stored, StoreError> {
+        reading(path, || Self::read_body(path, &open(path)?)?.checked())
+    }
+
+    fn read_body(path: &Path, file: &hdf5::File) -> Result<Stored, StoreError> {
         let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
         let mesh = file.group("mesh").map_err(|_| missing("/mesh"))?;
-        let trajectory = file.group("trajectory").map_err(|_| missing("/trajectory"))?;
-        let switches = file.group("switches").map_err(|_| missing("/switches"))?;
-        let energy = file.group("energy").map_err(|_| missing("/energy"))?;
-        let text = |name: &str| read_text(&file, name).unwrap_or_default();
+        let text = |name: &str| read_text(file, name).unwrap_or_default();
         let indices = |v: Vec<i64>| v.into_iter().map(|i| i as usize).collect();
-        let column = |name: &str| energy.dataset(name)?.values::<f64>();
-        let energy: Result<Vec<_>, hdf5::Error> =
-            ["kinetic", "elastic", "external", "dissipated", "jumps"]
-                .map(column)
-                .into_iter()
-                .collect();
         let points = match mesh.dataset("contact_points") {
             Ok(places) => Some(places.table::<f64>()?),
             Err(_) => None,
@@ -128,14 +131,15 @@ impl Stored {
             Some(points) => (0..points.nrows()).collect(),
             None => indices(mesh.dataset("contact_nodes")?.values()?),
         };
-        let switch_node: Vec<usize> = indices(switches.dataset("node")?.values()?);
-        let before = sets(&file, "switches/active_before")?;
-        let after = sets(&file, "switches/active_after")?;
-        let point = |((node, before), after): ((&usize, &ActiveSet), &ActiveSet)| {
-            point_of(&contact_nodes, *node, before.flags(), after.flags())
+        let contact_dofs: Vec<usize> = match &points {
+            Some(_) => indices(mesh.dataset("contact_dofs")?.values()?),
+            None => vec![],
         };
-        let switch_point = switch_node.iter().zip(&before).zip(&after).map(point).collect();
-        let stored = Stored {
+        let dof_map: Array2<i64> = mesh.dataset("dof_map")?.table()?;
+        let of_nodes = dof_map.iter().filter_map(|&i| usize::try_from(i).ok());
+        let columns = of_nodes.chain(contact_dofs.iter().copied()).max().map_or(0, |i| i + 1);
+        let n_c = gap.len();
+        Ok(Stored {
             path: path.to_owned(),
             title: text("title"),
             scene: text("scene"),
@@ -145,12 +149,9 @@ impl Stored {
             status: Status::of_name(&text("status")),
             nodes: mesh.dataset("nodes")?.table()?,
             elements,
-            dof_map: mesh.dataset("dof_map")?.table()?,
+            dof_map,
             contact_nodes,
-            contact_dofs: match &points {
-                Some(_) => indices(mesh.dataset("contact_dofs")?.values()?),
-                None => vec![],
-            },
+            contact_dofs,
             // their displacements stood along the axis
             point_sign: if mesh.link_exists("contact_groups") { 1.0 } else { sign },
             points,
@@ -162,27 +163,55 @@ impl Stored {
             contact_normals: normals,
             contact_groups: groups,
             regions,
-            t: trajectory.dataset("t")?.values()?,
-            u: trajectory.dataset("u")?.table()?,
-            v: trajectory.dataset("v")?.table()?,
-            active: trajectory.dataset("active")?.table()?,
-            pressure: trajectory.dataset("pressure")?.table()?,
-            energy: energy?,
-            switch_t: switches.dataset("t")?.values()?,
-            switch_node,
-            switch_point,
-            switch_kind: switches
-                .dataset("kind")?
-                .values::<FixedAscii<32>>()?
-                .iter()
-                .map(|w| w.as_str().to_owned())
-                .collect(),
-            switch_jump: switches.dataset("energy_jump")?.values()?,
-            grazings: file.dataset("grazings/t").map_or(0, |d| d.size()),
+            t: vec![],
+            u: Array2::zeros((0, columns)),
+            v: Array2::zeros((0, columns)),
+            active: Array2::zeros((0, n_c)),
+            pressure: Array2::zeros((0, n_c)),
+            energy: vec![vec![]; COLUMNS.len()],
+            switch_t: vec![],
+            switch_node: vec![],
+            switch_point: vec![],
+            switch_kind: vec![],
+            switch_jump: vec![],
+            grazings: 0,
+        })
+    }
+
+    fn read_motion(&mut self, file: &hdf5::File) -> Result<(), StoreError> {
+        let group = |name: &str| {
+            let path = self.path.clone();
+            file.group(name).map_err(|_| StoreError::Missing { path, what: format!("/{name}") })
         };
-        match stored.inconsistency() {
-            None => Ok(stored),
-            Some(what) => Err(StoreError::unusable(path, format!("damaged: {what}"))),
+        let (trajectory, switches) = (group("trajectory")?, group("switches")?);
+        let energy = group("energy")?;
+        let column = |name: &str| energy.dataset(name)?.values::<f64>();
+        self.energy = COLUMNS.map(column).into_iter().collect::<Result<_, hdf5::Error>>()?;
+        self.t = trajectory.dataset("t")?.values()?;
+        self.u = trajectory.dataset("u")?.table()?;
+        self.v = trajectory.dataset("v")?.table()?;
+        self.active = trajectory.dataset("active")?.table()?;
+        self.pressure = trajectory.dataset("pressure")?.table()?;
+        self.switch_t = switches.dataset("t")?.values()?;
+        let nodes: Vec<i64> = switches.dataset("node")?.values()?;
+        self.switch_node = nodes.into_iter().map(|i| i as usize).collect();
+        let before = sets(file, "switches/active_before")?;
+        let after = sets(file, "switches/active_after")?;
+        let point = |((node, before), after): ((&usize, &ActiveSet), &ActiveSet)| {
+            point_of(&self.contact_nodes, *node, before.flags(), after.flags())
+        };
+        self.switch_point = self.switch_node.iter().zip(&before).zip(&after).map(point).collect();
+        let kinds = switches.dataset("kind")?.values::<FixedAscii<32>>()?;
+        self.switch_kind = kinds.iter().map(|w| w.as_str().to_owned()).collect();
+        self.switch_jump = switches.dataset("energy_jump")?.values()?;
+        self.grazings = file.dataset("grazings/t").map_or(0, |d| d.size());
+        Ok(())
+    }
+
+    fn checked(self) -> Result<Stored, StoreError> {
+        match self.inconsistency() {
+            None => Ok(self),
+            Some(what) => Err(StoreError::unusable(&self.path, format!("damaged: {what}"))),
         }
     }
 

@@ -17,6 +17,7 @@ use contact::contact;
 use gap::gap_map;
 use ledger::energy;
 use shapes::shapes;
+pub(super) use wall::boundary;
 
 /// A picture's name and how it is drawn.
 struct Picture {

@@ -9,7 +9,7 @@ use crate::report::figure::{Area, Drawn, FigureError, INK, line, px};
 use crate::store::Stored;
 
 /// The sides of elements that no other element has: nodes from end to end.
-pub(super) fn boundary(stored: &Stored) -> Vec<Vec<usize>> {
+pub(in crate::report) fn boundary(stored: &Stored) -> Vec<Vec<usize>> {
     let mut sides: HashMap<[usize; 2], Option<Vec<usize>>> = HashMap::new();
     let mut order = vec![];
     for k in 0..stored.elements.nrows() {

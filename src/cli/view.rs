@@ -1,0 +1,165 @@
+//! `signorini view`
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use clap::Args;
+use serde_json::json;
+
+use signorini::families::motions::{Motions, NoMotion};
+use signorini::fem::law::materials;
+use signorini::report::comparison;
+use signorini::report::page::{self, View};
+use signorini::scenario::Scene;
+use signorini::store::{
+    Content, Outputs, Raw, Stored, StoredFamily, attributes, content, read_comparison,
+    read_stored_orbit, replace,
+};
+
+use super::progress::Bar;
+use super::{Answer, CliError, Global, load};
+
+/// Arguments of `view`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The page needs no network and no other file: it can be sent to others, and be part of a paper's supplement.\n\nExample:\n  signorini view plate.h5\n  signorini view backbone.h5 hbm.h5 viscous.h5 -o compared.html\n  signorini view orbit.h5 --no-open"
+)]
+pub struct Arguments {
+    /// Files of this program; several families are shown in one diagram
+    #[arg(required = true, value_name = "FILE.h5")]
+    files: Vec<PathBuf>,
+    /// Where to write the page [default: the file's name with .html; for several files overlay.html]
+    #[arg(short, long, value_name = "OUT.html")]
+    output: Option<PathBuf>,
+    /// Write the page, and do not show it
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Write the page and show it.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let path = write(global, &arguments.files, arguments.output.clone())?;
+    let shown = !arguments.no_open && !global.json && global.caller.desk.is_none() && show(&path);
+    let name = path.display().to_string();
+    Ok(global.answer(
+        || json!({"written": [name]}),
+        || match shown {
+            true => format!("{name} (shown in the browser)\n"),
+            false => format!("{name}: open it in a browser\n"),
+        },
+    ))
+}
+
+/// Write the page of some files; where it is.
+pub(super) fn write(
+    global: &Global,
+    files: &[PathBuf],
+    output: Option<PathBuf>,
+) -> Result<PathBuf, CliError> {
+    let path = output.unwrap_or_else(|| match files {
+        [file] => file.with_extension("html"),
+        _ => PathBuf::from("overlay.html"),
+    });
+    let outputs = Outputs::new(false).reads_all(files.iter().cloned());
+    outputs.check_derived(&path)?;
+    let views: Result<Vec<View>, CliError> =
+        files.iter().map(|file| of_file(global, file, files.len())).collect();
+    replace(&path, page::html(&views?).as_bytes())?;
+    Ok(path)
+}
+
+fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
+    Ok(match content(file)? {
+        Content::Comparison => {
+            let stored = read_comparison(file)?;
+            let svg = comparison::picture(&stored.comparison)?;
+            View::picture(&name(file), &stored.comparison.title, &svg)
+        }
+        Content::Family => of_family(global, file, files)?,
+        Content::Run | Content::Orbit => {
+            let stored = Stored::read(file)?;
+            let scene = scene(file, &stored.scene);
+            let of_bodies = scene.as_ref().map(materials).unwrap_or_default();
+            View::run(&stored, &of_bodies, read_stored_orbit(file)?.as_ref())
+        }
+    })
+}
+
+fn name(file: &Path) -> String {
+    file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// The scene of a file, with the place that it was read from.
+fn scene(file: &Path, text: &str) -> Option<Scene> {
+    let from = attributes(file, "").ok()?.into_iter().find(|(name, _)| name == "scene_file");
+    let from = match from {
+        Some((_, Raw::Words(words))) => words.into_iter().next().unwrap_or_default(),
+        _ => String::new(),
+    };
+    Scene::parse(text, from.as_ref()).ok()
+}
+
+/// States of an orbit, at least and at most.
+const STATES: (usize, usize) = (32, 96);
+/// Bytes of all orbits of the families of a page.
+const BYTES: usize = 8_000_000;
+
+/// A family with the motions of its points.
+fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
+    let family = StoredFamily::read(file)?;
+    let rest = Stored::body(file)?;
+    let Some(scene) = scene(file, &family.scene) else {
+        let why =
+            "the scene that made it cannot be read by this version: its orbits cannot be played";
+        return Ok(View::family(&family, &rest, &[], &[], Some(why)));
+    };
+    let playable = family.points.iter().filter(|p| p.orbit.is_some() || p.series.is_some()).count();
+    let per_state = 4 * rest.nodes.nrows() + 5 * rest.gap.len();
+    let states = BYTES / files / (per_state * playable).max(1);
+    // where not even few states of each fit, some points are not played
+    let every = STATES.0.div_ceil(states.max(1)).max(1);
+    let states = states.clamp(STATES.0, STATES.1);
+    let bar = Bar::new(global, &scene);
+    let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
+    let count = family.points.len();
+    let mut all = Motions::new(family, rest, &scene, &set_up);
+    let (mut motions, mut why) = (vec![], None);
+    for k in 0..count {
+        if k % every != 0 {
+            motions.push(None);
+            continue;
+        }
+        match all.of(k, states) {
+            Ok(motion) => motions.push(motion),
+            Err(NoMotion::Point(_)) => motions.push(None),
+            Err(NoMotion::Body(text)) => {
+                why = Some(format!("its orbits cannot be played: {text}"));
+                break;
+            }
+        }
+        if let Some(bar) = &bar {
+            bar.set((k + 1) as f64 / count as f64, format!("{} of {count} orbits", k + 1));
+        }
+    }
+    if let Some(bar) = &bar {
+        bar.clear();
+    }
+    if let Some(why) = &why {
+        global.caller.warn(&format!("{}: {why}", file.display()));
+    }
+    Ok(View::family(all.family(), all.rest(), &materials(&scene), &motions, why.as_deref()))
+}
+
+/// Show a page in the browser of this machine, if there is one to look at.
+fn show(path: &Path) -> bool {
+    let there = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+    let (program, words): (&str, &[&str]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("cmd", &["/C", "start", ""]),
+        _ if there("DISPLAY") || there("WAYLAND_DISPLAY") => ("xdg-open", &[]),
+        _ => return false,
+    };
+    let mut command = Command::new(program);
+    command.args(words).arg(path).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().is_ok()
+}

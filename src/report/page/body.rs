@@ -1,0 +1,78 @@
+//! The body of a page: its cells, outline, obstacles, and what makes stresses of its displacements.
+
+use serde_json::{Value, json};
+
+use super::block::{exact, single, whole};
+use crate::fem::{Material, Shape, shape};
+use crate::report::edge::Edge;
+use crate::report::pictures::boundary;
+use crate::store::Stored;
+
+/// The body of a motion; `materials` by region where they are known.
+pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
+    let edge = Edge::of(stored);
+    let (fronts, n_c) = (&edge.fronts, stored.gap.len());
+    let cells: Vec<Vec<usize>> = (0..stored.elements.nrows()).map(|k| around(stored, k)).collect();
+    let in_plane = (0..cells.len()).all(|k| stored.kind(k).is_some_and(|kind| kind.dim() == 2));
+    json!({
+        "dim": if cells.is_empty() { 0 } else if in_plane { 2 } else { 1 },
+        "nodes": single(stored.nodes.iter().copied()),
+        "cells": whole(cells.iter().flatten().copied()),
+        "corners": whole(cells.iter().map(Vec::len)),
+        "sides": whole(boundary(stored).into_iter().flat_map(|s| pairs(&s)).flatten()),
+        "stress": stress(stored, materials),
+        "contact": {
+            "axis": edge.axis,
+            "position": exact(edge.position.iter().copied()),
+            "gap": exact(stored.gap.iter().copied()),
+            "place": single((0..n_c).flat_map(|i| stored.contact_place(i))),
+            "normal": single(stored.contact_normals.iter().copied()),
+            "names": stored.contact_nodes,
+            "fronts": fronts,
+            "parts": edge.parts(),
+            "closed": edge.parts().iter().map(|p| edge.is_closed(p)).collect::<Vec<bool>>(),
+        },
+    })
+}
+
+fn pairs(path: &[usize]) -> Vec<[usize; 2]> {
+    path.windows(2).map(|p| [p[0], p[1]]).collect()
+}
+
+/// The nodes of an element around its outline, those on its sides between its corners.
+fn around(stored: &Stored, k: usize) -> Vec<usize> {
+    let nodes = stored.nodes_of(k);
+    let Some(kind) = stored.kind(k).filter(|kind| kind.dim() == 2) else { return nodes };
+    let path = |side: usize| {
+        let local = kind.side(side);
+        let mut path = vec![nodes[local[0]]];
+        path.extend(local.get(2).map(|&middle| nodes[middle]));
+        path
+    };
+    (0..kind.sides()).flat_map(path).collect()
+}
+
+/// `σ_xx, σ_yy, σ_zz, σ_xy` at the centre of each element for a unit of each displacement of its nodes, one element behind the other; null for a body
+/// without materials.
+fn stress(stored: &Stored, materials: &[Material]) -> Value {
+    let (mut rows, mut own, mut counts) = (vec![], vec![], vec![]);
+    for k in 0..stored.elements.nrows() {
+        let (Some(kind), Some(material)) =
+            (stored.kind(k), materials.get(stored.regions[k]).or(materials.first()))
+        else {
+            return Value::Null;
+        };
+        let nodes = stored.nodes_of(k);
+        let x: Vec<[f64; 2]> =
+            nodes.iter().map(|&n| [stored.nodes[(n, 0)], stored.nodes[(n, 1)]]).collect();
+        let of = Shape { kind, x: &x }.stress_rows(material, shape::centre(kind));
+        // column by column: four numbers a displacement
+        rows.extend(of.iter().copied());
+        counts.push(nodes.len());
+        own.extend(nodes);
+    }
+    if own.is_empty() {
+        return Value::Null;
+    }
+    json!({"rows": single(rows), "nodes": whole(own), "counts": whole(counts)})
+}

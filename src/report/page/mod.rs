@@ -1,0 +1,124 @@
+//! One page of HTML that shows what files hold: it needs no network and no other file.
+//!
+//! What it computes and draws with is in `web/` (sources, built into `page.js`); here it gets its data.
+
+mod block;
+mod body;
+mod motion;
+
+use serde_json::{Value, json};
+
+use super::summary::significant;
+use crate::fem::Material;
+use crate::records::{OrbitRecord, PointKind, PointRecord};
+use crate::store::{MARK, Stored, StoredFamily};
+
+const FRAME: &str = include_str!("web/page.html");
+const STYLE: &str = include_str!("web/style.css");
+const SCRIPT: &str = include_str!("page.js");
+/// Of the libraries that are built into the script.
+const LICENCES: &str = include_str!("web/LICENCES.txt");
+
+/// Something to look at.
+pub struct View(Value);
+
+impl View {
+    /// A run, or an orbit with its multipliers.
+    pub fn run(stored: &Stored, materials: &[Material], orbit: Option<&OrbitRecord>) -> View {
+        View(json!({
+            "kind": "run",
+            "name": stored.path.file_name().map(|n| n.to_string_lossy()),
+            "title": stored.title,
+            "status": stored.status.to_string(),
+            "command": stored.command,
+            "body": body::body(stored, materials),
+            "motion": motion::motion(stored),
+            "orbit": orbit.map(of_orbit),
+        }))
+    }
+
+    /// A family; `rest` is its body, `motions` what its points do over their periods, where that is known, and `why` there are none.
+    pub fn family(
+        family: &StoredFamily,
+        rest: &Stored,
+        materials: &[Material],
+        motions: &[Option<Stored>],
+        why: Option<&str>,
+    ) -> View {
+        let points = family.points.iter().enumerate();
+        let points: Vec<Value> =
+            points.map(|(k, p)| point(p, motions.get(k).and_then(Option::as_ref))).collect();
+        View(json!({
+            "kind": "family",
+            "name": family.path.file_name().map(|n| n.to_string_lossy()),
+            "title": family.title,
+            "status": family.status.to_string(),
+            "what": family.kind,
+            "sequential": family.outline().is_point_by_point(),
+            "branches": family.branches.iter().map(|b| b.to_string()).collect::<Vec<_>>(),
+            "body": body::body(rest, materials),
+            "points": points,
+            "why": why,
+        }))
+    }
+
+    /// A picture that is drawn already.
+    pub fn picture(name: &str, title: &str, svg: &str) -> View {
+        View(json!({"kind": "picture", "name": name, "title": title, "svg": svg}))
+    }
+}
+
+fn finite(x: f64) -> Value {
+    if x.is_finite() { json!(x) } else { Value::Null }
+}
+
+fn of_orbit(o: &OrbitRecord) -> Value {
+    json!({
+        "period": finite(o.period), "energy": finite(o.energy), "amplitude": finite(o.amplitude), "residual": finite(o.residual),
+        "contact_time": finite(o.contact_time), "stable": o.stable, "trivial": o.trivial,
+        "multipliers": o.multipliers.iter().map(|m| m.map(|x| significant(x, 7).parse::<f64>().unwrap_or(x))).collect::<Vec<_>>(),
+        "switches": o.switches.len(),
+        "alpha": o.viscous.as_ref().map(|v| v.alpha), "beta": o.viscous.as_ref().map(|v| v.beta),
+    })
+}
+
+fn point(p: &PointRecord, moving: Option<&Stored>) -> Value {
+    let is_gap = matches!(p.special, PointKind::Gap(_));
+    json!({
+        "omega": p.omega, "branch": p.branch, "index": p.index,
+        "special": if p.special == PointKind::Regular { Value::Null } else { p.special.to_string().into() },
+        "gap": is_gap,
+        "orbit": p.orbit.as_ref().map(of_orbit),
+        "hbm": p.check.as_ref().map(|c| json!({"energy": finite(c.energy), "verdict": c.verdict.name(), "moved": finite(c.moved), "harmonics": c.n_h})),
+        "frames": moving.map(motion::orbit),
+    })
+}
+
+/// The page.
+pub fn html(views: &[View]) -> String {
+    let views: Vec<&Value> = views.iter().map(|v| &v.0).collect();
+    let title = views.first().and_then(|v| v["title"].as_str()).unwrap_or_default();
+    let data = json!({"version": env!("CARGO_PKG_VERSION"), "views": views}).to_string();
+    // nothing in the data may end the element that it stands in
+    let data = data.replace('<', "\\u003c");
+    let title = escaped(title);
+    let mut parts = FRAME.split("{{");
+    let mut page = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (name, rest) = part.split_once("}}").unwrap_or((part, ""));
+        page += match name {
+            "MARK" => MARK,
+            "TITLE" => &title,
+            "STYLE" => STYLE,
+            "LICENCES" => LICENCES,
+            "SCRIPT" => SCRIPT,
+            _ => &data,
+        };
+        page += rest;
+    }
+    page
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,67 @@
+//! A motion of a page: places of nodes, contact curves, energies, switches.
+
+use serde_json::{Value, json};
+
+use super::block::{exact, flags, rounded, single};
+use crate::store::Stored;
+
+/// Bytes of all stored states of one page, at most; beyond, every second, third, … state is left out.
+const MOST_BYTES: usize = 9_000_000;
+
+/// Every so many states are shown, so that they fit.
+pub(super) fn stride(stored: &Stored) -> usize {
+    let bytes = stored.t.len() * (4 * stored.nodes.nrows() + 9 * stored.gap.len());
+    bytes.div_ceil(MOST_BYTES).max(1)
+}
+
+/// The states of a motion, and what it did.
+pub(super) fn motion(stored: &Stored) -> Value {
+    let stride = stride(stored);
+    let last = stored.t.len().saturating_sub(1);
+    let rows: Vec<usize> = (0..=last).filter(|r| r % stride == 0 || *r == last).collect();
+    json!({
+        "stride": stride,
+        "states": stored.t.len(),
+        "ledger": ledger(stored),
+        "switches": {
+            "t": exact(stored.switch_t.iter().copied()),
+            "node": stored.switch_node,
+            "kind": stored.switch_kind,
+            "jump": exact(stored.switch_jump.iter().copied()),
+        },
+        "frames": frames(stored, &rows, false),
+    })
+}
+
+/// The states of an orbit, in few bytes.
+pub(super) fn orbit(stored: &Stored) -> Value {
+    let rows: Vec<usize> = (0..stored.t.len()).collect();
+    frames(stored, &rows, true)
+}
+
+/// Displacements of nodes and contact points, pressures, active sets; `short`: to a few digits.
+fn frames(stored: &Stored, rows: &[usize], short: bool) -> Value {
+    let n = stored.nodes.nrows();
+    let n_c = stored.gap.len();
+    let number = |x: Vec<f64>| if short { rounded(&x) } else { single(x) };
+    let nodal = |&r: &usize| (0..n).flat_map(move |i| stored.displacement(r, i));
+    let u: Vec<f64> = rows.iter().flat_map(nodal).collect();
+    let along = |&r: &usize| (0..n_c).map(move |i| stored.contact_displacement(r, i));
+    let contact: Vec<f64> = rows.iter().flat_map(along).collect();
+    let pressure: Vec<f64> = rows.iter().flat_map(|&r| stored.pressure.row(r).to_vec()).collect();
+    json!({
+        "t": exact(rows.iter().map(|&r| stored.t[r])),
+        "u": rounded(&u),
+        "contact": number(contact),
+        "pressure": number(pressure),
+        "active": flags(rows.iter().flat_map(|&r| stored.active.row(r).to_vec())),
+    })
+}
+
+fn ledger(stored: &Stored) -> Value {
+    let column = |k: usize| exact(stored.energy[k].iter().copied());
+    json!({
+        "t": exact(stored.t.iter().copied()),
+        "kinetic": column(0), "elastic": column(1), "external": column(2), "dissipated": column(3), "jumps": column(4),
+    })
+}

@@ -1,0 +1,81 @@
+// A motion with everything that is linked to its cursor: the body, curves of the contact, the map of the gap, energies.
+
+import { interpolateViridis } from "d3-scale-chromatic";
+import { BodyView } from "./body.js";
+import { Curves, GapMap } from "./chart.js";
+import { decode } from "./decode.js";
+import { Player } from "./player.js";
+import { COLOURS, element } from "./words.js";
+
+/** At most so many contact points have curves. */
+const SHOWN = 12;
+
+/** Stretches of time in which something touches. */
+export function bandsOf({ t, active }) {
+  const n = active.length / t.length;
+  const bands = [];
+  let from = null;
+  for (let k = 0; k < t.length; k++) {
+    let touches = false;
+    for (let i = 0; i < n; i++) touches ||= active[k * n + i] === 1;
+    if (touches && from === null) from = t[k];
+    if (from !== null && (!touches || k === t.length - 1)) {
+      bands.push([from, t[k]]);
+      from = null;
+    }
+  }
+  return bands;
+}
+
+/** Views of a body's motions, one at a time. */
+export class MotionView {
+  constructor(body, { loops = false, compact = false } = {}) {
+    this.body = body;
+    this.player = new Player((t) => this.linked.forEach((view) => view.at(t)), loops);
+    const seek = (t) => this.player.seek(t);
+    const { contact } = body;
+    this.view = body.dim > 0 ? new BodyView(body) : null;
+    const point = contact.names.length === 1 ? "of the contact point" : "of contact points";
+    const height = compact ? 150 : 170;
+    this.displacement = new Curves({ title: `Displacement ${point} towards the obstacle`, x: "t", y: "u_C", height }, seek);
+    this.pressure = new Curves({ title: `Pressure ${point}`, x: "t", y: "p", height }, seek);
+    this.map = contact.fronts.length > 1 ? new GapMap({ title: "Gap and pressure along the contact edge", x: "t", y: contact.axis, height: 190 }, seek) : null;
+    this.ledger = compact ? null : new Curves({ title: "Energies", x: "t", y: "energy" }, seek);
+    this.linked = [this.displacement, this.pressure, this.map, this.ledger].filter(Boolean);
+    if (this.view) this.linked.push({ at: (t) => this.view.draw(t) });
+    const charts = [this.displacement, this.pressure, this.map, this.ledger].filter(Boolean).map((c) => c.element);
+    this.left = element("div", { class: "column" }, this.view?.element ?? element("p", { class: "soft" }, "A body of matrices has no shape to show."), this.player.element);
+    this.right = element("div", { class: "column" }, ...charts);
+  }
+
+  show(frames, ledger) {
+    const { contact } = this.body;
+    const n = contact.gap.length;
+    const { t } = frames;
+    this.player.span = [t[0], t[t.length - 1]];
+    this.view?.show(frames);
+    const { fronts } = contact;
+    const some = fronts.length <= SHOWN ? fronts : Array.from({ length: SHOWN }, (_, k) => fronts[Math.round((k * (fronts.length - 1)) / (SHOWN - 1))]);
+    const colour = (k) => (some.length <= 4 ? COLOURS[k] : interpolateViridis((0.9 * k) / (some.length - 1)));
+    const series = (values) => some.map((i, k) => ({ name: `node ${contact.names[i]}`, colour: colour(k), y: (row) => values[row * n + i] }));
+    const bands = bandsOf(frames);
+    const gaps = new Set(contact.gap.map((g, i) => (fronts.includes(i) ? g : -g)));
+    this.displacement.show({ t, series: series(frames.contact), bands, limits: gaps.size <= 2 ? [...gaps] : [] });
+    this.pressure.show({ t, series: series(frames.pressure), bands });
+    const s = fronts.map((i) => contact.position[i]);
+    this.map?.show({ t, rows: fronts, gap: contact.gap, contact: frames.contact, pressure: frames.pressure, bound: [Math.min(...s), Math.max(...s)] });
+    if (this.ledger && ledger) this.energies(ledger, bands);
+    this.player.seek(t[0]);
+  }
+
+  energies(raw, bands) {
+    const e = Object.fromEntries(Object.entries(raw).map(([name, block]) => [name, decode(block)]));
+    const curve = (name, k) => ({ name, colour: COLOURS[k], y: (row) => e[name][row] });
+    const moves = (name) => e[name].some((x) => x !== 0);
+    const series = [curve("kinetic", 0), curve("elastic", 1), { name: "kinetic + elastic", colour: COLOURS[4], y: (row) => e.kinetic[row] + e.elastic[row] }];
+    if (moves("external")) series.push(curve("external", 2));
+    if (moves("dissipated")) series.push(curve("dissipated", 3));
+    if (moves("jumps")) series.push({ ...curve("jumps", 5), name: "sum of the jumps at switches" });
+    this.ledger.show({ t: e.t, series, bands });
+  }
+}
