@@ -5,12 +5,13 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python fuzz validate bench pictures figures methods clean
+.PHONY: help setup build demo test python page fuzz validate bench pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
 	@echo 'make test      the whole test suite'
 	@echo 'make python    the Python package: build its wheel (target/wheels), test it in a fresh environment'
+	@echo 'make page      the page of signorini view in a real browser; screenshots into out/page/'
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
@@ -43,6 +44,11 @@ python: setup
 	python3 -m venv $(FRESH)
 	$(FRESH)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt target/wheels/signorini-*.whl
 	$(FRESH)/bin/python -m pytest -q -p no:cacheprovider --rootdir python python/tests
+
+# needs Chromium (the package chromium of the distribution) or Chrome
+page: build
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r tests/page/requirements.txt
+	.venv/bin/python tests/page/check.py
 
 # FUZZ=scene-0141 make fuzz: one case again, or all whose names begin so; FUZZ_SEED=1 make fuzz: other cases
 fuzz: setup

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -60,10 +61,48 @@ def _call(
     """The JSON object of a command, and why the numerics failed, if they did."""
     words = [command, *_arguments(options), "--", *places]
     title = f"{command} {scene.title}" if scene is not None else command
-    with Shown(progress, title) as shown:
-        text, failure, heard = _signorini.call(words, scene and scene._scene, is_scratch, shown.tell)
+    return _carry_out(command, words, scene, progress, title, is_scratch)
+
+
+def _carry_out(
+    command: str, words: list[str], scene: Scene | None, progress: Progress, title: str, is_scratch: bool
+) -> tuple[dict[str, Any], str | None]:
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise TypeError("progress: give None, a bool, or a function of the share that is done and what is being done")
+    try:
+        with Shown(progress, title) as shown:
+            text, failure, heard = _signorini.call(words, scene and scene._scene, is_scratch, shown.tell)
+    except SceneError as e:
+        raise _reworded(command, e) from None
+    except KeyboardInterrupt as e:
+        kept = str(e).replace("with the same command and --resume", "with the same call and resume=True")
+        nothing = "interrupted; name an output to keep what is computed, and to go on with it"
+        raise KeyboardInterrupt(nothing if is_scratch else kept) from None
     _warn(heard)
     return json.loads(text), failure
+
+
+#: Options that are either given or not.
+_FLAGS = {"force", "resume", "all", "full", "viscous", "quick", "locate", "shoot", "orbit", "force-large"}
+
+
+def _reworded(command: str, e: SceneError) -> Exception:
+    """Options of the command line as the keywords that they are here."""
+    message = e.message
+    if message.startswith("error: "):
+        message = message.removeprefix("error: ").split("\n\n")[0]
+        unknown = re.match(r"unexpected argument '--([\w-]+)", message)
+        if unknown:
+            return TypeError(f"{command}() got an unexpected keyword argument {unknown[1].replace('-', '_')!r}")
+        message = re.sub(r" <[^>]*>", "", message)
+
+    def keyword(m: re.Match[str]) -> str:
+        name = m[1].replace("-", "_")
+        return f"{name}=True" if m[1] in _FLAGS else name
+
+    words = [re.sub(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)", keyword, text).replace(" -o,", " output,") for text in (message, e.help)]
+    words = [re.sub(r" with -o\b", "", text) for text in words]
+    return SceneError(*words, (e.file, e.line, e.column, e.key))
 
 
 def _warn(heard: Iterable[str]) -> None:
@@ -91,7 +130,7 @@ def _to_file(
             raise SceneError("resume goes on with a file: say which, with output")
         path, folder = scratch(f"{command}.h5")
     else:
-        path = fspath(output)
+        path = os.fsdecode(output)
     places = [*before, fspath(scene.file)]
     try:
         said, failure = _call(command, scene, places, options | {"output": path}, progress, folder is not None)
@@ -99,10 +138,6 @@ def _to_file(
             store, folder = Store(path, folder), None
             return said, failure, store
         return said, failure, None
-    except KeyboardInterrupt as e:
-        kept = str(e).replace("with the same command and --resume", "with the same call and resume=True")
-        nothing = "interrupted; name an output to keep what is computed, and to go on with it"
-        raise KeyboardInterrupt(kept if folder is None else nothing) from None
     finally:
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -182,13 +217,17 @@ def orbit(
         output, force, progress: as for ``run``.
 
     Returns:
-        Orbit, or a Verdict (``bool(verdict)`` is False) that names why there is none: fold, grazing, not found ...
+        Orbit, or a Verdict (``bool(verdict)`` is False) that names why there is none: fold, grazing, not found ... Then nothing is
+        written, and what stood in ``output`` stays.
     """
+    # a result without a name lives as long as it is held
+    held = near_return
     if isinstance(near_return, Result):
         near_return = near_return.path
     options |= {"omega": omega, "period": period, "viscous": viscous, "beta": beta, "amplitude": amplitude}
     options |= {"near_return": near_return, "periods": periods, "force": force}
     said, failure, store = _to_file("orbit", scene, output, options, progress)
+    del held
     return _result(said, failure, store) if said["converged"] else Verdict(said)
 
 
@@ -220,7 +259,7 @@ def backbone(
     range: tuple[float, float] | None = None,
     method: str = "shooting",
     harmonics: int | Iterable[int] | None = None,
-    follow: str = "sequential",
+    follow: str | None = None,
     step: float | None = None,
     viscous: bool = False,
     beta: float | None = None,
@@ -236,7 +275,7 @@ def backbone(
         range: lowest and highest circular frequency [default: ``range`` of ``[orbit]``].
         method: "shooting" (orbits), "hbm" (harmonic balance) or "bem" (bars).
         harmonics: number or numbers of harmonics, for "hbm" and "bem".
-        follow: "sequential" (a grid), "arclength" (through folds and grazings) or "natural".
+        follow: "sequential" (a grid, the default), "arclength" (through folds and grazings) or "natural".
         step: of the frequency on a grid, of arclength otherwise.
         viscous, beta: viscous nonlinear modes, which converge with the mesh; with an error statement unless ``quick``.
         resume: go on with an unfinished ``output``, or widen its range.
@@ -273,11 +312,14 @@ def response(
         doublings: a response of this scene (object or file): follow the orbits of twice the period from its period doublings.
         range, method, harmonics, step, resume, output, force, progress, options: as for ``backbone``.
     """
+    held = doublings
     if isinstance(doublings, Result):
         doublings = doublings.path
     options |= {"ratios": ratios, "range": range, "method": method, "harmonics": _numbers(harmonics)}
     options |= {"step": step, "doublings": doublings, "resume": resume, "force": force}
-    return _result(*_to_file("response", scene, output, options, progress))
+    result = _result(*_to_file("response", scene, output, options, progress))
+    del held
+    return result
 
 
 def crosscheck(
@@ -303,14 +345,24 @@ def crosscheck(
     """
     options |= {"quick": quick, "resume": resume, "force": force}
     if isinstance(backbone, Result):
-        return _result(*_to_file("crosscheck", scene, output, options, progress, [fspath(backbone.path)]))
+        if not isinstance(backbone, Family) or backbone.hbm is None:
+            raise SceneError("no series of harmonic balance are in it", "give a family computed with method='hbm'")
+        result = _result(*_to_file("crosscheck", scene, output, options, progress, [fspath(backbone.path)]))
+        # a family without a name lives as long as it is held
+        del backbone
+        return result
     if isinstance(backbone, (str, PathLike)):
-        return _result(*_to_file("crosscheck", scene, output, options, progress, [fspath(backbone)]))
-    given = backbone if isinstance(backbone, Mapping) else dict(zip(("omega", "coefficients"), backbone))
+        return _result(*_to_file("crosscheck", scene, output, options, progress, [os.fsdecode(backbone)]))
+    given = dict(backbone) if isinstance(backbone, Mapping) else dict(zip(("omega", "coefficients"), backbone))
+    if not {"omega", "coefficients"} <= given.keys() <= {"omega", "coefficients", "alpha"}:
+        raise SceneError(f"a series with {', '.join(given)}", "give omega, coefficients, and for viscous modes alpha")
     with tempfile.TemporaryDirectory(prefix="signorini-") as folder:
         path = os.path.join(folder, "series.csv")
         _write_series(path, given["omega"], given["coefficients"], given.get("alpha"))
-        return _result(*_to_file("crosscheck", scene, output, options, progress, [path]))
+        try:
+            return _result(*_to_file("crosscheck", scene, output, options, progress, [path]))
+        except SceneError as e:
+            raise SceneError(e.message.replace(path, "your series"), e.help, (e.file, e.line, e.column, e.key)) from None
 
 
 def compare(
@@ -352,15 +404,14 @@ def compare(
         "force": force,
     }
     words = [f"--parameter={key}={_list(values)}" for key, values in (parameter or {}).items()]
-    stem, folder = (fspath(output), None) if output is not None else scratch("comparison")
+    stem, folder = (os.fsdecode(output), None) if output is not None else scratch("comparison")
     try:
         options["output"] = stem
         arguments = ["compare", *words, *_arguments(options), "--", fspath(scene.file)]
-        with Shown(progress, f"compare {scene.title}") as shown:
-            text, failure, heard = _signorini.call(arguments, scene._scene, folder is not None, shown.tell)
-        _warn(heard)
+        title, nameless = f"compare {scene.title}", folder is not None
+        said, failure = _carry_out("compare", arguments, scene, progress, title, nameless)
         store, folder = Store(stem + ".h5", folder), None
-        return _result(json.loads(text), failure, store)
+        return _result(said, failure, store)
     finally:
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -379,6 +430,8 @@ def _write_series(path: str, omega: Any, coefficients: Any, alpha: Any) -> None:
         raise SceneError(
             f"coefficients of shape {a.shape} for {len(omega)} frequencies: give [p, 2 N_h + 1, n_O] in the order a_0, a_1, b_1, ..."
         )
+    if not (np.isfinite(a).all() and np.isfinite(omega).all()):
+        raise SceneError("the series has entries that are no finite numbers")
     with_alpha = alpha is not None
     fed = np.broadcast_to(np.asarray(alpha if with_alpha else 0.0, dtype=float), omega.shape)
     with open(path, "w", encoding="ascii") as file:

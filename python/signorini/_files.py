@@ -7,13 +7,14 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any, Union
 
 import numpy as np
 
 from . import _signorini
+from ._errors import FileError
 
 PathOrText = Union[str, "PathLike[str]"]
 
@@ -22,9 +23,39 @@ class Store:
     """A file; one that nobody named goes with the last object that reads it."""
 
     def __init__(self, path: PathOrText, folder: str | None = None):
-        self.path = Path(path)
+        self.path, self._folder = Path(os.fsdecode(path)), folder
+        self._version = self._stat()
         if folder is not None:
-            self._finalizer = weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+            weakref.finalize(self, _remove, folder, os.getpid())
+
+    def _stat(self) -> tuple[int, int, int]:
+        s = os.stat(self.path)
+        return (s.st_ino, s.st_size, s.st_mtime_ns)
+
+    def name(self) -> str:
+        """The path, as long as the file is the one that was opened."""
+        if self._stat() != self._version:
+            raise FileError(f"{self.path} was written anew since it was opened: sg.open reads what it holds now")
+        return os.fspath(self.path)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # a file that nobody named goes along
+        data = self.path.read_bytes() if self._folder is not None else None
+        return {"path": str(self.path), "data": data}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        if state["data"] is None:
+            self.__init__(state["path"])  # type: ignore[misc]
+            return
+        path, folder = scratch(os.path.basename(state["path"]))
+        Path(path).write_bytes(state["data"])
+        self.__init__(path, folder)  # type: ignore[misc]
+
+
+def _remove(folder: str, owner: int) -> None:
+    # a forked process is not the owner
+    if os.getpid() == owner:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def scratch(name: str) -> tuple[str, str]:
@@ -44,12 +75,12 @@ class Group:
 
     def _attributes(self) -> dict[str, Any]:
         if "" not in self._read:
-            self._read[""] = dict(_signorini.attributes(fspath(self._store.path), self._name))
+            self._read[""] = dict(_signorini.attributes(self._store.name(), self._name))
         return self._read[""]
 
     def _entries(self) -> dict[str, Any]:
         if "/" not in self._read:
-            self._read["/"] = dict(_signorini.entries(fspath(self._store.path), self._name))
+            self._read["/"] = dict(_signorini.entries(self._store.name(), self._name))
         return self._read["/"]
 
     def _path(self, name: str) -> str:
@@ -60,9 +91,19 @@ class Group:
         return sorted({*self._entries(), *self._attributes()})
 
     def __contains__(self, name: object) -> bool:
-        return name in self._entries() or name in self._attributes()
+        try:
+            self[name]  # type: ignore[index]
+        except (KeyError, TypeError):
+            return False
+        return True
+
+    def __iter__(self) -> Iterator[Any]:
+        raise TypeError(f"{type(self).__name__} is not iterable: keys() has its names")
 
     def __getitem__(self, name: str) -> Any:
+        if not isinstance(name, str):
+            raise TypeError(f"{type(self).__name__} has names, not {type(name).__name__}: {', '.join(self.keys())}")
+        name = name.strip("/")
         if name in self._read:
             return self._read[name]
         if "/" in name:
@@ -71,11 +112,11 @@ class Group:
         if name in self._entries():
             is_group = self._entries()[name] is None
             whole = self._path(name)
-            value = Group(self._store, whole) if is_group else array(_signorini.read(fspath(self._store.path), whole))
+            value = Group(self._store, whole) if is_group else array(_signorini.read(self._store.name(), whole))
         elif name in self._attributes():
             value = self._attributes()[name]
         else:
-            raise KeyError(f"{self._store.path} holds no /{self._path(name)}; there are {', '.join(self.keys())}")
+            raise KeyError(f"{self._store.path} holds no /{self._path(name)}{_near(name, self.keys())}")
         self._read[name] = value
         return value
 
@@ -91,8 +132,8 @@ class Group:
         except KeyError as e:
             raise AttributeError(e.args[0]) from None
 
-    def __dir__(self) -> Iterator[str]:
-        return iter([*super().__dir__(), *self.keys()])
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self.keys()})
 
     def __repr__(self) -> str:
         return f"<Group /{self._name} of {self._store.path.name}: {', '.join(self.keys())}>"
@@ -104,6 +145,14 @@ class Group:
     def rows(self, *names: str) -> np.recarray:
         """Columns side by side: ``table.t`` is a column, ``table[0]`` a row."""
         return np.rec.fromarrays([self[n] for n in names], names=list(names))
+
+
+def _near(name: str, names: list[str]) -> str:
+    """What could be meant."""
+    import difflib
+
+    near = difflib.get_close_matches(name, names, 3)
+    return f"; did you mean {' or '.join(near)}?" if near else f"; there are {', '.join(names)}"
 
 
 def array(value: Any) -> Any:

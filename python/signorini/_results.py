@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, Union
 import numpy as np
 
 from . import _signorini
-from ._files import Group, PathOrText, Store
+from ._errors import FileError
+from ._files import Group, PathOrText, Store, _near
 from ._scene import Scene
 
 if TYPE_CHECKING:
@@ -77,16 +78,26 @@ class Result(Group):
         if name.startswith("_"):
             raise AttributeError(name)
         try:
-            return self[name]
-        except KeyError as e:
+            return super().__getitem__(name)
+        except KeyError:
             try:
                 return self._own(name)
             except KeyError:
-                raise AttributeError(e.args[0]) from None
+                names = [n for n in dir(self) if not n.startswith("_")]
+                raise AttributeError(f"{type(self).__name__} has no {name}{_near(name, names)}") from None
+
+    def _groups(self) -> list[str]:
+        """Groups whose names are attributes of the result."""
+        return []
+
+    def __dir__(self) -> list[str]:
+        own = [n for c in type(self).__mro__ for n in c.__dict__.get("__annotations__", ())]
+        held = [n for g in self._groups() if g in self._entries() for n in self[g].keys()]
+        return sorted({*super().__dir__(), *own, *held})
 
     def inspect(self) -> dict[str, Any]:
         """What ``signorini inspect --json`` says of the file."""
-        text, _, _ = _signorini.call(["inspect", fspath(self.path), "--json"])
+        text, _, _ = _signorini.call(["inspect", "--json", "--", self._store.name()])
         return json.loads(text)
 
     def save(self, path: PathOrText, overwrite: bool = False) -> Path:
@@ -101,13 +112,23 @@ class Result(Group):
         return path
 
     def plot(self, **options: Any) -> Figure:
-        """A figure of it, by matplotlib (``pip install "signorini[plot]"``)."""
+        """A figure of it, by matplotlib (``pip install "signorini[plot]"``): ``savefig`` writes it, a notebook shows it.
+
+        Options: of a run ``at``, the time at which the body is drawn; of a family ``axis="energy"`` or ``"amplitude"``; of a
+        comparison ``column="error"`` or another of its columns.
+        """
         from . import _plot
 
         return _plot.draw(self, **options)
 
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}"
+
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.title!r}: {self.status}>"
+        try:
+            return f"<{type(self).__name__} {self._text()}>"
+        except (OSError, FileError):
+            return f"<{type(self).__name__}: {self._store.path} is gone, or another file>"
 
 
 class Run(Result):
@@ -184,11 +205,21 @@ class Run(Result):
     def ledger(self) -> Group:
         return self["energy"]
 
+    def _groups(self) -> list[str]:
+        return ["trajectory", "report"]
+
     def _own(self, name: str) -> Any:
         for group in ("trajectory", "report"):
             if group in self and name in self[group]:
                 return self[group][name]
         return super()._own(name)
+
+    def of_rows(self, table: np.ndarray) -> np.ndarray:
+        """Of a body of matrices: ``u`` or ``v`` with its columns in the order of the matrices' rows [s, N]."""
+        if self.mesh.elements.size and (self.mesh.dof_map[:, 1] >= 0).any():
+            raise TypeError("the body has a mesh: displacement(node) and mesh.dof_map say which column is which")
+        columns = self.mesh.dof_map[:, 0]
+        return table[:, columns[columns >= 0]]
 
     def displacement(self, node: int) -> np.ndarray:
         """Displacement of a mesh node along the axes [s, dim]; zero where it is prescribed."""
@@ -219,8 +250,8 @@ class Run(Result):
         columns = [self._at_node(table, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
         return np.stack(columns, axis=1) if columns else np.zeros((len(table), 0))
 
-    def __repr__(self) -> str:
-        return f"<Run {self.title!r}: {self.status}, {len(self.t)} states, {len(self.switches)} switches>"
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {len(self.t)} states, {len(self.switches)} switches"
 
 
 class _OfOrbit:
@@ -298,9 +329,12 @@ class Orbit(_OfOrbit, Run):
             return self["orbit"][name]
         return super()._own(name)
 
-    def __repr__(self) -> str:
+    def _groups(self) -> list[str]:
+        return ["orbit", *super()._groups()]
+
+    def _text(self) -> str:
         stable = {True: "stable", False: "unstable", None: "stability not known"}[self.stable]
-        return f"<Orbit omega = {self.omega:.9g}, energy {self.energy:.9g}, {len(self.switches)} switches, {stable}>"
+        return f"omega = {self.omega:.9g}, energy {self.energy:.9g}, {len(self.switches)} switches, {stable}"
 
 
 class Verdict:
@@ -367,16 +401,24 @@ class Point(_OfOrbit, Group):
         return "u0" in self
 
     @property
-    def multipliers(self) -> np.ndarray:
-        return self._pairs(self["multipliers"])
+    def multipliers(self) -> np.ndarray | None:
+        return self._pairs(self["multipliers"]) if self.converged else None
 
     @property
-    def switches(self) -> np.recarray:
-        return self["switches"].rows("t", "node", "kind", "energy_jump")
+    def largest_multiplier(self) -> float | None:
+        """Size of the largest multiplier besides the trivial ones at +1."""
+        if self.multipliers is None or not len(self.multipliers):
+            return None
+        rest = self.multipliers[np.argsort(np.abs(self.multipliers - 1))[int(self["trivial_multipliers"]) :]]
+        return float(np.abs(rest).max()) if len(rest) else None
+
+    @property
+    def switches(self) -> np.recarray | None:
+        return self["switches"].rows("t", "node", "kind", "energy_jump") if self.converged else None
 
     @property
     def stable(self) -> bool | None:
-        return self._stable(self["stable"])
+        return self._stable(self.get("stable"))
 
     def __repr__(self) -> str:
         what = f"energy {self.energy:.9g}" if self.converged else "no orbit"
@@ -444,6 +486,9 @@ class Family(Result):
     def stops(self) -> list[dict[str, Any]]:
         return json.loads(self["backbone"]["ends"])
 
+    def _groups(self) -> list[str]:
+        return ["backbone"]
+
     def _own(self, name: str) -> Any:
         if name in self["backbone"]:
             return self["backbone"][name]
@@ -458,13 +503,15 @@ class Family(Result):
             if not 0 <= k < len(self):
                 raise IndexError(f"point {key} of {len(self)}")
             return Point(self._store, f"backbone/points/{k:04d}")
+        if isinstance(key, (slice, list, np.ndarray)):
+            return [self[int(k)] for k in np.arange(len(self))[key]]
         return super().__getitem__(key)
 
     def __iter__(self) -> Iterator[Point]:
         return (self[k] for k in range(len(self)))
 
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.title!r}: {self.status}, {int(self.converged.sum())} orbits at {len(self)} points>"
+    def _text(self) -> str:
+        return f"{self.title!r}: {self.status}, {int(self.converged.sum())} orbits at {len(self)} points"
 
 
 class Crosscheck(Family):
@@ -500,6 +547,9 @@ class Crosscheck(Family):
     def summary(self) -> list[dict[str, Any]]:
         return self.inspect()["crosscheck"]
 
+    def _groups(self) -> list[str]:
+        return ["crosscheck", "backbone"]
+
     def _own(self, name: str) -> Any:
         if name in self["crosscheck"]:
             return self["crosscheck"][name]
@@ -524,6 +574,9 @@ class Comparison(Result):
     @property
     def mesh_name(self) -> np.ndarray:
         return self["comparison"]["mesh"]
+
+    def _groups(self) -> list[str]:
+        return ["comparison"]
 
     def _own(self, name: str) -> Any:
         if name in self["comparison"]:
@@ -574,8 +627,6 @@ def load(store: Store, said: dict[str, Any] | None = None) -> AnyResult:
     for name, kind in kinds:
         if name in names:
             return kind(store, said)
-    from ._errors import FileError
-
     raise FileError(f"{store.path}: no results of signorini are in it")
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Mapping
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any, Union
 
@@ -36,26 +38,33 @@ class Scene:
         >>> finer = bar.with_(body__elements=[20])
     """
 
-    __slots__ = ("_scene",)
+    __slots__ = ("_matrices", "_scene")
 
-    def __init__(self, source: ScenePath | Mapping[str, Any]):
-        if isinstance(source, Mapping):
+    def __init__(self, source: ScenePath | Mapping[str, Any] | Scene):
+        self._matrices: dict[str, Any] = {}
+        if isinstance(source, Scene):
+            self._scene, self._matrices = source._scene, source._matrices
+        elif isinstance(source, Mapping):
             self._scene = _Scene(_toml.document(source), "scene.toml")
         elif isinstance(source, (str, PathLike)):
-            self._scene = _Scene.read(fspath(source))
+            self._scene = _Scene.read(os.fsdecode(source))
         else:
-            raise TypeError("give the path of a scene, or a dict")
+            raise TypeError(f"give the path of a scene, or a dict, not {type(source).__name__}")
 
     @classmethod
-    def _of(cls, scene: _Scene) -> Scene:
+    def _of(cls, scene: _Scene, matrices: dict[str, Any]) -> Scene:
         new = cls.__new__(cls)
-        new._scene = scene
+        new._scene, new._matrices = scene, matrices
         return new
+
+    @classmethod
+    def _given(cls, text: str, file: str, matrices: dict[str, Any]) -> Scene:
+        return cls._of(_Scene(text, file, matrices), matrices)
 
     @classmethod
     def parse(cls, text: str, file: ScenePath = "scene.toml") -> Scene:
         """A scene from its text; ``file`` is its name in messages, and its folder that of the files it names."""
-        return cls._of(_Scene(text, fspath(file)))
+        return cls._given(text, os.fsdecode(file), {})
 
     @classmethod
     def from_matrices(
@@ -76,7 +85,8 @@ class Scene:
 
         Args:
             M, K: mass and stiffness, symmetric, [N, N]; any SciPy sparse matrix or array, or NumPy array.
-            contact: the displacements that the obstacle limits (row numbers from 0), [n_C]; positive towards it.
+            contact: the displacements that the obstacle limits, [n_C]: row numbers from 0, or a mask over all rows; positive
+                towards it.
             gap: their distance from the obstacle, a length or one each, [n_C].
             N_C, N_O: the contact stresses of the nodal boundary method, lambda = N_C u_C + N_O u_O, [n_C, n_C] and
                 [n_C, N - n_C]; u_O are all other displacements in their order. Left out: the stress is the nodal reaction
@@ -87,26 +97,31 @@ class Scene:
                 ``run={"until": 10.0}``, ``orbit={"omega": 1.8}``; ``contact={...}`` entries as
                 ``contact_table={"method": "mass-redistribution"}``.
 
-        Units are those of the matrices. ``scene.save(path)`` writes the scene with its matrices beside it, for the command line.
+        Units are those of the matrices. In results u_C comes last: ``run.of_rows(run.u)`` has the columns in the order of the
+        matrices. ``scene.save(path)`` writes the scene with its matrices beside it, for the command line; a file of results names
+        the matrices, but does not hold them.
         """
-        files: dict[str, Any] = {"M.mtx": M, "K.mtx": K}
-        body = {"kind": "matrices", "mass_matrix": "M.mtx", "stiffness_matrix": "K.mtx"}
-        table: dict[str, Any] = {"displacements": [int(i) for i in np.atleast_1d(contact)]}
+        files: dict[str, Any] = {"given M": M, "given K": K}
+        body = {"kind": "matrices", "mass_matrix": "given M", "stiffness_matrix": "given K"}
+        table: dict[str, Any] = {"displacements": _rows(contact, M)}
         gaps = np.asarray(gap, dtype=float)
         table["gap" if gaps.ndim == 0 else "gaps"] = float(gaps) if gaps.ndim == 0 else gaps
         if (N_C is None) != (N_O is None):
             raise SceneError("N_C and N_O belong together: give both, or none for the nodal reaction")
         if N_C is not None:
-            files |= {"N_C.mtx": N_C, "N_O.mtx": N_O}
-            table |= {"n_c": "N_C.mtx", "n_o": "N_O.mtx"}
-        else:
-            table["stress"] = "reaction" if stress is None else stress
+            files |= {"given N_C": N_C, "given N_O": N_O}
+            table |= {"n_c": "given N_C", "n_o": "given N_O"}
+        elif stress is not None:
+            table["stress"] = stress
         if C is not None:
-            files["C.mtx"] = C
-            body["damping_matrix"] = "C.mtx"
+            files["given C"] = C
+            body["damping_matrix"] = "given C"
         table |= tables.pop("contact_table", {})
+        # other methods have stresses of their own
+        if N_C is None and table.get("method", "nbm") == "nbm":
+            table.setdefault("stress", "reaction")
         text = _toml.document({"title": title, "body": body, "contact": table, **tables})
-        return cls._of(_Scene(text, "scene.toml", {name: _triplets(name, a) for name, a in files.items()}))
+        return cls._given(text, "scene.toml", {name: _triplets(name, a) for name, a in files.items()})
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **keywords: Any) -> Scene:
         """The scene with some keys changed; everything else, and the comments, stay.
@@ -115,12 +130,22 @@ class Scene:
         ``with_(contact__gap=1.2)``. None removes a key.
         """
         pairs = [*(changes or {}).items(), *((k.replace("__", "."), v) for k, v in keywords.items())]
-        return Scene._of(self._scene.changed([(k, None if v is None else _toml.value(v)) for k, v in pairs]))
+        changed = self._scene.changed([(k, None if v is None else _toml.value(v)) for k, v in pairs])
+        return Scene._of(changed, self._matrices)
 
     def save(self, path: ScenePath, overwrite: bool = False) -> Path:
-        """Write the scene as TOML, and its matrices beside it; the path."""
-        path = Path(path)
-        texts = {path: self.text} | {path.parent / name: text for name, text in self._scene.matrices().items()}
+        """Write the scene as TOML, and matrices that were given with it beside it; the path."""
+        path = Path(os.fsdecode(path))
+        named = [str(f) for f in self._scene.files()]
+        if named and path.resolve().parent != self.file.resolve().parent:
+            raise SceneError(
+                f"the scene names files ({', '.join(named)}), relative to its folder", "save it there, or copy them and change their keys"
+            )
+        names = {name: f"{path.stem}-{name.removeprefix('given ')}.mtx" for name in self._matrices}
+        text = self.text
+        for name, file in names.items():
+            text = text.replace(f'"{name}"', _toml.value(file))
+        texts = {path: text} | {path.parent / names[name]: text for name, text in self._scene.matrices().items()}
         there = [str(p) for p in texts if p.exists()]
         if there and not overwrite:
             raise FileExistsError(f"{', '.join(there)}: there already; give another name, or overwrite=True")
@@ -143,14 +168,46 @@ class Scene:
         """Its title, or the name of its file."""
         return self._scene.title
 
+    def to_dict(self) -> dict[str, Any]:
+        """Its tables and keys, as ``Scene`` takes them."""
+        return json.loads(self._scene.tables())
+
+    def __getitem__(self, key: str) -> Any:
+        """The value of a key: ``scene["contact.gap"]``, ``scene["load[0].amplitude"]``."""
+        value: Any = self.to_dict()
+        for part in key.split("."):
+            name, _, index = part.partition("[")
+            try:
+                value = value[name]
+                value = value[int(index.rstrip("]"))] if index else value
+            except (KeyError, IndexError, TypeError, ValueError):
+                raise KeyError(f"the scene has no {key}") from None
+        return value
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return self.text == other.text and self._scene.matrices() == other._scene.matrices()
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
     def __repr__(self) -> str:
         return f"<Scene {self.title!r}>"
 
     def __reduce__(self) -> Any:
-        matrices = self._scene.matrices()
-        if matrices:
-            raise TypeError("a scene with matrices is not pickled: save it, and read it where it is needed")
-        return (Scene.parse, (self.text, str(self.file)))
+        return (Scene._given, (self.text, str(self.file), self._matrices))
+
+
+def _rows(contact: Any, matrix: Any) -> list[int]:
+    rows = np.atleast_1d(np.asarray(contact))
+    if rows.dtype == bool:
+        if rows.shape != (matrix.shape[0],):
+            raise SceneError(f"contact: a mask of shape {rows.shape} for {matrix.shape[0]} rows")
+        rows = np.flatnonzero(rows)
+    if rows.size and not np.issubdtype(rows.dtype, np.integer):
+        raise TypeError("contact: give row numbers (integers), or a mask")
+    return [int(i) for i in rows]
 
 
 def _triplets(name: str, a: Any) -> tuple[tuple[int, int], Any, Any, Any]:

@@ -106,6 +106,16 @@ impl Scene {
         self.0.until()
     }
 
+    /// Its tables as JSON.
+    fn tables(&self, py: Python<'_>) -> PyResult<String> {
+        self.0.to_json().map_err(|e| bad(py, &e))
+    }
+
+    /// Files that it names.
+    fn files(&self) -> Vec<PathBuf> {
+        self.0.files()
+    }
+
     /// Its matrices as texts in the Matrix Market format, by name.
     fn matrices(&self) -> BTreeMap<String, String> {
         self.0.attached.iter().map(|(name, m)| (name.clone(), m.to_matrix_market())).collect()

@@ -53,7 +53,7 @@ def test_bad_input_says_where():
     with pytest.raises(sg.SceneError) as e:
         sg.run("nowhere.toml")
     assert e.value.file == "nowhere.toml" and e.value.line is None
-    with pytest.raises(sg.SceneError, match="--nonsense"):
+    with pytest.raises(TypeError, match="backbone.. got an unexpected keyword argument 'nonsense'"):
         sg.backbone(BAR, nonsense=1)
     with pytest.raises(sg.SceneError, match="run"):
         sg.run({k: v for k, v in BAR.items() if k != "run"})
@@ -118,9 +118,9 @@ def test_output_is_kept_and_not_overwritten(tmp_path):
     path = tmp_path / "bar.h5"
     r = sg.run(BAR, path)
     assert r.path == path
-    with pytest.raises(sg.SceneError, match="exists already"):
+    with pytest.raises(sg.SceneError, match="exists already; choose another name or overwrite it with force=True"):
         sg.run(BAR, path)
-    sg.run(BAR, path, force=True)
+    r = sg.run(BAR, path, force=True)
     inspected = sg.open(path).inspect()
     assert inspected["status"] == "complete" and inspected["n_dof"] == r.n_dof
 
@@ -314,3 +314,109 @@ def test_stubs_and_docstrings():
     assert (Path(sg.__file__).parent / "py.typed").exists()
     for name in sg.__all__:
         assert name.startswith("__") or getattr(sg, name).__doc__, name
+
+
+def test_results_travel_between_processes(tmp_path):
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(1) as pool:
+        r = pool.submit(sg.run, BAR).result()
+    assert np.array_equal(r.u, sg.run(BAR).u)
+    # a forked child that ends does not take the file with it
+    child = os.fork()
+    if child == 0:
+        try:
+            del r
+            gc.collect()
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    assert r.path.exists() and len(r.mesh.nodes) == 11
+    matrices = foreign()
+    scene = sg.Scene.from_matrices(matrices["M"], matrices["K"], [66, 67, 68, 69], 1.0, run={"until": 1.0})
+    assert pickle.loads(pickle.dumps(scene)) == scene
+
+
+def test_a_file_that_was_written_anew_is_another(tmp_path):
+    path = tmp_path / "a.h5"
+    a = sg.run(BAR, path)
+    assert len(a.t) > 0
+    sg.run(sg.Scene(BAR).with_(run__until=3.0), path, force=True)
+    with pytest.raises(sg.FileError, match="written anew"):
+        a.u
+    assert "gone" in repr(a)
+    with pytest.raises(sg.SceneError, match="another scene"):
+        sg.run(BAR, path, resume=True)
+
+
+def test_results_given_inline_live_as_long_as_they_are_needed():
+    scene = "scenarios/half-plate-orbit.toml"
+    o = sg.orbit(scene, 1.8, near_return=sg.run(sg.Scene(scene).with_(run__periods=2)))
+    assert o is not None
+    c = sg.crosscheck(sg.backbone(scene, method="hbm", harmonics=3, range=(1.70, 1.705)), scene)
+    assert c.message.shape == (2,) and all(isinstance(m, str) for m in c.message.tolist())
+    assert len(c["crosscheck"].to_dict()) > 8
+    with pytest.raises(sg.SceneError, match="no series"):
+        sg.crosscheck(sg.backbone(scene, range=(1.70, 1.70001)), scene)
+    with pytest.raises(sg.SceneError, match="coefficients"):
+        sg.crosscheck({"omega": [1.8]}, scene)
+    with pytest.raises(sg.SceneError, match="finite"):
+        sg.crosscheck(([1.8], np.full((1, 3, 66), np.nan)), scene)
+    with pytest.raises(sg.SceneError, match="your series"):
+        sg.crosscheck(([1.8], np.zeros((1, 3, 65))), scene)
+
+
+def test_matrices_keep_their_order_and_their_damping(tmp_path):
+    n = 6
+    k = sp.diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1]).tocsr()
+    m = sp.identity(n)
+    tables = {"initial": {"mode": 1, "amplitude": -1.2}, "run": {"until": 10.0}}
+    for contact in ([2], np.arange(n) == 2):
+        r = sg.run(sg.Scene.from_matrices(m, k, contact, 1.0, **tables))
+        u = r.of_rows(r.u)
+        assert u.shape == (len(r.t), n) and np.array_equal(u[:, 2], r.contact_displacement[:, 0])
+        assert 0.5 * np.einsum("si,ij,sj->s", u, k.toarray(), u) == pytest.approx(r.ledger.elastic, rel=1e-10, abs=1e-12)
+    damped = sg.run(sg.Scene.from_matrices(m, k, [2], 1.0, C=0.01 * k, **tables))
+    assert damped.damping.beta == pytest.approx(0.01) and damped.energy_dissipated > 0
+    for table in ({"method": "mass-redistribution"}, {"method": "penalty", "stiffness": 100.0}):
+        other = sg.run(sg.Scene.from_matrices(m, k, [2], 1.0, contact_table=table, **tables))
+        assert other.is_complete
+    for wrong in ([2.5], ["a"]):
+        with pytest.raises((TypeError, ValueError)):
+            sg.Scene.from_matrices(m, k, wrong, 1.0, **tables)
+    # the scene of the result does not take other matrices for its own
+    with pytest.raises(sg.SceneError, match="given M"):
+        sg.run(r.scene)
+
+
+def test_scenes_are_read_and_compared():
+    scene = sg.Scene("scenarios/plate-forced.toml")
+    assert scene["contact.gap"] == scene.to_dict()["contact"]["gap"]
+    assert scene == sg.Scene(scene) and scene != scene.with_(title="x") and len({scene, sg.Scene(scene)}) == 1
+    with pytest.raises(KeyError):
+        scene["contact.none"]
+    made = sg.Scene(BAR).with_(load=[{"kind": "traction", "edge": "right", "amplitude": 0.1}])
+    assert made.with_({"load[0].amplitude": 0.2})["load[0].amplitude"] == 0.2
+    with pytest.raises(sg.SceneError):
+        made.with_({"load[0]": None})
+    with pytest.raises(sg.SceneError, match="names files"):
+        sg.Scene("scenarios/beam.toml").save("target/beam.toml")
+
+
+def test_names_are_found():
+    r = sg.run(BAR)
+    assert {"u", "t", "energy_drift", "switches", "mesh", "contact_displacement"} <= set(dir(r))
+    assert "mesh/gap" in r and "/mesh/gap" in r and r["/mesh/gap"] is r.mesh.gap and r.get("none", 3) == 3
+    with pytest.raises(AttributeError, match="did you mean energy_drift"):
+        r.energy_drfit
+    with pytest.raises(TypeError):
+        r[0]
+    with pytest.raises(TypeError):
+        list(r.mesh)
+    b = sg.backbone("scenarios/half-plate-orbit.toml", range=(1.70, 1.71))
+    assert "omega" in dir(b) and [p.omega for p in b[0:2]] == b.omega[:2].tolist()
+    assert [p.converged for p in b[b.converged]] == [True] * int(b.converged.sum())
+    assert all((p.multipliers is None) == (not p.converged) for p in b)
+    k = int(np.flatnonzero(b.converged)[0])
+    o = sg.orbit("scenarios/half-plate-orbit.toml", 1.8)
+    assert b[k].largest_multiplier > 1 and o.largest_multiplier == pytest.approx(1.7404, abs=1e-3)

@@ -88,7 +88,7 @@ def main() -> int:
             sys.stdout.write(text)
     for line in differ:
         print(line, file=sys.stderr)
-    for made in ["plate.h5", "bar-from-matrices.toml", "M.mtx", "K.mtx", "N_C.mtx", "N_O.mtx"]:
+    for made in ["plate.h5", "bar-from-matrices.toml", *(f"bar-from-matrices-{m}.mtx" for m in ("M", "K", "N_C", "N_O"))]:
         Path(made).unlink(missing_ok=True)
     return 1 if differ else 0
 

@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let (force, resume) = (arguments.force, arguments.resume);
     let options = family::writer_options(global, &scene, &output, (force, resume), &[])?;
     if resume && output.exists() && !Writer::is_interrupted(&output) {
-        return not_interrupted(&output, global);
+        return not_interrupted(&scene, &output, global);
     }
     let problem = load::of_scene(&scene)?;
     resources::check_run(global, &scene, &problem, until, &output)?;
@@ -240,8 +240,15 @@ fn ended_early(report: &Report, output: &Path) -> String {
 }
 
 /// What stands there was not interrupted: there is nothing to go on with.
-fn not_interrupted(output: &Path, global: &Global) -> Result<Answer, CliError> {
-    let status = Stored::read(output)?.status;
+fn not_interrupted(scene: &Scene, output: &Path, global: &Global) -> Result<Answer, CliError> {
+    let stored = Stored::read(output)?;
+    if stored.scene != scene.source.text {
+        return Err(CliError::Input(format!(
+            "{} cannot be gone on with: it was made from another scene; --force starts anew",
+            output.display()
+        )));
+    }
+    let status = stored.status;
     if status != Status::Complete {
         return Err(CliError::Input(format!(
             "{} cannot be gone on with (its status is \"{status}\", and it has no checkpoint); --force starts anew",

@@ -100,9 +100,9 @@ fn scene(file: &Path, text: &str) -> Option<Scene> {
 }
 
 /// States of an orbit, at least and at most.
-const STATES: (usize, usize) = (32, 96);
+const STATES: (usize, usize) = (20, 96);
 /// Bytes of all orbits of the families of a page.
-const BYTES: usize = 8_000_000;
+const BYTES: usize = 9_500_000;
 
 /// A family with the motions of its points.
 fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliError> {
@@ -111,7 +111,7 @@ fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliErro
     let Some(scene) = scene(file, &family.scene) else {
         let why =
             "the scene that made it cannot be read by this version: its orbits cannot be played";
-        return Ok(View::family(&family, &rest, &[], &[], Some(why)));
+        return Ok(View::family(&family, &rest, &[], (&[], 1), Some(why)));
     };
     let playable = family.points.iter().filter(|p| p.orbit.is_some() || p.series.is_some()).count();
     let per_state = 4 * rest.nodes.nrows() + 5 * rest.gap.len();
@@ -119,11 +119,16 @@ fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliErro
     // where not even few states of each fit, some points are not played
     let every = STATES.0.div_ceil(states.max(1)).max(1);
     let states = states.clamp(STATES.0, STATES.1);
+    let (mut motions, mut why) = (vec![], None);
+    if every > 1 {
+        why = Some(format!(
+            "one orbit in {every} plays: with all of them the page would be too large"
+        ));
+    }
     let bar = Bar::new(global, &scene);
     let set_up = |scene: &Scene| load::of_scene(scene).map_err(|e| e.text());
     let count = family.points.len();
     let mut all = Motions::new(family, rest, &scene, &set_up);
-    let (mut motions, mut why) = (vec![], None);
     for k in 0..count {
         if k % every != 0 {
             motions.push(None);
@@ -133,7 +138,9 @@ fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliErro
             Ok(motion) => motions.push(motion),
             Err(NoMotion::Point(_)) => motions.push(None),
             Err(NoMotion::Body(text)) => {
-                why = Some(format!("its orbits cannot be played: {text}"));
+                let text = format!("its orbits cannot be played: {text}");
+                global.caller.warn(&format!("{}: {text}", file.display()));
+                why = Some(text);
                 break;
             }
         }
@@ -144,10 +151,13 @@ fn of_family(global: &Global, file: &Path, files: usize) -> Result<View, CliErro
     if let Some(bar) = &bar {
         bar.clear();
     }
-    if let Some(why) = &why {
-        global.caller.warn(&format!("{}: {why}", file.display()));
-    }
-    Ok(View::family(all.family(), all.rest(), &materials(&scene), &motions, why.as_deref()))
+    Ok(View::family(
+        all.family(),
+        all.rest(),
+        &materials(&scene),
+        (&motions, states),
+        why.as_deref(),
+    ))
 }
 
 /// Show a page in the browser of this machine, if there is one to look at.

@@ -1,10 +1,10 @@
 //! Rayleigh damping from coefficients, from damping ratios, or from a matrix: `C = αM + βK`.
 
 use super::ProblemError;
-use super::given::folder;
+use super::given::read;
 use super::modes::OpenModes;
 use crate::contact::{Rayleigh, System};
-use crate::fem::{Csr, read_matrix};
+use crate::fem::Csr;
 use crate::scenario::{Issue, Scene};
 
 pub(super) fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleigh>, ProblemError> {
@@ -47,13 +47,13 @@ pub(super) fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleig
 pub(super) fn rayleigh_of(
     scene: &Scene,
     system: &System,
-    name: &str,
+    name: &String,
 ) -> Result<Rayleigh, ProblemError> {
     let issue = |message: String| -> ProblemError {
         let help = "give a C that is α M + β K, or [damping] in its place";
         scene.error(Issue::new("body.damping_matrix", message, help)).into()
     };
-    let c = read_matrix(folder(scene), name).map_err(&issue)?;
+    let c = read(scene, "body.damping_matrix", Some(name))?;
     // tips of springs have no damping of their own
     let n = system.n_displacements();
     if (c.n_rows(), c.n_cols()) != (n, n) {

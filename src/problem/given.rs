@@ -50,7 +50,8 @@ fn fault(scene: &Scene, key: &str, message: impl Into<String>, help: &str) -> Pr
     scene.error(Issue::new(key, message, help)).into()
 }
 
-fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
+/// A matrix of the scene: of its files, or given with it.
+pub(super) fn read(scene: &Scene, key: &str, name: Option<&String>) -> Result<Csr, ProblemError> {
     let name = name.map_or("", String::as_str);
     if let Some(matrix) = scene.attached.get(name) {
         let (rows, columns) = matrix.shape;

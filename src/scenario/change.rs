@@ -37,7 +37,10 @@ impl Change {
             let name = part.split('[').next().unwrap_or_default();
             !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
         };
-        let (Some((last, folders)), true) = (parts.split_last(), parts.iter().all(is_name)) else {
+        let is_key = parts.last().is_some_and(|last| !last.contains('['));
+        let (Some((last, folders)), true, true) =
+            (parts.split_last(), parts.iter().all(is_name), is_key)
+        else {
             return Err(self.issue("is no key of a scene"));
         };
         self.carry_out(document.as_table_mut(), folders, last)
@@ -70,6 +73,13 @@ impl Change {
             }
             (Some(Item::ArrayOfTables(list)), Some(k)) => {
                 list.get_mut(k).map(|t| t as &mut dyn TableLike).into_iter().collect()
+            }
+            // [{ … }, { … }], as programs write lists of tables
+            (Some(Item::Value(Value::Array(list))), _) => {
+                let tables = list.iter_mut().enumerate();
+                let chosen = tables.filter(|(k, _)| index.is_none_or(|i| i == *k));
+                let inline = chosen.filter_map(|(_, v)| v.as_inline_table_mut());
+                inline.map(|t| t as &mut dyn TableLike).collect()
             }
             (Some(item), None) => item.as_table_like_mut().into_iter().collect(),
             _ => vec![],

@@ -163,6 +163,13 @@ impl Scene {
         matrices.chain(mesh).chain(state).chain(tables).collect()
     }
 
+    /// Its tables and keys as JSON.
+    pub fn to_json(&self) -> Result<String, SceneError> {
+        let file = self.source.file.display().to_string();
+        let tables: Result<serde_json::Value, _> = toml::from_str(&self.source.text);
+        tables.map(|t| t.to_string()).map_err(|e| error::from_toml(&e, &file, &self.source.text))
+    }
+
     /// Its title, or where it has none its stem.
     pub fn name(&self) -> String {
         if self.title.is_empty() { self.stem() } else { self.title.clone() }

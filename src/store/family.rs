@@ -246,7 +246,10 @@ impl FamilyWriter {
             of(&|o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))),
             p.branch as f64,
             p.index as f64,
-            of_viscous(&|v| v.alpha),
+            match (&p.series, of_viscous(&|v| v.alpha)) {
+                (Some(series), alpha) if alpha.is_nan() => series.alpha.unwrap_or(nan),
+                (_, alpha) => alpha,
+            },
             of_viscous(&|v| v.beta),
             of_viscous(&|v| v.turned_over),
         ];

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
+use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, Group, H5Type, LocationType};
 use ndarray::ArrayD;
 
@@ -93,6 +93,7 @@ fn values(data: &Dataset) -> Result<Raw, StoreError> {
         TypeDescriptor::FixedAscii(0..=32) => Raw::Words(words::<FixedAscii<32>>(data)?),
         TypeDescriptor::FixedAscii(33..=64) => Raw::Words(words::<FixedAscii<64>>(data)?),
         TypeDescriptor::FixedAscii(_) => Raw::Words(words::<FixedAscii<256>>(data)?),
+        TypeDescriptor::FixedUnicode(_) => Raw::Words(words::<FixedUnicode<256>>(data)?),
         TypeDescriptor::VarLenUnicode => Raw::Words(words::<VarLenUnicode>(data)?),
         _ => Raw::Float(data.array()?),
     })

@@ -67,6 +67,8 @@ pub fn named(text: &str, module: &[&str]) -> Vec<Named> {
 pub fn declares_modules_only(text: &str) -> bool {
     let tokens = tokens(text);
     let all: Vec<&str> = tokens.iter().map(|t| t.text.as_str()).collect();
+    // its own name gives it no other
+    let all = all.strip_prefix(&["extern", "crate", "self", "as", CRATE, ";"]).unwrap_or(&all);
     all.chunks(4).all(|c| matches!(c, ["pub", "mod", _, ";"]))
 }
 

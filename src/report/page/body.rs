@@ -15,7 +15,8 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
     let cells: Vec<Vec<usize>> = (0..stored.elements.nrows()).map(|k| around(stored, k)).collect();
     let in_plane = (0..cells.len()).all(|k| stored.kind(k).is_some_and(|kind| kind.dim() == 2));
     json!({
-        "dim": if cells.is_empty() { 0 } else if in_plane { 2 } else { 1 },
+        // rows of given matrices stand in a line, which is no shape
+        "dim": match in_plane { _ if cells.is_empty() => 0, true => 2, false => usize::from(!materials.is_empty()) },
         "nodes": single(stored.nodes.iter().copied()),
         "cells": whole(cells.iter().flatten().copied()),
         "corners": whole(cells.iter().map(Vec::len)),
@@ -43,13 +44,16 @@ fn pairs(path: &[usize]) -> Vec<[usize; 2]> {
 fn around(stored: &Stored, k: usize) -> Vec<usize> {
     let nodes = stored.nodes_of(k);
     let Some(kind) = stored.kind(k).filter(|kind| kind.dim() == 2) else { return nodes };
-    let path = |side: usize| {
-        let local = kind.side(side);
-        let mut path = vec![nodes[local[0]]];
-        path.extend(local.get(2).map(|&middle| nodes[middle]));
-        path
+    // corners come first in an element, in their order around it
+    let n = kind.corners();
+    let path = |corner: usize| {
+        let ends = [corner, (corner + 1) % n];
+        let side =
+            (0..kind.sides()).map(|s| kind.side(s)).find(|s| ends.iter().all(|e| s.contains(e)));
+        let middle = side.and_then(|s| s.iter().find(|l| **l >= n));
+        [Some(corner), middle.copied()].into_iter().flatten().map(|l| nodes[l])
     };
-    (0..kind.sides()).flat_map(path).collect()
+    (0..n).flat_map(path).collect()
 }
 
 /// `σ_xx, σ_yy, σ_zz, σ_xy` at the centre of each element for a unit of each displacement of its nodes, one element behind the other; null for a body

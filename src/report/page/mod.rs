@@ -37,17 +37,19 @@ impl View {
         }))
     }
 
-    /// A family; `rest` is its body, `motions` what its points do over their periods, where that is known, and `why` there are none.
+    /// A family; `rest` is its body, `motions` what its points do over their periods, where that is known, of which
+    /// about so many states are shown, and `why` there are none.
     pub fn family(
         family: &StoredFamily,
         rest: &Stored,
         materials: &[Material],
-        motions: &[Option<Stored>],
+        (motions, states): (&[Option<Stored>], usize),
         why: Option<&str>,
     ) -> View {
         let points = family.points.iter().enumerate();
-        let points: Vec<Value> =
-            points.map(|(k, p)| point(p, motions.get(k).and_then(Option::as_ref))).collect();
+        let points: Vec<Value> = points
+            .map(|(k, p)| point(p, motions.get(k).and_then(Option::as_ref), states))
+            .collect();
         View(json!({
             "kind": "family",
             "name": family.path.file_name().map(|n| n.to_string_lossy()),
@@ -82,7 +84,7 @@ fn of_orbit(o: &OrbitRecord) -> Value {
     })
 }
 
-fn point(p: &PointRecord, moving: Option<&Stored>) -> Value {
+fn point(p: &PointRecord, moving: Option<&Stored>, states: usize) -> Value {
     let is_gap = matches!(p.special, PointKind::Gap(_));
     json!({
         "omega": p.omega, "branch": p.branch, "index": p.index,
@@ -90,7 +92,7 @@ fn point(p: &PointRecord, moving: Option<&Stored>) -> Value {
         "gap": is_gap,
         "orbit": p.orbit.as_ref().map(of_orbit),
         "hbm": p.check.as_ref().map(|c| json!({"energy": finite(c.energy), "verdict": c.verdict.name(), "moved": finite(c.moved), "harmonics": c.n_h})),
-        "frames": moving.map(motion::orbit),
+        "frames": moving.map(|m| motion::orbit(m, states)),
     })
 }
 

@@ -33,9 +33,12 @@ pub(super) fn motion(stored: &Stored) -> Value {
     })
 }
 
-/// The states of an orbit, in few bytes.
-pub(super) fn orbit(stored: &Stored) -> Value {
-    let rows: Vec<usize> = (0..stored.t.len()).collect();
+/// About so many states of an orbit, in few bytes.
+pub(super) fn orbit(stored: &Stored, states: usize) -> Value {
+    let last = stored.t.len().saturating_sub(1);
+    let count = states.clamp(1, last.max(1));
+    let mut rows: Vec<usize> = (0..=count).map(|k| k * last / count).collect();
+    rows.dedup();
     frames(stored, &rows, true)
 }
 

@@ -6,7 +6,7 @@ import { select } from "d3-selection";
 import { place } from "./decode.js";
 import { element, number, theme } from "./words.js";
 
-const MARGIN = { left: 62, right: 14, top: 8, bottom: 34 };
+const MARGIN = { left: 70, right: 14, top: 8, bottom: 34 };
 /** Curves of more points are thinned out to so many. */
 const MOST = 3000;
 
@@ -25,7 +25,7 @@ function range(values, log = false) {
 }
 
 /** Marks of an axis, as one writes numbers. */
-const marks = (axis, count) => axis.ticks(count, "~g");
+const marks = (axis, count) => axis.ticks(count).tickFormat((x) => number(Number(x.toPrecision(6))));
 
 /** A panel with a diagram that is drawn anew when its size changes. */
 export class Diagram {
@@ -52,11 +52,11 @@ export class Diagram {
     this.svg.attr("viewBox", `0 0 ${width} ${height}`).attr("height", height).selectAll("*").remove();
     this.x = scaleLinear(xs, [MARGIN.left, width - MARGIN.right]);
     this.y = (log ? scaleLog : scaleLinear)(ys, [height - MARGIN.bottom, MARGIN.top]);
-    const grid = (axis, along, size) => marks(axis.tickSize(size), log && along === "y" ? 4 : along === "y" ? marksY : marksX).tickFormat("");
-    this.svg.append("g").attr("class", "grid").attr("transform", `translate(${MARGIN.left},0)`).call(grid(axisLeft(this.y), "y", -(width - MARGIN.left - MARGIN.right)));
+    const grid = marks(axisLeft(this.y).tickSize(-(width - MARGIN.left - MARGIN.right)), log ? 4 : marksY).tickFormat("");
+    this.svg.append("g").attr("class", "grid").attr("transform", `translate(${MARGIN.left},0)`).call(grid);
     const group = this.svg.append("g");
     this.svg.append("g").attr("class", "axis").attr("transform", `translate(0,${height - MARGIN.bottom})`).call(marks(axisBottom(this.x), marksX));
-    this.svg.append("g").attr("class", "axis").attr("transform", `translate(${MARGIN.left},0)`).call(marks(axisLeft(this.y), log ? 4 : marksY));
+    this.svg.append("g").attr("class", "axis").attr("transform", `translate(${MARGIN.left},0)`).call(log ? axisLeft(this.y).ticks(4, "~g") : marks(axisLeft(this.y), marksY));
     this.svg.append("text").attr("class", "label").attr("x", (MARGIN.left + width - MARGIN.right) / 2).attr("y", height - 4).attr("text-anchor", "middle").text(this.names.x);
     this.svg.append("text").attr("class", "label").attr("transform", `translate(12,${(height - MARGIN.bottom) / 2 + MARGIN.top / 2}) rotate(-90)`).attr("text-anchor", "middle").text(this.names.y);
     return group;

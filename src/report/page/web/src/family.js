@@ -7,6 +7,9 @@ import { MotionView } from "./motion.js";
 import { ofOrbit } from "./run.js";
 import { COLOURS, element, number, numbers } from "./words.js";
 
+/** How far from a point the pointer may be. */
+const REACH = 14;
+
 /** Points of all families over the frequency. */
 class Spectrum extends Diagram {
   constructor(families, onChoose) {
@@ -15,6 +18,11 @@ class Spectrum extends Diagram {
     this.tip = element("div", { class: "tip", hidden: true });
     document.body.append(this.tip);
     this.svg.attr("tabindex", 0).attr("role", "listbox");
+    this.svg.on("pointermove", (event) => this.say(this.nearest(event), event)).on("pointerleave", () => (this.tip.hidden = true));
+    this.svg.on("click", (event) => {
+      const p = this.nearest(event);
+      if (p) this.choose(p);
+    });
     this.axisPicker = element("select", { "aria-label": "what is shown over the frequency", onchange: () => this.set({ axis: this.axisPicker.value }) }, element("option", { value: "energy" }, "energy"), element("option", { value: "amplitude" }, "amplitude"));
     this.scalePicker = element("select", { "aria-label": "scale", onchange: () => this.set({ log: this.scalePicker.value === "log" }) }, element("option", { value: "log" }, "logarithmic"), element("option", { value: "linear" }, "linear"));
     this.element.append(element("div", { class: "bar" }, element("label", {}, "over the frequency", this.axisPicker), this.scalePicker));
@@ -71,13 +79,26 @@ class Spectrum extends Diagram {
       const hollow = p.orbit?.stable === false || !p.orbit;
       const mark = group.append("circle").attr("class", "point").attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p))).attr("r", 4).attr("fill", hollow ? "var(--panel)" : p.of.colour).attr("stroke", p.of.colour).attr("stroke-width", 1.3);
       mark.attr("data-point", `${p.family}:${p.number}`).attr("role", "option");
-      mark.on("pointerenter", (event) => this.say(p, event)).on("pointerleave", () => (this.tip.hidden = true)).on("click", () => this.choose(p));
     }
     this.ring = group.append("circle").attr("class", "chosen").attr("r", 8).attr("visibility", "hidden");
     this.mark();
   }
 
+  /** The point under the pointer: points lie one over another. */
+  nearest(event) {
+    const box = this.svg.node().getBoundingClientRect();
+    const [x, y] = [((event.clientX - box.left) * this.width) / box.width, ((event.clientY - box.top) * this.height) / box.height];
+    let [found, least] = [null, REACH];
+    for (const p of this.visible()) {
+      const distance = Math.hypot(this.x(p.omega) - x, this.y(this.value(p)) - y);
+      if (distance < least) [found, least] = [p, distance];
+    }
+    return found;
+  }
+
   say(p, event) {
+    this.tip.hidden = !p;
+    if (!p) return;
     const lines = [p.of.name, `ω = ${number(p.omega)}`];
     if (p.orbit) lines.push(`energy ${number(p.orbit.energy)}, amplitude ${number(p.orbit.amplitude)}`, p.orbit.stable === null ? "stability not known" : p.orbit.stable ? "stable" : "unstable", `${p.orbit.switches} switches, residual ${number(p.orbit.residual)}`);
     if (p.orbit && p.orbit.alpha !== null) lines.push(`α = ${number(p.orbit.alpha)}`);
@@ -85,7 +106,6 @@ class Spectrum extends Diagram {
     if (p.special) lines.push(p.special);
     lines.push(p.frames ? "click: play" : "no motion stored");
     this.tip.textContent = lines.join("\n");
-    this.tip.hidden = false;
     this.tip.style.left = `${Math.min(event.clientX + 14, window.innerWidth - 300)}px`;
     this.tip.style.top = `${event.clientY + 14}px`;
   }
@@ -126,7 +146,7 @@ export function familySection(families) {
   function play(p) {
     const family = families[p.family];
     words.replaceChildren(element("h2", {}, `${p.of.name}, ω = ${number(p.omega)}`), p.orbit ? numbers(ofOrbit(p.orbit, p.omega)) : element("p", {}, p.special ?? "no orbit"));
-    if (p.orbit && p.special) words.append(element("p", { class: "soft" }, p.special));
+    if (p.orbit && p.special) words.append(element("p", { class: "soft" }, `special point: ${p.special}`));
     if (p.hbm) words.append(element("p", { class: "soft" }, `from a series of ${p.hbm.harmonics} harmonics: ${p.hbm.verdict}`));
     multipliers.show(p.orbit?.multipliers ?? []);
     if (!p.frames) {

@@ -4,7 +4,7 @@ import { format } from "d3-format";
 
 const six = format(".6~g");
 /** A number to six digits; nothing for what is none. */
-export const number = (x) => (x === null || x === undefined || !Number.isFinite(x) ? "–" : six(x).replace("−", "-"));
+export const number = (x) => (x === null || x === undefined || !Number.isFinite(x) ? "–" : six(x).replace("−", "-").replace("e+", "e"));
 
 /** An element with attributes, listeners (`onclick`) and children. */
 export function element(tag, attributes = {}, ...children) {

@@ -1,0 +1,168 @@
+//! The page of `signorini view`: what it is made of, and what it refuses. How it behaves in a browser: `make page`.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use base64::Engine;
+use common::root;
+use serde_json::Value;
+use signorini::store::{Stored, StoredFamily};
+
+fn signorini(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signorini"));
+    command.args(arguments).current_dir(root()).output().unwrap()
+}
+
+fn fine(arguments: &[&str]) {
+    let output = signorini(arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {message}");
+}
+
+/// The data of a page.
+fn data(page: &Path) -> Value {
+    let text = fs::read_to_string(page).unwrap();
+    let begin = "<script type=\"application/json\" id=\"data\">";
+    let data = text.split_once(begin).unwrap().1.split_once("</script>").unwrap().0;
+    serde_json::from_str(data).unwrap()
+}
+
+/// The numbers of a block.
+fn numbers(block: &Value) -> Vec<f64> {
+    let text = block["data"].as_str().unwrap();
+    let bytes = base64::engine::general_purpose::STANDARD.decode(text).unwrap();
+    let scale = block["scale"].as_f64().unwrap();
+    match block["kind"].as_str().unwrap() {
+        "f8" => bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect(),
+        "f4" => bytes
+            .chunks_exact(4)
+            .map(|b| f64::from(f32::from_le_bytes(b.try_into().unwrap())))
+            .collect(),
+        "i2" => bytes
+            .chunks_exact(2)
+            .map(|b| scale * f64::from(i16::from_le_bytes(b.try_into().unwrap())))
+            .collect(),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_page_holds_what_its_file_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let scene = fs::read_to_string(root().join("scenarios/plate-half.toml")).unwrap();
+    // a title that would end the element that it stands in, or be taken for a place in the frame
+    let first = scene.lines().find(|l| l.starts_with("title")).unwrap();
+    let title = "title = \"A </script><b> & {{DATA}} {{TITLE}}\"";
+    fs::write(at("s.toml"), scene.replace(first, title)).unwrap();
+    fine(&["run", &at("s.toml"), "-o", &at("r.h5"), "-q"]);
+    fine(&["view", &at("r.h5"), "--no-open"]);
+    let text = fs::read_to_string(at("r.html")).unwrap();
+    assert!(text.contains("<title>A &lt;/script&gt;&lt;b&gt; &amp; {{DATA}} {{TITLE}}</title>"));
+    // nothing is fetched: no address but those of namespaces and licences
+    let script = text.rsplit_once("<script>").unwrap().1;
+    for (k, _) in script.match_indices("http") {
+        assert!(script[k..].starts_with("http://www.w3.org/"), "{}", &script[k..k + 60]);
+    }
+    let view = &data(Path::new(&at("r.html")))["views"][0];
+    let stored = Stored::read(Path::new(&at("r.h5"))).unwrap();
+    assert_eq!(view["title"], stored.title.as_str());
+    let frames = &view["motion"]["frames"];
+    assert_eq!(numbers(&frames["t"]), stored.t);
+    let u = numbers(&frames["u"]);
+    let n = stored.nodes.nrows();
+    let largest = u.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    for (r, row) in u.chunks_exact(2 * n).enumerate() {
+        for (i, x) in row.chunks_exact(2).enumerate() {
+            let own = stored.displacement(r, i);
+            assert!((0..2).all(|c| (x[c] - own[c]).abs() < 2e-5 * largest), "{r} {i}");
+        }
+    }
+    assert_eq!(numbers(&view["motion"]["ledger"]["elastic"]), stored.energy[1]);
+    // an own page is drawn anew, a foreign file stays
+    fine(&["plot", &at("r.h5"), "--html"]);
+    fs::write(at("r.html"), "<p>mine</p>").unwrap();
+    assert_eq!(signorini(&["view", &at("r.h5")]).status.code(), Some(2));
+    assert_eq!(fs::read_to_string(at("r.html")).unwrap(), "<p>mine</p>");
+}
+
+/// The stress at the centre of a cell, against the closed form of a uniform stretch.
+#[test]
+fn stresses_are_those_of_a_uniform_stretch() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    fine(&["run", "scenarios/plate.toml", "-o", &at("r.h5"), "-q"]);
+    fine(&["view", &at("r.h5"), "--no-open"]);
+    let view = &data(Path::new(&at("r.html")))["views"][0];
+    let stored = Stored::read(Path::new(&at("r.h5"))).unwrap();
+    let rows = numbers(&view["body"]["stress"]["rows"]);
+    // E = 1, ν = 0.3, plane stress: u = (x, −ν y) is a tension of 1
+    for k in 0..stored.elements.nrows() {
+        let mut s = [0.0; 4];
+        for (j, node) in stored.nodes_of(k).into_iter().enumerate() {
+            let u = [stored.nodes[(node, 0)], -0.3 * stored.nodes[(node, 1)]];
+            for c in 0..2 {
+                for d in 0..4 {
+                    s[d] += rows[(k * 8 + 2 * j + c) * 4 + d] * u[c];
+                }
+            }
+        }
+        let wrong = [s[0] - 1.0, s[1], s[2], s[3]].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        assert!(wrong < 1e-4, "{k}: {s:?}");
+    }
+}
+
+/// Orbits and series of a family close, and begin at the states of the file.
+#[test]
+fn orbits_of_a_family_are_those_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let plate = "scenarios/half-plate-orbit.toml";
+    let response = "scenarios/half-plate-response.toml";
+    let viscous = "scenarios/half-plate-redistribution.toml";
+    for (name, words) in [
+        ("o.h5", &["backbone", plate, "--range", "1.7,1.72"][..]),
+        (
+            "h.h5",
+            &["backbone", plate, "--range", "1.7,1.71", "--method", "hbm", "--harmonics", "7"],
+        ),
+        ("r.h5", &["response", response, "--range", "1.4,1.45", "--ratios", "0.02,0.05"]),
+        ("v.h5", &["backbone", viscous, "--viscous", "--quick", "--range", "1.7,1.72"]),
+    ] {
+        fine(&[words, &["-o", &at(name), "-q"]].concat());
+        fine(&["view", &at(name), "--no-open"]);
+        let page = Path::new(&at(name)).with_extension("html");
+        let view = &data(&page)["views"][0];
+        let family = StoredFamily::read(Path::new(&at(name))).unwrap();
+        let rest = Stored::body(Path::new(&at(name))).unwrap();
+        let mut played = 0;
+        for (point, record) in view["points"].as_array().unwrap().iter().zip(&family.points) {
+            if record.orbit.is_none() && record.series.is_none() {
+                assert!(point["frames"].is_null());
+                continue;
+            }
+            played += 1;
+            let (t, u) = (numbers(&point["frames"]["t"]), numbers(&point["frames"]["u"]));
+            let period = std::f64::consts::TAU / record.omega;
+            assert!((t[t.len() - 1] / period - 1.0).abs() < 1e-9, "{name}: {}", t[t.len() - 1]);
+            let n = 2 * rest.nodes.nrows();
+            let largest = u.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let apart = |a: &[f64], b: &[f64]| {
+                a.iter().zip(b).fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / largest
+            };
+            assert!(apart(&u[..n], &u[u.len() - n..]) < 1e-4, "{name} at {}", record.omega);
+            if let Some(orbit) = record.orbit.as_ref().filter(|_| record.series.is_none()) {
+                let nodal: Vec<f64> = (0..n)
+                    .map(|i| {
+                        usize::try_from(rest.dof_map[(i / 2, i % 2)]).map_or(0.0, |d| orbit.u0[d])
+                    })
+                    .collect();
+                assert!(apart(&u[..n], &nodal) < 1e-4, "{name} at {}", record.omega);
+            }
+        }
+        assert!(played >= 2, "{name}: {played}");
+    }
+}
