@@ -1,6 +1,7 @@
 //! A command as a function: it works on a thread of its own, without the interpreter's lock; the thread that called it looks for Ctrl-C and hands
 //! on the progress.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -8,7 +9,7 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::cli::{self, Answer, Call, CliError, Desk};
-use signorini::event::Silent;
+use signorini::event::{Observer, Sample, Silent};
 use signorini::problem::Problem;
 use signorini::simulate::simulate;
 
@@ -105,14 +106,33 @@ fn failed(py: Python<'_>, e: &CliError) -> PyErr {
     }
 }
 
-/// What `run` costs without Python and without a file: seconds of set-up and integration, for comparison.
+/// The states of a run in memory.
+#[derive(Default)]
+struct States(Vec<f64>);
+
+impl Observer for States {
+    type Error = Infallible;
+    fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
+        let e = &s.energies;
+        [s.u, s.v, s.pressure].iter().for_each(|x| self.0.extend_from_slice(x));
+        self.0.extend([s.t, e.kinetic, e.elastic, e.external, e.dissipated, s.jumps]);
+        Ok(())
+    }
+}
+
+/// What `run` costs without Python and without a file: seconds of set-up and integration, with the states kept in memory or not, for comparison.
 #[pyfunction]
-pub fn library_run(py: Python<'_>, scene: &Scene) -> PyResult<f64> {
+pub fn library_run(py: Python<'_>, scene: &Scene, keeps: bool) -> PyResult<f64> {
     let scene = &scene.0;
     py.detach(|| {
         let start = Instant::now();
         let problem = Problem::new(scene, None).map_err(|e| e.to_string())?;
-        simulate(scene, &problem, false, &mut Silent).map_err(|e| e.to_string())?;
+        let mut states = States::default();
+        match keeps {
+            true => simulate(scene, &problem, false, &mut states),
+            false => simulate(scene, &problem, false, &mut Silent),
+        }
+        .map_err(|e| e.to_string())?;
         Ok(start.elapsed().as_secs_f64())
     })
     .map_err(|e: String| crate::error(py, "SignoriniError", (e,)))

@@ -4,7 +4,7 @@ import { bodyOf } from "./body.js";
 import { Diagram, MARGIN, Multipliers, range } from "./chart.js";
 import { framesOf } from "./decode.js";
 import { MotionView } from "./motion.js";
-import { ofOrbit } from "./run.js";
+import { ofOrbit, stability } from "./run.js";
 import { COLOURS, element, number, numbers } from "./words.js";
 
 /** How far from a point the pointer may be. */
@@ -100,7 +100,7 @@ class Spectrum extends Diagram {
     this.tip.hidden = !p;
     if (!p) return;
     const lines = [p.of.name, `ω = ${number(p.omega)}`];
-    if (p.orbit) lines.push(`energy ${number(p.orbit.energy)}, amplitude ${number(p.orbit.amplitude)}`, p.orbit.stable === null ? "stability not known" : p.orbit.stable ? "stable" : "unstable", `${p.orbit.switches} switches, residual ${number(p.orbit.residual)}`);
+    if (p.orbit) lines.push(`energy ${number(p.orbit.energy)}, amplitude ${number(p.orbit.amplitude)}`, ...(p.orbit.alpha === null ? [stability(p.orbit)] : []), `${p.orbit.switches} switches, residual ${number(p.orbit.residual)}`);
     if (p.orbit && p.orbit.alpha !== null) lines.push(`α = ${number(p.orbit.alpha)}`);
     if (p.hbm) lines.push(`series of ${p.hbm.harmonics} harmonics: energy ${number(p.hbm.energy)}, ${p.hbm.verdict}${p.hbm.moved === null ? "" : `, ${number(p.hbm.moved)} away`}`);
     if (p.special) lines.push(p.special);
@@ -148,7 +148,7 @@ export function familySection(families) {
     words.replaceChildren(element("h2", {}, `${p.of.name}, ω = ${number(p.omega)}`), p.orbit ? numbers(ofOrbit(p.orbit, p.omega)) : element("p", {}, p.special ?? "no orbit"));
     if (p.orbit && p.special) words.append(element("p", { class: "soft" }, `special point: ${p.special}`));
     if (p.hbm) words.append(element("p", { class: "soft" }, `from a series of ${p.hbm.harmonics} harmonics: ${p.hbm.verdict}`));
-    multipliers.show(p.orbit?.multipliers ?? []);
+    multipliers.show(p.orbit?.multipliers ?? [], p.orbit?.alpha === null ? "" : " (of the self-excited system)");
     if (!p.frames) {
       words.append(element("p", { class: "soft" }, family.why ?? "Its motion is not on this page."));
       return;
