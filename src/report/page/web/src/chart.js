@@ -191,10 +191,10 @@ export class GapMap extends OverTime {
 
 /** Floquet multipliers in the complex plane. */
 export class Multipliers extends Diagram {
-  show(multipliers) {
+  show(multipliers, whose = "") {
     this.multipliers = multipliers;
     const largest = Math.max(0, ...multipliers.map(([re, im]) => Math.hypot(re, im)));
-    this.note.textContent = multipliers.length ? `${multipliers.length}, the largest of size ${number(largest)}` : "not computed";
+    this.note.textContent = multipliers.length ? `${multipliers.length}, the largest of size ${number(largest)}${whose}` : "not computed";
     this.draw();
   }
 

@@ -6,7 +6,8 @@ import { decode, framesOf } from "./decode.js";
 import { MotionView } from "./motion.js";
 import { element, number, numbers } from "./words.js";
 
-const stability = (o) => (o.stable === null ? "not known" : o.stable ? "stable" : "unstable");
+/** Whether an orbit is stable, in words. */
+export const stability = (o) => (o.stable === null ? "stability not known" : o.stable ? "stable" : "unstable");
 
 /** What there is to say of an orbit. */
 export function ofOrbit(o, omega) {
@@ -39,6 +40,6 @@ export function runSection(raw) {
   motion.left.append(...(multipliers ? [multipliers.element] : []), said);
   const section = element("section", { "aria-label": raw.name }, element("div", { class: "columns" }, motion.left, motion.right));
   motion.show(framesOf(raw.motion.frames), ledger);
-  multipliers?.show(raw.orbit.multipliers);
+  multipliers?.show(raw.orbit.multipliers, raw.orbit.alpha === null ? "" : " (of the self-excited system)");
   return { section, player: motion.player, bodies: [motion.view].filter(Boolean) };
 }
