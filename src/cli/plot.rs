@@ -85,7 +85,14 @@ impl From<Axis> for families::Axis {
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if arguments.html {
         let stem = arguments.output.as_deref();
-        let path = view::write(global, &arguments.files, stem.map(|s| beside(s, ".html")))?;
+        let path = view::write(
+            global,
+            &arguments.files,
+            stem.map(|s| match s.extension() {
+                Some(ending) if ending == "html" => s.to_owned(),
+                _ => beside(s, ".html"),
+            }),
+        )?;
         let name = path.display().to_string();
         return Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")));
     }

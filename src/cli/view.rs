@@ -56,6 +56,8 @@ pub(super) fn write(
     files: &[PathBuf],
     output: Option<PathBuf>,
 ) -> Result<PathBuf, CliError> {
+    // what cannot be read is said first
+    files.iter().try_for_each(|file| content(file).map(drop))?;
     let path = output.unwrap_or_else(|| match files {
         [file] => file.with_extension("html"),
         _ => PathBuf::from("overlay.html"),

@@ -113,7 +113,7 @@ impl Writer {
             || (!marches && checkpoint.y.len() < 2 * system.n_o())
             || checkpoint.armed.len() != system.n_contact()
         {
-            return Err(refuse("the files that the scene names have changed since"));
+            return Err(refuse("the scene, or a file that it names, has changed since"));
         }
         let opened = || -> Result<(Writer, Resumed), StoreError> {
             let file = hdf5::File::open_rw(&at)?;

@@ -110,18 +110,25 @@ export class BodyView {
       step: "any",
       "aria-label": "magnification of displacements",
       onchange: () => {
-        this.factor = this.magnifier.value === "" ? null : Number(this.magnifier.value);
+        const factor = Number(this.magnifier.value);
+        // what is no magnification is left out; a thousand times the body's size shows nothing
+        const most = (1e3 * DRAWN * this.body.length) / (this.largest.u || this.body.length);
+        this.factor = factor > 0 && factor <= most ? factor : null;
+        if (this.factor === null) this.magnifier.value = "";
         this.measure();
         this.draw(this.time);
       },
     });
     this.shown = element("span", { class: "soft" });
+    const stops = [0, 0.25, 0.5, 0.75, 1].map((x) => shade(x)).join(",");
+    this.most = element("span");
+    this.scale = element("span", { class: "scale" }, "0", element("i", { style: `background:linear-gradient(90deg,${stops})` }), this.most);
     this.element = element(
       "div",
       { class: "panel body" },
       element("div", { class: "head" }, element("h2", {}, "Body"), this.shown),
       this.canvas,
-      element("div", { class: "bar" }, element("label", {}, "colour", this.picker), element("label", {}, "displacements ×", this.magnifier)),
+      element("div", { class: "bar" }, element("label", {}, "colour", this.picker), element("label", {}, "displacements ×", this.magnifier), this.scale),
     );
     this.u = new Float32Array(body.nodes.length);
     this.time = 0;
@@ -253,6 +260,8 @@ export class BodyView {
     }
     this.obstacles(painter, pixel);
     this.forces(painter, pixel, [k, next, share]);
+    this.scale.style.visibility = this.quantity === "none" ? "hidden" : "visible";
+    this.most.textContent = number(Number((this.largest[this.quantity] ?? 0).toPrecision(3)));
     this.shown.textContent = `t = ${number(this.time)}${m === 1 ? "" : `, displacements × ${number(Number(m.toPrecision(3)))}`}`;
   }
 

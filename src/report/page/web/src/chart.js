@@ -6,7 +6,7 @@ import { select } from "d3-selection";
 import { place } from "./decode.js";
 import { element, number, theme } from "./words.js";
 
-const MARGIN = { left: 70, right: 14, top: 8, bottom: 34 };
+const MARGIN = { left: 80, right: 24, top: 8, bottom: 34 };
 /** Curves of more points are thinned out to so many. */
 const MOST = 3000;
 
@@ -58,7 +58,7 @@ export class Diagram {
     this.svg.append("g").attr("class", "axis").attr("transform", `translate(0,${height - MARGIN.bottom})`).call(marks(axisBottom(this.x), marksX));
     this.svg.append("g").attr("class", "axis").attr("transform", `translate(${MARGIN.left},0)`).call(log ? axisLeft(this.y).ticks(4, "~g") : marks(axisLeft(this.y), marksY));
     this.svg.append("text").attr("class", "label").attr("x", (MARGIN.left + width - MARGIN.right) / 2).attr("y", height - 4).attr("text-anchor", "middle").text(this.names.x);
-    this.svg.append("text").attr("class", "label").attr("transform", `translate(12,${(height - MARGIN.bottom) / 2 + MARGIN.top / 2}) rotate(-90)`).attr("text-anchor", "middle").text(this.names.y);
+    this.svg.append("text").attr("class", "label").attr("transform", `translate(11,${(height - MARGIN.bottom) / 2 + MARGIN.top / 2}) rotate(-90)`).attr("text-anchor", "middle").text(this.names.y);
     return group;
   }
 }
@@ -144,10 +144,6 @@ export class Curves extends OverTime {
 export class GapMap extends OverTime {
   show({ t, position, rows, gap, contact, pressure, bound }) {
     Object.assign(this, { t, position, rows, gap, contact, pressure, bound, span: [t[0], t[t.length - 1]] });
-    this.legend.replaceChildren(
-      element("span", {}, element("span", { class: "swatch", style: "background:#4a78a8" }), "gap (dark: open wide)"),
-      element("span", {}, element("span", { class: "swatch", style: "background:#c2410c" }), "contact (dark: high pressure)"),
-    );
     this.image = this.paint();
     this.draw();
   }
@@ -166,6 +162,11 @@ export class GapMap extends OverTime {
         widest = Math.max(widest, gap[i] - contact[k * n + i]);
         highest = Math.max(highest, pressure[k * n + i]);
       }
+    const [gapText, pressureText] = [widest, highest].map((x) => number(Number(x.toPrecision(3))));
+    this.legend.replaceChildren(
+      element("span", {}, element("span", { class: "swatch", style: "background:#4a78a8" }), `gap (dark: up to ${gapText})`),
+      element("span", {}, element("span", { class: "swatch", style: "background:#c2410c" }), `contact (dark: pressure up to ${highest > 1e-299 ? pressureText : 0})`),
+    );
     for (let c = 0; c < columns; c++) {
       const [k] = place(t, this.span[0] + ((this.span[1] - this.span[0]) * (c + 0.5)) / columns);
       rows.forEach((i, r) => {

@@ -32,7 +32,7 @@ class Spectrum extends Diagram {
       ...this.branches.map((b) =>
         element("button", { type: "button", "aria-pressed": "true", title: "show or hide", onclick: (event) => this.hide(b, event.currentTarget) }, element("span", { class: "swatch", style: `background:${b.colour}` }), b.name),
       ),
-      element("span", {}, "hollow: unstable · crosses on the axis: no orbit"),
+      element("span", {}, "filled: stable · hollow: unstable · pale: not known · crosses on the axis: no orbit"),
     );
     this.points = families.flatMap((f, k) => f.points.map((p, i) => ({ ...p, family: k, number: i, of: this.branches.find((b) => b.family === k && b.branch === p.branch) ?? this.branches[0] })));
   }
@@ -49,10 +49,15 @@ class Spectrum extends Diagram {
     this.draw();
   }
 
-  /** Energy or amplitude of a point; a series that led to no orbit has its own energy. */
+  /** Energy or amplitude of a point. */
   value(p) {
-    const own = this.axis === "energy" ? p.hbm?.energy : null;
-    return p.orbit?.[this.axis] ?? own ?? null;
+    return p.orbit?.[this.axis] ?? null;
+  }
+
+  /** Where a point is drawn: one without an orbit on the axis. */
+  at(p) {
+    const y = this.value(p);
+    return [this.x(p.omega), y === null ? this.height - MARGIN.bottom - 5 : this.y(y)];
   }
 
   visible() {
@@ -63,11 +68,11 @@ class Spectrum extends Diagram {
     if (!this.width) return;
     const shown = this.visible();
     const group = this.frame(range(this.points.map((p) => p.omega)), range(shown.map((p) => this.value(p)), this.log), { log: this.log, marksX: 8 });
-    const crosses = this.points.filter((p) => p.of?.shown && p.gap && this.value(p) === null);
-    const floor = this.height - MARGIN.bottom - 5;
+    const crosses = this.points.filter((p) => p.of?.shown && this.value(p) === null);
+    this.drawn = [...crosses, ...shown];
     for (const p of crosses) {
-      const x = this.x(p.omega);
-      group.append("path").attr("d", `M${x - 2.5},${floor - 2.5}l5,5m0,-5l-5,5`).attr("stroke", p.of.colour).attr("fill", "none").append("title").text(`ω = ${number(p.omega)}: ${p.special}`);
+      const [x, y] = this.at(p);
+      group.append("path").attr("d", `M${x - 2.5},${y - 2.5}l5,5m0,-5l-5,5`).attr("stroke", p.of.colour).attr("fill", "none");
     }
     for (const b of this.branches) {
       if (!b.shown || this.families[b.family].sequential) continue;
@@ -76,8 +81,8 @@ class Spectrum extends Diagram {
       group.append("path").attr("class", "curve").attr("stroke", b.colour).attr("stroke-opacity", 0.5).attr("d", d);
     }
     for (const p of shown) {
-      const hollow = p.orbit?.stable === false || !p.orbit;
-      const mark = group.append("circle").attr("class", "point").attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p))).attr("r", 4).attr("fill", hollow ? "var(--panel)" : p.of.colour).attr("stroke", p.of.colour).attr("stroke-width", 1.3);
+      const hollow = p.orbit.stable === false;
+      const mark = group.append("circle").attr("class", "point").attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p))).attr("r", 4).attr("fill", hollow ? "var(--panel)" : p.of.colour).attr("stroke", p.of.colour).attr("stroke-width", 1.3).attr("fill-opacity", p.orbit.stable === null ? 0.35 : 1);
       mark.attr("data-point", `${p.family}:${p.number}`).attr("role", "option");
     }
     this.ring = group.append("circle").attr("class", "chosen").attr("r", 8).attr("visibility", "hidden");
@@ -89,9 +94,11 @@ class Spectrum extends Diagram {
     const box = this.svg.node().getBoundingClientRect();
     const [x, y] = [((event.clientX - box.left) * this.width) / box.width, ((event.clientY - box.top) * this.height) / box.height];
     let [found, least] = [null, REACH];
-    for (const p of this.visible()) {
-      const distance = Math.hypot(this.x(p.omega) - x, this.y(this.value(p)) - y);
-      if (distance < least) [found, least] = [p, distance];
+    for (const p of this.drawn ?? []) {
+      const [px, py] = this.at(p);
+      const distance = Math.hypot(px - x, py - y);
+      // of points at one place that which lies on top
+      if (distance <= least) [found, least] = [p, distance];
     }
     return found;
   }
@@ -110,40 +117,40 @@ class Spectrum extends Diagram {
     this.tip.style.top = `${event.clientY + 14}px`;
   }
 
-  choose(p) {
+  choose(p, plays = true) {
     this.chosen = p;
     this.mark();
-    this.onChoose(p);
+    this.onChoose(p, plays);
   }
 
   mark() {
     const p = this.chosen;
-    const there = p && p.of?.shown && this.value(p) !== null;
+    const there = p && p.of?.shown;
     this.ring?.attr("visibility", there ? "visible" : "hidden");
-    if (there) this.ring.attr("cx", this.x(p.omega)).attr("cy", this.y(this.value(p)));
+    if (there && this.ring) this.ring.attr("cx", this.at(p)[0]).attr("cy", this.at(p)[1]);
   }
 
-  /** The next or the last point that plays, in the order of its family. */
-  move(sign) {
-    const all = this.visible().filter((p) => p.frames);
+  /** The next or the last orbit, in the order of its family. */
+  move(sign, plays = true) {
+    const all = this.visible();
     if (!all.length) return;
     const k = all.indexOf(this.chosen);
-    this.choose(all[k < 0 ? 0 : (k + sign + all.length) % all.length]);
+    this.choose(all[k < 0 ? 0 : (k + sign + all.length) % all.length], plays);
   }
 }
 
 export function familySection(families) {
-  const spectrum = new Spectrum(families, (p) => play(p));
+  const spectrum = new Spectrum(families, (p, plays) => play(p, plays));
   const slots = new Map();
   const words = element("div", { class: "panel", "aria-live": "polite" }, element("h2", {}, "Orbit"), element("p", { class: "soft" }, "Click a point to play its orbit."));
   const multipliers = new Multipliers({ title: "Floquet multipliers", x: "Re", y: "Im", height: 230 });
   const left = element("div", { class: "column" }, spectrum.element, words, multipliers.element);
   const right = element("div", { class: "column" });
-  const said = families.map((f) => element("p", { class: "soft" }, `${f.name}: ${f.title} – ${f.what}; ${f.status}; ${f.points.filter((p) => p.orbit).length} orbits at ${f.points.length} points${f.why ? `. ${f.why}` : ""}`));
+  const said = families.map((f) => element("p", { class: "soft" }, `${f.name}: ${f.title} – ${f.what}; ${f.status}; ${f.points.filter((p) => p.orbit).length} orbits at ${f.points.length} points${f.why ? `; ${f.why}` : ""}`));
   const section = element("section", { "aria-label": "families" }, element("div", { class: "columns" }, left, right), ...said);
   const page = { section, spectrum, bodies: [], player: null };
 
-  function play(p) {
+  function play(p, plays) {
     const family = families[p.family];
     words.replaceChildren(element("h2", {}, `${p.of.name}, ω = ${number(p.omega)}`), p.orbit ? numbers(ofOrbit(p.orbit, p.omega)) : element("p", {}, p.special ?? "no orbit"));
     if (p.orbit && p.special) words.append(element("p", { class: "soft" }, `special point: ${p.special}`));
@@ -155,7 +162,6 @@ export function familySection(families) {
     }
     if (!slots.has(p.family)) slots.set(p.family, new MotionView(bodyOf(family.body), { loops: true, compact: true }));
     const motion = slots.get(p.family);
-    const was = page.player?.playing ?? true;
     page.player?.toggle(false);
     if (right.firstChild !== motion.left) right.replaceChildren(motion.left, ...motion.right.children, ...(motion.charts ?? []));
     motion.charts ??= [...right.children].slice(1);
@@ -163,7 +169,9 @@ export function familySection(families) {
     page.bodies = [motion.view].filter(Boolean);
     p.decoded ??= framesOf(p.frames);
     motion.show(p.decoded, null);
-    motion.player.toggle(was);
+    motion.player.toggle(plays);
   }
+  // something to look at from the start
+  requestAnimationFrame(() => spectrum.chosen ?? spectrum.move(1, false));
   return page;
 }

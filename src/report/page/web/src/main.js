@@ -17,16 +17,17 @@ function pictureSection(view) {
 /** Parts of the page, each made when it is first looked at. */
 function partsOf(views) {
   const families = views.filter((v) => v.kind === "family");
-  const parts = families.length ? [{ name: families.length > 1 ? `${families.length} families` : families[0].name, make: () => familySection(families) }] : [];
+  const parts = families.length ? [{ title: families[0].title, name: families.length > 1 ? `${families.length} families` : families[0].name, make: () => familySection(families) }] : [];
   for (const view of views) {
-    if (view.kind === "run") parts.push({ name: view.name, make: () => runSection(view) });
-    if (view.kind === "picture") parts.push({ name: view.name, make: () => pictureSection(view) });
+    if (view.kind === "run") parts.push({ title: view.title, name: view.name, make: () => runSection(view) });
+    if (view.kind === "picture") parts.push({ title: view.title, name: view.name, make: () => pictureSection(view) });
   }
   return parts;
 }
 
 const parts = partsOf(data.views);
 const holder = element("main");
+const heading = element("h1");
 let page = null;
 
 function look(k) {
@@ -34,6 +35,7 @@ function look(k) {
   parts[k].page ??= parts[k].make();
   page = parts[k].page;
   holder.replaceChildren(page.section);
+  heading.textContent = parts[k].title || parts[k].name || "signorini";
   document.querySelectorAll("nav button").forEach((b, i) => b.setAttribute("aria-selected", i === k));
 }
 
@@ -70,7 +72,10 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const { target, key } = event;
   // controls have keys of their own
-  if (target.matches("select, input") || (target.matches("button") && (key === " " || key === "Enter"))) return;
+  const slides = target.matches("input[type=range]");
+  if (target.matches("select, input") && !slides) return;
+  if (slides && /^(Arrow|Home|End|Page)/.test(key)) return;
+  if (target.matches("button") && (key === " " || key === "Enter")) return;
   const onDiagram = page?.spectrum && (target === page.spectrum.svg.node() || !page.player);
   const acts = {
     " ": () => (page?.player ? page.player.toggle() : page?.spectrum?.move(1)),
@@ -83,6 +88,7 @@ document.addEventListener("keydown", (event) => {
     t: toggleTheme,
     s: save,
     "?": toggleHelp,
+    Escape: () => (help.hidden = true),
   };
   const act = acts[key] ?? acts[key.toLowerCase()];
   if (act) {
@@ -94,7 +100,7 @@ document.addEventListener("keydown", (event) => {
 root.dataset.theme = dark.matches ? "dark" : "light";
 const button = (words, act, label) => element("button", { type: "button", onclick: act, "aria-label": label }, words);
 document.body.append(
-  element("header", {}, element("h1", {}, data.views[0]?.title || data.views[0]?.name || "signorini"), element("span", { class: "soft" }, `signorini ${data.version}`), element("div", { class: "tools" }, button("SVG", save, "save what is shown as SVG"), button("light / dark", toggleTheme, "light or dark"), button("?", toggleHelp, "keys"))),
+  element("header", {}, heading, element("span", { class: "soft" }, `signorini ${data.version}`), element("div", { class: "tools" }, button("SVG", save, "save what is shown as SVG"), button("light / dark", toggleTheme, "light or dark"), button("?", toggleHelp, "keys"))),
   parts.length > 1 ? element("nav", { role: "tablist" }, ...parts.map((p, k) => element("button", { type: "button", role: "tab", onclick: () => look(k) }, p.name))) : "",
   help,
   holder,

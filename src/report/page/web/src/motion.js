@@ -56,7 +56,7 @@ export class MotionView {
     this.view?.show(frames);
     const { fronts } = contact;
     const some = fronts.length <= SHOWN ? fronts : Array.from({ length: SHOWN }, (_, k) => fronts[Math.round((k * (fronts.length - 1)) / (SHOWN - 1))]);
-    const colour = (k) => (some.length <= 4 ? COLOURS[k] : interpolateViridis((0.9 * k) / (some.length - 1)));
+    const colour = (k) => (some.length <= 4 ? COLOURS[k] : interpolateViridis(0.3 + (0.65 * k) / (some.length - 1)));
     const series = (values) => some.map((i, k) => ({ name: `node ${contact.names[i]}`, colour: colour(k), y: (row) => values[row * n + i] }));
     const bands = bandsOf(frames);
     const gaps = new Set(contact.gap.map((g, i) => (fronts.includes(i) ? g : -g)));
