@@ -38,6 +38,10 @@ def _list(x: Any) -> str:
     return ",".join(_word(v) for v in x) if isinstance(x, (list, tuple, np.ndarray, range)) else _word(x)
 
 
+class _Again(list):
+    """Values of an option that is given once for each."""
+
+
 def _arguments(options: Mapping[str, Any]) -> list[str]:
     """Keywords as options of the command line; None and False are left out."""
     words = []
@@ -46,13 +50,13 @@ def _arguments(options: Mapping[str, Any]) -> list[str]:
         if x is None or x is False:
             continue
         # one word, so that a number below zero is no option
-        words.append(option if x is True else f"{option}={_list(x)}")
+        words += [option if v is True else f"{option}={_list(v)}" for v in (x if isinstance(x, _Again) else [x])]
     return words
 
 
 def _call(
     command: str,
-    scene: Scene | None,
+    scene: Scene,
     places: Sequence[str],
     options: Mapping[str, Any],
     progress: Progress,
@@ -60,18 +64,11 @@ def _call(
 ) -> tuple[dict[str, Any], str | None]:
     """The JSON object of a command, and why the numerics failed, if they did."""
     words = [command, *_arguments(options), "--", *places]
-    title = f"{command} {scene.title}" if scene is not None else command
-    return _carry_out(command, words, scene, progress, title, is_scratch)
-
-
-def _carry_out(
-    command: str, words: list[str], scene: Scene | None, progress: Progress, title: str, is_scratch: bool
-) -> tuple[dict[str, Any], str | None]:
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise TypeError("progress: give None, a bool, or a function of the share that is done and what is being done")
     try:
-        with Shown(progress, title) as shown:
-            text, failure, heard = _signorini.call(words, scene and scene._scene, is_scratch, shown.tell)
+        with Shown(progress, f"{command} {scene.title}") as shown:
+            text, failure, heard = _signorini.call(words, scene._scene, is_scratch, shown.tell)
     except SceneError as e:
         raise _reworded(command, e) from None
     except KeyboardInterrupt as e:
@@ -121,19 +118,21 @@ def _to_file(
     options: dict[str, Any],
     progress: Progress,
     before: Sequence[str] = (),
+    ending: str = "",
 ) -> tuple[dict[str, Any], str | None, Store | None]:
-    """Carry out a command that writes a file: the user's, or one that goes with the result."""
+    """Carry out a command that writes a file: the user's, or one that goes with the result; ``ending`` is what the command adds to its name."""
     scene = as_scene(scene)
     folder = None
     if output is None:
         if options.get("resume"):
             raise SceneError("resume goes on with a file: say which, with output")
-        path, folder = scratch(f"{command}.h5")
+        named, folder = scratch(command if ending else f"{command}.h5")
     else:
-        path = os.fsdecode(output)
+        named = os.fsdecode(output)
+    path = named + ending
     places = [*before, fspath(scene.file)]
     try:
-        said, failure = _call(command, scene, places, options | {"output": path}, progress, folder is not None)
+        said, failure = _call(command, scene, places, options | {"output": named}, progress, folder is not None)
         if os.path.exists(path):
             store, folder = Store(path, folder), None
             return said, failure, store
@@ -391,7 +390,6 @@ def compare(
         orbit, viscous, omega: compare orbits or viscous nonlinear modes at these frequencies.
         output: beginning of the names of HDF5, CSV, SVG and PNG.
     """
-    scene = as_scene(scene)
     mesh = lambda m: "x".join(str(int(k)) for k in np.atleast_1d(m))  # noqa: E731
     options |= {
         "methods": [methods] if isinstance(methods, str) else list(methods) if methods is not None else None,
@@ -403,18 +401,8 @@ def compare(
         "resume": resume,
         "force": force,
     }
-    words = [f"--parameter={key}={_list(values)}" for key, values in (parameter or {}).items()]
-    stem, folder = (os.fsdecode(output), None) if output is not None else scratch("comparison")
-    try:
-        options["output"] = stem
-        arguments = ["compare", *words, *_arguments(options), "--", fspath(scene.file)]
-        title, nameless = f"compare {scene.title}", folder is not None
-        said, failure = _carry_out("compare", arguments, scene, progress, title, nameless)
-        store, folder = Store(stem + ".h5", folder), None
-        return _result(said, failure, store)
-    finally:
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
+    options["parameter"] = _Again(f"{key}={_list(values)}" for key, values in (parameter or {}).items())
+    return _result(*_to_file("compare", scene, output, options, progress, ending=".h5"))
 
 
 def _numbers(x: int | Iterable[int] | None) -> list[int] | int | None:

@@ -66,7 +66,10 @@ class Result(Group):
         return True
 
     def _own(self, name: str) -> Any:
-        """What is known under a name besides the file's groups."""
+        """What is known under a name: in the groups whose names are attributes, then in what was said."""
+        for group in self._groups():
+            if group in self._entries() and name in self[group]:
+                return self[group][name]
         if name in self._said:
             return self._said[name]
         if name in {k for c in type(self).__mro__ for k in c.__dict__.get("__annotations__", ())}:
@@ -87,7 +90,7 @@ class Result(Group):
                 raise AttributeError(f"{type(self).__name__} has no {name}{_near(name, names)}") from None
 
     def _groups(self) -> list[str]:
-        """Groups whose names are attributes of the result."""
+        """Groups whose names are attributes of the result, the first one first."""
         return []
 
     def __dir__(self) -> list[str]:
@@ -208,12 +211,6 @@ class Run(Result):
     def _groups(self) -> list[str]:
         return ["trajectory", "report"]
 
-    def _own(self, name: str) -> Any:
-        for group in ("trajectory", "report"):
-            if group in self and name in self[group]:
-                return self[group][name]
-        return super()._own(name)
-
     def of_rows(self, table: np.ndarray) -> np.ndarray:
         """Of a body of matrices: ``u`` or ``v`` with its columns in the order of the matrices' rows [s, N]."""
         if self.mesh.elements.size and (self.mesh.dof_map[:, 1] >= 0).any():
@@ -323,13 +320,8 @@ class Orbit(_OfOrbit, Run):
         """Periods of the loads in one of the orbit."""
         return int(self["orbit"].get("forcing_periods", 1))
 
-    def _own(self, name: str) -> Any:
-        # what it says of itself stands before what was said of it
-        if name in self["orbit"]:
-            return self["orbit"][name]
-        return super()._own(name)
-
     def _groups(self) -> list[str]:
+        # what it says of itself stands before what was said of it
         return ["orbit", *super()._groups()]
 
     def _text(self) -> str:
@@ -489,11 +481,6 @@ class Family(Result):
     def _groups(self) -> list[str]:
         return ["backbone"]
 
-    def _own(self, name: str) -> Any:
-        if name in self["backbone"]:
-            return self["backbone"][name]
-        return super()._own(name)
-
     def __len__(self) -> int:
         return len(self["backbone"]["omega"])
 
@@ -550,10 +537,6 @@ class Crosscheck(Family):
     def _groups(self) -> list[str]:
         return ["crosscheck", "backbone"]
 
-    def _own(self, name: str) -> Any:
-        if name in self["crosscheck"]:
-            return self["crosscheck"][name]
-        return super()._own(name)
 
 
 class Comparison(Result):
@@ -577,11 +560,6 @@ class Comparison(Result):
 
     def _groups(self) -> list[str]:
         return ["comparison"]
-
-    def _own(self, name: str) -> Any:
-        if name in self["comparison"]:
-            return self["comparison"][name]
-        return super()._own(name)
 
     def __len__(self) -> int:
         return len(self["comparison"]["variant"])

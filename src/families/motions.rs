@@ -80,15 +80,14 @@ impl<'b> Rows<'b> {
         Rows { body, t: vec![], u: vec![], v: vec![], active: vec![], pressure: vec![], energy }
     }
 
-    /// As a motion of the body at rest.
-    fn stored(self, rest: &Stored) -> Stored {
+    /// As a motion of `stored`, which is the body at rest.
+    fn stored(self, mut stored: Stored) -> Stored {
         let rows = self.t.len();
         let table = |x: Vec<f64>| {
             let columns = x.len() / rows.max(1);
             Array2::from_shape_vec((rows, columns), x).unwrap_or_default()
         };
         let n_c = self.active.len() / rows.max(1);
-        let mut stored = rest.clone();
         (stored.u, stored.v, stored.pressure) =
             (table(self.u), table(self.v), table(self.pressure));
         stored.active = Array2::from_shape_vec((rows, n_c), self.active).unwrap_or_default();
@@ -133,7 +132,7 @@ impl<'s> Motions<'s> {
             (None, Some(_)) => along_series(body, &point, states),
             (None, None) => return Ok(None),
         }
-        .map(|rows| Some(rows.stored(&rest)))
+        .map(|rows| Some(rows.stored(rest)))
     }
 
     fn body(&mut self, percent: Option<f64>) -> Result<&mut Propagator, NoMotion> {
