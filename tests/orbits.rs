@@ -338,6 +338,7 @@ fn failures_are_verdicts() {
 /// Tangent products without modes against the dense derivative, and the Newton step that GMRES makes of them.
 #[test]
 fn tangent_products_are_the_dense_derivative() {
+    use signorini::flow::Tangent;
     use signorini::orbit::krylov::half_period;
     let mut body = half_plate();
     let n = body.n();
@@ -350,7 +351,7 @@ fn tangent_products_are_the_dense_derivative() {
     let (_, tangent) = half_period(&body, &z, 0.5 * period).unwrap();
     let d = random(n, 8);
     let exact = &j * Mat::from_fn(n, 1, |i, _| d[i]);
-    let product = tangent.product(&d, &mut body.system.scratch());
+    let product = tangent.product(&d, &mut Tangent::new(&body.system));
     let scale = (0..n).map(|i| exact[(i, 0)].abs()).fold(0.0, f64::max);
     let worst = (0..n).map(|i| (product[i] - exact[(i, 0)]).abs()).fold(0.0, f64::max) / scale;
     let (step, products) = tangent.step(&r, 1e-10, n);

@@ -210,6 +210,19 @@ impl Phase {
         s.pair = [v, b];
     }
 
+    /// `y = M_α⁻¹ K_α x` for one homogeneous vector.
+    pub fn stiffness_product(&self, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
+        self.expand(x_o, &mut s.u);
+        self.parts.body.stiffness.mul(&s.u, &mut s.b);
+        self.inertia.accelerate(&self.kinematics, s, y_o);
+    }
+
+    /// `b = M_α⁻¹ A*ᵀ F`
+    pub fn force_acceleration(&self, force: &[f64], s: &mut Scratch, b_o: &mut [f64]) {
+        s.b.copy_from_slice(force);
+        self.inertia.accelerate(&self.kinematics, s, b_o);
+    }
+
     /// Dissipated power `u̇_Oᵀ C_α u̇_O`, and what forces without a potential take, for the displacement in `s.u`; leaves `A* u̇_O` in `s.v`.
     pub fn dissipation(&self, v_o: &[f64], s: &mut Scratch) -> f64 {
         self.expand(v_o, &mut s.v);

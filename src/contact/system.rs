@@ -249,6 +249,12 @@ impl System {
         plain && self.has_potential()
     }
 
+    /// Whether every phase has an exact flow without modes: damping is `αM_α + βK_α` of a symmetric `K_α`, frequencies are bounded, and no load has a
+    /// measured history.
+    pub fn is_entire(&self) -> bool {
+        self.is_decoupled() && self.units.highest.is_finite() && self.loads.measured.is_empty()
+    }
+
     /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping of contact displacements makes it
     /// jump even where the method does not.
     pub fn is_smooth(&self) -> bool {

@@ -1,9 +1,9 @@
 //! The exact flow that costs least, phase by phase.
 //!
 //! A phase by its modes costs one eigensolution the first time and almost nothing afterwards; without modes it costs at least some eighty
-//! products every time, and as many as phases have cost so far. Measured on one core (consistent mass; `make bench` shows the parts): an eigensolution
+//! products every time (of each of its vectors), and as many as phases have cost so far. Measured on one core (consistent mass; `make bench` shows the parts): an eigensolution
 //! `4·10⁻¹⁰ n³` s, a product `10⁻⁷ n` s. So a phase goes to the modes once the products of its visits so far, this one
-//! included, would have paid for them. Damping and harmonic loads have no product form: there the choice is
+//! included, would have paid for them. Springs that do not damp with the body, and measured loads, have no product form: there the choice is
 //! between modes and Dormand–Prince at the scene's tolerance, at some three hundred right-hand sides a phase. The rule looks
 //! at sizes and counts only, never at a clock: a scene gives the same result every time.
 
@@ -40,9 +40,8 @@ pub struct LeastCost {
 
 /// The flow that has seen no phase yet.
 pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
-    let conservative = system.is_conservative() && system.units.highest.is_finite();
     let n = system.n_o() as f64;
-    let (other, cost): (Box<dyn Flow + '_>, f64) = if conservative {
+    let (other, cost): (Box<dyn Flow + '_>, f64) = if system.is_entire() {
         (Box::new(Chebyshev::new(system)), PRODUCTS)
     } else {
         (Box::new(RungeKutta::new(system, &DOP853, tolerances)), STEPS)

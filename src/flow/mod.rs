@@ -24,7 +24,7 @@ pub mod tableau;
 pub mod trigonometry;
 
 pub use bernstein::Bernstein;
-pub use chebyshev::{Chebyshev, propagate};
+pub use chebyshev::{Chebyshev, Tangent};
 pub use choice::Choice;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
@@ -111,7 +111,7 @@ pub enum FlowError {
     },
     /// No bound of the natural frequencies is known for the contact method on this body.
     #[error(
-        "no bound of the natural frequencies is known here, which chebyshev needs; use modal or dop853"
+        "no bound of the natural frequencies is known here, which chebyshev needs; use auto, modal or dop853"
     )]
     NoBound,
     /// The state is no longer finite.

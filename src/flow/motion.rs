@@ -4,15 +4,11 @@
 use nalgebra::Complex;
 
 use super::coupled::CoupledMotion;
-use super::exponential::{Term, power, product_integral};
+use super::exponential::{Term, product_integral};
 use super::oscillator::{Basis, GAUSS10, Oscillator};
 use super::spectrum::Spectrum;
 use super::trigonometry::sin_cos;
 use crate::fem::{Harmonic, Loads};
-
-/// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
-/// treated by the response from rest, which has no small denominator.
-const RESONANCE: f64 = 1e-2;
 
 /// One harmonic load on one mode.
 #[derive(Debug, Clone, Copy)]
@@ -30,16 +26,8 @@ pub(super) type ModalLoad = (f64, f64, Vec<(f64, Forcing)>);
 fn excitation(phase: &Spectrum, loads: &Loads) -> Vec<ModalLoad> {
     let of_load = |(load, forces): (&Harmonic, &Vec<f64>)| {
         let treat = |(mode, &f): (&Oscillator, &f64)| {
-            let (w, f) = (load.omega, load.size() * f);
-            let (o, c) = (mode.omega, mode.c);
-            let denominator = Complex::new((o - w) * (o + w), 2.0 * c * w);
-            let near = denominator.norm() < RESONANCE * o.max(w).powi(2);
-            let forcing = if near {
-                Forcing::FromRest(f)
-            } else {
-                Forcing::Steady(Complex::new(f, 0.0) / denominator)
-            };
-            (f, forcing)
+            let f = load.size() * f;
+            (f, mode.steady(load.omega).map_or(Forcing::FromRest(f), |p| Forcing::Steady(p * f)))
         };
         (load.omega, load.angle(), phase.modes.iter().zip(forces).map(treat).collect())
     };
@@ -117,9 +105,9 @@ impl Motion {
             if mode.omega > 0.0 {
                 q += f / (mode.omega * mode.omega);
             } else {
-                let (z, dz) = mode.rigid_response(tau);
-                q += f * z;
-                v += f * dz;
+                let [z, dz] = mode.response_from_rest(0.0, tau);
+                q += f * z.re;
+                v += f * dz.re;
             }
         }
         for ((w, phi, forces), turned) in self.loads.iter().zip(turned) {
@@ -191,26 +179,12 @@ impl Motion {
 
     /// The free part of `q̇` after `a`, a sum of two `Re(c e^{s (t − a)})`, for modes with well separated roots under steady responses.
     fn free(&self, phase: &Spectrum, k: usize, a: f64, h: f64) -> Option<[Term; 2]> {
-        let mode = &phase.modes[k];
-        let (q, v, d) = (self.q[k], self.v[k], mode.discriminant());
         let steady = |h: &ModalLoad| matches!(h.2[k].1, Forcing::Steady(_));
-        let apart = mode.omega > 0.0 && d.abs() > 0.01 * mode.omega * mode.omega;
-        if !apart || !self.loads.iter().all(steady) {
+        if !self.loads.iter().all(steady) {
             return None;
         }
-        let term = |amplitude: Complex<f64>, s: Complex<f64>| Term {
-            c: amplitude * s * power(s * (a - self.start)),
-            s,
-            growth: power(s * h),
-        };
-        let [s, r] = mode.roots();
-        if d > 0.0 {
-            let amplitude = Complex::new(q, -(v + mode.c * q) / d.sqrt());
-            return Some([term(amplitude, s), Term::default()]);
-        }
-        // q = c₁ e^{st} + c₂ e^{rt}, both real
-        let between = s - r;
-        Some([term((v - r * q) / between, s), term((s * q - v) / between, r)])
+        let free = phase.modes[k].free((self.q[k], self.v[k]), a - self.start, h)?;
+        Some(free.map(|term| Term { c: term.c * term.s, ..term }))
     }
 
     /// `e^{i(Ωa + φ)}` of each harmonic load, and its growth up to `b`.
@@ -333,33 +307,9 @@ impl Motion {
         let mode = &phase.modes[k];
         let Oscillator { omega, c } = *mode;
         let (tau, tau_end) = (t - self.start, end - self.start);
-        let d = mode.discriminant();
-        let (q, v) = (self.q[k].abs(), self.v[k].abs());
-        // a mode that is fed (c < 0) is largest at the end
-        let worst = if c < 0.0 { tau_end } else { tau };
-        let (mut size, mut fourth) = if omega == 0.0 {
-            // v₀ (1 − e^{−2ct})/(2c): derivatives fall off
-            let decay = (-2.0 * c * worst).exp();
-            (q + v * tau_end * decay.max(1.0), v * (2.0 * c).abs().powi(3) * decay)
-        } else if d > 0.25 * omega * omega {
-            let w = d.sqrt();
-            let amplitude = self.q[k].hypot((self.v[k] + c * self.q[k]) / w);
-            let amplitude = if c != 0.0 { amplitude * (-c * worst).exp() } else { amplitude };
-            (amplitude, amplitude * omega.powi(4))
-        } else if c < 0.0 {
-            // strongly fed: time runs backwards in the bound below
-            let rate = -c + (-d).max(0.0).sqrt();
-            let x = 2.0 * (q + v / omega) * (1.0 - 1.2 * c * tau_end) * (rate * tau_end).exp();
-            (x, x * (omega - 2.0 * c).powi(4))
-        } else {
-            // strongly damped: x = |q| + |q̇|/ω falls at least like 2 (1 + 1.2cτ) e^{−slow τ} and never exceeds
-            // twice its first value; derivatives by the equation of motion, |q̈| ≤ ω²|q| + 2c|q̇| …
-            let slow = if d > 0.0 { c } else { omega * omega / (c + (-d).sqrt()) };
-            let decay = (2.0 * (1.0 + 1.2 * c * tau) * (-slow * tau).exp()).min(2.0);
-            let x = (q + v / omega) * decay;
-            let rate = 2.0 * c + omega;
-            (x, x * rate.powi(4))
-        };
+        let start = (self.q[k], self.v[k]);
+        let bound = |order| mode.free_bound(start, order, (tau, tau_end));
+        let (mut size, mut fourth) = (bound(0), bound(4));
         if phase.constant[k] != 0.0 && omega == 0.0 {
             let f = phase.constant[k].abs();
             size += 0.5 * f * tau_end * tau_end * (-2.0 * c * tau_end).exp().max(1.0);
@@ -368,13 +318,7 @@ impl Motion {
         for (w, _, forces) in &self.loads {
             let (s, b) = match forces[k].1 {
                 Forcing::Steady(p) => (p.norm(), p.norm() * w.powi(4)),
-                Forcing::FromRest(f) => {
-                    let f = f.abs();
-                    let wd = d.abs().sqrt().max(1e-3 * omega);
-                    let s = f * tau_end * (0.5 * tau_end).min(1.0 / wd);
-                    let sum = w.powi(3) + w * w * omega + w * omega * omega + omega.powi(3);
-                    (s, w.powi(4) * s + 2.0 * f * sum / wd)
-                }
+                Forcing::FromRest(f) => mode.from_rest_bounds(*w, f, tau_end),
             };
             size += s;
             fourth += b;

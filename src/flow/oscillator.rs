@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::exponential::difference;
+use super::exponential::{Term, power};
 
 /// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
 pub const GAUSS10: [(f64, f64); 5] = [
@@ -12,6 +12,10 @@ pub const GAUSS10: [(f64, f64); 5] = [
     (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
+
+/// A harmonic load this near to a natural frequency, `|ω² − Ω² + 2icΩ|` over the larger square, is
+/// treated by the response from rest, which has no small denominator.
+const RESONANCE: f64 = 1e-2;
 
 /// What one mode does in time: the solution basis of `q̈ + 2c q̇ + ω² q = 0`.
 #[derive(Debug, Clone, Copy)]
@@ -61,10 +65,11 @@ impl Oscillator {
             let decay = if c == 0.0 { 1.0 } else { decay(-c * t) };
             (decay * sin / w, decay * (cos - c * sin / w))
         } else {
-            let w = (-d).sqrt();
+            // the slow rate by itself: the difference of both loses nothing
             let [upper, lower] = self.rates();
-            let (a, b) = (decay(upper * t), decay(lower * t));
-            ((a - b) / (2.0 * w), (upper * a - lower * b) / (2.0 * w))
+            let grown = decay(upper * t);
+            let s = -grown * ((lower - upper) * t).exp_m1() / (upper - lower);
+            return Basis { s, ds: decay(lower * t) + upper * s, c: grown - upper * s };
         };
         Basis { s, ds, c: ds + 2.0 * c * s }
     }
@@ -104,19 +109,6 @@ impl Oscillator {
         if self.c >= 0.0 { [small, large] } else { [large, small] }
     }
 
-    /// Response from rest to a unit constant force, and its rate (for `ω = 0`; else the static
-    /// displacement serves).
-    pub(super) fn rigid_response(&self, t: f64) -> (f64, f64) {
-        let s = self.basis(t).s;
-        let x = 2.0 * self.c * t;
-        let z = if x.abs() < 1e-3 {
-            0.5 * t * t * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
-        } else {
-            (t - s) / (2.0 * self.c)
-        };
-        (z, s)
-    }
-
     /// The roots `λ±` of the characteristic equation.
     pub(super) fn roots(&self) -> [Complex<f64>; 2] {
         let d = self.discriminant();
@@ -128,14 +120,135 @@ impl Oscillator {
         }
     }
 
-    /// Response from rest to `e^{iΩt}` and its rate: the divided difference of `e^{st}` at `iΩ, λ+, λ−`.
+    /// Response from rest to `e^{iΩt}`, `p = ∫₀ᵗ S(t − x) e^{iΩx} dx`, and its rate `iΩp + S`; `Ω = 0`: a constant force.
+    ///
+    /// `p = e^{iΩt} [E(λ₊ − iΩ) − E(λ₋ − iΩ)]/(λ₊ − λ₋)` with `E(μ) = (e^{μt} − 1)/μ`: rigid motions and exact resonance are no exceptions. Where
+    /// the roots are near each other, the integral itself.
     pub(super) fn response_from_rest(&self, omega: f64, t: f64) -> [Complex<f64>; 2] {
         let force = Complex::new(0.0, omega);
         let [near, far] = self.roots();
-        let s = difference(near, far, t);
-        let e = (difference(force, near, t) - s) / (force - far);
-        [e, force * e + s]
+        let p = if ((near - far) * t).norm() < 0.5 {
+            self.folded(omega, t)
+        } else {
+            let turn = Complex::from_polar(1.0, omega * t);
+            turn * (grown(near - force, t) - grown(far - force, t)) / (near - far)
+        };
+        [p, force * p + self.basis(t).s]
     }
+
+    /// `∫₀ᵗ S(τ) e^{iΩ(t − τ)} dτ` by Gauss–Legendre.
+    fn folded(&self, omega: f64, t: f64) -> Complex<f64> {
+        let panels = (0.5 * t * (omega + self.c.abs())).ceil().max(1.0);
+        let h = t / panels;
+        let mut sum = Complex::default();
+        for j in 0..panels as usize {
+            let middle = (j as f64 + 0.5) * h;
+            for (x, weight) in GAUSS10 {
+                for tau in [middle - 0.5 * h * x, middle + 0.5 * h * x] {
+                    let s = 0.5 * h * weight * self.basis(tau).s;
+                    sum += Complex::from_polar(s, omega * (t - tau));
+                }
+            }
+        }
+        sum
+    }
+
+    /// The free motion from `(q, q̇)` as a sum of two `Re(c e^{s(t − a)})` from `a` on, where the roots are well apart.
+    pub(super) fn free(&self, (q, v): (f64, f64), a: f64, h: f64) -> Option<[Term; 2]> {
+        let d = self.discriminant();
+        if !self.is_apart() {
+            return None;
+        }
+        let term = |c: Complex<f64>, s: Complex<f64>| Term {
+            c: c * power(s * a),
+            s,
+            growth: power(s * h),
+        };
+        let [s, r] = self.roots();
+        if d > 0.0 {
+            let amplitude = Complex::new(q, -(v + self.c * q) / d.sqrt());
+            return Some([term(amplitude, s), Term::default()]);
+        }
+        // q = c₁ e^{st} + c₂ e^{rt}, both real
+        let between = s - r;
+        Some([term((v - r * q) / between, s), term((s * q - v) / between, r)])
+    }
+
+    /// Whether the roots are far enough from each other for sums of their exponentials.
+    fn is_apart(&self) -> bool {
+        self.omega > 0.0 && self.discriminant().abs() > 0.01 * self.omega * self.omega
+    }
+
+    /// A bound of the derivative of the order `order` of the free motion from `(q, q̇)`, from `from` to `until`.
+    pub(super) fn free_bound(
+        &self,
+        (q, v): (f64, f64),
+        order: i32,
+        (from, until): (f64, f64),
+    ) -> f64 {
+        let Oscillator { omega, c } = *self;
+        // what decays is largest at the start, what is fed at the end
+        let largest = |rate: f64| decay(rate * if rate > 0.0 { until } else { from });
+        let d = self.discriminant();
+        let [s, r] = self.roots();
+        if self.is_apart() && d > 0.0 {
+            return q.hypot((v + c * q) / d.sqrt()) * omega.powi(order) * largest(-c);
+        }
+        if self.is_apart() {
+            let (s, r) = (s.re, r.re);
+            let parts = [((v - r * q) / (s - r), s), ((s * q - v) / (s - r), r)];
+            return parts.iter().map(|&(z, x)| z.abs() * x.abs().powi(order) * largest(x)).sum();
+        }
+        if omega == 0.0 {
+            // v (1 − e^{−2ct})/(2c): derivatives fall off
+            let (v, grown) = (v.abs(), largest(-2.0 * c));
+            return match order {
+                0 => q.abs() + v * until * grown.max(1.0),
+                _ => v * (2.0 * c).abs().powi(order - 1) * grown,
+            };
+        }
+        // nearly critical: x = |q| + |q̇|/ω falls at least like 2 (1 + 1.2cτ) e^{−slow τ} and never exceeds twice its first value; derivatives by
+        // the equation of motion, |q̈| ≤ ω²|q| + 2c|q̇| …
+        let (q, v) = (q.abs(), v.abs());
+        if c < 0.0 {
+            // fed: time runs backwards in the bound
+            let rate = -c + (-d).max(0.0).sqrt();
+            let x = 2.0 * (q + v / omega) * (1.0 - 1.2 * c * until) * (rate * until).exp();
+            return x * (omega - 2.0 * c).powi(order);
+        }
+        let slow = if d > 0.0 { c } else { omega * omega / (c + (-d).sqrt()) };
+        let decay = (2.0 * (1.0 + 1.2 * c * from) * (-slow * from).exp()).min(2.0);
+        (q + v / omega) * decay * (2.0 * c + omega).powi(order)
+    }
+
+    /// The same for the response from rest to `f e^{iΩt}`, until `until`: the fourth derivative and the size.
+    pub(super) fn from_rest_bounds(&self, omega: f64, f: f64, until: f64) -> (f64, f64) {
+        let f = f.abs();
+        let wd = self.discriminant().abs().sqrt().max(1e-3 * self.omega);
+        let size = f * until * (0.5 * until).min(1.0 / wd);
+        let (w, o) = (omega, self.omega);
+        let sum = w.powi(3) + w * w * o + w * o * o + o.powi(3);
+        (size, w.powi(4) * size + 2.0 * f * sum / wd)
+    }
+
+    /// The steady response `P` to `e^{iΩt}`, where it has no small denominator.
+    pub(super) fn steady(&self, omega: f64) -> Option<Complex<f64>> {
+        let (o, w) = (self.omega, omega);
+        let denominator = Complex::new((o - w) * (o + w), 2.0 * self.c * w);
+        let near = denominator.norm() < RESONANCE * o.max(w).powi(2);
+        (!near).then(|| Complex::new(1.0, 0.0) / denominator)
+    }
+}
+
+/// `(e^{μt} − 1)/μ`, `t` for `μ = 0`.
+fn grown(mu: Complex<f64>, t: f64) -> Complex<f64> {
+    let z = mu * t;
+    if z == Complex::default() {
+        return Complex::new(t, 0.0);
+    }
+    let (sin, cos) = z.im.sin_cos();
+    let half = (0.5 * z.im).sin();
+    Complex::new(z.re.exp_m1() * cos - 2.0 * half * half, decay(z.re) * sin) / mu
 }
 
 /// `e^x`; what would be a denormal number is zero, and costs nothing.

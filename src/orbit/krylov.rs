@@ -4,10 +4,10 @@
 //! saltation at every switch; `∂R/∂z · d` costs about as much as the motion itself, and no phase needs modes. The linear systems are solved by
 //! GMRES, preconditioned by the half-period map of the open body, which is diagonal in the frame: `∂(q̇ + …) = −sin(ω_i T/2)`.
 
+use crate::contact::Phase;
 use crate::contact::State;
-use crate::contact::{Phase, Scratch};
 use crate::event::{Observer, Sample};
-use crate::flow::propagate;
+use crate::flow::Tangent;
 
 use super::OrbitError;
 use super::chain::Propagator;
@@ -79,20 +79,20 @@ pub fn half_period<'a>(
 
 impl HalfPeriod<'_> {
     /// `∂q̇(T/2)/∂z · d`, frame vectors of length `n`.
-    pub fn product(&self, d: &[f64], scratch: &mut Scratch) -> Vec<f64> {
-        let (body, system) = (self.body, &self.body.system);
+    pub fn product(&self, d: &[f64], tangent: &mut Tangent) -> Vec<f64> {
+        let body = self.body;
         let State { u: mut du, v: mut dv } = body.state(d);
         let mut t = 0.0;
         for j in &self.jumps {
             if j.t > t {
-                propagate(system, &j.phase, j.t - t, scratch, (&mut du, &mut dv));
+                tangent.carry(&j.phase, j.t - t, (&mut du, &mut dv));
                 t = j.t;
             }
             let slope = j.phase.monitor_gradient_at(&du)[j.monitor];
             saltation::pass(&j.jump, j.rate, slope, &mut dv);
         }
         if self.end > t {
-            propagate(system, &self.last, self.end - t, scratch, (&mut du, &mut dv));
+            tangent.carry(&self.last, self.end - t, (&mut du, &mut dv));
         }
         body.frame(&State { u: du, v: dv })[d.len()..].to_vec()
     }
@@ -100,7 +100,7 @@ impl HalfPeriod<'_> {
     /// The Newton step `−J⁻¹ r` to a relative accuracy, with the number of products; GMRES without restart.
     pub fn step(&self, r: &[f64], accuracy: f64, most: usize) -> (Vec<f64>, usize) {
         let n = r.len();
-        let mut scratch = self.body.system.scratch();
+        let mut tangent = Tangent::new(&self.body.system);
         // −sin(ω T/2), kept away from zero at resonances
         let modes = self.body.open.modes.iter();
         let diagonal: Vec<f64> = modes
@@ -117,7 +117,7 @@ impl HalfPeriod<'_> {
         while basis.len() <= most.min(n) {
             let k = basis.len() - 1;
             let x: Vec<f64> = basis[k].iter().zip(&diagonal).map(|(b, d)| b / d).collect();
-            let mut w = self.product(&x, &mut scratch);
+            let mut w = self.product(&x, &mut tangent);
             let mut column = vec![0.0; k + 2];
             for _ in 0..2 {
                 for (i, b) in basis.iter().enumerate() {

@@ -82,6 +82,23 @@ fn march(contact: &Contact, body: &Body) -> Option<March> {
     Some(March::Steps(Stepping { step: contact.step.unwrap_or(time), rule }))
 }
 
+/// What the flow that is asked for does not take.
+fn check_flow(scene: &Scene, system: &System) -> Result<(), ProblemError> {
+    let asked = scene.run.as_ref().map(|r| r.integrator);
+    if asked != Some(Integrator::Chebyshev) || system.is_entire() {
+        return Ok(());
+    }
+    let message = if !system.has_potential() {
+        "\"chebyshev\" needs elastic forces with a potential, which Nitsche's with theta ≠ 1 have not"
+    } else if !system.is_decoupled() {
+        "\"chebyshev\" needs damping in proportion to mass and stiffness, and springs of the obstacle do not damp"
+    } else {
+        "\"chebyshev\" needs a bound of the natural frequencies, which is not known for this contact method on this body"
+    };
+    let help = "give \"auto\", \"modal\" or \"dop853\"";
+    Err(scene.error(Issue::new("run.integrator", message, help)).into())
+}
+
 /// What the impact law does not go with.
 fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     if system.impact().is_none() {
@@ -201,6 +218,7 @@ impl Problem {
             initial.u.iter_mut().zip(&u).for_each(|(x, u)| *x -= u);
             initial.v.iter_mut().zip(&v).for_each(|(x, v)| *x -= v);
         }
+        check_flow(scene, &system)?;
         let problem = Problem { system, initial };
         problem.check_rigid_motion(scene)?;
         reduction::reduced(scene, problem)

@@ -54,7 +54,7 @@ pub enum Integrator {
     Dop853,
     /// Exact, by the modes of each active set.
     Modal,
-    /// Exact without modes, for large undamped bodies under constant loads.
+    /// Exact without modes, for large bodies.
     Chebyshev,
     /// Whichever costs least, phase by phase.
     #[default]
@@ -127,15 +127,6 @@ impl Scene {
                     r.integrator.name()
                 ),
                 "give \"dop853\", \"dopri5\" or \"auto\"",
-            ));
-        }
-        let obstacle = self.contact.as_ref().is_some_and(|c| c.motion.is_some());
-        let moving = obstacle || self.loads.iter().any(|l| l.omega.is_some());
-        if r.integrator == Integrator::Chebyshev && (self.damping.is_some() || moving) {
-            return Err(Issue::new(
-                "run.integrator",
-                "chebyshev needs an undamped body and constant loads",
-                "give \"modal\" (exact) or \"dop853\", which take damping and harmonic loads",
             ));
         }
         positive("run.switch_limit", r.switch_limit)

@@ -69,7 +69,9 @@ const TIGHT: Tolerances = Tolerances { rtol: 1e-13, atol: 1e-16 };
 struct Able {
     /// Small enough for the modal flow.
     by_modes: bool,
-    /// Undamped under constant loads, as the Chebyshev flow and the peer want it.
+    /// Of the kind that the Chebyshev flow takes.
+    without_modes: bool,
+    /// Undamped under constant loads, as the peer wants it.
     conservative: bool,
 }
 
@@ -80,15 +82,16 @@ impl Able {
             let text = "this contact method goes through time in its own way: there are no integrators to compare";
             return Err(CliError::Input(text.into()));
         }
-        let conservative = system.is_conservative() && system.units.highest.is_finite();
+        let without_modes = system.is_entire();
+        let conservative = system.is_conservative() && without_modes;
         let by_modes = system.n_o() <= MODAL_LIMIT;
-        if !by_modes && !conservative {
+        if !by_modes && !without_modes {
             return Err(CliError::Input(format!(
-                "{} unknowns with damping or harmonic loads are too many for the modal reference; use a smaller mesh",
+                "{} unknowns are too many for the modal reference, and the Chebyshev flow does not take this body; use a smaller mesh",
                 system.n_o()
             )));
         }
-        Ok(Able { by_modes, conservative })
+        Ok(Able { by_modes, without_modes, conservative })
     }
 
     /// The flow that all others are compared with.
@@ -98,7 +101,7 @@ impl Able {
 
     /// What the errors refer to, in words.
     fn name(self) -> String {
-        match (self.by_modes, self.conservative) {
+        match (self.by_modes, self.without_modes) {
             (true, true) => "the modal flow, its own against chebyshev".into(),
             _ => format!("the {} flow", self.reference().name()),
         }
@@ -111,7 +114,7 @@ impl Able {
             flows.push(("modal, cold", Integrator::Modal, false));
             flows.push(("modal, cached", Integrator::Modal, true));
         }
-        if self.conservative {
+        if self.without_modes {
             flows.push(("chebyshev", Integrator::Chebyshev, false));
         }
         flows

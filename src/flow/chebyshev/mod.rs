@@ -1,0 +1,402 @@
+//! Exact flow without eigenvectors, for large meshes (theory §7): any Rayleigh damping, constant and harmonic loads.
+//!
+//! From the state at the start of a window, with `S = M_α⁻¹K_α`, `2δ = α + βS`, `b = M_α⁻¹A*ᵀF` for loads `Re(z e^{iωt})F`, and `a₀` the acceleration
+//! there without these and without damping,
+//!
+//! ```text
+//! g″ + 2δg′ + sg = 0, g(0) = 0, g′(0) = 1      G = ∫g,  p = ∫₀ᵗ g(t − x) e^{iωx} dx
+//! u(t) = u₀ + g(S) v₀ + G(S) a₀ + Re[z p(S)] b
+//! v(t) =     g′(S) v₀ + g(S) a₀ + Re[z p′(S)] b
+//! ```
+//!
+//! All are entire functions of `S`: exact resonance, rigid motions and overdamping are no exceptions, and no static solution is needed. They
+//! are summed by Chebyshev polynomials ([`nodes`]); the vectors `T_k(S̃)v₀`, `T_k(S̃)a₀`, `T_k(S̃)b` do not depend on `t` (the last not even on the
+//! window), so each monitor is a sum over pseudo-modes, known at every time without further products, whose cubic Hermite
+//! interpolant is a rigorous enclosure ([`monitors`]).
+
+mod drive;
+mod length;
+mod monitors;
+mod nodes;
+mod powers;
+mod propagate;
+mod series;
+
+pub use propagate::Tangent;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::drives::Drives;
+use super::{Counters, Enclosure, Flow, FlowError, Layout};
+use crate::contact::{Phase, Scratch, System};
+use crate::fem::Harmonic;
+use drive::Pattern;
+use length::{Length, Lengths};
+use monitors::Sums;
+use nodes::Nodes;
+use powers::Powers;
+use series::{Rows, Series, extend, extend_both};
+
+/// Length of the first window of a phase, shortest and longest, and of the longest of all, in `R = t ω_max`: switches come in avalanches, and what
+/// lies behind the next one is thrown away.
+const FIRST: (f64, f64) = (1.0, 8.0);
+const LONGEST: f64 = 480.0;
+/// Memory for the vectors of a window, in numbers.
+const MEMORY: usize = 120_000_000;
+/// Numbers of a state that are summed together: they stay in the cache.
+const BLOCK: usize = 1024;
+
+/// Monitor values and slopes at one time.
+type Values = (f64, Rc<(Vec<f64>, Vec<f64>)>);
+
+/// The flow; see the module's text.
+pub struct Chebyshev<'a> {
+    system: &'a System,
+    layout: Layout,
+    scratch: Scratch,
+    omega: f64,
+    lengths: Lengths,
+    /// Distance of the last two switches, in `R`, and the start of the phase.
+    distance: f64,
+    begun: Option<f64>,
+    /// No window of the phase has been made; the length of the next otherwise.
+    length: Option<f64>,
+    /// Bounds of `‖∇h‖_{M⁻¹}` of the phase's monitors; what harmonic loads on `u_C` add to them.
+    gradients: Vec<f64>,
+    drives: Drives,
+    /// The loads of the phase by their shapes, `A*ᵀF`, and `‖b‖_M`.
+    patterns: Vec<Pattern>,
+    forces: Vec<Vec<f64>>,
+    sizes: Vec<f64>,
+    t0: f64,
+    t1: f64,
+    start: Vec<f64>,
+    /// State at the end of the window, once it has been asked for.
+    end: Vec<f64>,
+    end_known: bool,
+    a0: Vec<f64>,
+    /// No velocity at all.
+    at_rest: Vec<f64>,
+    v: Series,
+    a: Series,
+    terms: usize,
+    h0: Vec<f64>,
+    /// What is left out of the sums of each monitor, and of its rate.
+    rest: Vec<(f64, f64)>,
+    sums: Option<RefCell<Sums>>,
+    powers: Option<Powers>,
+    values: RefCell<Vec<Values>>,
+    counters: Counters,
+}
+
+impl<'a> Chebyshev<'a> {
+    /// A flow for a body whose natural modes decouple it, under constant and harmonic loads (the caller sees to that).
+    pub fn new(system: &'a System) -> Self {
+        let layout = Layout::new(system);
+        let n = layout.len();
+        let omega = system.units.highest;
+        Chebyshev {
+            system,
+            layout,
+            scratch: system.scratch(),
+            omega,
+            lengths: Lengths::new(omega, system.damping),
+            distance: FIRST.1,
+            begun: None,
+            length: None,
+            gradients: vec![],
+            drives: Drives::default(),
+            patterns: vec![],
+            forces: vec![],
+            sizes: vec![],
+            t0: 0.0,
+            t1: 0.0,
+            start: vec![0.0; n],
+            end: vec![0.0; n],
+            end_known: true,
+            a0: vec![0.0; layout.n_o],
+            at_rest: vec![0.0; layout.n_o],
+            v: Series::default(),
+            a: Series::default(),
+            terms: 0,
+            h0: vec![],
+            rest: vec![],
+            sums: None,
+            powers: None,
+            values: RefCell::new(vec![]),
+            counters: Counters::default(),
+        }
+    }
+
+    /// The harmonic loads of each shape.
+    fn loads(&self) -> Vec<Vec<&'a Harmonic>> {
+        let all = &self.system.loads.harmonics;
+        let of_shape = |p: &Pattern| p.loads.iter().map(|&k| &all[k]).collect();
+        self.patterns.iter().map(of_shape).collect()
+    }
+
+    /// `‖x‖_M`
+    fn size(&mut self, phase: &Phase, x: &[f64]) -> f64 {
+        phase.expand(x, &mut self.scratch.v);
+        self.system.mass().quadratic(&self.scratch.v).max(0.0).sqrt()
+    }
+
+    /// End and terms of the next window.
+    fn window_ahead(&mut self, t_limit: f64) -> (f64, Length) {
+        let rest = t_limit - self.t0;
+        let (shortest, longest) = FIRST;
+        let mut r = self.length.unwrap_or_else(|| {
+            // twice the last distance: most phases are over by then
+            Lengths::below((2.0 * self.distance).clamp(shortest, longest), 2.0)
+        });
+        let vectors = (2 + self.patterns.len()) * self.layout.n_o;
+        loop {
+            let length = r / self.omega;
+            let t = if length * 1.01 >= rest { t_limit } else { self.t0 + length };
+            let needs = self.lengths.of(t - self.t0);
+            if needs.terms * vectors <= MEMORY || r <= longest {
+                self.length = Some((2.0 * r).min(LONGEST));
+                return (t, needs);
+            }
+            r *= 0.5;
+        }
+    }
+
+    /// All recurrences of the window, its sums and their errors.
+    fn sum_up(&mut self, phase: &Phase, needs: &Length) {
+        let scale = 2.0 / (self.omega * self.omega);
+        self.terms = needs.terms;
+        let start = std::mem::take(&mut self.start);
+        let v0 = &start[self.layout.n_o..2 * self.layout.n_o];
+        self.v.begin(v0);
+        self.a.begin(&self.a0);
+        let rows = Rows { phase, forces: &self.forces };
+        let both = [&mut self.v, &mut self.a];
+        self.counters.products += extend_both(both, self.terms, scale, &rows, &mut self.scratch);
+        for p in &mut self.patterns {
+            self.counters.products +=
+                extend(&mut p.series, self.terms, scale, &rows, &mut self.scratch);
+        }
+        let a0 = std::mem::take(&mut self.a0);
+        let (of_v, of_a) = (self.size(phase, v0), self.size(phase, &a0));
+        (self.start, self.a0) = (start, a0);
+        let load: f64 = self
+            .patterns
+            .iter()
+            .zip(&self.sizes)
+            .map(|(p, b)| {
+                b * p.loads.iter().map(|&k| self.system.loads.harmonics[k].size()).sum::<f64>()
+            })
+            .sum();
+        let value = needs.g * of_v + needs.p * (of_a + load);
+        let rate = needs.rate * of_v + needs.g * of_a + needs.dp * load;
+        self.rest = self.gradients.iter().map(|g| (g * value, g * rate)).collect();
+        let nodes = self.lengths.nodes(self.terms);
+        let weights = self.series().map(|s| nodes.spread(s.moments(self.terms))).collect();
+        self.sums = Some(RefCell::new(Sums::new(nodes, weights, self.t1 - self.t0)));
+        self.powers = self.layout.dissipated.map(|_| {
+            let nodes = self.lengths.nodes(2 * self.terms - 1);
+            let terms = self.terms;
+            let vectors: Vec<&[Vec<f64>]> = [&self.v, &self.a]
+                .into_iter()
+                .chain(self.patterns.iter().map(|p| &p.series))
+                .map(|s| s.terms(terms))
+                .collect();
+            Powers::new(self.system, phase, &mut self.scratch, nodes, &vectors)
+        });
+    }
+
+    fn series(&self) -> impl Iterator<Item = &Series> {
+        [&self.v, &self.a].into_iter().chain(self.patterns.iter().map(|p| &p.series))
+    }
+
+    /// The functions of displacement and velocity that go with `v₀`, `a₀` and each `b`, at the nodes.
+    fn functions(&self, nodes: &Nodes, tau: f64) -> [Vec<Vec<f64>>; 2] {
+        let f = nodes.functions(tau);
+        let (mut u, mut v) = (vec![f.g.clone(), f.integral], vec![f.rate, f.g]);
+        for loads in self.loads() {
+            let [p, rate] = drive::responses(nodes, &loads, self.t0, tau);
+            u.push(p);
+            v.push(rate);
+        }
+        [u, v]
+    }
+
+    fn write_state(&self, t: f64, y: &mut [f64]) {
+        y.copy_from_slice(&self.start);
+        let Some(sums) = self.sums.as_ref().map(|s| s.borrow()) else { return };
+        let nodes = &sums.nodes;
+        let [u, v] = self.functions(nodes, t - self.t0);
+        let n = self.layout.n_o;
+        let (of_u, rest) = y.split_at_mut(n);
+        let of_v = &mut rest[..n];
+        of_v.fill(0.0);
+        let all: Vec<(Vec<f64>, Vec<f64>, &[Vec<f64>])> = self
+            .series()
+            .zip(u.iter().zip(&v))
+            .map(|(s, (u, v))| (nodes.coefficients(u), nodes.coefficients(v), s.terms(self.terms)))
+            .collect();
+        for (block, (u, v)) in of_u.chunks_mut(BLOCK).zip(of_v.chunks_mut(BLOCK)).enumerate() {
+            let range = block * BLOCK..block * BLOCK + u.len();
+            for (by_u, by_v, terms) in &all {
+                for ((c, d), x) in by_u.iter().zip(by_v).zip(*terms) {
+                    for ((u, v), x) in u.iter_mut().zip(v.iter_mut()).zip(&x[range.clone()]) {
+                        *u += c * x;
+                        *v += d * x;
+                    }
+                }
+            }
+        }
+        let span = (self.t0, t - self.t0);
+        if let Some(i) = self.layout.work {
+            let first = self.h0.len();
+            let harmonic = powers::work(nodes, &sums.weights, first, &self.loads(), span);
+            y[i] += harmonic + self.drives.work(self.t0, t);
+        }
+        if let (Some(i), Some(powers)) = (self.layout.dissipated, &self.powers) {
+            y[i] += powers.dissipated(&self.loads(), span);
+        }
+    }
+
+    fn monitors_at(&self, t: f64) -> Rc<(Vec<f64>, Vec<f64>)> {
+        let mut values = self.values.borrow_mut();
+        if let Some((_, known)) = values.iter().find(|(s, _)| *s == t) {
+            return known.clone();
+        }
+        let (mut h, mut rate) = (self.h0.clone(), vec![0.0; self.h0.len()]);
+        if let Some(sums) = self.sums.as_ref().map(|s| s.borrow()) {
+            let [u, v] = self.functions(&sums.nodes, t - self.t0);
+            sums.along(&u, &mut h);
+            sums.along(&v, &mut rate);
+        }
+        if !self.drives.is_empty() {
+            for i in 0..h.len() {
+                h[i] += self.drives.at(i, t, 0);
+                rate[i] += self.drives.at(i, t, 1);
+            }
+        }
+        let new = Rc::new((h, rate));
+        values.push((t, new.clone()));
+        new
+    }
+}
+
+impl Flow for Chebyshev<'_> {
+    fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
+        (self.t0, self.t1) = (t, t);
+        self.end.copy_from_slice(y);
+        self.end_known = true;
+        if let Some(begun) = self.begun.replace(t) {
+            self.distance = (t - begun) * self.omega;
+        }
+        self.length = None;
+        self.gradients = phase.gradient_bounds();
+        self.drives = Drives::of(phase);
+        let loads = &self.system.loads;
+        (self.patterns, self.forces) = drive::patterns(loads, phase, &mut self.scratch);
+        let b: Vec<Vec<f64>> = self.patterns.iter().map(|p| p.series.terms(1)[0].clone()).collect();
+        self.sizes = b.iter().map(|b| self.size(phase, b)).collect();
+    }
+
+    fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+        if !self.omega.is_finite() {
+            return Err(FlowError::NoBound);
+        }
+        let n = self.layout.n_o;
+        // where the last window ended without an event, nobody has asked yet
+        self.end_state();
+        self.t0 = self.t1;
+        std::mem::swap(&mut self.start, &mut self.end);
+        let (t, needs) = self.window_ahead(t_limit);
+        if t <= self.t0 {
+            return Err(FlowError::StepTooSmall { t: self.t0, h: t - self.t0 });
+        }
+        let u0 = &self.start[..n];
+        phase.acceleration(self.t0, u0, &self.at_rest, &mut self.scratch, &mut self.a0);
+        self.counters.products += 1;
+        // the loads have their own sums
+        for p in &self.patterns {
+            let factor = |&k: &usize| self.system.loads.harmonics[k].factor(self.t0, 0);
+            let factor: f64 = p.loads.iter().map(factor).sum();
+            self.a0.iter_mut().zip(&p.series.terms(1)[0]).for_each(|(a, b)| *a -= factor * b);
+        }
+        self.h0.resize(phase.monitors.len(), 0.0);
+        phase.monitor_undriven(u0, &mut self.h0);
+        self.cut(phase, t);
+        self.sum_up(phase, &needs);
+        self.values.borrow_mut().clear();
+        self.counters.steps += 1;
+        // the recurrences carry whatever is not finite to their last terms
+        let mut last = self.start.iter().chain(self.series().flat_map(|s| s.last()));
+        match last.any(|x| !x.is_finite()) {
+            true => Err(FlowError::NotFinite { t: self.t0 }),
+            false => Ok(()),
+        }
+    }
+
+    fn cut(&mut self, _: &Phase, t: f64) {
+        self.t1 = t;
+        self.end_known = false;
+    }
+
+    fn window(&self) -> (f64, f64) {
+        (self.t0, self.t1)
+    }
+
+    fn end_state(&mut self) -> &[f64] {
+        if !self.end_known {
+            let mut end = std::mem::take(&mut self.end);
+            self.write_state(self.t1, &mut end);
+            self.end = end;
+            self.end_known = true;
+        }
+        &self.end
+    }
+
+    fn state(&self, t: f64, y: &mut [f64]) {
+        if t == self.t1 && self.end_known {
+            y.copy_from_slice(&self.end);
+        } else {
+            self.write_state(t, y);
+        }
+    }
+
+    fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
+        let (at_a, at_b) = (self.monitors_at(a), self.monitors_at(b));
+        let ends = |x: &Rc<(Vec<f64>, Vec<f64>)>| (x.0[index], x.1[index]);
+        let fourth = self.sums.as_ref().map_or(f64::NAN, |sums| {
+            let span = (self.t0, a - self.t0);
+            sums.borrow_mut().fourth(self.h0.len(), &self.loads(), span)[index]
+        });
+        let fourth = fourth + self.drives.bounds(index).1;
+        let mut enclosure = Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, fourth);
+        let (value, rate) = self.rest[index];
+        enclosure.error += value;
+        enclosure.slope_error += rate * (b - a);
+        enclosure
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn name(&self) -> &'static str {
+        "chebyshev"
+    }
+
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        vec![self.distance]
+    }
+
+    fn recall(&mut self, memory: &[f64]) {
+        self.distance = memory[0];
+    }
+}
+
+#[cfg(test)]
+mod tests;
