@@ -144,6 +144,22 @@ impl Projector {
         let columns = keep.then(|| Csr::from_triplets(2 * size, n, columns));
         Ok(Projector { factor, rows, gram, columns })
     }
+
+    /// The reciprocal masses, with the columns `M⁻¹Rᵀ`, where the mass is a diagonal.
+    pub fn diagonal(&self) -> Option<(&[f64], &Csr)> {
+        match (&self.factor, &self.columns) {
+            (SpdFactor::Diagonal(inverse), Some(columns)) => Some((inverse, columns)),
+            _ => None,
+        }
+    }
+
+    /// Displacements that the rows know.
+    pub fn support(&self) -> Vec<usize> {
+        let mut all: Vec<usize> = self.rows.triplets().map(|e| e.1).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
 }
 
 impl ConstantMass {
@@ -211,6 +227,25 @@ impl PhaseInertia {
         PhaseInertia { shared: shared.clone(), rows, schur: OnceLock::new() }
     }
 
+    /// Rows of the conditions that the set chooses.
+    pub fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// `μ = (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`; false where the reduced mass is singular.
+    pub fn multipliers(&self, p: &Projector, x: &[f64], mu: &mut DVector<f64>) -> bool {
+        let rows = &self.rows;
+        let schur = self.schur.get_or_init(|| {
+            DMatrix::from_fn(rows.len(), rows.len(), |a, b| p.gram[(rows[a], rows[b])]).cholesky()
+        });
+        let Some(schur) = schur else { return false };
+        for (mu, &k) in mu.iter_mut().zip(rows) {
+            *mu = p.rows.row_dot(k, x);
+        }
+        schur.solve_mut(mu);
+        true
+    }
+
     /// `x ← x − M⁻¹ R_αᵀ (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`, with `b = M x` at hand. Not numbers where the reduced mass is singular.
     fn project(
         &self,
@@ -220,18 +255,13 @@ impl PhaseInertia {
         x: &mut [f64],
         solve: &mut SolveScratch,
     ) {
+        if !self.multipliers(p, x, mu) {
+            return x.fill(f64::NAN);
+        }
         let rows = &self.rows;
         if rows.is_empty() {
             return;
         }
-        let schur = self.schur.get_or_init(|| {
-            DMatrix::from_fn(rows.len(), rows.len(), |a, b| p.gram[(rows[a], rows[b])]).cholesky()
-        });
-        let Some(schur) = schur else { return x.fill(f64::NAN) };
-        for (mu, &k) in mu.iter_mut().zip(rows) {
-            *mu = p.rows.row_dot(k, x);
-        }
-        schur.solve_mut(mu);
         match &p.columns {
             Some(columns) => {
                 for (&mu, &k) in mu.iter().zip(rows) {
@@ -286,16 +316,16 @@ impl PhaseInertia {
         }
     }
 
-    /// The same for two forces, one after the other in `b`, with room for as many numbers in `room`; matrix and factor are read once.
-    pub fn accelerate_pair(
+    /// The same for one force or two, one after the other in `b`, with room for as many numbers in `room`; matrix and factor are read once.
+    pub fn accelerate_all<const N: usize>(
         &self,
         kinematics: &Kinematics,
         b: &mut [f64],
         room: &mut [f64],
         s: &mut Scratch,
-        y_o: [&mut [f64]; 2],
+        y_o: [&mut [f64]; N],
     ) {
-        let n = b.len() / 2;
+        let n = b.len() / N;
         match &*self.shared {
             Inertia::Projected(p) => {
                 // the correction by a second solve starts from the force itself
@@ -317,14 +347,15 @@ impl PhaseInertia {
             }
             Inertia::Constant(c) => {
                 let n_o = y_o[0].len();
-                let [first, second] = y_o;
-                kinematics.reduce(&mut b[..n]);
-                kinematics.reduce(&mut b[n..]);
-                // the two right-hand sides side by side
-                b.copy_within(n..n + n_o, n_o);
-                c.factor.solve(&mut b[..2 * n_o], &mut s.solve);
-                first.copy_from_slice(&b[..n_o]);
-                second.copy_from_slice(&b[n_o..2 * n_o]);
+                // the right-hand sides side by side
+                for k in 0..N {
+                    kinematics.reduce(&mut b[k * n..(k + 1) * n]);
+                    b.copy_within(k * n..k * n + n_o, k * n_o);
+                }
+                c.factor.solve(&mut b[..N * n_o], &mut s.solve);
+                for (k, y_o) in y_o.into_iter().enumerate() {
+                    y_o.copy_from_slice(&b[k * n_o..(k + 1) * n_o]);
+                }
             }
             Inertia::Held(h) => {
                 for (k, y_o) in y_o.into_iter().enumerate() {

@@ -91,6 +91,20 @@ impl Kinematics {
         }
     }
 
+    /// `A* x` of the first `n_o` entries of `x`, in place.
+    pub fn complete(&self, x: &mut [f64], n_o: usize) {
+        match self {
+            Kinematics::Following(k) => {
+                let (x_o, x_c) = x.split_at_mut(n_o);
+                k.fill(x_o, x_c, Part::Linear);
+            }
+            Kinematics::Holding(k) => {
+                let x_o = x[..n_o].to_vec();
+                k.expand(&x_o, x);
+            }
+        }
+    }
+
     /// `A*ᵀ b`, in place: the first `n_O` entries of `b`.
     pub fn reduce(&self, b: &mut [f64]) {
         match self {
@@ -252,6 +266,11 @@ impl Following {
     pub fn expand(&self, x_o: &[f64], x: &mut [f64], part: Part) {
         let (x_o_out, x_c) = x.split_at_mut(x_o.len());
         x_o_out.copy_from_slice(x_o);
+        self.fill(x_o, x_c, part);
+    }
+
+    /// `u_C`, its rate, or its linear part.
+    fn fill(&self, x_o: &[f64], x_c: &mut [f64], part: Part) {
         let affine = part.is_affine();
         match affine {
             true => x_c.copy_from_slice(&self.offset),
@@ -275,10 +294,15 @@ impl Following {
     pub fn reduce(&self, b: &mut [f64]) {
         let n_o = self.conditions.n_o.n_cols();
         let (b_o, b_c) = b.split_at_mut(n_o);
+        self.push(b_c, |j, x| b_o[j] += x);
+    }
+
+    /// What forces on `u_C` add to displacements, `A_αᵀ b_C`, entry by entry.
+    pub fn push(&self, b_c: &[f64], mut add: impl FnMut(usize, f64)) {
         let mut x: Vec<f64> = self.free.iter().map(|&i| -b_c[i]).collect();
         self.block.solve_transposed(&mut x);
         for (&i, &y) in self.free.iter().zip(x.iter()) {
-            self.conditions.n_o.row(i).for_each(|(j, v)| b_o[j] += y * v);
+            self.conditions.n_o.row(i).for_each(|(j, v)| add(j, y * v));
         }
     }
 

@@ -15,6 +15,7 @@ mod method;
 mod nbm;
 pub mod oracle;
 pub mod phase;
+mod recurrence;
 mod redistribution;
 mod springs;
 pub mod system;
@@ -28,6 +29,7 @@ pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
 pub use nbm::{MassChoice, Stress};
 pub use phase::{Monitor, MonitorKind, Phase, Scratch};
+pub use recurrence::{Recurrence, Step};
 pub use springs::{Law, SpringPoint, at_displacements, on_sides};
 pub use system::{Constraint, Contacts, Rayleigh, State, System, Units};
 

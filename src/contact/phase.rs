@@ -108,6 +108,11 @@ impl Phase {
         Phase { set, held: vec![], monitors, parts, kinematics, inertia, released: vec![] }
     }
 
+    /// Length of `u`.
+    pub fn n(&self) -> usize {
+        self.parts.body.dofs.n()
+    }
+
     /// `u = A* u_O + d*(t)`.
     pub fn expand_displacement(&self, t: f64, u_o: &[f64], u: &mut [f64]) {
         self.kinematics.expand(u_o, u, Part::Whole(t));
@@ -195,19 +200,6 @@ impl Phase {
         if let Some(d) = damping.filter(|d| d.alpha != 0.0) {
             a_o.iter_mut().zip(v_o).for_each(|(a, v)| *a -= d.alpha * v);
         }
-    }
-
-    /// `y = M_α⁻¹ K_α x` for two homogeneous vectors at once: matrix and factor are read once.
-    pub fn stiffness_products(&self, x_o: [&[f64]; 2], s: &mut Scratch, y_o: [&mut [f64]; 2]) {
-        let n = s.u.len();
-        let [mut v, mut b] = std::mem::take(&mut s.pair);
-        v.resize(2 * n, 0.0);
-        b.resize(2 * n, 0.0);
-        self.expand(x_o[0], &mut v[..n]);
-        self.expand(x_o[1], &mut v[n..]);
-        self.parts.body.stiffness.mul_pair(&v, &mut b);
-        self.inertia.accelerate_pair(&self.kinematics, &mut b, &mut v, s, y_o);
-        s.pair = [v, b];
     }
 
     /// `y = M_α⁻¹ K_α x` for one homogeneous vector.

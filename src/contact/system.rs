@@ -7,6 +7,7 @@ use super::active::ActiveSet;
 use super::boundary::{self, BoundaryOperator};
 use super::conditions::{Conditions, Gaps};
 use super::impact::{self, Impact, March};
+use super::inertia::Inertia;
 use super::method::{Degenerate, Method, Promise, Selection};
 use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
@@ -310,6 +311,10 @@ impl System {
     /// `M*` over `u`.
     pub fn mass(&self) -> &Csr {
         self.method.inertia().mass(&self.body)
+    }
+
+    pub(super) fn inertia(&self) -> &Inertia {
+        self.method.inertia()
     }
 
     /// The load of a uniform acceleration.

@@ -92,6 +92,19 @@ impl Csr {
         sum
     }
 
+    /// Row `i` times several vectors: the row is read once.
+    #[inline]
+    pub fn row_dots<const N: usize>(&self, i: usize, x: [&[f64]; N]) -> [f64; N] {
+        let (a, b) = (self.row_start[i], self.row_start[i + 1]);
+        let mut sums = [0.0; N];
+        for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
+            for (s, x) in sums.iter_mut().zip(x) {
+                *s += v * x[j as usize];
+            }
+        }
+        sums
+    }
+
     /// `y = A x`.
     pub fn mul(&self, x: &[f64], y: &mut [f64]) {
         debug_assert_eq!(x.len(), self.n_cols);

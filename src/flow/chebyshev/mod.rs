@@ -29,14 +29,14 @@ use std::rc::Rc;
 
 use super::drives::Drives;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
-use crate::contact::{Phase, Scratch, System};
+use crate::contact::{Phase, Recurrence, Scratch, System};
 use crate::fem::Harmonic;
 use drive::Pattern;
 use length::{Length, Lengths};
 use monitors::Sums;
 use nodes::Nodes;
 use powers::Powers;
-use series::{Rows, Series, extend, extend_both};
+use series::{Rows, Series, extend};
 
 /// Length of the first window of a phase, shortest and longest, and of the longest of all, in `R = t ω_max`: switches come in avalanches, and what
 /// lies behind the next one is thrown away.
@@ -56,6 +56,7 @@ pub struct Chebyshev<'a> {
     layout: Layout,
     scratch: Scratch,
     omega: f64,
+    recurrence: Recurrence,
     lengths: Lengths,
     /// Distance of the last two switches, in `R`, and the start of the phase.
     distance: f64,
@@ -101,6 +102,7 @@ impl<'a> Chebyshev<'a> {
             layout,
             scratch: system.scratch(),
             omega,
+            recurrence: Recurrence::new(system),
             lengths: Lengths::new(omega, system.damping),
             distance: FIRST.1,
             begun: None,
@@ -136,10 +138,9 @@ impl<'a> Chebyshev<'a> {
         self.patterns.iter().map(of_shape).collect()
     }
 
-    /// `‖x‖_M`
-    fn size(&mut self, phase: &Phase, x: &[f64]) -> f64 {
-        phase.expand(x, &mut self.scratch.v);
-        self.system.mass().quadratic(&self.scratch.v).max(0.0).sqrt()
+    /// `‖x‖_M` of what a recurrence began with.
+    fn size(&self, series: &Series) -> f64 {
+        self.system.mass().quadratic(&series.terms(1)[0]).max(0.0).sqrt()
     }
 
     /// End and terms of the next window.
@@ -165,22 +166,19 @@ impl<'a> Chebyshev<'a> {
 
     /// All recurrences of the window, its sums and their errors.
     fn sum_up(&mut self, phase: &Phase, needs: &Length) {
-        let scale = 2.0 / (self.omega * self.omega);
         self.terms = needs.terms;
-        let start = std::mem::take(&mut self.start);
-        let v0 = &start[self.layout.n_o..2 * self.layout.n_o];
-        self.v.begin(v0);
-        self.a.begin(&self.a0);
-        let rows = Rows { phase, forces: &self.forces };
+        let n = self.layout.n_o;
+        self.v.begin(&self.start[n..2 * n], phase, &self.recurrence);
+        self.a.begin(&self.a0, phase, &self.recurrence);
+        let rows = Rows { phase, forces: &self.forces, n_o: n };
+        let (recurrence, scratch) = (&self.recurrence, &mut self.scratch);
         let both = [&mut self.v, &mut self.a];
-        self.counters.products += extend_both(both, self.terms, scale, &rows, &mut self.scratch);
+        self.counters.products += extend(both, self.terms, recurrence, &rows, scratch);
         for p in &mut self.patterns {
-            self.counters.products +=
-                extend(&mut p.series, self.terms, scale, &rows, &mut self.scratch);
+            let one = [&mut p.series];
+            self.counters.products += extend(one, self.terms, recurrence, &rows, scratch);
         }
-        let a0 = std::mem::take(&mut self.a0);
-        let (of_v, of_a) = (self.size(phase, v0), self.size(phase, &a0));
-        (self.start, self.a0) = (start, a0);
+        let (of_v, of_a) = (self.size(&self.v), self.size(&self.a));
         let load: f64 = self
             .patterns
             .iter()
@@ -203,7 +201,7 @@ impl<'a> Chebyshev<'a> {
                 .chain(self.patterns.iter().map(|p| &p.series))
                 .map(|s| s.terms(terms))
                 .collect();
-            Powers::new(self.system, phase, &mut self.scratch, nodes, &vectors)
+            Powers::new(self.system, nodes, &vectors)
         });
     }
 
@@ -294,9 +292,9 @@ impl Flow for Chebyshev<'_> {
         self.gradients = phase.gradient_bounds();
         self.drives = Drives::of(phase);
         let loads = &self.system.loads;
-        (self.patterns, self.forces) = drive::patterns(loads, phase, &mut self.scratch);
-        let b: Vec<Vec<f64>> = self.patterns.iter().map(|p| p.series.terms(1)[0].clone()).collect();
-        self.sizes = b.iter().map(|b| self.size(phase, b)).collect();
+        (self.patterns, self.forces) =
+            drive::patterns(loads, phase, &self.recurrence, &mut self.scratch);
+        self.sizes = self.patterns.iter().map(|p| self.size(&p.series)).collect();
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {

@@ -16,7 +16,7 @@ use nalgebra::Complex;
 use super::drive::{Split, amplitude};
 use super::nodes::Nodes;
 use super::series::dot;
-use crate::contact::{Phase, Scratch, System};
+use crate::contact::System;
 use crate::fem::Harmonic;
 use crate::flow::exponential::{Term, product_integral};
 use crate::flow::oscillator::{GAUSS10, Oscillator};
@@ -123,40 +123,21 @@ pub(super) fn work(
 }
 
 impl Powers {
-    /// The moments of the vectors of a window, of which `terms` are known: one list of terms a vector. `nodes` has `2N − 1`.
-    pub fn new(
-        system: &System,
-        phase: &Phase,
-        scratch: &mut Scratch,
-        nodes: Rc<Nodes>,
-        vectors: &[&[Vec<f64>]],
-    ) -> Powers {
+    /// Of the vectors of a window, `N` terms `A*T_k x` each; `nodes` has `2N − 1`.
+    pub fn new(system: &System, nodes: Rc<Nodes>, vectors: &[&[Vec<f64>]]) -> Powers {
         let terms = vectors[0].len();
         let pairs: Vec<(usize, usize)> =
             (0..vectors.len()).flat_map(|x| (x..vectors.len()).map(move |y| (x, y))).collect();
         let mut moments = vec![vec![0.0; pairs.len()]; 2 * terms - 1];
-        // A*T_k x of all vectors, and M*A*T_k x
-        let n = system.n();
-        let expand = |k: usize, scratch: &mut Scratch| -> Vec<Vec<f64>> {
-            vectors
-                .iter()
-                .map(|v| {
-                    phase.expand(&v[k], &mut scratch.v);
-                    scratch.v.clone()
-                })
-                .collect()
-        };
-        let mut heavy = vec![vec![0.0; n]; vectors.len()];
-        let mut next = expand(0, scratch);
+        // M*A*T_k x of all vectors
+        let mut heavy = vec![vec![0.0; system.n()]; vectors.len()];
         for k in 0..terms {
-            let now = next;
-            heavy.iter_mut().zip(&now).for_each(|(h, x)| system.mass().mul(x, h));
-            next = if k + 1 < terms { expand(k + 1, scratch) } else { vec![] };
+            heavy.iter_mut().zip(vectors).for_each(|(h, x)| system.mass().mul(&x[k], h));
             for (p, &(x, y)) in pairs.iter().enumerate() {
-                let even = dot(&heavy[x], &now[y]);
+                let even = dot(&heavy[x], &vectors[y][k]);
                 moments[2 * k][p] = if k == 0 { even } else { 2.0 * even - moments[0][p] };
                 if k + 1 < terms {
-                    let odd = dot(&heavy[x], &next[y]);
+                    let odd = dot(&heavy[x], &vectors[y][k + 1]);
                     moments[2 * k + 1][p] = if k == 0 { odd } else { 2.0 * odd - moments[1][p] };
                 }
             }

@@ -1,11 +1,11 @@
 //! `T_k(S̃)x`, `k = 0, 1, …`: one product each.
 
-use crate::contact::{Phase, Scratch};
+use crate::contact::{Phase, Recurrence, Scratch, Step};
 
 /// The vectors of one recurrence, with the moments of some rows along them.
 #[derive(Debug, Default)]
 pub(super) struct Series {
-    /// `T_k(S̃)x`; only the first `known` are of this `x`.
+    /// `A*T_k(S̃)x`; only the first `known` are of this `x`.
     terms: Vec<Vec<f64>>,
     known: usize,
     /// `r T_k(S̃)x` for every row, one list a term.
@@ -16,10 +16,13 @@ pub(super) struct Series {
 pub(super) struct Rows<'a> {
     pub phase: &'a Phase,
     pub forces: &'a [Vec<f64>],
+    /// Length of `u_O`.
+    pub n_o: usize,
 }
 
 impl Rows<'_> {
     fn along(&self, x: &[f64]) -> Vec<f64> {
+        let x = &x[..self.n_o];
         let monitors = self.phase.monitors.len();
         let mut all = vec![0.0; monitors + self.forces.len()];
         self.phase.monitor_gradient(x, &mut all[..monitors]);
@@ -29,13 +32,13 @@ impl Rows<'_> {
 }
 
 impl Series {
-    /// Start anew from `x`.
-    pub fn begin(&mut self, x: &[f64]) {
+    /// Start anew from `x_O`.
+    pub fn begin(&mut self, x_o: &[f64], phase: &Phase, recurrence: &Recurrence) {
         if self.terms.is_empty() {
-            self.terms.push(vec![]);
+            self.terms.push(vec![0.0; phase.n()]);
         }
-        self.terms[0].clear();
-        self.terms[0].extend_from_slice(x);
+        self.terms[0][..x_o.len()].copy_from_slice(x_o);
+        recurrence.complete(phase, &mut self.terms[0]);
         self.known = 1;
         self.moments.clear();
     }
@@ -55,28 +58,15 @@ impl Series {
         &self.terms[self.known - 1]
     }
 
-    /// Room for the next term.
-    fn room(&mut self) -> Vec<f64> {
-        if self.terms.len() == self.known {
+    /// The step that makes the next term.
+    fn step(&mut self) -> Step<'_> {
+        let k = self.known;
+        if self.terms.len() == k {
             self.terms.push(vec![0.0; self.terms[0].len()]);
         }
-        std::mem::take(&mut self.terms[self.known])
-    }
-
-    /// From `S T_{k−1}x` to `T_k x = 2S̃T_{k−1}x − T_{k−2}x`.
-    fn push(&mut self, mut next: Vec<f64>, scale: f64) {
-        let k = self.known;
-        match k {
-            1 => next.iter_mut().zip(&self.terms[0]).for_each(|(n, x)| *n = scale * *n - x),
-            _ => {
-                let (x, p) = (&self.terms[k - 1], &self.terms[k - 2]);
-                for ((n, x), p) in next.iter_mut().zip(x).zip(p) {
-                    *n = 2.0 * (scale * *n - x) - p;
-                }
-            }
-        }
-        self.terms[k] = next;
-        self.known += 1;
+        let (known, next) = self.terms.split_at_mut(k);
+        let before = k.checked_sub(2).map(|b| known[b].as_slice());
+        Step { before, now: &known[k - 1], next: &mut next[0] }
     }
 
     fn observe(&mut self, rows: &Rows) {
@@ -85,42 +75,21 @@ impl Series {
     }
 }
 
-/// Have the first `count` terms of one recurrence, `scale = 2/s_max`. Returns the products that it took.
-pub(super) fn extend(
-    one: &mut Series,
+/// Have the first `count` terms of some recurrences that are equally far. Returns the products that it took.
+pub(super) fn extend<const N: usize>(
+    mut all: [&mut Series; N],
     count: usize,
-    scale: f64,
+    recurrence: &Recurrence,
     rows: &Rows,
     scratch: &mut Scratch,
 ) -> u64 {
-    let before = one.known;
-    while one.known < count {
-        let mut next = one.room();
-        rows.phase.stiffness_product(&one.terms[one.known - 1], scratch, &mut next);
-        one.push(next, scale);
+    let before = all[0].known;
+    while all[0].known < count {
+        recurrence.step(rows.phase, all.each_mut().map(|s| s.step()), scratch);
+        all.iter_mut().for_each(|s| s.known += 1);
     }
-    one.observe(rows);
-    (one.known - before) as u64
-}
-
-/// The same of two recurrences that have begun: every product reads the matrix once for both.
-pub(super) fn extend_both(
-    [one, other]: [&mut Series; 2],
-    count: usize,
-    scale: f64,
-    rows: &Rows,
-    scratch: &mut Scratch,
-) -> u64 {
-    for k in 1..count {
-        let (mut a, mut b) = (one.room(), other.room());
-        let x = [&one.terms[k - 1][..], &other.terms[k - 1][..]];
-        rows.phase.stiffness_products(x, scratch, [&mut a, &mut b]);
-        one.push(a, scale);
-        other.push(b, scale);
-    }
-    one.observe(rows);
-    other.observe(rows);
-    2 * (count - 1) as u64
+    all.iter_mut().for_each(|s| s.observe(rows));
+    (N * (all[0].known - before)) as u64
 }
 
 /// `xᵀy`, in an order of its own that vector instructions take.

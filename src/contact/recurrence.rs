@@ -1,0 +1,185 @@
+//! `T_{k+1}x = 2S̃T_k x − T_{k−1}x` with `S̃ = 2S/s_max − I`, `S = M_α⁻¹K_α`: the products of flows without modes, in one pass over the body.
+//!
+//! The vectors are full ones, `u_C` following from `u_O`. Where the mass is a diagonal, a row of the product, its division by the mass
+//! and the recurrence are one operation, and what the active set adds (the projection of the paper's mass, the forces on `u_C` of a constant one) is
+//! mended at the displacements next to the contact alone.
+
+use super::inertia::{ConstantMass, Inertia, Projector};
+use super::kinematics::Kinematics;
+use super::phase::{Phase, Scratch};
+use super::system::System;
+use crate::fem::{Csr, Kernel, SpdFactor};
+
+/// What the recurrences of all phases of a body share.
+#[derive(Debug)]
+pub struct Recurrence {
+    kernel: Kernel,
+    /// `2/s_max`
+    scale: f64,
+    /// Displacements that the projection looks at.
+    near: Vec<usize>,
+}
+
+/// Three vectors that follow each other in a recurrence: the first step has none before.
+#[derive(Debug)]
+pub struct Step<'a> {
+    /// `T_{k−1}x`
+    pub before: Option<&'a [f64]>,
+    /// `T_k x`
+    pub now: &'a [f64],
+    /// `T_{k+1}x`
+    pub next: &'a mut [f64],
+}
+
+/// `next = f S now − g now − before`
+#[derive(Debug, Clone, Copy)]
+struct Factors {
+    f: f64,
+    g: f64,
+}
+
+impl Recurrence {
+    /// Of a body whose frequencies are bounded.
+    pub fn new(system: &System) -> Recurrence {
+        let near = match system.inertia() {
+            Inertia::Projected(p) => p.support(),
+            _ => vec![],
+        };
+        let highest = system.units.highest;
+        let kernel = Kernel::new(&system.body.stiffness);
+        Recurrence { kernel, scale: 2.0 / (highest * highest), near }
+    }
+
+    /// Have `u_C` follow in a full vector.
+    pub fn complete(&self, phase: &Phase, x: &mut [f64]) {
+        phase.kinematics.complete(x, phase.parts.body.dofs.n_o);
+    }
+
+    /// One step of several recurrences at once.
+    pub fn step<const N: usize>(&self, phase: &Phase, mut steps: [Step; N], scratch: &mut Scratch) {
+        let factors = match steps[0].before {
+            Some(_) => Factors { f: 2.0 * self.scale, g: 2.0 },
+            None => Factors { f: self.scale, g: 1.0 },
+        };
+        match &*phase.inertia.shared {
+            Inertia::Projected(p) => match p.diagonal() {
+                Some((inverse, columns)) => {
+                    self.pass(phase, inverse, factors, &mut steps);
+                    for step in &mut steps {
+                        self.project(phase, p, columns, (inverse, factors.f), step, scratch);
+                    }
+                }
+                None => self.general(phase, factors, &mut steps, scratch),
+            },
+            Inertia::Constant(ConstantMass { factor: SpdFactor::Diagonal(inverse), .. }) => {
+                self.pass(phase, inverse, factors, &mut steps);
+                for step in &mut steps {
+                    self.push(phase, (inverse, factors.f), step, scratch);
+                }
+            }
+            _ => self.general(phase, factors, &mut steps, scratch),
+        }
+        for step in &mut steps {
+            self.complete(phase, step.next);
+        }
+    }
+
+    /// `f D⁻¹K now − g now − before` of all displacements that move by themselves.
+    fn pass<const N: usize>(
+        &self,
+        phase: &Phase,
+        inverse: &[f64],
+        Factors { f, g }: Factors,
+        steps: &mut [Step; N],
+    ) {
+        let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
+        let now = std::array::from_fn(|v| steps[v].now);
+        let before: [Option<&[f64]>; N] = std::array::from_fn(|v| steps[v].before);
+        let mut next = steps.each_mut().map(|s| &mut s.next[..n_o]);
+        Kernel::blocks(next.each_mut().map(|y| &mut **y), |first, mut y| {
+            let rows = first..first + y[0].len();
+            self.kernel.mul_rows(stiffness, rows.clone(), now, &mut y);
+            for (v, y) in y.into_iter().enumerate() {
+                let of_rows = y.iter_mut().zip(&inverse[rows.clone()]).zip(&now[v][rows.clone()]);
+                match before[v] {
+                    Some(before) => {
+                        for (((y, d), x), b) in of_rows.zip(&before[rows.clone()]) {
+                            *y = f * d * *y - g * x - b;
+                        }
+                    }
+                    None => of_rows.for_each(|((y, d), x)| *y = f * d * *y - g * x),
+                }
+            }
+        });
+    }
+
+    /// The projection of the paper's mass: accelerations next to the contact, the multipliers of the conditions, what these take away.
+    fn project(
+        &self,
+        phase: &Phase,
+        p: &Projector,
+        columns: &Csr,
+        (inverse, f): (&[f64], f64),
+        step: &mut Step,
+        s: &mut Scratch,
+    ) {
+        let stiffness = &phase.parts.body.stiffness;
+        let n_o = phase.parts.body.dofs.n_o;
+        for &j in &self.near {
+            s.x[j] = inverse[j] * stiffness.row_dot(j, step.now);
+        }
+        if !phase.inertia.multipliers(p, &s.x, &mut s.mu) {
+            return step.next.fill(f64::NAN);
+        }
+        for (&mu, &k) in s.mu.iter().zip(phase.inertia.rows()) {
+            for (j, v) in columns.row(k).filter(|(j, _)| *j < n_o) {
+                step.next[j] -= f * mu * v;
+            }
+        }
+    }
+
+    /// What forces on `u_C` do to the displacements that these follow from, under a constant mass.
+    fn push(&self, phase: &Phase, (inverse, f): (&[f64], f64), step: &mut Step, s: &mut Scratch) {
+        let Kinematics::Following(kinematics) = &phase.kinematics else { return };
+        let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
+        for i in n_o..stiffness.n_rows() {
+            s.b[i] = stiffness.row_dot(i, step.now);
+        }
+        kinematics.push(&s.b[n_o..], |j, v| step.next[j] += f * inverse[j] * v);
+    }
+
+    /// Any mass.
+    fn general<const N: usize>(
+        &self,
+        phase: &Phase,
+        Factors { f, g }: Factors,
+        steps: &mut [Step; N],
+        s: &mut Scratch,
+    ) {
+        let n = s.u.len();
+        let n_o = phase.parts.body.dofs.n_o;
+        let [mut room, mut b] = std::mem::take(&mut s.pair);
+        room.resize(N * n, 0.0);
+        b.resize(N * n, 0.0);
+        let now: [&[f64]; N] = std::array::from_fn(|v| steps[v].now);
+        let mut rest = &mut b[..];
+        let forces: [&mut [f64]; N] = std::array::from_fn(|_| {
+            let (first, others) = std::mem::take(&mut rest).split_at_mut(n);
+            rest = others;
+            first
+        });
+        self.kernel.mul(&phase.parts.body.stiffness, now, forces);
+        let next = steps.each_mut().map(|s| &mut s.next[..n_o]);
+        phase.inertia.accelerate_all(&phase.kinematics, &mut b, &mut room, s, next);
+        for step in steps {
+            let of_rows = step.next[..n_o].iter_mut().zip(step.now);
+            match step.before {
+                Some(before) => {
+                    of_rows.zip(before).for_each(|((y, x), b)| *y = f * *y - g * x - b);
+                }
+                None => of_rows.for_each(|(y, x)| *y = f * *y - g * x),
+            }
+        }
+        s.pair = [room, b];
+    }
+}
