@@ -15,7 +15,7 @@ use signorini::records::{Status, fingerprint};
 use signorini::report::summary;
 use signorini::scenario::Scene;
 use signorini::simulate::{SimulateError, go_on, run_table, simulate};
-use signorini::store::{StoreError, Stored, Writer};
+use signorini::store::{Background, StoreError, Stored, Writer};
 
 use super::caller::Caller;
 use super::progress::Bar;
@@ -45,7 +45,7 @@ pub struct Arguments {
 
 /// The writer with a progress bar beside it; a signal ends the run where its file is whole.
 struct Progress {
-    writer: Writer,
+    writer: Background,
     bar: Option<Bar>,
     until: f64,
     caller: Caller,
@@ -103,6 +103,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     };
     writer.keep_checkpoints(id);
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
+    let writer = Background::new(writer, problem.system.n());
     let progress =
         Progress { writer, bar: Bar::new(global, &scene), until, caller: global.caller.clone() };
     let verify = arguments.verify_lcp;
@@ -155,7 +156,7 @@ fn integrate(
         Err(e) => {
             let text = e.to_string();
             // the reason of the failure matters more than a failure to record it
-            let _ = progress.writer.finish(&Status::Failed(text.clone()));
+            let _ = progress.writer.end().map(|w| w.finish(&Status::Failed(text.clone())));
             return Err(match e {
                 SimulateError::Scene(e) => e.into(),
                 SimulateError::Run(_) => CliError::Numerics(text),
@@ -169,11 +170,12 @@ fn integrate(
         Outcome::Interrupted { .. } => Status::Interrupted,
         _ => Status::Failed(report.outcome.to_string()),
     };
+    let writer = progress.writer.end()?;
     // an interrupted run is not over
     if status != Status::Interrupted {
-        progress.writer.report(&object)?;
+        writer.report(&object)?;
     }
-    progress.writer.finish(&status)?;
+    writer.finish(&status)?;
     Ok((report, object))
 }
 

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::sparse::Csr;
@@ -105,6 +105,24 @@ impl Stencil {
     }
 }
 
+/// Some rows of a run, for whatever vector instructions there are: the sums are the same with all of them.
+struct Part<'a> {
+    stencil: &'a Stencil,
+    first: usize,
+    lane: usize,
+    x: &'a [f64],
+    y: &'a mut [f64],
+}
+
+impl WithSimd for Part<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.stencil.mul(self.first, self.lane, self.x, self.y);
+    }
+}
+
 impl Kernel {
     /// Find what repeats.
     pub fn new(matrix: &Csr) -> Kernel {
@@ -169,7 +187,7 @@ impl Kernel {
                     let lane = (first - run.rows.start) % LANES;
                     for (x, y) in x.iter().zip(y.iter_mut()) {
                         let y = &mut y[part.clone()];
-                        self.arch.dispatch(|| stencil.mul(first, lane, x, y));
+                        self.arch.dispatch(Part { stencil, first, lane, x, y });
                     }
                 }
                 None => {

@@ -3,6 +3,7 @@
 //! The file is written as the run goes: rows are collected until a chunk is full, appended and flushed, so that a
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
+mod background;
 mod checkpoint;
 mod comparison;
 mod content;
@@ -28,6 +29,7 @@ mod table;
 mod trajectory;
 mod writer;
 
+pub use background::Background;
 pub use comparison::{ComparisonWriter, StoredComparison, read_comparison};
 pub use content::{Content, Origin, content, read_origin, read_switch_rates};
 pub use crosscheck::read_crosscheck;

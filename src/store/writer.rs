@@ -40,6 +40,8 @@ pub struct Writer {
     flushed: Instant,
     problem: u64,
     checkpoint: Option<Checkpoint>,
+    /// When a checkpoint was last put on the disk.
+    kept: Option<Instant>,
     /// Nobody looks at the file before it is whole.
     is_scratch: bool,
 }
@@ -78,6 +80,7 @@ impl Writer {
             flushed: Instant::now(),
             problem: 0,
             checkpoint: None,
+            kept: None,
             is_scratch: options.is_scratch,
         })
     }
@@ -130,6 +133,7 @@ impl Writer {
                 flushed: Instant::now(),
                 problem,
                 checkpoint: Some(checkpoint.clone()),
+                kept: None,
                 is_scratch: options.is_scratch,
                 file: file.clone(),
                 staged,
@@ -170,9 +174,14 @@ impl Writer {
             self.file.flush()?;
         }
         self.flushed = Instant::now();
+        // a large state is not written at every switch: what lies behind a checkpoint is computed again
+        let is_due = self.kept.is_none_or(|at| at.elapsed() >= FLUSH_EVERY);
         match &self.checkpoint {
-            Some(c) => checkpoint::write(self.staged.at(), self.problem, c),
-            None => Ok(()),
+            Some(c) if is_due => {
+                self.kept = Some(Instant::now());
+                checkpoint::write(self.staged.at(), self.problem, c)
+            }
+            _ => Ok(()),
         }
     }
 
