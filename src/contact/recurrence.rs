@@ -8,7 +8,7 @@ use super::inertia::{ConstantMass, Inertia, Projector};
 use super::kinematics::Kinematics;
 use super::phase::{Phase, Scratch};
 use super::system::System;
-use crate::fem::{Csr, Kernel, SpdFactor};
+use crate::fem::{Csr, Kernel, SpdFactor, blocks};
 
 /// What the recurrences of all phases of a body share.
 #[derive(Debug)]
@@ -96,7 +96,7 @@ impl Recurrence {
         let now = std::array::from_fn(|v| steps[v].now);
         let before: [Option<&[f64]>; N] = std::array::from_fn(|v| steps[v].before);
         let mut next = steps.each_mut().map(|s| &mut s.next[..n_o]);
-        Kernel::blocks(next.each_mut().map(|y| &mut **y), |first, mut y| {
+        blocks(next.each_mut().map(|y| &mut **y), |first, mut y| {
             let rows = first..first + y[0].len();
             self.kernel.mul_rows(stiffness, rows.clone(), now, &mut y);
             for (v, y) in y.into_iter().enumerate() {

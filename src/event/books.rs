@@ -15,7 +15,9 @@ impl<O: Observer> Run<'_, O> {
             if t > self.last_stored {
                 self.t = t.max(a);
                 self.flow.state(self.t, &mut self.y);
-                self.store_sample()?;
+                self.expand();
+                let energies = self.energies();
+                self.store_sample(energies)?;
             }
         }
         if !ends_at_switch {
@@ -87,8 +89,8 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    pub(super) fn store_sample(&mut self) -> Done<(), O> {
-        self.expand();
+    /// Store the present state, which has been expanded, with its energies.
+    pub(super) fn store_sample(&mut self, energies: Energies) -> Done<(), O> {
         self.note_violations();
         let mut pressure = vec![0.0; self.system.n_contact()];
         self.phase.pressures(self.t, self.layout.u(&self.y), &mut pressure);
@@ -100,7 +102,7 @@ impl<O: Observer> Run<'_, O> {
             v: &self.v,
             active: &self.phase.set,
             pressure: &pressure,
-            energies: self.energies(),
+            energies,
             jumps: self.ledger.jumps(),
         };
         self.observer.sample(&sample).map_err(RunError::Observer)

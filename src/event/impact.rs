@@ -99,7 +99,7 @@ impl<O: Observer> Run<'_, O> {
         }
         // blows at one time leave one state: times in a file ascend
         if self.t > self.last_stored {
-            self.store_sample()?;
+            self.store_sample(energies)?;
         }
         self.tell_checkpoint();
         Ok(None)

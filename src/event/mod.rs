@@ -359,7 +359,7 @@ impl<O: Observer> Run<'_, O> {
             self.recent.push_back((change.t, change.node));
             self.switches.push(change);
         }
-        self.store_sample()?;
+        self.store_sample(energies)?;
         self.tell_checkpoint();
         Ok(())
     }

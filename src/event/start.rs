@@ -50,7 +50,7 @@ impl<'a, O: Observer> Run<'a, O> {
         run.potential_start = run.system.loads.constant_potential(&run.u);
         let energies = run.energies();
         run.ledger = Ledger::new(energies);
-        run.store_sample()?;
+        run.store_sample(energies)?;
         run.next_sample = 1;
         run.tell_checkpoint();
         Ok(run)

@@ -7,9 +7,8 @@
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
-use super::sparse::Csr;
+use super::sparse::{Csr, blocks};
 
 /// Rows that are computed together: multiples of all periods, and of the width of vector instructions.
 const LANES: usize = 24;
@@ -19,10 +18,6 @@ const PERIODS: [usize; 3] = [2, 1, 3];
 const SHORTEST: usize = 2 * LANES;
 /// Entries are equal if they differ by so many units in the last place of the largest of the row: sums of the same elements in another order.
 const SAME: f64 = 64.0 * f64::EPSILON;
-/// Rows of one task, and the least number that is shared among threads.
-pub const BLOCK: usize = 4096;
-const SHARED: usize = 8 * BLOCK;
-
 /// Diagonals whose weights repeat.
 #[derive(Debug, Clone)]
 struct Stencil {
@@ -201,30 +196,9 @@ impl Kernel {
         }
     }
 
-    /// Go through the first rows of some vectors in blocks, on all threads where that pays: `each` gets the first row of a block and the block's part
-    /// of every vector. What it does with a block must not depend on others.
-    pub fn blocks<const N: usize>(
-        y: [&mut [f64]; N],
-        each: impl Fn(usize, [&mut [f64]; N]) + Sync,
-    ) {
-        let n = y[0].len();
-        let mut parts = y.map(|y| y.chunks_mut(BLOCK));
-        let blocks = (0..n.div_ceil(BLOCK)).map(|b| {
-            let block: [&mut [f64]; N] =
-                std::array::from_fn(|v| parts[v].next().unwrap_or_default());
-            (b * BLOCK, block)
-        });
-        let blocks: Vec<(usize, [&mut [f64]; N])> = blocks.collect();
-        if n < SHARED {
-            blocks.into_iter().for_each(|(first, block)| each(first, block));
-        } else {
-            blocks.into_par_iter().for_each(|(first, block)| each(first, block));
-        }
-    }
-
     /// `y ← A x`, for several vectors at once.
     pub fn mul<const N: usize>(&self, matrix: &Csr, x: [&[f64]; N], y: [&mut [f64]; N]) {
-        Kernel::blocks(y, |first, mut y| {
+        blocks(y, |first, mut y| {
             self.mul_rows(matrix, first..first + y[0].len(), x, &mut y);
         });
     }

@@ -29,6 +29,7 @@ pub use kernel::Kernel;
 pub use law::{Material, StressState};
 pub use load::{Course, Harmonic, Loads, Measured};
 pub use reduction::{Kept, Reduction};
+pub(crate) use sparse::blocks;
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 pub use spline::Spline;
 

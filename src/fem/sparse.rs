@@ -12,6 +12,7 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Conj, MatMut, Par};
+use rayon::prelude::*;
 
 use super::FemError;
 
@@ -130,14 +131,26 @@ impl Csr {
 
     /// `y -= A x`.
     pub fn mul_sub(&self, x: &[f64], y: &mut [f64]) {
-        for (i, y) in y.iter_mut().enumerate().take(self.n_rows()) {
-            *y -= self.row_dot(i, x);
-        }
+        blocks([&mut y[..self.n_rows()]], |first, [y]| {
+            y.iter_mut().enumerate().for_each(|(i, y)| *y -= self.row_dot(first + i, x));
+        });
     }
 
     /// The quadratic form `xᵀ A x`.
     pub fn quadratic(&self, x: &[f64]) -> f64 {
-        (0..self.n_rows()).map(|i| x[i] * self.row_dot(i, x)).sum()
+        let n = self.n_rows();
+        let of_block = |b: usize| -> f64 {
+            (b * BLOCK..n.min((b + 1) * BLOCK)).map(|i| x[i] * self.row_dot(i, x)).sum()
+        };
+        // block by block, whoever computes them: the same sum on any number of threads
+        match n < SHARED {
+            true => (0..n.div_ceil(BLOCK)).map(of_block).sum(),
+            false => {
+                let parts: Vec<f64> =
+                    (0..n.div_ceil(BLOCK)).into_par_iter().map(of_block).collect();
+                parts.iter().sum()
+            }
+        }
     }
 
     /// `Aᵀ B A` of this matrix `B` and a sparse `A`.
@@ -230,6 +243,30 @@ impl Csr {
             sum.row_start.push(sum.col.len());
         }
         sum
+    }
+}
+
+/// Rows of one task, and the least number of rows that is shared among threads.
+const BLOCK: usize = 4096;
+const SHARED: usize = 8 * BLOCK;
+
+/// Go through some vectors in blocks, on all threads where that pays: `each` gets the first row of a block and the block's part
+/// of every vector. What it does with a block must not depend on others.
+pub(crate) fn blocks<const N: usize>(
+    y: [&mut [f64]; N],
+    each: impl Fn(usize, [&mut [f64]; N]) + Sync,
+) {
+    let n = y[0].len();
+    let mut parts = y.map(|y| y.chunks_mut(BLOCK));
+    let blocks = (0..n.div_ceil(BLOCK)).map(|b| {
+        let block: [&mut [f64]; N] = std::array::from_fn(|v| parts[v].next().unwrap_or_default());
+        (b * BLOCK, block)
+    });
+    if n < SHARED {
+        blocks.for_each(|(first, block)| each(first, block));
+    } else {
+        let blocks: Vec<(usize, [&mut [f64]; N])> = blocks.collect();
+        blocks.into_par_iter().for_each(|(first, block)| each(first, block));
     }
 }
 
