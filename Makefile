@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python page fuzz validate bench pictures figures methods clean
+.PHONY: help setup build demo test python page fuzz validate bench peers pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -15,6 +15,7 @@ help:
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
+	@echo 'make peers     what signorini precision --peer scipy and --peer sundials need: SciPy into .venv, SUNDIALS (of the distribution) and a small program'
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
 	@echo 'make methods   contact methods side by side: tables and pictures of docs/methods.md, into out/ (part of make figures)'
@@ -60,14 +61,18 @@ validate: build
 bench: setup
 	cargo bench --locked
 
-pictures: build
+# needs a C compiler; SUNDIALS is taken from the distribution's packages, unpacked below target/ where it is not installed
+peers: setup
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
+	validate/peers/build.sh
+
+pictures: build peers
 	@mkdir -p out docs
 	$(BIN) run scenarios/plate.toml -o out/plate.h5 --force -q
 	$(BIN) plot out/plate.h5 --only shapes,contact
 	cp out/plate-shapes.png docs/plate.png
 	cp out/plate-contact.png docs/contact.png
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
-	$(BIN) precision scenarios/plate.toml --peer scipy -o out/plate-precision --force
+	$(BIN) precision scenarios/plate.toml --peer scipy --peer sundials -o out/plate-precision --force
 	cp out/plate-precision.png docs/precision.png
 	$(BIN) run scenarios/bracket.toml -o out/bracket.h5 --force -q
 	$(BIN) plot out/bracket.h5 --only shapes

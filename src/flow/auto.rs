@@ -1,9 +1,9 @@
 //! The exact flow that costs least, phase by phase.
 //!
-//! A phase by its modes costs one eigensolution the first time and almost nothing afterwards; without modes it costs at least some eighty
-//! products every time (of each of its vectors), and as many as phases have cost so far. Measured on one core (consistent mass; `make bench` shows the parts): an eigensolution
-//! `4·10⁻¹⁰ n³` s, a product `10⁻⁷ n` s. So a phase goes to the modes once the products of its visits so far, this one
-//! included, would have paid for them. Springs that do not damp with the body, and measured loads, have no product form: there the choice is
+//! A phase by its modes costs one eigensolution the first time and almost nothing afterwards; without modes it costs some forty
+//! products every time, and more where switches are far apart. Measured on one core (consistent mass; `make bench` shows the parts): an
+//! eigensolution `4·10⁻¹⁰ n³` s, a product `10⁻⁷ n` s. So a phase goes to the modes, in its midst if need be, once the products that
+//! its set has cost so far would have paid for them: never more than twice the cost of the better choice. Springs that do not damp with the body, and measured loads, have no product form: there the choice is
 //! between modes and Dormand–Prince at the scene's tolerance, at some three hundred right-hand sides a phase. The rule looks
 //! at sizes and counts only, never at a clock: a scene gives the same result every time.
 
@@ -18,9 +18,11 @@ use crate::contact::{ActiveSet, Phase, System};
 const EIGEN: (f64, usize) = (4e-10, 4000);
 const COUPLED: (f64, usize) = (2e-8, 600);
 /// Least products, or right-hand sides, of a phase without modes, and the seconds of one over `n`.
-const PRODUCTS: f64 = 80.0;
+const PRODUCTS: f64 = 40.0;
 const STEPS: f64 = 300.0;
 const PRODUCT: f64 = 1e-7;
+/// Sets whose costs are remembered.
+const MOST_SETS: usize = 10_000;
 
 /// The rule: flow 0 by modes, flow 1 without.
 #[derive(Debug)]
@@ -33,7 +35,10 @@ pub struct LeastCost {
     /// Products of a phase, at least.
     least: f64,
     other: &'static str,
-    visits: HashMap<ActiveSet, u32>,
+    /// Products that each set has cost so far.
+    paid: HashMap<ActiveSet, f64>,
+    /// The phase that products go into, with those before it.
+    open: Option<(ActiveSet, f64)>,
     modal_phases: u64,
     other_phases: u64,
 }
@@ -52,29 +57,62 @@ pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
         is_measured: !system.loads.measured.is_empty(),
         least: cost,
         other: other.name(),
-        visits: HashMap::new(),
+        paid: HashMap::new(),
+        open: None,
         modal_phases: 0,
         other_phases: 0,
     };
     Choice::new("auto", system, vec![Box::new(Modal::new(system)), other], rule)
 }
 
+impl LeastCost {
+    /// Whether so many products of a set pay for its modes.
+    fn pays(&self, products: f64) -> bool {
+        let (seconds, limit) = self.eigen;
+        let small = !self.is_measured && self.n <= limit as f64;
+        small && seconds * self.n.powi(3) <= products * PRODUCT * self.n
+    }
+
+    /// What a set has cost before the present phase.
+    fn paid(&self, set: &ActiveSet) -> f64 {
+        *self.paid.get(set).unwrap_or(&0.0)
+    }
+}
+
+/// Products so far.
+fn products(spent: &dyn Fn(usize) -> Counters) -> f64 {
+    let other = spent(1);
+    (other.products + other.rhs_evaluations) as f64
+}
+
 impl Rule for LeastCost {
     fn choose(&mut self, phase: &Phase, spent: &dyn Fn(usize) -> Counters) -> usize {
-        let visits = self.visits.entry(phase.set.clone()).or_insert(0);
-        *visits += 1;
-        let other = spent(1);
-        let products = (other.products + other.rhs_evaluations) as f64;
-        let per_visit = (products / self.other_phases.max(1) as f64).max(self.least);
-        let paid = f64::from(*visits) * per_visit * PRODUCT * self.n;
-        let (seconds, limit) = self.eigen;
-        if !self.is_measured && self.n <= limit as f64 && seconds * self.n.powi(3) <= paid {
-            self.modal_phases += 1;
-            0
-        } else {
-            self.other_phases += 1;
-            1
+        let now = products(spent);
+        if let Some((set, before)) = self.open.take() {
+            *self.paid.entry(set).or_insert(0.0) += now - before;
         }
+        // sets that never come back are forgotten
+        if self.paid.len() > MOST_SETS {
+            self.paid.clear();
+        }
+        if self.pays(self.paid(&phase.set) + self.least) {
+            self.modal_phases += 1;
+            return 0;
+        }
+        self.other_phases += 1;
+        self.open = Some((phase.set.clone(), now));
+        1
+    }
+
+    fn reconsider(
+        &mut self,
+        phase: &Phase,
+        chosen: usize,
+        spent: &dyn Fn(usize) -> Counters,
+    ) -> Option<usize> {
+        let before = self.open.as_ref().filter(|_| chosen == 1)?.1;
+        let cost = self.paid(&phase.set) + products(spent) - before;
+        self.pays(cost).then_some(0)
     }
 
     fn note(&self) -> Option<String> {

@@ -10,6 +10,15 @@ use crate::contact::{Phase, System};
 pub trait Rule {
     /// Index of the flow for a phase without held nodes; `spent` is what each flow has spent so far.
     fn choose(&mut self, phase: &Phase, spent: &dyn Fn(usize) -> Counters) -> usize;
+    /// Another flow for the rest of the phase that the flow `chosen` has; asked before every window.
+    fn reconsider(
+        &mut self,
+        _phase: &Phase,
+        _chosen: usize,
+        _spent: &dyn Fn(usize) -> Counters,
+    ) -> Option<usize> {
+        None
+    }
     /// What a reader of the summary should know of the choices.
     fn note(&self) -> Option<String> {
         None
@@ -66,6 +75,13 @@ impl<R: Rule> Flow for Choice<'_, R> {
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
+        let (flows, chosen) = (&self.flows, self.chosen);
+        if let Some(other) = self.rule.reconsider(phase, chosen, &|k| flows[k].counters()) {
+            let (_, t) = self.active().window();
+            let y = self.active_mut().end_state().to_vec();
+            self.chosen = other;
+            self.active_mut().begin(phase, t, &y);
+        }
         self.active_mut().advance(phase, t_limit)
     }
 

@@ -318,7 +318,7 @@ impl Motion {
         for (w, _, forces) in &self.loads {
             let (s, b) = match forces[k].1 {
                 Forcing::Steady(p) => (p.norm(), p.norm() * w.powi(4)),
-                Forcing::FromRest(f) => mode.from_rest_bounds(*w, f, tau_end),
+                Forcing::FromRest(f) => mode.rest_bounds(*w, f, tau_end),
             };
             size += s;
             fourth += b;

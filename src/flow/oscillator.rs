@@ -222,7 +222,7 @@ impl Oscillator {
     }
 
     /// The same for the response from rest to `f e^{iΩt}`, until `until`: the fourth derivative and the size.
-    pub(super) fn from_rest_bounds(&self, omega: f64, f: f64, until: f64) -> (f64, f64) {
+    pub(super) fn rest_bounds(&self, omega: f64, f: f64, until: f64) -> (f64, f64) {
         let f = f.abs();
         let wd = self.discriminant().abs().sqrt().max(1e-3 * self.omega);
         let size = f * until * (0.5 * until).min(1.0 / wd);

@@ -22,7 +22,7 @@ enum Entry {
     Sample(Box<Stored>),
     Switch(Switch),
     Grazing(Grazing),
-    Phase(Checkpoint),
+    Phase(Box<Checkpoint>),
     Progress(f64),
 }
 
@@ -60,7 +60,7 @@ fn work(mut writer: Writer, queue: &Receiver<Entry>) -> Result<Writer, StoreErro
             })?,
             Entry::Switch(s) => writer.switch(&s)?,
             Entry::Grazing(g) => writer.grazing(&g)?,
-            Entry::Phase(checkpoint) => writer.phase(checkpoint),
+            Entry::Phase(checkpoint) => writer.phase(*checkpoint),
             Entry::Progress(t) => {
                 let _ = writer.progress(t)?;
             }
@@ -139,6 +139,6 @@ impl Observer for Background {
 
     fn phase(&mut self, checkpoint: Checkpoint) {
         // a writer that has failed says so at the next report
-        let _ = self.queue.as_ref().map(|q| q.send(Entry::Phase(checkpoint)));
+        let _ = self.queue.as_ref().map(|q| q.send(Entry::Phase(Box::new(checkpoint))));
     }
 }

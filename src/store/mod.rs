@@ -37,7 +37,7 @@ pub use csv::read_csv;
 pub use family::{FamilyPlan, FamilyWriter};
 pub use orbits::read_stored_orbit;
 pub use output::{MARK, Outputs, beside, replace, replace_with, room};
-pub use problem::write_problem;
+pub use problem::{write_problem, write_problem_flat};
 pub use raw::{Entry, Raw, attributes, entries, read_raw};
 pub use reader::Stored;
 pub use series::{Names, SeriesWriter, read_series};

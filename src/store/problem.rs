@@ -15,6 +15,30 @@ fn dense(a: &Csr) -> Array2<f64> {
     d
 }
 
+/// Write a problem as numbers one after the other (little-endian, double precision, matrices dense and by rows): `n_O`, `n_C`, end time, `M`, `K`, `N_C`,
+/// `N_O`, `gap`, `f`, `u0`, `v0`, `active0` (1 = contact).
+pub fn write_problem_flat(
+    path: &Path,
+    problem: &Problem,
+    active: &ActiveSet,
+    until: f64,
+) -> Result<(), StoreError> {
+    let system: &System = &problem.system;
+    let conditions = system.conditions();
+    let n_c = system.n_contact();
+    let mut all = vec![system.n_o() as f64, n_c as f64, until];
+    all.extend(dense(system.mass()));
+    all.extend(dense(&system.body.stiffness));
+    all.extend((0..n_c * n_c).map(|k| conditions.n_c[(k / n_c, k % n_c)]));
+    all.extend(dense(&conditions.n_o));
+    all.extend(system.gaps());
+    all.extend(system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]));
+    all.extend(problem.initial.u.iter().chain(&problem.initial.v));
+    all.extend(active.flags().iter().map(|&a| f64::from(u8::from(a))));
+    let bytes: Vec<u8> = all.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
+    std::fs::write(path, bytes).map_err(|e| StoreError::write(path, e))
+}
+
 /// Write `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state, its active set
 /// and the end time.
 pub fn write_problem(

@@ -1,11 +1,11 @@
 //! `signorini precision`
 
 mod bench;
-mod scipy;
+mod peer;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::json;
 
@@ -21,12 +21,12 @@ use signorini::store::{Outputs, beside, replace};
 
 use super::{Answer, CliError, Global, load};
 use bench::Bench;
-use scipy::scipy;
+use peer::Peer;
 
 /// Arguments of `precision`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini precision scenarios/plate.toml\n  signorini precision scenarios/plate-half.toml --peer scipy -o half-plate-precision"
+    after_help = "Example:\n  signorini precision scenarios/plate.toml\n  signorini precision scenarios/plate-half.toml --peer scipy --peer sundials -o half-plate-precision"
 )]
 pub struct Arguments {
     /// The scene (TOML); its own integrator and tolerances are left aside
@@ -40,17 +40,9 @@ pub struct Arguments {
     /// How often each solution is timed (the median counts)
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     repeats: u32,
-    /// Solve the same matrices with another program in the same run
+    /// Solve the same matrices with another program in the same run (can be given more than once)
     #[arg(long, value_enum)]
-    peer: Option<Peer>,
-}
-
-/// Other programs.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Peer {
-    /// SciPy's solve_ivp (RK45 and DOP853) with events; needs Python with validate/peers/requirements.txt
-    /// (the interpreter is SIGNORINI_PYTHON, .venv/bin/python or python3)
-    Scipy,
+    peer: Vec<Peer>,
 }
 
 /// Above this size the reference is the Chebyshev flow.
@@ -117,6 +109,7 @@ impl Able {
         if self.without_modes {
             flows.push(("chebyshev", Integrator::Chebyshev, false));
         }
+        flows.push(("auto, cold", Integrator::Auto, false));
         flows
     }
 }
@@ -151,7 +144,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     } else {
         ProgressBar::new_spinner()
     };
-    let points = points(&mut bench, problem, able, arguments.peer, &bar)?;
+    let points = points(&mut bench, problem, able, &arguments.peer, &bar)?;
     bar.finish_and_clear();
     let study = Study {
         title: super::title(&scene),
@@ -176,7 +169,7 @@ fn points(
     bench: &mut Bench,
     problem: &'static Problem,
     able: Able,
-    peer: Option<Peer>,
+    peers: &[Peer],
     bar: &ProgressBar,
 ) -> Result<Vec<Point>, CliError> {
     let make = |integrator, tolerances| -> Box<dyn Flow> {
@@ -202,15 +195,13 @@ fn points(
         points.push(bench.point(name, None, warm, &|| make(integrator, TIGHT))?);
     }
     judge_reference(&mut points, able);
-    if let Some(Peer::Scipy) = peer {
-        bar.set_message("SciPy");
+    for peer in peers {
+        bar.set_message(peer.name());
         bar.tick();
         if !able.conservative {
-            return Err(CliError::Input(
-                "the peer solves undamped scenes under constant loads".into(),
-            ));
+            return Err(CliError::Input("peers solve undamped scenes under constant loads".into()));
         }
-        points.extend(scipy(bench)?);
+        points.extend(peer.solve(bench)?);
     }
     Ok(points)
 }

@@ -52,7 +52,12 @@ pub(super) struct Length {
     /// Of `G` and of every `p`; of every `p′`.
     pub p: f64,
     pub dp: f64,
+    /// Earlier than this the bounds are too large.
+    early: f64,
 }
+
+/// What is left out of the sums falls at least with this power of the time: with a higher one, as `J_m(θx) ≤ θ^q J_m(x)` for all `q ≤ √(m² − x²)`.
+const POWER: i32 = 4;
 
 impl Length {
     /// Undamped, the coefficients are Bessel functions, `cos t√s = J₀(R) + 2Σ(−1)^k J_2k(R) T_k`, which grow with time where they are small; those of
@@ -64,7 +69,12 @@ impl Length {
         // beyond the turning point
         let terms = (last + 1).max((0.5 * r).ceil() as usize).max(2);
         let rest = 2.0 * even.iter().skip(terms).sum::<f64>();
-        Length { terms, rate: rest, g: t * rest, p: 0.5 * t * t * rest, dp: t * rest }
+        Length { terms, rate: rest, g: t * rest, p: 0.5 * t * t * rest, dp: t * rest, early: t }
+    }
+
+    /// The share of the bounds that is left at the time `tau`.
+    pub fn share(&self, tau: f64) -> f64 {
+        (tau / self.early).min(1.0).powi(POWER)
     }
 
     /// Damped, the functions themselves are looked at, at some times of the window, with many nodes.
@@ -94,7 +104,7 @@ impl Length {
             looks[i].iter().map(of_look).fold(0.0, f64::max)
         };
         let [rate, g] = [0, 1].map(rest);
-        Length { terms, rate, g, p: t * g, dp: t * rate }
+        Length { terms, rate, g, p: t * g, dp: t * rate, early: t / LOOKS as f64 }
     }
 }
 
@@ -199,7 +209,7 @@ mod tests {
                             let rounding = 1e-14 * (1.0 + r) * sizes[i];
                             let e = (sum - exact[i]).abs();
                             assert!(
-                                e <= 2.0 * bounds[i] + rounding,
+                                e <= 2.0 * bounds[i] * length.share(t) + rounding,
                                 "{alpha} {beta} R {r} at {part}, function {i} at {w}: {e:.1e} of {:.1e} + {rounding:.1e}",
                                 bounds[i]
                             );

@@ -10,9 +10,9 @@
 //! ```
 //!
 //! All are entire functions of `S`: exact resonance, rigid motions and overdamping are no exceptions, and no static solution is needed. They
-//! are summed by Chebyshev polynomials ([`nodes`]); the vectors `T_k(S̃)v₀`, `T_k(S̃)a₀`, `T_k(S̃)b` do not depend on `t` (the last not even on the
+//! are summed by Chebyshev polynomials (`nodes`); the vectors `T_k(S̃)v₀`, `T_k(S̃)a₀`, `T_k(S̃)b` do not depend on `t` (the last not even on the
 //! window), so each monitor is a sum over pseudo-modes, known at every time without further products, whose cubic Hermite
-//! interpolant is a rigorous enclosure ([`monitors`]).
+//! interpolant is a rigorous enclosure (`monitors`).
 
 mod drive;
 mod length;
@@ -30,7 +30,7 @@ use std::rc::Rc;
 use super::drives::Drives;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, Recurrence, Scratch, System};
-use crate::fem::Harmonic;
+use crate::fem::{Harmonic, blocks};
 use drive::Pattern;
 use length::{Length, Lengths};
 use monitors::Sums;
@@ -81,6 +81,7 @@ pub struct Chebyshev<'a> {
     at_rest: Vec<f64>,
     v: Series,
     a: Series,
+    needs: Option<Length>,
     terms: usize,
     h0: Vec<f64>,
     /// What is left out of the sums of each monitor, and of its rate.
@@ -121,6 +122,7 @@ impl<'a> Chebyshev<'a> {
             at_rest: vec![0.0; layout.n_o],
             v: Series::default(),
             a: Series::default(),
+            needs: None,
             terms: 0,
             h0: vec![],
             rest: vec![],
@@ -167,6 +169,7 @@ impl<'a> Chebyshev<'a> {
     /// All recurrences of the window, its sums and their errors.
     fn sum_up(&mut self, phase: &Phase, needs: &Length) {
         self.terms = needs.terms;
+        self.needs = Some(*needs);
         let n = self.layout.n_o;
         self.v.begin(&self.start[n..2 * n], phase, &self.recurrence);
         self.a.begin(&self.a0, phase, &self.recurrence);
@@ -230,22 +233,24 @@ impl<'a> Chebyshev<'a> {
         let (of_u, rest) = y.split_at_mut(n);
         let of_v = &mut rest[..n];
         of_v.fill(0.0);
-        let all: Vec<(Vec<f64>, Vec<f64>, &[Vec<f64>])> = self
-            .series()
-            .zip(u.iter().zip(&v))
-            .map(|(s, (u, v))| (nodes.coefficients(u), nodes.coefficients(v), s.terms(self.terms)))
-            .collect();
-        for (block, (u, v)) in of_u.chunks_mut(BLOCK).zip(of_v.chunks_mut(BLOCK)).enumerate() {
-            let range = block * BLOCK..block * BLOCK + u.len();
-            for (by_u, by_v, terms) in &all {
-                for ((c, d), x) in by_u.iter().zip(by_v).zip(*terms) {
-                    for ((u, v), x) in u.iter_mut().zip(v.iter_mut()).zip(&x[range.clone()]) {
-                        *u += c * x;
-                        *v += d * x;
+        let by_u: Vec<Vec<f64>> = u.iter().map(|f| nodes.coefficients(f)).collect();
+        let by_v: Vec<Vec<f64>> = v.iter().map(|f| nodes.coefficients(f)).collect();
+        let terms: Vec<&[Vec<f64>]> = self.series().map(|s| s.terms(self.terms)).collect();
+        blocks([of_u, of_v], |first, [u, v]| {
+            // parts that stay in the cache
+            for (part, (u, v)) in u.chunks_mut(BLOCK).zip(v.chunks_mut(BLOCK)).enumerate() {
+                let from = first + part * BLOCK;
+                let range = from..from + u.len();
+                for ((by_u, by_v), terms) in by_u.iter().zip(&by_v).zip(&terms) {
+                    for ((c, d), x) in by_u.iter().zip(by_v).zip(*terms) {
+                        for ((u, v), x) in u.iter_mut().zip(v.iter_mut()).zip(&x[range.clone()]) {
+                            *u += c * x;
+                            *v += d * x;
+                        }
                     }
                 }
             }
-        }
+        });
         let span = (self.t0, t - self.t0);
         if let Some(i) = self.layout.work {
             let first = self.h0.len();
@@ -370,8 +375,9 @@ impl Flow for Chebyshev<'_> {
         let fourth = fourth + self.drives.bounds(index).1;
         let mut enclosure = Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, fourth);
         let (value, rate) = self.rest[index];
-        enclosure.error += value;
-        enclosure.slope_error += rate * (b - a);
+        let share = self.needs.map_or(1.0, |needs| needs.share(b - self.t0));
+        enclosure.error += share * value;
+        enclosure.slope_error += share * rate * (b - a);
         enclosure
     }
 
