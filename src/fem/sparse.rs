@@ -388,6 +388,27 @@ mod tests {
         assert_eq!(a.as_diagonal(), Some(vec![1.0, 5.0]));
     }
 
+    /// Products and sums of a large matrix have the same bits on any number of threads.
+    #[test]
+    fn threads_change_no_bit() {
+        let n = 3 * SHARED / 2 + 17;
+        let a = laplacian(n);
+        let x: Vec<f64> = (0..n).map(|i| (0.37 * i as f64).sin()).collect();
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut y = vec![0.5; n];
+                a.mul_sub(&x, &mut y);
+                (a.quadratic(&x), y)
+            })
+        };
+        let one = on(1);
+        assert_eq!(one, on(2));
+        assert_eq!(one, on(5));
+        let slow: f64 = (0..n).map(|i| x[i] * a.row_dot(i, &x)).sum();
+        assert!((one.0 - slow).abs() < 1e-12 * slow);
+    }
+
     #[test]
     fn factor_solves() {
         let a = laplacian(200);
