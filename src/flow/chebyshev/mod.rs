@@ -81,8 +81,8 @@ pub struct Chebyshev<'a> {
     at_rest: Vec<f64>,
     v: Series,
     a: Series,
+    /// Terms of the window, and what they leave out.
     needs: Option<Length>,
-    terms: usize,
     h0: Vec<f64>,
     /// What is left out of the sums of each monitor, and of its rate.
     rest: Vec<(f64, f64)>,
@@ -123,7 +123,6 @@ impl<'a> Chebyshev<'a> {
             v: Series::default(),
             a: Series::default(),
             needs: None,
-            terms: 0,
             h0: vec![],
             rest: vec![],
             sums: None,
@@ -168,18 +167,18 @@ impl<'a> Chebyshev<'a> {
 
     /// All recurrences of the window, its sums and their errors.
     fn sum_up(&mut self, phase: &Phase, needs: &Length) {
-        self.terms = needs.terms;
         self.needs = Some(*needs);
+        let terms = needs.terms;
         let n = self.layout.n_o;
         self.v.begin(&self.start[n..2 * n], phase, &self.recurrence);
         self.a.begin(&self.a0, phase, &self.recurrence);
         let rows = Rows { phase, forces: &self.forces, n_o: n };
         let (recurrence, scratch) = (&self.recurrence, &mut self.scratch);
         let both = [&mut self.v, &mut self.a];
-        self.counters.products += extend(both, self.terms, recurrence, &rows, scratch);
+        self.counters.products += extend(both, terms, recurrence, &rows, scratch);
         for p in &mut self.patterns {
             let one = [&mut p.series];
-            self.counters.products += extend(one, self.terms, recurrence, &rows, scratch);
+            self.counters.products += extend(one, terms, recurrence, &rows, scratch);
         }
         let (of_v, of_a) = (self.size(&self.v), self.size(&self.a));
         let load: f64 = self
@@ -193,12 +192,11 @@ impl<'a> Chebyshev<'a> {
         let value = needs.g * of_v + needs.p * (of_a + load);
         let rate = needs.rate * of_v + needs.g * of_a + needs.dp * load;
         self.rest = self.gradients.iter().map(|g| (g * value, g * rate)).collect();
-        let nodes = self.lengths.nodes(self.terms);
-        let weights = self.series().map(|s| nodes.spread(s.moments(self.terms))).collect();
+        let nodes = self.lengths.nodes(terms);
+        let weights = self.series().map(|s| nodes.spread(s.moments(terms))).collect();
         self.sums = Some(RefCell::new(Sums::new(nodes, weights, self.t1 - self.t0)));
         self.powers = self.layout.dissipated.map(|_| {
-            let nodes = self.lengths.nodes(2 * self.terms - 1);
-            let terms = self.terms;
+            let nodes = self.lengths.nodes(2 * terms - 1);
             let vectors: Vec<&[Vec<f64>]> = [&self.v, &self.a]
                 .into_iter()
                 .chain(self.patterns.iter().map(|p| &p.series))
@@ -235,7 +233,7 @@ impl<'a> Chebyshev<'a> {
         of_v.fill(0.0);
         let by_u: Vec<Vec<f64>> = u.iter().map(|f| nodes.coefficients(f)).collect();
         let by_v: Vec<Vec<f64>> = v.iter().map(|f| nodes.coefficients(f)).collect();
-        let terms: Vec<&[Vec<f64>]> = self.series().map(|s| s.terms(self.terms)).collect();
+        let terms: Vec<&[Vec<f64>]> = self.series().map(|s| s.terms(nodes.len())).collect();
         blocks([of_u, of_v], |first, [u, v]| {
             // parts that stay in the cache
             for (part, (u, v)) in u.chunks_mut(BLOCK).zip(v.chunks_mut(BLOCK)).enumerate() {
