@@ -119,7 +119,9 @@ impl Study {
                 .map_err(FigureError::draw)?;
             let (_, sheet) = root.split_vertically(px(30.0));
             let (strip, sheet) = sheet.split_vertically(px(24.0));
-            let (sheet, _) = sheet.split_vertically(px(520.0));
+            // other programs have a row of their own
+            let (others, sheet) = sheet.split_vertically(px(24.0));
+            let (sheet, _) = sheet.split_vertically(px(496.0));
             let mut chart =
                 loglog(&sheet, x, y, "relative error of the final state", "wall time in s")?;
             let mut entries = vec![];
@@ -131,7 +133,9 @@ impl Study {
                     entries.push((method, series_colour(k), mark));
                 }
             }
-            legend(&strip, &entries)
+            let (peers, own): (Vec<_>, Vec<_>) = entries.into_iter().partition(|e| is_peer(e.0));
+            legend(&strip, &own)?;
+            legend(&others, &peers)
         })
     }
 
@@ -166,6 +170,11 @@ fn decades(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     low..high.max(low + 1.0)
 }
 
+/// Whether a method is that of another program.
+fn is_peer(method: &str) -> bool {
+    ["scipy", "sundials"].iter().any(|peer| method.starts_with(peer))
+}
+
 /// The solutions of a method, joined by tolerance; those of another program are dashed.
 fn draw_method(
     chart: &mut Chart,
@@ -175,7 +184,7 @@ fn draw_method(
 ) -> Result<Mark, FigureError> {
     places.sort_by(|a, b| b.0.total_cmp(&a.0));
     let style = line(colour, 1.8);
-    let mark = if method.starts_with("scipy") { Mark::Dashes } else { Mark::Line };
+    let mark = if is_peer(method) { Mark::Dashes } else { Mark::Line };
     if mark == Mark::Dashes {
         let dashes = DashedLineSeries::new(places.clone(), px(7.0), px(4.0), style);
         chart.draw_series(dashes).map_err(FigureError::draw)?;
