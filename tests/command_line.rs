@@ -363,6 +363,15 @@ fn precision_orders_the_integrators() {
     for name in ["good-precision.csv", "good-precision.svg", "good-precision.png"] {
         assert!(folder.path().join(name).exists(), "{name}");
     }
+    // a peer that is not there: what to do is said
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_signorini"))
+        .current_dir(folder.path())
+        .env("SIGNORINI_SUNDIALS", "no-such-program")
+        .args(["precision", "good.toml", "--repeats", "1", "--peer", "sundials", "--force"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("make peers"), "{}", text(&output.stderr));
     // what chebyshev cannot take is said, with what can
     let table = "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.1\ntable = \"shock.csv\"\n";
     std::fs::write(folder.path().join("shock.csv"), "0,0\n0.1,1\n0.2,0\n0.3,0\n").unwrap();
