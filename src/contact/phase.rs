@@ -128,6 +128,11 @@ impl Phase {
         self.kinematics.expand(x_o, x, Part::Linear);
     }
 
+    /// `A* x` of the first entries of a full vector, in place: `u_C` follows.
+    pub fn complete(&self, x: &mut [f64]) {
+        self.kinematics.complete(x, self.parts.body.dofs.n_o);
+    }
+
     /// `A*ᵀ f`.
     pub fn reduce(&self, force: &[f64]) -> Vec<f64> {
         let mut b = force.to_vec();

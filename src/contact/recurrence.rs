@@ -50,11 +50,6 @@ impl Recurrence {
         Recurrence { kernel, scale: 2.0 / (highest * highest), near }
     }
 
-    /// Have `u_C` follow in a full vector.
-    pub fn complete(&self, phase: &Phase, x: &mut [f64]) {
-        phase.kinematics.complete(x, phase.parts.body.dofs.n_o);
-    }
-
     /// One step of several recurrences at once.
     pub fn step<const N: usize>(&self, phase: &Phase, mut steps: [Step; N], scratch: &mut Scratch) {
         let factors = match steps[0].before {
@@ -80,7 +75,7 @@ impl Recurrence {
             _ => self.general(phase, factors, &mut steps, scratch),
         }
         for step in &mut steps {
-            self.complete(phase, step.next);
+            phase.complete(step.next);
         }
     }
 

@@ -114,21 +114,6 @@ impl Csr {
         }
     }
 
-    /// `Y = A X` for two vectors, one after the other in `x` and `y`: the matrix is read once.
-    pub fn mul_pair(&self, x: &[f64], y: &mut [f64]) {
-        let (x0, x1) = x.split_at(self.n_cols);
-        let (y0, y1) = y.split_at_mut(self.n_rows());
-        for (i, (y0, y1)) in y0.iter_mut().zip(y1).enumerate() {
-            let (a, b) = (self.row_start[i], self.row_start[i + 1]);
-            let (mut s0, mut s1) = (0.0, 0.0);
-            for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
-                s0 += v * x0[j as usize];
-                s1 += v * x1[j as usize];
-            }
-            (*y0, *y1) = (s0, s1);
-        }
-    }
-
     /// `y -= A x`.
     pub fn mul_sub(&self, x: &[f64], y: &mut [f64]) {
         blocks([&mut y[..self.n_rows()]], |first, [y]| {

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::nodes::Nodes;
 use super::series::Series;
-use crate::contact::{Phase, Recurrence, Scratch};
+use crate::contact::{Phase, Scratch};
 use crate::fem::{Harmonic, Loads};
 use crate::flow::oscillator::Oscillator;
 
@@ -21,7 +21,6 @@ pub(super) struct Pattern {
 pub(super) fn patterns(
     loads: &Loads,
     phase: &Phase,
-    recurrence: &Recurrence,
     scratch: &mut Scratch,
 ) -> (Vec<Pattern>, Vec<Vec<f64>>) {
     let mut patterns: Vec<Pattern> = vec![];
@@ -36,7 +35,7 @@ pub(super) fn patterns(
         let mut b = vec![0.0; force.len()];
         phase.force_acceleration(&load.force, scratch, &mut b);
         let mut series = Series::default();
-        series.begin(&b, phase, recurrence);
+        series.begin(&b, phase);
         patterns.push(Pattern { loads: vec![k], series });
         forces.push(force);
     }

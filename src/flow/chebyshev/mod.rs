@@ -170,8 +170,8 @@ impl<'a> Chebyshev<'a> {
         self.needs = Some(*needs);
         let terms = needs.terms;
         let n = self.layout.n_o;
-        self.v.begin(&self.start[n..2 * n], phase, &self.recurrence);
-        self.a.begin(&self.a0, phase, &self.recurrence);
+        self.v.begin(&self.start[n..2 * n], phase);
+        self.a.begin(&self.a0, phase);
         let rows = Rows { phase, forces: &self.forces, n_o: n };
         let (recurrence, scratch) = (&self.recurrence, &mut self.scratch);
         let both = [&mut self.v, &mut self.a];
@@ -295,8 +295,7 @@ impl Flow for Chebyshev<'_> {
         self.gradients = phase.gradient_bounds();
         self.drives = Drives::of(phase);
         let loads = &self.system.loads;
-        (self.patterns, self.forces) =
-            drive::patterns(loads, phase, &self.recurrence, &mut self.scratch);
+        (self.patterns, self.forces) = drive::patterns(loads, phase, &mut self.scratch);
         self.sizes = self.patterns.iter().map(|p| self.size(&p.series)).collect();
     }
 

@@ -33,12 +33,12 @@ impl Rows<'_> {
 
 impl Series {
     /// Start anew from `x_O`.
-    pub fn begin(&mut self, x_o: &[f64], phase: &Phase, recurrence: &Recurrence) {
+    pub fn begin(&mut self, x_o: &[f64], phase: &Phase) {
         if self.terms.is_empty() {
             self.terms.push(vec![0.0; phase.n()]);
         }
         self.terms[0][..x_o.len()].copy_from_slice(x_o);
-        recurrence.complete(phase, &mut self.terms[0]);
+        phase.complete(&mut self.terms[0]);
         self.known = 1;
         self.moments.clear();
     }
