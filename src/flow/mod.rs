@@ -22,6 +22,7 @@ pub mod runge_kutta;
 pub mod spectrum;
 pub mod tableau;
 pub mod trigonometry;
+mod values;
 
 pub use bernstein::Bernstein;
 pub use chebyshev::{Chebyshev, Tangent};

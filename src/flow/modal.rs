@@ -6,7 +6,7 @@
 //!
 //! Phases are kept by active set.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::rc::Rc;
 
 use nalgebra::DVector;
@@ -14,11 +14,9 @@ use nalgebra::DVector;
 use super::drives::Drives;
 use super::motion::Motion;
 use super::spectrum::{Spectra, Spectrum};
+use super::values::Values;
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, System};
-
-/// Monitor values and slopes at one time.
-type Values = (f64, Rc<(DVector<f64>, DVector<f64>)>);
 
 /// The flow; see the module's text.
 pub struct Modal<'a> {
@@ -43,7 +41,8 @@ pub struct Modal<'a> {
     sizes: Vec<f64>,
     fourth: Vec<f64>,
     steady: bool,
-    values: RefCell<Vec<Values>>,
+    /// Monitor values and slopes.
+    values: Values<(DVector<f64>, DVector<f64>)>,
     counters: Counters,
     failure: Option<FlowError>,
 }
@@ -74,7 +73,7 @@ impl<'a> Modal<'a> {
             sizes: vec![],
             fourth: vec![],
             steady: false,
-            values: RefCell::new(vec![]),
+            values: Values::default(),
             counters: Counters::default(),
             failure: None,
         }
@@ -101,12 +100,8 @@ impl<'a> Modal<'a> {
         phase.from_modes(&both, &mut y[..2 * n]);
     }
 
-    /// Monitor values and slopes at `t`, kept for the search in the window.
-    fn monitors_at(&self, phase: &Spectrum, t: f64) -> Rc<(DVector<f64>, DVector<f64>)> {
-        let mut values = self.values.borrow_mut();
-        if let Some((_, known)) = values.iter().find(|(s, _)| *s == t) {
-            return known.clone();
-        }
+    /// Monitor values and slopes at `t`.
+    fn monitors_at(&self, phase: &Spectrum, t: f64) -> (DVector<f64>, DVector<f64>) {
         let (q, v) = self.modes_at(phase, t);
         let mut h = &phase.rows * q;
         h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
@@ -117,9 +112,7 @@ impl<'a> Modal<'a> {
                 rate[i] += self.drives.at(i, t, 1);
             }
         }
-        let new = Rc::new((h, rate));
-        values.push((t, new.clone()));
-        new
+        (h, rate)
     }
 
     /// The longest window whose enclosures are tight against the size of the monitors.
@@ -213,7 +206,7 @@ impl Flow for Modal<'_> {
         let value = |i: Option<usize>| i.map_or(0.0, |i| y[i]);
         self.known = (t, [value(self.layout.work), value(self.layout.dissipated)]);
         self.latest.set(self.known);
-        self.values.borrow_mut().clear();
+        self.values.clear();
         self.failure = None;
         self.steady = false;
         let Ok(modal) = self.spectra.of(self.system, phase) else {
@@ -236,8 +229,7 @@ impl Flow for Modal<'_> {
         let Some(modal) = self.phase.clone() else { return Err(FlowError::NoModes { t: self.t1 }) };
         self.t0 = self.t1;
         self.known = self.latest.get();
-        let last = self.values.borrow().iter().find(|(t, _)| *t == self.t0).cloned();
-        *self.values.borrow_mut() = last.into_iter().collect();
+        self.values.keep(self.t0);
         let length = self.window_length(&modal, t_limit);
         let rest = t_limit - self.t0;
         let t = if length * 1.01 >= rest { t_limit } else { self.t0 + length };
@@ -282,9 +274,9 @@ impl Flow for Modal<'_> {
                 slope_error: 0.0,
             };
         };
-        let (at_a, at_b) = (self.monitors_at(phase, a), self.monitors_at(phase, b));
-        let ends = |x: &Rc<(DVector<f64>, DVector<f64>)>| (x.0[index], x.1[index]);
-        Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, self.fourth[index])
+        let at = |t: f64| self.values.at(t, || self.monitors_at(phase, t));
+        let ends = |x: Rc<(DVector<f64>, DVector<f64>)>| (x.0[index], x.1[index]);
+        Enclosure::hermite(ends(at(a)), ends(at(b)), b - a, self.fourth[index])
     }
 
     fn counters(&self) -> Counters {

@@ -28,6 +28,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::drives::Drives;
+use super::values::Values;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, Recurrence, Scratch, System};
 use crate::fem::{Harmonic, blocks};
@@ -46,9 +47,6 @@ const LONGEST: f64 = 480.0;
 const MEMORY: usize = 120_000_000;
 /// Numbers of a state that are summed together: they stay in the cache.
 const BLOCK: usize = 1024;
-
-/// Monitor values and slopes at one time.
-type Values = (f64, Rc<(Vec<f64>, Vec<f64>)>);
 
 /// The flow; see the module's text.
 pub struct Chebyshev<'a> {
@@ -88,7 +86,8 @@ pub struct Chebyshev<'a> {
     rest: Vec<(f64, f64)>,
     sums: Option<RefCell<Sums>>,
     powers: Option<Powers>,
-    values: RefCell<Vec<Values>>,
+    /// Monitor values and slopes.
+    values: Values<(Vec<f64>, Vec<f64>)>,
     counters: Counters,
 }
 
@@ -127,7 +126,7 @@ impl<'a> Chebyshev<'a> {
             rest: vec![],
             sums: None,
             powers: None,
-            values: RefCell::new(vec![]),
+            values: Values::default(),
             counters: Counters::default(),
         }
     }
@@ -260,11 +259,7 @@ impl<'a> Chebyshev<'a> {
         }
     }
 
-    fn monitors_at(&self, t: f64) -> Rc<(Vec<f64>, Vec<f64>)> {
-        let mut values = self.values.borrow_mut();
-        if let Some((_, known)) = values.iter().find(|(s, _)| *s == t) {
-            return known.clone();
-        }
+    fn monitors_at(&self, t: f64) -> (Vec<f64>, Vec<f64>) {
         let (mut h, mut rate) = (self.h0.clone(), vec![0.0; self.h0.len()]);
         if let Some(sums) = self.sums.as_ref().map(|s| s.borrow()) {
             let [u, v] = self.functions(&sums.nodes, t - self.t0);
@@ -277,9 +272,7 @@ impl<'a> Chebyshev<'a> {
                 rate[i] += self.drives.at(i, t, 1);
             }
         }
-        let new = Rc::new((h, rate));
-        values.push((t, new.clone()));
-        new
+        (h, rate)
     }
 }
 
@@ -325,7 +318,7 @@ impl Flow for Chebyshev<'_> {
         phase.monitor_undriven(u0, &mut self.h0);
         self.cut(phase, t);
         self.sum_up(phase, &needs);
-        self.values.borrow_mut().clear();
+        self.values.clear();
         self.counters.steps += 1;
         // the recurrences carry whatever is not finite to their last terms
         let mut last = self.start.iter().chain(self.series().flat_map(|s| s.last()));
@@ -363,14 +356,14 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
-        let (at_a, at_b) = (self.monitors_at(a), self.monitors_at(b));
-        let ends = |x: &Rc<(Vec<f64>, Vec<f64>)>| (x.0[index], x.1[index]);
+        let at = |t: f64| self.values.at(t, || self.monitors_at(t));
+        let ends = |x: Rc<(Vec<f64>, Vec<f64>)>| (x.0[index], x.1[index]);
         let fourth = self.sums.as_ref().map_or(f64::NAN, |sums| {
             let span = (self.t0, a - self.t0);
             sums.borrow_mut().fourth(self.h0.len(), &self.loads(), span)[index]
         });
         let fourth = fourth + self.drives.bounds(index).1;
-        let mut enclosure = Enclosure::hermite(ends(&at_a), ends(&at_b), b - a, fourth);
+        let mut enclosure = Enclosure::hermite(ends(at(a)), ends(at(b)), b - a, fourth);
         let (value, rate) = self.rest[index];
         let share = self.needs.map_or(1.0, |needs| needs.share(b - self.t0));
         enclosure.error += share * value;
