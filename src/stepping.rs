@@ -18,8 +18,8 @@ use nalgebra::DMatrix;
 
 use crate::contact::{ActiveSet, ContactError, March, Rule, State, System, lcp};
 use crate::event::{
-    Checkpoint, Energies, Ledger, Marched, Observer, Options, Outcome, Report, Resumed, RunError,
-    Sample, Switch, SwitchKind,
+    Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
+    RunError, Sample, Switch, SwitchKind,
 };
 use crate::fem::{Csr, SolveScratch, SpdFactor};
 use crate::flow::Counters;
@@ -115,7 +115,7 @@ struct Stepper<'a, O: Observer> {
     penetration: f64,
     /// Impulses of all steps.
     blows: f64,
-    switches: Vec<Switch>,
+    log: Log,
 }
 
 /// Integrate a system that is stepped; none if it is not.
@@ -147,6 +147,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         observer: &'a mut O,
     ) -> Self {
         let size = scheme.system.n_contact();
+        let log = Log::new(!observer.takes_events());
         Stepper {
             scratch: scheme.factor.scratch(),
             force: scheme.force(0.0),
@@ -165,12 +166,12 @@ impl<'a, O: Observer> Stepper<'a, O> {
             stored: 0,
             penetration: 0.0,
             blows: 0.0,
-            switches: vec![],
+            log,
         }
     }
 
     fn go_on(&mut self, resumed: Resumed) {
-        let Resumed { checkpoint: c, switches, .. } = resumed;
+        let Resumed { checkpoint: c, log } = resumed;
         let n = self.q.len();
         self.step = (c.t / self.scheme.h).round() as usize;
         self.q.copy_from_slice(&c.y[..n]);
@@ -181,7 +182,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         (self.next_sample, self.stored) = (c.counts[0], c.rows[0]);
         (self.penetration, self.blows) = (c.extremes[3], c.extremes[7]);
         self.force = self.scheme.force(self.t());
-        self.switches = switches;
+        self.log = log;
     }
 
     fn t(&self) -> f64 {
@@ -305,8 +306,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
                 after: after.clone(),
             };
             self.set = after;
-            self.observer.switch(&change).map_err(RunError::Observer)?;
-            self.switches.push(change);
+            self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }
         Ok(())
     }
@@ -350,7 +350,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         if self.observer.keeps_checkpoints() {
             let books = [self.external, self.dissipated];
             let state = self.q.iter().chain(&self.v).chain(&books).copied();
-            let counts = [self.next_sample, self.stored, self.switches.len()];
+            let counts = [self.next_sample, self.stored, self.log.switches()];
             let at = (self.t(), state.collect());
             let sizes = (self.penetration, self.blows);
             let checkpoint = Checkpoint::marched(at, &self.set, &self.ledger, sizes, counts);
@@ -360,7 +360,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
     }
 
     fn report(self, outcome: Outcome) -> Report {
-        let (phases, t_end) = (self.switches.len() + 1, self.t());
+        let (phases, t_end) = (self.log.switches() + 1, self.t());
         let size = self.scheme.system.units.length;
         let rule = match self.scheme.rule {
             Rule::HalfStep => "half a step ahead",
@@ -370,7 +370,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             outcome,
             t_end,
             last: (State { u: self.q.clone(), v: self.v.clone() }, self.set.clone()),
-            switches: self.switches,
+            log: self.log,
             counters: Counters { steps: self.step as u64, ..Counters::default() },
             note: format!(
                 "steps of {:.6e}; points are pushed where their gap closes {rule}",

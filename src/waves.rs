@@ -17,8 +17,8 @@ use std::ops::ControlFlow;
 
 use crate::contact::{ActiveSet, Instants, March, State, System};
 use crate::event::{
-    Checkpoint, Energies, Ledger, Marched, Observer, Options, Outcome, Report, Resumed, RunError,
-    Sample, Switch, SwitchKind,
+    Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
+    RunError, Sample, Switch, SwitchKind,
 };
 use crate::fem::{Material, StressState};
 use crate::flow::Counters;
@@ -53,7 +53,7 @@ struct Bar<'a, O: Observer> {
     next_sample: usize,
     stored: usize,
     last_stored: f64,
-    switches: Vec<Switch>,
+    log: Log,
     fronts: u64,
 }
 
@@ -120,6 +120,7 @@ impl<'a, O: Observer> Bar<'a, O> {
         // pressed against the obstacle, and at rest
         let pressed = elements.last().is_some_and(|&(_, v, s)| v == 0.0 && s < 0.0);
         let touches = pressed && point.gap - end <= ROUNDING * point.gap.abs().max(end.abs());
+        let log = Log::new(!observer.takes_events());
         Some(Bar {
             pieces: to_contact.chain(to_support).collect(),
             system,
@@ -140,20 +141,20 @@ impl<'a, O: Observer> Bar<'a, O> {
             next_sample: 1,
             stored: 0,
             last_stored: f64::NEG_INFINITY,
-            switches: vec![],
+            log,
             fronts: 0,
         })
     }
 
     fn go_on(&mut self, resumed: Resumed) {
-        let Resumed { checkpoint: k, switches, .. } = resumed;
+        let Resumed { checkpoint: k, log } = resumed;
         (self.t, self.end) = (k.t, k.y[0]);
         self.last_stored = k.t;
         self.pieces = k.y[1..].chunks_exact(2).map(|p| (p[0], p[1])).collect();
         self.touches = k.active == [true];
         self.ledger = Ledger::of_numbers(k.ledger);
         (self.next_sample, self.stored) = (k.counts[0], k.rows[0]);
-        self.switches = switches;
+        self.log = log;
     }
 
     fn integrate(&mut self) -> Result<Outcome, RunError<O::Error>> {
@@ -248,8 +249,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             before,
             after: ActiveSet::new(vec![touches]),
         };
-        self.observer.switch(&change).map_err(RunError::Observer)?;
-        self.switches.push(change);
+        self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         self.sample()
     }
 
@@ -344,7 +344,7 @@ impl<'a, O: Observer> Bar<'a, O> {
         if self.observer.keeps_checkpoints() {
             let pieces = self.pieces.iter().flat_map(|&(l, x)| [l, x]);
             let at = (self.t, std::iter::once(self.end).chain(pieces).collect());
-            let counts = [self.next_sample, self.stored, self.switches.len()];
+            let counts = [self.next_sample, self.stored, self.log.switches()];
             let set = ActiveSet::new(vec![self.touches]);
             self.observer.phase(Checkpoint::marched(at, &set, &self.ledger, (0.0, 0.0), counts));
         }
@@ -353,7 +353,7 @@ impl<'a, O: Observer> Bar<'a, O> {
 
     fn report(self, outcome: Outcome) -> Report {
         let (u, v, _) = self.state();
-        let n_o = self.system.n_o();
+        let (n_o, phases) = (self.system.n_o(), self.log.switches() + 1);
         let exact = self.instants == Instants::Exact;
         let note = match exact {
             true => {
@@ -368,12 +368,12 @@ impl<'a, O: Observer> Bar<'a, O> {
                 State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() },
                 ActiveSet::new(vec![self.touches]),
             ),
-            switches: self.switches.clone(),
+            log: self.log,
             counters: Counters { steps: self.fronts, ..Counters::default() },
             note,
         };
         Report {
-            uncertified_phases: if exact { 0 } else { self.switches.len() + 1 },
+            uncertified_phases: if exact { 0 } else { phases },
             max_penetration: (self.end - self.gap).max(0.0),
             ..Report::of(marched, &self.ledger)
         }

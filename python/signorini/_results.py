@@ -140,7 +140,8 @@ class Run(Result):
     Attributes:
         t: times of the stored states [s].
         u, v: displacements and velocities, all of them, contact displacements included, along the axes [s, N];
-            ``mesh.dof_map`` says which column is which.
+            ``mesh.dof_map`` says which column is which. With ``run.store = "contact"`` or groups the file keeps some
+            of the columns only: ``columns`` says which (``None`` where it keeps all).
         active: 1 where a contact point touches [s, n_C].
         pressure: contact pressure, > 0 in contact [s, n_C].
         switches: table with ``t``, ``node``, ``kind`` ("close" or "open"), ``energy_jump``, ``monitor_rate``.
@@ -197,6 +198,11 @@ class Run(Result):
     wall_s: float
 
     @property
+    def columns(self) -> np.ndarray | None:
+        trajectory = self["trajectory"]
+        return trajectory["columns"] if "columns" in trajectory else None
+
+    @property
     def switches(self) -> np.recarray:
         return self["switches"].rows("t", "node", "kind", "energy_jump", "monitor_rate")
 
@@ -216,7 +222,7 @@ class Run(Result):
         if self.mesh.elements.size and (self.mesh.dof_map[:, 1] >= 0).any():
             raise TypeError("the body has a mesh: displacement(node) and mesh.dof_map say which column is which")
         columns = self.mesh.dof_map[:, 0]
-        return table[:, columns[columns >= 0]]
+        return np.stack([self._column(table, c) for c in columns[columns >= 0]], axis=1)
 
     def displacement(self, node: int) -> np.ndarray:
         """Displacement of a mesh node along the axes [s, dim]; zero where it is prescribed."""
@@ -234,14 +240,22 @@ class Run(Result):
 
     def _at_node(self, table: np.ndarray, node: int) -> np.ndarray:
         columns = self.mesh.dof_map[node]
-        return np.stack([table[:, c] if c >= 0 else np.zeros(len(table)) for c in columns], axis=1)
+        return np.stack([self._column(table, c) if c >= 0 else np.zeros(len(table)) for c in columns], axis=1)
+
+    def _column(self, table: np.ndarray, column: int) -> np.ndarray:
+        if self.columns is None:
+            return table[:, column]
+        (found,) = np.nonzero(self.columns == column)
+        if not found.size:
+            raise ValueError("the file does not keep this displacement: run the scene with store = \"all\"")
+        return table[:, found[0]]
 
     def _along_normals(self, table: np.ndarray) -> np.ndarray:
         mesh = self.mesh
         if "contact_points" in mesh:
             # points of quadrature have columns of their own
             sign = -1.0 if str(mesh.get("contact_normal", "")).startswith("-") else 1.0
-            return sign * table[:, mesh.contact_dofs]
+            return sign * np.stack([self._column(table, c) for c in mesh.contact_dofs], axis=1)
         normals = mesh.contact_normals
         size = normals.shape[1] if normals.ndim > 1 else 0
         columns = [self._at_node(table, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]

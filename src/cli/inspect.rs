@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let mut json = json!({
                 "title": s.title, "status": s.status, "version": s.version, "created": s.created,
                 "command": s.command, "scene": s.scene, "states": s.t.len(), "t": span,
-                "n_dof": s.u.ncols(), "n_contact": s.gap.len(), "nodes": s.nodes.nrows(),
+                "n_dof": s.n_displacements(), "n_kept": s.n_kept(), "n_contact": s.gap.len(), "nodes": s.nodes.nrows(),
                 "elements": s.elements.nrows(), "switches": s.switch_t.len(), "grazings": s.grazings,
             });
             if let Some(o) = &orbit {
@@ -73,10 +73,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             line("command", s.command.clone());
             line(
                 "mesh",
-                format!("{} nodes, {} elements, {} displacements, {} contact nodes", s.nodes.nrows(), s.elements.nrows(), s.u.ncols(), s.gap.len()),
+                format!("{} nodes, {} elements, {} displacements, {} contact nodes", s.nodes.nrows(), s.elements.nrows(), s.n_displacements(), s.gap.len()),
             );
             if let [Some(a), Some(b)] = span {
-                line("trajectory", format!("{} states from t = {a} to {b}", s.t.len()));
+                let kept = match s.n_kept() == s.n_displacements() {
+                    true => String::new(),
+                    false => format!(", {} displacements of each", s.n_kept()),
+                };
+                line("trajectory", format!("{} states from t = {a} to {b}{kept}", s.t.len()));
             }
             if let Some(o) = &orbit {
                 line("orbit", orbit_text(o));

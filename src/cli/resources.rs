@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use signorini::contact::March;
 use signorini::problem::Problem;
 use signorini::scenario::{BodyKind, MassKind, Scene};
-use signorini::store::{in_bytes, room};
+use signorini::store::{Kept, in_bytes, room};
 
 use super::{CliError, Global, plain};
 
@@ -146,14 +146,15 @@ pub fn check_run(
     let system = &problem.system;
     let samples = scene.run.as_ref().map_or(0, |r| r.samples) as f64;
     // compression takes at most about half of what is random to the last digit
-    let row = 8.0 * (2 * system.n() + system.n_contact() + 7) as f64 + system.n_contact() as f64;
+    let kept = Kept::of_run(scene, system);
+    let row = (kept.bytes() + 9 * system.n_contact() + 8 * 7) as f64;
     let size = samples * row;
     if let Some(there) = room(output).filter(|there| 0.5 * size > *there as f64) {
         return Err(CliError::Other(format!(
-            "{}: {} states of {} displacements take about {}, and the disk has {}; take fewer [run] samples (--force-large runs it all the same)",
+            "{}: {} states of {} displacements take about {}, and the disk has {}; take fewer [run] samples, or store = \"contact\" (--force-large runs it all the same)",
             output.display(),
             plain(samples),
-            system.n(),
+            kept.len(),
             in_bytes(size as u64),
             in_bytes(there)
         )));

@@ -15,7 +15,7 @@ use signorini::records::{Status, fingerprint};
 use signorini::report::summary;
 use signorini::scenario::Scene;
 use signorini::simulate::{SimulateError, go_on, run_table, simulate};
-use signorini::store::{Background, StoreError, Stored, Writer};
+use signorini::store::{Background, Kept, StoreError, Stored, Writer};
 
 use super::caller::Caller;
 use super::progress::Bar;
@@ -49,6 +49,8 @@ struct Progress {
     bar: Option<Bar>,
     until: f64,
     caller: Caller,
+    /// Whether the answer lists the switches.
+    lists: bool,
 }
 
 impl Observer for Progress {
@@ -61,6 +63,9 @@ impl Observer for Progress {
     }
     fn grazing(&mut self, g: &Grazing) -> Result<(), StoreError> {
         self.writer.grazing(g)
+    }
+    fn takes_events(&self) -> bool {
+        !self.lists
     }
     fn progress(&mut self, t: f64) -> Result<Go, StoreError> {
         if let Some(bar) = &self.bar {
@@ -96,16 +101,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     global.caller.watch();
     let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
         true => {
-            let (writer, resumed) = Writer::resume(&output, &scene, &problem.system, &options, id)?;
+            let system = &problem.system;
+            let (writer, resumed) =
+                Writer::resume(&output, &scene, system, &options, (id, global.json))?;
             (writer, Some(resumed))
         }
-        false => (Writer::create(&output, &scene, &problem.system, &options)?, None),
+        false => {
+            let kept = Kept::of_run(&scene, &problem.system);
+            (Writer::create(&output, &scene, (&problem.system, kept), &options)?, None)
+        }
     };
     writer.keep_checkpoints(id);
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
-    let writer = Background::new(writer, problem.system.n());
+    let (writer, bar) = (Background::new(writer), Bar::new(global, &scene));
     let progress =
-        Progress { writer, bar: Bar::new(global, &scene), until, caller: global.caller.clone() };
+        Progress { writer, bar, until, caller: global.caller.clone(), lists: global.json };
     let verify = arguments.verify_lcp;
     let (report, object) = integrate(&scene, &problem, verify, resumed, (progress, start))?;
     if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, global.caller.signal()) {

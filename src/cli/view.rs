@@ -82,7 +82,7 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
             let stored = Stored::read(file)?;
             let scene = scene(file, &stored.scene);
             let of_bodies = scene.as_ref().map(materials).unwrap_or_default();
-            View::run(&stored, &of_bodies, read_stored_orbit(file)?.as_ref())
+            View::run(stored.whole()?, &of_bodies, read_stored_orbit(file)?.as_ref())
         }
     })
 }

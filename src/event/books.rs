@@ -114,14 +114,16 @@ impl<O: Observer> Run<'_, O> {
 
     pub(super) fn report(self, outcome: Outcome) -> Report {
         let energies = self.energies();
+        let (log, switches, grazings) = self.log.into_lists();
         Report {
             outcome,
             t_end: self.t,
             last: State { u: self.layout.u(&self.y).to_vec(), v: self.layout.v(&self.y).to_vec() },
             active: self.phase.set.clone(),
             phases: self.phases,
-            switches: self.switches,
-            grazings: self.grazings,
+            log,
+            switches,
+            grazings,
             uncertified_phases: self.uncertified,
             undecided: self.undecided,
             flow_note: self.flow.note(),

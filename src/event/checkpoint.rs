@@ -4,7 +4,7 @@
 //! interrupted.
 
 use super::ledger::Ledger;
-use super::record::{Grazing, Switch};
+use super::log::Log;
 use crate::contact::ActiveSet;
 
 /// The state of a run at the beginning of a phase.
@@ -66,8 +66,6 @@ impl Checkpoint {
 pub struct Resumed {
     /// Where it stood.
     pub checkpoint: Checkpoint,
-    /// Its switches until there.
-    pub switches: Vec<Switch>,
-    /// Its grazings until there.
-    pub grazings: Vec<Grazing>,
+    /// Its switches and grazings until there.
+    pub log: Log,
 }

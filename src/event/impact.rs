@@ -93,9 +93,8 @@ impl<O: Observer> Run<'_, O> {
             };
             before = after;
             self.armed[contact] = true;
-            self.observer.switch(&change).map_err(RunError::Observer)?;
             self.recent.push_back((change.t, change.node));
-            self.switches.push(change);
+            self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }
         // blows at one time leave one state: times in a file ascend
         if self.t > self.last_stored {

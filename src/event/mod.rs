@@ -10,6 +10,7 @@ pub mod find;
 mod held;
 mod impact;
 pub mod ledger;
+mod log;
 pub mod record;
 mod start;
 mod touch;
@@ -17,6 +18,7 @@ mod verify;
 
 pub use checkpoint::{Checkpoint, Resumed};
 pub use ledger::{Energies, Ledger};
+pub use log::Log;
 pub use record::{
     Grazing, GrazingKind, Marched, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
 };
@@ -109,8 +111,7 @@ struct Run<'a, O: Observer> {
     ledger: Ledger,
     recent: VecDeque<(f64, usize)>,
     phases: usize,
-    switches: Vec<Switch>,
-    grazings: Vec<Grazing>,
+    log: Log,
     missed: usize,
     uncertified: usize,
     undecided: usize,
@@ -355,9 +356,8 @@ impl<O: Observer> Run<'_, O> {
         let energies = self.energies();
         self.ledger.switch(jump, &energies);
         for change in changes {
-            self.observer.switch(&change).map_err(RunError::Observer)?;
             self.recent.push_back((change.t, change.node));
-            self.switches.push(change);
+            self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }
         self.store_sample(energies)?;
         self.tell_checkpoint();

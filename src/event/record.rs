@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::checkpoint::Checkpoint;
 use super::ledger::{Energies, Ledger};
+use super::log::Log;
 use super::verify::LcpCheck;
 use crate::contact::{ActiveSet, State};
 use crate::flow::{Counters, FlowError};
@@ -41,6 +42,10 @@ pub enum SwitchKind {
 }
 
 impl SwitchKind {
+    /// All kinds.
+    pub const ALL: [SwitchKind; 4] =
+        [SwitchKind::Close, SwitchKind::Open, SwitchKind::Impact, SwitchKind::Stick];
+
     /// Name in files and JSON.
     pub fn name(self) -> &'static str {
         match self {
@@ -53,8 +58,7 @@ impl SwitchKind {
 
     /// The kind of a name in a file.
     pub fn of_name(name: &str) -> SwitchKind {
-        use SwitchKind::*;
-        [Close, Open, Impact, Stick].into_iter().find(|k| k.name() == name).unwrap_or(Open)
+        SwitchKind::ALL.into_iter().find(|k| k.name() == name).unwrap_or(SwitchKind::Open)
     }
 
     /// Whether a node came against the obstacle.
@@ -206,9 +210,11 @@ pub struct Report {
     pub active: ActiveSet,
     /// Number of smooth phases.
     pub phases: usize,
-    /// All switches.
+    /// How many switches and grazings there were, and the first and the last.
+    pub log: Log,
+    /// All switches; none if the observer took them ([`Observer::takes_events`]).
     pub switches: Vec<Switch>,
-    /// All grazings.
+    /// All grazings, likewise.
     pub grazings: Vec<Grazing>,
     /// Phases in which the search for switches rests on an approximation of the flow, not on the flow itself.
     pub uncertified_phases: usize,
@@ -264,7 +270,7 @@ pub struct Marched {
     /// Last state, last active set.
     pub last: (State, ActiveSet),
     /// All switches.
-    pub switches: Vec<Switch>,
+    pub log: Log,
     /// Work done.
     pub counters: Counters,
     /// In words.
@@ -274,15 +280,17 @@ pub struct Marched {
 impl Report {
     /// The report of a scheme that knows neither flows nor a search: what it does not say is zero.
     pub fn of(marched: Marched, ledger: &Ledger) -> Report {
-        let Marched { outcome, t_end, last, switches, counters, note } = marched;
+        let Marched { outcome, t_end, last, log, counters, note } = marched;
+        let (log, switches, grazings) = log.into_lists();
         Report {
             outcome,
             t_end,
             last: last.0,
             active: last.1,
-            phases: switches.len() + 1,
+            phases: log.switches() + 1,
+            log,
             switches,
-            grazings: vec![],
+            grazings,
             uncertified_phases: 0,
             undecided: 0,
             flow_note: Some(note),
@@ -329,6 +337,10 @@ pub trait Observer {
     /// A grazing.
     fn grazing(&mut self, _grazing: &Grazing) -> Result<(), Self::Error> {
         Ok(())
+    }
+    /// Whether the report need not list switches and grazings: the observer takes them as they come.
+    fn takes_events(&self) -> bool {
+        false
     }
     /// Time reached; whether to go on.
     fn progress(&mut self, _t: f64) -> Result<ControlFlow<()>, Self::Error> {

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use super::{
-    ActiveSet, Checkpoint, Done, Flow, Layout, Ledger, Observer, Options, Outcome, Resumed, Run,
-    State, System,
+    ActiveSet, Checkpoint, Done, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed,
+    Run, State, System,
 };
 
 impl<'a, O: Observer> Run<'a, O> {
@@ -64,7 +64,7 @@ impl<'a, O: Observer> Run<'a, O> {
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
-        let Resumed { checkpoint: c, switches, grazings } = resumed;
+        let Resumed { checkpoint: c, log } = resumed;
         let mut run = Self::blank(system, options, flow, observer)?;
         (run.t, run.y) = (c.t, c.y);
         run.phase = system.held_phase(&ActiveSet::new(c.active), &c.held);
@@ -92,7 +92,7 @@ impl<'a, O: Observer> Run<'a, O> {
         (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
         (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
         run.stored = c.rows[0];
-        (run.switches, run.grazings) = (switches, grazings);
+        run.log = log;
         run.expand();
         run.tell_checkpoint();
         Ok(run)
@@ -110,6 +110,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let y = vec![0.0; layout.len()];
         let highest = Some(system.units.highest).filter(|w| w.is_finite());
         let bound = system.body.frequency_bound().max(highest.unwrap_or(0.0));
+        let lists = !observer.takes_events();
         Ok(Run {
             system,
             options,
@@ -134,8 +135,7 @@ impl<'a, O: Observer> Run<'a, O> {
             ledger: Ledger::default(),
             recent: VecDeque::new(),
             phases: 1,
-            switches: vec![],
-            grazings: vec![],
+            log: Log::new(lists),
             missed: 0,
             uncertified: 0,
             undecided: 0,
@@ -182,7 +182,7 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.loosened,
             ],
             flow: self.flow.memory(),
-            rows: [self.stored, self.switches.len(), self.grazings.len()],
+            rows: [self.stored, self.log.switches(), self.log.grazings()],
         };
         self.observer.phase(checkpoint);
     }

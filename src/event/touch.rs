@@ -66,9 +66,7 @@ impl<O: Observer> Run<'_, O> {
     ) -> Done<(), O> {
         let node = self.system.constraints[contact].node;
         let grazing = Grazing { t, contact, node, distance, kind };
-        self.observer.grazing(&grazing).map_err(RunError::Observer)?;
-        self.grazings.push(grazing);
-        Ok(())
+        self.log.grazing(grazing, self.observer).map_err(RunError::Observer)
     }
 
     /// Hand the state to the flow; set the slack of the new monitors.

@@ -75,6 +75,9 @@ impl<O: Observer> Observer for Verified<'_, O> {
     fn progress(&mut self, t: f64) -> Result<ControlFlow<()>, O::Error> {
         self.inner.progress(t)
     }
+    fn takes_events(&self) -> bool {
+        self.inner.takes_events()
+    }
     fn keeps_checkpoints(&self) -> bool {
         self.inner.keeps_checkpoints()
     }

@@ -88,8 +88,8 @@ impl<'b> Rows<'b> {
             Array2::from_shape_vec((rows, columns), x).unwrap_or_default()
         };
         let n_c = self.active.len() / rows.max(1);
-        (stored.u, stored.v, stored.pressure) =
-            (table(self.u), table(self.v), table(self.pressure));
+        stored.set_states(table(self.u), table(self.v));
+        stored.pressure = table(self.pressure);
         stored.active = Array2::from_shape_vec((rows, n_c), self.active).unwrap_or_default();
         stored.t = self.t;
         stored.energy = self.energy.into();
@@ -143,7 +143,7 @@ impl<'s> Motions<'s> {
                 damping.ratio = Some(percent / 100.0);
             }
             let problem = (self.set_up)(&scene).map_err(NoMotion::Body)?;
-            if problem.system.body.nodal_dofs().n_columns() != self.rest.u.ncols() {
+            if problem.system.body.nodal_dofs().n_columns() != self.rest.n_displacements() {
                 let text = "the scene of the file now leads to another body: a file that it names has changed";
                 return Err(NoMotion::Body(text.into()));
             }

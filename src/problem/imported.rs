@@ -109,6 +109,7 @@ fn sides(
     }
     let loads = scene.loads.iter().enumerate().filter(|(_, l)| !l.group().is_empty());
     named.extend(loads.map(|(i, l)| (format!("load[{i}].group"), l.group())));
+    named.extend(scene.stored_groups());
     let mut found = vec![];
     for (key, word) in named {
         let fail = |message: String, help: String| -> ProblemError {

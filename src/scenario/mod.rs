@@ -42,7 +42,7 @@ pub use method::{
 };
 pub use orbit::{Auto, Beta, Orbit};
 pub use reduction::Reduction;
-pub use run::{Integrator, Run};
+pub use run::{Integrator, Precision, Run, Store};
 pub use support::{Direction, Support};
 
 /// A whole scene.

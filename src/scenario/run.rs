@@ -1,9 +1,10 @@
 //! `[run]`: how long, and by which integrator.
 
-use serde::Deserialize;
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::check::{Check, positive};
-use super::{Issue, Scene};
+use super::{BodyKind, Edge, Issue, Scene};
 
 /// `[run]`
 #[derive(Debug, Clone, Deserialize)]
@@ -25,6 +26,12 @@ pub struct Run {
     /// Number of stored states, evenly spaced.
     #[serde(default = "default_samples")]
     pub samples: usize,
+    /// Whose displacements a stored state holds.
+    #[serde(default)]
+    pub store: Store,
+    /// Digits in which they are stored.
+    #[serde(default)]
+    pub precision: Precision,
     /// Most switches a contact node may make within ten shortest natural periods before the run
     /// is ended as an accumulation.
     #[serde(default = "default_switch_limit")]
@@ -74,7 +81,87 @@ impl Integrator {
     }
 }
 
+/// Whose displacements a stored state holds.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Store {
+    /// The whole body's.
+    #[default]
+    All,
+    /// The contact's.
+    Contact,
+    /// The contact's and those of groups of sides.
+    Groups(Vec<String>),
+}
+
+impl<'de> Deserialize<'de> for Store {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Store, D::Error> {
+        struct Words;
+        const EXPECTED: &str = "\"all\", \"contact\" or a list of groups";
+        impl<'de> Visitor<'de> for Words {
+            type Value = Store;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str(EXPECTED)
+            }
+            fn visit_str<E: Error>(self, word: &str) -> Result<Store, E> {
+                match word {
+                    "all" => Ok(Store::All),
+                    "contact" => Ok(Store::Contact),
+                    other => {
+                        Err(E::unknown_variant(other, &["all", "contact", "a list of groups"]))
+                    }
+                }
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Store, A::Error> {
+                let mut groups = vec![];
+                while let Some(name) = list.next_element()? {
+                    groups.push(name);
+                }
+                Ok(Store::Groups(groups))
+            }
+        }
+        deserializer.deserialize_any(Words)
+    }
+}
+
+/// Digits of stored displacements, velocities and pressures; times, energies and switches have all of theirs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// All.
+    #[default]
+    Double,
+    /// Seven.
+    Single,
+}
+
 impl Scene {
+    /// Groups whose displacements are stored, with the key that names each.
+    pub fn stored_groups(&self) -> impl Iterator<Item = (String, &str)> {
+        let store = self.run.as_ref().map(|r| &r.store);
+        let groups = if let Some(Store::Groups(groups)) = store { &groups[..] } else { &[] };
+        groups.iter().enumerate().map(|(i, g)| (format!("run.store[{i}]"), g.as_str()))
+    }
+
+    /// On a bar or a plate groups are edges; a body from matrices has none.
+    fn check_store(&self) -> Check {
+        let known: &[Edge] = match self.body.kind {
+            BodyKind::Mesh => return Ok(()),
+            BodyKind::Matrices => &[],
+            BodyKind::Bar => &[Edge::Left, Edge::Right],
+            BodyKind::Plate => &Edge::ALL,
+        };
+        let is_known = |group: &str| known.iter().any(|e| e.name() == group);
+        let Some((key, group)) = self.stored_groups().find(|(_, g)| !is_known(g)) else {
+            return Ok(());
+        };
+        let names: Vec<String> = known.iter().map(|e| format!("\"{}\"", e.name())).collect();
+        let help = match names.is_empty() {
+            true => "give store = \"all\" or \"contact\"".to_owned(),
+            false => format!("give some of {}", names.join(", ")),
+        };
+        Err(Issue::new(key, format!("the body has no edge \"{group}\""), help))
+    }
+
     pub(super) fn check_run(&self) -> Check {
         let Some(r) = &self.run else { return Ok(()) };
         match (r.until, r.periods) {
@@ -129,6 +216,7 @@ impl Scene {
                 "give \"dop853\", \"dopri5\" or \"auto\"",
             ));
         }
+        self.check_store()?;
         positive("run.switch_limit", r.switch_limit)
     }
 }

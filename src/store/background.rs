@@ -5,36 +5,30 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 use super::StoreError;
-use super::writer::Writer;
-use crate::contact::ActiveSet;
-use crate::event::{Checkpoint, Energies, Grazing, Observer, Sample, Switch};
+use super::kept::Kept;
+use super::trajectory::Row;
+use super::writer::{FLUSH_EVERY, Writer};
+use crate::event::{Checkpoint, Grazing, Observer, Sample, Switch};
 
 /// Memory for reports that wait, in numbers, and the most of them.
 const MEMORY: usize = 8_000_000;
 const LONGEST: usize = 256;
+/// Numbers of a checkpoint that is copied in next to no time.
+const LARGE: usize = 100_000;
 
 /// A report of a run.
 enum Entry {
-    Sample(Box<Stored>),
+    Sample(Box<Row>),
     Switch(Switch),
     Grazing(Grazing),
     Phase(Box<Checkpoint>),
     Progress(f64),
-}
-
-/// A stored state of its own.
-struct Stored {
-    t: f64,
-    u: Vec<f64>,
-    v: Vec<f64>,
-    active: ActiveSet,
-    pressure: Vec<f64>,
-    energies: Energies,
-    jumps: f64,
 }
 
 /// A writer with its thread.
@@ -43,21 +37,16 @@ pub struct Background {
     queue: Option<SyncSender<Entry>>,
     worker: Option<JoinHandle<Result<Writer, StoreError>>>,
     at: PathBuf,
+    kept: Arc<Kept>,
     keeps_checkpoints: bool,
+    /// When a large checkpoint was last sent.
+    marked: Option<Instant>,
 }
 
 fn work(mut writer: Writer, queue: &Receiver<Entry>) -> Result<Writer, StoreError> {
     for entry in queue {
         match entry {
-            Entry::Sample(s) => writer.sample(&Sample {
-                t: s.t,
-                u: &s.u,
-                v: &s.v,
-                active: &s.active,
-                pressure: &s.pressure,
-                energies: s.energies,
-                jumps: s.jumps,
-            })?,
+            Entry::Sample(row) => writer.store(&row)?,
             Entry::Switch(s) => writer.switch(&s)?,
             Entry::Grazing(g) => writer.grazing(&g)?,
             Entry::Phase(checkpoint) => writer.phase(*checkpoint),
@@ -70,13 +59,15 @@ fn work(mut writer: Writer, queue: &Receiver<Entry>) -> Result<Writer, StoreErro
 }
 
 impl Background {
-    /// Start the thread; states have `n` displacements.
-    pub fn new(writer: Writer, n: usize) -> Background {
-        let length = (MEMORY / (2 * n.max(1))).clamp(2, LONGEST);
+    /// Start the thread.
+    pub fn new(writer: Writer) -> Background {
+        let kept = writer.kept().clone();
+        let length = (MEMORY / (2 * kept.len().max(1))).clamp(2, LONGEST);
         let (queue, entries) = sync_channel(length);
         let (at, keeps_checkpoints) = (writer.at().to_owned(), writer.keeps_checkpoints());
         let worker = std::thread::spawn(move || work(writer, &entries));
-        Background { queue: Some(queue), worker: Some(worker), at, keeps_checkpoints }
+        let (queue, worker) = (Some(queue), Some(worker));
+        Background { queue, worker, at, kept, keeps_checkpoints, marked: None }
     }
 
     /// The file as it is named now.
@@ -109,15 +100,7 @@ impl Observer for Background {
     type Error = StoreError;
 
     fn sample(&mut self, s: &Sample) -> Result<(), StoreError> {
-        self.send(Entry::Sample(Box::new(Stored {
-            t: s.t,
-            u: s.u.to_vec(),
-            v: s.v.to_vec(),
-            active: s.active.clone(),
-            pressure: s.pressure.to_vec(),
-            energies: s.energies,
-            jumps: s.jumps,
-        })))
+        self.send(Entry::Sample(Box::new(Row::of(&self.kept, s))))
     }
 
     fn switch(&mut self, s: &Switch) -> Result<(), StoreError> {
@@ -134,10 +117,12 @@ impl Observer for Background {
     }
 
     fn keeps_checkpoints(&self) -> bool {
-        self.keeps_checkpoints
+        // the writer keeps one in so much time, and a large one is not copied for nothing
+        self.keeps_checkpoints && self.marked.is_none_or(|at| at.elapsed() >= FLUSH_EVERY)
     }
 
     fn phase(&mut self, checkpoint: Checkpoint) {
+        self.marked = (checkpoint.y.len() > LARGE).then(Instant::now);
         // a writer that has failed says so at the next report
         let _ = self.queue.as_ref().map(|q| q.send(Entry::Phase(Box::new(checkpoint))));
     }

@@ -1,12 +1,15 @@
 //! `/switches` and `/grazings`: their tables, and what an interrupted run reads back from them.
 
+use std::ops::Range;
+
 use hdf5::types::FixedAscii;
+use ndarray::Array2;
 
 use super::StoreError;
 use super::reader::Careful;
-use super::table::Table;
+use super::table::{Form, Table};
 use crate::contact::{ActiveSet, System};
-use crate::event::{Grazing, GrazingKind, Switch, SwitchKind};
+use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 
 /// A word in a table.
 type Word = FixedAscii<32>;
@@ -42,13 +45,15 @@ impl Events {
     /// Create both groups, for `n_c` contact nodes.
     pub fn create(file: &hdf5::File, n_c: usize) -> Result<Self, StoreError> {
         let s = file.create_group("switches")?;
-        let set = |name: &str| Table::create(&s, name, Some(n_c), CHUNK, false, "1 = contact");
+        let set =
+            |name: &str| Table::create(&s, name, Form::plain(Some(n_c), CHUNK), "1 = contact");
+        let form = Form::plain(None, CHUNK);
         let rate_units = "length/time (close) | stress/time (open)";
-        let switch_t = Table::create(&s, "t", None, CHUNK, false, "time")?;
-        let switch_node = Table::create(&s, "node", None, CHUNK, false, "mesh node")?;
-        let switch_kind = Table::create(&s, "kind", None, CHUNK, false, "close | open")?;
-        let switch_rate = Table::create(&s, "monitor_rate", None, CHUNK, false, rate_units)?;
-        let switch_jump = Table::create(&s, "energy_jump", None, CHUNK, false, "energy")?;
+        let switch_t = Table::create(&s, "t", form, "time")?;
+        let switch_node = Table::create(&s, "node", form, "mesh node")?;
+        let switch_kind = Table::create(&s, "kind", form, "close | open")?;
+        let switch_rate = Table::create(&s, "monitor_rate", form, rate_units)?;
+        let switch_jump = Table::create(&s, "energy_jump", form, "energy")?;
         let (switch_before, switch_after) = (set("active_before")?, set("active_after")?);
         let g = file.create_group("grazings")?;
         let distance_units = "length (gap) | stress (pressure)";
@@ -60,10 +65,10 @@ impl Events {
             switch_jump,
             switch_before,
             switch_after,
-            grazing_t: Table::create(&g, "t", None, CHUNK, false, "time")?,
-            grazing_node: Table::create(&g, "node", None, CHUNK, false, "mesh node")?,
-            grazing_distance: Table::create(&g, "distance", None, CHUNK, false, distance_units)?,
-            grazing_kind: Table::create(&g, "kind", None, CHUNK, false, "words")?,
+            grazing_t: Table::create(&g, "t", form, "time")?,
+            grazing_node: Table::create(&g, "node", form, "mesh node")?,
+            grazing_distance: Table::create(&g, "distance", form, distance_units)?,
+            grazing_kind: Table::create(&g, "kind", form, "words")?,
         })
     }
 
@@ -145,9 +150,12 @@ impl Events {
 
 /// The sets of a table.
 pub(super) fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
-    let rows: ndarray::Array2<u8> = file.dataset(name)?.table()?;
+    Ok(active_sets(&file.dataset(name)?.table()?))
+}
+
+fn active_sets(rows: &Array2<u8>) -> Vec<ActiveSet> {
     let set = |r: ndarray::ArrayView1<u8>| ActiveSet::new(r.iter().map(|&a| a == 1).collect());
-    Ok(rows.rows().into_iter().map(set).collect())
+    rows.rows().into_iter().map(set).collect()
 }
 
 /// The contact point that files name so.
@@ -163,16 +171,39 @@ pub(super) fn point_of(nodes: &[usize], node: usize, before: &[bool], after: &[b
     all().find(changes).or_else(|| all().next()).unwrap_or(0)
 }
 
-/// The switches so far.
-pub(super) fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Switch>, StoreError> {
-    let numbers = |name: &str| -> Result<Vec<f64>, StoreError> {
-        Ok(file.dataset(&format!("switches/{name}"))?.values()?)
+/// The switches and grazings so far: with `lists` all of them, else their number.
+pub(super) fn read_log(file: &hdf5::File, system: &System, lists: bool) -> Result<Log, StoreError> {
+    let count = file.dataset("switches/t")?.size();
+    if lists {
+        let mut log = Log::new(true);
+        read_switches(file, system, 0..count)?.into_iter().for_each(|s| log.add_switch(s));
+        read_grazings(file, system)?.into_iter().for_each(|g| log.add_grazing(g));
+        return Ok(log);
+    }
+    let kinds: Vec<Word> = file.dataset("switches/kind")?.values()?;
+    let one = |k: usize| -> Result<Option<Switch>, StoreError> {
+        Ok(read_switches(file, system, k..(k + 1).min(count))?.pop())
     };
+    let ends = one(0)?.zip(one(count.saturating_sub(1))?).map(|(first, last)| [first, last]);
+    let kinds = kinds.iter().map(|k| SwitchKind::of_name(k.as_str()));
+    Ok(Log::counted(kinds, ends, file.dataset("grazings/t")?.size()))
+}
+
+/// Some of the switches so far.
+fn read_switches(
+    file: &hdf5::File,
+    system: &System,
+    rows: Range<usize>,
+) -> Result<Vec<Switch>, StoreError> {
+    let numbers = |name: &str| some::<f64>(file, name, &rows);
     let (t, rate, jump) = (numbers("t")?, numbers("monitor_rate")?, numbers("energy_jump")?);
-    let node: Vec<i64> = file.dataset("switches/node")?.values()?;
-    let kind: Vec<Word> = file.dataset("switches/kind")?.values()?;
-    let (before, after) =
-        (sets(file, "switches/active_before")?, sets(file, "switches/active_after")?);
+    let node = some::<i64>(file, "node", &rows)?;
+    let kind = some::<Word>(file, "kind", &rows)?;
+    let set = |name: &str| -> Result<Vec<ActiveSet>, StoreError> {
+        let table = file.dataset(&format!("switches/{name}"))?;
+        Ok(active_sets(&table.read_slice_2d::<u8, _>((rows.clone(), ..))?))
+    };
+    let (before, after) = (set("active_before")?, set("active_after")?);
     let nodes: Vec<usize> = system.constraints.iter().map(|c| c.node).collect();
     let switch = |k: usize| Switch {
         t: t[k],
@@ -185,14 +216,20 @@ pub(super) fn read_switches(file: &hdf5::File, system: &System) -> Result<Vec<Sw
         before: before[k].clone(),
         after: after[k].clone(),
     };
-    Ok((0..t.len()).map(switch).collect())
+    Ok((0..rows.len()).map(switch).collect())
+}
+
+/// Some rows of a column of the switches.
+fn some<T: hdf5::H5Type + Clone>(
+    file: &hdf5::File,
+    name: &str,
+    rows: &Range<usize>,
+) -> Result<Vec<T>, StoreError> {
+    Ok(file.dataset(&format!("switches/{name}"))?.read_slice_1d::<T, _>(rows.clone())?.to_vec())
 }
 
 /// The grazings so far.
-pub(super) fn read_grazings(
-    file: &hdf5::File,
-    system: &System,
-) -> Result<Vec<Grazing>, StoreError> {
+fn read_grazings(file: &hdf5::File, system: &System) -> Result<Vec<Grazing>, StoreError> {
     let t: Vec<f64> = file.dataset("grazings/t")?.values()?;
     let distance: Vec<f64> = file.dataset("grazings/distance")?.values()?;
     let node: Vec<i64> = file.dataset("grazings/node")?.values()?;

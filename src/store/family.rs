@@ -18,7 +18,7 @@ use super::output::{Staged, check_room};
 use super::ridge::write_ridge;
 use super::series::SeriesWriter;
 use super::stored::{StoredFamily, names_of};
-use super::table::Table;
+use super::table::{Form, Table};
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
 use crate::records::{
@@ -159,10 +159,11 @@ impl FamilyWriter {
             write_text(&g, "branches", &names_of(&plan.branches).join("\n"))?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
-            let row =
-                |(name, units): &(&str, &str)| Table::create(&g, name, None, 64, false, units);
+            let row = |(name, units): &(&str, &str)| {
+                Table::create(&g, name, Form::plain(None, 64), units)
+            };
             let rows: Result<Vec<_>, _> = rows_of(plan).map(row).collect();
-            let special = Table::create(&g, "special", None, 64, false, "words")?;
+            let special = Table::create(&g, "special", Form::plain(None, 64), "words")?;
             let points = g.create_group("points")?;
             file.flush()?;
             Ok((file, points, rows?, special))

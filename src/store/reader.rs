@@ -55,10 +55,14 @@ pub struct Stored {
     pub regions: Vec<usize>,
     /// Times.
     pub t: Vec<f64>,
-    /// Displacements along the axes, one row a time.
-    pub u: Array2<f64>,
+    /// Displacements along the axes that the file keeps, one row a time.
+    u: Array2<f64>,
     /// Velocities.
-    pub v: Array2<f64>,
+    v: Array2<f64>,
+    /// Their columns among all displacements, where these are not all (`run.store`).
+    columns: Option<Vec<i64>>,
+    /// The column that holds each displacement; none where it is not kept.
+    held: Vec<Option<usize>>,
     /// 1 = contact.
     pub active: Array2<u8>,
     /// Pressures.
@@ -137,7 +141,7 @@ impl Stored {
         };
         let dof_map: Array2<i64> = mesh.dataset("dof_map")?.table()?;
         let of_nodes = dof_map.iter().filter_map(|&i| usize::try_from(i).ok());
-        let columns = of_nodes.chain(contact_dofs.iter().copied()).max().map_or(0, |i| i + 1);
+        let n = of_nodes.chain(contact_dofs.iter().copied()).max().map_or(0, |i| i + 1);
         let n_c = gap.len();
         Ok(Stored {
             path: path.to_owned(),
@@ -164,8 +168,10 @@ impl Stored {
             contact_groups: groups,
             regions,
             t: vec![],
-            u: Array2::zeros((0, columns)),
-            v: Array2::zeros((0, columns)),
+            u: Array2::zeros((0, n)),
+            v: Array2::zeros((0, n)),
+            columns: None,
+            held: (0..n).map(Some).collect(),
             active: Array2::zeros((0, n_c)),
             pressure: Array2::zeros((0, n_c)),
             energy: vec![vec![]; COLUMNS.len()],
@@ -188,8 +194,14 @@ impl Stored {
         let column = |name: &str| energy.dataset(name)?.values::<f64>();
         self.energy = COLUMNS.map(column).into_iter().collect::<Result<_, hdf5::Error>>()?;
         self.t = trajectory.dataset("t")?.values()?;
-        self.u = trajectory.dataset("u")?.table()?;
-        self.v = trajectory.dataset("v")?.table()?;
+        let (u, v) = (trajectory.dataset("u")?.table()?, trajectory.dataset("v")?.table()?);
+        match trajectory.dataset("columns") {
+            Ok(columns) => {
+                let of = columns.attr("of")?.read_scalar::<i64>()?;
+                self.hold((columns.values()?, of), u, v);
+            }
+            Err(_) => self.set_states(u, v),
+        }
         self.active = trajectory.dataset("active")?.table()?;
         self.pressure = trajectory.dataset("pressure")?.table()?;
         self.switch_t = switches.dataset("t")?.values()?;
@@ -208,6 +220,52 @@ impl Stored {
         Ok(())
     }
 
+    /// States of which the file keeps these columns only.
+    fn hold(&mut self, (columns, of): (Vec<i64>, i64), u: Array2<f64>, v: Array2<f64>) {
+        (self.u, self.v) = (u, v);
+        // at least as many as the mesh names; a number of a damaged file is not believed
+        let named = self.held.len();
+        let of = usize::try_from(of).unwrap_or(0);
+        let all = of.clamp(named, named + self.gap.len());
+        self.held = vec![None; all];
+        for (k, &i) in columns.iter().enumerate() {
+            if let Some(place) = usize::try_from(i).ok().and_then(|i| self.held.get_mut(i)) {
+                *place = Some(k);
+            }
+        }
+        self.columns = Some(columns);
+    }
+
+    /// Put states in place of those that it has.
+    pub fn set_states(&mut self, u: Array2<f64>, v: Array2<f64>) {
+        self.columns = None;
+        self.held = (0..u.ncols()).map(Some).collect();
+        (self.u, self.v) = (u, v);
+    }
+
+    /// Number of displacements of the body.
+    pub fn n_displacements(&self) -> usize {
+        self.held.len()
+    }
+
+    /// Number of displacements that the file keeps.
+    pub fn n_kept(&self) -> usize {
+        self.u.ncols()
+    }
+
+    /// The displacements and velocities of a state, all of them; see [`Stored::whole`].
+    pub fn state(&self, row: usize) -> (Vec<f64>, Vec<f64>) {
+        (self.u.row(row).to_vec(), self.v.row(row).to_vec())
+    }
+
+    /// The same, if it keeps the displacements of the whole body.
+    pub fn whole(&self) -> Result<&Stored, StoreError> {
+        match self.columns {
+            None => Ok(self),
+            Some(_) => Err(partial(&self.path, (self.n_kept(), self.n_displacements()))),
+        }
+    }
+
     fn checked(self) -> Result<Stored, StoreError> {
         match self.inconsistency() {
             None => Ok(self),
@@ -217,7 +275,8 @@ impl Stored {
 
     /// What does not fit together, if anything: everything that reads this may index without fear.
     fn inconsistency(&self) -> Option<&'static str> {
-        let (nodes, rows, n) = (self.nodes.nrows(), self.t.len(), self.u.ncols());
+        let (nodes, rows, n) = (self.nodes.nrows(), self.t.len(), self.held.len());
+        let kept = self.held.iter().flatten().count();
         let n_c = self.gap.len();
         let finite = |x: &f64| x.is_finite();
         let below = |i: i64, limit: usize| usize::try_from(i).is_ok_and(|i| i < limit);
@@ -246,7 +305,9 @@ impl Stored {
                 self.points.as_ref().is_none_or(|p| p.ncols() == 2 && p.iter().all(finite)),
                 "/mesh/contact_points",
             ),
-            (self.v.ncols() == n, "/trajectory/v"),
+            (self.columns.as_ref().is_none_or(|c| c.len() == kept), "/trajectory/columns"),
+            (self.u.ncols() == kept, "/trajectory/u"),
+            (self.v.ncols() == kept, "/trajectory/v"),
             (self.active.ncols() == n_c && self.pressure.ncols() == n_c, "/trajectory/active"),
             (tables.iter().all(|&r| r == rows), "/trajectory: rows"),
             (self.t.iter().all(|t| t.is_finite()), "/trajectory/t"),
@@ -294,7 +355,7 @@ impl Stored {
     fn along_normal(&self, table: &Array2<f64>, row: usize, i: usize) -> f64 {
         // points that are no nodes have columns of their own, along the normal
         if self.points.is_some() {
-            return self.point_sign * table[(row, self.contact_dofs[i])];
+            return self.point_sign * self.entry(table, row, self.contact_dofs[i]);
         }
         let along = self.at_node(table, row, self.contact_nodes[i]);
         (0..2).map(|c| self.contact_normals[(i, c)] * along[c]).sum()
@@ -314,17 +375,35 @@ impl Stored {
         row.iter().filter_map(|&n| usize::try_from(n).ok()).collect()
     }
 
-    /// Displacement `(u_x, u_y)` of a node at stored state `row`.
+    /// Displacement `(u_x, u_y)` of a node at stored state `row`; not numbers where it is not kept.
     pub fn displacement(&self, row: usize, node: usize) -> [f64; 2] {
         self.at_node(&self.u, row, node)
+    }
+
+    /// Its velocity.
+    pub fn velocity(&self, row: usize, node: usize) -> [f64; 2] {
+        self.at_node(&self.v, row, node)
     }
 
     fn at_node(&self, table: &Array2<f64>, row: usize, node: usize) -> [f64; 2] {
         [0, 1].map(|c| match self.dof_map[(node, c)] {
             -1 => 0.0,
-            i => table[(row, i as usize)],
+            i => self.entry(table, row, i as usize),
         })
     }
+
+    /// One displacement; not a number where it is not kept.
+    fn entry(&self, table: &Array2<f64>, row: usize, i: usize) -> f64 {
+        self.held[i].map_or(f64::NAN, |k| table[(row, k)])
+    }
+}
+
+/// A file keeps so many of so many displacements.
+pub(super) fn partial(path: &Path, (kept, all): (usize, usize)) -> StoreError {
+    let why = format!(
+        "keeps {kept} of {all} displacements ([run] store), and all are wanted; run its scene with store = \"all\""
+    );
+    StoreError::unusable(path, why)
 }
 
 /// What the library says of a file that is read means that the file is damaged, or of another kind.

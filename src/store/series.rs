@@ -8,7 +8,7 @@ use hdf5::Dataset;
 use ndarray::{Array3, ArrayD};
 
 use super::reader::{Careful, open, reading};
-use super::table::Table;
+use super::table::{Form, Table};
 use super::{StoreError, write_text};
 use crate::records::SeriesRecord;
 
@@ -35,11 +35,11 @@ impl SeriesWriter {
     ) -> Result<SeriesWriter, StoreError> {
         let g = file.create_group("hbm")?;
         let functions = 2 * n_h + 1;
-        let omega = Table::create(&g, "omega", None, 64, false, "1/time")?;
-        let harmonics = Table::create(&g, "harmonics", None, 64, false, "number")?;
-        let point = Table::create(&g, "point", None, 64, false, "row of /backbone")?;
+        let omega = Table::create(&g, "omega", Form::plain(None, 64), "1/time")?;
+        let harmonics = Table::create(&g, "harmonics", Form::plain(None, 64), "number")?;
+        let point = Table::create(&g, "point", Form::plain(None, 64), "row of /backbone")?;
         let alpha = match fed {
-            true => Some(Table::create(&g, "alpha", None, 64, false, "1/time")?),
+            true => Some(Table::create(&g, "alpha", Form::plain(None, 64), "1/time")?),
             false => None,
         };
         let builder = g.new_dataset::<f64>().chunk((1, functions, n_o)).deflate(1);

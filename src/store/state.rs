@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::Array2;
 
 use super::StoreError;
-use super::reader::{Careful, open, reading};
+use super::reader::{Careful, open, partial, reading};
 use crate::fem::interpolate::{Cell, at_cells, cells};
 use crate::mesh::{ElementKind, Point};
 
@@ -88,6 +88,9 @@ fn stored_state(file: &hdf5::File, path: &Path, most: usize) -> Result<State, St
             _ => Err(missing()),
         }
     };
+    if let Ok(columns) = file.dataset("trajectory/columns") {
+        return Err(partial(path, (columns.size(), most)));
+    }
     Ok((last("trajectory/u")?, last("trajectory/v")?))
 }
 

@@ -16,18 +16,33 @@ pub(super) struct Table<T: H5Type> {
     pending: Vec<T>,
 }
 
+/// How a table lies in its file.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Form {
+    /// Numbers of a row; absent: one value a row.
+    pub columns: Option<usize>,
+    /// Rows of a chunk.
+    pub chunk: usize,
+    /// Compressed tables append whole chunks only.
+    pub compressed: bool,
+    /// Numbers in single precision.
+    pub single: bool,
+}
+
+impl Form {
+    /// Neither compressed nor rounded.
+    pub fn plain(columns: Option<usize>, chunk: usize) -> Form {
+        Form { columns, chunk, compressed: false, single: false }
+    }
+}
+
 impl<T: H5Type + Clone> Table<T> {
-    /// `columns` absent: one value a row. Compressed tables append whole chunks only.
-    pub fn create(
-        group: &Group,
-        name: &str,
-        columns: Option<usize>,
-        chunk: usize,
-        compressed: bool,
-        units: &str,
-    ) -> Result<Self, StoreError> {
+    /// An empty table.
+    pub fn create(group: &Group, name: &str, form: Form, units: &str) -> Result<Self, StoreError> {
+        let Form { columns, chunk, compressed, single } = form;
+        let kind = if single { f32::type_descriptor() } else { T::type_descriptor() };
         // whole rows are written: nothing has to be filled in before
-        let builder = group.new_dataset::<T>().fill_time(FillTime::Never);
+        let builder = group.new_dataset_builder().fill_time(FillTime::Never).empty_as(&kind);
         let dataset = match (columns, compressed) {
             // a body without contact: no columns, and HDF5 wants chunks of at least one
             (Some(0), _) => builder.chunk((chunk, 1)).shape((0.., 0..)).create(name)?,

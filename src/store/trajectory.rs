@@ -1,12 +1,11 @@
 //! `/trajectory` and `/energy`: the tables of the stored states.
 
-use std::sync::Arc;
-
-use super::StoreError;
 use super::events::flags;
-use super::table::Table;
-use crate::event::Sample;
-use crate::fem::Body;
+use super::kept::Kept;
+use super::table::{Form, Table};
+use super::{StoreError, write_text};
+use crate::contact::ActiveSet;
+use crate::event::{Energies, Sample};
 
 /// Aim of a chunk's size in bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
@@ -14,9 +13,33 @@ const CHUNK_BYTES: usize = 256 * 1024;
 /// Columns of `/energy`.
 const ENERGY: [&str; 6] = ["t", "kinetic", "elastic", "external", "dissipated", "jumps"];
 
+/// A stored state as a file keeps it.
+pub(super) struct Row {
+    t: f64,
+    u: Vec<f64>,
+    v: Vec<f64>,
+    active: ActiveSet,
+    pressure: Vec<f64>,
+    energies: Energies,
+    jumps: f64,
+}
+
+impl Row {
+    pub fn of(kept: &Kept, s: &Sample) -> Row {
+        Row {
+            t: s.t,
+            u: kept.row(s.u),
+            v: kept.row(s.v),
+            active: s.active.clone(),
+            pressure: s.pressure.to_vec(),
+            energies: s.energies,
+            jumps: s.jumps,
+        }
+    }
+}
+
 /// The open tables of the stored states.
 pub(super) struct Trajectory {
-    body: Arc<Body>,
     t: Table<f64>,
     u: Table<f64>,
     v: Table<f64>,
@@ -29,31 +52,43 @@ impl Trajectory {
     /// Create both groups, for `n_c` contact nodes, the states compressed or not.
     pub fn create(
         file: &hdf5::File,
-        body: &Arc<Body>,
+        kept: &Kept,
         (n_c, compressed): (usize, bool),
     ) -> Result<Self, StoreError> {
-        let n = body.nodal_dofs().n_columns();
+        let n = kept.len();
         let chunk = (CHUNK_BYTES / (8 * n.max(1))).clamp(1, 1024);
         let g = file.create_group("trajectory")?;
-        let column = |name: &str, columns, units: &str| {
-            Table::<f64>::create(&g, name, columns, chunk, compressed && columns.is_some(), units)
+        if let Some(columns) = kept.columns() {
+            g.new_dataset_builder().with_data(&columns).create("columns")?;
+            let meaning = "which columns of all displacements (mesh/dof_map) u and v hold";
+            let columns = g.dataset("columns")?;
+            write_text(&columns, "meaning", meaning)?;
+            let all = kept.all_columns() as i64;
+            columns.new_attr::<i64>().create("of")?.write_scalar(&all)?;
+        }
+        let form = |columns: Option<usize>| Form {
+            columns,
+            chunk,
+            compressed: compressed && columns.is_some(),
+            single: kept.single && columns.is_some(),
         };
+        let column =
+            |name: &str, columns, units: &str| Table::<f64>::create(&g, name, form(columns), units);
         let t = column("t", None, "time")?;
         let u = column("u", Some(n), "length")?;
         let v = column("v", Some(n), "length/time")?;
         let pressure = column("pressure", Some(n_c), "stress")?;
-        let active = Table::create(&g, "active", Some(n_c), chunk, compressed, "1 = contact")?;
+        let active =
+            Table::create(&g, "active", Form { single: false, ..form(Some(n_c)) }, "1 = contact")?;
         let g = file.create_group("energy")?;
         let units = |name: &str| if name == "t" { "time" } else { "energy" };
-        let energy: Result<Vec<_>, _> = ENERGY
-            .iter()
-            .map(|name| Table::create(&g, name, None, chunk, false, units(name)))
-            .collect();
-        Ok(Trajectory { body: body.clone(), t, u, v, pressure, active, energy: energy? })
+        let energy: Result<Vec<_>, _> =
+            ENERGY.iter().map(|name| Table::create(&g, name, form(None), units(name))).collect();
+        Ok(Trajectory { t, u, v, pressure, active, energy: energy? })
     }
 
     /// Go on behind so many states.
-    pub fn reopen(file: &hdf5::File, body: &Arc<Body>, states: usize) -> Result<Self, StoreError> {
+    pub fn reopen(file: &hdf5::File, states: usize) -> Result<Self, StoreError> {
         let g = file.group("trajectory")?;
         let column = |name: &str| Table::<f64>::reopen(&g, name, states);
         let (t, u, v, pressure) = (column("t")?, column("u")?, column("v")?, column("pressure")?);
@@ -61,17 +96,15 @@ impl Trajectory {
         let g = file.group("energy")?;
         let energy: Result<Vec<_>, _> =
             ENERGY.iter().map(|name| Table::reopen(&g, name, states)).collect();
-        Ok(Trajectory { body: body.clone(), t, u, v, pressure, active, energy: energy? })
+        Ok(Trajectory { t, u, v, pressure, active, energy: energy? })
     }
 
-    pub fn push(&mut self, s: &Sample) {
+    pub fn push(&mut self, s: &Row) {
         self.t.push(&[s.t]);
-        let of_mesh = |x| self.body.nodal_dofs().along_axes(&self.body.nodal(x));
-        let (u, v) = (of_mesh(s.u), of_mesh(s.v));
-        self.u.push(&u);
-        self.v.push(&v);
-        self.active.push(&flags(s.active));
-        self.pressure.push(s.pressure);
+        self.u.push(&s.u);
+        self.v.push(&s.v);
+        self.active.push(&flags(&s.active));
+        self.pressure.push(&s.pressure);
         let e = &s.energies;
         let row = [s.t, e.kinetic, e.elastic, e.external, e.dissipated, s.jumps];
         self.energy.iter_mut().zip(row).for_each(|(table, x)| table.push(&[x]));

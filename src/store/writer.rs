@@ -2,15 +2,17 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::checkpoint;
-use super::events::{Events, read_grazings, read_switches};
+use super::events::{Events, read_log};
 use super::header::create_file;
+use super::kept::Kept;
 use super::mesh::size_of_mesh;
 use super::output::{Outputs, Staged, check_room};
 use super::reader::reading;
-use super::trajectory::Trajectory;
+use super::trajectory::{Row, Trajectory};
 use super::{StoreError, write_text};
 use crate::contact::System;
 use crate::event::{Checkpoint, Grazing, Observer, Resumed, Sample, Switch};
@@ -18,7 +20,7 @@ use crate::records::Status;
 use crate::scenario::Scene;
 
 /// Tables are appended and flushed at least this often.
-const FLUSH_EVERY: Duration = Duration::from_secs(2);
+pub(super) const FLUSH_EVERY: Duration = Duration::from_secs(2);
 
 /// How a file is made.
 #[derive(Debug, Clone, Default)]
@@ -35,52 +37,54 @@ pub struct WriterOptions {
 pub struct Writer {
     staged: Staged,
     file: hdf5::File,
+    kept: Arc<Kept>,
     trajectory: Trajectory,
     events: Events,
     flushed: Instant,
     problem: u64,
     checkpoint: Option<Checkpoint>,
     /// When a checkpoint was last put on the disk.
-    kept: Option<Instant>,
+    marked: Option<Instant>,
     /// Nobody looks at the file before it is whole.
     is_scratch: bool,
 }
 
 impl Writer {
-    /// Create the file with everything that is known before the run.
+    /// Create the file with everything that is known before the run; of each state it keeps `kept`.
     pub fn create(
         path: &Path,
         scene: &Scene,
-        system: &System,
+        (system, kept): (&System, Kept),
         options: &WriterOptions,
     ) -> Result<Writer, StoreError> {
         let staged = Staged::begin(&options.outputs, path)?;
         // a file that could not even be begun is of no use, and an old one stands untouched
-        Self::begin(staged, scene, system, options)
+        Self::begin(staged, scene, (system, kept), options)
     }
 
     fn begin(
         staged: Staged,
         scene: &Scene,
-        system: &System,
+        (system, kept): (&System, Kept),
         options: &WriterOptions,
     ) -> Result<Writer, StoreError> {
         let file = check_room(staged.at(), size_of_mesh(system))
             .and_then(|()| create_file(staged.at(), scene, system, options))
             .inspect_err(|_| staged.discard())?;
         let n_c = system.n_contact();
-        let trajectory = Trajectory::create(&file, &system.body, (n_c, !options.is_scratch))?;
+        let trajectory = Trajectory::create(&file, &kept, (n_c, !options.is_scratch))?;
         let events = Events::create(&file, n_c)?;
         file.flush()?;
         Ok(Writer {
             staged,
             file,
+            kept: Arc::new(kept),
             trajectory,
             events,
             flushed: Instant::now(),
             problem: 0,
             checkpoint: None,
-            kept: None,
+            marked: None,
             is_scratch: options.is_scratch,
         })
     }
@@ -92,13 +96,14 @@ impl Writer {
         self.checkpoint = None;
     }
 
-    /// Open the file of a run that was interrupted, cut back to its checkpoint, and what the run needs to go on.
+    /// Open the file of a run that was interrupted, cut back to its checkpoint, and what the run needs to go on: with `lists`, all its switches and
+    /// grazings, else their number.
     pub fn resume(
         path: &Path,
         scene: &Scene,
         system: &System,
         options: &WriterOptions,
-        problem: u64,
+        (problem, lists): (u64, bool),
     ) -> Result<(Writer, Resumed), StoreError> {
         let mut staged = Staged::begin(&options.outputs.with_force(true), path)?;
         // a run over an old file was writing beside it
@@ -124,25 +129,23 @@ impl Writer {
                 return Err(refuse("it was made from another scene"));
             }
             let [states, switches, grazings] = checkpoint.rows;
-            let trajectory = Trajectory::reopen(&file, &system.body, states)?;
+            let trajectory = Trajectory::reopen(&file, states)?;
             write_text(&file, "status", &Status::Running.to_string())?;
             let events = Events::reopen(&file, switches, grazings)?;
             let writer = Writer {
+                kept: Arc::new(Kept::of_run(scene, system)),
                 trajectory,
                 events,
                 flushed: Instant::now(),
                 problem,
                 checkpoint: Some(checkpoint.clone()),
-                kept: None,
+                marked: None,
                 is_scratch: options.is_scratch,
                 file: file.clone(),
                 staged,
             };
-            let resumed = Resumed {
-                switches: read_switches(&file, system)?,
-                grazings: read_grazings(&file, system)?,
-                checkpoint: checkpoint.clone(),
-            };
+            let resumed =
+                Resumed { log: read_log(&file, system, lists)?, checkpoint: checkpoint.clone() };
             Ok((writer, resumed))
         };
         reading(&at, opened)
@@ -164,6 +167,17 @@ impl Writer {
         &self.file
     }
 
+    /// What it keeps of a state.
+    pub(super) fn kept(&self) -> &Arc<Kept> {
+        &self.kept
+    }
+
+    /// Store a state.
+    pub(super) fn store(&mut self, row: &Row) -> Result<(), StoreError> {
+        self.trajectory.push(row);
+        if self.trajectory.is_full() { self.flush() } else { Ok(()) }
+    }
+
     /// Append and flush all rows that wait.
     fn flush(&mut self) -> Result<(), StoreError> {
         let waiting = self.trajectory.waiting_bytes() + self.events.waiting_bytes();
@@ -175,10 +189,10 @@ impl Writer {
         }
         self.flushed = Instant::now();
         // a large state is not written at every switch: what lies behind a checkpoint is computed again
-        let is_due = self.kept.is_none_or(|at| at.elapsed() >= FLUSH_EVERY);
+        let is_due = self.marked.is_none_or(|at| at.elapsed() >= FLUSH_EVERY);
         match &self.checkpoint {
             Some(c) if is_due => {
-                self.kept = Some(Instant::now());
+                self.marked = Some(Instant::now());
                 checkpoint::write(self.staged.at(), self.problem, c)
             }
             _ => Ok(()),
@@ -222,8 +236,7 @@ impl Observer for Writer {
     type Error = StoreError;
 
     fn sample(&mut self, s: &Sample) -> Result<(), StoreError> {
-        self.trajectory.push(s);
-        if self.trajectory.is_full() { self.flush() } else { Ok(()) }
+        self.store(&Row::of(&self.kept, s))
     }
 
     fn switch(&mut self, s: &Switch) -> Result<(), StoreError> {

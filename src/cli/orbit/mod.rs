@@ -20,7 +20,7 @@ use signorini::problem::Problem;
 use signorini::records::Status;
 use signorini::report::summary;
 use signorini::scenario::Scene;
-use signorini::store::{Writer, WriterOptions};
+use signorini::store::{Kept, Writer, WriterOptions};
 
 use super::family::{self, Output};
 use super::{Answer, CliError, Global, load, viscous};
@@ -244,7 +244,7 @@ fn write(
     scene: &Scene,
     (body, orbit, object): (&Propagator, &Orbit, &Value),
 ) -> Result<Option<String>, CliError> {
-    let mut writer = Writer::create(path, scene, &body.system, options)?;
+    let mut writer = Writer::create(path, scene, (&body.system, Kept::all(&body.system)), options)?;
     let run = Options { until: orbit.period, samples: 400, switch_limit: 40.0 };
     let done =
         event::run(&body.system, &orbit.state, &run, &mut period_map::flow(body), &mut writer);

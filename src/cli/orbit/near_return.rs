@@ -14,12 +14,12 @@ const APART: f64 = 0.1;
 /// Numbers of the two stored states, far enough apart in time, that are nearest to each other; `unit` scales velocities.
 fn nearest(stored: &Stored, unit: f64) -> Option<(usize, usize)> {
     let rows = stored.t.len();
-    let distance = |a: usize, b: usize| -> f64 {
-        let du: f64 =
-            stored.u.row(a).iter().zip(stored.u.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
-        let dv: f64 =
-            stored.v.row(a).iter().zip(stored.v.row(b)).map(|(x, y)| (x - y).powi(2)).sum();
-        du + dv / (unit * unit)
+    let states: Vec<_> = (0..rows).map(|row| stored.state(row)).collect();
+    let square =
+        |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum() };
+    let distance = |a: usize, b: usize| {
+        let (a, b) = (&states[a], &states[b]);
+        square(&a.0, &b.0) + square(&a.1, &b.1) / (unit * unit)
     };
     let last = stored.t.last().copied().unwrap_or(0.0);
     let mut best: Option<(f64, usize, usize)> = None;
@@ -45,7 +45,8 @@ pub(super) fn near_return(
 ) -> Result<(f64, State), CliError> {
     let stored = Stored::read(path)?;
     let n = system.n();
-    if stored.u.ncols() != n || stored.nodes.nrows() != system.body.mesh.n_nodes() {
+    if stored.whole()?.n_displacements() != n || stored.nodes.nrows() != system.body.mesh.n_nodes()
+    {
         return Err(CliError::Input(format!(
             "{} was not made with the mesh of {}",
             path.display(),
@@ -54,7 +55,8 @@ pub(super) fn near_return(
     }
     let (a, b) = nearest(&stored, system.body.frequency_unit())
         .ok_or_else(|| CliError::Input(format!("{} holds too few states", path.display())))?;
-    let n_o = system.n_o();
-    let state = |x: &ndarray::Array2<f64>| x.row(a).iter().take(n_o).copied().collect();
-    Ok((stored.t[b] - stored.t[a], State { u: state(&stored.u), v: state(&stored.v) }))
+    let (mut u, mut v) = stored.state(a);
+    u.truncate(system.n_o());
+    v.truncate(system.n_o());
+    Ok((stored.t[b] - stored.t[a], State { u, v }))
 }

@@ -115,8 +115,8 @@ impl<'s> Fields<'s> {
         };
         let s = self.stored;
         let mut all = vec![
-            real("displacement", Place::Point, 3, self.vectors(&s.u, row)),
-            real("velocity", Place::Point, 3, self.vectors(&s.v, row)),
+            real("displacement", Place::Point, 3, self.vectors(|n| s.displacement(row, n))),
+            real("velocity", Place::Point, 3, self.vectors(|n| s.velocity(row, n))),
         ];
         if !s.contact_nodes.is_empty() {
             let n = s.nodes.nrows();
@@ -153,10 +153,9 @@ impl<'s> Fields<'s> {
         all
     }
 
-    fn vectors(&self, table: &ndarray::Array2<f64>, row: usize) -> Vec<f64> {
-        let component = |i: &i64| usize::try_from(*i).map_or(0.0, |i| table[(row, i)]);
-        let nodes = self.stored.dof_map.rows().into_iter();
-        nodes.flat_map(|dof| [component(&dof[0]), component(&dof[1]), 0.0]).collect()
+    /// A vector of every node.
+    fn vectors(&self, of: impl Fn(usize) -> [f64; 2]) -> Vec<f64> {
+        (0..self.n_nodes()).map(of).flat_map(|[x, y]| [x, y, 0.0]).collect()
     }
 
     fn stress(&self, row: usize) -> Vec<Stress> {

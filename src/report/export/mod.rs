@@ -131,7 +131,10 @@ impl<'s> Plan<'s> {
         check_name(stem, format)?;
         let fields = match format {
             Format::Csv => None,
-            Format::Vtu | Format::Xdmf => Some(Fields::of(stored)?),
+            Format::Vtu | Format::Xdmf => {
+                let whole = stored.whole();
+                Some(Fields::of(whole.map_err(|e| ExportError::Nothing(e.to_string()))?)?)
+            }
         };
         let rows = selection.rows(&stored.t);
         if rows.is_empty() {

@@ -46,6 +46,11 @@ pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, Figur
     if stored.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
     }
+    if stored.whole().is_err() {
+        return Err(FigureError::Empty(
+            "the file does not keep the displacements of the whole body ([run] store)",
+        ));
+    }
     let scene = Scene::parse(&stored.scene, Path::new("stored"));
     if scene.is_ok_and(|s| s.body.kind == BodyKind::Matrices) {
         return Err(FigureError::Empty("a body given by matrices has no shape"));

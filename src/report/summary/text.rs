@@ -162,12 +162,13 @@ fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
 
 /// How many switches there were, the first and the last.
 fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
-    let closings = report.switches.iter().filter(|s| s.kind == SwitchKind::Close).count();
-    let count = |kind| report.switches.iter().filter(|s| s.kind == kind).count();
+    let log = &report.log;
+    let count = |kind| log.of_kind(kind);
     let (impacts, sticks) = (count(SwitchKind::Impact), count(SwitchKind::Stick));
     let mut text = format!(
-        "{} ({closings} close, {} open",
-        plural(report.switches.len(), "switch", "switches"),
+        "{} ({} close, {} open",
+        plural(log.switches(), "switch", "switches"),
+        count(SwitchKind::Close),
         count(SwitchKind::Open),
     );
     if impacts + sticks > 0 {
@@ -175,14 +176,14 @@ fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
         let _ = write!(text, ", {}, {accumulations}", plural(impacts, "rebound", "rebounds"));
     }
     let _ = write!(text, ") in {}", plural(report.phases, "smooth phase", "smooth phases"));
-    if !report.grazings.is_empty() {
-        let _ = write!(text, "; {}", plural(report.grazings.len(), "grazing", "grazings"));
+    if log.grazings() > 0 {
+        let _ = write!(text, "; {}", plural(log.grazings(), "grazing", "grazings"));
     }
     if report.missed > 0 {
         let _ = write!(text, "; {} MISSED by the search", report.missed);
     }
     out.line("switches", text);
-    if let (Some(a), Some(b)) = (report.switches.first(), report.switches.last()) {
+    if let Some([a, b]) = log.ends() {
         let (first, last) = (significant(a.t, 10), significant(b.t, 10));
         let place = |node: usize| match given {
             _ if yields => format!("point {node}"),
