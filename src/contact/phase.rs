@@ -8,7 +8,7 @@ use super::active::ActiveSet;
 use super::inertia::{Inertia, PhaseInertia};
 use super::kinematics::{Drive, Kinematics, Part};
 use super::system::Rayleigh;
-use crate::fem::{Body, Csr, Loads, SolveScratch};
+use crate::fem::{Body, Csr, Kernel, Loads, SolveScratch};
 
 /// What a monitor watches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +61,8 @@ pub struct Structural {
 #[derive(Debug, Clone)]
 pub(super) struct Parts {
     pub body: Arc<Body>,
+    /// For products with its stiffness.
+    pub kernel: Arc<Kernel>,
     pub damping: Option<Rayleigh>,
     pub loads: Arc<Loads>,
 }
@@ -175,7 +177,7 @@ impl Phase {
         s: &mut Scratch,
         a_o: &mut [f64],
     ) {
-        let Parts { body, damping, loads } = &self.parts;
+        let Parts { body, kernel, damping, loads } = &self.parts;
         self.expand_displacement(t, u_o, &mut s.u);
         if loads.is_none() {
             s.b.fill(0.0);
@@ -183,17 +185,17 @@ impl Phase {
             loads.at(t, &mut s.b);
         }
         match (damping.filter(|d| d.beta > 0.0), &body.tips) {
-            (None, _) => body.stiffness.mul_sub(&s.u, &mut s.b),
+            (None, _) => kernel.mul_sub(&body.stiffness, &s.u, &mut s.b),
             (Some(d), None) => {
                 self.expand(v_o, &mut s.v);
                 for ((x, u), v) in s.x.iter_mut().zip(&s.u).zip(&s.v) {
                     *x = u + d.beta * v;
                 }
-                body.stiffness.mul_sub(&s.x, &mut s.b);
+                kernel.mul_sub(&body.stiffness, &s.x, &mut s.b);
             }
             // the springs do not damp
             (Some(d), Some(tips)) => {
-                body.stiffness.mul_sub(&s.u, &mut s.b);
+                kernel.mul_sub(&body.stiffness, &s.u, &mut s.b);
                 s.x.iter_mut().zip(v_o).for_each(|(x, v)| *x = d.beta * v);
                 tips.structure.mul_sub(&s.x, &mut s.b);
             }
@@ -210,7 +212,7 @@ impl Phase {
     /// `y = M_α⁻¹ K_α x` for one homogeneous vector.
     pub fn stiffness_product(&self, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
         self.expand(x_o, &mut s.u);
-        self.parts.body.stiffness.mul(&s.u, &mut s.b);
+        self.parts.kernel.mul(&self.parts.body.stiffness, [&s.u], [&mut s.b]);
         self.inertia.accelerate(&self.kinematics, s, y_o);
     }
 

@@ -6,14 +6,13 @@
 
 use super::inertia::{ConstantMass, Inertia, Projector};
 use super::kinematics::Kinematics;
-use super::phase::{Phase, Scratch};
+use super::phase::{Parts, Phase, Scratch};
 use super::system::System;
-use crate::fem::{Csr, Kernel, SpdFactor, blocks};
+use crate::fem::{Csr, SpdFactor, blocks};
 
 /// What the recurrences of all phases of a body share.
 #[derive(Debug)]
 pub struct Recurrence {
-    kernel: Kernel,
     /// `2/s_max`
     scale: f64,
     /// Displacements that the projection looks at.
@@ -46,8 +45,7 @@ impl Recurrence {
             _ => vec![],
         };
         let highest = system.units.highest;
-        let kernel = Kernel::new(&system.body.stiffness);
-        Recurrence { kernel, scale: 2.0 / (highest * highest), near }
+        Recurrence { scale: 2.0 / (highest * highest), near }
     }
 
     /// One step of several recurrences at once.
@@ -87,13 +85,14 @@ impl Recurrence {
         Factors { f, g }: Factors,
         steps: &mut [Step; N],
     ) {
-        let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
+        let Parts { body, kernel, .. } = &phase.parts;
+        let (stiffness, n_o) = (&body.stiffness, body.dofs.n_o);
         let now = std::array::from_fn(|v| steps[v].now);
         let before: [Option<&[f64]>; N] = std::array::from_fn(|v| steps[v].before);
         let mut next = steps.each_mut().map(|s| &mut s.next[..n_o]);
         blocks(next.each_mut().map(|y| &mut **y), |first, mut y| {
             let rows = first..first + y[0].len();
-            self.kernel.mul_rows(stiffness, rows.clone(), now, &mut y);
+            kernel.mul_rows(stiffness, rows.clone(), now, &mut y);
             for (v, y) in y.into_iter().enumerate() {
                 let of_rows = y.iter_mut().zip(&inverse[rows.clone()]).zip(&now[v][rows.clone()]);
                 match before[v] {
@@ -163,7 +162,7 @@ impl Recurrence {
             rest = others;
             first
         });
-        self.kernel.mul(&phase.parts.body.stiffness, now, forces);
+        phase.parts.kernel.mul(&phase.parts.body.stiffness, now, forces);
         let next = steps.each_mut().map(|s| &mut s.next[..n_o]);
         phase.inertia.accelerate_all(&phase.kinematics, &mut b, &mut room, s, next);
         for step in steps {

@@ -13,7 +13,7 @@ use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
 use super::redistribution;
 use super::springs::{self, Law, SpringPoint};
-use crate::fem::{Body, Csr, Harmonic, Loads, Measured, Reduction};
+use crate::fem::{Body, Csr, Harmonic, Kernel, Loads, Measured, Reduction};
 
 /// Rayleigh damping `C = α M + β K`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +68,8 @@ pub struct Units {
 pub struct System {
     /// Matrices over `u = (u_O, u_C)` as assembled, numbering, geometry.
     pub body: Arc<Body>,
+    /// For products with its stiffness.
+    kernel: Arc<Kernel>,
     /// The contact points, in the order of active sets and `u_C`.
     pub constraints: Vec<Constraint>,
     /// Damping, if any.
@@ -184,6 +186,7 @@ impl System {
             damping: None,
             loads: Arc::default(),
             units,
+            kernel: Arc::new(Kernel::new(&body.stiffness)),
             body: Arc::new(body),
             method,
         }
@@ -269,7 +272,12 @@ impl System {
     }
 
     fn parts(&self) -> Parts {
-        Parts { body: self.body.clone(), damping: self.damping, loads: self.loads.clone() }
+        Parts {
+            body: self.body.clone(),
+            kernel: self.kernel.clone(),
+            damping: self.damping,
+            loads: self.loads.clone(),
+        }
     }
 
     /// The phase of an active set.
@@ -335,7 +343,10 @@ impl System {
     /// Elastic energy of a full displacement: `½ uᵀ K u`, springs of the obstacle included.
     pub fn elastic(&self, u: &[f64]) -> f64 {
         let energy = self.body.tips.as_ref().and_then(|t| t.energy.as_ref());
-        0.5 * energy.unwrap_or(&self.body.stiffness).quadratic(u)
+        0.5 * match energy {
+            Some(energy) => energy.quadratic(u),
+            None => self.kernel.quadratic(&self.body.stiffness, u),
+        }
     }
 
     /// Displacements of the body at the contact points along their normals, of a full displacement: `u_C`, but for tips of springs.

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::sparse::{Csr, blocks};
+use super::sparse::{Csr, blocks, sum_of_blocks};
 
 /// Rows that are computed together: multiples of all periods, and of the width of vector instructions.
 const LANES: usize = 24;
@@ -18,6 +18,9 @@ const PERIODS: [usize; 3] = [2, 1, 3];
 const SHORTEST: usize = 2 * LANES;
 /// Entries are equal if they differ by so many units in the last place of the largest of the row: sums of the same elements in another order.
 const SAME: f64 = 64.0 * f64::EPSILON;
+/// Rows of a product that wait to be used.
+const PART: usize = 512;
+
 /// Diagonals whose weights repeat.
 #[derive(Debug, Clone)]
 struct Stencil {
@@ -196,6 +199,44 @@ impl Kernel {
         }
     }
 
+    /// `y -= A x`.
+    pub fn mul_sub(&self, matrix: &Csr, x: &[f64], y: &mut [f64]) {
+        blocks([&mut y[..matrix.n_rows()]], |first, [y]| {
+            self.parts(matrix, first..first + y.len(), x, |rows, of_rows| {
+                let part = rows.start - first..rows.end - first;
+                y[part].iter_mut().zip(of_rows).for_each(|(y, s)| *y -= s);
+            });
+        });
+    }
+
+    /// The quadratic form `xᵀ A x`.
+    pub fn quadratic(&self, matrix: &Csr, x: &[f64]) -> f64 {
+        sum_of_blocks(matrix.n_rows(), |rows| {
+            let mut sum = 0.0;
+            self.parts(matrix, rows, x, |rows, of_rows| {
+                sum += of_rows.iter().zip(&x[rows]).map(|(y, x)| x * y).sum::<f64>();
+            });
+            sum
+        })
+    }
+
+    /// Some rows of `A x`, a few at a time.
+    fn parts(
+        &self,
+        matrix: &Csr,
+        rows: Range<usize>,
+        x: &[f64],
+        mut take: impl FnMut(Range<usize>, &[f64]),
+    ) {
+        let mut room = [0.0; PART];
+        for first in rows.clone().step_by(PART) {
+            let part = first..rows.end.min(first + PART);
+            let sums = &mut room[..part.len()];
+            self.mul_rows(matrix, part.clone(), [x], &mut [&mut *sums]);
+            take(part, sums);
+        }
+    }
+
     /// `y ← A x`, for several vectors at once.
     pub fn mul<const N: usize>(&self, matrix: &Csr, x: [&[f64]; N], y: [&mut [f64]; N]) {
         blocks(y, |first, mut y| {
@@ -251,6 +292,10 @@ mod tests {
             let [mut y, mut w] = [vec![0.0; n], vec![0.0; n]];
             kernel.mul(&matrix, [&x, &z], [&mut y, &mut w]);
             assert!(y.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-13));
+            let mut rest = exact.clone();
+            kernel.mul_sub(&matrix, &x, &mut rest);
+            assert!(rest.iter().all(|r| r.abs() < 1e-13));
+            assert!((kernel.quadratic(&matrix, &x) - matrix.quadratic(&x)).abs() < 1e-11);
             // any part of it gives the same bits
             for (a, b) in [(0, n), (1, n - 1), (n / 3, n / 2), (n / 2, n / 2 + 1)] {
                 let mut part = vec![0.0; b - a];

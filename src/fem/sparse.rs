@@ -3,6 +3,8 @@
 //! Products `y = A x` run in every right-hand side, so they are plain loops over
 //! compressed rows without allocation. Factorisations are faer's.
 
+use std::ops::Range;
+
 use faer::Side;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -25,34 +27,69 @@ pub struct Csr {
     val: Vec<f64>,
 }
 
+/// Rows that a thread merges at a time, at least.
+const ROWS: usize = 4096;
+
+/// A sum below so many times the sizes of its terms is what rounding left of zero.
+const CANCELLED: f64 = 16.0 * f64::EPSILON;
+
+/// Sort the entries of a row by their columns and add up those of one column, in the order in which they came; what cancels leaves. How many are left.
+fn merge(row: &mut [(u32, f64)]) -> usize {
+    row.sort_by_key(|e| e.0);
+    let (mut kept, mut next) = (0, 0);
+    while next < row.len() {
+        let (column, mut sum) = row[next];
+        let mut size = sum.abs();
+        next += 1;
+        while next < row.len() && row[next].0 == column {
+            sum += row[next].1;
+            size += row[next].1.abs();
+            next += 1;
+        }
+        if sum.abs() > CANCELLED * size || sum.is_nan() {
+            row[kept] = (column, sum);
+            kept += 1;
+        }
+    }
+    kept
+}
+
 impl Csr {
-    /// Build from `(row, column, value)` entries; duplicates add up, exact zeros are dropped.
-    pub fn from_triplets(
-        n_rows: usize,
-        n_cols: usize,
-        mut entries: Vec<(usize, usize, f64)>,
-    ) -> Self {
-        entries.sort_unstable_by_key(|&(i, j, _)| (i, j));
-        let mut merged: Vec<(usize, usize, f64)> = Vec::with_capacity(entries.len());
-        for (i, j, v) in entries {
-            match merged.last_mut() {
-                Some(last) if (last.0, last.1) == (i, j) => last.2 += v,
-                _ => merged.push((i, j, v)),
-            }
+    /// Build from `(row, column, value)` entries; duplicates add up, zeros and what rounding leaves of them are dropped.
+    pub fn from_triplets(n_rows: usize, n_cols: usize, entries: Vec<(usize, usize, f64)>) -> Self {
+        let mut end = vec![0; n_rows];
+        entries.iter().for_each(|e| end[e.0] += 1);
+        let mut before = 0;
+        for end in &mut end {
+            before += std::mem::replace(end, before);
         }
-        merged.retain(|e| e.2 != 0.0);
-        let mut row_start = vec![0; n_rows + 1];
-        for &(i, _, _) in &merged {
-            row_start[i + 1] += 1;
+        let mut placed = vec![(0u32, 0.0); entries.len()];
+        for &(i, j, v) in &entries {
+            placed[end[i]] = (j as u32, v);
+            end[i] += 1;
         }
-        for i in 0..n_rows {
-            row_start[i + 1] += row_start[i];
+        drop(entries);
+        let mut rows: Vec<&mut [(u32, f64)]> = Vec::with_capacity(n_rows);
+        let (mut rest, mut before) = (&mut placed[..], 0);
+        for end in &end {
+            let (row, others) = rest.split_at_mut(end - before);
+            rows.push(row);
+            (rest, before) = (others, *end);
         }
+        let merged: Vec<usize> = rows.par_iter_mut().with_min_len(ROWS).map(|r| merge(r)).collect();
+        let mut row_start = Vec::with_capacity(n_rows + 1);
+        row_start.push(0);
+        let sums = merged.iter().scan(0, |sum, n| {
+            *sum += n;
+            Some(*sum)
+        });
+        row_start.extend(sums);
+        let all = || rows.iter().zip(&merged).flat_map(|(row, n)| &row[..*n]);
         Csr {
             n_cols,
             row_start,
-            col: merged.iter().map(|e| e.1 as u32).collect(),
-            val: merged.iter().map(|e| e.2).collect(),
+            col: all().map(|e| e.0).collect(),
+            val: all().map(|e| e.1).collect(),
         }
     }
 
@@ -123,19 +160,7 @@ impl Csr {
 
     /// The quadratic form `xᵀ A x`.
     pub fn quadratic(&self, x: &[f64]) -> f64 {
-        let n = self.n_rows();
-        let of_block = |b: usize| -> f64 {
-            (b * BLOCK..n.min((b + 1) * BLOCK)).map(|i| x[i] * self.row_dot(i, x)).sum()
-        };
-        // block by block, whoever computes them: the same sum on any number of threads
-        match n < SHARED {
-            true => (0..n.div_ceil(BLOCK)).map(of_block).sum(),
-            false => {
-                let parts: Vec<f64> =
-                    (0..n.div_ceil(BLOCK)).into_par_iter().map(of_block).collect();
-                parts.iter().sum()
-            }
-        }
+        sum_of_blocks(self.n_rows(), |rows| rows.map(|i| x[i] * self.row_dot(i, x)).sum())
     }
 
     /// `Aᵀ B A` of this matrix `B` and a sparse `A`.
@@ -234,6 +259,16 @@ impl Csr {
 /// Rows of one task, and the least number of rows that is shared among threads.
 const BLOCK: usize = 4096;
 const SHARED: usize = 8 * BLOCK;
+
+/// A sum over rows, block by block, whoever computes them: the same on any number of threads.
+pub(super) fn sum_of_blocks(n: usize, of: impl Fn(Range<usize>) -> f64 + Sync) -> f64 {
+    let of_block = |b: usize| of(b * BLOCK..n.min((b + 1) * BLOCK));
+    if n < SHARED {
+        return (0..n.div_ceil(BLOCK)).map(of_block).sum();
+    }
+    let parts: Vec<f64> = (0..n.div_ceil(BLOCK)).into_par_iter().map(of_block).collect();
+    parts.iter().sum()
+}
 
 /// Go through some vectors in blocks, on all threads where that pays: `each` gets the first row of a block and the block's part
 /// of every vector. What it does with a block must not depend on others.

@@ -163,8 +163,8 @@ fn a_forced_and_damped_plate_moves_as_its_modes_do() {
                 errors[1],
                 energies.iter().fold(0.0f64, |m, x| m.max(*x)) / scale,
             );
-            // strong damping: 1.0e-12 measured, as in the prototypes
-            let most_error = if beta < 0.1 { 1e-12 } else { 1.5e-12 };
+            // 1.0e-12 measured where four windows or strong damping add up what is rounded, as in the prototypes
+            let most_error = if beta < 0.1 && longest > 100.0 { 1e-12 } else { 1.5e-12 };
             assert!(errors.iter().all(|e| *e < most_error), "{beta}: {errors:?}");
             assert!(energies.iter().all(|e| *e < 1e-11 * scale), "{beta}: {energies:?} of {scale}");
             assert!(products as f64 <= 1.05 * f64::from(most), "{beta}: {products} {most}");
