@@ -10,7 +10,7 @@ use signorini::hbm::response::{Summary, Track, ladder, mode_start, sequential};
 use signorini::hbm::{Basis, Failure, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::{Candidate, check, series_of_orbit};
 use signorini::orbit::search::{Effort, find};
-use signorini::orbit::{Closure, Propagator, branch};
+use signorini::orbit::{Closure, Propagator, branch, census};
 use signorini::problem::Problem;
 
 fn half_plate(form: Form) -> Reduction {
@@ -162,11 +162,12 @@ fn thirty_one_harmonics_beside_true_orbits() {
     let mut body =
         Propagator::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().system)
             .unwrap();
-    let starts = branch::starts(&body, 4.0, 16);
+    let starts = census::starts(&body, 4.0, 16);
     for (omega, of_orbit, of_series) in [(1.80, 1.04367, 1.03947), (2.00, 7.16476, 7.16212)] {
         let effort = Effort { multipliers: false, ..Effort::default() };
-        let all =
-            branch::all(&mut body, Closure::Reversible, &starts, omega, &effort, |_| ()).unwrap();
+        let all = census::all(&mut body, Closure::Reversible, &starts, omega, &effort, |_, _| ())
+            .unwrap()
+            .0;
         let orbit = all.iter().find(|o| (o.energy - of_orbit).abs() < 1e-5).unwrap();
         let series = series_of_orbit(&body, &orbit.z, omega, 31).unwrap();
         let n = r.n();

@@ -8,7 +8,8 @@ use common::{problem, random, shipped};
 use faer::Mat;
 use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::along::{Start, arclength};
-use signorini::orbit::branch::{all, mode_guess, place_of, starts};
+use signorini::orbit::branch::{mode_guess, place_of};
+use signorini::orbit::census::{all, starts};
 use signorini::orbit::chain::Propagator;
 use signorini::orbit::credentials::examine;
 use signorini::orbit::period_map::integrate;
@@ -82,8 +83,9 @@ fn orbits_of_the_table_are_found() {
         (1.90, &[2.99596, 3.06479], 16),
         (2.00, &[7.16476, 8.90291], 8),
     ] {
-        let found = all(&mut body, Closure::Reversible, &starts, omega, &Effort::default(), |_| ())
-            .unwrap();
+        let effort = Effort::default();
+        let found = all(&mut body, Closure::Reversible, &starts, omega, &effort, |_, _| ());
+        let (found, _) = found.unwrap();
         for (k, energy) in energies.iter().enumerate() {
             let orbit = found.iter().find(|o| (o.energy - energy).abs() < 1e-5);
             let orbit = orbit.unwrap_or_else(|| panic!("energy {energy} at {omega} not found"));
@@ -107,13 +109,53 @@ fn orbits_of_the_table_are_found() {
     }
 }
 
+/// Nine orbits that shooting from modes alone finds, and their neighbours; as many, to the last bit, on any number of threads.
+#[test]
+fn neighbours_of_orbits_are_orbits() {
+    let body = half_plate();
+    let starts = starts(&body, 4.0, 16);
+    let quick = Effort { multipliers: false, rescue: false, ..Effort::default() };
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let body = std::sync::Mutex::new(body.system.clone());
+        pool.install(|| {
+            let mut body = Propagator::new(body.into_inner().unwrap()).unwrap();
+            all(&mut body, Closure::Reversible, &starts, 1.70, &quick, |_, _| ()).unwrap()
+        })
+    };
+    let ((one, count), (three, _)) = (on(1), on(3));
+    println!("{} orbits from {count} starts", one.len());
+    assert!(one.len() >= 12 && count > starts.len());
+    for energy in [
+        0.404781253,
+        0.404799602,
+        0.409082633,
+        0.412874599,
+        0.538768304,
+        0.548024668,
+        0.570471200,
+        0.620204673,
+        0.662868169,
+    ] {
+        assert!(one.iter().any(|o| (o.energy - energy).abs() < 1e-8), "{energy}");
+    }
+    let states = |found: &[signorini::orbit::Orbit]| -> Vec<Vec<f64>> {
+        found.iter().map(|o| o.z.clone()).collect()
+    };
+    assert!(states(&one) == states(&three));
+    for o in &one {
+        assert!(o.is_admissible() && o.flaws().is_empty() && o.residual < 1e-10, "{}", o.energy);
+    }
+}
+
 /// Above 1.86998 the eight-switch orbit does not exist, and the verdict says so.
 #[test]
 fn the_fold_before_187_is_located() {
     let mut body = half_plate();
     let starts = starts(&body, 4.0, 12);
     let quick = Effort { multipliers: false, rescue: false, ..Effort::default() };
-    let below = all(&mut body, Closure::Reversible, &starts, 1.8695, &quick, |_| ()).unwrap();
+    let below = all(&mut body, Closure::Reversible, &starts, 1.8695, &quick, |_, _| ());
+    let (below, _) = below.unwrap();
     for o in &below {
         println!("1.8695: energy {:.6}, {} switches", o.energy, o.switches.len());
     }

@@ -249,58 +249,6 @@ pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<
     Some(z)
 }
 
-/// All different orbits of frequency `omega` that shooting reaches from `starts`, by energy; `tick` is called after every start.
-pub fn all(
-    body: &mut Propagator,
-    closure: Closure,
-    starts: &[Vec<f64>],
-    omega: f64,
-    effort: &Effort,
-    mut tick: impl FnMut(usize),
-) -> Result<Vec<Orbit>, OrbitError> {
-    let mut found: Vec<Orbit> = vec![];
-    let quick = Effort { multipliers: false, rescue: false, ..*effort };
-    for (k, start) in starts.iter().enumerate() {
-        if let Verdict::Orbit(orbit) = find(body, closure, start, omega, &quick)?
-            && !found.iter().any(|o| super::search::same(o, &orbit))
-        {
-            found.push(*orbit);
-        }
-        tick(k + 1);
-    }
-    found.sort_by(|a, b| a.energy.total_cmp(&b.energy));
-    let mut examine = |o: &Orbit| {
-        super::credentials::examine(
-            body,
-            closure,
-            &o.z,
-            closure.period(omega),
-            o.iterations,
-            effort.multipliers,
-        )
-    };
-    found.iter().map(&mut examine).collect()
-}
-
-/// A set of starts for [`all`]: the first mode from grazing to `most` times grazing, alone and with each of the next modes that move the
-/// contact edge at a few shares of its amplitude.
-pub fn starts(body: &Propagator, most: f64, amplitudes: usize) -> Vec<Vec<f64>> {
-    let mut list = vec![];
-    for k in 0..amplitudes {
-        let a = 1.03 * (most / 1.03).powf(k as f64 / (amplitudes.max(2) - 1) as f64);
-        let Some(first) = mode_guess(body, 1, -a) else { continue };
-        list.push(first.clone());
-        for mode in 2..=4 {
-            for share in [-0.3, -0.1, 0.1, 0.3] {
-                if let Some(other) = mode_guess(body, mode, share) {
-                    list.push(first.iter().zip(&other).map(|(a, b)| a + b).collect());
-                }
-            }
-        }
-    }
-    list
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -160,7 +160,8 @@ impl Propagator {
         if from == to {
             return Ok(None);
         }
-        if self.n() <= BY_TRANSFORM {
+        // a whole basis pays for a transform, were it used once
+        if self.n() <= BY_TRANSFORM || b.ncols() >= self.n() {
             return Ok(Some(product(self.transform(from, to)?.as_ref().as_ref(), b)));
         }
         let u = product(self.spectra.of_set(&self.system, from)?.shapes.as_ref(), b);

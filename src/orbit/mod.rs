@@ -20,6 +20,7 @@
 
 pub mod along;
 pub mod branch;
+pub mod census;
 pub mod chain;
 pub mod check;
 pub mod credentials;

@@ -125,13 +125,21 @@ pub struct Settings {
     pub iterations: usize,
     /// The residual, over the size of the state, that counts as an orbit.
     pub tolerance: f64,
+    /// One of many starts: give up where little comes of it.
+    pub scout: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { iterations: 40, tolerance: 1e-11 }
+        Settings { iterations: 40, tolerance: 1e-11, scout: false }
     }
 }
+
+/// Least share of a Newton step; of a scout's. Of eighteen starts that found an orbit (half plate, 10 × 3) one took a share below 0.05, and of
+/// 209 each that found none spent half of its evaluations there.
+const SHARE: [f64; 2] = [1e-3, 0.05];
+/// A scout goes on while the residual falls below this part of what it was so many steps ago.
+const SLOW: (f64, usize) = (0.8, 3);
 
 /// How Newton's method ended.
 #[derive(Debug)]
@@ -275,10 +283,15 @@ pub fn shoot(
         converged: at.size <= settings.tolerance,
         passage: at.passage,
     };
+    let mut sizes = vec![];
     for iteration in 0..settings.iterations {
-        if at.size <= 1e-14 {
+        // nothing but contact shifts the frequency of a free motion
+        let idle = at.passage.chain.events() == 0 && !closure.is_forced();
+        let slow = iteration > SLOW.1 && at.size > SLOW.0 * sizes[iteration - SLOW.1];
+        if at.size <= 1e-14 || settings.scout && (idle || slow) {
             return Ok(shot(z, at, iteration));
         }
+        sizes.push(at.size);
         let mut step = newton_step(body, closure, &z, &at)?;
         if step.iter().any(|s| !s.is_finite()) {
             return Ok(shot(z, at, iteration));
@@ -290,7 +303,7 @@ pub fn shoot(
         }
         let mut best: Option<(Vec<f64>, Image)> = None;
         let mut lambda = 1.0;
-        while lambda > 1e-3 {
+        while lambda > SHARE[usize::from(settings.scout)] {
             let trial: Vec<f64> = z.iter().zip(&step).map(|(z, s)| z + lambda * s).collect();
             if let Ok(there) = image(body, closure, &trial, period)
                 && there.size < (1.0 - 0.1 * lambda) * at.size

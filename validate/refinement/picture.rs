@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 use signorini::orbit::Closure;
-use signorini::orbit::branch::{all, starts};
+use signorini::orbit::census::{all, starts};
 use signorini::orbit::search::Effort;
 use signorini::report::figure::{
     self, Area, DPI, Drawing, FigureError, INK, LINES, Mark, draw_line, legend_above, line, panel,
@@ -66,9 +66,9 @@ fn conservative(scene: &Scene) -> Result<Places, String> {
         let mut body = orbits::body(&orbits::with_method(scene.clone(), mesh, 0))?;
         let starts = starts(&body, 4.0, 16);
         let effort = Effort { multipliers: false, ..Effort::default() };
-        let found = all(&mut body, Closure::Reversible, &starts, OMEGA, &effort, |_| ())
+        let found = all(&mut body, Closure::Reversible, &starts, OMEGA, &effort, |_, _| ())
             .map_err(|e| e.to_string())?;
-        let energies: Vec<f64> = found.iter().map(|o| o.energy).collect();
+        let energies: Vec<f64> = found.0.iter().map(|o| o.energy).collect();
         eprintln!("conservative, {mesh:?}: {energies:?}");
         places.extend(energies.into_iter().map(|e| (1.0 / mesh[0] as f64, e)));
     }

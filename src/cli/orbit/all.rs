@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use signorini::orbit::search::Effort;
-use signorini::orbit::{Closure, Orbit, Propagator, branch};
+use signorini::orbit::{Closure, Orbit, Propagator, census};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 
@@ -25,13 +25,12 @@ pub(super) fn all(
     own: Vec<Vec<f64>>,
     begun: Instant,
 ) -> Result<Answer, CliError> {
-    let mut starts = branch::starts(body, arguments.largest, arguments.amplitudes as usize);
+    let mut starts = census::starts(body, arguments.largest, arguments.amplitudes as usize);
     starts.iter_mut().for_each(|z| z.resize(closure.unknowns(body.n()), 0.0));
     // the scene's own state comes first
     starts.splice(0..0, own);
     let bar = Bar::new(global, scene);
-    let count = starts.len();
-    let found = branch::all(body, closure, &starts, omega, &Effort::default(), |k| {
+    let found = census::all(body, closure, &starts, omega, &Effort::default(), |k, count| {
         if let Some(bar) = &bar {
             bar.set(k as f64 / count as f64, format!("{k} of {count} starts"));
         }
@@ -39,18 +38,17 @@ pub(super) fn all(
     if let Some(bar) = &bar {
         bar.clear();
     }
-    let found = found?;
+    let (found, starts) = found?;
     let wall = begun.elapsed().as_secs_f64();
     let answer = global.answer(
         || {
             let orbits: Vec<Value> = found.iter().map(|o| orbit_json(body, o)).collect();
-            json!({"omega": omega, "starts": starts.len(), "orbits": orbits, "wall_s": wall})
+            json!({"omega": omega, "starts": starts, "orbits": orbits, "wall_s": wall})
         },
         || {
             let head = format!(
-                "{} different orbits at omega = {omega} from {} starts ({wall:.1} s); others may exist",
-                found.len(),
-                starts.len()
+                "{} different orbits at omega = {omega} from {starts} starts ({wall:.1} s); others may exist",
+                found.len()
             );
             format!("{head}\n{}", table(&found))
         },
