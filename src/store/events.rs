@@ -14,8 +14,8 @@ use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 /// A word in a table.
 type Word = FixedAscii<32>;
 
-/// Rows of a chunk: there are few.
-const CHUNK: usize = 64;
+/// Rows of a chunk: there are few as a rule, and a library that keeps an index of chunks where there are a million.
+const CHUNK: usize = 512;
 
 fn word(text: &str) -> Word {
     Word::from_ascii(text.as_bytes()).unwrap_or_default()
