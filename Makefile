@@ -79,6 +79,8 @@ pictures: build peers
 	cp out/bracket-shapes.png docs/bracket.png
 	cargo run --release --locked --example refinement -- out/refinement
 	cp out/refinement.png docs/refinement.png
+	cargo run --release --locked --example scaling -- out/scaling
+	cp out/scaling.png docs/scaling.png
 
 # figure 1: forced responses and their ridge, viscous backbone with its errors (coarser meshes, half the viscosity), harmonic balance of it; figure 2: the
 # viscous orbit at ω = 1.87 over one period, on a mesh of 46 × 21 elements; and the cross-check of conservative series, which have no such limit
