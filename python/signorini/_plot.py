@@ -83,9 +83,9 @@ def _deformed(axes: Axes, r: Run, row: int) -> None:
 
 def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
     """Contact displacements and pressures in time, the energies, and (in the plane) the body at time ``at``
-    [default: when the pressure is largest]."""
+    [default: when the pressure is largest]; not the body where the file keeps a part of it (``run.store``)."""
     u_c = r.contact_displacement
-    in_plane = r.mesh.elements.size > 0 and r.mesh.nodes.shape[1] > 1 and np.ptp(r.mesh.nodes[:, 1]) > 0
+    in_plane = r.columns is None and r.mesh.elements.size > 0 and r.mesh.nodes.shape[1] > 1 and np.ptp(r.mesh.nodes[:, 1]) > 0
     figure = make(figsize=(9, 9 if in_plane else 7), layout="constrained")
     axes = figure.subplots(4 if in_plane else 3, 1, sharex=False)
     touching = r.active.any(axis=1)

@@ -366,6 +366,20 @@ def test_results_given_inline_live_as_long_as_they_are_needed():
         sg.crosscheck(([1.8], np.zeros((1, 3, 65))), scene)
 
 
+def test_a_part_of_the_displacements():
+    scene = sg.Scene("scenarios/plate-half.toml").with_(run__until=2.0, run__samples=20)
+    whole, part = sg.run(scene), sg.run(scene.with_(run__store="contact"))
+    assert whole.columns is None and part.u.shape[1] == len(part.columns) < whole.u.shape[1]
+    assert np.array_equal(part.u, whole.u[:, part.columns])
+    assert np.array_equal(part.contact_displacement, whole.contact_displacement)
+    assert np.array_equal(part.contact_velocity, whole.contact_velocity)
+    with pytest.raises(ValueError, match='store = "all"'):
+        part.displacement(len(part.mesh.nodes) // 2)
+    assert len(part.plot().axes) == len(whole.plot().axes) - 1
+    short = sg.run(scene.with_(run__precision="single"))
+    assert np.array_equal(short.u, whole.u.astype(np.float32)) and np.array_equal(short.t, whole.t)
+
+
 def test_matrices_keep_their_order_and_their_damping(tmp_path):
     n = 6
     k = sp.diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1]).tocsr()
