@@ -4,6 +4,7 @@ Loads without an error and without a request, plays, answers to clicks and keys,
 what was promised. Screenshots go to out/page/.
 """
 
+import re
 import shutil
 import subprocess
 import sys
@@ -87,6 +88,8 @@ class Looker:
         text = self.value("signorini.picture()")
         (OUT / f"{name}.svg").write_text(text)
         drawn = len(list(xml.fromstring(text).iter()))
+        # the letters of an embedded image spell anything
+        text = re.sub(r"data:image/[^\"']*", "", text)
         check(drawn > 100 and "NaN" not in text and "undefined" not in text, f"{name}: a picture in SVG ({drawn} elements)")
 
     def silent(self, name: str) -> None:
