@@ -106,6 +106,14 @@ fn groups_are_stored_besides() {
         assert!(if kept(&node) { same(0) && same(1) } else { lacks(0) && lacks(1) }, "node {node}");
     }
     assert!(part.whole().is_err() && all.whole().is_ok());
+    // groups that have every node keep the whole body
+    let text = scene("plate-half.toml", "1.0", "store = [\"top\", \"bottom\"]");
+    let text = text.replace("elements = [20, 5]", "elements = [20, 1]");
+    let every = stored(&folder, "every", &text);
+    assert!(every.n_kept() == every.n_displacements() && every.whole().is_ok());
+    let body = problem(&text).system.body.clone();
+    let file = folder.path().join("every.h5");
+    assert!(read_state(&file, body.mesh.nodes(), 2, false).is_ok());
 }
 
 /// Single precision: seven digits of the states, all of times, energies and switches.

@@ -151,12 +151,13 @@ pub fn check_run(
     let size = samples * row;
     if let Some(there) = room(output).filter(|there| 0.5 * size > *there as f64) {
         return Err(CliError::Other(format!(
-            "{}: {} states of {} displacements take about {}, and the disk has {}; take fewer [run] samples, or store = \"contact\" (--force-large runs it all the same)",
+            "{}: {} states of {} displacements take about {}, and the disk has {}; take fewer [run] samples{} (--force-large runs it all the same)",
             output.display(),
             plain(samples),
             kept.len(),
             in_bytes(size as u64),
-            in_bytes(there)
+            in_bytes(there),
+            if kept.len() < system.n() { "" } else { ", or store = \"contact\"" }
         )));
     }
     if size > LARGE_FILE {

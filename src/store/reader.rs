@@ -260,9 +260,9 @@ impl Stored {
 
     /// The same, if it keeps the displacements of the whole body.
     pub fn whole(&self) -> Result<&Stored, StoreError> {
-        match self.columns {
-            None => Ok(self),
-            Some(_) => Err(partial(&self.path, (self.n_kept(), self.n_displacements()))),
+        match self.held.iter().all(Option::is_some) {
+            true => Ok(self),
+            false => Err(partial(&self.path, (self.n_kept(), self.n_displacements()))),
         }
     }
 

@@ -89,7 +89,10 @@ fn stored_state(file: &hdf5::File, path: &Path, most: usize) -> Result<State, St
         }
     };
     if let Ok(columns) = file.dataset("trajectory/columns") {
-        return Err(partial(path, (columns.size(), most)));
+        let all = columns.attr("of")?.read_scalar::<i64>()?.clamp(0, 2 * most as i64) as usize;
+        if columns.size() < all {
+            return Err(partial(path, (columns.size(), all)));
+        }
     }
     Ok((last("trajectory/u")?, last("trajectory/v")?))
 }
