@@ -145,6 +145,7 @@ fn what_needs_the_whole_body_refuses_a_part() {
     for refused in [
         &["view", &file, "-o", &at("part.html")][..],
         &["plot", &file, "--only", "shapes", "-o", &at("p")],
+        &["plot", &file, "--at", "0.5", "-o", &at("p")],
         &["export", &file, "--format", "vtu", "-o", &at("v")],
         &["export", &file, "--format", "xdmf", "-o", &at("x")],
     ] {

@@ -235,6 +235,8 @@ fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<Drawing
     }
     let mut options = Options { nodes: arguments.nodes.clone(), ..Options::default() };
     if !arguments.at.is_empty() {
+        // times of shapes, which a part of the body has not
+        stored.whole()?;
         options.fractions = arguments.at.clone();
     } else if orbit.is_some() {
         // the end of a period is its start
