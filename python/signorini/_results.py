@@ -200,7 +200,7 @@ class Run(Result):
     @property
     def columns(self) -> np.ndarray | None:
         trajectory = self["trajectory"]
-        return trajectory["columns"] if "columns" in trajectory else None
+        return trajectory["columns"] if "columns" in trajectory.keys() else None
 
     @property
     def switches(self) -> np.recarray:
@@ -222,7 +222,7 @@ class Run(Result):
         if self.mesh.elements.size and (self.mesh.dof_map[:, 1] >= 0).any():
             raise TypeError("the body has a mesh: displacement(node) and mesh.dof_map say which column is which")
         columns = self.mesh.dof_map[:, 0]
-        return np.stack([self._column(table, c) for c in columns[columns >= 0]], axis=1)
+        return self._columns(table, columns[columns >= 0])
 
     def displacement(self, node: int) -> np.ndarray:
         """Displacement of a mesh node along the axes [s, dim]; zero where it is prescribed."""
@@ -240,22 +240,25 @@ class Run(Result):
 
     def _at_node(self, table: np.ndarray, node: int) -> np.ndarray:
         columns = self.mesh.dof_map[node]
-        return np.stack([self._column(table, c) if c >= 0 else np.zeros(len(table)) for c in columns], axis=1)
+        at_node = np.zeros((len(table), len(columns)))
+        at_node[:, columns >= 0] = self._columns(table, columns[columns >= 0])
+        return at_node
 
-    def _column(self, table: np.ndarray, column: int) -> np.ndarray:
-        if self.columns is None:
-            return table[:, column]
-        (found,) = np.nonzero(self.columns == column)
-        if not found.size:
+    def _columns(self, table: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Columns of all displacements, where the file keeps them."""
+        kept = self.columns
+        if kept is None:
+            return table[:, columns]
+        if not np.isin(columns, kept).all():
             raise ValueError("the file does not keep this displacement: run the scene with store = \"all\"")
-        return table[:, found[0]]
+        return table[:, np.searchsorted(kept, columns)]
 
     def _along_normals(self, table: np.ndarray) -> np.ndarray:
         mesh = self.mesh
         if "contact_points" in mesh:
             # points of quadrature have columns of their own
             sign = -1.0 if str(mesh.get("contact_normal", "")).startswith("-") else 1.0
-            return sign * np.stack([self._column(table, c) for c in mesh.contact_dofs], axis=1)
+            return sign * self._columns(table, mesh.contact_dofs)
         normals = mesh.contact_normals
         size = normals.shape[1] if normals.ndim > 1 else 0
         columns = [self._at_node(table, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]

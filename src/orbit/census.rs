@@ -34,25 +34,16 @@ pub fn all(
     let newton = Settings { scout: true, ..effort.newton };
     let quick = Effort { multipliers: false, rescue: false, newton };
     let mut found: Vec<Orbit> = vec![];
-    let mut count = starts.len();
-    let mut fresh = shoot_all(body, closure, starts, omega, &quick, |k| tick(k, count))?;
-    for _ in 0..ROUNDS {
-        let known = found.len();
-        for orbit in fresh {
+    let (mut next, mut count) = (starts.to_vec(), 0);
+    for _ in 0..=ROUNDS {
+        let (known, done) = (found.len(), count);
+        count += next.len();
+        for orbit in shoot_all(body, closure, &next, omega, &quick, |k| tick(done + k, count))? {
             if !found.iter().any(|o| same(o, &orbit)) {
                 found.push(orbit);
             }
         }
-        let pushed: Vec<Vec<f64>> =
-            found[known..].iter().flat_map(|o| neighbours(body, &o.z)).collect();
-        let done = count;
-        count += pushed.len();
-        fresh = shoot_all(body, closure, &pushed, omega, &quick, |k| tick(done + k, count))?;
-    }
-    for orbit in fresh {
-        if !found.iter().any(|o| same(o, &orbit)) {
-            found.push(orbit);
-        }
+        next = found[known..].iter().flat_map(|o| neighbours(body, &o.z)).collect();
     }
     found.sort_by(|a, b| a.energy.total_cmp(&b.energy));
     let mut credentials = |o: &Orbit| {
