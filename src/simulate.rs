@@ -4,9 +4,9 @@ use crate::contact::{March, State, System};
 use crate::event::{self, Observer, Options, Report, Resumed, RunError, Verified};
 use crate::flow::dop853::DOP853;
 use crate::flow::dopri5::DOPRI5;
-use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, auto, exact};
+use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, Zoned, auto, exact};
 use crate::problem::Problem;
-use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
+use crate::scenario::{Integrator, Issue, Run, Scene, SceneError, Store};
 use crate::{stepping, waves};
 
 /// The `[run]` table of a scene, or the error that says it is missing.
@@ -60,7 +60,11 @@ fn run<O: Observer>(
     if let Some(report) = marched {
         return Ok(report);
     }
-    let mut flow = by_name(run.integrator, &problem.system, tolerances);
+    let flow = match run.store {
+        Store::Contact => around_contact(run.integrator, &problem.system),
+        _ => None,
+    };
+    let mut flow = flow.unwrap_or_else(|| by_name(run.integrator, &problem.system, tolerances));
     let (system, flow) = (&problem.system, flow.as_mut());
     if !verify_lcp {
         return carry_out(system, &problem.initial, resumed, &options, flow, observer);
@@ -97,6 +101,17 @@ pub fn by_name<'a>(
         Integrator::Chebyshev => Box::new(exact(Box::new(Chebyshev::new(system)), system)),
         Integrator::Auto => Box::new(auto::auto(system, tolerances)),
     }
+}
+
+/// The flow of a body of which nobody wants to see more than the contact: it follows the rest in longer steps, where that costs less.
+pub fn around_contact(integrator: Integrator, system: &System) -> Option<Box<dyn Flow + '_>> {
+    let without_modes = match integrator {
+        Integrator::Chebyshev => true,
+        Integrator::Auto => auto::never_by_modes(system),
+        _ => false,
+    };
+    let flow = without_modes.then(|| Zoned::new(system)).flatten()?;
+    Some(Box::new(exact(Box::new(flow), system)))
 }
 
 /// A simulation could not be carried out.

@@ -280,7 +280,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         let full = self.full().0;
         self.penetration = self.penetration.max(self.scheme.system.penetration(&full));
         let energies = self.energies();
-        self.ledger.switch(jump, &energies);
+        self.ledger.switch(jump, Some(&energies));
         self.ledger.note(&energies);
         self.tell_switches(jump, &was)
     }
@@ -342,7 +342,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             v: &v,
             active: &self.set,
             pressure: &pressure,
-            energies: self.energies(),
+            energies: Some(self.energies()),
             jumps: self.ledger.jumps(),
         };
         self.observer.sample(&sample).map_err(RunError::Observer)?;

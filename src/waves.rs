@@ -336,7 +336,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             v: &v,
             active: &ActiveSet::new(vec![self.touches]),
             pressure: &[pressure],
-            energies,
+            energies: Some(energies),
             jumps: 0.0,
         };
         self.observer.sample(&sample).map_err(RunError::Observer)?;

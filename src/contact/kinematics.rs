@@ -91,12 +91,12 @@ impl Kinematics {
         }
     }
 
-    /// `A* x` of the first `n_o` entries of `x`, in place.
-    pub fn complete(&self, x: &mut [f64], n_o: usize) {
+    /// [`Kinematics::expand`] of the first `n_o` entries of `x`, in place.
+    pub fn fill(&self, x: &mut [f64], n_o: usize, part: Part) {
         match self {
             Kinematics::Following(k) => {
                 let (x_o, x_c) = x.split_at_mut(n_o);
-                k.fill(x_o, x_c, Part::Linear);
+                k.fill(x_o, x_c, part);
             }
             Kinematics::Holding(k) => {
                 let x_o = x[..n_o].to_vec();

@@ -4,6 +4,7 @@ pub mod active;
 pub mod boundary;
 pub mod conditions;
 pub mod coupling;
+mod distance;
 mod equilibrium;
 mod held;
 mod holding;

@@ -130,9 +130,19 @@ impl Phase {
         self.kinematics.expand(x_o, x, Part::Linear);
     }
 
+    /// `u = A* u_O + d*(t)` of the first entries of a full vector, in place.
+    pub fn complete_displacement(&self, t: f64, u: &mut [f64]) {
+        self.kinematics.fill(u, self.parts.body.dofs.n_o, Part::Whole(t));
+    }
+
+    /// `u̇ = A* u̇_O + ḋ*(t)`, likewise.
+    pub fn complete_velocity(&self, t: f64, v: &mut [f64]) {
+        self.kinematics.fill(v, self.parts.body.dofs.n_o, Part::Derivative(t, 1));
+    }
+
     /// `A* x` of the first entries of a full vector, in place: `u_C` follows.
     pub fn complete(&self, x: &mut [f64]) {
-        self.kinematics.complete(x, self.parts.body.dofs.n_o);
+        self.kinematics.fill(x, self.parts.body.dofs.n_o, Part::Linear);
     }
 
     /// `A*ᵀ f`.

@@ -2,10 +2,13 @@
 //!
 //! The vectors are full ones, `u_C` following from `u_O`. Where the mass is a diagonal, a row of the product, its division by the mass
 //! and the recurrence are one operation, and what the active set adds (the projection of the paper's mass, the forces on `u_C` of a constant one) is
-//! mended at the displacements next to the contact alone.
+//! mended at the displacements next to the contact alone. There a product is local, too: one of the displacements of some rows, the others at rest,
+//! knows nothing of what lies further away.
+
+use std::ops::Range;
 
 use super::inertia::{ConstantMass, Inertia, Projector};
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, Part};
 use super::phase::{Parts, Phase, Scratch};
 use super::system::System;
 use crate::fem::{Csr, SpdFactor, blocks};
@@ -17,6 +20,10 @@ pub struct Recurrence {
     scale: f64,
     /// Displacements that the projection looks at.
     near: Vec<usize>,
+    /// Displacements of `u_O` that move; the others are at rest.
+    rows: Range<usize>,
+    /// Displacements of `u_O` that act on these.
+    reach: Range<usize>,
 }
 
 /// Three vectors that follow each other in a recurrence: the first step has none before.
@@ -45,7 +52,54 @@ impl Recurrence {
             _ => vec![],
         };
         let highest = system.units.highest;
-        Recurrence { scale: 2.0 / (highest * highest), near }
+        let all = 0..system.n_o();
+        Recurrence { scale: 2.0 / (highest * highest), near, rows: all.clone(), reach: all }
+    }
+
+    /// The same of some displacements, among them all next to the contact; the mass must be local ([`Recurrence::is_local`]).
+    pub fn within(system: &System, rows: Range<usize>) -> Recurrence {
+        let n_o = system.n_o();
+        let columns = rows.clone().flat_map(|i| system.body.stiffness.row(i).map(|(j, _)| j));
+        let reach = columns
+            .filter(|j| *j < n_o)
+            .fold(rows.clone(), |r, j| r.start.min(j)..r.end.max(j + 1));
+        Recurrence { rows, reach, ..Recurrence::new(system) }
+    }
+
+    /// Whether the mass is a diagonal, so that forces accelerate what they act on and nothing else.
+    pub fn is_local(system: &System) -> bool {
+        match system.inertia() {
+            Inertia::Projected(p) => p.diagonal().is_some(),
+            Inertia::Constant(c) => matches!(c.factor, SpdFactor::Diagonal(_)),
+            Inertia::Held(_) => false,
+        }
+    }
+
+    /// Displacements of `u_O` that move.
+    pub fn rows(&self) -> Range<usize> {
+        self.rows.clone()
+    }
+
+    /// Accelerations of the displacements that move, of an undamped body under constant loads, where all displacements are `u_O`; those next to the
+    /// moving ones must be right, too.
+    pub fn acceleration(
+        &self,
+        phase: &Phase,
+        t: f64,
+        u_o: &[f64],
+        s: &mut Scratch,
+        a_o: &mut [f64],
+    ) {
+        let mut u = std::mem::take(&mut s.u);
+        u[self.reach.clone()].copy_from_slice(&u_o[self.reach.clone()]);
+        phase.kinematics.fill(&mut u, u_o.len(), Part::Whole(t));
+        let load = phase.parts.loads.constant.as_deref();
+        let mut step = [Step { before: None, now: &u, next: a_o }];
+        if let Some(inverse) = self.local(phase, Factors { f: -1.0, g: 0.0 }, &mut step, load, s) {
+            let moving = self.rows.clone().zip(load.into_iter().flat_map(|f| &f[self.rows.clone()]));
+            moving.for_each(|(i, f)| a_o[i] += inverse[i] * f);
+        }
+        s.u = u;
     }
 
     /// One step of several recurrences at once.
@@ -54,30 +108,45 @@ impl Recurrence {
             Some(_) => Factors { f: 2.0 * self.scale, g: 2.0 },
             None => Factors { f: self.scale, g: 1.0 },
         };
-        match &*phase.inertia.shared {
-            Inertia::Projected(p) => match p.diagonal() {
-                Some((inverse, columns)) => {
-                    self.pass(phase, inverse, factors, &mut steps);
-                    for step in &mut steps {
-                        self.project(phase, p, columns, (inverse, factors.f), step, scratch);
-                    }
-                }
-                None => self.general(phase, factors, &mut steps, scratch),
-            },
-            Inertia::Constant(ConstantMass { factor: SpdFactor::Diagonal(inverse), .. }) => {
-                self.pass(phase, inverse, factors, &mut steps);
-                for step in &mut steps {
-                    self.push(phase, (inverse, factors.f), step, scratch);
-                }
-            }
-            _ => self.general(phase, factors, &mut steps, scratch),
+        if self.local(phase, factors, &mut steps, None, scratch).is_none() {
+            self.general(phase, factors, &mut steps, scratch);
         }
         for step in &mut steps {
             phase.complete(step.next);
         }
     }
 
-    /// `f D⁻¹K now − g now − before` of all displacements that move by themselves.
+    /// `f S now − g now − before` of the displacements that move, with the reciprocal masses, where these are a diagonal; `load` is what else acts
+    /// next to the contact: forces are `K now − load`.
+    fn local<'p, const N: usize>(
+        &self,
+        phase: &'p Phase,
+        factors: Factors,
+        steps: &mut [Step; N],
+        load: Option<&[f64]>,
+        s: &mut Scratch,
+    ) -> Option<&'p [f64]> {
+        match &*phase.inertia.shared {
+            Inertia::Projected(p) => {
+                let (inverse, columns) = p.diagonal()?;
+                self.pass(phase, inverse, factors, steps);
+                for step in steps {
+                    self.project(phase, (p, columns), (inverse, factors.f), step, load, s);
+                }
+                Some(inverse)
+            }
+            Inertia::Constant(ConstantMass { factor: SpdFactor::Diagonal(inverse), .. }) => {
+                self.pass(phase, inverse, factors, steps);
+                for step in steps {
+                    self.push(phase, (inverse, factors.f), step, load, s);
+                }
+                Some(inverse)
+            }
+            _ => None,
+        }
+    }
+
+    /// `f D⁻¹K now − g now − before` of all displacements that move.
     fn pass<const N: usize>(
         &self,
         phase: &Phase,
@@ -86,11 +155,12 @@ impl Recurrence {
         steps: &mut [Step; N],
     ) {
         let Parts { body, kernel, .. } = &phase.parts;
-        let (stiffness, n_o) = (&body.stiffness, body.dofs.n_o);
+        let stiffness = &body.stiffness;
         let now = std::array::from_fn(|v| steps[v].now);
         let before: [Option<&[f64]>; N] = std::array::from_fn(|v| steps[v].before);
-        let mut next = steps.each_mut().map(|s| &mut s.next[..n_o]);
-        blocks(next.each_mut().map(|y| &mut **y), |first, mut y| {
+        let next = steps.each_mut().map(|s| &mut s.next[self.rows.clone()]);
+        blocks(next, |first, mut y| {
+            let first = self.rows.start + first;
             let rows = first..first + y[0].len();
             kernel.mul_rows(stiffness, rows.clone(), now, &mut y);
             for (v, y) in y.into_iter().enumerate() {
@@ -111,16 +181,17 @@ impl Recurrence {
     fn project(
         &self,
         phase: &Phase,
-        p: &Projector,
-        columns: &Csr,
+        (p, columns): (&Projector, &Csr),
         (inverse, f): (&[f64], f64),
         step: &mut Step,
+        load: Option<&[f64]>,
         s: &mut Scratch,
     ) {
         let stiffness = &phase.parts.body.stiffness;
         let n_o = phase.parts.body.dofs.n_o;
         for &j in &self.near {
-            s.x[j] = inverse[j] * stiffness.row_dot(j, step.now);
+            let force = stiffness.row_dot(j, step.now) - load.map_or(0.0, |l| l[j]);
+            s.x[j] = inverse[j] * force;
         }
         if !phase.inertia.multipliers(p, &s.x, &mut s.mu) {
             return step.next.fill(f64::NAN);
@@ -133,11 +204,18 @@ impl Recurrence {
     }
 
     /// What forces on `u_C` do to the displacements that these follow from, under a constant mass.
-    fn push(&self, phase: &Phase, (inverse, f): (&[f64], f64), step: &mut Step, s: &mut Scratch) {
+    fn push(
+        &self,
+        phase: &Phase,
+        (inverse, f): (&[f64], f64),
+        step: &mut Step,
+        load: Option<&[f64]>,
+        s: &mut Scratch,
+    ) {
         let Kinematics::Following(kinematics) = &phase.kinematics else { return };
         let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
         for i in n_o..stiffness.n_rows() {
-            s.b[i] = stiffness.row_dot(i, step.now);
+            s.b[i] = stiffness.row_dot(i, step.now) - load.map_or(0.0, |l| l[i]);
         }
         kinematics.push(&s.b[n_o..], |j, v| step.next[j] += f * inverse[j] * v);
     }

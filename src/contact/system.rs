@@ -340,6 +340,14 @@ impl System {
         0.5 * self.mass().quadratic(v)
     }
 
+    /// By how much the kinetic energy grows where contact displacements of the velocity `u̇_C` come to have that of `v`: `½ (v − v⁻)ᵀ M* (v + v⁻)`.
+    pub fn kinetic_jump(&self, v_c: &[f64], v: &[f64]) -> f64 {
+        let (mass, n_o) = (self.mass(), self.n_o());
+        let sum = |j: usize| v[j] + if j < n_o { v[j] } else { v_c[j - n_o] };
+        let of_row = |i: usize| mass.row(n_o + i).map(|(j, m)| m * sum(j)).sum::<f64>();
+        0.5 * (0..v_c.len()).map(|i| (v[n_o + i] - v_c[i]) * of_row(i)).sum::<f64>()
+    }
+
     /// Elastic energy of a full displacement: `½ uᵀ K u`, springs of the obstacle included.
     pub fn elastic(&self, u: &[f64]) -> f64 {
         let energy = self.body.tips.as_ref().and_then(|t| t.energy.as_ref());

@@ -1,5 +1,7 @@
 //! What a run writes down: samples, energies, violations, the report.
 
+use std::ops::Range;
+
 use super::{
     Done, Energies, MonitorKind, Observer, Options, Outcome, Report, Run, RunError, Sample, State,
 };
@@ -9,11 +11,14 @@ impl<O: Observer> Run<'_, O> {
     /// Store the samples of the window, note its end.
     pub(super) fn record_window(&mut self, ends_at_switch: bool) -> Done<(), O> {
         let (a, b) = self.flow.window();
+        // a state at the end is one of the whole body from now on, where the flow has steps that end there
+        self.flow.end_state();
         while let Some(t) = self.sample_time().filter(|&t| t <= b) {
             self.next_sample += 1;
             // a switch at this very time is stored already
             if t > self.last_stored {
                 self.t = t.max(a);
+                self.near = self.flow.near(self.t);
                 self.flow.state(self.t, &mut self.y);
                 self.expand();
                 let energies = self.energies();
@@ -22,24 +27,71 @@ impl<O: Observer> Run<'_, O> {
         }
         if !ends_at_switch {
             self.record_near_misses((a, b))?;
-            // the exact flow has no error to watch between the events
-            if self.flow.is_exact() && b < self.options.until {
+            // the exact flow has no error to watch between the events, but where jumps have yet to be balanced
+            let balances = self.unbooked && self.flow.near(b).is_none();
+            let watched = !self.flow.is_exact() || balances || self.flow.is_anchor();
+            if !watched && b < self.options.until {
                 return Ok(());
             }
         }
-        self.t = b;
-        self.y.copy_from_slice(self.flow.end_state());
-        let largest = self.layout.u(&self.y).iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        self.largest_u = self.largest_u.max(largest);
+        self.take_end(b);
+        let largest = self.layout.u(&self.y)[self.known()].iter();
+        self.largest_u = largest.fold(self.largest_u, |m, x| m.max(x.abs()));
         self.expand();
         self.note_violations();
-        let energies = self.energies();
-        if self.phase.held.is_empty() {
-            self.ledger.note(&energies);
-        } else {
+        let Some(energies) = self.energies() else { return Ok(()) };
+        if !self.phase.held.is_empty() {
             self.ledger.held_phase(&energies);
+            return Ok(());
+        }
+        self.ledger.note(&energies);
+        if std::mem::take(&mut self.unbooked) {
+            // several phases in one
+            self.ledger.switch(0.0, Some(&energies));
         }
         Ok(())
+    }
+
+    /// Displacements of `u_O` of which the present state is one.
+    fn known(&self) -> Range<usize> {
+        self.near.clone().unwrap_or(0..self.layout.n_o)
+    }
+
+    /// The state at the end of the window becomes the present one.
+    pub(super) fn take_end(&mut self, t: f64) {
+        self.t = t;
+        // known first, then asked of what
+        self.flow.end_state();
+        let rows = self.flow.near(t);
+        let end = self.flow.end_state();
+        match &rows {
+            None => self.y.copy_from_slice(end),
+            Some(rows) => self.layout.copy(rows, end, &mut self.y),
+        }
+        self.near = rows;
+    }
+
+    /// Have all displacements and velocities of the present state.
+    pub(super) fn make_whole(&mut self) {
+        if self.near.is_none() {
+            return;
+        }
+        if self.flow.window().1 != self.t {
+            self.flow.cut(&self.phase, self.t);
+        }
+        self.flow.complete(&self.phase);
+        self.take_end(self.t);
+        self.expand();
+        if let Some(energies) = self.energies() {
+            self.ledger.note(&energies);
+        }
+    }
+
+    /// Whether the present state is one of numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        let rows = self.known();
+        let [u, v] = [self.layout.u(&self.y), self.layout.v(&self.y)];
+        u[rows.clone()].iter().chain(&v[rows]).all(|x| x.is_finite())
     }
 
     pub(super) fn sample_time(&self) -> Option<f64> {
@@ -58,19 +110,23 @@ impl<O: Observer> Run<'_, O> {
 
     /// Full displacement and velocity of the present state.
     pub(super) fn expand(&mut self) {
-        self.phase.expand_displacement(self.t, self.layout.u(&self.y), &mut self.u);
-        self.phase.expand_velocity(self.t, self.layout.v(&self.y), &mut self.v);
+        let rows = self.known();
+        self.u[rows.clone()].copy_from_slice(&self.layout.u(&self.y)[rows.clone()]);
+        self.v[rows.clone()].copy_from_slice(&self.layout.v(&self.y)[rows]);
+        self.phase.complete_displacement(self.t, &mut self.u);
+        self.phase.complete_velocity(self.t, &mut self.v);
     }
 
-    pub(super) fn energies(&self) -> Energies {
+    /// The energies of the present state, if it is one of the whole body.
+    pub(super) fn energies(&self) -> Option<Energies> {
         let harmonic = self.layout.work.map_or(0.0, |i| self.y[i]);
-        Energies {
+        self.near.is_none().then(|| Energies {
             kinetic: self.system.kinetic(&self.v),
             elastic: self.system.elastic(&self.u),
             external: self.system.loads.constant_potential(&self.u) - self.potential_start
                 + harmonic,
             dissipated: self.layout.dissipated.map_or(0.0, |i| self.y[i]),
-        }
+        })
     }
 
     pub(super) fn note_violations(&mut self) {
@@ -90,7 +146,7 @@ impl<O: Observer> Run<'_, O> {
     }
 
     /// Store the present state, which has been expanded, with its energies.
-    pub(super) fn store_sample(&mut self, energies: Energies) -> Done<(), O> {
+    pub(super) fn store_sample(&mut self, energies: Option<Energies>) -> Done<(), O> {
         self.note_violations();
         let mut pressure = vec![0.0; self.system.n_contact()];
         self.phase.pressures(self.t, self.layout.u(&self.y), &mut pressure);
@@ -113,7 +169,7 @@ impl<O: Observer> Run<'_, O> {
     }
 
     pub(super) fn report(self, outcome: Outcome) -> Report {
-        let energies = self.energies();
+        let energies = self.energies().unwrap_or_default();
         let (log, switches, grazings) = self.log.into_lists();
         Report {
             outcome,

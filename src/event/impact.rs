@@ -62,7 +62,7 @@ impl<O: Observer> Run<'_, O> {
         self.expand();
         let mut jump = self.system.kinetic(&self.v) - kinetic;
         let energies = self.energies();
-        self.ledger.switch(jump, &energies);
+        self.ledger.switch(jump, energies.as_ref());
         let mut before = present.clone();
         // the point that was met first: what others do follows from its blow
         let first = monitor.node;

@@ -25,6 +25,11 @@ impl Energies {
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic
     }
+
+    /// As columns of a file: no numbers where they are not known.
+    pub fn numbers(of: Option<Energies>) -> [f64; 4] {
+        of.map_or([f64::NAN; 4], |e| [e.kinetic, e.elastic, e.external, e.dissipated])
+    }
 }
 
 /// Running balance.
@@ -81,9 +86,10 @@ impl Ledger {
         self.worst_in_phase = self.worst_in_phase.max((defect - self.phase_defect).abs());
     }
 
-    /// A switch: the jump, then the first state of the new phase.
-    pub fn switch(&mut self, jump: f64, after: &Energies) {
+    /// A switch: the jump, then the first state of the new phase, where its energies are known.
+    pub fn switch(&mut self, jump: f64, after: Option<&Energies>) {
         self.jumps += jump;
+        let Some(after) = after else { return };
         self.phase_defect = self.defect(after);
         self.end = after.total();
         self.scale = self.scale.max(after.total().abs());
@@ -137,7 +143,7 @@ mod tests {
     fn jumps_are_not_drift() {
         let mut ledger = Ledger::new(state(1.0));
         ledger.note(&state(1.0 + 1e-10));
-        ledger.switch(-0.2, &state(0.8 + 1e-10));
+        ledger.switch(-0.2, Some(&state(0.8 + 1e-10)));
         ledger.note(&state(0.8 + 1.5e-10));
         assert!((ledger.drift_total() - 1.5e-10).abs() < 1e-15);
         assert!((ledger.drift_in_phase() - 1e-10).abs() < 1e-15);

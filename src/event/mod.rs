@@ -25,6 +25,7 @@ pub use record::{
 pub use verify::{LcpCheck, Verified};
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use crate::contact::{ActiveSet, ContactError, MonitorKind, Phase, Scratch, State, System};
 use crate::flow::{Flow, FlowError, Layout};
@@ -66,6 +67,7 @@ pub fn run<O: Observer>(
 ) -> Result<Report, RunError<O::Error>> {
     let mut run = Run::start(system, initial, options, flow, observer)?;
     let outcome = run.integrate()?;
+    run.make_whole();
     Ok(run.report(outcome))
 }
 
@@ -79,6 +81,7 @@ pub fn resume<O: Observer>(
 ) -> Result<Report, RunError<O::Error>> {
     let mut run = Run::resume(system, resumed, options, flow, observer)?;
     let outcome = run.integrate()?;
+    run.make_whole();
     Ok(run.report(outcome))
 }
 
@@ -102,6 +105,10 @@ struct Run<'a, O: Observer> {
     /// Time of the state `y`.
     t: f64,
     y: Vec<f64>,
+    /// Displacements of `u_O` of which `y` is a state, if these are not all: the others are of an earlier time.
+    near: Option<Range<usize>>,
+    /// There were switches since the energies were known last.
+    unbooked: bool,
     u: Vec<f64>,
     v: Vec<f64>,
     largest_u: f64,
@@ -151,6 +158,9 @@ impl<O: Observer> Run<'_, O> {
                 if let Some(outcome) = self.accumulation() {
                     return Ok(outcome);
                 }
+            } else if self.flow.is_anchor() {
+                self.begin_phase();
+                self.tell_checkpoint();
             }
             let (_, reached) = self.flow.window();
             if self.observer.progress(reached).map_err(RunError::Observer)?.is_break()
@@ -165,8 +175,7 @@ impl<O: Observer> Run<'_, O> {
     /// Leave the run at the end of the window.
     fn stop_at(&mut self, t: f64) -> Outcome {
         if t > self.t {
-            self.t = t;
-            self.y.copy_from_slice(self.flow.end_state());
+            self.take_end(t);
             self.expand();
         }
         Outcome::Interrupted { t: self.t }
@@ -230,7 +239,7 @@ impl<O: Observer> Run<'_, O> {
 
     /// Solve the complementarity problem at the switch, decide the degenerate nodes, change the phase.
     fn switch(&mut self, root: Root) -> Done<Option<Outcome>, O> {
-        if self.y.iter().any(|x| !x.is_finite()) {
+        if !self.is_finite() {
             return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
         }
         if let Some(law) = self.system.impact() {
@@ -323,7 +332,6 @@ impl<O: Observer> Run<'_, O> {
             self.armed[contact] |= decision.set.is_active(contact) != present.is_active(contact);
         }
         let mut before = present;
-        let mut kinetic = self.system.kinetic(&self.v);
         let mut jump = 0.0;
         let mut changes = vec![];
         for contact in 0..self.system.n_contact() {
@@ -332,29 +340,34 @@ impl<O: Observer> Run<'_, O> {
                 continue;
             }
             let after = before.with(contact, active);
-            self.system.phase(&after).expand_velocity(self.t, self.layout.v(&self.y), &mut self.v);
-            let energy = self.system.kinetic(&self.v);
+            let u_c = self.v[self.layout.n_o..].to_vec();
+            self.system.phase(&after).complete_velocity(self.t, &mut self.v);
+            let energy_jump = self.system.kinetic_jump(&u_c, &self.v);
             changes.push(Switch {
                 t: self.t,
                 contact,
                 node: self.system.constraints[contact].node,
                 kind: if active { SwitchKind::Close } else { SwitchKind::Open },
                 monitor_rate: rate_of(contact),
-                energy_jump: energy - kinetic,
+                energy_jump,
                 struck: vec![],
                 before,
                 after: after.clone(),
             });
-            jump += energy - kinetic;
-            kinetic = energy;
+            jump += energy_jump;
             before = after;
+        }
+        if !decision.held.is_empty() {
+            // what flows on knows no surroundings
+            self.make_whole();
         }
         self.phase = self.system.held_phase(&decision.set, &decision.held);
         self.phases += 1;
         self.begin_phase();
         self.expand();
         let energies = self.energies();
-        self.ledger.switch(jump, &energies);
+        self.ledger.switch(jump, energies.as_ref());
+        self.unbooked |= energies.is_none();
         for change in changes {
             self.recent.push_back((change.t, change.node));
             self.log.switch(change, self.observer).map_err(RunError::Observer)?;

@@ -22,8 +22,9 @@ pub struct Sample<'a> {
     pub active: &'a ActiveSet,
     /// Pressure at the contact nodes.
     pub pressure: &'a [f64],
-    /// Energies and work.
-    pub energies: Energies,
+    /// Energies and work; none where only the surroundings of the contact are known ([`crate::flow::Flow::near`]): there other displacements and
+    /// velocities are of an earlier time, too.
+    pub energies: Option<Energies>,
     /// Sum of the energy jumps at switches so far.
     pub jumps: f64,
 }

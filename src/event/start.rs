@@ -49,7 +49,7 @@ impl<'a, O: Observer> Run<'a, O> {
         run.expand();
         run.potential_start = run.system.loads.constant_potential(&run.u);
         let energies = run.energies();
-        run.ledger = Ledger::new(energies);
+        run.ledger = Ledger::new(energies.unwrap_or_default());
         run.store_sample(energies)?;
         run.next_sample = 1;
         run.tell_checkpoint();
@@ -126,6 +126,8 @@ impl<'a, O: Observer> Run<'a, O> {
             stored: 0,
             t: 0.0,
             y,
+            near: None,
+            unbooked: false,
             u: vec![0.0; system.n()],
             v: vec![0.0; system.n()],
             largest_u: system.units.length,
@@ -152,7 +154,8 @@ impl<'a, O: Observer> Run<'a, O> {
 
     /// Tell the observer where the run can go on from: the beginning of the present phase.
     pub(super) fn tell_checkpoint(&mut self) {
-        if !self.observer.keeps_checkpoints() {
+        // of a body of which only a part is known none goes on
+        if !self.observer.keeps_checkpoints() || self.near.is_some() {
             return;
         }
         let checkpoint = Checkpoint {

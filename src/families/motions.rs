@@ -7,7 +7,7 @@ use ndarray::Array2;
 
 use super::FamilyError;
 use crate::contact::{Rayleigh, State};
-use crate::event::{self, Observer, Options, RunError, Sample};
+use crate::event::{self, Energies, Observer, Options, RunError, Sample};
 use crate::fem::Body;
 use crate::orbit::check::Candidate;
 use crate::orbit::{OrbitError, Propagator, period_map};
@@ -67,8 +67,8 @@ impl Observer for Rows<'_> {
         self.v.extend(of_mesh(s.v));
         self.active.extend(s.active.flags().iter().map(|&a| u8::from(a)));
         self.pressure.extend(s.pressure);
-        let e = &s.energies;
-        let row = [e.kinetic, e.elastic, e.external, e.dissipated, s.jumps];
+        let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
+        let row = [kinetic, elastic, external, dissipated, s.jumps];
         self.energy.iter_mut().zip(row).for_each(|(column, x)| column.push(x));
         Ok(())
     }
@@ -211,9 +211,9 @@ fn along_series<'b>(
         let mut pressure = vec![0.0; system.n_contact()];
         phase.pressures(t, &u_o, &mut pressure);
         let (kinetic, elastic) = (system.kinetic(&v), system.elastic(&u));
-        let energies = event::Energies { kinetic, elastic, external: 0.0, dissipated: 0.0 };
+        let energies = Energies { kinetic, elastic, external: 0.0, dissipated: 0.0 };
         let sample =
-            Sample { t, u: &u, v: &v, active: &present, pressure: &pressure, energies, jumps: 0.0 };
+            Sample { t, u: &u, v: &v, active: &present, pressure: &pressure, energies: Some(energies), jumps: 0.0 };
         match rows.sample(&sample) {
             Ok(()) => {}
             Err(never) => match never {},

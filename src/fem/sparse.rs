@@ -160,7 +160,13 @@ impl Csr {
 
     /// The quadratic form `xᵀ A x`.
     pub fn quadratic(&self, x: &[f64]) -> f64 {
-        sum_of_blocks(self.n_rows(), |rows| rows.map(|i| x[i] * self.row_dot(i, x)).sum())
+        self.quadratic_of(0..self.n_rows(), x)
+    }
+
+    /// What some rows add to the quadratic form.
+    pub fn quadratic_of(&self, rows: Range<usize>, x: &[f64]) -> f64 {
+        let term = |i: usize| x[i] * self.row_dot(i, x);
+        sum_of_blocks(rows.len(), |part| part.map(|i| term(rows.start + i)).sum())
     }
 
     /// `Aᵀ B A` of this matrix `B` and a sparse `A`.

@@ -43,6 +43,11 @@ pub struct LeastCost {
     other_phases: u64,
 }
 
+/// Whether a body is too large for its modes, whatever they would save.
+pub fn never_by_modes(system: &System) -> bool {
+    system.is_entire() && system.n_o() > EIGEN.1
+}
+
 /// The flow that has seen no phase yet.
 pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
     let n = system.n_o() as f64;

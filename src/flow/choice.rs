@@ -2,6 +2,8 @@
 //!
 //! Exact flows know no held nodes (Filippov, theory §5): such phases always go by Dormand–Prince at a tight tolerance.
 
+use std::ops::Range;
+
 use super::held::TIGHT;
 use super::{Counters, Enclosure, Flow, FlowError, RungeKutta, dop853::DOP853};
 use crate::contact::{Phase, System};
@@ -101,6 +103,18 @@ impl<R: Rule> Flow for Choice<'_, R> {
         self.active().state(t, y);
     }
 
+    fn near(&self, t: f64) -> Option<Range<usize>> {
+        self.active().near(t)
+    }
+
+    fn complete(&mut self, phase: &Phase) {
+        self.active_mut().complete(phase);
+    }
+
+    fn is_anchor(&self) -> bool {
+        self.active().is_anchor()
+    }
+
     fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
         self.active().enclose(index, a, b)
     }
@@ -118,7 +132,7 @@ impl<R: Rule> Flow for Choice<'_, R> {
     }
 
     fn note(&self) -> Option<String> {
-        self.rule.note()
+        self.rule.note().or_else(|| self.active().note())
     }
 
     fn memory(&self) -> Vec<f64> {

@@ -25,10 +25,12 @@ pub mod trigonometry;
 mod values;
 
 pub use bernstein::Bernstein;
-pub use chebyshev::{Chebyshev, Tangent};
+pub use chebyshev::{Chebyshev, Tangent, Zoned};
 pub use choice::Choice;
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
+
+use std::ops::Range;
 
 use crate::contact::{Phase, System};
 use thiserror::Error;
@@ -154,6 +156,14 @@ impl Layout {
         self.n_o == 0
     }
 
+    /// Copy what some displacements do, and the integrals.
+    pub fn copy(&self, rows: &Range<usize>, from: &[f64], to: &mut [f64]) {
+        let of_v = self.n_o + rows.start..self.n_o + rows.end;
+        for part in [rows.clone(), of_v, 2 * self.n_o..self.len()] {
+            to[part.clone()].copy_from_slice(&from[part]);
+        }
+    }
+
     /// `u_O` of a state.
     pub fn u<'a>(&self, y: &'a [f64]) -> &'a [f64] {
         &y[..self.n_o]
@@ -179,6 +189,17 @@ pub trait Flow {
     fn end_state(&mut self) -> &[f64];
     /// State at a time in the window.
     fn state(&self, t: f64, y: &mut [f64]);
+    /// Displacements of `u_O` around the contact that a state at this time of the window is one of, where the flow follows the others in longer
+    /// steps only; none where states are those of the whole body.
+    fn near(&self, _t: f64) -> Option<Range<usize>> {
+        None
+    }
+    /// Make the state at the end of the window one of the whole body, at a price.
+    fn complete(&mut self, _phase: &Phase) {}
+    /// Whether the flow wants to begin anew at the end of the window, in the same phase: a place from which a run can go on later.
+    fn is_anchor(&self) -> bool {
+        false
+    }
     /// Enclosure of the `index`-th monitor of the phase on `[a, b]` inside the window.
     fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure;
     /// Work done so far.

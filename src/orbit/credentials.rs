@@ -144,7 +144,7 @@ impl Observer for Scan<'_> {
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         let system = &self.body.system;
         let u_c = system.towards_obstacles(s.u);
-        let energy = s.energies.kinetic + s.energies.elastic;
+        let energy = s.energies.map_or(f64::NAN, |e| e.total());
         self.energy = self.energy.max(energy);
         let moved = system.along_normals(s.u);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));

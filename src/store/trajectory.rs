@@ -20,7 +20,7 @@ pub(super) struct Row {
     v: Vec<f64>,
     active: ActiveSet,
     pressure: Vec<f64>,
-    energies: Energies,
+    energies: Option<Energies>,
     jumps: f64,
 }
 
@@ -105,8 +105,8 @@ impl Trajectory {
         self.v.push(&s.v);
         self.active.push(&flags(&s.active));
         self.pressure.push(&s.pressure);
-        let e = &s.energies;
-        let row = [s.t, e.kinetic, e.elastic, e.external, e.dissipated, s.jumps];
+        let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
+        let row = [s.t, kinetic, elastic, external, dissipated, s.jumps];
         self.energy.iter_mut().zip(row).for_each(|(table, x)| table.push(&[x]));
     }
 

@@ -35,7 +35,7 @@ pub(super) fn patterns(
         let mut b = vec![0.0; force.len()];
         phase.force_acceleration(&load.force, scratch, &mut b);
         let mut series = Series::default();
-        series.begin(&b, phase);
+        series.begin(&b, 0..b.len(), phase);
         patterns.push(Pattern { loads: vec![k], series });
         forces.push(force);
     }

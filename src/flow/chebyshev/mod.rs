@@ -21,23 +21,26 @@ mod nodes;
 mod powers;
 mod propagate;
 mod series;
+mod zoned;
 
 pub use propagate::Tangent;
+pub use zoned::Zoned;
 
 use std::cell::RefCell;
+use std::ops::Range;
 use std::rc::Rc;
 
 use super::drives::Drives;
 use super::values::Values;
 use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, Recurrence, Scratch, System};
-use crate::fem::{Harmonic, blocks};
+use crate::fem::Harmonic;
 use drive::Pattern;
 use length::{Length, Lengths};
 use monitors::Sums;
 use nodes::Nodes;
 use powers::Powers;
-use series::{Rows, Series, extend};
+use series::{Rows, Series, Share, add_up, extend};
 
 /// Length of the first window of a phase, shortest and longest, and of the longest of all, in `R = t ω_max`: switches come in avalanches, and what
 /// lies behind the next one is thrown away.
@@ -45,9 +48,6 @@ const FIRST: (f64, f64) = (1.0, 8.0);
 const LONGEST: f64 = 480.0;
 /// Memory for the vectors of a window, in numbers.
 const MEMORY: usize = 120_000_000;
-/// Numbers of a state that are summed together: they stay in the cache.
-const BLOCK: usize = 1024;
-
 /// The flow; see the module's text.
 pub struct Chebyshev<'a> {
     system: &'a System,
@@ -94,6 +94,11 @@ pub struct Chebyshev<'a> {
 impl<'a> Chebyshev<'a> {
     /// A flow for a body whose natural modes decouple it, under constant and harmonic loads (the caller sees to that).
     pub fn new(system: &'a System) -> Self {
+        Chebyshev::with(system, Recurrence::new(system))
+    }
+
+    /// The same of the displacements that a recurrence moves: the others stay where they are.
+    fn with(system: &'a System, recurrence: Recurrence) -> Self {
         let layout = Layout::new(system);
         let n = layout.len();
         let omega = system.units.highest;
@@ -102,7 +107,7 @@ impl<'a> Chebyshev<'a> {
             layout,
             scratch: system.scratch(),
             omega,
-            recurrence: Recurrence::new(system),
+            recurrence,
             lengths: Lengths::new(omega, system.damping),
             distance: FIRST.1,
             begun: None,
@@ -140,7 +145,34 @@ impl<'a> Chebyshev<'a> {
 
     /// `‖x‖_M` of what a recurrence began with.
     fn size(&self, series: &Series) -> f64 {
-        self.system.mass().quadratic(&series.terms(1)[0]).max(0.0).sqrt()
+        let (mass, x, n_o) = (self.system.mass(), &series.terms(1)[0], self.layout.n_o);
+        let of_rows = |rows: Range<usize>| mass.quadratic_of(rows, x);
+        (of_rows(self.recurrence.rows()) + of_rows(n_o..x.len())).max(0.0).sqrt()
+    }
+
+    /// Where all displacements are, at any time; those that move are told by [`Flow::begin`].
+    fn surround(&mut self, y: &[f64]) {
+        self.start.copy_from_slice(y);
+        self.end.copy_from_slice(y);
+    }
+
+    /// Go on in the same phase from elsewhere.
+    fn go_on(&mut self, t: f64, y: &[f64]) {
+        self.surround(y);
+        (self.t0, self.t1) = (t, t);
+        self.end_known = true;
+    }
+
+    /// The acceleration at the start of the window, without velocities.
+    fn accelerate(&mut self, phase: &Phase) {
+        let u0 = &self.start[..self.layout.n_o];
+        if self.recurrence.rows().len() == u0.len() {
+            phase.acceleration(self.t0, u0, &self.at_rest, &mut self.scratch, &mut self.a0);
+        } else {
+            let (scratch, a0) = (&mut self.scratch, &mut self.a0);
+            self.recurrence.acceleration(phase, self.t0, u0, scratch, a0);
+        }
+        self.counters.products += 1;
     }
 
     /// End and terms of the next window.
@@ -169,8 +201,9 @@ impl<'a> Chebyshev<'a> {
         self.needs = Some(*needs);
         let terms = needs.terms;
         let n = self.layout.n_o;
-        self.v.begin(&self.start[n..2 * n], phase);
-        self.a.begin(&self.a0, phase);
+        let moving = self.recurrence.rows();
+        self.v.begin(&self.start[n..2 * n], moving.clone(), phase);
+        self.a.begin(&self.a0, moving, phase);
         let rows = Rows { phase, forces: &self.forces, n_o: n };
         let (recurrence, scratch) = (&self.recurrence, &mut self.scratch);
         let both = [&mut self.v, &mut self.a];
@@ -222,32 +255,19 @@ impl<'a> Chebyshev<'a> {
     }
 
     fn write_state(&self, t: f64, y: &mut [f64]) {
-        y.copy_from_slice(&self.start);
+        let rows = self.recurrence.rows();
+        self.layout.copy(&rows, &self.start, y);
         let Some(sums) = self.sums.as_ref().map(|s| s.borrow()) else { return };
         let nodes = &sums.nodes;
         let [u, v] = self.functions(nodes, t - self.t0);
         let n = self.layout.n_o;
         let (of_u, rest) = y.split_at_mut(n);
         let of_v = &mut rest[..n];
-        of_v.fill(0.0);
-        let by_u: Vec<Vec<f64>> = u.iter().map(|f| nodes.coefficients(f)).collect();
-        let by_v: Vec<Vec<f64>> = v.iter().map(|f| nodes.coefficients(f)).collect();
-        let terms: Vec<&[Vec<f64>]> = self.series().map(|s| s.terms(nodes.len())).collect();
-        blocks([of_u, of_v], |first, [u, v]| {
-            // parts that stay in the cache
-            for (part, (u, v)) in u.chunks_mut(BLOCK).zip(v.chunks_mut(BLOCK)).enumerate() {
-                let from = first + part * BLOCK;
-                let range = from..from + u.len();
-                for ((by_u, by_v), terms) in by_u.iter().zip(&by_v).zip(&terms) {
-                    for ((c, d), x) in by_u.iter().zip(by_v).zip(*terms) {
-                        for ((u, v), x) in u.iter_mut().zip(v.iter_mut()).zip(&x[range.clone()]) {
-                            *u += c * x;
-                            *v += d * x;
-                        }
-                    }
-                }
-            }
-        });
+        of_v[rows.clone()].fill(0.0);
+        let functions = u.iter().zip(&v);
+        let share = |(series, (u, v)): (_, (&Vec<f64>, &Vec<f64>))| Share::new(series, nodes, [u, v]);
+        let shares: Vec<Share> = self.series().zip(functions).map(share).collect();
+        add_up(&shares, rows, of_u, of_v);
         let span = (self.t0, t - self.t0);
         if let Some(i) = self.layout.work {
             let first = self.h0.len();
@@ -279,7 +299,7 @@ impl<'a> Chebyshev<'a> {
 impl Flow for Chebyshev<'_> {
     fn begin(&mut self, phase: &Phase, t: f64, y: &[f64]) {
         (self.t0, self.t1) = (t, t);
-        self.end.copy_from_slice(y);
+        self.layout.copy(&self.recurrence.rows(), y, &mut self.end);
         self.end_known = true;
         if let Some(begun) = self.begun.replace(t) {
             self.distance = (t - begun) * self.omega;
@@ -296,7 +316,6 @@ impl Flow for Chebyshev<'_> {
         if !self.omega.is_finite() {
             return Err(FlowError::NoBound);
         }
-        let n = self.layout.n_o;
         // where the last window ended without an event, nobody has asked yet
         self.end_state();
         self.t0 = self.t1;
@@ -305,9 +324,7 @@ impl Flow for Chebyshev<'_> {
         if t <= self.t0 {
             return Err(FlowError::StepTooSmall { t: self.t0, h: t - self.t0 });
         }
-        let u0 = &self.start[..n];
-        phase.acceleration(self.t0, u0, &self.at_rest, &mut self.scratch, &mut self.a0);
-        self.counters.products += 1;
+        self.accelerate(phase);
         // the loads have their own sums
         for p in &self.patterns {
             let factor = |&k: &usize| self.system.loads.harmonics[k].factor(self.t0, 0);
@@ -315,13 +332,16 @@ impl Flow for Chebyshev<'_> {
             self.a0.iter_mut().zip(&p.series.terms(1)[0]).for_each(|(a, b)| *a -= factor * b);
         }
         self.h0.resize(phase.monitors.len(), 0.0);
-        phase.monitor_undriven(u0, &mut self.h0);
+        phase.monitor_undriven(&self.start[..self.layout.n_o], &mut self.h0);
         self.cut(phase, t);
         self.sum_up(phase, &needs);
         self.values.clear();
         self.counters.steps += 1;
         // the recurrences carry whatever is not finite to their last terms
-        let mut last = self.start.iter().chain(self.series().flat_map(|s| s.last()));
+        let rows = self.recurrence.rows();
+        let (start, n_o) = (&self.start, self.layout.n_o);
+        let state = start[rows.clone()].iter().chain(&start[n_o..][rows.clone()]);
+        let mut last = state.chain(self.series().flat_map(|s| &s.last()[rows.clone()]));
         match last.any(|x| !x.is_finite()) {
             true => Err(FlowError::NotFinite { t: self.t0 }),
             false => Ok(()),
@@ -349,7 +369,7 @@ impl Flow for Chebyshev<'_> {
 
     fn state(&self, t: f64, y: &mut [f64]) {
         if t == self.t1 && self.end_known {
-            y.copy_from_slice(&self.end);
+            self.layout.copy(&self.recurrence.rows(), &self.end, y);
         } else {
             self.write_state(t, y);
         }

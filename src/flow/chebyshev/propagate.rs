@@ -34,8 +34,8 @@ impl<'a> Tangent<'a> {
         let f = nodes.functions(tau);
         let (rate, g) = (nodes.coefficients(&f.rate), nodes.coefficients(&f.g));
         let (mut of_u, mut of_v) = (Series::default(), Series::default());
-        of_u.begin(du, phase);
-        of_v.begin(dv, phase);
+        of_u.begin(du, 0..n, phase);
+        of_v.begin(dv, 0..n, phase);
         let rows = Rows { phase, forces: &[], n_o: n };
         let both = [&mut of_u, &mut of_v];
         let products = extend(both, terms, &self.recurrence, &rows, &mut self.scratch);

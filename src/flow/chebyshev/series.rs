@@ -1,6 +1,13 @@
 //! `T_k(S̃)x`, `k = 0, 1, …`: one product each.
 
+use std::ops::Range;
+
+use super::nodes::Nodes;
 use crate::contact::{Phase, Recurrence, Scratch, Step};
+use crate::fem::blocks;
+
+/// Numbers of a state that are summed together: they stay in the cache.
+const BLOCK: usize = 1024;
 
 /// The vectors of one recurrence, with the moments of some rows along them.
 #[derive(Debug, Default)]
@@ -32,12 +39,12 @@ impl Rows<'_> {
 }
 
 impl Series {
-    /// Start anew from `x_O`.
-    pub fn begin(&mut self, x_o: &[f64], phase: &Phase) {
+    /// Start anew from `x_O`, of which some rows move: always the same.
+    pub fn begin(&mut self, x_o: &[f64], rows: Range<usize>, phase: &Phase) {
         if self.terms.is_empty() {
             self.terms.push(vec![0.0; phase.n()]);
         }
-        self.terms[0][..x_o.len()].copy_from_slice(x_o);
+        self.terms[0][rows.clone()].copy_from_slice(&x_o[rows]);
         phase.complete(&mut self.terms[0]);
         self.known = 1;
         self.moments.clear();
@@ -51,6 +58,11 @@ impl Series {
     /// Their moments.
     pub fn moments(&self, count: usize) -> &[Vec<f64>] {
         &self.moments[..count]
+    }
+
+    /// Whether so many terms are known.
+    pub fn is_known(&self, count: usize) -> bool {
+        self.known >= count
     }
 
     /// The last term that is known.
@@ -90,6 +102,40 @@ pub(super) fn extend<const N: usize>(
     }
     all.iter_mut().for_each(|s| s.observe(rows));
     (N * (all[0].known - before)) as u64
+}
+
+/// What a state takes of one recurrence: coefficients for displacements and for velocities, and the terms.
+pub(super) struct Share<'a> {
+    pub of_u: Vec<f64>,
+    pub of_v: Vec<f64>,
+    pub terms: &'a [Vec<f64>],
+}
+
+impl<'a> Share<'a> {
+    /// Functions at so many nodes as there are terms.
+    pub fn new(series: &'a Series, nodes: &Nodes, [u, v]: [&[f64]; 2]) -> Share<'a> {
+        let terms = series.terms(nodes.len());
+        Share { of_u: nodes.coefficients(u), of_v: nodes.coefficients(v), terms }
+    }
+}
+
+/// `u += Σ c_k x_k`, `v += Σ d_k x_k` of all shares, over some rows.
+pub(super) fn add_up(shares: &[Share], rows: Range<usize>, u: &mut [f64], v: &mut [f64]) {
+    blocks([&mut u[rows.clone()], &mut v[rows.clone()]], |first, [u, v]| {
+        // parts that stay in the cache
+        for (part, (u, v)) in u.chunks_mut(BLOCK).zip(v.chunks_mut(BLOCK)).enumerate() {
+            let from = rows.start + first + part * BLOCK;
+            let range = from..from + u.len();
+            for Share { of_u, of_v, terms } in shares {
+                for ((c, d), x) in of_u.iter().zip(of_v).zip(*terms) {
+                    for ((u, v), x) in u.iter_mut().zip(v.iter_mut()).zip(&x[range.clone()]) {
+                        *u += c * x;
+                        *v += d * x;
+                    }
+                }
+            }
+        }
+    });
 }
 
 /// `xᵀy`, in an order of its own that vector instructions take.
