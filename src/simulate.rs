@@ -6,7 +6,7 @@ use crate::flow::dop853::DOP853;
 use crate::flow::dopri5::DOPRI5;
 use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, Zoned, auto, exact};
 use crate::problem::Problem;
-use crate::scenario::{Integrator, Issue, Run, Scene, SceneError, Store};
+use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
 use crate::{stepping, waves};
 
 /// The `[run]` table of a scene, or the error that says it is missing.
@@ -60,11 +60,9 @@ fn run<O: Observer>(
     if let Some(report) = marched {
         return Ok(report);
     }
-    let flow = match run.store {
-        Store::Contact => around_contact(run.integrator, &problem.system),
-        _ => None,
-    };
-    let mut flow = flow.unwrap_or_else(|| by_name(run.integrator, &problem.system, tolerances));
+    let around = || around_contact(run.integrator, &problem.system);
+    let around = observer.sees_contact_alone().then(around).flatten();
+    let mut flow = around.unwrap_or_else(|| by_name(run.integrator, &problem.system, tolerances));
     let (system, flow) = (&problem.system, flow.as_mut());
     if !verify_lcp {
         return carry_out(system, &problem.initial, resumed, &options, flow, observer);

@@ -102,9 +102,10 @@ def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
     _clean(axes[0], "t", "contact displacement")
     _clean(axes[1], "t", "pressure")
     e = r.ledger
+    known = np.isfinite(e.kinetic)
     for name, colour in zip(("kinetic", "elastic"), COLOURS):
-        axes[2].plot(e.t, e[name], color=colour, lw=1.2, label=name)
-    axes[2].plot(e.t, e.kinetic + e.elastic, color="black", lw=1.2, label="sum")
+        axes[2].plot(e.t[known], e[name][known], color=colour, lw=1.2, label=name)
+    axes[2].plot(e.t[known], (e.kinetic + e.elastic)[known], color="black", lw=1.2, label="sum")
     axes[2].legend(fontsize="small", ncols=3, frameon=False)
     _clean(axes[2], "t", "energy")
     if in_plane:

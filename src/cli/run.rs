@@ -74,6 +74,9 @@ impl Observer for Progress {
         let go = self.writer.progress(t)?;
         Ok(if self.caller.signal().is_some() { Go::Break(()) } else { go })
     }
+    fn sees_contact_alone(&self) -> bool {
+        self.writer.sees_contact_alone()
+    }
     fn keeps_checkpoints(&self) -> bool {
         self.writer.keeps_checkpoints()
     }

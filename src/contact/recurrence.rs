@@ -96,7 +96,8 @@ impl Recurrence {
         let load = phase.parts.loads.constant.as_deref();
         let mut step = [Step { before: None, now: &u, next: a_o }];
         if let Some(inverse) = self.local(phase, Factors { f: -1.0, g: 0.0 }, &mut step, load, s) {
-            let moving = self.rows.clone().zip(load.into_iter().flat_map(|f| &f[self.rows.clone()]));
+            let moving =
+                self.rows.clone().zip(load.into_iter().flat_map(|f| &f[self.rows.clone()]));
             moving.for_each(|(i, f)| a_o[i] += inverse[i] * f);
         }
         s.u = u;

@@ -343,6 +343,10 @@ pub trait Observer {
     fn takes_events(&self) -> bool {
         false
     }
+    /// Whether of a sample only the contact and what lies next to it is looked at: a flow may then know no more ([`Sample::energies`]).
+    fn sees_contact_alone(&self) -> bool {
+        false
+    }
     /// Time reached; whether to go on.
     fn progress(&mut self, _t: f64) -> Result<ControlFlow<()>, Self::Error> {
         Ok(ControlFlow::Continue(()))

@@ -78,6 +78,9 @@ impl<O: Observer> Observer for Verified<'_, O> {
     fn takes_events(&self) -> bool {
         self.inner.takes_events()
     }
+    fn sees_contact_alone(&self) -> bool {
+        self.inner.sees_contact_alone()
+    }
     fn keeps_checkpoints(&self) -> bool {
         self.inner.keeps_checkpoints()
     }

@@ -212,8 +212,15 @@ fn along_series<'b>(
         phase.pressures(t, &u_o, &mut pressure);
         let (kinetic, elastic) = (system.kinetic(&v), system.elastic(&u));
         let energies = Energies { kinetic, elastic, external: 0.0, dissipated: 0.0 };
-        let sample =
-            Sample { t, u: &u, v: &v, active: &present, pressure: &pressure, energies: Some(energies), jumps: 0.0 };
+        let sample = Sample {
+            t,
+            u: &u,
+            v: &v,
+            active: &present,
+            pressure: &pressure,
+            energies: Some(energies),
+            jumps: 0.0,
+        };
         match rows.sample(&sample) {
             Ok(()) => {}
             Err(never) => match never {},

@@ -116,6 +116,10 @@ impl Observer for Background {
         Ok(ControlFlow::Continue(()))
     }
 
+    fn sees_contact_alone(&self) -> bool {
+        self.kept.contact_alone
+    }
+
     fn keeps_checkpoints(&self) -> bool {
         // the writer keeps one in so much time, and a large one is not copied for nothing
         self.keeps_checkpoints && self.marked.is_none_or(|at| at.elapsed() >= FLUSH_EVERY)

@@ -15,6 +15,8 @@ pub struct Kept {
     body: Arc<Body>,
     /// Columns of all displacements, ascending, with what they are made of; none: all are kept.
     part: Option<Vec<(usize, Terms)>>,
+    /// Nothing but what the contact does.
+    pub(super) contact_alone: bool,
     /// In single precision.
     pub(super) single: bool,
 }
@@ -22,7 +24,7 @@ pub struct Kept {
 impl Kept {
     /// All displacements of a body.
     pub fn all(system: &System) -> Kept {
-        Kept { body: system.body.clone(), part: None, single: false }
+        Kept { body: system.body.clone(), part: None, contact_alone: false, single: false }
     }
 
     /// As `[run]` of a scene says.
@@ -33,7 +35,8 @@ impl Kept {
             Some(Store::Contact | Store::Groups(_)) => Some(part(scene, system)),
         };
         let single = run.is_some_and(|r| r.precision == Precision::Single);
-        Kept { body: system.body.clone(), part, single }
+        let contact_alone = run.is_some_and(|r| r.store == Store::Contact);
+        Kept { body: system.body.clone(), part, contact_alone, single }
     }
 
     /// Number of displacements that are kept.

@@ -265,7 +265,8 @@ impl<'a> Chebyshev<'a> {
         let of_v = &mut rest[..n];
         of_v[rows.clone()].fill(0.0);
         let functions = u.iter().zip(&v);
-        let share = |(series, (u, v)): (_, (&Vec<f64>, &Vec<f64>))| Share::new(series, nodes, [u, v]);
+        let share =
+            |(series, (u, v)): (_, (&Vec<f64>, &Vec<f64>))| Share::new(series, nodes, [u, v]);
         let shares: Vec<Share> = self.series().zip(functions).map(share).collect();
         add_up(&shares, rows, of_u, of_v);
         let span = (self.t0, t - self.t0);

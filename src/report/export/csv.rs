@@ -27,7 +27,9 @@ fn states(stored: &Stored, rows: &[usize]) -> String {
     for &row in rows {
         out.push_str(&number(stored.t[row]));
         for column in &stored.energy {
-            let _ = write!(out, ",{}", number(column[row]));
+            // not known where the run followed the surroundings of the contact alone
+            let known = Some(column[row]).filter(|e| !e.is_nan()).map(number);
+            let _ = write!(out, ",{}", known.unwrap_or_default());
         }
         for i in 0..stored.gap.len() {
             let (u, p) = (stored.contact_displacement(row, i), stored.pressure[(row, i)]);

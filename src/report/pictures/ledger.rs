@@ -13,31 +13,38 @@ use crate::store::Stored;
 const FLOOR: f64 = 1e-16;
 
 /// The columns of a ledger, and the sum of the stored energies.
-struct Ledger<'s> {
-    kinetic: &'s [f64],
-    elastic: &'s [f64],
-    external: &'s [f64],
-    dissipated: &'s [f64],
-    jumps: &'s [f64],
+struct Ledger {
+    t: Vec<f64>,
+    kinetic: Vec<f64>,
+    elastic: Vec<f64>,
+    external: Vec<f64>,
+    dissipated: Vec<f64>,
+    jumps: Vec<f64>,
     total: Vec<f64>,
 }
 
-impl<'s> Ledger<'s> {
-    fn of(stored: &'s Stored) -> Option<Self> {
+impl Ledger {
+    /// Of the states whose energies are known: all, but where a run followed the surroundings of the contact alone.
+    fn of(stored: &Stored) -> Option<Self> {
         let [kinetic, elastic, external, dissipated, jumps] = &stored.energy[..] else {
             return None;
         };
-        let total = (0..stored.t.len()).map(|r| kinetic[r] + elastic[r]).collect();
-        Some(Ledger { kinetic, elastic, external, dissipated, jumps, total })
+        let rows: Vec<usize> = (0..stored.t.len()).filter(|&r| kinetic[r].is_finite()).collect();
+        let known = |column: &[f64]| rows.iter().map(|&r| column[r]).collect::<Vec<f64>>();
+        let total = rows.iter().map(|&r| kinetic[r] + elastic[r]).collect();
+        let t = known(&stored.t);
+        let [kinetic, elastic, external, dissipated, jumps] =
+            [kinetic, elastic, external, dissipated, jumps].map(|c| known(c));
+        Some(Ledger { t, kinetic, elastic, external, dissipated, jumps, total })
     }
 
     /// The energies with their names, but those that are zero throughout.
     fn present(&self) -> Vec<(&'static str, &[f64])> {
         let curves: [(&str, &[f64]); 5] = [
-            ("kinetic", self.kinetic),
-            ("elastic", self.elastic),
-            ("work of the loads", self.external),
-            ("dissipated", self.dissipated),
+            ("kinetic", &self.kinetic),
+            ("elastic", &self.elastic),
+            ("work of the loads", &self.external),
+            ("dissipated", &self.dissipated),
             ("kinetic + elastic", &self.total),
         ];
         curves.into_iter().filter(|(_, c)| c.iter().any(|&v| v != 0.0)).collect()
@@ -46,7 +53,7 @@ impl<'s> Ledger<'s> {
     /// Decimal logarithms of what no entry explains, relative to the largest energy.
     fn unexplained(&self) -> Vec<f64> {
         let total = &self.total;
-        let known = total.iter().chain(self.external).chain(self.dissipated);
+        let known = total.iter().chain(&self.external).chain(&self.dissipated);
         let scale = known.fold(0.0f64, |m, x| m.max(x.abs()));
         let defect = |r: usize| {
             let explained = total[0] + self.external[r] - self.dissipated[r] + self.jumps[r];
@@ -61,7 +68,7 @@ pub(super) fn energy(stored: &Stored, _: &Options) -> Result<String, FigureError
     let Some(ledger) = Ledger::of(stored) else {
         return Err(FigureError::Empty("no energies are stored"));
     };
-    if stored.t.is_empty() {
+    if ledger.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
     }
     figure::svg((980, 760), |root| {
@@ -84,7 +91,7 @@ fn energies(area: &Area, strip: &Area, stored: &Stored, ledger: &Ledger) -> Draw
     entries.truncate(usize::from(!stored.gap.is_empty()));
     for (k, (name, values)) in present.iter().enumerate() {
         let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
-        let series = stored.t.iter().copied().zip(values.iter().copied());
+        let series = ledger.t.iter().copied().zip(values.iter().copied());
         chart.draw_series(LineSeries::new(series, line(colour, 2.0))).map_err(FigureError::draw)?;
         entries.push((*name, colour, Mark::Line));
     }
@@ -93,12 +100,12 @@ fn energies(area: &Area, strip: &Area, stored: &Stored, ledger: &Ledger) -> Draw
 
 /// The sum of the jumps so far, in steps.
 fn jumps(area: &Area, stored: &Stored, ledger: &Ledger) -> Drawn {
-    let jumps = ledger.jumps;
+    let (t, jumps) = (&ledger.t, &ledger.jumps);
     let y = range(jumps.iter().copied().chain([0.0]));
     let mut chart = over_time(area, stored, y, ("", "Σ jumps at switches"))?;
-    let steps = (0..stored.t.len()).flat_map(|r| {
+    let steps = (0..t.len()).flat_map(|r| {
         let before = if r > 0 { jumps[r - 1] } else { jumps[0] };
-        [(stored.t[r], before), (stored.t[r], jumps[r])]
+        [(t[r], before), (t[r], jumps[r])]
     });
     chart.draw_series(LineSeries::new(steps, line(LINES[1], 2.0))).map_err(FigureError::draw)?;
     Ok(())
@@ -111,7 +118,7 @@ fn defects(area: &Area, stored: &Stored, ledger: &Ledger) -> Drawn {
     let high = digits.iter().copied().fold(-14.0f64, f64::max).ceil() + 0.3;
     let labels = ("time", "log₁₀ |unexplained| / energy");
     let mut chart = over_time(area, stored, low..high, labels)?;
-    let series = stored.t.iter().copied().zip(digits);
+    let series = ledger.t.iter().copied().zip(digits);
     chart.draw_series(LineSeries::new(series, line(LINES[2], 1.0))).map_err(FigureError::draw)?;
     Ok(())
 }
