@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::cli::{self, Answer, Call, CliError, Desk};
-use signorini::event::{Observer, Sample, Silent};
+use signorini::event::{Energies, Observer, Sample, Silent};
 use signorini::problem::Problem;
 use signorini::simulate::simulate;
 
@@ -113,9 +113,9 @@ struct States(Vec<f64>);
 impl Observer for States {
     type Error = Infallible;
     fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
-        let e = &s.energies;
+        let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
         [s.u, s.v, s.pressure].iter().for_each(|x| self.0.extend_from_slice(x));
-        self.0.extend([s.t, e.kinetic, e.elastic, e.external, e.dissipated, s.jumps]);
+        self.0.extend([s.t, kinetic, elastic, external, dissipated, s.jumps]);
         Ok(())
     }
 }

@@ -1,9 +1,12 @@
 #!/bin/sh
-# Builds target/peers/sundials_peer: with the distribution's SUNDIALS if it is installed, otherwise with its packages unpacked beside it (no root needed).
+# Builds target/peers/diffsol_peer, and target/peers/sundials_peer: with the distribution's SUNDIALS if it is installed, otherwise with its packages unpacked beside it (no root needed).
 set -eu
 cd "$(dirname "$0")/../.."
 out=target/peers
 mkdir -p "$out"
+RUSTFLAGS="-C target-cpu=native" ${CARGO:-cargo} build --release --quiet --locked --manifest-path validate/peers/diffsol/Cargo.toml --target-dir "$out/diffsol"
+cp "$out/diffsol/release/diffsol_peer" "$out/diffsol_peer"
+echo "peers: $out/diffsol_peer"
 flags="-O3 -march=native"
 if echo '#include <arkode/arkode_erkstep.h>' | ${CC:-cc} -E - >/dev/null 2>&1; then
     include=""

@@ -22,6 +22,14 @@ pub(super) enum Peer {
     /// SUNDIALS (CVODE's Adams method, ARKODE's explicit Runge–Kutta methods) with root finding; needs the program that `make peers` builds
     /// (SIGNORINI_SUNDIALS or target/peers/sundials_peer)
     Sundials,
+    /// diffsol (Tsitouras' method of order 5) with root finding; needs the program that `make peers` builds (SIGNORINI_DIFFSOL or
+    /// target/peers/diffsol_peer)
+    Diffsol,
+}
+
+/// A program that is named by the environment, or where `make peers` puts it.
+fn built(variable: &str, place: &str) -> Command {
+    Command::new(std::env::var_os(variable).map_or_else(|| place.into(), PathBuf::from))
 }
 
 impl Peer {
@@ -30,6 +38,7 @@ impl Peer {
         match self {
             Peer::Scipy => "scipy",
             Peer::Sundials => "sundials",
+            Peer::Diffsol => "diffsol",
         }
     }
 
@@ -40,6 +49,7 @@ impl Peer {
                 "install its requirements: pip install -r validate/peers/requirements.txt"
             }
             Peer::Sundials => "build it: make peers (or give the program by SIGNORINI_SUNDIALS)",
+            Peer::Diffsol => "build it: make peers (or give the program by SIGNORINI_DIFFSOL)",
         }
     }
 
@@ -57,12 +67,8 @@ impl Peer {
                 command.arg("-c").arg(include_str!("../../../validate/peers/scipy_peer.py"));
                 command
             }
-            Peer::Sundials => {
-                let built = || PathBuf::from("target/peers/sundials_peer");
-                Command::new(
-                    std::env::var_os("SIGNORINI_SUNDIALS").map_or_else(built, PathBuf::from),
-                )
-            }
+            Peer::Sundials => built("SIGNORINI_SUNDIALS", "target/peers/sundials_peer"),
+            Peer::Diffsol => built("SIGNORINI_DIFFSOL", "target/peers/diffsol_peer"),
         };
         command.env("OMP_NUM_THREADS", "1").env("OPENBLAS_NUM_THREADS", "1");
         command.arg(file).arg(repeats.to_string());
@@ -78,7 +84,7 @@ impl Peer {
             .map_err(|e| CliError::Numerics(e.to_string()))?;
         match self {
             Peer::Scipy => write_problem(&file, bench.problem, &start.set, bench.options.until)?,
-            Peer::Sundials => {
+            Peer::Sundials | Peer::Diffsol => {
                 write_problem_flat(&file, bench.problem, &start.set, bench.options.until)?;
             }
         }
