@@ -15,7 +15,7 @@ help:
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
-	@echo 'make peers     what signorini precision --peer scipy and --peer sundials need: SciPy into .venv, SUNDIALS (of the distribution) and a small program'
+	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs; then all of them against each other'
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
 	@echo 'make methods   contact methods side by side: tables and pictures of docs/methods.md, into out/ (part of make figures)'
@@ -62,9 +62,10 @@ bench: setup
 	cargo bench --locked
 
 # needs a C compiler; SUNDIALS is taken from the distribution's packages, unpacked below target/ where it is not installed
-peers: setup
+peers: build
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r validate/peers/requirements.txt
 	validate/peers/build.sh
+	.venv/bin/python validate/peers/check.py
 
 pictures: build peers
 	@mkdir -p out docs
@@ -72,7 +73,7 @@ pictures: build peers
 	$(BIN) plot out/plate.h5 --only shapes,contact
 	cp out/plate-shapes.png docs/plate.png
 	cp out/plate-contact.png docs/contact.png
-	$(BIN) precision scenarios/plate.toml --peer scipy --peer sundials -o out/plate-precision --force
+	$(BIN) precision scenarios/plate.toml --peer scipy --peer sundials --peer diffsol -o out/plate-precision --force
 	cp out/plate-precision.png docs/precision.png
 	$(BIN) run scenarios/bracket.toml -o out/bracket.h5 --force -q
 	$(BIN) plot out/bracket.h5 --only shapes
