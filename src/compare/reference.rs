@@ -206,6 +206,7 @@ pub fn check_file(plan: &Plan) -> Result<(), String> {
     let Named::File(path) = &plan.reference else { return Ok(()) };
     let stored = Stored::read(path).map_err(|e| e.to_string())?;
     let told = |e: String| format!("--reference {}: {e}", path.display());
+    stored.whole().map_err(|e| told(e.to_string()))?;
     plan.tasks().try_for_each(|task| check(plan, &task.problem(), &stored).map_err(told))
 }
 

@@ -50,7 +50,8 @@ pub(super) fn system(scene: &Scene, contact: &Contact, law: Law) -> Result<Syste
     System::with_springs(body, points, gap, law).map_err(|e| match e {
         ContactError::NotCoercive { bound, .. } => {
             let message = e.to_string();
-            let help = format!("give gamma = 2.0, or another number above {bound:.6}");
+            let enough = [2.0, (1.2 * bound).ceil()].into_iter().fold(0.0, f64::max);
+            let help = format!("give gamma = {enough:?}, or another number above {bound:.6}");
             scene.error(Issue::new("contact.gamma", message, help)).into()
         }
         ContactError::TooStiff { .. } => {

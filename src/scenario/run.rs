@@ -125,7 +125,7 @@ impl<'de> Deserialize<'de> for Store {
 
 /// Digits of stored displacements, velocities and pressures; times, energies and switches have all of theirs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "lowercase", expecting = "\"double\" or \"single\"")]
 pub enum Precision {
     /// All.
     #[default]

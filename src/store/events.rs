@@ -7,7 +7,7 @@ use ndarray::Array2;
 
 use super::StoreError;
 use super::reader::Careful;
-use super::table::{Form, Table};
+use super::table::{Form, Place, Table};
 use crate::contact::{ActiveSet, System};
 use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 
@@ -72,8 +72,8 @@ impl Events {
         })
     }
 
-    /// Go on behind so many rows.
-    pub fn reopen(file: &hdf5::File, switches: usize, grazings: usize) -> Result<Self, StoreError> {
+    /// Go on with the tables of a file.
+    pub fn reopen(file: &hdf5::File, switches: Place, grazings: Place) -> Result<Self, StoreError> {
         let s = file.group("switches")?;
         let g = file.group("grazings")?;
         Ok(Events {
@@ -171,22 +171,27 @@ pub(super) fn point_of(nodes: &[usize], node: usize, before: &[bool], after: &[b
     all().find(changes).or_else(|| all().next()).unwrap_or(0)
 }
 
-/// The switches and grazings so far: with `lists` all of them, else their number.
-pub(super) fn read_log(file: &hdf5::File, system: &System, lists: bool) -> Result<Log, StoreError> {
-    let count = file.dataset("switches/t")?.size();
+/// So many first switches and grazings: with `lists` all of them, else their number.
+pub(super) fn read_log(
+    file: &hdf5::File,
+    system: &System,
+    (count, grazings): (usize, usize),
+    lists: bool,
+) -> Result<Log, StoreError> {
     if lists {
         let mut log = Log::new(true);
         read_switches(file, system, 0..count)?.into_iter().for_each(|s| log.add_switch(s));
-        read_grazings(file, system)?.into_iter().for_each(|g| log.add_grazing(g));
+        let all = read_grazings(file, system)?.into_iter().take(grazings);
+        all.for_each(|g| log.add_grazing(g));
         return Ok(log);
     }
-    let kinds: Vec<Word> = file.dataset("switches/kind")?.values()?;
+    let kinds = some::<Word>(file, "kind", &(0..count))?;
     let one = |k: usize| -> Result<Option<Switch>, StoreError> {
         Ok(read_switches(file, system, k..(k + 1).min(count))?.pop())
     };
     let ends = one(0)?.zip(one(count.saturating_sub(1))?).map(|(first, last)| [first, last]);
     let kinds = kinds.iter().map(|k| SwitchKind::of_name(k.as_str()));
-    Ok(Log::counted(kinds, ends, file.dataset("grazings/t")?.size()))
+    Ok(Log::counted(kinds, ends, grazings))
 }
 
 /// Some of the switches so far.

@@ -14,6 +14,17 @@ pub(super) struct Table<T: H5Type> {
     rows: usize,
     waiting: usize,
     pending: Vec<T>,
+    /// Rows to come that are there already.
+    known: usize,
+}
+
+/// Where to go on with a table.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Behind so many rows.
+    pub rows: usize,
+    /// What lies behind them is what comes next, and stays: it is computed again, and not written. Otherwise it is cut off.
+    pub keeps: bool,
 }
 
 /// How a table lies in its file.
@@ -54,28 +65,35 @@ impl<T: H5Type + Clone> Table<T> {
             (None, false) => builder.chunk(chunk).shape(0..).create(name)?,
         };
         super::write_text(&dataset, "units", units)?;
-        Ok(Table { dataset, columns, chunk, rows: 0, waiting: 0, pending: vec![] })
+        Ok(Table { dataset, columns, chunk, rows: 0, waiting: 0, pending: vec![], known: 0 })
     }
 
-    /// Go on with a table of a file, behind its first `rows` rows.
-    pub fn reopen(group: &Group, name: &str, rows: usize) -> Result<Self, StoreError> {
+    /// Go on with a table of a file.
+    pub fn reopen(group: &Group, name: &str, place: Place) -> Result<Self, StoreError> {
         let dataset = group.dataset(name)?;
         let shape = dataset.shape();
         let short = || hdf5::Error::from(format!("{name} has fewer rows than its checkpoint says"));
-        if shape.first().is_none_or(|r| *r < rows) {
+        let there = shape.first().copied().unwrap_or(0);
+        if there < place.rows {
             return Err(short().into());
         }
+        let rows = if place.keeps { there } else { place.rows };
         let columns = shape.get(1).copied();
         match columns {
             Some(n) => dataset.resize((rows, n))?,
             None => dataset.resize(rows)?,
         }
         let chunk = dataset.chunk().and_then(|c| c.first().copied()).unwrap_or(1);
-        Ok(Table { dataset, columns, chunk, rows, waiting: 0, pending: vec![] })
+        let known = rows - place.rows;
+        Ok(Table { dataset, columns, chunk, rows, waiting: 0, pending: vec![], known })
     }
 
     pub fn push(&mut self, row: &[T]) {
         debug_assert_eq!(row.len(), self.columns.unwrap_or(1));
+        if self.known > 0 {
+            self.known -= 1;
+            return;
+        }
         self.pending.extend_from_slice(row);
         self.waiting += 1;
     }

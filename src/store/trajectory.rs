@@ -2,7 +2,7 @@
 
 use super::events::flags;
 use super::kept::Kept;
-use super::table::{Form, Table};
+use super::table::{Form, Place, Table};
 use super::{StoreError, write_text};
 use crate::contact::ActiveSet;
 use crate::event::{Energies, Sample};
@@ -35,6 +35,14 @@ impl Row {
             energies: s.energies,
             jumps: s.jumps,
         }
+    }
+}
+
+impl Row {
+    /// Whether what is stored in single precision fits in.
+    pub fn is_single(&self) -> bool {
+        let mut all = self.u.iter().chain(&self.v).chain(&self.pressure);
+        all.all(|x| x.abs() <= f64::from(f32::MAX))
     }
 }
 
@@ -87,8 +95,8 @@ impl Trajectory {
         Ok(Trajectory { t, u, v, pressure, active, energy: energy? })
     }
 
-    /// Go on behind so many states.
-    pub fn reopen(file: &hdf5::File, states: usize) -> Result<Self, StoreError> {
+    /// Go on with the tables of a file.
+    pub fn reopen(file: &hdf5::File, states: Place) -> Result<Self, StoreError> {
         let g = file.group("trajectory")?;
         let column = |name: &str| Table::<f64>::reopen(&g, name, states);
         let (t, u, v, pressure) = (column("t")?, column("u")?, column("v")?, column("pressure")?);

@@ -12,6 +12,7 @@ use super::kept::Kept;
 use super::mesh::size_of_mesh;
 use super::output::{Outputs, Staged, check_room};
 use super::reader::reading;
+use super::table::Place;
 use super::trajectory::{Row, Trajectory};
 use super::{StoreError, write_text};
 use crate::contact::System;
@@ -96,7 +97,7 @@ impl Writer {
         self.checkpoint = None;
     }
 
-    /// Open the file of a run that was interrupted, cut back to its checkpoint, and what the run needs to go on: with `lists`, all its switches and
+    /// Open the file of a run that was interrupted, at its checkpoint, and what the run needs to go on: with `lists`, all its switches and
     /// grazings, else their number.
     pub fn resume(
         path: &Path,
@@ -128,10 +129,15 @@ impl Writer {
             if super::read_text(&file, "scene").as_deref() != Some(&scene.source.text) {
                 return Err(refuse("it was made from another scene"));
             }
-            let [states, switches, grazings] = checkpoint.rows;
-            let trajectory = Trajectory::reopen(&file, states)?;
+            let [_, switches, grazings] = checkpoint.rows;
+            // what a run that was left in order has behind its checkpoint comes again, to the last bit: nothing is lost if it is left again before
+            let was_left = super::read_text(&file, "status");
+            let keeps = was_left.is_some_and(|s| s == Status::Interrupted.to_string());
+            let [of_states, of_switches, of_grazings] =
+                checkpoint.rows.map(|rows| Place { rows, keeps });
+            let trajectory = Trajectory::reopen(&file, of_states)?;
             write_text(&file, "status", &Status::Running.to_string())?;
-            let events = Events::reopen(&file, switches, grazings)?;
+            let events = Events::reopen(&file, of_switches, of_grazings)?;
             let writer = Writer {
                 kept: Arc::new(Kept::of_run(scene, system)),
                 trajectory,
@@ -144,8 +150,8 @@ impl Writer {
                 file: file.clone(),
                 staged,
             };
-            let resumed =
-                Resumed { log: read_log(&file, system, lists)?, checkpoint: checkpoint.clone() };
+            let log = read_log(&file, system, (switches, grazings), lists)?;
+            let resumed = Resumed { log, checkpoint: checkpoint.clone() };
             Ok((writer, resumed))
         };
         reading(&at, opened)
@@ -174,6 +180,10 @@ impl Writer {
 
     /// Store a state.
     pub(super) fn store(&mut self, row: &Row) -> Result<(), StoreError> {
+        if self.kept.single && !row.is_single() {
+            let what = "a number is too large for single precision; run the scene with precision = \"double\"";
+            return Err(StoreError::unusable(self.staged.at(), what));
+        }
         self.trajectory.push(row);
         if self.trajectory.is_full() { self.flush() } else { Ok(()) }
     }

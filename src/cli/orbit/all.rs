@@ -47,8 +47,11 @@ pub(super) fn all(
         },
         || {
             let head = format!(
-                "{} different orbits at omega = {omega} from {starts} starts ({wall:.1} s); others may exist",
-                found.len()
+                "{} at omega = {omega} from {starts} starts ({wall:.1} s); others may exist",
+                match found.len() {
+                    1 => "1 orbit".to_owned(),
+                    n => format!("{n} different orbits"),
+                }
             );
             format!("{head}\n{}", table(&found))
         },
