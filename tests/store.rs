@@ -152,6 +152,11 @@ fn what_needs_the_whole_body_refuses_a_part() {
         let said = expect(2, refused);
         assert!(said.contains("[run] store"), "{said}");
     }
+    // a reference is looked at before anything is computed
+    let scene_file = at("whole.toml");
+    let compared = ["compare", &scene_file, "--methods", "nbm", "--reference", &file];
+    let said = expect(2, &[&compared[..], &["-o", &at("compared")]].concat());
+    assert!(said.contains("[run] store") && !folder.path().join("compared.csv").exists(), "{said}");
     let pictures = expect(0, &["plot", &file, "-o", &at("pictures")]);
     assert_eq!(pictures.matches(".svg").count(), 3, "{pictures}");
     for (name, of) in [("part", &file), ("whole", &whole)] {
@@ -164,6 +169,19 @@ fn what_needs_the_whole_body_refuses_a_part() {
     let refused = read_state(Path::new(&file), body.mesh.nodes(), 2, false).unwrap_err();
     assert!(refused.to_string().contains("store = \"all\""), "{refused}");
     assert!(read_state(Path::new(&whole), body.mesh.nodes(), 2, false).is_ok());
+}
+
+/// What has no place in single precision is no infinity in the file.
+#[test]
+fn numbers_beyond_single_precision_are_told() {
+    let folder = TempDir::new().unwrap();
+    let text = scene("bar.toml", "3.36", "precision = \"single\"");
+    let text = text.replace("gap = 1.0", "gap = 1e39").replace("*x\"", "*1e39*x\"");
+    let file = folder.path().join("large.toml");
+    std::fs::write(&file, text).unwrap();
+    let out = folder.path().join("large.h5");
+    let said = expect(2, &["run", file.to_str().unwrap(), "-o", out.to_str().unwrap(), "-q"]);
+    assert!(said.contains("precision = \"double\""), "{said}");
 }
 
 /// A wrong word, an unknown edge, a group of a body that has none.
