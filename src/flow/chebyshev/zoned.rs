@@ -15,13 +15,13 @@
 //!
 //! Between the ends of steps only the zone is known ([`Flow::near`]); [`Flow::complete`] makes a state whole by two recurrences from the start of the
 //! step. Rounding errors of the two-step formula grow with their number: after some steps the flow begins anew, with two recurrences. Where nothing
-//! switches for a whole step there is nothing to save, and the body goes on as one, in long windows.
+//! switches for a whole step there is nothing to save, and the body goes on as one, in long windows, if memory has room for such.
 
 use std::ops::Range;
 
 use super::length::Lengths;
 use super::series::{Rows, Share, add_up, extend};
-use super::{Chebyshev, Counters, Enclosure, Flow, FlowError, Layout};
+use super::{Chebyshev, Counters, Enclosure, FIRST, Flow, FlowError, LONGEST, Layout, MEMORY};
 use crate::contact::{Phase, Recurrence, System};
 
 /// Lengths of steps that are considered, in `R = t ω_max`.
@@ -46,6 +46,8 @@ pub struct Zoned<'a> {
     outside: Vec<Range<usize>>,
     /// `W`
     length: f64,
+    /// Long windows of the body as one cost less than steps.
+    windows_pay: bool,
     /// The flow goes in steps; otherwise as one body.
     steps: bool,
     /// A phase has begun before.
@@ -114,12 +116,21 @@ impl<'a> Zoned<'a> {
         };
         let best = STEPS.into_iter().filter_map(plan).min_by(|a, b| a.0.total_cmp(&b.0));
         let (_, r, terms, rows) = best.filter(|b| b.0 < GAIN * RESTARTS)?;
+        let share = rows.len() as f64 / n as f64;
+        let in_steps = terms as f64 / r * (1.0 + 2.0 * share);
+        // of two recurrences, in the longest windows that memory has room for
+        let mut long = LONGEST;
+        while long > FIRST.1 && 2 * n * lengths.of(long / omega).terms > MEMORY {
+            long *= 0.5;
+        }
+        let as_one = 2.0 * lengths.of(long / omega).terms as f64 / long;
         let of_zone = |i: usize| (distances[i] as usize) < terms;
         let state = || vec![0.0; layout.len()];
         Some(Zoned {
             layout,
             whole: Chebyshev::new(system),
-            share: rows.len() as f64 / n as f64,
+            share,
+            windows_pay: as_one < in_steps,
             zone: Chebyshev::with(system, Recurrence::within(system, rows)),
             inside: runs(n, of_zone),
             outside: runs(n, |i| !of_zone(i)),
@@ -247,7 +258,7 @@ impl Flow for Zoned<'_> {
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
         if self.steps && !self.is_inside() {
-            if !self.busy {
+            if !self.busy && self.windows_pay {
                 // nothing to save
                 self.end_state();
                 self.whole.begin(phase, self.step.1, &self.end);
