@@ -103,9 +103,11 @@ def _run(make: type[Figure], r: Run, at: float | None = None) -> Figure:
     _clean(axes[1], "t", "pressure")
     e = r.ledger
     known = np.isfinite(e.kinetic)
+    # a run may know the whole body at some states only (run.store): those stand by themselves
+    style = "-" if known.all() else "o"
     for name, colour in zip(("kinetic", "elastic"), COLOURS):
-        axes[2].plot(e.t[known], e[name][known], color=colour, lw=1.2, label=name)
-    axes[2].plot(e.t[known], (e.kinetic + e.elastic)[known], color="black", lw=1.2, label="sum")
+        axes[2].plot(e.t[known], e[name][known], style, color=colour, lw=1.2, ms=4, label=name)
+    axes[2].plot(e.t[known], (e.kinetic + e.elastic)[known], style, color="black", lw=1.2, ms=4, label="sum")
     axes[2].legend(fontsize="small", ncols=3, frameon=False)
     _clean(axes[2], "t", "energy")
     if in_plane:

@@ -5,16 +5,21 @@ use plotters::prelude::*;
 use super::Options;
 use super::time::over_time;
 use crate::report::figure::{
-    self, Area, Drawn, Entry, FigureError, INK, LINES, Mark, SHADE, legend, line, px, range, title,
+    self, Area, Drawn, Entry, FigureError, INK, LINES, Mark, SHADE, legend, line, px, range,
+    symbols, title,
 };
 use crate::store::Stored;
 
+/// The column of the jumps among those of the energies.
+const JUMPS: usize = 4;
 /// Relative defects below this are drawn here: rounding.
 const FLOOR: f64 = 1e-16;
 
 /// The columns of a ledger, and the sum of the stored energies.
 struct Ledger {
     t: Vec<f64>,
+    /// The energies of some stored states are not known: those that are stand by themselves.
+    has_gaps: bool,
     kinetic: Vec<f64>,
     elastic: Vec<f64>,
     external: Vec<f64>,
@@ -32,10 +37,10 @@ impl Ledger {
         let rows: Vec<usize> = (0..stored.t.len()).filter(|&r| kinetic[r].is_finite()).collect();
         let known = |column: &[f64]| rows.iter().map(|&r| column[r]).collect::<Vec<f64>>();
         let total = rows.iter().map(|&r| kinetic[r] + elastic[r]).collect();
-        let t = known(&stored.t);
+        let (t, has_gaps) = (known(&stored.t), rows.len() < stored.t.len());
         let [kinetic, elastic, external, dissipated, jumps] =
             [kinetic, elastic, external, dissipated, jumps].map(|c| known(c));
-        Some(Ledger { t, kinetic, elastic, external, dissipated, jumps, total })
+        Some(Ledger { t, has_gaps, kinetic, elastic, external, dissipated, jumps, total })
     }
 
     /// The energies with their names, but those that are zero throughout.
@@ -77,7 +82,7 @@ pub(super) fn energy(stored: &Stored, _: &Options) -> Result<String, FigureError
         let (strip, sheet) = sheet.split_vertically(px(20.0));
         let panels = sheet.split_evenly((3, 1));
         energies(&panels[0], &strip, stored, &ledger)?;
-        jumps(&panels[1], stored, &ledger)?;
+        jumps(&panels[1], stored)?;
         defects(&panels[2], stored, &ledger)
     })
 }
@@ -92,6 +97,11 @@ fn energies(area: &Area, strip: &Area, stored: &Stored, ledger: &Ledger) -> Draw
     for (k, (name, values)) in present.iter().enumerate() {
         let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
         let series = ledger.t.iter().copied().zip(values.iter().copied());
+        if ledger.has_gaps {
+            symbols(&chart, series, Mark::Circle, colour)?;
+            entries.push((*name, colour, Mark::Circle));
+            continue;
+        }
         chart.draw_series(LineSeries::new(series, line(colour, 2.0))).map_err(FigureError::draw)?;
         entries.push((*name, colour, Mark::Line));
     }
@@ -99,8 +109,8 @@ fn energies(area: &Area, strip: &Area, stored: &Stored, ledger: &Ledger) -> Draw
 }
 
 /// The sum of the jumps so far, in steps.
-fn jumps(area: &Area, stored: &Stored, ledger: &Ledger) -> Drawn {
-    let (t, jumps) = (&ledger.t, &ledger.jumps);
+fn jumps(area: &Area, stored: &Stored) -> Drawn {
+    let (t, jumps) = (&stored.t, &stored.energy[JUMPS]);
     let y = range(jumps.iter().copied().chain([0.0]));
     let mut chart = over_time(area, stored, y, ("", "Σ jumps at switches"))?;
     let steps = (0..t.len()).flat_map(|r| {
@@ -119,6 +129,9 @@ fn defects(area: &Area, stored: &Stored, ledger: &Ledger) -> Drawn {
     let labels = ("time", "log₁₀ |unexplained| / energy");
     let mut chart = over_time(area, stored, low..high, labels)?;
     let series = ledger.t.iter().copied().zip(digits);
+    if ledger.has_gaps {
+        return symbols(&chart, series, Mark::Circle, LINES[2]);
+    }
     chart.draw_series(LineSeries::new(series, line(LINES[2], 1.0))).map_err(FigureError::draw)?;
     Ok(())
 }
