@@ -11,8 +11,6 @@ impl<O: Observer> Run<'_, O> {
     /// Store the samples of the window, note its end.
     pub(super) fn record_window(&mut self, ends_at_switch: bool) -> Done<(), O> {
         let (a, b) = self.flow.window();
-        // a state at the end is one of the whole body from now on, where the flow has steps that end there
-        self.flow.end_state();
         while let Some(t) = self.sample_time().filter(|&t| t <= b) {
             self.next_sample += 1;
             // a switch at this very time is stored already
@@ -60,8 +58,6 @@ impl<O: Observer> Run<'_, O> {
     /// The state at the end of the window becomes the present one.
     pub(super) fn take_end(&mut self, t: f64) {
         self.t = t;
-        // known first, then asked of what
-        self.flow.end_state();
         let rows = self.flow.near(t);
         let end = self.flow.end_state();
         match &rows {

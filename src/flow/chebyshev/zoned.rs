@@ -18,8 +18,10 @@
 //! switches for a whole step there is nothing to save, and the body goes on as one, in long windows, if memory has room for such.
 
 use std::ops::Range;
+use std::rc::Rc;
 
 use super::length::Lengths;
+use super::nodes::Nodes;
 use super::series::{Rows, Share, add_up, extend};
 use super::{Chebyshev, Counters, Enclosure, FIRST, Flow, FlowError, LONGEST, Layout, MEMORY};
 use crate::contact::{Phase, Recurrence, System};
@@ -41,8 +43,7 @@ pub struct Zoned<'a> {
     zone: Chebyshev<'a>,
     /// The zone's share of the displacements.
     share: f64,
-    /// Displacements that are taken from the zone at the end of a step, and all others.
-    inside: Vec<Range<usize>>,
+    /// Displacements that are not taken from the zone at the end of a step.
     outside: Vec<Range<usize>>,
     /// `W`
     length: f64,
@@ -67,6 +68,8 @@ pub struct Zoned<'a> {
     end: Vec<f64>,
     end_known: bool,
     terms: usize,
+    /// Pseudo-modes of the step.
+    nodes: Option<Rc<Nodes>>,
 }
 
 /// Runs of entries for which something holds.
@@ -132,7 +135,6 @@ impl<'a> Zoned<'a> {
             share,
             windows_pay: as_one < in_steps,
             zone: Chebyshev::with(system, Recurrence::within(system, rows)),
-            inside: runs(n, of_zone),
             outside: runs(n, |i| !of_zone(i)),
             length: r / omega,
             steps: false,
@@ -147,6 +149,7 @@ impl<'a> Zoned<'a> {
             end: state(),
             end_known: true,
             terms,
+            nodes: None,
         })
     }
 
@@ -182,6 +185,7 @@ impl<'a> Zoned<'a> {
         self.whole.go_on(t, &self.start);
         self.whole.accelerate(phase);
         self.terms = self.whole.lengths.of(self.step.1 - t).terms;
+        self.nodes = Some(self.whole.lengths.nodes(self.terms));
         self.whole.a.begin(&self.whole.a0, 0..self.layout.n_o, phase);
         self.recur(phase, !self.mirrors);
     }
@@ -205,21 +209,22 @@ impl<'a> Zoned<'a> {
     }
 
     /// The state at a time of the step: what is outside by the recurrences, what is inside from the zone, whose window ends there.
-    fn join(&mut self, t: f64) {
+    fn join(&self, t: f64, y: &mut [f64]) {
         let n = self.layout.n_o;
-        let nodes = self.whole.lengths.nodes(self.terms);
+        let Some(nodes) = &self.nodes else { return };
         let f = nodes.functions(t - self.step.0);
         let twice = |f: &[f64]| f.iter().map(|f| 2.0 * f).collect::<Vec<f64>>();
         let (of_a, of_v) = (&self.whole.a, &self.whole.v);
         let shares = match self.mirrors {
-            true => vec![Share::new(of_a, &nodes, [&twice(&f.integral), &twice(&f.g)])],
+            true => vec![Share::new(of_a, nodes, [&twice(&f.integral), &twice(&f.g)])],
             false => vec![
-                Share::new(of_a, &nodes, [&f.integral, &f.g]),
-                Share::new(of_v, &nodes, [&f.g, &f.rate]),
+                Share::new(of_a, nodes, [&f.integral, &f.g]),
+                Share::new(of_v, nodes, [&f.g, &f.rate]),
             ],
         };
         let (start, before) = (&self.start, &self.before);
-        let (u, rest) = self.end.split_at_mut(n);
+        self.zone.state(t, y);
+        let (u, rest) = y.split_at_mut(n);
         let v = &mut rest[..n];
         for rows in &self.outside {
             for i in rows.clone() {
@@ -230,10 +235,13 @@ impl<'a> Zoned<'a> {
             }
             add_up(&shares, rows.clone(), u, v);
         }
-        let near = self.zone.end_state();
-        for rows in &self.inside {
-            self.layout.copy(rows, near, &mut self.end);
-        }
+    }
+
+    /// The state at the end of the last window, from now on.
+    fn join_end(&mut self) {
+        let mut end = std::mem::take(&mut self.end);
+        self.join(self.zone.window().1, &mut end);
+        self.end = end;
         self.end_known = true;
     }
 }
@@ -286,20 +294,21 @@ impl Flow for Zoned<'_> {
             return self.active_mut().end_state();
         }
         if !self.end_known {
-            self.join(self.step.1);
+            self.join_end();
         }
         &self.end
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {
         match self.steps && self.near(t).is_none() {
-            true => y.copy_from_slice(&self.end),
+            true if self.end_known => y.copy_from_slice(&self.end),
+            true => self.join(t, y),
             false => self.active().state(t, y),
         }
     }
 
     fn near(&self, t: f64) -> Option<Range<usize>> {
-        let is_end = !self.is_inside() && t == self.step.1 && self.end_known;
+        let is_end = !self.is_inside() && t == self.step.1;
         (self.steps && !is_end).then(|| self.zone.recurrence.rows())
     }
 
@@ -310,7 +319,7 @@ impl Flow for Zoned<'_> {
                 self.recur(phase, true);
                 self.mirrors = false;
             }
-            self.join(t);
+            self.join_end();
             self.step.1 = t;
             self.has_image = false;
         }
