@@ -3,12 +3,15 @@
 
 mod common;
 
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
+use common::rectangle::{msh, rectangle};
 use common::{problem, relative, scene};
 use signorini::event::{Checkpoint, Observer, Outcome, Report, Resumed, Sample, Switch};
 use signorini::flow::Zoned;
+use signorini::mesh::{ElementKind, Facet, Mesh};
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
 use signorini::simulate::{go_on, simulate};
@@ -174,6 +177,50 @@ fn a_run_in_parts_can_be_left_anywhere() {
     let anchors = all.checkpoints.iter().filter(|(c, _)| c.t > 0.0 && !at_switch(c)).count();
     println!("{} checkpoints, {anchors} between switches", all.checkpoints.len());
     assert!(anchors > 0);
+}
+
+/// Nodes of the contact's group that a support holds are no contact; their displacements along it are stored, however far away they are.
+#[test]
+fn what_is_stored_far_away_is_no_older_state() {
+    let mesh = rectangle(ElementKind::Quad4, [0.0, 10.0], 0.16, (300, 4), 0.0);
+    let mut groups: BTreeMap<String, Vec<Facet>> =
+        ["left", "bottom"].map(|g| (g.to_owned(), mesh.group(g).to_vec())).into();
+    let first = |f: &Facet| mesh.nodes()[mesh.element(*f).nodes[0]][0];
+    let held = mesh.group("bottom").iter().copied().filter(|f| first(f) < 9.6).collect();
+    groups.insert("top".to_owned(), held);
+    let mesh = Mesh::new(2, mesh.nodes().to_vec(), mesh.blocks().to_vec(), groups);
+    let folder = tempfile::TempDir::new().unwrap();
+    std::fs::write(folder.path().join("strip.msh"), msh(&mesh, |_| 0)).unwrap();
+    let of = |store: &str| {
+        let text = format!(
+            "[body]\nkind = \"mesh\"\nfile = \"strip.msh\"\nstate = \"plane stress\"\nmass = \"lumped\"\n\
+             [[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+             [[support]]\ngroup = \"left\"\nfix = [\"x\"]\n[[support]]\ngroup = \"top\"\nfix = [\"y\"]\n\
+             [contact]\ngroup = \"bottom\"\nmethod = \"penalty\"\nplane = {{ normal = [0.0, -1.0], offset = 0.01 }}\n\
+             [initial]\ndisplacement = [\"0.05*sin(3*x)\", \"0\"]\nvelocity = [\"0.2*sin(PI*x/20)\", \"0\"]\n\
+             [run]\nintegrator = \"chebyshev\"\nuntil = 6.0\nsamples = 40\nstore = \"{store}\"\n"
+        );
+        let scene = folder.path().join(format!("{store}.toml"));
+        std::fs::write(&scene, text).unwrap();
+        let file = scene.with_extension("h5");
+        let done =
+            common::run(&["run", scene.to_str().unwrap(), "-o", file.to_str().unwrap(), "-q"]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        common::hdf5_files().open(&file).unwrap()
+    };
+    let (part, all) = (of("contact"), of("all"));
+    let columns = part.dataset("trajectory/columns").unwrap().read_raw::<i64>().unwrap();
+    for name in ["trajectory/u", "trajectory/v"] {
+        let of_part = part.dataset(name).unwrap().read_2d::<f64>().unwrap();
+        let of_all = all.dataset(name).unwrap().read_2d::<f64>().unwrap();
+        assert!(of_part.nrows() > 60 && of_part.nrows() == of_all.nrows() && columns.len() > 250);
+        for (k, &c) in columns.iter().enumerate() {
+            for row in 0..of_part.nrows() {
+                let apart = (of_part[(row, k)] - of_all[(row, c as usize)]).abs();
+                assert!(apart < 1e-10, "{name} row {row} column {c}: {apart}");
+            }
+        }
+    }
 }
 
 /// Bodies that the zone is no part of, or gains nothing for, go as one.

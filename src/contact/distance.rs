@@ -5,6 +5,9 @@
 
 use super::system::System;
 
+/// What is no further than this from the contact lies next to it.
+pub const NEXT: u32 = 4;
+
 impl System {
     /// Distances of all of `u_O` from the rows on which phases differ, which have 0; what is not connected to them has `u32::MAX`.
     pub fn distances(&self) -> Vec<u32> {

@@ -4,7 +4,7 @@ pub mod active;
 pub mod boundary;
 pub mod conditions;
 pub mod coupling;
-mod distance;
+pub mod distance;
 mod equilibrium;
 mod held;
 mod holding;

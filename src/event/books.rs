@@ -87,7 +87,8 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn is_finite(&self) -> bool {
         let rows = self.known();
         let [u, v] = [self.layout.u(&self.y), self.layout.v(&self.y)];
-        u[rows.clone()].iter().chain(&v[rows]).all(|x| x.is_finite())
+        let integrals = &self.y[2 * self.layout.n_o..];
+        u[rows.clone()].iter().chain(&v[rows]).chain(integrals).all(|x| x.is_finite())
     }
 
     pub(super) fn sample_time(&self) -> Option<f64> {

@@ -343,7 +343,8 @@ pub trait Observer {
     fn takes_events(&self) -> bool {
         false
     }
-    /// Whether of a sample only the contact and what lies next to it is looked at: a flow may then know no more ([`Sample::energies`]).
+    /// Whether of a sample only the contact and what lies next to it ([`crate::contact::distance::NEXT`]) is looked at: a flow may then know no more
+    /// ([`Sample::energies`]).
     fn sees_contact_alone(&self) -> bool {
         false
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::contact::System;
+use crate::contact::distance::NEXT;
 use crate::fem::Body;
 use crate::scenario::{Precision, Scene, Store};
 
@@ -35,7 +36,9 @@ impl Kept {
             Some(Store::Contact | Store::Groups(_)) => Some(part(scene, system)),
         };
         let single = run.is_some_and(|r| r.precision == Precision::Single);
-        let contact_alone = run.is_some_and(|r| r.store == Store::Contact);
+        // nodes of a group that are held along its normal are no contact, and may be far from it
+        let contact_alone = run.is_some_and(|r| r.store == Store::Contact)
+            && part.as_ref().is_some_and(|p| is_next(p, system));
         Kept { body: system.body.clone(), part, contact_alone, single }
     }
 
@@ -78,6 +81,13 @@ impl Kept {
             }
         }
     }
+}
+
+/// Whether nothing is kept but what lies next to the contact.
+fn is_next(part: &[(usize, Terms)], system: &System) -> bool {
+    let distances = system.distances();
+    let mut all = part.iter().flat_map(|(_, terms)| terms);
+    all.all(|(i, _)| distances.get(*i).is_none_or(|d| *d <= NEXT))
 }
 
 /// The columns of the contact and of the groups of a scene.

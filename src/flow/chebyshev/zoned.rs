@@ -24,6 +24,7 @@ use super::length::Lengths;
 use super::nodes::Nodes;
 use super::series::{Rows, Share, add_up, extend};
 use super::{Chebyshev, Counters, Enclosure, FIRST, Flow, FlowError, LONGEST, Layout, MEMORY};
+use crate::contact::distance::NEXT;
 use crate::contact::{Phase, Recurrence, System};
 
 /// Lengths of steps that are considered, in `R = t ω_max`.
@@ -119,6 +120,7 @@ impl<'a> Zoned<'a> {
         };
         let best = STEPS.into_iter().filter_map(plan).min_by(|a, b| a.0.total_cmp(&b.0));
         let (_, r, terms, rows) = best.filter(|b| b.0 < GAIN * RESTARTS)?;
+        debug_assert!(terms > NEXT as usize);
         let share = rows.len() as f64 / n as f64;
         let in_steps = terms as f64 / r * (1.0 + 2.0 * share);
         // of two recurrences, in the longest windows that memory has room for
@@ -177,7 +179,8 @@ impl<'a> Zoned<'a> {
         let is_last = t_limit - t < self.length * (1.0 + 1e-9);
         self.step = (t, if is_last { t_limit } else { t + self.length });
         self.busy = false;
-        let is_whole = (self.step.1 - t - self.length).abs() < 1e-9 * self.length;
+        // to rounding errors of the time
+        let is_whole = (self.step.1 - (t + self.length)).abs() <= 4.0 * f64::EPSILON * self.step.1;
         self.mirrors = self.has_image && is_whole && self.count < ANCHOR;
         self.has_image = is_whole;
         self.count = if self.mirrors { self.count + 1 } else { 0 };
@@ -253,7 +256,8 @@ impl Flow for Zoned<'_> {
         if self.is_inside() && t == self.zone.window().1 {
             return self.zone.begin(phase, t, y);
         }
-        self.has_image &= self.steps && t == self.step.1 && !self.is_anchor();
+        // a run may go on from here later, and knows no state before
+        self.has_image = false;
         self.step = (t, t);
         self.steps = std::mem::replace(&mut self.begun, true);
         if !self.steps {
@@ -362,5 +366,7 @@ impl Flow for Zoned<'_> {
     fn recall(&mut self, memory: &[f64]) {
         self.zone.distance = memory[0];
         self.steps = memory[1] != 0.0;
+        // a phase with held nodes may come first, which another flow takes
+        self.begun |= self.steps;
     }
 }
