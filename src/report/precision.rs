@@ -172,7 +172,7 @@ fn decades(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
 
 /// Whether a method is that of another program.
 fn is_peer(method: &str) -> bool {
-    ["scipy", "sundials"].iter().any(|peer| method.starts_with(peer))
+    ["scipy", "sundials", "diffsol"].iter().any(|peer| method.starts_with(peer))
 }
 
 /// The solutions of a method, joined by tolerance; those of another program are dashed.
