@@ -48,6 +48,7 @@ const FIRST: (f64, f64) = (1.0, 8.0);
 const LONGEST: f64 = 480.0;
 /// Memory for the vectors of a window, in numbers.
 const MEMORY: usize = 120_000_000;
+
 /// The flow; see the module's text.
 pub struct Chebyshev<'a> {
     system: &'a System,
@@ -150,15 +151,10 @@ impl<'a> Chebyshev<'a> {
         (of_rows(self.recurrence.rows()) + of_rows(n_o..x.len())).max(0.0).sqrt()
     }
 
-    /// Where all displacements are, at any time; those that move are told by [`Flow::begin`].
-    fn surround(&mut self, y: &[f64]) {
+    /// Go on in the same phase from elsewhere, displacements that do not move included.
+    fn go_on(&mut self, t: f64, y: &[f64]) {
         self.start.copy_from_slice(y);
         self.end.copy_from_slice(y);
-    }
-
-    /// Go on in the same phase from elsewhere.
-    fn go_on(&mut self, t: f64, y: &[f64]) {
-        self.surround(y);
         (self.t0, self.t1) = (t, t);
         self.end_known = true;
     }

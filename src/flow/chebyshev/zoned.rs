@@ -129,7 +129,6 @@ impl<'a> Zoned<'a> {
             long *= 0.5;
         }
         let as_one = 2.0 * lengths.of(long / omega).terms as f64 / long;
-        let of_zone = |i: usize| (distances[i] as usize) < terms;
         let state = || vec![0.0; layout.len()];
         Some(Zoned {
             layout,
@@ -137,7 +136,7 @@ impl<'a> Zoned<'a> {
             share,
             windows_pay: as_one < in_steps,
             zone: Chebyshev::with(system, Recurrence::within(system, rows)),
-            outside: runs(n, |i| !of_zone(i)),
+            outside: runs(n, |i| distances[i] as usize >= terms),
             length: r / omega,
             steps: false,
             begun: false,
