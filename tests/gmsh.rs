@@ -16,26 +16,25 @@ fn imported(name: &str) -> Imported {
     read(&bytes).unwrap().body(1.0).unwrap()
 }
 
-fn clamped() -> [Held; 2] {
-    [Held::along("left", 0), Held::along("left", 1)]
+/// The face at `x = 0`, all components.
+fn clamped(dim: usize) -> Vec<Held> {
+    let group = if dim == 3 { "xmin" } else { "left" };
+    (0..dim).map(|axis| Held::along(group, axis)).collect()
 }
 
-fn state(plane_strain: bool) -> StressState {
-    match plane_strain {
-        true => StressState::PlaneStrain { thickness: 1.0 },
-        false => StressState::PlaneStress { thickness: 1.0 },
-    }
-}
+const STRESS: StressState = StressState::PlaneStress { thickness: 1.0 };
+const STRAIN: StressState = StressState::PlaneStrain { thickness: 1.0 };
+const SOLID: StressState = StressState::Solid;
 
 #[test]
 fn bodies_have_the_matrices_of_the_prototype() {
-    for (name, kind, nodes, cells, strain, trace, frequencies) in [
+    for (name, kind, nodes, cells, state, trace, frequencies) in [
         (
             "t3_plate.msh",
             ElementKind::Tri3,
             28,
             38,
-            false,
+            STRESS,
             101.8057536258,
             [0.4679568264, 1.5879349259, 1.8366059647],
         ),
@@ -44,7 +43,7 @@ fn bodies_have_the_matrices_of_the_prototype() {
             ElementKind::Tri6,
             57,
             22,
-            false,
+            STRESS,
             300.6689735513,
             [0.4364113203, 1.5789117284, 1.6740082162],
         ),
@@ -53,9 +52,18 @@ fn bodies_have_the_matrices_of_the_prototype() {
             ElementKind::Quad4,
             28,
             18,
-            true,
+            STRAIN,
             86.0748357547,
             [0.4758005606, 1.6753364026, 1.8389771510],
+        ),
+        (
+            "hex8_box.msh",
+            ElementKind::Hex8,
+            45,
+            16,
+            SOLID,
+            23.1056401553,
+            [0.4809459728, 0.4855359080, 0.9964184677],
         ),
     ] {
         let file = imported(name);
@@ -63,17 +71,22 @@ fn bodies_have_the_matrices_of_the_prototype() {
         assert!(file.mesh.elements().all(|e| e.kind == kind) && file.unused == 0);
         assert_eq!(file.regions, [["body"]]);
         let names: Vec<&String> = file.sides.keys().collect();
-        assert_eq!(names, ["bottom", "left", "right", "top"]);
-        let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state: state(strain) };
+        let dim = kind.dim();
+        match dim {
+            2 => assert_eq!(names, ["bottom", "left", "right", "top"]),
+            _ => assert_eq!(names, ["xmax", "xmin", "ymax", "ymin", "zmax", "zmin"]),
+        }
+        let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state };
         // the whole body, before its supports
         let free = DofMap::new(&file.mesh, &[], &[]).unwrap();
         let body = Body::assemble(file.mesh.clone(), free, &[material], false);
         let n = body.stiffness.n_rows();
         let found: f64 = body.stiffness.triplets().filter(|t| t.0 == t.1).map(|t| t.2).sum();
         assert!((found / trace - 1.0).abs() < 1e-10, "{name}: trace {found}");
-        let mass = 0.5 * body.mass.quadratic(&vec![1.0; n]);
-        assert!((mass - 0.5).abs() < 1e-10, "{name}: mass {mass}");
-        let held = DofMap::new(&file.mesh, &clamped(), &[]).unwrap();
+        let mass = body.mass.quadratic(&vec![1.0; n]) / dim as f64;
+        let exact = if dim == 2 { 0.5 } else { 0.25 };
+        assert!((mass - exact).abs() < 1e-10, "{name}: mass {mass}");
+        let held = DofMap::new(&file.mesh, &clamped(dim), &[]).unwrap();
         let body = Body::assemble(file.mesh, held, &[material], false);
         let modes = eigen::lowest(&body.stiffness, &body.mass, 3, 1.0).unwrap();
         for (w, exact) in modes.omega.iter().zip(frequencies) {
@@ -157,7 +170,7 @@ fn what_cannot_be_read_is_refused_with_its_reason() {
             changed("2 2 3 1\n4 4 6 5 3\n", "2 2 9 1\n4 4 6 5 3 1 2\n"),
             "first and second order are mixed",
         ),
-        (changed("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n"), "no plane body"),
+        (changed("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n"), "degenerate or folded"),
         (
             changed("4 4 1 4\n", "2 2 1 4\n")
                 .replace("2 1 3 1\n3 1 2 3 4\n2 2 3 1\n4 4 6 5 3\n", ""),
@@ -212,22 +225,32 @@ fn inspect_tells_what_is_in_a_mesh() {
     std::fs::write(&damaged, &TWO.as_bytes()[..300]).unwrap();
     let output = common::run(&["inspect", damaged.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
-    // a mesh without a plane body: what is in it, and why it is none
+    // a mesh that is no body: what is in it, and why it is none
     std::fs::write(&damaged, TWO.replace("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n")).unwrap();
     let found = common::json(&["inspect", damaged.to_str().unwrap()]);
-    assert!(found["error"].as_str().unwrap().contains("three dimensions"), "{found}");
+    assert!(found["error"].as_str().unwrap().contains("degenerate"), "{found}");
+    let text = common::run(&["inspect", &at("hex8_box.msh")]).stdout;
+    let text = String::from_utf8(text).unwrap();
+    for words in [
+        "16 × hexahedron of 8 nodes",
+        "\"xmax\" (surface, #3)",
+        "faces, 8 of them sides of the boundary",
+        "1.00000 × 0.500000 × 0.500000",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
 }
 
 /// Stress and inertia on the meshes of the prototype: boundary operator, open frequencies, and the motion from `u = (−x(1 + y/10), 3xy/100)` at rest before a
-/// gap of 0.3 on the right, over 8 units of time.
+/// gap of 0.3 on the right, over 8 units of time; in space with `xz/50` as the third component.
 #[test]
 fn contact_on_meshes_is_that_of_the_prototype() {
     use Inertia::{Constant, Paper};
     use Stress::{NodalMean, Projection, Reaction};
-    for (name, strain, stress, first, operator, open, runs) in [
+    for (name, state, stress, first, operator, open, runs) in [
         (
             "t3_plate.msh",
-            false,
+            STRESS,
             NodalMean,
             4.1639654625,
             [11.0641822420, 11.5010437774],
@@ -239,7 +262,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
         ),
         (
             "t3_plate.msh",
-            false,
+            STRESS,
             Reaction,
             6.9229350201,
             [15.1714997869, 14.0032608243],
@@ -251,7 +274,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
         ),
         (
             "t6_plate.msh",
-            false,
+            STRESS,
             NodalMean,
             9.4791829307,
             [33.7220915098, 45.2037492059],
@@ -263,7 +286,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
         ),
         (
             "t6_plate.msh",
-            false,
+            STRESS,
             Reaction,
             14.8700499199,
             [34.7108002685, 41.7523363254],
@@ -275,7 +298,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
         ),
         (
             "q4_distorted.msh",
-            true,
+            STRAIN,
             Projection,
             7.6030733301,
             [16.8216340565, 21.4481394039],
@@ -287,7 +310,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
         ),
         (
             "q4_distorted.msh",
-            true,
+            STRAIN,
             Reaction,
             7.2507412560,
             [15.2268561276, 13.9663744525],
@@ -297,15 +320,41 @@ fn contact_on_meshes_is_that_of_the_prototype() {
                 (Constant, [0.2960832773, 1.1895471137, 20.0, 0.2960832773, 1.8938845168]),
             ],
         ),
+        (
+            "hex8_box.msh",
+            SOLID,
+            Projection,
+            5.4132208143,
+            [16.5345325321, 23.3417080292],
+            [0.4814527814, 0.4860663334, 0.9965147128],
+            [
+                (Paper, [0.1323481240, 1.2000535997, 56.0, 0.0729229754, 1.0513255169]),
+                (Constant, [0.1323481240, 1.2000535997, 45.0, 0.1323481240, 1.5097578324]),
+            ],
+        ),
+        (
+            "hex8_box.msh",
+            SOLID,
+            Reaction,
+            4.0845598357,
+            [12.0602649909, 11.1089269422],
+            [0.4809580193, 0.4855478495, 0.9964185608],
+            [
+                (Paper, [0.1321730469, 1.2081596933, 39.0, 0.0826399798, 0.9272348628]),
+                (Constant, [0.1321730469, 1.2081596933, 45.0, 0.1321730469, 1.3491453628]),
+            ],
+        ),
     ] {
         let file = imported(name);
-        let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state: state(strain) };
+        let material = Material { young: 1.0, poisson: 0.3, density: 1.0, state };
+        let dim = file.mesh.dim();
+        let (facing, tag) = if dim == 3 { ("xmax", 5) } else { ("right", 2) };
         for (inertia, [e0, t1, switches, end, norm]) in runs {
-            let dofs = DofMap::new(&file.mesh, &clamped(), &[Facing::surface("right")]).unwrap();
+            let dofs = DofMap::new(&file.mesh, &clamped(dim), &[Facing::surface(facing)]).unwrap();
             let body = Body::assemble(file.mesh.clone(), dofs, &[material], false);
             let (n_o, n_c) = (body.dofs.n_o, body.dofs.n_c);
-            // the first contact node of the prototype is that with tag 2
-            let node = file.node_tags.iter().position(|t| *t == 2).unwrap();
+            // the first contact node of the prototype is that with the lowest tag
+            let node = file.node_tags.iter().position(|t| *t == tag).unwrap();
             let i = body.dofs.contact.iter().position(|c| c.node == node).unwrap();
             let contacts = Contacts { gaps: Gaps::front(vec![0.3; n_c]), lumped: false };
             let mass = if inertia == Paper { MassChoice::Paper } else { MassChoice::Condensed };
@@ -327,7 +376,8 @@ fn contact_on_meshes_is_that_of_the_prototype() {
                 .mesh
                 .nodes()
                 .iter()
-                .flat_map(|p| [-p[0] * (1.0 + 0.1 * p[1]), 0.03 * p[0] * p[1]])
+                .map(|[x, y, z]| [-x * (1.0 + 0.1 * y), 0.03 * x * y, 0.02 * x * z])
+                .flat_map(|u| u.into_iter().take(dim))
                 .collect();
             let u = system.body.dofs.gather(&u)[..n_o].to_vec();
             let initial = State { v: vec![0.0; u.len()], u };
@@ -346,7 +396,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
 fn a_projected_stress_on_triangles_is_refused() {
     for name in ["t3_plate.msh", "t6_plate.msh"] {
         let file = imported(name);
-        let dofs = DofMap::new(&file.mesh, &clamped(), &[Facing::surface("right")]).unwrap();
+        let dofs = DofMap::new(&file.mesh, &clamped(2), &[Facing::surface("right")]).unwrap();
         let material = Material::plate(1.0, 0.3, 1.0, 1.0);
         let body = Body::assemble(file.mesh, dofs, &[material], false);
         let gap = vec![0.3; body.dofs.n_c];

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use signorini::mesh::Mesh;
 use signorini::mesh::gmsh::{File, Imported, Sides, read};
+use signorini::mesh::{Mesh, corner};
 use signorini::report::summary::significant;
 
 use super::{Answer, CliError, Global};
@@ -37,25 +37,10 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     ))
 }
 
-/// Least and mean quality of the cells: the least sine of a corner over that of the regular cell, 1 at best.
+/// Least and mean quality of the cells.
 fn quality(mesh: &Mesh) -> (f64, f64) {
-    let of = |x: &[[f64; 2]]| {
-        let n = x.len();
-        let corner = |k: usize| {
-            let (a, b, c) = (x[(k + n - 1) % n], x[k], x[(k + 1) % n]);
-            let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-            (p[0] * q[1] - p[1] * q[0]) / (p[0].hypot(p[1]) * q[0].hypot(q[1]))
-        };
-        let regular = if n == 3 { 0.75f64.sqrt() } else { 1.0 };
-        (0..n).map(corner).fold(f64::INFINITY, f64::min) / regular
-    };
-    let all: Vec<f64> = mesh
-        .elements()
-        .map(|e| {
-            let x = mesh.plane_corners(e);
-            of(&x[..e.kind.corners()])
-        })
-        .collect();
+    let all: Vec<f64> =
+        mesh.elements().map(|e| corner::quality(e.kind, &mesh.corners(e))).collect();
     let least = all.iter().copied().fold(f64::INFINITY, f64::min);
     (least, all.iter().sum::<f64>() / all.len() as f64)
 }
@@ -63,27 +48,30 @@ fn quality(mesh: &Mesh) -> (f64, f64) {
 /// Pairs of nodes at one place.
 fn coincident(mesh: &Mesh) -> usize {
     let mut nodes: Vec<[f64; 3]> = mesh.nodes().to_vec();
-    let along = |a: &[f64; 3], b: &[f64; 3]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
+    let along = |a: &[f64; 3], b: &[f64; 3]| {
+        let of = |c: usize| a[c].total_cmp(&b[c]);
+        of(0).then(of(1)).then(of(2))
+    };
     nodes.sort_by(along);
     let near = 1e-9 * mesh.length();
-    let same = |p: &&[[f64; 3]]| (0..2).all(|c| (p[0][c] - p[1][c]).abs() <= near);
+    let same = |p: &&[[f64; 3]]| (0..3).all(|c| (p[0][c] - p[1][c]).abs() <= near);
     nodes.windows(2).filter(same).count()
 }
 
-/// What a group of lines is good for.
-fn use_of(sides: Option<&Sides>) -> String {
+/// What a group of lines, or of faces, is good for.
+fn use_of(unit: &str, sides: Option<&Sides>) -> String {
     match sides {
         Some(Sides::Boundary(facets)) => {
             let n = facets.len();
-            format!("lines, {n} of them sides of the boundary: for supports, loads, contact")
+            format!("{unit}, {n} of them sides of the boundary: for supports, loads, contact")
         }
         Some(Sides::Elsewhere { owners: 0, nodes }) => {
-            format!("lines, no side of the body at nodes {nodes:?}: of no use here")
+            format!("{unit}, no side of the body at nodes {nodes:?}: of no use here")
         }
         Some(Sides::Elsewhere { nodes, .. }) => {
-            format!("lines inside the body, for example at nodes {nodes:?}: of no use here")
+            format!("{unit} inside the body, for example at nodes {nodes:?}: of no use here")
         }
-        None => "no lines: of no use here".into(),
+        None => format!("no {unit}: of no use here"),
     }
 }
 
@@ -97,22 +85,23 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
         file.types().into_iter().map(|(t, n)| format!("{n} × {}", t.name)).collect();
     line("elements", types.join(", "));
     if let Some(body) = body {
-        let [lx, ly, _] = body.mesh.size();
+        let size = body.mesh.size();
+        let size: Vec<String> =
+            size[..body.mesh.dim()].iter().map(|x| significant(*x, 6)).collect();
         line(
             "body",
             format!(
-                "{} nodes, {} cells, {} × {} (units? coordinates are multiplied by scale)",
+                "{} nodes, {} cells, {} (units? coordinates are multiplied by scale)",
                 body.mesh.n_nodes(),
                 body.mesh.n_elements(),
-                significant(lx, 6),
-                significant(ly, 6)
+                size.join(" × ")
             ),
         );
         let (least, mean) = quality(&body.mesh);
         line(
             "quality",
             format!(
-                "{} at the worst cell, {} on the average (least sine of a corner over that of the regular cell; 1 is best)",
+                "{} at the worst cell, {} on the average (least sine of a corner, or volume of its unit edges, over that of the regular cell; 1 is best)",
                 significant(least, 3),
                 significant(mean, 3)
             ),
@@ -136,9 +125,10 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
         }
     }
     for (dim, tag, name, count) in file.groups() {
-        let of = match (dim, body) {
-            (2, _) => "cells: for materials".to_owned(),
-            (1, Some(body)) => use_of(body.sides.get(&name)),
+        let of = match body.map(|b| (b, b.mesh.dim())) {
+            _ if dim == file.dim() => "cells: for materials".to_owned(),
+            Some((body, 2)) if dim == 1 => use_of("lines", body.sides.get(&name)),
+            Some((body, 3)) if dim == 2 => use_of("faces", body.sides.get(&name)),
             _ => "elements".into(),
         };
         let dim = ["points", "lines", "surface", "volume"].get(dim).copied().unwrap_or("?");
@@ -163,7 +153,7 @@ fn as_json(file: &File, body: Option<&Imported>, why: Option<&str>) -> Value {
         .groups()
         .into_iter()
         .map(|(dim, tag, name, count)| {
-            let sides = body.and_then(|b| b.sides.get(&name)).filter(|_| dim == 1);
+            let sides = body.and_then(|b| b.sides.get(&name)).filter(|_| dim + 1 == file.dim());
             let boundary = sides.map(|s| matches!(s, Sides::Boundary(_)));
             json!({"name": name, "dim": dim, "tag": tag, "elements": count, "on_boundary": boundary})
         })

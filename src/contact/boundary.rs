@@ -66,7 +66,7 @@ pub fn nodal_mean(body: &Body) -> BoundaryOperator {
     let mut rows: Vec<(usize, usize, f64)> = vec![];
     for element in mesh.elements().filter(|e| e.nodes.iter().any(|n| at_node.contains_key(n))) {
         let Some(material) = body.materials().get(element.region) else { continue };
-        let x = mesh.plane_corners(element);
+        let x = mesh.corners(element);
         let shape = Shape { kind: element.kind, x: &x };
         let weight = shape.volume(material);
         for (local, node) in element.nodes.iter().enumerate() {
@@ -74,17 +74,13 @@ pub fn nodal_mean(body: &Body) -> BoundaryOperator {
             for &i in at_node.get(node).into_iter().flatten() {
                 let ContactPoint { direction, normal, .. } = dofs.contact[i];
                 volume[i] += weight;
-                let rule = shape.traction_row(material, place, (plane(direction), plane(normal)));
+                let rule = shape.traction_row(material, place, (direction, normal));
                 rows.extend(row_over(dofs, element.nodes, &rule).map(|(j, s)| (i, j, weight * s)));
             }
         }
     }
     let n = scale_rows(&Csr::from_triplets(dofs.n_c, dofs.n(), rows), &volume);
     BoundaryOperator::of_rows(&n, dofs.n_o, areas(body))
-}
-
-fn plane([x, y, _]: Point) -> [f64; 2] {
-    [x, y]
 }
 
 /// A row over the displacements of an element as entries of one over `u`.
@@ -111,15 +107,14 @@ pub(super) struct EdgePoint<'a> {
     pub material: &'a Material,
     element: Element<'a>,
     local: Local,
-    x: Vec<[f64; 2]>,
+    x: Vec<Point>,
 }
 
 impl EdgePoint<'_> {
     /// The stress `mᵀσn` over the displacements `u`, as entries of a row.
     pub fn stress(&self, dofs: &DofMap, m: Point) -> Vec<(usize, f64)> {
         let shape = Shape { kind: self.element.kind, x: &self.x };
-        let directions = (plane(m), plane(self.normal));
-        let row = shape.traction_row(self.material, self.local, directions);
+        let row = shape.traction_row(self.material, self.local, (m, self.normal));
         row_over(dofs, self.element.nodes, &row).collect()
     }
 
@@ -155,15 +150,15 @@ pub(super) fn quadrature(body: &Body) -> Vec<EdgePoint<'_>> {
     {
         let element = mesh.element(facet);
         let Some(material) = body.materials().get(element.region) else { continue };
-        let x = mesh.plane_corners(element);
+        let x = mesh.corners(element);
         let side = element.kind.side(facet.side);
         for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
-            let normal = [point.normal[0], point.normal[1], 0.0];
+            let normal = point.normal;
             points.push(EdgePoint {
                 group,
-                place: [point.place[0], point.place[1], 0.0],
+                place: point.place,
                 normal,
-                weight: point.length * material.measure(point.place[0]),
+                weight: point.area * material.measure(point.place[0]),
                 shape: side.iter().map(|&l| element.nodes[l]).zip(point.values).collect(),
                 size: mesh.extent(element, normal),
                 material,

@@ -1,8 +1,9 @@
 //! The assembled body: `M ü + C u̇ + K u = f + contact`, prescribed displacements eliminated.
 
 use std::borrow::Cow;
-use std::rc::Rc;
 use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use super::FemError;
 use super::dofs::DofMap;
@@ -10,8 +11,8 @@ use super::eigen;
 use super::element::{ElementMatrices, Shape};
 use super::law::Material;
 use super::reduction::Reduction;
-use super::sparse::Csr;
-use crate::mesh::{Element, Mesh, Point, structured};
+use super::sparse::{Csr, Sums};
+use crate::mesh::{Block, Element, Mesh, Point, structured};
 
 /// Where the matrices come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,57 +66,77 @@ pub struct Tips {
     pub energy: Option<Csr>,
 }
 
-/// The matrices of an element: of its own shape, or those that all elements of its block share.
-fn element_matrices(
-    mesh: &Mesh,
-    materials: &[Material],
-) -> impl Iterator<Item = Rc<ElementMatrices>> {
+/// Elements whose matrices are integrated together, on all threads.
+const BATCH: usize = 2048;
+
+/// All elements in their order with their matrices: of their own shape, or those that all elements of a block share.
+fn element_matrices<'m>(
+    mesh: &'m Mesh,
+    materials: &'m [Material],
+) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
     mesh.blocks().iter().flat_map(move |block| {
         let n = block.kind.nodes();
         let element = move |nodes| Element { kind: block.kind, region: block.region, nodes };
-        let of = move |nodes| {
-            let x = mesh.plane_corners(element(nodes));
-            Rc::new(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region]))
+        let of = move |nodes: &[usize]| {
+            let x: Vec<Point> = nodes.iter().map(|&n| mesh.nodes()[n]).collect();
+            Arc::new(Shape { kind: block.kind, x: &x }.matrices(&materials[block.region]))
         };
         let shared = (block.congruent && block.connectivity.len() >= n)
             .then(|| of(&block.connectivity[..n]));
-        block.connectivity.chunks_exact(n).map(move |nodes| match &shared {
-            Some(matrices) => matrices.clone(),
-            None => of(nodes),
+        block.connectivity.chunks(BATCH * n).flat_map(move |batch| {
+            let matrices: Vec<Arc<ElementMatrices>> = match &shared {
+                Some(matrices) => vec![matrices.clone(); batch.len() / n],
+                None => batch.par_chunks_exact(n).map(of).collect(),
+            };
+            batch.chunks_exact(n).map(element).zip(matrices)
         })
     })
+}
+
+/// The displacements of an element as combinations of entries of `u`: its own number, the entry, the factor.
+fn terms_of(dofs: &DofMap, element: Element, terms: &mut Vec<(usize, usize, f64)>) {
+    terms.clear();
+    for (k, &node) in element.nodes.iter().enumerate() {
+        for c in 0..dofs.dim {
+            terms.extend(dofs.terms(node, c).map(|(i, t)| (dofs.dim * k + c, i, t)));
+        }
+    }
 }
 
 impl Body {
     /// Assemble; `lumped` puts the row sums of the mass on the diagonal.
     pub fn assemble(mesh: Mesh, dofs: DofMap, materials: &[Material], lumped: bool) -> Body {
-        let (mut mass, mut stiffness, mut terms) = (vec![], vec![], vec![]);
-        let dim = mesh.dim();
-        for (element, matrices) in mesh.elements().zip(element_matrices(&mesh, materials)) {
+        let (dim, n) = (mesh.dim(), dofs.n());
+        let mut terms = vec![];
+        let mut counts = vec![0; n];
+        for element in mesh.elements() {
+            terms_of(&dofs, element, &mut terms);
+            terms.iter().for_each(|&(_, i, _)| counts[i] += terms.len());
+        }
+        let mut mass = Sums::new(if lumped { vec![] } else { counts.clone() }, n);
+        let mut stiffness = Sums::new(counts, n);
+        let mut diagonal = vec![];
+        for (element, matrices) in element_matrices(&mesh, materials) {
             let n = matrices.n;
-            terms.clear();
-            for a in 0..n {
-                let of_corner = dofs.terms(element.nodes[a / dim], a % dim);
-                terms.extend(of_corner.map(|(i, c)| (a, i, c)));
-            }
+            terms_of(&dofs, element, &mut terms);
             for &(a, i, ci) in &terms {
                 for &(b, j, cj) in &terms {
-                    stiffness.push((i, j, ci * cj * matrices.stiffness[n * a + b]));
+                    stiffness.add(i, j, ci * cj * matrices.stiffness[n * a + b]);
                     if !lumped {
-                        mass.push((i, j, ci * cj * matrices.mass[n * a + b]));
+                        mass.add(i, j, ci * cj * matrices.mass[n * a + b]);
                     }
                 }
             }
             for (k, &node) in element.nodes.iter().enumerate().filter(|_| lumped) {
                 let row = n * dim * k;
                 let whole: f64 = matrices.mass[row..row + n].iter().sum();
-                mass.extend(dofs.gram(node).map(|(i, j, g)| (i, j, g * whole)));
+                diagonal.extend(dofs.gram(node).map(|(i, j, g)| (i, j, g * whole)));
             }
         }
-        let n = dofs.n();
+        let stiffness = stiffness.finish();
         Body {
-            mass: Csr::from_triplets(n, n, mass),
-            stiffness: Csr::from_triplets(n, n, stiffness),
+            mass: if lumped { Csr::from_triplets(n, n, diagonal) } else { mass.finish() },
+            stiffness,
             mesh,
             dofs,
             origin: Origin::Elements(materials.to_vec()),
@@ -251,7 +272,7 @@ impl Body {
         if !self.is_of_elements() {
             return forces;
         }
-        for (e, matrices) in mesh.elements().zip(element_matrices(mesh, self.materials())) {
+        for (e, matrices) in element_matrices(mesh, self.materials()) {
             let n = matrices.n;
             let of_corner = |b: usize| w[dim * e.nodes[b / dim] + b % dim];
             if (0..n).all(|b| of_corner(b) == 0.0) {
@@ -294,7 +315,7 @@ impl Body {
         let lumped = self.mass.as_diagonal().is_some();
         let mut entries = vec![];
         if self.is_of_elements() {
-            for (e, matrices) in mesh.elements().zip(element_matrices(mesh, self.materials())) {
+            for (e, matrices) in element_matrices(mesh, self.materials()) {
                 for (a, &i) in e.nodes.iter().enumerate() {
                     for (b, &j) in e.nodes.iter().enumerate() {
                         let v = matrices.mass[matrices.n * dim * a + dim * b];
@@ -341,15 +362,19 @@ impl Body {
             Origin::Elements(materials) => materials,
         };
         let lumped = self.mass.as_diagonal().is_some();
-        let mut known: Option<(Rc<ElementMatrices>, f64)> = None;
-        let mut largest = 0.0f64;
-        for matrices in element_matrices(&self.mesh, materials) {
-            if known.as_ref().is_none_or(|(last, _)| !Rc::ptr_eq(last, &matrices)) {
-                let own = largest_eigenvalue(&matrices, lumped);
-                largest = largest.max(own);
-                known = Some((matrices, own));
+        let of_block = |block: &Block| {
+            let n = block.kind.nodes();
+            let of = |nodes: &[usize]| {
+                let x: Vec<Point> = nodes.iter().map(|&n| self.mesh.nodes()[n]).collect();
+                let shape = Shape { kind: block.kind, x: &x };
+                largest_eigenvalue(&shape.matrices(&materials[block.region]), lumped)
+            };
+            match block.congruent {
+                true => block.connectivity.chunks_exact(n).take(1).map(of).fold(0.0, f64::max),
+                false => block.connectivity.par_chunks_exact(n).map(of).reduce(|| 0.0, f64::max),
             }
-        }
+        };
+        let largest = self.mesh.blocks().iter().map(of_block).fold(0.0, f64::max);
         (1.0 + 1e-9) * largest.sqrt()
     }
 
@@ -361,17 +386,21 @@ impl Body {
             return vec![];
         }
         let (mesh, dofs, dim) = (&self.mesh, &self.dofs, self.mesh.dim());
-        let (scale, [cx, cy, _]) = (mesh.length(), mesh.centre());
+        let (scale, centre) = (mesh.length(), mesh.centre());
         // a ring can only move along its axis
         let is_ring = self.materials().iter().any(Material::is_radial);
-        let motion = |k: usize, p: Point, c: usize| match (k, c) {
-            (_, c) if is_ring => c as f64,
-            (0, 0) | (1, 1) => 1.0,
-            (2, 0) => -(p[1] - cy) / scale,
-            (2, 1) => (p[0] - cx) / scale,
-            _ => 0.0,
+        // translations, then rotations in the planes of two axes
+        const PLANES: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
+        let motion = |k: usize, p: Point, c: usize| match k.checked_sub(dim) {
+            _ if is_ring => c as f64,
+            None => f64::from(u8::from(c == k)),
+            Some(plane) => match PLANES[plane] {
+                (a, b) if c == a => -(p[b] - centre[b]) / scale,
+                (a, b) if c == b => (p[a] - centre[a]) / scale,
+                _ => 0.0,
+            },
         };
-        let n_motions = if dim == 1 || is_ring { 1 } else { 3 };
+        let n_motions = if is_ring { 1 } else { dim * (dim + 1) / 2 };
         let mut gram = nalgebra::DMatrix::<f64>::zeros(n_motions, n_motions);
         let mut held = 0.0f64;
         let mut hold = |n: usize, d: Point| {

@@ -2,14 +2,14 @@
 //!
 //! Shape functions and rules are those of [`super::shape`], `D` and the measure of a volume those of [`super::law`].
 
-use nalgebra::{Dyn, MatrixXx4, OMatrix, U4};
+use nalgebra::{Dyn, MatrixXx6, OMatrix, U6};
 
 use super::law::Material;
 use super::shape::{self, Integrand, Local};
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Point};
 
-/// Strain over the displacements of an element: four rows.
-type StrainRows = OMatrix<f64, U4, Dyn>;
+/// Strain over the displacements of an element: six rows, in the order of [`super::law`].
+type StrainRows = OMatrix<f64, U6, Dyn>;
 
 /// Dense element matrices, row-major, displacement components interleaved node by node.
 #[derive(Debug, Clone)]
@@ -28,18 +28,18 @@ pub struct Shape<'a> {
     /// Kind.
     pub kind: ElementKind,
     /// Places of its nodes.
-    pub x: &'a [[f64; 2]],
+    pub x: &'a [Point],
 }
 
 /// A point of quadrature on a side of an element.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnSide {
     /// Place.
-    pub place: [f64; 2],
-    /// Share of the side's length (1 for the end of a bar).
-    pub length: f64,
+    pub place: Point,
+    /// Share of the side's length, or area (1 for the end of a bar).
+    pub area: f64,
     /// Outward unit normal.
-    pub normal: [f64; 2],
+    pub normal: Point,
     /// Shape functions of the nodes of the side.
     pub values: Vec<f64>,
     /// Local coordinates in the element.
@@ -49,10 +49,24 @@ pub struct OnSide {
 /// A place of an element: shape functions there, their gradients in space.
 struct Station {
     values: Vec<f64>,
-    gradients: Vec<[f64; 2]>,
+    gradients: Vec<Point>,
     /// Local over global measure.
     det: f64,
     radius: f64,
+}
+
+fn cross(a: &Point, b: &Point) -> Point {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: &Point, b: &Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `Σ w_k x_k`
+fn weighted<'p>(weights: impl Iterator<Item = f64>, x: impl Iterator<Item = &'p Point>) -> Point {
+    let add = |s: Point, (w, p): (f64, &Point)| std::array::from_fn(|c| s[c] + w * p[c]);
+    weights.zip(x).fold([0.0; 3], add)
 }
 
 impl Shape<'_> {
@@ -60,21 +74,18 @@ impl Shape<'_> {
         let values = shape::values(self.kind, local);
         let of = shape::gradients(self.kind, local);
         let radius = values.iter().zip(self.x).map(|(v, p)| v * p[0]).sum();
-        let mut j = [[0.0; 2]; 2];
-        for (g, p) in of.iter().zip(self.x) {
-            for r in 0..2 {
-                for c in 0..2 {
-                    j[r][c] += g[r] * p[c];
-                }
-            }
-        }
-        if self.kind.dim() == 1 {
-            let gradients = of.iter().map(|g| [g[0] / j[0][0], 0.0]).collect();
-            return Station { values, gradients, det: j[0][0], radius };
-        }
-        let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-        let gradient = |&[gx, ge]: &[f64; 2]| {
-            [(j[1][1] * gx - j[0][1] * ge) / det, (-j[1][0] * gx + j[0][0] * ge) / det]
+        // rows of the Jacobian: tangents along the local coordinates; the axes where there are none
+        let dim = self.kind.dim();
+        let axis = |r: usize| -> Point { std::array::from_fn(|c| f64::from(u8::from(c == r))) };
+        let j: [Point; 3] = std::array::from_fn(|r| match r < dim {
+            true => weighted(of.iter().map(|g| g[r]), self.x.iter()),
+            false => axis(r),
+        });
+        // columns of its inverse, times the determinant
+        let columns = [cross(&j[1], &j[2]), cross(&j[2], &j[0]), cross(&j[0], &j[1])];
+        let det = dot(&j[0], &columns[0]);
+        let gradient = |g: &Local| -> Point {
+            std::array::from_fn(|c| (0..dim).map(|r| columns[r][c] * g[r]).sum::<f64>() / det)
         };
         Station { gradients: of.iter().map(gradient).collect(), values, det, radius }
     }
@@ -105,7 +116,7 @@ impl Shape<'_> {
             let s = self.at(local);
             let b = s.strain(dim, radial);
             let volume = weight * s.det * material.measure(s.radius);
-            let stress: MatrixXx4<f64> = b.transpose() * d;
+            let stress: MatrixXx6<f64> = b.transpose() * d;
             let k = stress * &b * volume;
             stiffness.iter_mut().zip(k.iter()).for_each(|(a, k)| *a += k);
         }
@@ -124,7 +135,7 @@ impl Shape<'_> {
         ElementMatrices { mass, stiffness, n }
     }
 
-    /// The stress at a place as four rows `(xx, yy, zz, xy)` over the displacements of the element.
+    /// The stress at a place as six rows, in the order of [`super::law`], over the displacements of the element.
     pub fn stress_rows(&self, material: &Material, local: Local) -> StrainRows {
         let s = self.at(local);
         material.stiffness() * s.strain(self.kind.dim(), material.is_radial())
@@ -133,25 +144,25 @@ impl Shape<'_> {
     /// Points of quadrature on a side.
     pub fn side(&self, side: usize) -> Vec<OnSide> {
         let nodes = self.kind.side(side);
+        let x = || nodes.iter().map(|&n| &self.x[n]);
         let middle = self.place(shape::centre(self.kind));
         let point = |p: shape::SidePoint| {
-            let sum = |weights: &[f64], c: usize| -> f64 {
-                nodes.iter().zip(weights).map(|(&n, w)| w * self.x[n][c]).sum()
+            let place = weighted(p.values.iter().copied(), x());
+            let along = |c: usize| weighted(p.slopes.iter().map(|s| s[c]), x());
+            let across = match self.kind.dim() {
+                1 => [1.0, 0.0, 0.0],
+                2 => cross(&along(0), &[0.0, 0.0, 1.0]),
+                _ => cross(&along(0), &along(1)),
             };
-            let place = [sum(&p.values, 0), sum(&p.values, 1)];
-            let along = [sum(&p.slopes, 0), sum(&p.slopes, 1)];
-            let length = along[0].hypot(along[1]);
-            let across = match nodes.len() {
-                1 => [1.0, 0.0],
-                _ => [along[1] / length, -along[0] / length],
-            };
+            // exact along an axis
+            let size = across[0].hypot(across[1]).hypot(across[2]);
             // away from the middle of the element
-            let outward = across[0] * (place[0] - middle[0]) + across[1] * (place[1] - middle[1]);
-            let stretch = if nodes.len() == 1 { 1.0 } else { length };
+            let away = std::array::from_fn(|c| place[c] - middle[c]);
+            let sign = dot(&across, &away).signum();
             OnSide {
                 place,
-                length: p.weight * stretch,
-                normal: across.map(|n| n * outward.signum()),
+                area: p.weight * size,
+                normal: across.map(|n| n / size * sign),
                 values: p.values,
                 local: p.local,
             }
@@ -159,9 +170,8 @@ impl Shape<'_> {
         shape::side_rule(self.kind, side).into_iter().map(point).collect()
     }
 
-    fn place(&self, local: Local) -> [f64; 2] {
-        let values = shape::values(self.kind, local);
-        [0, 1].map(|c| values.iter().zip(self.x).map(|(v, p)| v * p[c]).sum())
+    fn place(&self, local: Local) -> Point {
+        weighted(shape::values(self.kind, local).into_iter(), self.x.iter())
     }
 
     /// The stress `mᵀσn` on a face with normal `n` in the direction `m`, as a row over the displacements of the element.
@@ -169,29 +179,34 @@ impl Shape<'_> {
         &self,
         material: &Material,
         local: Local,
-        (m, n): ([f64; 2], [f64; 2]),
+        (m, n): (Point, Point),
     ) -> Vec<f64> {
         let rows = self.stress_rows(material, local);
-        let weights = [m[0] * n[0], m[1] * n[1], 0.0, m[0] * n[1] + m[1] * n[0]];
-        let column = |j: usize| (0..4).map(|i| weights[i] * rows[(i, j)]).sum();
+        let both = |a: usize, b: usize| m[a] * n[b] + m[b] * n[a];
+        let weights = [m[0] * n[0], m[1] * n[1], m[2] * n[2], both(0, 1), both(1, 2), both(2, 0)];
+        let column = |j: usize| (0..6).map(|i| weights[i] * rows[(i, j)]).sum();
         (0..rows.ncols()).map(column).collect()
     }
 }
 
 impl Station {
-    /// `(ε_xx, ε_yy, ε_zz, γ_xy)` over the displacements; along the circumference `u_r/r`, on the axis its limit `∂u_r/∂r`.
+    /// Strain over the displacements; of a ring along the circumference `u_r/r`, on the axis its limit `∂u_r/∂r`.
     fn strain(&self, dim: usize, radial: bool) -> StrainRows {
         let mut b = StrainRows::zeros(dim * self.values.len());
         for (a, (g, v)) in self.gradients.iter().zip(&self.values).enumerate() {
-            b[(0, dim * a)] = g[0];
-            if dim == 1 {
-                continue;
+            let first = dim * a;
+            for c in 0..dim {
+                b[(c, first + c)] = g[c];
             }
-            b[(1, 2 * a + 1)] = g[1];
-            b[(3, 2 * a)] = g[1];
-            b[(3, 2 * a + 1)] = g[0];
+            // shear in each plane of two axes
+            for (row, (p, q)) in [(3, (0, 1)), (4, (1, 2)), (5, (2, 0))] {
+                if p.max(q) < dim {
+                    b[(row, first + p)] = g[q];
+                    b[(row, first + q)] = g[p];
+                }
+            }
             if radial {
-                b[(2, 2 * a)] = if self.radius > 0.0 { v / self.radius } else { g[0] };
+                b[(2, first)] = if self.radius > 0.0 { v / self.radius } else { g[0] };
             }
         }
         b
@@ -200,6 +215,8 @@ impl Station {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{DVector, Vector6};
+
     use super::*;
     use crate::fem::law::StressState;
 
@@ -207,50 +224,86 @@ mod tests {
         Material { young: 3.0, poisson: 0.3, density: 2.0, state }
     }
 
-    /// A distorted element with straight sides: its nodes by the map of its corners.
-    fn distorted(kind: ElementKind) -> Vec<[f64; 2]> {
-        let corners: &[[f64; 2]] = match kind.corners() {
-            3 => &[[0.3, 0.1], [1.4, 0.0], [0.5, 1.1]],
-            _ => &[[0.2, 0.1], [1.3, 0.0], [1.5, 0.9], [0.1, 1.2]],
+    /// The states of a body of so many dimensions, but for the ring.
+    fn states(dim: usize) -> Vec<StressState> {
+        match dim {
+            2 => vec![
+                StressState::PlaneStress { thickness: 0.5 },
+                StressState::PlaneStrain { thickness: 0.5 },
+            ],
+            _ => vec![StressState::Solid],
+        }
+    }
+
+    fn kinds(dim: usize) -> impl Iterator<Item = ElementKind> {
+        ElementKind::ALL.into_iter().filter(move |k| k.dim() == dim)
+    }
+
+    fn of_plane_and_space() -> impl Iterator<Item = ElementKind> {
+        kinds(2).chain(kinds(3))
+    }
+
+    /// A distorted element with straight edges: its nodes by the map of its corners.
+    fn distorted(kind: ElementKind) -> Vec<Point> {
+        let (linear, corners): (_, &[Point]) = match (kind.corners(), kind.dim()) {
+            (3, _) => (ElementKind::Tri3, &[[0.3, 0.1, 0.0], [1.4, 0.0, 0.0], [0.5, 1.1, 0.0]]),
+            (4, 2) => (
+                ElementKind::Quad4,
+                &[[0.2, 0.1, 0.0], [1.3, 0.0, 0.0], [1.5, 0.9, 0.0], [0.1, 1.2, 0.0]],
+            ),
+            (4, _) => (
+                ElementKind::Tet4,
+                &[[0.3, 0.1, 0.2], [1.4, 0.0, 0.1], [0.5, 1.1, 0.0], [0.6, 0.3, 1.2]],
+            ),
+            _ => (
+                ElementKind::Hex8,
+                &[
+                    [0.2, 0.1, 0.0],
+                    [1.3, 0.0, 0.1],
+                    [1.5, 0.9, -0.1],
+                    [0.1, 1.2, 0.05],
+                    [0.1, 0.0, 1.1],
+                    [1.2, 0.2, 1.0],
+                    [1.3, 1.1, 0.9],
+                    [0.0, 1.0, 1.3],
+                ],
+            ),
         };
-        let linear = if corners.len() == 3 { ElementKind::Tri3 } else { ElementKind::Quad4 };
-        let place = |&local: &Local| {
-            let v = shape::values(linear, local);
-            [0, 1].map(|c| v.iter().zip(corners).map(|(v, p)| v * p[c]).sum())
-        };
+        let place =
+            |&local: &Local| weighted(shape::values(linear, local).into_iter(), corners.iter());
         shape::places(kind).iter().map(place).collect()
     }
 
-    fn area(x: &[[f64; 2]], corners: usize) -> f64 {
-        let cross = |a: usize| {
-            let (p, q) = (x[a], x[(a + 1) % corners]);
-            p[0] * q[1] - q[0] * p[1]
-        };
-        0.5 * (0..corners).map(cross).sum::<f64>()
+    /// The volume that the sides enclose, `⅓ ∮ x·n`, or the area `½ ∮ x·n`.
+    fn enclosed(kind: ElementKind, x: &[Point]) -> f64 {
+        let sides = (0..kind.sides()).flat_map(|s| Shape { kind, x }.side(s));
+        sides.map(|p| p.area * dot(&p.place, &p.normal)).sum::<f64>() / kind.dim() as f64
+    }
+
+    fn nodal(kind: ElementKind, x: &[Point], field: impl Fn(&Point) -> Point) -> DVector<f64> {
+        let all = x.iter().flat_map(|p| field(p).into_iter().take(kind.dim()));
+        DVector::from_vec(all.collect())
     }
 
     #[test]
     fn rigid_motions_carry_no_force_and_the_mass_is_that_of_the_volume() {
-        for kind in ElementKind::PLANE {
-            let x = distorted(kind);
-            for state in [
-                StressState::PlaneStress { thickness: 0.5 },
-                StressState::PlaneStrain { thickness: 0.5 },
-            ] {
-                let e = Shape { kind, x: &x }.matrices(&material(state));
+        for kind in of_plane_and_space() {
+            let (x, dim) = (distorted(kind), kind.dim());
+            for state in states(dim) {
+                let m = material(state);
+                let e = Shape { kind, x: &x }.matrices(&m);
+                let volume = m.measure(1.0) * enclosed(kind, &x);
                 let total: f64 = e.mass.iter().sum();
-                assert!(
-                    (total - 2.0 * 2.0 * 0.5 * area(&x, kind.corners())).abs() < 1e-13,
-                    "{kind:?}"
-                );
-                for motion in
-                    [|_: [f64; 2]| [1.0, 0.0], |_| [0.0, 1.0], |p: [f64; 2]| [-p[1], p[0]]]
-                {
-                    let u: Vec<f64> = x.iter().flat_map(|&p| motion(p)).collect();
-                    for i in 0..e.n {
-                        let f: f64 = (0..e.n).map(|j| e.stiffness[e.n * i + j] * u[j]).sum();
-                        assert!(f.abs() < 1e-12, "{kind:?}: {f}");
-                    }
+                assert!((total - dim as f64 * 2.0 * volume).abs() < 1e-13, "{kind:?}");
+                assert!((Shape { kind, x: &x }.volume(&m) - volume).abs() < 1e-14, "{kind:?}");
+                let turn: fn(&Point) -> Point = match dim {
+                    2 => |p| [-p[1], p[0], 0.0],
+                    _ => |p| [0.3 * p[2] - p[1], p[0] - 0.7 * p[2], 0.7 * p[1] - 0.3 * p[0]],
+                };
+                let stiffness = nalgebra::DMatrix::from_row_slice(e.n, e.n, &e.stiffness);
+                for motion in [|_: &Point| [0.4, -1.0, 0.7], turn] {
+                    let force = &stiffness * nodal(kind, &x, motion);
+                    assert!(force.amax() < 1e-12, "{kind:?}: {}", force.amax());
                 }
             }
         }
@@ -259,31 +312,41 @@ mod tests {
     /// A linear field has the stress of Hooke's law everywhere in every element: the patch test.
     #[test]
     fn a_linear_field_has_one_stress_in_every_element() {
-        let (a, b, c, d) = (1e-2, -3e-2, 2e-2, 5e-2);
-        for kind in ElementKind::PLANE {
-            let x = distorted(kind);
-            for state in [
-                StressState::PlaneStress { thickness: 0.5 },
-                StressState::PlaneStrain { thickness: 0.5 },
-            ] {
+        let g = [[1e-2, -3e-2, 4e-2], [2e-2, 5e-2, -1e-2], [-2e-2, 3e-2, 6e-2]];
+        for kind in of_plane_and_space() {
+            let (x, dim) = (distorted(kind), kind.dim());
+            let grad = |a: usize, b: usize| if a.max(b) < dim { g[a][b] } else { 0.0 };
+            let both = |a, b| grad(a, b) + grad(b, a);
+            let strain = Vector6::new(
+                grad(0, 0),
+                grad(1, 1),
+                grad(2, 2),
+                both(0, 1),
+                both(1, 2),
+                both(2, 0),
+            );
+            let field = |p: &Point| -> Point {
+                std::array::from_fn(|a| 0.7 + (0..dim).map(|b| grad(a, b) * p[b]).sum::<f64>())
+            };
+            for state in states(dim) {
                 let m = material(state);
-                let strain = nalgebra::Vector4::new(a, d, 0.0, b + c);
                 let expected = m.stiffness() * strain;
-                let u: Vec<f64> = x
-                    .iter()
-                    .flat_map(|p| [0.7 + a * p[0] + b * p[1], c * p[0] + d * p[1] - 0.1])
-                    .collect();
-                let u = nalgebra::DVector::from_vec(u);
-                for &local in shape::places(kind).iter().chain([&[0.2, 0.3]]) {
+                let u = nodal(kind, &x, field);
+                for &local in shape::places(kind).iter().chain([&[0.2, 0.3, 0.1]]) {
                     let s = Shape { kind, x: &x }.stress_rows(&m, local) * &u;
-                    assert!((s - expected).norm() < 1e-14, "{kind:?}");
+                    assert!((s - expected).norm() < 1e-13, "{kind:?}");
                     // on an oblique face
-                    let (t, n) = ([0.6, 0.8], [0.8, -0.6]);
+                    let (t, n) = match dim {
+                        2 => ([0.6, 0.8, 0.0], [0.8, -0.6, 0.0]),
+                        _ => ([0.48, 0.64, 0.6], [0.64, -0.6, 0.48]),
+                    };
                     let row = Shape { kind, x: &x }.traction_row(&m, local, (t, n));
                     let found: f64 = row.iter().zip(u.iter()).map(|(a, b)| a * b).sum();
                     let e = &expected;
-                    let exact = 0.6 * (0.8 * e[0] - 0.6 * e[3]) + 0.8 * (0.8 * e[3] - 0.6 * e[1]);
-                    assert!((found - exact).abs() < 1e-14);
+                    let tensor = [[e[0], e[3], e[5]], [e[3], e[1], e[4]], [e[5], e[4], e[2]]];
+                    let exact: f64 =
+                        (0..9).map(|k| t[k / 3] * tensor[k / 3][k % 3] * n[k % 3]).sum();
+                    assert!((found - exact).abs() < 1e-13);
                 }
             }
         }
@@ -292,18 +355,15 @@ mod tests {
     /// A body of revolution: a motion along the axis carries no force; the mass is that of the ring (Pappus); a uniform expansion has `ε_θθ = ε_rr`.
     #[test]
     fn rings_have_their_mass_and_their_hoop_strain() {
-        for kind in ElementKind::PLANE {
+        for kind in kinds(2) {
             let x = distorted(kind);
             let e = Shape { kind, x: &x }.matrices(&material(StressState::Axisymmetric));
-            let along: Vec<f64> = x.iter().flat_map(|_| [0.0, 1.0]).collect();
-            for i in 0..e.n {
-                let f: f64 = (0..e.n).map(|j| e.stiffness[e.n * i + j] * along[j]).sum();
-                assert!(f.abs() < 1e-11, "{kind:?}: {f}");
-            }
+            let stiffness = nalgebra::DMatrix::from_row_slice(e.n, e.n, &e.stiffness);
+            let force = stiffness * nodal(kind, &x, |_| [0.0, 1.0, 0.0]);
+            assert!(force.amax() < 1e-11, "{kind:?}: {}", force.amax());
             // moment of the area about the axis, by triangles of its corners
-            let third = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
-                let t = [p, q, r];
-                area(&t, 3) * (p[0] + q[0] + r[0]) / 3.0
+            let third = |p: Point, q: Point, r: Point| {
+                enclosed(ElementKind::Tri3, &[p, q, r]) * (p[0] + q[0] + r[0]) / 3.0
             };
             let moment: f64 = (1..kind.corners() - 1).map(|k| third(x[0], x[k], x[k + 1])).sum();
             let total: f64 = (0..x.len())
@@ -312,41 +372,72 @@ mod tests {
                 .sum();
             let exact = 2.0 * std::f64::consts::TAU * moment;
             assert!((total - exact).abs() < 1e-12 * exact, "{kind:?}: {total} {exact}");
-            let u: Vec<f64> = x.iter().flat_map(|p| [0.01 * p[0], 0.0]).collect();
             let s = Shape { kind, x: &x }
-                .stress_rows(&material(StressState::Axisymmetric), [0.2, 0.3])
-                * nalgebra::DVector::from_vec(u);
+                .stress_rows(&material(StressState::Axisymmetric), [0.2, 0.3, 0.0])
+                * nodal(kind, &x, |p| [0.01 * p[0], 0.0, 0.0]);
             assert!((s[0] - s[2]).abs() < 1e-14 && s[0] > 0.0);
         }
         // on the axis u_r/r has a limit
-        let x = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let x = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let rows = Shape { kind: ElementKind::Tri3, x: &x }
-            .stress_rows(&material(StressState::Axisymmetric), [0.0, 0.0]);
+            .stress_rows(&material(StressState::Axisymmetric), [0.0; 3]);
         assert!(rows.iter().all(|v| v.is_finite()));
     }
 
     #[test]
     fn normals_of_sides_point_outwards_and_close() {
-        for kind in ElementKind::PLANE {
+        for kind in of_plane_and_space() {
             let x = distorted(kind);
             let shape = Shape { kind, x: &x };
             let points: Vec<OnSide> = (0..kind.sides()).flat_map(|s| shape.side(s)).collect();
-            // ∮ n ds = 0, ∮ x·n ds = 2 A
-            let flux =
-                |f: &dyn Fn(&OnSide) -> f64| points.iter().map(|p| p.length * f(p)).sum::<f64>();
-            assert!(flux(&|p| p.normal[0]).abs() < 1e-14 && flux(&|p| p.normal[1]).abs() < 1e-14);
-            let twice = flux(&|p| p.place[0] * p.normal[0] + p.place[1] * p.normal[1]);
-            assert!((twice - 2.0 * area(&x, kind.corners())).abs() < 2e-14, "{kind:?}");
+            // ∮ n ds = 0, and what the sides enclose is what the Jacobian says
+            for c in 0..3 {
+                let flux: f64 = points.iter().map(|p| p.area * p.normal[c]).sum();
+                assert!(flux.abs() < 1e-14, "{kind:?}: {flux}");
+            }
+            let rule = shape::rule(kind, Integrand::Mass, false);
+            let measure: f64 = rule.iter().map(|(at, w)| w * shape.determinant(*at)).sum();
+            assert!((enclosed(kind, &x) - measure).abs() < 2e-14, "{kind:?}");
         }
-        let bar = Shape { kind: ElementKind::Bar2, x: &[[0.0, 0.0], [0.5, 0.0]] };
+        let bar = Shape { kind: ElementKind::Bar2, x: &[[0.0; 3], [0.5, 0.0, 0.0]] };
         let ends = [0, 1].map(|s| bar.side(s)[0].clone());
         assert_eq!(ends.clone().map(|e| e.normal[0]), [-1.0, 1.0]);
-        assert_eq!(ends.map(|e| (e.length, e.values)), [(1.0, vec![1.0]), (1.0, vec![1.0])]);
+        assert_eq!(ends.map(|e| (e.area, e.values)), [(1.0, vec![1.0]), (1.0, vec![1.0])]);
+    }
+
+    /// Faces turn outwards by the order of their nodes alone, and a mirrored element is mirrored back.
+    #[test]
+    fn faces_of_solids_go_round_counter_clockwise_from_outside() {
+        for kind in kinds(3) {
+            let x = distorted(kind);
+            let middle = Shape { kind, x: &x }.place(shape::centre(kind));
+            for side in 0..kind.sides() {
+                let [a, b, c] = [0, 1, 2].map(|k| x[kind.side(side)[k]]);
+                let minus =
+                    |p: &Point, q: &Point| -> Point { std::array::from_fn(|c| p[c] - q[c]) };
+                let normal = cross(&minus(&b, &a), &minus(&c, &b));
+                assert!(dot(&normal, &minus(&a, &middle)) > 0.0, "{kind:?} {side}");
+                // nodes behind the corners lie where the face's own kind has them
+                let Some(face) = kind.face() else { continue };
+                let linear = if face.is_simplex() { ElementKind::Tri3 } else { ElementKind::Quad4 };
+                let nodes = kind.side(side);
+                for (&n, &at) in nodes.iter().zip(shape::places(face)) {
+                    let corners = nodes[..face.corners()].iter().map(|&l| &x[l]);
+                    let place = weighted(shape::values(linear, at).into_iter(), corners);
+                    assert!((0..3).all(|c| (place[c] - x[n][c]).abs() < 1e-15), "{kind:?} {side}");
+                }
+            }
+            let mut nodes: Vec<usize> = (0..kind.nodes()).collect();
+            kind.turn_round(&mut nodes);
+            let mirrored: Vec<Point> = nodes.iter().map(|&n| x[n]).collect();
+            let det = |x: &[Point]| Shape { kind, x }.determinant(shape::centre(kind));
+            assert!((det(&mirrored) + det(&x)).abs() < 1e-14, "{kind:?}");
+        }
     }
 
     #[test]
     fn a_bar_is_a_spring_between_two_masses() {
-        let x = [[0.25, 0.0], [0.75, 0.0]];
+        let x = [[0.25, 0.0, 0.0], [0.75, 0.0, 0.0]];
         let e = Shape { kind: ElementKind::Bar2, x: &x }.matrices(&Material::bar(3.0, 2.0, 7.0));
         let (k, m) = (3.0 * 7.0 / 0.5, 2.0 * 7.0 * 0.5 / 6.0);
         for (found, exact) in e.stiffness.iter().zip([k, -k, -k, k]) {

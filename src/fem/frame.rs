@@ -167,12 +167,12 @@ fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
     let mut nodes: Vec<GroupNode> = order.iter().copied().map(new).collect();
     for &facet in mesh.group(group) {
         let element = mesh.element(facet);
-        let x = mesh.plane_corners(element);
+        let x = mesh.corners(element);
         for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
-            let n = [point.normal[0], point.normal[1], 0.0];
+            let n = point.normal;
             for (&local, p) in element.kind.side(facet.side).iter().zip(&point.values) {
                 let of_node = &mut nodes[place[&element.nodes[local]]];
-                of_node.normal = sum(&of_node.normal, p * point.length, &n);
+                of_node.normal = sum(&of_node.normal, p * point.area, &n);
                 of_node.sides.push(n);
             }
         }

@@ -1,5 +1,7 @@
 //! Fields between the nodes of a mesh: by the shape functions of the element that a point lies in.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::shape::{self, Local};
 use crate::mesh::{ElementKind, Point, bounds};
 
@@ -32,7 +34,7 @@ pub fn cells(points: &[Point], nodes: &[Point], elements: &Cells) -> Option<Vec<
             let (kind, own) = &elements[k];
             let x: Vec<Point> = own.iter().map(|&n| nodes[n]).collect();
             let Some(local) = local_of(*kind, &x, p) else { continue };
-            let off = outside(*kind, local);
+            let off = shape::outside(*kind, local);
             if best.is_none_or(|(least, ..)| off < least) {
                 best = Some((off, k, local));
             }
@@ -53,28 +55,18 @@ fn local_of(kind: ElementKind, x: &[Point], p: &Point) -> Option<Local> {
     let mut local = shape::centre(kind);
     for _ in 0..20 {
         let (values, gradients) = (shape::values(kind, local), shape::gradients(kind, local));
-        let mut j = [[0.0; 2]; 2];
-        let mut rest = [p[0], p[1]];
-        for ((v, g), x) in values.iter().zip(&gradients).zip(x) {
-            for c in 0..dim {
-                rest[c] -= v * x[c];
-                for d in 0..dim {
-                    j[c][d] += g[d] * x[c];
-                }
+        // axes that the element does not fill stay
+        let mut j = Matrix3::<f64>::identity();
+        let mut rest = Vector3::zeros();
+        for c in 0..dim {
+            rest[c] = p[c] - values.iter().zip(x).map(|(v, x)| v * x[c]).sum::<f64>();
+            for d in 0..dim {
+                j[(c, d)] = gradients.iter().zip(x).map(|(g, x)| g[d] * x[c]).sum();
             }
         }
-        let step = match dim {
-            1 => [rest[0] / j[0][0], 0.0],
-            _ => {
-                let det = j[0][0] * j[1][1] - j[0][1] * j[1][0];
-                [
-                    (j[1][1] * rest[0] - j[0][1] * rest[1]) / det,
-                    (j[0][0] * rest[1] - j[1][0] * rest[0]) / det,
-                ]
-            }
-        };
-        local = [local[0] + step[0], local[1] + step[1]];
-        let size = step[0].abs().max(step[1].abs());
+        let step = j.lu().solve(&rest)?;
+        local = std::array::from_fn(|c| local[c] + step[c]);
+        let size = step.amax();
         if size >= 1e3 || size.is_nan() {
             return None;
         }
@@ -83,16 +75,6 @@ fn local_of(kind: ElementKind, x: &[Point], p: &Point) -> Option<Local> {
         }
     }
     None
-}
-
-/// How far a place lies outside of the element, in local coordinates.
-fn outside(kind: ElementKind, [s, t]: Local) -> f64 {
-    match kind {
-        ElementKind::Bar2 => s.abs() - 1.0,
-        ElementKind::Tri3 | ElementKind::Tri6 => (-s).max(-t).max(s + t - 1.0),
-        _ => (s.abs() - 1.0).max(t.abs() - 1.0),
-    }
-    .max(0.0)
 }
 
 /// A field of `dim` components a node at points among the elements.

@@ -1,9 +1,9 @@
 //! Linear elasticity apart from elements: what a material does in the state of the body.
 //!
-//! Strains and stresses stand as `(xx, yy, zz, xy)`, shear strain as `γ_xy`. In plane stress `σ_zz = 0`, in plane strain `ε_zz = 0`; in an axisymmetric body `x` is the
-//! radius and `y` the axis, and `zz` is along the circumference.
+//! Strains and stresses stand as `(xx, yy, zz, xy, yz, zx)`, shear strain as `γ`. In plane stress `σ_zz = 0`, in plane strain `ε_zz = 0`; in an axisymmetric
+//! body `x` is the radius and `y` the axis, and `zz` is along the circumference. Without a third axis nothing shears in its planes.
 
-use nalgebra::Matrix4;
+use nalgebra::Matrix6;
 
 use crate::scenario::{BodyKind, MaterialTable, Scene, State};
 
@@ -27,6 +27,8 @@ pub enum StressState {
     },
     /// A body of revolution, whole: volumes carry `2πr`.
     Axisymmetric,
+    /// A body in space.
+    Solid,
 }
 
 /// An isotropic, linearly elastic material in a state.
@@ -59,7 +61,7 @@ impl Material {
         match self.state {
             StressState::Uniaxial { .. } => e,
             StressState::PlaneStress { .. } => e / (1.0 - nu * nu),
-            StressState::PlaneStrain { .. } | StressState::Axisymmetric => {
+            StressState::PlaneStrain { .. } | StressState::Axisymmetric | StressState::Solid => {
                 e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
             }
         }
@@ -78,6 +80,7 @@ impl Material {
                 thickness
             }
             StressState::Axisymmetric => std::f64::consts::TAU * radius,
+            StressState::Solid => 1.0,
         }
     }
 
@@ -87,10 +90,10 @@ impl Material {
     }
 
     /// `D` of `σ = D ε`.
-    pub fn stiffness(&self) -> Matrix4<f64> {
+    pub fn stiffness(&self) -> Matrix6<f64> {
         let (e, nu) = (self.young, self.poisson);
         let shear = e / (2.0 * (1.0 + nu));
-        let mut d = Matrix4::zeros();
+        let mut d = Matrix6::zeros();
         match self.state {
             StressState::Uniaxial { .. } => d[(0, 0)] = e,
             StressState::PlaneStress { .. } => {
@@ -99,14 +102,15 @@ impl Material {
                 (d[(0, 1)], d[(1, 0)]) = (c * nu, c * nu);
                 d[(3, 3)] = c * (1.0 - nu) / 2.0;
             }
-            StressState::PlaneStrain { .. } | StressState::Axisymmetric => {
+            StressState::PlaneStrain { .. } | StressState::Axisymmetric | StressState::Solid => {
                 let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
                 for a in 0..3 {
                     for b in 0..3 {
                         d[(a, b)] = lame + if a == b { 2.0 * shear } else { 0.0 };
                     }
                 }
-                d[(3, 3)] = shear;
+                let planes = if self.state == StressState::Solid { 3..6 } else { 3..4 };
+                planes.for_each(|k| d[(k, k)] = shear);
             }
         }
         d
@@ -120,6 +124,7 @@ pub fn materials(scene: &Scene) -> Vec<Material> {
     let state = match body.state {
         Some(State::PlaneStrain) => StressState::PlaneStrain { thickness },
         Some(State::Axisymmetric) => StressState::Axisymmetric,
+        None if scene.dim() == 3 => StressState::Solid,
         Some(State::PlaneStress) | None => StressState::PlaneStress { thickness },
     };
     let own = |young, density| match body.kind {
@@ -140,7 +145,7 @@ pub fn materials(scene: &Scene) -> Vec<Material> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector4;
+    use nalgebra::Vector6;
 
     #[test]
     fn hookes_law_holds_in_every_state() {
@@ -151,9 +156,11 @@ mod tests {
             StressState::PlaneStress { thickness: 0.1 },
             StressState::PlaneStrain { thickness: 0.1 },
             StressState::Axisymmetric,
+            StressState::Solid,
         ] {
-            let zz = if state == StressState::Axisymmetric { -0.4 } else { 0.0 };
-            let strain = Vector4::new(0.3, -0.2, zz, 0.5);
+            let is_plane = !matches!(state, StressState::Axisymmetric | StressState::Solid);
+            let zz = if is_plane { 0.0 } else { -0.4 };
+            let strain = Vector6::new(0.3, -0.2, zz, 0.5, 0.7, -0.6);
             let s = of(state).stiffness() * strain;
             let hooke = |a: f64, b: f64, c: f64| (a - nu * (b + c)) / e;
             assert!((hooke(s[0], s[1], s[2]) - strain[0]).abs() < 1e-15);
@@ -162,7 +169,11 @@ mod tests {
                 StressState::PlaneStress { .. } => assert_eq!(s[2], 0.0),
                 _ => assert!((hooke(s[2], s[0], s[1]) - zz).abs() < 1e-15),
             }
-            assert!((s[3] * 2.0 * (1.0 + nu) / e - strain[3]).abs() < 1e-15);
+            let sheared = if state == StressState::Solid { 3..6 } else { 3..4 };
+            for k in 3..6 {
+                let strain = if sheared.contains(&k) { strain[k] } else { 0.0 };
+                assert!((s[k] * 2.0 * (1.0 + nu) / e - strain).abs() < 1e-15);
+            }
         }
         assert_eq!(Material::bar(e, 1.0, 2.0).stiffness()[(0, 0)], e);
         // the stiffness across a wide face is that of the law

@@ -184,9 +184,9 @@ pub fn traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
     for &facet in mesh.group(group) {
         let element = mesh.element(facet);
         let Some(material) = body.materials().get(element.region) else { continue };
-        let x = mesh.plane_corners(element);
+        let x = mesh.corners(element);
         for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
-            let area = point.length * material.measure(point.place[0]);
+            let area = point.area * material.measure(point.place[0]);
             for (&l, value) in element.kind.side(facet.side).iter().zip(&point.values) {
                 for c in 0..dim {
                     nodal[dim * element.nodes[l] + c] += area * value * stress[c];

@@ -54,22 +54,37 @@ fn merge(row: &mut [(u32, f64)]) -> usize {
     kept
 }
 
-impl Csr {
-    /// Build from `(row, column, value)` entries; duplicates add up, zeros and what rounding leaves of them are dropped.
-    pub fn from_triplets(n_rows: usize, n_cols: usize, entries: Vec<(usize, usize, f64)>) -> Self {
-        let mut end = vec![0; n_rows];
-        entries.iter().for_each(|e| end[e.0] += 1);
+/// A matrix that grows entry by entry.
+#[derive(Debug)]
+pub struct Sums {
+    n_cols: usize,
+    /// Entries in the order of their rows, in each in the order in which they came.
+    placed: Vec<(u32, f64)>,
+    /// Where the next entry of each row goes.
+    end: Vec<usize>,
+}
+
+impl Sums {
+    /// With so many entries to come in each row.
+    pub fn new(counts: Vec<usize>, n_cols: usize) -> Sums {
+        let mut end = counts;
         let mut before = 0;
         for end in &mut end {
             before += std::mem::replace(end, before);
         }
-        let mut placed = vec![(0u32, 0.0); entries.len()];
-        for &(i, j, v) in &entries {
-            placed[end[i]] = (j as u32, v);
-            end[i] += 1;
-        }
-        drop(entries);
-        let mut rows: Vec<&mut [(u32, f64)]> = Vec::with_capacity(n_rows);
+        Sums { n_cols, placed: vec![(0, 0.0); before], end }
+    }
+
+    /// Add `v` to an entry.
+    pub fn add(&mut self, i: usize, j: usize, v: f64) {
+        self.placed[self.end[i]] = (j as u32, v);
+        self.end[i] += 1;
+    }
+
+    /// The matrix, once all entries are there; zeros and what rounding leaves of them are dropped.
+    pub fn finish(self) -> Csr {
+        let Sums { n_cols, mut placed, end } = self;
+        let mut rows: Vec<&mut [(u32, f64)]> = Vec::with_capacity(end.len());
         let (mut rest, mut before) = (&mut placed[..], 0);
         for end in &end {
             let (row, others) = rest.split_at_mut(end - before);
@@ -77,7 +92,7 @@ impl Csr {
             (rest, before) = (others, *end);
         }
         let merged: Vec<usize> = rows.par_iter_mut().with_min_len(ROWS).map(|r| merge(r)).collect();
-        let mut row_start = Vec::with_capacity(n_rows + 1);
+        let mut row_start = Vec::with_capacity(end.len() + 1);
         row_start.push(0);
         let sums = merged.iter().scan(0, |sum, n| {
             *sum += n;
@@ -91,6 +106,18 @@ impl Csr {
             col: all().map(|e| e.0).collect(),
             val: all().map(|e| e.1).collect(),
         }
+    }
+}
+
+impl Csr {
+    /// Build from `(row, column, value)` entries; duplicates add up, zeros and what rounding leaves of them are dropped.
+    pub fn from_triplets(n_rows: usize, n_cols: usize, entries: Vec<(usize, usize, f64)>) -> Self {
+        let mut counts = vec![0; n_rows];
+        entries.iter().for_each(|e| counts[e.0] += 1);
+        let mut sums = Sums::new(counts, n_cols);
+        entries.iter().for_each(|&(i, j, v)| sums.add(i, j, v));
+        drop(entries);
+        sums.finish()
     }
 
     /// Number of rows.

@@ -7,39 +7,46 @@
 use super::element::Shape;
 use super::law::Material;
 use super::shape;
+use crate::mesh::Point;
 
-/// Stress of a body in the plane, positive in tension. A bar has `xx` only.
+/// Stress of a body, positive in tension. A bar has `xx` only, a body in the plane no `yz` and `zx`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stress {
     /// `σ_xx`
     pub xx: f64,
     /// `σ_yy`
     pub yy: f64,
-    /// `σ_zz`, across the plane or along the circumference; zero in plane stress.
+    /// `σ_zz`: of a plane body across the plane or along the circumference, zero in plane stress.
     pub zz: f64,
     /// `σ_xy`
     pub xy: f64,
+    /// `σ_yz`
+    pub yz: f64,
+    /// `σ_zx`
+    pub zx: f64,
 }
 
 impl Stress {
-    /// Von Mises' equivalent stress `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 σ_xy²)`.
+    /// Von Mises' equivalent stress `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 (σ_xy² + σ_yz² + σ_zx²))`.
     pub fn von_mises(&self) -> f64 {
         let (a, b, c) = (self.xx - self.yy, self.yy - self.zz, self.zz - self.xx);
-        ((a * a + b * b + c * c) / 2.0 + 3.0 * self.xy * self.xy).sqrt()
+        let shear = self.xy * self.xy + self.yz * self.yz + self.zx * self.zx;
+        ((a * a + b * b + c * c) / 2.0 + 3.0 * shear).sqrt()
     }
 
     /// The tensor row by row, `xx xy xz yx yy yz zx zy zz`.
     pub fn tensor(&self) -> [f64; 9] {
-        [self.xx, self.xy, 0.0, self.xy, self.yy, 0.0, 0.0, 0.0, self.zz]
+        let Stress { xx, yy, zz, xy, yz, zx } = *self;
+        [xx, xy, zx, xy, yy, yz, zx, yz, zz]
     }
 }
 
 /// Stress at the centre of an element whose nodes have the displacements `u`.
-pub fn at_centre(material: &Material, element: Shape, u: &[[f64; 2]]) -> Stress {
+pub fn at_centre(material: &Material, element: Shape, u: &[Point]) -> Stress {
     let dim = element.kind.dim();
     let rows = element.stress_rows(material, shape::centre(element.kind));
     let entry = |i: usize| (0..rows.ncols()).map(|j| rows[(i, j)] * u[j / dim][j % dim]).sum();
-    Stress { xx: entry(0), yy: entry(1), zz: entry(2), xy: entry(3) }
+    Stress { xx: entry(0), yy: entry(1), zz: entry(2), xy: entry(3), yz: entry(4), zx: entry(5) }
 }
 
 #[cfg(test)]
@@ -53,7 +60,7 @@ mod tests {
         Material::plate(E, NU, 2.0, 0.5)
     }
 
-    fn quad(x: &[[f64; 2]]) -> Shape<'_> {
+    fn quad(x: &[Point]) -> Shape<'_> {
         Shape { kind: ElementKind::Quad4, x }
     }
 
@@ -77,7 +84,8 @@ mod tests {
             [[0.0, 0.0], [0.5, 0.0], [0.5, 0.2], [0.0, 0.2]],
             [[0.0, 0.1], [1.1, 0.0], [1.3, 0.9], [-0.1, 1.2]],
         ] {
-            let u = x.map(|p| [0.7 + a * p[0] + b * p[1], c * p[0] + d * p[1] - 0.1]);
+            let x = x.map(|[x, y]| [x, y, 0.0]);
+            let u = x.map(|p| [0.7 + a * p[0] + b * p[1], c * p[0] + d * p[1] - 0.1, 0.0]);
             close(at_centre(&plate(), quad(&x), &u), expected);
         }
         // uniaxial: the equivalent stress is the stress; pure shear: √3 times
@@ -93,14 +101,14 @@ mod tests {
 
     #[test]
     fn a_rotation_is_free_of_stress_and_a_bar_obeys_hooke() {
-        let x = [[0.0, 0.1], [1.1, 0.0], [1.3, 0.9], [-0.1, 1.2]];
-        close(at_centre(&plate(), quad(&x), &x.map(|p| [-p[1], p[0]])), Stress::default());
+        let x = [[0.0, 0.1], [1.1, 0.0], [1.3, 0.9], [-0.1, 1.2]].map(|[x, y]| [x, y, 0.0]);
+        close(at_centre(&plate(), quad(&x), &x.map(|p| [-p[1], p[0], 0.0])), Stress::default());
         let bar = Material::bar(E, 1.0, 7.0);
-        let (x, e) = ([[0.25, 0.0], [0.75, 0.0]], -0.02);
+        let (x, e) = ([[0.25, 0.0, 0.0], [0.75, 0.0, 0.0]], -0.02);
         let stress = at_centre(
             &bar,
             Shape { kind: ElementKind::Bar2, x: &x },
-            &x.map(|p| [1.0 + e * p[0], 0.0]),
+            &x.map(|p| [1.0 + e * p[0], 0.0, 0.0]),
         );
         close(stress, Stress { xx: E * e, ..Stress::default() });
     }

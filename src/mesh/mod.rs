@@ -1,15 +1,19 @@
 //! Meshes: points in space, blocks of elements of one kind, named groups of element sides.
 //!
 //! Generators ([`structured`]) and readers give the same [`Mesh`]; nothing above asks where one came from. A point has three coordinates whatever
-//! the dimension; the displacement has `dim` components. An element lists its nodes counter-clockwise; its sides are numbered, and a side's nodes
-//! run so that a group of consecutive sides names its nodes in order.
+//! the dimension; the displacement has `dim` components. The sides of an element are numbered; where they are lines, a side's nodes run so that a
+//! group of consecutive sides names its nodes in order.
 
+pub mod corner;
 pub mod gmsh;
+mod kind;
 pub mod structured;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+pub use kind::ElementKind;
 
 /// A place: `(x, y, z)`, zero where the body has no such extent.
 pub type Point = [f64; 3];
@@ -61,106 +65,6 @@ impl Edge {
     }
 }
 
-/// Kinds of element. Nodes: corners counter-clockwise, middles of the sides between them, the centre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum ElementKind {
-    /// Two nodes on a line.
-    Bar2,
-    /// Three corners of a triangle.
-    Tri3,
-    /// A triangle with nodes in the middle of its sides.
-    Tri6,
-    /// Four corners of a quadrilateral.
-    Quad4,
-    /// A quadrilateral with nodes in the middle of its sides.
-    Quad8,
-    /// The same with a node at its centre.
-    Quad9,
-}
-
-impl ElementKind {
-    /// The kinds that fill the plane.
-    pub const PLANE: [ElementKind; 5] = [
-        ElementKind::Tri3,
-        ElementKind::Tri6,
-        ElementKind::Quad4,
-        ElementKind::Quad8,
-        ElementKind::Quad9,
-    ];
-
-    /// The kind on a line or in the plane with so many nodes.
-    pub fn of_nodes(nodes: usize) -> Option<ElementKind> {
-        let all = ElementKind::PLANE.into_iter().chain([ElementKind::Bar2]);
-        all.into_iter().find(|k| k.nodes() == nodes)
-    }
-
-    /// Short name: triangles and quadrilaterals by their number of nodes.
-    pub fn name(self) -> &'static str {
-        match self {
-            ElementKind::Bar2 => "bar",
-            ElementKind::Tri3 => "T3",
-            ElementKind::Tri6 => "T6",
-            ElementKind::Quad4 => "Q4",
-            ElementKind::Quad8 => "Q8",
-            ElementKind::Quad9 => "Q9",
-        }
-    }
-
-    /// Number of nodes.
-    pub fn nodes(self) -> usize {
-        match self {
-            ElementKind::Bar2 => 2,
-            ElementKind::Tri3 => 3,
-            ElementKind::Tri6 => 6,
-            ElementKind::Quad4 => 4,
-            ElementKind::Quad8 => 8,
-            ElementKind::Quad9 => 9,
-        }
-    }
-
-    /// Number of corners: the first nodes.
-    pub fn corners(self) -> usize {
-        match self {
-            ElementKind::Bar2 => 2,
-            ElementKind::Tri3 | ElementKind::Tri6 => 3,
-            ElementKind::Quad4 | ElementKind::Quad8 | ElementKind::Quad9 => 4,
-        }
-    }
-
-    /// Number of sides.
-    pub fn sides(self) -> usize {
-        self.corners()
-    }
-
-    /// Space that it fills: 1 or 2.
-    pub fn dim(self) -> usize {
-        if self == ElementKind::Bar2 { 1 } else { 2 }
-    }
-
-    /// Local nodes of a side: its ends, then its middle. The ends of a bar; the sides of a triangle counter-clockwise; bottom, right, top and left of a
-    /// quadrilateral, along the increasing coordinate.
-    pub fn side(self, side: usize) -> &'static [usize] {
-        match (self, side) {
-            (ElementKind::Bar2, 0) => &[0],
-            (ElementKind::Bar2, _) => &[1],
-            (ElementKind::Tri3, 0) => &[0, 1],
-            (ElementKind::Tri3, 1) => &[1, 2],
-            (ElementKind::Tri3, _) => &[2, 0],
-            (ElementKind::Tri6, 0) => &[0, 1, 3],
-            (ElementKind::Tri6, 1) => &[1, 2, 4],
-            (ElementKind::Tri6, _) => &[2, 0, 5],
-            (ElementKind::Quad4, 0) => &[0, 1],
-            (ElementKind::Quad4, 1) => &[1, 2],
-            (ElementKind::Quad4, 2) => &[3, 2],
-            (ElementKind::Quad4, _) => &[0, 3],
-            (ElementKind::Quad8 | ElementKind::Quad9, 0) => &[0, 1, 4],
-            (ElementKind::Quad8 | ElementKind::Quad9, 1) => &[1, 2, 5],
-            (ElementKind::Quad8 | ElementKind::Quad9, 2) => &[3, 2, 6],
-            (ElementKind::Quad8 | ElementKind::Quad9, _) => &[0, 3, 7],
-        }
-    }
-}
-
 /// Elements of one kind and one region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
@@ -175,7 +79,7 @@ pub struct Block {
 }
 
 /// A side of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Facet {
     /// Block.
     pub block: usize,
@@ -273,19 +177,20 @@ impl Mesh {
         element.nodes.iter().map(|&n| self.nodes[n]).collect()
     }
 
-    /// The same in the plane.
-    pub fn plane_corners(&self, element: Element) -> Vec<[f64; 2]> {
-        element.nodes.iter().map(|&n| [self.nodes[n][0], self.nodes[n][1]]).collect()
-    }
-
     /// The sides of a group; none if there is no such group.
     pub fn group(&self, name: &str) -> &[Facet] {
         self.groups.get(name).map_or(&[], Vec::as_slice)
     }
 
-    /// The nodes of a group, each once, in the order of its sides and from end to end of each.
+    /// The nodes of a group, each once: where sides are lines in their order and from end to end of each, where they are faces by their numbers.
     pub fn group_nodes(&self, name: &str) -> Vec<usize> {
         let facets = self.group(name);
+        if self.dim == 3 {
+            let mut nodes: Vec<usize> = facets.iter().flat_map(|&f| self.side_nodes(f)).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            return nodes;
+        }
         let mut nodes = vec![];
         let mut known = vec![false; self.n_nodes()];
         for (k, &facet) in facets.iter().enumerate() {
@@ -307,20 +212,23 @@ impl Mesh {
         nodes
     }
 
-    /// The nodes of a side from end to end.
+    /// The nodes of a side: of a line from end to end, of a face in the order of its kind.
     pub fn side_nodes(&self, facet: Facet) -> Vec<usize> {
         let element = self.element(facet);
         let mut path: Vec<usize> =
             element.kind.side(facet.side).iter().map(|&l| element.nodes[l]).collect();
         // ends, then the middle
-        if path.len() == 3 {
+        if path.len() == 3 && self.dim < 3 {
             path.swap(1, 2);
         }
         path
     }
 
-    /// Sides in the order in which they hang together, piece by piece.
+    /// Lines in the order in which they hang together, piece by piece; faces as they are.
     pub fn in_chains(&self, facets: &[Facet]) -> Vec<Facet> {
+        if self.dim == 3 {
+            return facets.to_vec();
+        }
         let ends = |f: &Facet| {
             let path = self.side_nodes(*f);
             [path[0], path[path.len() - 1]]

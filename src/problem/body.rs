@@ -9,8 +9,8 @@ use crate::contact::{Contacts, Gaps, MassChoice, Stress};
 use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, law::materials, read_matrix};
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
-    BodyKind, Contact, ContactMethod, Direction, Field, Inertia, Issue, MassKind, Obstacle,
-    RedistributedMass, Scene, StressKey,
+    BodyKind, Contact, ContactMethod, Field, Inertia, Issue, MassKind, Obstacle, RedistributedMass,
+    Scene, StressKey,
 };
 
 /// Stress and mass of the contact method that a scene names.
@@ -52,10 +52,10 @@ pub(super) struct Form {
 impl Form {
     /// A node in words.
     pub fn node(&self, node: usize) -> String {
-        let [x, y, _] = self.mesh.nodes()[node];
+        let place = place(self.mesh.nodes()[node], self.mesh.dim());
         match &self.tags {
-            Some(tags) => format!("node {} at ({x}, {y})", tags[node]),
-            None => format!("the node at ({x}, {y})"),
+            Some(tags) => format!("node {} at {place}", tags[node]),
+            None => format!("the node at {place}"),
         }
     }
 }
@@ -103,11 +103,7 @@ fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
         .iter()
         .flat_map(|s| {
             s.fix.iter().map(|direction| {
-                let fix = match direction {
-                    Direction::X => Fix::Axis(0),
-                    Direction::Y => Fix::Axis(1),
-                    Direction::Normal => Fix::Normal,
-                };
+                let fix = direction.axis().map_or(Fix::Normal, Fix::Axis);
                 Held { group: s.group().to_owned(), fix }
             })
         })
@@ -269,18 +265,19 @@ pub(super) fn gaps_at(
     field: &Field,
     places: impl Iterator<Item = Point> + Clone,
 ) -> Result<Vec<f64>, ProblemError> {
-    let gap: Vec<f64> = places.clone().map(|p| field.at(plane(p))).collect();
+    let gap: Vec<f64> = places.clone().map(|p| field.at(p)).collect();
     // squares of gaps must not overflow
     let wrong = gap.iter().zip(places).find(|(g, _)| g.is_nan() || g.abs() > 1e60);
-    if let Some((gap, [x, y, _])) = wrong {
-        let message = format!("is {gap:e} at ({x}, {y})");
+    if let Some((gap, p)) = wrong {
+        let message = format!("is {gap:e} at {}", place(p, scene.dim().max(2)));
         let help = "give an expression of at most 1e60 on the whole edge";
         return Err(scene.error(Issue::new(key, message, help)).into());
     }
     Ok(gap)
 }
 
-/// A place in the plane of the expressions of a scene.
-pub(super) fn plane([x, y, _]: Point) -> [f64; 2] {
-    [x, y]
+/// A place in words: `(1, 0.5)`, `(1, 0.5, 0)` in space.
+pub(super) fn place(p: Point, dim: usize) -> String {
+    let numbers: Vec<String> = p[..dim.max(2)].iter().map(f64::to_string).collect();
+    format!("({})", numbers.join(", "))
 }

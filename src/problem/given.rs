@@ -20,7 +20,7 @@ pub(super) fn given_gaps(scene: &Scene, count: usize) -> Vec<f64> {
     let Some(c) = &scene.contact else { return vec![] };
     match (&c.gaps, c.gap()) {
         (Some(list), _) => list.clone(),
-        (None, Some(gap)) => vec![gap.at([0.0, 0.0]); count],
+        (None, Some(gap)) => vec![gap.at([0.0; 3]); count],
         (None, None) => vec![],
     }
 }
@@ -33,7 +33,7 @@ pub(super) fn given_gaps_behind(
     let contact = scene.contact.as_ref();
     let obstacle = contact.and_then(|c| c.obstacles.first());
     let Some(field) = obstacle.and_then(|o| o.gap_behind.as_ref()) else { return Ok(vec![]) };
-    let gap = field.at([0.0, 0.0]);
+    let gap = field.at([0.0; 3]);
     front.iter().try_for_each(|g| check_way(scene, "contact.gap_behind", g + gap))?;
     Ok((0..front.len()).map(|d| (d, gap)).collect())
 }

@@ -21,6 +21,7 @@ pub(super) fn body(scene: &Scene) -> Result<(Mesh, Vec<i64>), ProblemError> {
     let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
     let file = gmsh::read(&bytes).map_err(of_gmsh)?;
     let imported = file.body(scene.body.scale.unwrap_or(1.0)).map_err(of_gmsh)?;
+    check_state(scene, imported.mesh.dim())?;
     let regions = materials(scene, &file, &imported)?;
     let sides = sides(scene, &file, &imported)?;
     let mesh = imported.mesh.with_regions(&regions).with_groups(sides);
@@ -34,19 +35,39 @@ pub(super) fn body(scene: &Scene) -> Result<(Mesh, Vec<i64>), ProblemError> {
     Ok((mesh, imported.node_tags))
 }
 
+/// A body in the plane has a state, one in space has none.
+fn check_state(scene: &Scene, dim: usize) -> Result<(), ProblemError> {
+    let issue = |message: &str, help: &str| {
+        Err(scene.error(Issue::new("body.state", message, help)).into())
+    };
+    match (dim, scene.body.state) {
+        (2, None) => issue(
+            "is missing: the mesh lies in the plane",
+            "state = \"plane stress\", \"plane strain\" or \"axisymmetric\"",
+        ),
+        (3, Some(_)) => {
+            issue("belongs to a body in the plane, and the mesh is one in space", "remove the key")
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The groups of one dimension in words.
 fn known(file: &File, dim: usize) -> String {
+    let is_cells = dim == file.dim();
     let word = |(d, tag, name, n): (usize, i64, String, usize)| {
-        let unit = if d == 1 { "sides" } else { "cells" };
+        let unit = if is_cells { "cells" } else { "sides" };
         (d == dim).then(|| format!("\"{name}\" (#{tag}, {n} {unit})"))
     };
     let all: Vec<String> = file.groups().into_iter().filter_map(word).collect();
-    match all.is_empty() {
-        true if dim == 1 => {
-            "the file has no groups of lines: add Physical Curve in Gmsh".to_owned()
+    let kind = ["Point", "Curve", "Surface", "Volume"][dim.min(3)];
+    match (all.is_empty(), is_cells) {
+        (true, false) => {
+            let what = if dim == 1 { "lines" } else { "faces" };
+            format!("the file has no groups of {what}: add Physical {kind} in Gmsh")
         }
-        true => "the file has no groups of cells: add Physical Surface in Gmsh".to_owned(),
-        false => format!("the file has {}", all.join(", ")),
+        (true, true) => format!("the file has no groups of cells: add Physical {kind} in Gmsh"),
+        (false, _) => format!("the file has {}", all.join(", ")),
     }
 }
 
@@ -57,12 +78,12 @@ fn materials(scene: &Scene, file: &File, imported: &Imported) -> Result<Vec<usiz
     };
     let mut wanted = vec![];
     for (i, m) in scene.materials.iter().enumerate() {
-        let name = m.group.as_ref().map(|word| (file.named(2, word), word));
+        let name = m.group.as_ref().map(|word| (file.named(file.dim(), word), word));
         if let Some((name, word)) = &name
             && !imported.regions.iter().any(|r| r.contains(name))
         {
             let message = format!("the mesh has no group of cells \"{word}\"");
-            return Err(fail(i, message, known(file, 2)));
+            return Err(fail(i, message, known(file, file.dim())));
         }
         wanted.push(name.map(|n| n.0));
     }
@@ -80,7 +101,7 @@ fn materials(scene: &Scene, file: &File, imported: &Imported) -> Result<Vec<usiz
             [one] => Ok(one),
             [] => {
                 let message = format!("{} cells of {called} have no material", cells(r));
-                let help = format!("add a [[material]] for them; {}", known(file, 2));
+                let help = format!("add a [[material]] for them; {}", known(file, file.dim()));
                 Err(fail(wanted.len() - 1, message, help))
             }
             [first, second, ..] => {
@@ -115,7 +136,8 @@ fn sides(
         let fail = |message: String, help: String| -> ProblemError {
             scene.error(Issue::new(key.clone(), message, help)).into()
         };
-        match imported.sides.get(&file.named(1, word)) {
+        let of_sides = file.dim() - 1;
+        match imported.sides.get(&file.named(of_sides, word)) {
             Some(Sides::Boundary(facets)) if !facets.is_empty() => {
                 found.push((word.to_owned(), imported.mesh.in_chains(facets)));
             }
@@ -132,12 +154,13 @@ fn sides(
                 return Err(fail(message, "name a group of sides of the boundary".to_owned()));
             }
             _ => {
-                let of_cells = imported.regions.iter().flatten().any(|n| *n == file.named(2, word));
+                let of_cells =
+                    imported.regions.iter().flatten().any(|n| *n == file.named(file.dim(), word));
                 let message = match of_cells {
                     true => format!("\"{word}\" is a group of cells, and sides are wanted"),
                     false => format!("the mesh has no group of sides \"{word}\""),
                 };
-                return Err(fail(message, known(file, 1)));
+                return Err(fail(message, known(file, of_sides)));
             }
         }
     }
@@ -158,8 +181,8 @@ pub(super) fn check_elements(
     };
     let mesh = &form.mesh;
     // curved sides may fold an element whose corners are in order
-    for e in mesh.elements() {
-        let x = mesh.plane_corners(e);
+    for e in mesh.elements().filter(|e| e.kind.is_quadratic()) {
+        let x = mesh.corners(e);
         let shape = Shape { kind: e.kind, x: &x };
         let worst = shape::places(e.kind).iter().map(|&p| shape.determinant(p));
         let least = worst.fold(f64::INFINITY, f64::min);
@@ -172,7 +195,7 @@ pub(super) fn check_elements(
             return fail("body.file".to_owned(), message, help);
         }
     }
-    let quadratic = mesh.blocks().iter().any(|b| b.kind.nodes() > b.kind.corners());
+    let quadratic = mesh.blocks().iter().any(|b| b.kind.is_quadratic());
     if scene.body.mass == MassKind::Lumped && quadratic {
         let message = "\"lumped\" gives nodes of second-order elements no mass, or a negative one";
         let help = "give mass = \"consistent\", or mesh with first-order elements";
@@ -189,17 +212,35 @@ pub(super) fn check_elements(
         }
     }
     let Some(c) = &scene.contact else { return Ok(()) };
+    let on = |is_so: &dyn Fn(Facet, ElementKind) -> bool| {
+        let any = |f: &Facing| mesh.group(&f.group).iter().any(|&s| is_so(s, mesh.element(s).kind));
+        dofs.facing.iter().position(any)
+    };
     if c.method == ContactMethod::NodalBoundary && c.stress == Some(StressKey::Projection) {
-        let on_triangles = |f: &Facing| {
-            let kind = |s| mesh.element(s).kind;
-            let is_simplex = |k| matches!(k, ElementKind::Tri3 | ElementKind::Tri6);
-            mesh.group(&f.group).iter().any(|&s| is_simplex(kind(s)))
-        };
-        if let Some(k) = dofs.facing.iter().position(on_triangles) {
-            let message = "\"projection\" does not work on triangles: the projected stress has fewer values than the edge has contact nodes";
+        if let Some(k) = on(&|_, kind| kind.is_simplex()) {
+            let name = if mesh.dim() == 3 { "tetrahedra" } else { "triangles" };
+            let message = format!(
+                "\"projection\" does not work on {name}: the projected stress has fewer values than the contact nodes need"
+            );
             let help = "give stress = \"nodal-mean\" (the default) or \"reaction\"";
-            return fail(c.key(k, "stress"), message.to_owned(), help);
+            return fail(c.key(k, "stress"), message, help);
         }
+    }
+    // nodal forces of a uniform pressure: all positive, or their signs say nothing of the contact
+    let bears_no_signs = |s: Facet, kind: ElementKind| {
+        kind.dim() == 3 && shape::side_shares(kind, s.side).iter().any(|share| *share < 1e-12)
+    };
+    let by_forces =
+        c.is_reaction() || matches!(c.method, ContactMethod::Impact | ContactMethod::MoreauJean);
+    if let Some(k) = on(&bears_no_signs).filter(|_| by_forces) {
+        let kind = mesh.element(mesh.group(&dofs.facing[k].group)[0]).kind;
+        let message = format!(
+            "contact forces at nodes do not work on {} faces: a uniform pressure has zero or tensile corner forces",
+            kind.name()
+        );
+        let help = "give stress = \"nodal-mean\", or mesh with Hex27, Hex8 or Tet4";
+        let named = if c.stress == Some(StressKey::Reaction) { "stress" } else { "method" };
+        return fail(c.key(k, named), message, help);
     }
     Ok(())
 }

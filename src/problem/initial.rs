@@ -1,6 +1,5 @@
 //! The state at `t = 0`.
 
-use super::body::plane;
 use super::modes::OpenModes;
 use super::moving;
 use super::{ProblemError, StoredState};
@@ -88,7 +87,7 @@ pub(super) fn initial_state(
             .mesh
             .nodes()
             .iter()
-            .flat_map(|&p| list.iter().map(move |f| f.at(plane(p))))
+            .flat_map(|&p| list.iter().map(move |f| f.at(p)))
             .collect();
         // squares must not overflow
         if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {

@@ -32,12 +32,12 @@ pub(super) fn base(
     let group = scene.loads[i].group();
     let mut field = vec![0.0; dim * mesh.n_nodes()];
     for (c, a) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-        let axis = [Direction::X, Direction::Y][c];
+        let axis = Direction::AXES[c];
         let holds = |s: &Support| {
             s.group() == group && (s.fix.contains(&axis) || s.fix.contains(&Direction::Normal))
         };
         if !scene.supports.iter().any(holds) {
-            let name = ["x", "y"][c];
+            let name = ["x", "y", "z"][c];
             let message =
                 format!("moves the {name} displacement of \"{group}\", which no support holds");
             let help = format!(

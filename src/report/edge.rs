@@ -4,6 +4,7 @@
 use plotters::prelude::RGBColor;
 
 use super::figure::{Area, Drawn, LINES, colour_bar, viridis};
+use crate::mesh::Point;
 use crate::store::Stored;
 
 /// At most this many nodes are drawn where nobody chooses.
@@ -24,9 +25,8 @@ pub(super) struct Edge<'s> {
 
 impl<'s> Edge<'s> {
     pub fn of(stored: &'s Stored) -> Self {
-        let places: Vec<[f64; 2]> =
-            (0..stored.gap.len()).map(|i| stored.contact_place(i)).collect();
-        let normal = |i: usize| [0, 1].map(|c| stored.contact_normals[(i, c)]);
+        let places: Vec<Point> = (0..stored.gap.len()).map(|i| stored.contact_place(i)).collect();
+        let normal = |i: usize| stored.contact_normal(i);
         let is_behind = |i: usize| {
             let (p, n) = (places[i], normal(i));
             (0..i).find(|&j| places[j] == p && normal(j) == n.map(|x| -x))
@@ -174,10 +174,10 @@ impl<'s> Edge<'s> {
     }
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+fn distance(a: Point, b: Point) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-fn length(places: &[[f64; 2]], part: &[usize]) -> f64 {
+fn length(places: &[Point], part: &[usize]) -> f64 {
     part.windows(2).map(|p| distance(places[p[0]], places[p[1]])).sum()
 }

@@ -32,7 +32,7 @@ pub struct Body {
     pub thickness: Option<f64>,
     /// File of the mesh (kind `mesh`), relative to the scene: Gmsh 4.1 or 2.2, ASCII.
     pub file: Option<PathBuf>,
-    /// State of a mesh in the plane.
+    /// State of a mesh in the plane; a mesh in space has none.
     pub state: Option<State>,
     /// What the coordinates of a mesh are multiplied by, 1 by default.
     pub scale: Option<f64>,
@@ -167,12 +167,14 @@ impl Body {
         if self.file.is_none() {
             return Err(Issue::new("body.file", "is missing", "file = \"bracket.msh\" (Gmsh)"));
         }
-        if self.state.is_none() {
-            let help = "state = \"plane stress\", \"plane strain\" or \"axisymmetric\"";
-            return Err(Issue::new("body.state", "is missing", help));
-        }
-        if self.state == Some(State::Axisymmetric) && self.thickness.is_some() {
-            let message = "belongs to plane stress and plane strain; a ring has none";
+        let has_thickness = matches!(self.state, Some(State::PlaneStress | State::PlaneStrain));
+        if self.thickness.is_some() && !has_thickness {
+            let message = match self.state {
+                Some(_) => "belongs to plane stress and plane strain; a ring has none",
+                None => {
+                    "belongs to a body in the plane, which has body.state; one in space has neither"
+                }
+            };
             return Err(Issue::new("body.thickness", message, "remove the key"));
         }
         positive("body.thickness", self.thickness.unwrap_or(1.0))?;

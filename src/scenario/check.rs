@@ -1,6 +1,6 @@
 //! Checks that need nothing but the scene itself: those of numbers, and the order of the tables.
 
-use super::{BodyKind, Issue, Scene};
+use super::{BodyKind, Contact, Field, Issue, Scene};
 
 pub(super) type Check = Result<(), Issue>;
 
@@ -59,11 +59,47 @@ impl Scene {
     pub fn dim(&self) -> usize {
         match self.body.kind {
             BodyKind::Bar | BodyKind::Matrices => 1,
+            // a state is one of the plane
+            BodyKind::Mesh if self.body.state.is_none() => 3,
             BodyKind::Plate | BodyKind::Mesh => 2,
         }
     }
 
+    /// The example for a bar, a body in the plane or one in space.
+    pub(super) fn example(&self, all: [&'static str; 3]) -> &'static str {
+        all[self.dim() - 1]
+    }
+
+    /// Expressions of `z` belong to bodies in space.
+    fn check_expressions(&self) -> Check {
+        let listed = |key: &str, list: &Option<Vec<Field>>| {
+            let is_used = list.iter().flatten().any(Field::is_in_space);
+            is_used.then(|| key.to_owned())
+        };
+        let of_obstacle = |c: &Contact, k: usize| {
+            let o = &c.obstacles[k];
+            let used = |field: &Option<Field>| field.as_ref().is_some_and(Field::is_in_space);
+            let name = if used(&o.gap) { "gap" } else { "gap_behind" };
+            (used(&o.gap) || used(&o.gap_behind)).then(|| c.key(k, name))
+        };
+        let contact = self.contact.as_ref();
+        let obstacles =
+            contact.and_then(|c| (0..c.obstacles.len()).find_map(|k| of_obstacle(c, k)));
+        let found = listed("initial.displacement", &self.initial.displacement)
+            .or_else(|| listed("initial.velocity", &self.initial.velocity))
+            .or(obstacles);
+        match found {
+            Some(key) if self.dim() < 3 => Err(Issue::new(
+                key,
+                "is an expression of z, and the body lies in the plane of x and y",
+                "give an expression of x and y",
+            )),
+            _ => Ok(()),
+        }
+    }
+
     pub(super) fn check(&self) -> Check {
+        self.check_expressions()?;
         self.check_body()?;
         self.check_materials()?;
         self.check_supports()?;

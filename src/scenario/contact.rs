@@ -367,12 +367,13 @@ impl Scene {
             ),
             (Some(_), None) => Ok(()),
             (None, Some(plane)) => {
-                length(&key("plane.normal"), plane.normal.len(), self.dim(), "[1.0, 0.0]")?;
+                let example = self.example(["[1.0]", "[1.0, 0.0]", "[1.0, 0.0, 0.0]"]);
+                length(&key("plane.normal"), plane.normal.len(), self.dim(), example)?;
                 plane.normal.iter().try_for_each(|&n| finite(&key("plane.normal"), n))?;
                 finite(&key("plane.offset"), plane.offset)?;
                 let size = plane.scale();
                 if size == 0.0 {
-                    return issue("plane.normal", "has no direction", "[1.0, 0.0]");
+                    return issue("plane.normal", "has no direction", example);
                 }
                 positive(&key("plane.normal"), size)
             }

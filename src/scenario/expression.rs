@@ -9,17 +9,20 @@ use serde::de::{self, Deserializer, Visitor};
 // numbers as TOML writes them, with exponents
 literal_matcher_from_pattern!(NumberMatcher, r"^(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?)");
 
+/// Names of the coordinates.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// The parsed form of an expression.
 type Tree = FlatEx<f64, FloatOpsFactory<f64>, NumberMatcher>;
 
 /// What an expression may hold, for messages.
-const GRAMMAR: &str = "expected numbers, x, y, + - * / ^, PI and functions such as sin(x), cos, tan, exp, ln, \
+const GRAMMAR: &str = "expected numbers, x, y, z, + - * / ^, PI and functions such as sin(x), cos, tan, exp, ln, \
      sqrt, abs; for example \"1e-3 + 0.02*y^2\"";
 
 /// Letters of an expression (the time to read one grows with their square).
 const LONGEST: usize = 4000;
 
-/// A scalar field: a number, or an expression of `x` and `y`.
+/// A scalar field: a number, or an expression of `x`, `y` and `z`.
 ///
 /// The grammar is exmex's: `+ - * / ^`, `sin cos tan exp ln sqrt abs …`, and `PI`.
 #[derive(Debug, Clone)]
@@ -46,20 +49,29 @@ impl Field {
         }
         let tree = Tree::parse(&explicit_powers(text))
             .map_err(|_| format!("cannot read the expression `{text}`, {GRAMMAR}"))?;
-        if let Some(name) = tree.var_names().iter().find(|n| !["x", "y"].contains(&n.as_str())) {
+        if let Some(name) = tree.var_names().iter().find(|n| !AXES.contains(&n.as_str())) {
             return Err(format!("unknown name `{name}` in `{text}`, {GRAMMAR}"));
         }
         Ok(Field::Expression { text: text.to_owned(), tree: Box::new(tree) })
     }
 
     /// The value at a point (not a number where the expression has none).
-    pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
+    pub fn at(&self, place: [f64; 3]) -> f64 {
         match self {
             Field::Constant(c) => *c,
             Field::Expression { tree, .. } => {
-                let values = tree.var_names().iter().map(|n| if n == "x" { x } else { y });
+                let axis = |n: &String| AXES.iter().position(|a| a == n).unwrap_or(0);
+                let values = tree.var_names().iter().map(|n| place[axis(n)]);
                 tree.eval_iter(values).unwrap_or(f64::NAN)
             }
+        }
+    }
+
+    /// Whether it depends on `z`.
+    pub fn is_in_space(&self) -> bool {
+        match self {
+            Field::Constant(_) => false,
+            Field::Expression { tree, .. } => tree.var_names().iter().any(|n| n == "z"),
         }
     }
 }
@@ -192,14 +204,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn expressions_know_x_and_y() {
-        assert_eq!(Field::parse("-2*x + y^2").unwrap().at([1.0, 3.0]), 7.0);
-        assert_eq!(Field::parse("3*y").unwrap().at([100.0, 2.0]), 6.0);
-        assert!((Field::parse("sin(PI*x/2)").unwrap().at([1.0, 0.0]) - 1.0).abs() < 1e-15);
-        assert_eq!(Field::parse("1e-5 + 2.5E+1*x").unwrap().at([2.0, 0.0]), 50.00001);
-        assert_eq!(Field::parse("-1e-1*x").unwrap().at([2.0, 0.0]), -0.2);
+    fn expressions_know_the_coordinates() {
+        assert_eq!(Field::parse("-2*x + y^2").unwrap().at([1.0, 3.0, 0.0]), 7.0);
+        assert_eq!(Field::parse("3*y").unwrap().at([100.0, 2.0, 0.0]), 6.0);
+        assert!((Field::parse("sin(PI*x/2)").unwrap().at([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-15);
+        assert_eq!(Field::parse("1e-5 + 2.5E+1*x").unwrap().at([2.0, 0.0, 0.0]), 50.00001);
+        assert_eq!(Field::parse("-1e-1*x").unwrap().at([2.0, 0.0, 0.0]), -0.2);
         assert!(
-            (Field::parse("2*exp(x)").unwrap().at([1.0, 0.0]) - 5.43656365691809).abs() < 1e-13
+            (Field::parse("2*exp(x)").unwrap().at([1.0, 0.0, 0.0]) - 5.43656365691809).abs()
+                < 1e-13
         );
         for (text, value) in [
             ("-y^2", -9.0),
@@ -214,11 +227,14 @@ mod tests {
             ("2^sqrt(y+1)", 4.0),
             ("-(y^2)^2 + x", -79.0),
         ] {
-            let got = Field::parse(text).unwrap().at([2.0, 3.0]);
+            let got = Field::parse(text).unwrap().at([2.0, 3.0, 0.0]);
             assert!((got - value).abs() < 1e-12, "{text} = {got}");
         }
         assert!(Field::parse("1 +* x").is_err());
         assert!(Field::parse("(1 + x").is_err() && Field::parse("^2").is_err());
-        assert!(Field::parse("z + 1").unwrap_err().contains("`z`"));
+        assert!(Field::parse("w + 1").unwrap_err().contains("`w`"));
+        let field = Field::parse("x*y - 2*z").unwrap();
+        assert!(field.is_in_space() && !Field::parse("x*y").unwrap().is_in_space());
+        assert_eq!(field.at([3.0, 2.0, 5.0]), -4.0);
     }
 }

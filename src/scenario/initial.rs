@@ -74,7 +74,8 @@ impl Scene {
             [("initial.displacement", &s.displacement), ("initial.velocity", &s.velocity)]
         {
             if let Some(list) = list {
-                let example = if self.dim() == 1 { "[\"-2*x\"]" } else { "[\"-2*x\", \"0\"]" };
+                let all = ["[\"-2*x\"]", "[\"-2*x\", \"0\"]", "[\"-2*x\", \"0\", \"0\"]"];
+                let example = self.example(all);
                 length(key, list.len(), self.dim(), example)?;
             }
         }

@@ -84,7 +84,12 @@ impl Scene {
             return Err(Issue::new(key(i, "kind"), message, help));
         }
         if let Some(at) = &l.at {
-            length(&key(i, "at"), at.len(), self.dim(), "[1.0, 0.0]")?;
+            length(
+                &key(i, "at"),
+                at.len(),
+                self.dim(),
+                self.example(["[1.0]", "[1.0, 0.0]", "[1.0, 0.0, 0.0]"]),
+            )?;
             for (v, size) in at.iter().zip(&self.body.size) {
                 if !(*v >= 0.0 && v <= size) {
                     let message = format!("{v} is outside the body");
@@ -117,12 +122,22 @@ impl Scene {
                 finite(&key, *a)
             }
             (Amplitude::Vector(v), k) if k != LoadKind::Mode => {
-                length(&key, v.len(), self.dim(), "[0.0, -9.81]")?;
+                length(
+                    &key,
+                    v.len(),
+                    self.dim(),
+                    self.example(["[-9.81]", "[0.0, -9.81]", "[0.0, 0.0, -9.81]"]),
+                )?;
                 v.iter().try_for_each(|&a| finite(&key, a))
             }
             (_, LoadKind::Mode) => {
                 Err(Issue::new(key, "a mode has one amplitude", "amplitude = 0.1"))
             }
+            _ if self.dim() == 3 => Err(Issue::new(
+                key,
+                "needs the x, y and z components",
+                "amplitude = [0.0, 0.0, -9.81]",
+            )),
             _ => Err(Issue::new(key, "needs the x and y components", "amplitude = [0.0, -9.81]")),
         }
     }

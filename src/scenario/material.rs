@@ -50,7 +50,8 @@ impl Scene {
     /// Poisson's ratio for which the elastic constants are positive definite.
     fn check_ratio(&self, key: &str, nu: f64) -> Check {
         let (limit, state) = match self.body.state {
-            Some(State::PlaneStress) | None => (1.0, "plane stress"),
+            Some(State::PlaneStress) => (1.0, "plane stress"),
+            None => (0.5, "a body in space"),
             Some(State::PlaneStrain) => (0.5, "plane strain"),
             Some(State::Axisymmetric) => (0.5, "an axisymmetric body"),
         };

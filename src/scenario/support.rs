@@ -14,7 +14,7 @@ pub struct Support {
     edge: Option<Edge>,
     /// The group of a mesh.
     group: Option<String>,
-    /// The components: `"x"`, `"y"`; `"normal"` on a flat group.
+    /// The components: `"x"`, `"y"`, `"z"`; `"normal"` on a flat group.
     pub fix: Vec<Direction>,
 }
 
@@ -26,8 +26,20 @@ pub enum Direction {
     X,
     /// Along y.
     Y,
+    /// Along z.
+    Z,
     /// Along the normal.
     Normal,
+}
+
+impl Direction {
+    /// Those along the axes.
+    pub const AXES: [Direction; 3] = [Direction::X, Direction::Y, Direction::Z];
+
+    /// The axis that it is along.
+    pub fn axis(self) -> Option<usize> {
+        Direction::AXES.iter().position(|d| *d == self)
+    }
 }
 
 impl Support {
@@ -49,8 +61,17 @@ impl Scene {
                     "give [\"x\"], [\"y\"], [\"x\", \"y\"] or [\"normal\"]",
                 ));
             }
-            if self.body.kind == BodyKind::Bar && s.fix.contains(&Direction::Y) {
-                return Err(Issue::new(key, "a bar has no y displacement", "give [\"x\"]"));
+            let beyond = |d: &&Direction| d.axis().is_some_and(|axis| axis >= self.dim());
+            let too_many = s.fix.iter().find(beyond).map(|d| (d, self.body.kind));
+            match too_many {
+                None => {}
+                Some((Direction::Y, BodyKind::Bar)) => {
+                    return Err(Issue::new(key, "a bar has no y displacement", "give [\"x\"]"));
+                }
+                Some(_) => {
+                    let message = "a body in the plane has no z displacement";
+                    return Err(Issue::new(key, message, "give [\"x\"], [\"y\"] or both"));
+                }
             }
         }
         Ok(())

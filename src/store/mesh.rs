@@ -8,7 +8,7 @@ use crate::mesh::Point;
 pub(super) fn size_of_mesh(system: &System) -> u64 {
     let mesh = &system.body.mesh;
     let numbers: usize = mesh.blocks().iter().map(|b| b.connectivity.len()).sum();
-    (40 * mesh.n_nodes() + 8 * numbers + (64 << 10)) as u64
+    (48 * mesh.n_nodes() + 8 * numbers + (64 << 10)) as u64
 }
 
 /// A table of whole numbers.
@@ -25,40 +25,45 @@ fn array(
 pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), StoreError> {
     let (mesh, dofs) = (&system.body.mesh, system.body.nodal_dofs());
     let g = file.create_group("mesh")?;
-    let nodes: Vec<f64> = mesh.nodes().iter().flat_map(|p| [p[0], p[1]]).collect();
-    let nodes = ndarray::Array2::from_shape_vec((mesh.n_nodes(), 2), nodes)
-        .map_err(|e| hdf5::Error::from(e.to_string()))?;
+    // a bar lies in the plane
+    let width = mesh.dim().max(2);
+    let places = |rows: usize, places: &mut dyn Iterator<Item = Point>| {
+        let values = places.flat_map(|p| p.into_iter().take(width)).collect();
+        ndarray::Array2::from_shape_vec((rows, width), values)
+            .map_err(|e| hdf5::Error::from(e.to_string()))
+    };
+    let nodes = places(mesh.n_nodes(), &mut mesh.nodes().iter().copied())?;
     g.new_dataset_builder().with_data(&nodes).create("nodes")?;
     // elements with fewer nodes than others are filled up with −1
-    let width = mesh.blocks().iter().map(|b| b.kind.nodes()).max().unwrap_or(0);
+    let most = mesh.blocks().iter().map(|b| b.kind.nodes()).max().unwrap_or(0);
     let elements = mesh
         .elements()
-        .flat_map(|e| (0..width).map(move |k| e.nodes.get(k).map_or(-1, |&n| n as i64)));
-    let elements = array(mesh.n_elements(), width, elements.collect())?;
+        .flat_map(|e| (0..most).map(move |k| e.nodes.get(k).map_or(-1, |&n| n as i64)));
+    let elements = array(mesh.n_elements(), most, elements.collect())?;
     g.new_dataset_builder().with_data(&elements).create("elements")?;
     let regions: Vec<i64> = mesh.elements().map(|e| e.region as i64).collect();
     g.new_dataset_builder().with_data(&regions).create("regions")?;
     let index = |n: usize, c: usize| {
         (c < mesh.dim()).then(|| dofs.column(n, c)).flatten().map_or(-1, |i| i as i64)
     };
-    let map = (0..mesh.n_nodes()).flat_map(|n| [index(n, 0), index(n, 1)]).collect();
-    g.new_dataset_builder().with_data(&array(mesh.n_nodes(), 2, map)?).create("dof_map")?;
-    let table = |of: &dyn Fn(&Constraint) -> Point| {
-        let values = system.constraints.iter().flat_map(|c| [of(c)[0], of(c)[1]]).collect();
-        ndarray::Array2::from_shape_vec((system.n_contact(), 2), values)
-            .map_err(|e| hdf5::Error::from(e.to_string()))
+    let map =
+        (0..mesh.n_nodes()).flat_map(|n| (0..width).map(move |c| (n, c))).map(|(n, c)| index(n, c));
+    let map = array(mesh.n_nodes(), width, map.collect())?;
+    g.new_dataset_builder().with_data(&map).create("dof_map")?;
+    let table = |of: fn(&Constraint) -> Point| {
+        places(system.n_contact(), &mut system.constraints.iter().map(of))
     };
     // springs push at points of quadrature, every other method at nodes
     if !system.promise().yields {
         let nodes: Vec<i64> = system.constraints.iter().map(|c| c.node as i64).collect();
         g.new_dataset_builder().with_data(&nodes).create("contact_nodes")?;
     } else {
-        let places = table(&|c| c.position)?;
+        let places = table(|c| c.position)?;
         g.new_dataset_builder().with_data(&places).create("contact_points")?;
         let dataset = g.dataset("contact_points")?;
         write_text(&dataset, "units", "length")?;
     }
-    let normals = table(&|c| c.normal)?;
+    let normals = table(|c| c.normal)?;
     g.new_dataset_builder().with_data(&normals).create("contact_normals")?;
     let groups: Vec<i64> = system.constraints.iter().map(|c| c.group as i64).collect();
     g.new_dataset_builder().with_data(&groups).create("contact_groups")?;
@@ -85,13 +90,18 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
             "meaning",
             "index into u of the displacement along the normal, up to its sign; -1 along no axis",
         ),
-        ("dof_map", "meaning", "index into u of the x and y displacement, -1 prescribed"),
+        ("dof_map", "meaning", "index into u of the displacements along the axes, -1 prescribed"),
     ] {
         let dataset = g.dataset(name)?;
         write_text(&dataset, key, text)?;
     }
-    let axes = [("+x", [1.0, 0.0]), ("-x", [-1.0, 0.0]), ("+y", [0.0, 1.0]), ("-y", [0.0, -1.0])];
-    let is_normal = |n: &[f64; 2]| system.constraints.iter().all(|c| c.normal[..2] == n[..]);
-    let common = axes.iter().find(|(_, n)| is_normal(n));
-    write_text(&g, "contact_normal", common.map_or("several", |(name, _)| name))
+    let is_common = |&(axis, sign): &(usize, f64)| {
+        let along: Point = std::array::from_fn(|c| if c == axis { sign } else { 0.0 });
+        system.constraints.iter().all(|c| c.normal == along)
+    };
+    let mut axes = (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]);
+    let common = axes.find(is_common).map_or("several".to_owned(), |(axis, sign)| {
+        format!("{}{}", if sign > 0.0 { '+' } else { '-' }, ["x", "y", "z"][axis])
+    });
+    write_text(&g, "contact_normal", &common)
 }

@@ -9,7 +9,7 @@ use super::events::{point_of, sets};
 use super::{StoreError, read_text};
 use crate::contact::ActiveSet;
 use crate::fem::check_size;
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Point};
 use crate::records::Status;
 
 /// A stored run.
@@ -277,21 +277,21 @@ impl Stored {
     fn inconsistency(&self) -> Option<&'static str> {
         let (nodes, rows, n) = (self.nodes.nrows(), self.t.len(), self.held.len());
         let kept = self.held.iter().flatten().count();
-        let n_c = self.gap.len();
+        let (n_c, width) = (self.gap.len(), self.nodes.ncols());
         let finite = |x: &f64| x.is_finite();
         let below = |i: i64, limit: usize| usize::try_from(i).is_ok_and(|i| i < limit);
         let tables = [self.u.nrows(), self.v.nrows(), self.active.nrows(), self.pressure.nrows()];
         let checks = [
-            (self.nodes.ncols() == 2 && nodes > 0, "/mesh/nodes"),
+            ((width == 2 || width == 3) && nodes > 0, "/mesh/nodes"),
             (self.nodes.iter().all(|x| x.is_finite()), "/mesh/nodes"),
             (self.gap.iter().all(|g| g.is_finite()), "/mesh/gap"),
             (self.elements.iter().all(|&e| e == -1 || below(e, nodes)), "/mesh/elements"),
             ((0..self.elements.nrows()).all(|k| self.kind(k).is_some()), "/mesh/elements"),
             (self.regions.len() == self.elements.nrows(), "/mesh/regions"),
-            (self.contact_normals.dim() == (n_c, 2), "/mesh/contact_normals"),
+            (self.contact_normals.dim() == (n_c, width), "/mesh/contact_normals"),
             (self.contact_normals.iter().all(finite), "/mesh/contact_normals"),
             (self.contact_groups.len() == n_c, "/mesh/contact_groups"),
-            (self.dof_map.dim() == (nodes, 2), "/mesh/dof_map"),
+            (self.dof_map.dim() == (nodes, width), "/mesh/dof_map"),
             (self.dof_map.iter().all(|&i| i == -1 || below(i, n)), "/mesh/dof_map"),
             (self.contact_nodes.len() == n_c && n_c <= n, "/mesh/contact_nodes"),
             (self.contact_area.len() == n_c, "/mesh/contact_area"),
@@ -302,7 +302,7 @@ impl Stored {
                 "/mesh/contact_nodes",
             ),
             (
-                self.points.as_ref().is_none_or(|p| p.ncols() == 2 && p.iter().all(finite)),
+                self.points.as_ref().is_none_or(|p| p.ncols() == width && p.iter().all(finite)),
                 "/mesh/contact_points",
             ),
             (self.columns.as_ref().is_none_or(|c| c.len() == kept), "/trajectory/columns"),
@@ -322,11 +322,26 @@ impl Stored {
     }
 
     /// Place of contact point `i`.
-    pub fn contact_place(&self, i: usize) -> [f64; 2] {
+    pub fn contact_place(&self, i: usize) -> Point {
         match &self.points {
-            Some(points) => [points[(i, 0)], points[(i, 1)]],
-            None => [0, 1].map(|c| self.nodes[(self.contact_nodes[i], c)]),
+            Some(points) => in_space(points.row(i)),
+            None => self.place(self.contact_nodes[i]),
         }
+    }
+
+    /// Direction of contact point `i`.
+    pub fn contact_normal(&self, i: usize) -> Point {
+        in_space(self.contact_normals.row(i))
+    }
+
+    /// Place of a node.
+    pub fn place(&self, node: usize) -> Point {
+        in_space(self.nodes.row(node))
+    }
+
+    /// Whether the body is one in space.
+    pub fn is_solid(&self) -> bool {
+        self.nodes.ncols() == 3
     }
 
     /// The node of the mesh nearest to a contact point.
@@ -335,9 +350,8 @@ impl Stored {
             return self.contact_nodes[i];
         }
         let place = self.contact_place(i);
-        let distance = |n: usize| {
-            (self.nodes[(n, 0)] - place[0]).powi(2) + (self.nodes[(n, 1)] - place[1]).powi(2)
-        };
+        let distance =
+            |n: usize| self.place(n).iter().zip(place).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let all = 0..self.nodes.nrows();
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
@@ -358,7 +372,7 @@ impl Stored {
             return self.point_sign * self.entry(table, row, self.contact_dofs[i]);
         }
         let along = self.at_node(table, row, self.contact_nodes[i]);
-        (0..2).map(|c| self.contact_normals[(i, c)] * along[c]).sum()
+        self.contact_normal(i).iter().zip(along).map(|(n, x)| n * x).sum()
     }
 
     /// Kind of element `k`, by its number of nodes.
@@ -366,7 +380,12 @@ impl Stored {
         let row = self.elements.row(k);
         let nodes = row.iter().take_while(|n| **n >= 0).count();
         let filled = row.iter().skip(nodes).all(|n| *n == -1);
-        ElementKind::of_nodes(nodes).filter(|_| filled)
+        let kind = match self.is_solid() {
+            true => ElementKind::of_nodes(3, nodes),
+            // a bar lies in the plane
+            false => ElementKind::of_nodes(2, nodes).or(ElementKind::of_nodes(1, nodes)),
+        };
+        kind.filter(|_| filled)
     }
 
     /// Nodes of element `k`.
@@ -375,27 +394,35 @@ impl Stored {
         row.iter().filter_map(|&n| usize::try_from(n).ok()).collect()
     }
 
-    /// Displacement `(u_x, u_y)` of a node at stored state `row`; not numbers where it is not kept.
-    pub fn displacement(&self, row: usize, node: usize) -> [f64; 2] {
+    /// Displacement of a node at stored state `row`; not numbers where it is not kept.
+    pub fn displacement(&self, row: usize, node: usize) -> Point {
         self.at_node(&self.u, row, node)
     }
 
     /// Its velocity.
-    pub fn velocity(&self, row: usize, node: usize) -> [f64; 2] {
+    pub fn velocity(&self, row: usize, node: usize) -> Point {
         self.at_node(&self.v, row, node)
     }
 
-    fn at_node(&self, table: &Array2<f64>, row: usize, node: usize) -> [f64; 2] {
-        [0, 1].map(|c| match self.dof_map[(node, c)] {
-            -1 => 0.0,
-            i => self.entry(table, row, i as usize),
-        })
+    fn at_node(&self, table: &Array2<f64>, row: usize, node: usize) -> Point {
+        let mut all = [0.0; 3];
+        for (x, &place) in all.iter_mut().zip(self.dof_map.row(node)) {
+            if let Ok(i) = usize::try_from(place) {
+                *x = self.entry(table, row, i);
+            }
+        }
+        all
     }
 
     /// One displacement; not a number where it is not kept.
     fn entry(&self, table: &Array2<f64>, row: usize, i: usize) -> f64 {
         self.held[i].map_or(f64::NAN, |k| table[(row, k)])
     }
+}
+
+/// A place or direction of a table: zero along an axis that it does not have.
+fn in_space(row: ndarray::ArrayView1<f64>) -> Point {
+    std::array::from_fn(|c| row.get(c).copied().unwrap_or(0.0))
 }
 
 /// A file keeps so many of so many displacements.

@@ -37,8 +37,14 @@ fn read_state_of(
     let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
     let stored: Array2<f64> =
         file.dataset("mesh/nodes").map_err(|_| missing("/mesh/nodes"))?.table()?;
-    if stored.ncols() != 2 {
-        return Err(damaged(path, "/mesh/nodes"));
+    let width = dim.max(2);
+    if stored.ncols() != width {
+        let what =
+            format!("its body has {} dimensions, that of this scene has {dim}", stored.ncols());
+        return match stored.ncols() {
+            2 | 3 => Err(StoreError::unusable(path, what)),
+            _ => Err(damaged(path, "/mesh/nodes")),
+        };
     }
     let same = is_same(nodes, &stored);
     if !same && !interpolate {
@@ -46,7 +52,7 @@ fn read_state_of(
     }
     let cells = if same { None } else { Some(cells_of(&file, &stored, nodes, dim, path)?) };
     let map: Array2<i64> = file.dataset("mesh/dof_map")?.table()?;
-    if map.dim() != (stored.nrows(), 2) {
+    if map.dim() != (stored.nrows(), width) {
         return Err(damaged(path, "/mesh/dof_map"));
     }
     let (u, v) = stored_state(&file, path, map.len())?;
@@ -67,9 +73,10 @@ fn read_state_of(
 /// Whether a scene has the nodes of a file.
 fn is_same(nodes: &[[f64; 3]], stored: &Array2<f64>) -> bool {
     let size = nodes.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    let near =
-        |(i, p): (usize, &[f64; 3])| (0..2).all(|c| (p[c] - stored[(i, c)]).abs() <= 1e-9 * size);
-    stored.dim() == (nodes.len(), 2) && nodes.iter().enumerate().all(near)
+    let near = |(i, p): (usize, &[f64; 3])| {
+        (0..stored.ncols()).all(|c| (p[c] - stored[(i, c)]).abs() <= 1e-9 * size)
+    };
+    stored.nrows() == nodes.len() && nodes.iter().enumerate().all(near)
 }
 
 /// The displacements as a file holds them, at most `most` of them: of the orbit, or the last of the trajectory.
@@ -127,11 +134,13 @@ fn cells_of(
     let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
     let element = |e: ndarray::ArrayView1<i64>| {
         let nodes: Vec<usize> = e.iter().filter_map(|&i| usize::try_from(i).ok()).collect();
-        let kind = ElementKind::of_nodes(nodes.len()).filter(|k| k.dim() == dim)?;
+        let kind = ElementKind::of_nodes(dim, nodes.len())?;
         nodes.iter().all(|&i| i < stored.nrows()).then_some((kind, nodes))
     };
     let elements: Option<Vec<_>> = elements.rows().into_iter().map(element).collect();
     let elements = elements.ok_or_else(other)?;
-    let places: Vec<Point> = stored.rows().into_iter().map(|r| [r[0], r[1], 0.0]).collect();
+    let place =
+        |r: ndarray::ArrayView1<f64>| std::array::from_fn(|c| r.get(c).copied().unwrap_or(0.0));
+    let places: Vec<Point> = stored.rows().into_iter().map(place).collect();
     cells(nodes, &places, &elements).ok_or_else(other)
 }

@@ -1,6 +1,7 @@
 //! Shared test problems: each with its reference solution.
 #![allow(dead_code)]
 
+pub mod cuboid;
 pub mod rectangle;
 
 use std::cell::Cell;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use signorini::mesh::{Block, ElementKind, Facet, Mesh};
+use signorini::mesh::gmsh::TYPES;
+use signorini::mesh::{Block, ElementKind, Facet, Mesh, Point};
 
 /// A rectangle `[x0, x1] × [0, h]` of `nx × ny` cells, each one quadrilateral or two triangles; inner nodes moved by `skew` of a cell.
 pub fn rectangle(
@@ -99,20 +100,28 @@ pub fn rectangle(
     Mesh::new(2, nodes, vec![block], groups)
 }
 
-/// A mesh in Gmsh's format 2.2, all cells in the group `body`, its groups of sides by name; `material` numbers the group of a cell by its centre.
-pub fn msh(mesh: &Mesh, region: impl Fn([f64; 2]) -> usize) -> String {
-    let names: Vec<&str> = ["left", "right", "bottom", "top"]
-        .into_iter()
-        .filter(|n| !mesh.group(n).is_empty())
-        .collect();
+/// Names of groups of sides, of rectangles and boxes.
+const GROUPS: [&str; 10] =
+    ["left", "right", "bottom", "top", "xmin", "xmax", "ymin", "ymax", "zmin", "zmax"];
+
+/// Gmsh's number of a kind of element.
+fn number(kind: ElementKind) -> usize {
+    TYPES.iter().find(|t| t.kind() == Some(kind)).unwrap().number
+}
+
+/// A mesh in Gmsh's format 2.2, all cells in the group `body`, its groups of sides by name; `region` numbers the group of a cell by its centre.
+pub fn msh(mesh: &Mesh, region: impl Fn(Point) -> usize) -> String {
+    let names: Vec<&str> = GROUPS.into_iter().filter(|n| !mesh.group(n).is_empty()).collect();
+    let of_sides = mesh.dim() - 1;
     let mut out = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n");
     let _ = writeln!(out, "{}", names.len() + 1);
     for (k, name) in names.iter().enumerate() {
-        let _ = writeln!(out, "1 {} \"{name}\"", k + 1);
+        let _ = writeln!(out, "{of_sides} {} \"{name}\"", k + 1);
     }
-    let _ = writeln!(out, "2 10 \"body\"\n$EndPhysicalNames\n$Nodes\n{}", mesh.n_nodes());
-    for (n, [x, y, _]) in mesh.nodes().iter().enumerate() {
-        let _ = writeln!(out, "{} {x:?} {y:?} 0", n + 1);
+    let head = format!("{} 10 \"body\"\n$EndPhysicalNames\n$Nodes", mesh.dim());
+    let _ = writeln!(out, "{head}\n{}", mesh.n_nodes());
+    for (n, [x, y, z]) in mesh.nodes().iter().enumerate() {
+        let _ = writeln!(out, "{} {x:?} {y:?} {z:?}", n + 1);
     }
     let mut lines = vec![];
     for (k, name) in names.iter().enumerate() {
@@ -120,24 +129,16 @@ pub fn msh(mesh: &Mesh, region: impl Fn([f64; 2]) -> usize) -> String {
             let element = mesh.element(facet);
             let own = element.kind.side(facet.side).iter().map(|&l| element.nodes[l]);
             let own: Vec<usize> = own.collect();
-            let number = if own.len() == 2 { 1 } else { 8 };
-            lines.push((number, k + 1, own));
+            let of_line = if own.len() == 2 { 1 } else { 8 };
+            lines.push((element.kind.face().map_or(of_line, number), k + 1, own));
         }
     }
     for e in mesh.elements() {
-        let number = match e.kind {
-            ElementKind::Bar2 => 1,
-            ElementKind::Tri3 => 2,
-            ElementKind::Quad4 => 3,
-            ElementKind::Tri6 => 9,
-            ElementKind::Quad9 => 10,
-            ElementKind::Quad8 => 16,
-        };
         let corners = &e.nodes[..e.kind.corners()];
         let mean = |c: usize| {
             corners.iter().map(|&n| mesh.nodes()[n][c]).sum::<f64>() / corners.len() as f64
         };
-        lines.push((number, 10 + region([mean(0), mean(1)]), e.nodes.to_vec()));
+        lines.push((number(e.kind), 10 + region([mean(0), mean(1), mean(2)]), e.nodes.to_vec()));
     }
     let _ = writeln!(out, "$EndNodes\n$Elements\n{}", lines.len());
     for (k, (number, group, nodes)) in lines.iter().enumerate() {

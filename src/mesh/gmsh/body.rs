@@ -1,7 +1,8 @@
 //! From the elements of a file to the mesh of a body: cells, regions, sides.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
+use super::topology::{self, NOWHERE, Owners, Turn};
 use super::{Cell, File, GmshError, Type};
 use crate::mesh::{Block, ElementKind, Facet, Mesh, Point};
 
@@ -26,7 +27,7 @@ pub struct Imported {
     pub mesh: Mesh,
     /// Of each region of the mesh the names of its physical groups (none, one or several).
     pub regions: Vec<Vec<String>>,
-    /// What the groups of lines name.
+    /// What the groups of lines, or of faces, name.
     pub sides: BTreeMap<String, Sides>,
     /// Tags of the nodes of the mesh.
     pub node_tags: Vec<i64>,
@@ -40,67 +41,80 @@ pub struct Imported {
 const FLAT: f64 = 1e-9;
 
 impl File {
-    /// The mesh of a plane body; coordinates are multiplied by `scale`.
+    /// The mesh of a plane body, or of one in space; coordinates are multiplied by `scale`.
     pub fn body(&self, scale: f64) -> Result<Imported, GmshError> {
         let dim = self.dim();
         let counted = || {
             let of = |(t, n): (Type, usize)| format!("{n} × {}", t.name);
             self.types().into_iter().map(of).collect::<Vec<_>>().join(", ")
         };
-        if dim != 2 {
-            let help = match dim {
-                3 => "bodies of three dimensions are not read yet; give a plane one",
-                _ => "mesh the surface too: gmsh -2, and give it a physical group",
-            };
-            let message = format!("there is no plane body in it (elements: {})", counted());
+        if dim < 2 {
+            let help = "mesh the surface or the volume too: gmsh -2 or gmsh -3, and give it a physical group";
+            let message = format!("there is no body in it (elements: {})", counted());
             return Err(GmshError::of_file(message, help));
         }
-        let cells: Vec<&Cell> = self.cells.iter().filter(|c| c.of.dim == 2).collect();
-        let order = |c: &&Cell| c.of.nodes > 4;
-        if cells.iter().any(order) && !cells.iter().all(order) {
+        let cells: Vec<&Cell> = self.cells.iter().filter(|c| c.of.dim == dim).collect();
+        let is_quadratic = |c: &&Cell| c.of.kind().is_some_and(ElementKind::is_quadratic);
+        if cells.iter().any(is_quadratic) && !cells.iter().all(is_quadratic) {
             let message = format!("elements of first and second order are mixed: {}", counted());
             return Err(GmshError::of_file(
                 message,
                 "mesh with one order: gmsh -order 1 or -order 2",
             ));
         }
-        let places = self.used(&cells, scale)?;
-        let mut nodes = vec![[0.0; 3]; places.len()];
-        let mut node_tags = vec![0; places.len()];
-        for (&old, &new) in &places {
-            let (tag, p) = self.nodes[old];
-            nodes[new] = [p[0] * scale, p[1] * scale, 0.0];
-            node_tags[new] = tag;
+        let used = self.used(&cells);
+        if dim == 2 {
+            self.check_plane(&used, scale)?;
         }
+        let mut places = vec![NOWHERE; self.nodes.len()];
+        used.iter().enumerate().for_each(|(new, &old)| places[old] = new as u32);
+        let nodes: Vec<Point> = used
+            .iter()
+            .map(|&old| self.nodes[old].1.map(|x| x * scale))
+            .map(|[x, y, z]| if dim == 2 { [x, y, 0.0] } else { [x, y, z] })
+            .collect();
+        let node_tags: Vec<i64> = used.iter().map(|&old| self.nodes[old].0).collect();
         let mut built = Built::default();
         for cell in &cells {
             built.push(self, cell, &places, &nodes)?;
         }
         let Built { blocks, cell_tags, regions, .. } = built;
-        let owners = owners(&blocks);
-        if let Some([a, b]) = overlapping(&blocks) {
+        let tag = |f: Facet| cell_tags[f.block][f.element];
+        if let Some([a, b]) = topology::overlapping(&blocks) {
             let message = format!(
                 "elements {} and {} lie on the same side of a common side: they overlap, or are one twice",
-                cell_tags[a.block][a.element], cell_tags[b.block][b.element]
+                tag(a),
+                tag(b)
             );
             let help = "remove one of them: Coherence Mesh, or RemoveDuplicateElements";
             return Err(GmshError::of_file(message, help));
         }
-        if let Some((node, facet)) = hanging(&owners, &blocks, &nodes) {
+        let owners = Owners::of(&blocks);
+        if let Some((node, facet)) = topology::hanging(&owners, &blocks, &nodes) {
             let message = format!(
                 "node {} hangs on a side of element {} that does not have it",
-                node_tags[node], cell_tags[facet.block][facet.element]
+                node_tags[node],
+                tag(facet)
             );
             let help = "mesh the parts together, or join them: BooleanFragments, Coherence";
             return Err(GmshError::of_file(message, help));
         }
-        let (sides, groups) = self.sides(&owners, &places);
+        if let Some([a, b]) = topology::halved(&owners, &blocks) {
+            let message = format!(
+                "a face of the hexahedron {} meets a triangle, of element {}: they do not share it",
+                tag(a),
+                tag(b)
+            );
+            let help = "mesh the whole body with hexahedra, or with tetrahedra";
+            return Err(GmshError::of_file(message, help));
+        }
+        let (sides, groups) = self.sides(dim - 1, &owners, &places);
         Ok(Imported {
             unused: self.nodes.len() - nodes.len(),
-            mesh: Mesh::new(2, nodes, blocks, groups),
+            mesh: Mesh::new(dim, nodes, blocks, groups),
             regions: regions
                 .into_iter()
-                .map(|r| r.into_iter().map(|t| self.name(2, t)).collect())
+                .map(|r| r.into_iter().map(|t| self.name(dim, t)).collect())
                 .collect(),
             sides,
             node_tags,
@@ -108,48 +122,48 @@ impl File {
         })
     }
 
-    /// New numbers of the nodes that cells have, in the order of the file; they must lie in the plane.
-    fn used(&self, cells: &[&Cell], scale: f64) -> Result<BTreeMap<usize, usize>, GmshError> {
-        let mut used: Vec<usize> = cells.iter().flat_map(|c| c.nodes.iter().copied()).collect();
-        used.sort_unstable();
-        used.dedup();
-        let size = used.iter().flat_map(|&k| self.nodes[k].1).fold(0.0f64, |m, x| m.max(x.abs()));
-        let out = used.iter().find(|&&k| self.nodes[k].1[2].abs() > FLAT * size);
-        if let Some(&k) = out {
-            let (tag, p) = self.nodes[k];
-            let message = format!("node {tag} is not in the plane: z = {}", p[2] * scale);
-            return Err(GmshError::of_file(message, "give a mesh in the plane of x and y"));
-        }
-        Ok(used.into_iter().enumerate().map(|(new, old)| (old, new)).collect())
+    /// The nodes that cells have, in the order of the file.
+    fn used(&self, cells: &[&Cell]) -> Vec<usize> {
+        let mut is_used = vec![false; self.nodes.len()];
+        cells.iter().flat_map(|c| &c.nodes).for_each(|&k| is_used[k] = true);
+        (0..self.nodes.len()).filter(|&k| is_used[k]).collect()
     }
 
-    /// What the groups of lines name.
+    /// Nodes of a plane body lie in the plane of x and y.
+    fn check_plane(&self, used: &[usize], scale: f64) -> Result<(), GmshError> {
+        let size = used.iter().flat_map(|&k| self.nodes[k].1).fold(0.0f64, |m, x| m.max(x.abs()));
+        let out = used.iter().find(|&&k| self.nodes[k].1[2].abs() > FLAT * size);
+        let Some(&k) = out else { return Ok(()) };
+        let (tag, p) = self.nodes[k];
+        let message = format!("node {tag} is not in the plane: z = {}", p[2] * scale);
+        let help =
+            "give a mesh in the plane of x and y; of a body in space the volume, meshed by gmsh -3";
+        Err(GmshError::of_file(message, help))
+    }
+
+    /// What the groups of sides name.
     fn sides(
         &self,
+        dim: usize,
         owners: &Owners,
-        places: &BTreeMap<usize, usize>,
+        places: &[u32],
     ) -> (BTreeMap<String, Sides>, BTreeMap<String, Vec<Facet>>) {
         let mut all: BTreeMap<String, Sides> = BTreeMap::new();
-        for cell in self.cells.iter().filter(|c| c.of.dim == 1) {
-            let key: Option<Vec<usize>> =
-                cell.nodes.iter().map(|k| places.get(k).copied()).collect();
-            let found = key.and_then(|mut key| {
-                key.sort_unstable();
-                owners.get(&key)
-            });
+        let mut known: HashSet<(i64, Facet)> = HashSet::new();
+        for cell in self.cells.iter().filter(|c| c.of.dim == dim && !c.groups.is_empty()) {
+            let found = owners.of_side(cell.nodes.iter().map(|&k| places[k]));
             for &tag in &cell.groups {
-                let group = all.entry(self.name(1, tag)).or_insert(Sides::Boundary(vec![]));
-                match (found.map(Vec::as_slice), group) {
+                let group = all.entry(self.name(dim, tag)).or_insert(Sides::Boundary(vec![]));
+                match (found, group) {
                     (_, Sides::Elsewhere { .. }) => {}
-                    (Some([facet]), Sides::Boundary(facets)) => {
-                        if !facets.contains(facet) {
+                    ([(_, facet)], Sides::Boundary(facets)) => {
+                        if known.insert((tag, *facet)) {
                             facets.push(*facet);
                         }
                     }
                     (other, group) => {
                         let nodes = cell.nodes.iter().map(|&k| self.nodes[k].0).collect();
-                        *group =
-                            Sides::Elsewhere { nodes, owners: other.map_or(0, <[Facet]>::len) };
+                        *group = Sides::Elsewhere { nodes, owners: other.len() };
                     }
                 }
             }
@@ -163,79 +177,6 @@ impl File {
     }
 }
 
-/// The cells of every side, by its nodes.
-type Owners = HashMap<Vec<usize>, Vec<Facet>>;
-
-fn owners(blocks: &[Block]) -> Owners {
-    let mut owners: Owners = HashMap::new();
-    for (b, block) in blocks.iter().enumerate() {
-        let n = block.kind.nodes();
-        for (e, nodes) in block.connectivity.chunks_exact(n).enumerate() {
-            for side in 0..block.kind.sides() {
-                let mut key: Vec<usize> = block.kind.side(side).iter().map(|&l| nodes[l]).collect();
-                key.sort_unstable();
-                owners.entry(key).or_default().push(Facet { block: b, element: e, side });
-            }
-        }
-    }
-    owners
-}
-
-/// Two cells on the same side of a common side: going round both, it is passed in the same direction.
-fn overlapping(blocks: &[Block]) -> Option<[Facet; 2]> {
-    let mut passed: HashMap<[usize; 2], Facet> = HashMap::new();
-    for (b, block) in blocks.iter().enumerate() {
-        let corners = block.kind.corners();
-        for (e, nodes) in block.connectivity.chunks_exact(block.kind.nodes()).enumerate() {
-            for side in 0..corners {
-                let facet = Facet { block: b, element: e, side };
-                if let Some(other) =
-                    passed.insert([nodes[side], nodes[(side + 1) % corners]], facet)
-                {
-                    return Some([other, facet]);
-                }
-            }
-        }
-    }
-    None
-}
-
-/// A node of the boundary that lies within a straight side of it, with that side: parts of the mesh that meet without sharing their nodes.
-fn hanging(owners: &Owners, blocks: &[Block], nodes: &[Point]) -> Option<(usize, Facet)> {
-    let mut sides: Vec<(&Vec<usize>, Facet)> =
-        owners.iter().filter(|(_, f)| f.len() == 1).map(|(key, f)| (key, f[0])).collect();
-    sides.sort_unstable_by(|a, b| a.0.cmp(b.0));
-    let mut boundary: Vec<usize> = sides.iter().flat_map(|(key, _)| key.iter().copied()).collect();
-    boundary.sort_unstable();
-    boundary.dedup();
-    // along x, so that only what is near is looked at
-    boundary.sort_by(|&a, &b| nodes[a][0].total_cmp(&nodes[b][0]));
-    for (key, facet) in sides {
-        let block = &blocks[facet.block];
-        let own = &block.connectivity[block.kind.nodes() * facet.element..];
-        let ends = block.kind.side(facet.side);
-        let (a, b) = (nodes[own[ends[0]]], nodes[own[ends[1]]]);
-        let along = [b[0] - a[0], b[1] - a[1]];
-        let length = along[0].hypot(along[1]);
-        let within = |&&n: &&usize| {
-            let p = [nodes[n][0] - a[0], nodes[n][1] - a[1]];
-            let s = (p[0] * along[0] + p[1] * along[1]) / length;
-            let off = (p[0] * along[1] - p[1] * along[0]).abs() / length;
-            !key.contains(&n)
-                && off <= 1e-9 * length
-                && s > 1e-6 * length
-                && s < (1.0 - 1e-6) * length
-        };
-        let slack = 1e-9 * length;
-        let from = boundary.partition_point(|&n| nodes[n][0] < a[0].min(b[0]) - slack);
-        let to = boundary.partition_point(|&n| nodes[n][0] <= a[0].max(b[0]) + slack);
-        if let Some(&node) = boundary[from..to.max(from)].iter().find(within) {
-            return Some((node, facet));
-        }
-    }
-    None
-}
-
 /// Blocks as they grow.
 #[derive(Default)]
 struct Built {
@@ -243,7 +184,7 @@ struct Built {
     cell_tags: Vec<Vec<i64>>,
     /// Physical tags of each region.
     regions: Vec<Vec<i64>>,
-    place: HashMap<(usize, usize), usize>,
+    place: HashMap<(ElementKind, usize), usize>,
 }
 
 impl Built {
@@ -251,38 +192,39 @@ impl Built {
         &mut self,
         file: &File,
         cell: &Cell,
-        places: &BTreeMap<usize, usize>,
+        places: &[u32],
         nodes: &[Point],
     ) -> Result<(), GmshError> {
         let Some(kind) = cell.of.kind() else {
             let message = format!("element {} is a {}", cell.tag, cell.of.name);
-            return Err(GmshError::of_file(message, "mesh with triangles or quadrilaterals"));
+            let help = match cell.of.dim {
+                3 => "mesh with tetrahedra or hexahedra",
+                _ => "mesh with triangles or quadrilaterals",
+            };
+            return Err(GmshError::of_file(message, help));
         };
-        let mut groups = cell.groups.clone();
-        groups.sort_unstable();
-        let region = self.regions.iter().position(|r| *r == groups).unwrap_or_else(|| {
+        let is_own = |r: &Vec<i64>| {
+            r.len() == cell.groups.len() && cell.groups.iter().all(|g| r.contains(g))
+        };
+        let region = self.regions.iter().position(is_own).unwrap_or_else(|| {
+            let mut groups = cell.groups.clone();
+            groups.sort_unstable();
             self.regions.push(groups);
             self.regions.len() - 1
         });
-        let mut own: Vec<usize> =
-            cell.nodes.iter().filter_map(|k| places.get(k).copied()).collect();
-        let corners: Vec<[f64; 2]> =
-            own[..kind.corners()].iter().map(|&n| [nodes[n][0], nodes[n][1]]).collect();
-        match turns(&corners) {
-            Turn::Left => {}
-            Turn::Right => turn_round(kind, &mut own),
-            Turn::Neither(angle) => {
-                let tags: Vec<i64> =
-                    cell.nodes[..kind.corners()].iter().map(|&k| file.nodes[k].0).collect();
+        let mut own: Vec<usize> = cell.nodes.iter().map(|&k| places[k] as usize).collect();
+        match topology::turns(kind, &own, nodes) {
+            Turn::Right => {}
+            Turn::Wrong => kind.turn_round(&mut own),
+            Turn::Neither(corner) => {
                 let message = format!(
                     "element {} is degenerate or folded: its Jacobian is not of one sign (at the corner of node {})",
-                    cell.tag, tags[angle]
+                    cell.tag, file.nodes[cell.nodes[corner]].0
                 );
                 return Err(GmshError::of_file(message, "mesh the body anew there"));
             }
         }
-        let key = (kind as usize, region);
-        let block = *self.place.entry(key).or_insert_with(|| {
+        let block = *self.place.entry((kind, region)).or_insert_with(|| {
             self.blocks.push(Block { kind, region, connectivity: vec![], congruent: false });
             self.cell_tags.push(vec![]);
             self.blocks.len() - 1
@@ -291,41 +233,4 @@ impl Built {
         self.cell_tags[block].push(cell.tag);
         Ok(())
     }
-}
-
-/// Which way the corners of a cell go round.
-enum Turn {
-    Left,
-    Right,
-    /// Not the same way everywhere: at this corner.
-    Neither(usize),
-}
-
-fn turns(x: &[[f64; 2]]) -> Turn {
-    let n = x.len();
-    let cross = |k: usize| {
-        let (a, b, c) = (x[(k + n - 1) % n], x[k], x[(k + 1) % n]);
-        let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-        let size = p[0].hypot(p[1]) * q[0].hypot(q[1]);
-        (p[0] * q[1] - p[1] * q[0]) / size
-    };
-    let all: Vec<f64> = (0..n).map(cross).collect();
-    let sign = all.iter().sum::<f64>().signum();
-    match all.iter().position(|c| c.is_nan() || c * sign <= 1e-9) {
-        Some(k) => Turn::Neither(k),
-        None if sign > 0.0 => Turn::Left,
-        None => Turn::Right,
-    }
-}
-
-/// The same cell with its nodes the other way round.
-fn turn_round(kind: ElementKind, nodes: &mut [usize]) {
-    let swaps: &[(usize, usize)] = match kind {
-        ElementKind::Bar2 => &[],
-        ElementKind::Tri3 => &[(1, 2)],
-        ElementKind::Tri6 => &[(1, 2), (3, 5)],
-        ElementKind::Quad4 => &[(1, 3)],
-        ElementKind::Quad8 | ElementKind::Quad9 => &[(1, 3), (4, 7), (5, 6)],
-    };
-    swaps.iter().for_each(|&(a, b)| nodes.swap(a, b));
 }

@@ -5,6 +5,7 @@
 
 mod body;
 mod read;
+mod topology;
 
 use std::collections::BTreeMap;
 
@@ -82,9 +83,14 @@ pub const TYPES: [Type; 15] = [
 ];
 
 impl Type {
-    /// The kind of element in the plane.
+    /// The kind of element that fills the plane or space.
     pub fn kind(&self) -> Option<ElementKind> {
         match self.number {
+            4 => Some(ElementKind::Tet4),
+            11 => Some(ElementKind::Tet10),
+            5 => Some(ElementKind::Hex8),
+            17 => Some(ElementKind::Hex20),
+            12 => Some(ElementKind::Hex27),
             2 => Some(ElementKind::Tri3),
             9 => Some(ElementKind::Tri6),
             3 => Some(ElementKind::Quad4),

@@ -6,16 +6,17 @@
 //! | `contact_pressure` | points | `p = −λ ≥ 0`, 0 off the contact edge |
 //! | `contact_status` | points | 1 in contact, 0 open, −1 no contact node |
 //! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the contact direction, NaN off the contact edge |
-//! | `stress` | cells | `σ = D B u` at the centre: a tensor in the plane (with `σ_zz`), the axial stress of a bar |
-//! | `von_mises` | cells in the plane | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 σ_xy²)` |
+//! | `stress` | cells | `σ = D B u` at the centre: a tensor (in the plane with `σ_zz`), the axial stress of a bar |
+//! | `von_mises` | cells, not of bars | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 (σ_xy² + σ_yz² + σ_zx²))` |
 //!
 //! The three fields of contact are left out where the scene has none.
 
 use super::ExportError;
+use super::cell::CellType;
 use crate::fem::law::materials;
 use crate::fem::stress::{self, Stress};
 use crate::fem::{Material, Shape};
-use crate::mesh::ElementKind;
+use crate::mesh::{ElementKind, Point};
 use crate::scenario::{BodyKind, Scene};
 use crate::store::Stored;
 
@@ -58,8 +59,15 @@ pub(super) struct Fields<'s> {
 pub(super) struct Cell {
     pub kind: ElementKind,
     pub nodes: Vec<usize>,
-    x: Vec<[f64; 2]>,
+    x: Vec<Point>,
     material: Material,
+}
+
+impl Cell {
+    /// The nodes in the order of VTK.
+    pub fn ordered(&self) -> Vec<i64> {
+        CellType::of(self.kind).ordered(&self.nodes)
+    }
 }
 
 impl<'s> Fields<'s> {
@@ -74,7 +82,7 @@ impl<'s> Fields<'s> {
         let cell = |k: usize| {
             let kind = stored.kind(k).filter(|kind| kind.dim() == scene.dim())?;
             let nodes = stored.nodes_of(k);
-            let x = nodes.iter().map(|&n| [stored.nodes[(n, 0)], stored.nodes[(n, 1)]]).collect();
+            let x = nodes.iter().map(|&n| stored.place(n)).collect();
             Some(Cell { kind, nodes, x, material: *materials.get(stored.regions[k])? })
         };
         let cells: Option<Vec<Cell>> = (0..stored.elements.nrows()).map(cell).collect();
@@ -86,7 +94,7 @@ impl<'s> Fields<'s> {
 
     /// Node positions, three coordinates each.
     pub fn points(&self) -> Vec<f64> {
-        self.stored.nodes.rows().into_iter().flat_map(|p| [p[0], p[1], 0.0]).collect()
+        (0..self.n_nodes()).flat_map(|n| self.stored.place(n)).collect()
     }
 
     /// The elements.
@@ -154,8 +162,8 @@ impl<'s> Fields<'s> {
     }
 
     /// A vector of every node.
-    fn vectors(&self, of: impl Fn(usize) -> [f64; 2]) -> Vec<f64> {
-        (0..self.n_nodes()).map(of).flat_map(|[x, y]| [x, y, 0.0]).collect()
+    fn vectors(&self, of: impl Fn(usize) -> Point) -> Vec<f64> {
+        (0..self.n_nodes()).flat_map(of).collect()
     }
 
     fn stress(&self, row: usize) -> Vec<Stress> {

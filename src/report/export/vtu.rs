@@ -10,9 +10,9 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use super::cell::CellType;
 use super::fields::{Cell, Field, Fields, Place, Values};
 use super::{MARK, at, escape, number, put};
-use crate::mesh::ElementKind;
 
 /// What stands before everything else; leftovers are known by it.
 const HEAD: &str = "<?xml version=\"1.0\"?>\n";
@@ -82,17 +82,8 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
 
 /// Points and cells, which are those of every state.
 fn mesh(fields: &Fields) -> String {
-    // VTK's numbers
-    let kind = |c: &Cell| match c.kind {
-        ElementKind::Bar2 => 3u8,
-        ElementKind::Tri3 => 5,
-        ElementKind::Quad4 => 9,
-        ElementKind::Tri6 => 22,
-        ElementKind::Quad8 => 23,
-        ElementKind::Quad9 => 28,
-    };
     let cells = fields.cells();
-    let connectivity = cells.iter().flat_map(|c| c.nodes.iter().map(|&n| n as i64));
+    let connectivity = cells.iter().flat_map(Cell::ordered);
     let offsets = cells.iter().scan(0, |sum, c| {
         *sum += c.nodes.len() as i64;
         Some(*sum)
@@ -102,7 +93,7 @@ fn mesh(fields: &Fields) -> String {
         array("Float64", "Points", 3, bytes(fields.points(), f64::to_le_bytes)),
         array("Int64", "connectivity", 1, bytes(connectivity, i64::to_le_bytes)),
         array("Int64", "offsets", 1, bytes(offsets, i64::to_le_bytes)),
-        array("UInt8", "types", 1, cells.iter().map(kind).collect()),
+        array("UInt8", "types", 1, cells.iter().map(|c| CellType::of(c.kind).vtk).collect()),
     )
 }
 

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 
 use hdf5::{Group, H5Type};
 
+use super::cell::CellType;
 use super::fields::{Cell, Field, Fields, Place, Values};
 use super::{MARK, escape, number, put, replace};
-use crate::mesh::ElementKind;
 use crate::store::StoreError;
 
 /// Datasets from this many bytes on are compressed; smaller ones would not gain.
@@ -26,15 +26,7 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
     let name = heavy.file_name().unwrap_or_default().to_string_lossy();
     let source = escape(&name);
     let (points, cells) = (fields.n_nodes(), fields.cells().len());
-    let topology = match fields.kind() {
-        Some(ElementKind::Bar2) => "Polyline\" NodesPerElement=\"2",
-        Some(ElementKind::Tri3) => "Triangle",
-        Some(ElementKind::Tri6) => "Triangle_6",
-        Some(ElementKind::Quad4) => "Quadrilateral",
-        Some(ElementKind::Quad8) => "Quadrilateral_8",
-        Some(ElementKind::Quad9) => "Quadrilateral_9",
-        None => "Mixed",
-    };
+    let topology = fields.kind().map_or("Mixed", |kind| CellType::of(kind).name);
     let (table, columns) = connectivity(fields);
     let shape = [table.len() / columns, columns];
     let shape = if columns == 1 { &shape[..1] } else { &shape[..] };
@@ -60,19 +52,10 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
 
 /// The nodes of the elements, one row each; of several kinds in one row, each behind the number of its kind.
 fn connectivity(fields: &Fields) -> (Vec<i64>, usize) {
-    let nodes = |c: &Cell| c.nodes.iter().map(|&n| n as i64).collect::<Vec<_>>();
     if let Some(kind) = fields.kind() {
-        return (fields.cells().iter().flat_map(nodes).collect(), kind.nodes());
+        return (fields.cells().iter().flat_map(Cell::ordered).collect(), kind.nodes());
     }
-    let number = |c: &Cell| match c.kind {
-        ElementKind::Bar2 => 2,
-        ElementKind::Tri3 => 4,
-        ElementKind::Quad4 => 5,
-        ElementKind::Quad9 => 35,
-        ElementKind::Tri6 => 36,
-        ElementKind::Quad8 => 37,
-    };
-    let of_cell = |c: &Cell| [vec![number(c)], nodes(c)].concat();
+    let of_cell = |c: &Cell| [vec![CellType::of(c.kind).xdmf], c.ordered()].concat();
     (fields.cells().iter().flat_map(of_cell).collect(), 1)
 }
 

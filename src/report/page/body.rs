@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::block::{exact, single, whole};
 use crate::fem::{Material, Shape, shape};
+use crate::mesh::Point;
 use crate::report::edge::Edge;
 use crate::report::pictures::boundary;
 use crate::store::Stored;
@@ -15,9 +16,9 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
     let cells: Vec<Vec<usize>> = (0..stored.elements.nrows()).map(|k| around(stored, k)).collect();
     let in_plane = (0..cells.len()).all(|k| stored.kind(k).is_some_and(|kind| kind.dim() == 2));
     json!({
-        // rows of given matrices stand in a line, which is no shape
-        "dim": match in_plane { _ if cells.is_empty() => 0, true => 2, false => usize::from(!materials.is_empty()) },
-        "nodes": single(stored.nodes.iter().copied()),
+        // rows of given matrices stand in a line, which is no shape; a body in space is not drawn
+        "dim": match in_plane { _ if cells.is_empty() || stored.is_solid() => 0, true => 2, false => usize::from(!materials.is_empty()) },
+        "nodes": single((0..stored.nodes.nrows()).flat_map(|n| plane(stored.place(n)))),
         "cells": whole(cells.iter().flatten().copied()),
         "corners": whole(cells.iter().map(Vec::len)),
         "sides": whole(boundary(stored).into_iter().flat_map(|s| pairs(&s)).flatten()),
@@ -26,14 +27,18 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
             "axis": edge.axis,
             "position": exact(edge.position.iter().copied()),
             "gap": exact(stored.gap.iter().copied()),
-            "place": single((0..n_c).flat_map(|i| stored.contact_place(i))),
-            "normal": single(stored.contact_normals.iter().copied()),
+            "place": single((0..n_c).flat_map(|i| plane(stored.contact_place(i)))),
+            "normal": single((0..n_c).flat_map(|i| plane(stored.contact_normal(i)))),
             "names": stored.contact_nodes,
             "fronts": fronts,
             "parts": edge.parts(),
             "closed": edge.parts().iter().map(|p| edge.is_closed(p)).collect::<Vec<bool>>(),
         },
     })
+}
+
+fn plane([x, y, _]: Point) -> [f64; 2] {
+    [x, y]
 }
 
 fn pairs(path: &[usize]) -> Vec<[usize; 2]> {
@@ -57,8 +62,11 @@ fn around(stored: &Stored, k: usize) -> Vec<usize> {
 }
 
 /// `σ_xx, σ_yy, σ_zz, σ_xy` at the centre of each element for a unit of each displacement of its nodes, one element behind the other; null for a body
-/// without materials.
+/// without materials, and for one in space.
 fn stress(stored: &Stored, materials: &[Material]) -> Value {
+    if stored.is_solid() {
+        return Value::Null;
+    }
     let (mut rows, mut own, mut counts) = (vec![], vec![], vec![]);
     for k in 0..stored.elements.nrows() {
         let (Some(kind), Some(material)) =
@@ -67,11 +75,10 @@ fn stress(stored: &Stored, materials: &[Material]) -> Value {
             return Value::Null;
         };
         let nodes = stored.nodes_of(k);
-        let x: Vec<[f64; 2]> =
-            nodes.iter().map(|&n| [stored.nodes[(n, 0)], stored.nodes[(n, 1)]]).collect();
+        let x: Vec<Point> = nodes.iter().map(|&n| stored.place(n)).collect();
         let of = Shape { kind, x: &x }.stress_rows(material, shape::centre(kind));
         // column by column: four numbers a displacement
-        rows.extend(of.iter().copied());
+        rows.extend(of.column_iter().flat_map(|c| [c[0], c[1], c[2], c[3]]));
         counts.push(nodes.len());
         own.extend(nodes);
     }

@@ -83,7 +83,7 @@ impl<'s> Shapes<'s> {
     /// A node as drawn.
     fn position(&self, r: usize, i: usize) -> [f64; 2] {
         let (nodes, m) = (&self.stored.nodes, self.magnification);
-        let [ux, uy] = self.stored.displacement(r, i);
+        let [ux, uy, _] = self.stored.displacement(r, i);
         [nodes[(i, 0)] + m * ux, nodes[(i, 1)] + m * uy]
     }
 
@@ -121,8 +121,8 @@ impl<'s> Shapes<'s> {
 
 /// `‖u‖` of a node at a stored state.
 fn size(stored: &Stored, r: usize, i: usize) -> f64 {
-    let [ux, uy] = stored.displacement(r, i);
-    ux.hypot(uy)
+    let [ux, uy, uz] = stored.displacement(r, i);
+    ux.hypot(uy).hypot(uz)
 }
 
 /// A patch of one colour; neighbours touch without a light seam.
