@@ -174,7 +174,7 @@ fn what_cannot_be_read_is_refused_with_its_reason() {
         (
             changed("4 4 1 4\n", "2 2 1 4\n")
                 .replace("2 1 3 1\n3 1 2 3 4\n2 2 3 1\n4 4 6 5 3\n", ""),
-            "mesh the surface too",
+            "mesh the surface or the volume too",
         ),
         (changed("4 4 1 4\n", "4 400000000000 1 4\n"), "more than can be held"),
         (changed("1 7 \"low side\"", "1 seven \"low side\""), "line 6, $PhysicalNames"),

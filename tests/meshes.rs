@@ -458,7 +458,7 @@ fn what_a_mesh_cannot_do_is_said() {
     let triangles = folder(&rectangle(ElementKind::Tri6, [0.0, 1.0], 0.5, (4, 2), 0.0));
     let projection = format!("{good}stress = \"projection\"\n");
     let said = refusal(triangles.path(), &projection);
-    assert!(said.contains("fewer values than the edge has contact nodes"), "{said}");
+    assert!(said.contains("fewer values than there are contact nodes"), "{said}");
     let lumped = good.replace("kind = \"mesh\"\n", "kind = \"mesh\"\nmass = \"lumped\"\n");
     assert!(refusal(triangles.path(), &lumped).contains("second-order elements"));
     problem(&scene(place.path(), &lumped));

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 use super::element::Shape;
+use super::shape::side_shares;
 use crate::mesh::{Mesh, Point};
 
 /// What a support holds.
@@ -151,7 +152,8 @@ fn degrees(a: &Point, b: &Point) -> f64 {
     dot(a, b).clamp(-1.0, 1.0).acos().to_degrees()
 }
 
-/// A node of a group: its normal `∫ P n ds`, normalised, and those of the sides there.
+/// A node of a group: its normal `∫ P n ds`, normalised, and those of the sides there. On faces with shape functions whose integrals are not all
+/// positive it is `∫ P² n ds`.
 #[derive(Debug, Clone)]
 struct GroupNode {
     node: usize,
@@ -168,11 +170,13 @@ fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
     for &facet in mesh.group(group) {
         let element = mesh.element(facet);
         let x = mesh.corners(element);
+        let bears = side_shares(element.kind, facet.side).iter().all(|share| *share > 1e-12);
         for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
             let n = point.normal;
             for (&local, p) in element.kind.side(facet.side).iter().zip(&point.values) {
                 let of_node = &mut nodes[place[&element.nodes[local]]];
-                of_node.normal = sum(&of_node.normal, p * point.area, &n);
+                let weight = if bears { *p } else { p * p };
+                of_node.normal = sum(&of_node.normal, weight * point.area, &n);
                 of_node.sides.push(n);
             }
         }

@@ -220,7 +220,7 @@ pub(super) fn check_elements(
         if let Some(k) = on(&|_, kind| kind.is_simplex()) {
             let name = if mesh.dim() == 3 { "tetrahedra" } else { "triangles" };
             let message = format!(
-                "\"projection\" does not work on {name}: the projected stress has fewer values than the contact nodes need"
+                "\"projection\" does not work on {name}: the projected stress has fewer values than there are contact nodes"
             );
             let help = "give stress = \"nodal-mean\" (the default) or \"reaction\"";
             return fail(c.key(k, "stress"), message, help);

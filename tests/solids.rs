@@ -1,0 +1,358 @@
+//! Bodies in space: frequencies with the orders of their elements, energy, what does not depend on how a body lies, what is refused.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::cuboid::cuboid;
+use common::rectangle::msh;
+use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
+use signorini::event::{Report, Silent};
+use signorini::fem::{Body, DofMap, Facing, Fix, Held, Material, StressState, eigen};
+use signorini::mesh::{ElementKind, Mesh, Point};
+use signorini::problem::{Problem, ProblemError};
+use signorini::scenario::Scene;
+use signorini::simulate::simulate;
+
+const SOLIDS: [ElementKind; 5] = [
+    ElementKind::Tet4,
+    ElementKind::Tet10,
+    ElementKind::Hex8,
+    ElementKind::Hex20,
+    ElementKind::Hex27,
+];
+
+const MATERIAL: Material =
+    Material { young: 1.0, poisson: 0.3, density: 1.0, state: StressState::Solid };
+
+fn frequencies(mesh: Mesh, held: &[Held], material: Material, n: usize, unit: f64) -> Vec<f64> {
+    let dofs = DofMap::new(&mesh, held, &[]).unwrap();
+    let body = Body::assemble(mesh, dofs, &[material], false);
+    eigen::lowest(&body.stiffness, &body.mass, n, unit).unwrap().omega
+}
+
+/// A cube whose faces slide on rigid walls: shear waves with `ω² = μ/ρ k²`, pressure waves with `ω² = (λ + 2μ)/ρ k²`, `k = π (l, m, n)`.
+#[test]
+fn a_cube_between_walls_has_the_waves_of_the_closed_form() {
+    let (nu, shear) = (0.3, 1.0 / 2.6);
+    let pressure = (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    // three shear waves (1, 1, 0), two (1, 1, 1), three pressure waves (1, 0, 0)
+    let exact = [
+        2.0 * shear,
+        2.0 * shear,
+        2.0 * shear,
+        3.0 * shear,
+        3.0 * shear,
+        pressure,
+        pressure,
+        pressure,
+    ];
+    let walls: Vec<Held> = ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"]
+        .map(|group| Held { group: group.into(), fix: Fix::Normal })
+        .to_vec();
+    for (kind, coarse, order) in [
+        (ElementKind::Tet4, 8, 2.0),
+        (ElementKind::Tet10, 4, 4.0),
+        (ElementKind::Hex8, 4, 2.0),
+        (ElementKind::Hex20, 2, 4.0),
+        (ElementKind::Hex27, 2, 4.0),
+    ] {
+        let errors: Vec<f64> = [coarse, 2 * coarse]
+            .iter()
+            .map(|&n| {
+                let mesh = cuboid(kind, [1.0; 3], [n; 3], 0.0);
+                let omega = frequencies(mesh, &walls, MATERIAL, 8, PI);
+                let off = |(w, e): (&f64, &f64)| w / (PI * e.sqrt()) - 1.0;
+                omega.iter().zip(&exact).map(off).fold(0.0, f64::max)
+            })
+            .collect();
+        let found = (errors[0] / errors[1]).log2();
+        println!("{kind:?}: errors {errors:?}, order {found:.2}");
+        assert!(errors[1] > 0.0 && (found - order).abs() < 0.45, "{kind:?}: {errors:?} {found}");
+    }
+}
+
+/// The frequency equation of a clamped and free Timoshenko beam (Huang 1961, J. Appl. Mech. 28, table 1), `k` of Cowper (1966).
+fn timoshenko(length: f64, height: f64, nu: f64) -> f64 {
+    let k = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu);
+    let r2 = (height / length).powi(2) / 12.0;
+    let s2 = r2 * 2.0 * (1.0 + nu) / k;
+    let equation = |b: f64| {
+        let root = ((r2 - s2).powi(2) + 4.0 / (b * b)).sqrt();
+        let alpha = ((root - r2 - s2) / 2.0).sqrt();
+        let beta = ((root + r2 + s2) / 2.0).sqrt();
+        2.0 + (b * b * (r2 - s2).powi(2) + 2.0) * (b * alpha).cosh() * (b * beta).cos()
+            - b * (r2 + s2) / (1.0 - b * b * r2 * s2).sqrt() * (b * alpha).sinh() * (b * beta).sin()
+    };
+    let (mut low, mut high) = (1.0, 3.6);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if equation(middle).signum() == equation(low).signum() {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    // b² = ρ A L⁴ ω²/(E I)
+    low * (height * height / 12.0).sqrt() / (length * length)
+}
+
+/// A slender cantilever against beam theory (the clamp of the beam lets the section contract, that of the body does not), and its longitudinal
+/// wave without Poisson's ratio against the closed form.
+#[test]
+fn a_cantilever_has_the_frequencies_of_a_beam() {
+    let (length, height) = (10.0, 1.0);
+    let clamp = [0, 1, 2].map(|axis| Held::along("xmin", axis));
+    let exact = timoshenko(length, height, 0.3);
+    for (kind, coarse, [before, most]) in [
+        (ElementKind::Tet4, [16, 2, 2], [0.4, 0.2]),
+        (ElementKind::Tet10, [8, 1, 1], [0.03, 0.01]),
+        (ElementKind::Hex8, [16, 2, 2], [0.2, 0.06]),
+        (ElementKind::Hex20, [8, 1, 1], [0.02, 6e-3]),
+        (ElementKind::Hex27, [8, 1, 1], [0.02, 6e-3]),
+    ] {
+        let at = |factor: usize, poisson: f64, held: &[Held]| {
+            let mesh = cuboid(kind, [length, height, height], coarse.map(|n| factor * n), 0.0);
+            let material = Material { poisson, ..MATERIAL };
+            frequencies(mesh, held, material, 1, 0.1)[0]
+        };
+        let errors = [1, 2].map(|f| at(f, 0.3, &clamp) / exact - 1.0);
+        println!("{kind:?}: bending {errors:?}");
+        assert!(errors[0] < before && errors[1] < most && errors[1] > -2e-3, "{kind:?} {errors:?}");
+        // waves along the beam alone: ω = π/2 √(E/ρ)/L
+        let mut held = clamp.to_vec();
+        held.extend(
+            ["ymin", "ymax", "zmin", "zmax"].map(|g| Held { group: g.into(), fix: Fix::Normal }),
+        );
+        let bar = PI / 2.0 / length;
+        let errors = [1, 2].map(|f| at(f, 0.0, &held) / bar - 1.0);
+        let (found, order) =
+            ((errors[0] / errors[1]).log2(), if kind.is_quadratic() { 4.0 } else { 2.0 });
+        println!("{kind:?}: longitudinal {errors:?}, order {found:.2}");
+        assert!(errors[1] > 0.0 && (found - order).abs() < 0.4, "{kind:?} {errors:?}");
+    }
+}
+
+/// A folder with a mesh in it.
+fn folder(mesh: &Mesh) -> tempfile::TempDir {
+    let place = tempfile::tempdir().unwrap();
+    std::fs::write(place.path().join("body.msh"), msh(mesh, |_| 0)).unwrap();
+    place
+}
+
+const BODY: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+    [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
+const START: &str = "[initial]\ndisplacement = [\"-x*(1 + 0.1*y)\", \"0.03*x*y\", \"0.02*x*z\"]\n";
+
+fn scene(place: &tempfile::TempDir, text: &str) -> Scene {
+    Scene::parse(text, &place.path().join("scene.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn solved(scene: &Scene) -> (Problem, Report) {
+    let problem = Problem::new(scene, None).unwrap_or_else(|e| panic!("{e}"));
+    let report = simulate(scene, &problem, false, &mut Silent).unwrap();
+    assert!(report.outcome.is_complete() && report.is_certified(), "{}", report.outcome);
+    (problem, report)
+}
+
+/// Constant inertia keeps the energy over twenty periods on every element, by every way to the pressure that it allows.
+#[test]
+fn energy_is_kept_on_every_solid_element() {
+    for kind in SOLIDS {
+        let cells = if kind.is_quadratic() { [2, 1, 1] } else { [4, 2, 2] };
+        let place = folder(&cuboid(kind, [1.0, 0.5, 0.5], cells, 0.15));
+        let mut choices = vec!["stress = \"nodal-mean\"\n"];
+        if !kind.is_simplex() {
+            choices.push("stress = \"projection\"\n");
+        }
+        if !matches!(kind, ElementKind::Tet10 | ElementKind::Hex20) {
+            choices.push("stress = \"reaction\"\n");
+        }
+        for choice in choices {
+            // one period of the first mode is 13
+            let text = format!(
+                "{BODY}[contact]\ngroup = \"xmax\"\ngap = 0.3\ninertia = \"constant\"\n{choice}{START}[run]\nuntil = 260.0\n"
+            );
+            let (_, report) = solved(&scene(&place, &text));
+            let drift = (report.energy_end / report.energy_start - 1.0).abs();
+            println!("{kind:?} {choice:?}: {} switches, {drift:.1e}", report.switches.len());
+            assert!(report.switches.len() > 300 && drift < 1e-10, "{kind:?} {choice} {drift:e}");
+        }
+    }
+}
+
+/// A body that is turned about an oblique axis moves as it did, along its normals and towards an oblique plane.
+#[test]
+fn how_a_body_lies_in_space_does_not_matter() {
+    let turn = |[x, y, z]: Point| -> Point {
+        let r = nalgebra::Rotation3::from_euler_angles(0.4, -0.7, 1.1);
+        let p = r * nalgebra::Vector3::new(x, y, z);
+        [p.x, p.y, p.z]
+    };
+    for kind in [ElementKind::Hex8, ElementKind::Tet4] {
+        let mesh = cuboid(kind, [1.0, 0.5, 0.5], [3, 2, 2], 0.1);
+        let oblique: Point = [0.96, 0.28 * 0.6, 0.28 * 0.8];
+        for plane in [None, Some(oblique)] {
+            let motion = |mesh: &Mesh, map: &dyn Fn(Point) -> Point| {
+                let place = folder(mesh);
+                let obstacle = match plane.map(map) {
+                    None => "gap = 0.2\n".to_owned(),
+                    Some(n) => format!("plane = {{ normal = {n:?}, offset = 1.16 }}\n"),
+                };
+                // the same field: components are turned with the body
+                let text = format!(
+                    "{BODY}[contact]\ngroup = \"xmax\"\n{obstacle}[initial]\ndisplacement = [\"0\", \"0\", \"0\"]\n[run]\nuntil = 12.0\n"
+                );
+                let scene = scene(&place, &text);
+                let mut problem = Problem::new(&scene, None).unwrap_or_else(|e| panic!("{e}"));
+                let straight = cuboid(kind, [1.0, 0.5, 0.5], [3, 2, 2], 0.1);
+                let field = straight.nodes().iter().flat_map(|&[x, y, z]| {
+                    map([0.9 * x * (1.0 + 0.1 * y), 0.05 * x * y, 0.04 * x * z])
+                });
+                let nodal: Vec<f64> = field.collect();
+                let n_o = problem.system.n_o();
+                problem.initial.v = problem.system.body.dofs.gather(&nodal)[..n_o].to_vec();
+                let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
+                assert!(report.outcome.is_complete() && report.is_certified());
+                report
+            };
+            let (a, b) = (motion(&mesh, &|p| p), motion(&mesh.moved(turn), &turn));
+            assert!(a.switches.len() == b.switches.len() && a.switches.len() > 5, "{kind:?}");
+            for (a, b) in a.switches.iter().zip(&b.switches) {
+                assert!((a.t - b.t).abs() < 1e-8 && a.contact == b.contact, "{} {}", a.t, b.t);
+            }
+            assert!((a.energy_end / b.energy_end - 1.0).abs() < 1e-10);
+        }
+    }
+}
+
+/// A linear field has its stress on every face by the operators that are consistent: the patch test of the contact stress.
+#[test]
+fn uniform_strain_gives_its_stress_on_faces() {
+    let g = [[0.02, -0.01, 0.03], [0.0, -0.01, 0.02], [0.01, 0.04, 0.015]];
+    for kind in SOLIDS {
+        // the nodal mean is shown to have a P-matrix on faces of Tet10 where they are regular
+        let skew = if kind == ElementKind::Tet10 { 0.0 } else { 0.15 };
+        let mesh = cuboid(kind, [1.0, 0.8, 0.6], [2, 2, 2], skew);
+        let nodal: Vec<f64> = mesh
+            .nodes()
+            .iter()
+            .flat_map(|p| [0, 1, 2].map(|a| (0..3).map(|b| g[a][b] * p[b]).sum::<f64>()))
+            .collect();
+        let both = |a: usize, b: usize| g[a][b] + g[b][a];
+        let strain =
+            nalgebra::Vector6::new(g[0][0], g[1][1], g[2][2], both(0, 1), both(1, 2), both(2, 0));
+        let s = MATERIAL.stiffness() * strain;
+        for (group, axis) in [("xmax", 0), ("ymin", 1), ("zmax", 2)] {
+            for stress in [Stress::NodalMean, Stress::Projection] {
+                if stress == Stress::Projection && kind.is_simplex() {
+                    continue;
+                }
+                let dofs = DofMap::new(&mesh, &[], &[Facing::surface(group)]).unwrap();
+                let u = dofs.gather(&nodal);
+                let body = Body::assemble(mesh.clone(), dofs, &[MATERIAL], false);
+                let gaps = Gaps::front(vec![1.0; body.dofs.n_c]);
+                let contacts = Contacts { gaps, lumped: false };
+                let system = System::new(body, &contacts, (stress, MassChoice::Condensed));
+                let system = system.unwrap_or_else(|e| panic!("{kind:?} {group}: {e}"));
+                let c = system.conditions();
+                let (u_o, u_c) = u.split_at(system.n_o());
+                for i in 0..c.count() {
+                    let found = c.n_o.row_dot(i, u_o) + c.n_c.row_dot(i, u_c);
+                    let off = (found - s[axis]).abs();
+                    assert!(off < 1e-13, "{kind:?} {stress:?} {group}: {found} {}", s[axis]);
+                }
+            }
+        }
+    }
+}
+
+fn refused(place: &tempfile::TempDir, text: &str) -> String {
+    let scene = match Scene::parse(text, &place.path().join("scene.toml")) {
+        Ok(scene) => scene,
+        Err(e) => return e.to_string(),
+    };
+    match Problem::new(&scene, None) {
+        Ok(_) => "nothing".into(),
+        Err(ProblemError::Scene(e)) => e.to_string(),
+        Err(e) => e.to_string(),
+    }
+}
+
+#[test]
+fn what_does_not_work_in_space_is_refused() {
+    let contact = "[contact]\ngroup = \"xmax\"\ngap = 0.3\n";
+    for (kind, more, words) in [
+        (
+            ElementKind::Tet10,
+            "stress = \"reaction\"\n",
+            "contact.stress: contact forces at nodes do not work on Tet10 faces: a uniform pressure has zero or tensile corner forces",
+        ),
+        (ElementKind::Hex20, "method = \"mass-redistribution\"\n", "zero or tensile corner forces"),
+        (ElementKind::Hex20, "method = \"impact\"\n", "zero or tensile corner forces"),
+        (
+            ElementKind::Tet4,
+            "stress = \"projection\"\n",
+            "fewer values than there are contact nodes",
+        ),
+        (ElementKind::Tet4, "plane = { normal = [1.0, 0.0], offset = 1.3 }\n", "needs 3 numbers"),
+    ] {
+        let place = folder(&cuboid(kind, [1.0, 0.5, 0.5], [1, 1, 1], 0.0));
+        let contact = match more.contains("plane") {
+            true => contact.replace("gap = 0.3\n", ""),
+            false => contact.to_owned(),
+        };
+        let found = refused(&place, &format!("{BODY}{contact}{more}{START}[run]\nuntil = 1.0\n"));
+        assert!(found.contains(words), "{found}\nnot: {words}");
+    }
+    let solid = folder(&cuboid(ElementKind::Hex8, [1.0, 0.5, 0.5], [1, 1, 1], 0.0));
+    let flat =
+        folder(&common::rectangle::rectangle(ElementKind::Quad4, [0.0, 1.0], 0.5, (2, 1), 0.0));
+    let whole = format!("{BODY}{contact}{START}[run]\nuntil = 1.0\n");
+    let of_plane = "file = \"body.msh\"\nstate = \"plane strain\"";
+    for (place, text, words) in [
+        (
+            &solid,
+            whole
+                .replace("file = \"body.msh\"", of_plane)
+                .replace(", \"z\"", "")
+                .replace(", \"0.02*x*z\"", ""),
+            "body.state: belongs to a body in the plane",
+        ),
+        (&flat, whole.replace("xmin", "left").replace("xmax", "right"), "body.state: is missing"),
+        (
+            &flat,
+            whole
+                .replace("file = \"body.msh\"", of_plane)
+                .replace("xmin", "left")
+                .replace(", \"0.02*x*z\"", ""),
+            "no z displacement",
+        ),
+        (
+            &flat,
+            whole
+                .replace("file = \"body.msh\"", of_plane)
+                .replace(", \"z\"]", "]")
+                .replace("\"0.03*x*y\", \"0.02*x*z\"", "\"z\""),
+            "expression of z",
+        ),
+        (
+            &solid,
+            whole.replace("poisson = 0.3", "poisson = 0.5"),
+            "0.5 makes the stiffness indefinite",
+        ),
+        (
+            &solid,
+            whole.replace("file = \"body.msh\"", "file = \"body.msh\"\nthickness = 1.0"),
+            "one in space has neither",
+        ),
+        (
+            &solid,
+            whole.replace("group = \"xmax\"", "group = \"side\""),
+            "the mesh has no group of sides \"side\"",
+        ),
+    ] {
+        let found = refused(place, &text);
+        assert!(found.contains(words), "{found}\nnot: {words}");
+    }
+}
