@@ -365,7 +365,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
                 assert!(off < most, "{name} {stress:?} {inertia:?}, {what}: {found} {exact}");
             };
             near(conditions.n_c[(i, i)], first, 1e-8, "N_C");
-            near(conditions.n_c.norm(), operator[0], 1e-8, "|N_C|");
+            near(conditions.n_c.dense().norm(), operator[0], 1e-8, "|N_C|");
             let square: f64 = conditions.n_o.triplets().map(|t| t.2 * t.2).sum();
             near(square.sqrt(), operator[1], 1e-8, "|N_O|");
             let modes = phase_modes(&system, &system.phase(&ActiveSet::open(n_c)), 3).unwrap();

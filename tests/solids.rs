@@ -108,8 +108,8 @@ fn a_cantilever_has_the_frequencies_of_a_beam() {
         (ElementKind::Tet4, [16, 2, 2], [0.4, 0.2]),
         (ElementKind::Tet10, [8, 1, 1], [0.03, 0.01]),
         (ElementKind::Hex8, [16, 2, 2], [0.2, 0.06]),
-        (ElementKind::Hex20, [8, 1, 1], [0.02, 6e-3]),
-        (ElementKind::Hex27, [8, 1, 1], [0.02, 6e-3]),
+        (ElementKind::Hex20, [8, 1, 1], [0.02, 0.01]),
+        (ElementKind::Hex27, [8, 1, 1], [0.02, 0.01]),
     ] {
         let at = |factor: usize, poisson: f64, held: &[Held]| {
             let mesh = cuboid(kind, [length, height, height], coarse.map(|n| factor * n), 0.0);

@@ -259,7 +259,7 @@ fn files_know_points_that_are_no_nodes() {
     // two points of Gauss an edge, on the edge x = 1
     let gauss = [0.5 - 0.75f64.sqrt() / 3.0, 0.5 + 0.75f64.sqrt() / 3.0];
     for i in 0..6 {
-        let [x, y] = stored.contact_place(i);
+        let [x, y, _] = stored.contact_place(i);
         let expected = 0.1 * (gauss[i % 2] + (i / 2) as f64);
         assert!((x - 1.0).abs() < 1e-15 && (y - expected).abs() < 1e-15, "{x} {y}");
         // the body's displacement there, between the nodes

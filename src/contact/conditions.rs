@@ -10,12 +10,14 @@
 //! `p_f` is the pressure that loads on `u_C` itself bring in: zero where the stress is that of the displacement field, `f_C` over the area
 //! where it is the nodal reaction. With `q = p_f − N_C g − N_O u_O` it reads `0 ≤ w ⟂ N_C w + q ≥ 0`.
 
-use nalgebra::{DMatrix, DVector};
+use std::sync::OnceLock;
+
+use nalgebra::DMatrix;
 
 use super::active::ActiveSet;
 use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
-use super::lcp::{self, LcpError, LcpSolution, PMatrix, Place};
+use super::lcp::{self, Comparison, LcpError, LcpSolution, PMatrix, Place};
 use crate::fem::{Csr, Loads};
 
 /// `N_C`, `N_O`, gaps and areas of all contact points.
@@ -41,6 +43,7 @@ pub struct Conditions {
     pub(super) is_diagonal: bool,
     n_o_sums: Vec<f64>,
     n_c_sums: Vec<f64>,
+    comparison: OnceLock<Option<Comparison>>,
 }
 
 /// Gaps of contact displacements.
@@ -77,7 +80,6 @@ impl Conditions {
         let BoundaryOperator { n_c, n_o, area } = operator;
         let size = area.len();
         let p_matrix = lcp::p_matrix(&n_c, &area);
-        let n_c = Coupling::from(n_c);
         if let PMatrix::NotShown { index } = p_matrix {
             return Err(index);
         }
@@ -100,10 +102,16 @@ impl Conditions {
             is_diagonal: n_c.is_diagonal(),
             n_o_sums: n_o.abs_row_sums(),
             n_c_sums: (0..size).map(|i| n_c.row_size(i, &vec![1.0; size])).collect(),
+            comparison: OnceLock::new(),
             n_c,
             n_o,
             area,
         })
+    }
+
+    /// Bounds of how points follow each other, of an H-matrix.
+    pub(super) fn follow_bounds(&self) -> Option<&Comparison> {
+        self.comparison.get_or_init(|| Comparison::of(&self.n_c)).as_ref()
     }
 
     /// The gaps that it was made with.
@@ -270,14 +278,27 @@ impl Conditions {
         };
         let mut schur = block(&own, &own);
         let mut q: Vec<f64> = own.iter().map(|&d| rate(d)).collect();
-        let coupling = block(&own, &others);
-        if coupling.iter().any(|&x| x != 0.0) {
-            let lu = block(&others, &others).lu();
-            let solve = |rhs: DMatrix<f64>| lu.solve(&rhs).ok_or(LcpError::Singular);
-            let of_others = DMatrix::from_fn(others.len(), 1, |a, _| rate(others[a]));
-            schur -= &coupling * solve(block(&others, &own))?;
-            let shift: DVector<f64> = (&coupling * solve(of_others)?).column(0).into_owned();
-            q.iter_mut().zip(shift.iter()).for_each(|(q, s)| *q -= s);
+        let mut place = vec![usize::MAX; self.count()];
+        others.iter().enumerate().for_each(|(k, &d)| place[d] = k);
+        // rows of N over the others
+        let coupling: Vec<Vec<(usize, f64)>> = own
+            .iter()
+            .map(|&d| self.n_c.row(d).map(|(j, v)| (place[j], v)))
+            .map(|row| row.filter(|e| e.0 != usize::MAX).collect())
+            .collect();
+        if coupling.iter().any(|row| !row.is_empty()) {
+            let factor = self.n_c.block(&others)?;
+            let through = |mut x: Vec<f64>| -> Result<Vec<f64>, LcpError> {
+                factor.solve(&mut x)?;
+                let of = |row: &Vec<(usize, f64)>| row.iter().map(|(k, v)| v * x[*k]).sum();
+                Ok(coupling.iter().map(of).collect())
+            };
+            for (b, &d) in own.iter().enumerate() {
+                let column = through(others.iter().map(|&i| self.n_c[(i, d)]).collect())?;
+                column.iter().enumerate().for_each(|(a, v)| schur[(a, b)] -= v);
+            }
+            let shift = through(others.iter().map(|&d| rate(d)).collect())?;
+            q.iter_mut().zip(&shift).for_each(|(q, s)| *q -= s);
         }
         // in the points' own signs
         for (a, s) in signs.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! `N_C` and its principal blocks: dense where the contact is small, sparse where each point knows a few neighbours only, so that neither a product nor
 //! a factor of a large contact zone costs what a dense one does.
 
-use std::ops::Deref;
+use std::ops::Index;
 use std::sync::OnceLock;
 
 use faer::linalg::solvers::SolveCore;
@@ -13,77 +13,115 @@ use nalgebra::{DMatrix, DVectorViewMut, Dyn};
 use super::lcp::LcpError;
 use crate::fem::Csr;
 
-/// A square matrix with, if it is large and mostly zero, its rows.
+/// A square matrix: by its rows, and dense besides where it is small or full.
 #[derive(Debug, Clone)]
 pub struct Coupling {
-    dense: DMatrix<f64>,
-    rows: Option<Csr>,
+    rows: Csr,
+    dense: Option<DMatrix<f64>>,
+    columns: OnceLock<Csr>,
 }
 
 /// Smaller matrices, and those with more than one entry in so many, are dense.
 const SMALLEST: usize = 48;
 const SPARSE: usize = 8;
 
-impl From<DMatrix<f64>> for Coupling {
-    fn from(dense: DMatrix<f64>) -> Coupling {
-        let size = dense.nrows();
-        let count = dense.iter().filter(|x| **x != 0.0).count();
-        let rows = (size >= SMALLEST && SPARSE * count <= size * size).then(|| {
-            let all = (0..size).flat_map(|i| (0..size).map(move |j| (i, j)));
-            let entries = all.map(|(i, j)| (i, j, dense[(i, j)])).filter(|e| e.2 != 0.0);
-            Csr::from_triplets(size, size, entries.collect())
+impl From<Csr> for Coupling {
+    fn from(rows: Csr) -> Coupling {
+        let size = rows.n_rows();
+        let is_sparse = size >= SMALLEST && SPARSE * rows.n_entries() <= size * size;
+        let dense = (!is_sparse).then(|| {
+            let mut dense = DMatrix::zeros(size, size);
+            rows.triplets().for_each(|(i, j, v)| dense[(i, j)] = v);
+            dense
         });
-        Coupling { dense, rows }
+        Coupling { rows, dense, columns: OnceLock::new() }
     }
 }
 
-impl Deref for Coupling {
-    type Target = DMatrix<f64>;
+impl From<DMatrix<f64>> for Coupling {
+    fn from(dense: DMatrix<f64>) -> Coupling {
+        let size = dense.nrows();
+        let all = (0..size).flat_map(|i| (0..size).map(move |j| (i, j)));
+        let entries = all.map(|(i, j)| (i, j, dense[(i, j)])).filter(|e| e.2 != 0.0);
+        Coupling::from(Csr::from_triplets(size, size, entries.collect()))
+    }
+}
 
-    fn deref(&self) -> &DMatrix<f64> {
-        &self.dense
+impl Index<(usize, usize)> for Coupling {
+    type Output = f64;
+
+    fn index(&self, (i, j): (usize, usize)) -> &f64 {
+        match &self.dense {
+            Some(dense) => &dense[(i, j)],
+            None => self.rows.entry(i, j).unwrap_or(&0.0),
+        }
     }
 }
 
 impl Coupling {
+    /// Number of rows.
+    pub fn size(&self) -> usize {
+        self.rows.n_rows()
+    }
+
+    /// Large and mostly zero: each point knows a few neighbours only.
+    pub fn is_sparse(&self) -> bool {
+        self.dense.is_none()
+    }
+
+    /// As a dense matrix.
+    pub fn dense(&self) -> DMatrix<f64> {
+        match &self.dense {
+            Some(dense) => dense.clone(),
+            None => DMatrix::from_fn(self.size(), self.size(), |i, j| self[(i, j)]),
+        }
+    }
+
+    /// By its rows.
+    pub fn rows(&self) -> &Csr {
+        &self.rows
+    }
+
+    /// The entries of a row with their columns.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.rows.row(i)
+    }
+
     /// Whether every point knows itself only.
     pub fn is_diagonal(&self) -> bool {
-        let size = self.dense.nrows();
-        match &self.rows {
-            Some(rows) => rows.triplets().all(|(i, j, _)| i == j),
-            None => (0..size).all(|i| (0..size).all(|j| i == j || self.dense[(i, j)] == 0.0)),
-        }
+        self.rows.triplets().all(|(i, j, _)| i == j)
     }
 
     /// `Σ_j N_ij x_j`
     pub fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
-        match &self.rows {
-            Some(rows) => rows.row_dot(i, x),
-            None => x.iter().enumerate().map(|(j, x)| self.dense[(i, j)] * x).sum(),
+        match &self.dense {
+            Some(dense) => x.iter().enumerate().map(|(j, x)| dense[(i, j)] * x).sum(),
+            None => self.rows.row_dot(i, x),
         }
     }
 
     /// `Σ_j |N_ij x_j|`
     pub fn row_size(&self, i: usize, x: &[f64]) -> f64 {
-        match &self.rows {
-            Some(rows) => rows.row(i).map(|(j, v)| (v * x[j]).abs()).sum(),
-            None => (0..x.len()).map(|j| (self.dense[(i, j)] * x[j]).abs()).sum(),
-        }
+        self.rows.row(i).map(|(j, v)| (v * x[j]).abs()).sum()
     }
 
-    /// Rows of the column `k` that are not zero, with their entries.
-    pub fn column(&self, k: usize) -> Vec<(usize, f64)> {
-        let of = self.dense.column(k);
-        of.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(i, v)| (i, *v)).collect()
+    /// The entries of a column with their rows.
+    pub fn column(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.columns.get_or_init(|| self.rows.transposed()).row(k)
     }
 
     /// The factor of the block of some points.
     pub fn block(&self, points: &[usize]) -> Result<Block, LcpError> {
         let n = points.len();
-        if let Some(rows) = self.rows.as_ref().filter(|_| n >= SMALLEST) {
-            return sparse(rows, points);
-        }
-        let block = DMatrix::from_fn(n, n, |a, b| self.dense[(points[a], points[b])]);
+        let dense = match &self.dense {
+            None if n >= SMALLEST => return sparse(&self.rows, points),
+            dense => dense.as_ref(),
+        };
+        let entry = |a: usize, b: usize| match dense {
+            Some(dense) => dense[(points[a], points[b])],
+            None => self[(points[a], points[b])],
+        };
+        let block = DMatrix::from_fn(n, n, entry);
         let is_diagonal = (0..n).all(|a| (0..n).all(|b| a == b || block[(a, b)] == 0.0));
         Ok(match is_diagonal {
             true => Block::Diagonal(block.diagonal().iter().map(|d| 1.0 / d).collect()),
@@ -186,8 +224,8 @@ mod tests {
             _ => 0.0,
         });
         let coupling = Coupling::from(n.clone());
-        assert!(coupling.rows.is_some() && !coupling.is_diagonal());
-        assert!(Coupling::from(n.view((0, 0), (20, 20)).into_owned()).rows.is_none());
+        assert!(coupling.is_sparse() && !coupling.is_diagonal());
+        assert!(!Coupling::from(n.view((0, 0), (20, 20)).into_owned()).is_sparse());
         let x: Vec<f64> = (0..size).map(|i| (0.9 * i as f64).cos()).collect();
         for i in 0..size {
             let row = |f: &dyn Fn(f64) -> f64| (0..size).map(|j| f(n[(i, j)] * x[j])).sum::<f64>();

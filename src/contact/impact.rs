@@ -152,7 +152,7 @@ pub(super) fn attach(
     let rows = held.normal.triplets().map(|(i, j, v)| (i, j, -stiffnesses[i] * v));
     let operator = BoundaryOperator {
         n_o: Csr::from_triplets(count, n_o, rows.collect()),
-        n_c: DMatrix::from_diagonal(&stiffnesses.clone().into()),
+        n_c: DMatrix::from_diagonal(&stiffnesses.clone().into()).into(),
         area,
     };
     let conditions = Conditions::new(operator, Gaps::front(gap), false).map_err(|index| {

@@ -13,13 +13,16 @@
 //!
 //! *Constant*: `M_α = M_0` in every phase, factorised once; a new phase costs nothing.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::ContactError;
 use super::active::ActiveSet;
+use super::condensed::Condensed;
 use super::conditions::Conditions;
+use super::coupling::{Block, Coupling};
 use super::kinematics::{Following, Kinematics};
 use super::lcp::Place;
 use super::phase::Scratch;
@@ -32,7 +35,7 @@ const STORE_LIMIT: usize = 2_000_000;
 #[derive(Debug)]
 pub(super) enum Inertia {
     Projected(Projector),
-    Constant(ConstantMass),
+    Constant(Arc<ConstantMass>),
     /// The body's own mass; points in contact are held by reactions.
     Held(Arc<HeldMass>),
 }
@@ -70,37 +73,57 @@ impl HeldMass {
 pub(super) struct Projector {
     factor: SpdFactor,
     rows: Csr,
-    pub gram: DMatrix<f64>,
+    pub gram: Coupling,
     /// Columns of `M⁻¹Rᵀ` (as rows); none: a second solve with `M` instead.
     columns: Option<Csr>,
 }
 
 /// `M_0` over `u_O`.
 #[derive(Debug)]
-pub(super) struct ConstantMass {
-    /// `[M_0, 0; 0, 0]` over `u`.
-    mass: Csr,
-    /// `M_0`.
-    pub reduced: Csr,
-    pub factor: SpdFactor,
-    /// `N_O M_0⁻¹ N_Oᵀ`.
-    pub gram: DMatrix<f64>,
+pub(super) enum ConstantMass {
+    /// As a matrix.
+    Formed {
+        /// `[M_0, 0; 0, 0]` over `u`.
+        mass: Csr,
+        /// Of `M_0`.
+        factor: SpdFactor,
+        /// `N_O M_0⁻¹ N_Oᵀ`.
+        gram: DMatrix<f64>,
+        /// `A*_∅`, of a condensed one.
+        open: Option<Csr>,
+    },
+    /// The condensed one of a body whose own mass is a diagonal.
+    Condensed {
+        /// It.
+        mass: Condensed,
+        /// `N_O M_0⁻¹ N_Oᵀ`, where somebody asks for it.
+        gram: OnceLock<DMatrix<f64>>,
+    },
 }
 
 /// `R M⁻¹ Rᵀ` of sparse rows; `each` is shown the columns `M⁻¹ Rᵀ` one after the other.
 pub(super) fn gram(
     factor: &SpdFactor,
     rows: &Csr,
+    each: impl FnMut(usize, &[f64]),
+) -> DMatrix<f64> {
+    let mut scratch = factor.scratch();
+    gram_by(rows, |x| factor.solve(x, &mut scratch), each)
+}
+
+/// The same with what solves with `M`.
+pub(super) fn gram_by(
+    rows: &Csr,
+    mut solve: impl FnMut(&mut [f64]),
     mut each: impl FnMut(usize, &[f64]),
 ) -> DMatrix<f64> {
     let size = rows.n_rows();
     let mut gram = DMatrix::<f64>::zeros(size, size);
-    let mut scratch = factor.scratch();
     let mut x = vec![0.0; rows.n_cols()];
     for k in 0..size {
         x.fill(0.0);
         rows.row(k).for_each(|(j, v)| x[j] = v);
-        factor.solve(&mut x, &mut scratch);
+        solve(&mut x);
         for l in 0..size {
             gram[(l, k)] = rows.row_dot(l, &x);
         }
@@ -128,12 +151,17 @@ impl Projector {
             entries.push((i, n_o + i, 1.0));
             let scale = 1.0 / conditions.n_c[(i, i)];
             entries.extend(conditions.n_o.row(i).map(|(j, v)| (size + i, j, scale * v)));
-            let of_c = |j: usize| (size + i, n_o + j, scale * conditions.n_c[(i, j)]);
-            entries.extend((0..size).filter(|j| conditions.n_c[(i, *j)] != 0.0).map(of_c));
+            entries.extend(conditions.n_c.row(i).map(|(j, v)| (size + i, n_o + j, scale * v)));
         }
         let n = mass.n_rows();
         let rows = Csr::from_triplets(2 * size, n, entries);
-        let keep = limit > 0 && (matches!(factor, SpdFactor::Diagonal(_)) || 2 * size * n <= limit);
+        if let (SpdFactor::Diagonal(inverse), true) = (&factor, limit > 0) {
+            let columns = rows.triplets().map(|(i, j, v)| (i, j, v * inverse[j])).collect();
+            let columns = Csr::from_triplets(2 * size, n, columns);
+            let gram = columns.product(&rows.transposed()).into();
+            return Ok(Projector { factor, rows, gram, columns: Some(columns) });
+        }
+        let keep = limit > 0 && 2 * size * n <= limit;
         let mut columns = vec![];
         let gram = gram(&factor, &rows, |k, x| {
             if keep {
@@ -142,7 +170,7 @@ impl Projector {
             }
         });
         let columns = keep.then(|| Csr::from_triplets(2 * size, n, columns));
-        Ok(Projector { factor, rows, gram, columns })
+        Ok(Projector { factor, rows, gram: gram.into(), columns })
     }
 
     /// The reciprocal masses, with the columns `M⁻¹Rᵀ`, where the mass is a diagonal.
@@ -163,13 +191,86 @@ impl Projector {
 }
 
 impl ConstantMass {
-    pub fn new(reduced: Csr, conditions: &Conditions) -> Result<ConstantMass, ContactError> {
+    /// Of the matrix itself; `open` is `A*_∅` where it is the condensed one.
+    pub fn formed(
+        reduced: Csr,
+        conditions: &Conditions,
+        open: Option<Csr>,
+    ) -> Result<ConstantMass, ContactError> {
         let (size, n_o) = (conditions.count(), reduced.n_rows());
         let factor = SpdFactor::new(&reduced, "mass matrix of the displacements u_O")?;
         let gram = gram(&factor, &conditions.n_o, |_, _| ());
         let n = n_o + size;
         let mass = Csr::from_triplets(n, n, reduced.triplets().collect());
-        Ok(ConstantMass { mass, reduced, factor, gram })
+        Ok(ConstantMass::Formed { mass, factor, gram, open })
+    }
+
+    /// `[M_0, 0; 0, 0]` over `u`.
+    pub fn matrix(&self, body: &Body) -> &Csr {
+        match self {
+            ConstantMass::Formed { mass, .. } => mass,
+            ConstantMass::Condensed { mass, .. } => mass.formed(body),
+        }
+    }
+
+    /// `N_O M_0⁻¹ N_Oᵀ`.
+    pub fn gram(&self, conditions: &Conditions) -> &DMatrix<f64> {
+        match self {
+            ConstantMass::Formed { gram, .. } => gram,
+            ConstantMass::Condensed { mass, gram } => {
+                gram.get_or_init(|| mass.gram(&conditions.n_o))
+            }
+        }
+    }
+
+    pub fn scratch(&self) -> SolveScratch {
+        match self {
+            ConstantMass::Formed { factor, .. } => factor.scratch(),
+            ConstantMass::Condensed { mass, .. } => mass.scratch(),
+        }
+    }
+
+    /// `x ← M_0⁻¹ x`; one vector, or two one after the other.
+    pub fn solve(&self, x: &mut [f64], scratch: &mut SolveScratch) {
+        match self {
+            ConstantMass::Formed { factor, .. } => factor.solve(x, scratch),
+            ConstantMass::Condensed { mass, .. } => mass.solve(x, scratch),
+        }
+    }
+
+    /// What forces on `u_C` add to those on `u_O` in the open phase, `A_∅ᵀ f_C`, of a condensed mass.
+    pub fn push_open(&self, f_c: &[f64], mut add: impl FnMut(usize, f64)) {
+        match self {
+            ConstantMass::Condensed { mass, .. } => mass.push(f_c, add),
+            ConstantMass::Formed { open: Some(open), mass, .. } => {
+                let first = mass.n_rows() - f_c.len();
+                for (i, f) in f_c.iter().enumerate() {
+                    open.row(first + i).for_each(|(j, v)| add(j, v * f));
+                }
+            }
+            ConstantMass::Formed { open: None, .. } => {}
+        }
+    }
+
+    /// Bounds of `‖∇h‖_{M⁻¹}` of the monitors of a phase.
+    fn gradient_bounds(&self, kinematics: &Following, set: &ActiveSet) -> Vec<f64> {
+        let conditions = &kinematics.conditions;
+        let points = 0..set.flags().len();
+        if conditions.n_c.is_sparse()
+            && let Some(known) = conditions.follow_bounds()
+        {
+            let norms = match self {
+                ConstantMass::Condensed { mass, .. } => mass.row_norms(&conditions.n_o),
+                ConstantMass::Formed { gram, .. } => {
+                    gram.diagonal().iter().map(|g| g.max(0.0).sqrt()).collect()
+                }
+            };
+            let [gap, pressure] = known.follow(&conditions.n_c, norms);
+            let of = |k: usize| if set.is_active(k) { &pressure } else { &gap };
+            return points.map(|k| of(k)[conditions.points[k].0]).collect();
+        }
+        let l = kinematics.over_stress();
+        points.map(|i| row_norm(&l, i, self.gram(conditions))).collect()
     }
 }
 
@@ -178,15 +279,42 @@ impl Inertia {
     pub fn mass<'a>(&'a self, body: &'a Body) -> &'a Csr {
         match self {
             Inertia::Projected(_) => &body.mass,
-            Inertia::Constant(c) => &c.mass,
+            Inertia::Constant(c) => c.matrix(body),
             Inertia::Held(h) => &h.mass,
+        }
+    }
+
+    /// `xᵀM*x` of a full vector that is at rest but for some displacements of `u_O` and what follows them.
+    pub fn quadratic(&self, body: &Body, rows: Range<usize>, x: &[f64]) -> f64 {
+        let n_o = body.dofs.n_o;
+        match self {
+            Inertia::Constant(c) => match &**c {
+                ConstantMass::Condensed { mass, .. } => mass.quadratic(rows, x),
+                ConstantMass::Formed { mass, .. } => mass.quadratic_of(rows, x),
+            },
+            _ if rows.len() == n_o => self.mass(body).quadratic(x),
+            _ => {
+                let mass = self.mass(body);
+                mass.quadratic_of(rows, x) + mass.quadratic_of(n_o..x.len(), x)
+            }
+        }
+    }
+
+    /// `y = M* x`
+    pub fn mul(&self, body: &Body, x: &[f64], y: &mut [f64]) {
+        match self {
+            Inertia::Constant(c) => match &**c {
+                ConstantMass::Condensed { mass, .. } => mass.mul(x, y),
+                ConstantMass::Formed { mass, .. } => mass.mul(x, y),
+            },
+            _ => self.mass(body).mul(x, y),
         }
     }
 
     pub fn scratch(&self) -> SolveScratch {
         match self {
             Inertia::Projected(p) => p.factor.scratch(),
-            Inertia::Constant(c) => c.factor.scratch(),
+            Inertia::Constant(c) => c.scratch(),
             Inertia::Held(h) => h.factor.scratch(),
         }
     }
@@ -212,7 +340,40 @@ pub(super) struct PhaseInertia {
     /// Rows of the conditions that the set chooses.
     rows: Vec<usize>,
     /// `R_α M⁻¹ R_αᵀ`, factorised when a force first asks for an acceleration.
-    schur: OnceLock<Option<nalgebra::Cholesky<f64, Dyn>>>,
+    schur: OnceLock<Option<Schur>>,
+}
+
+/// The factor of a small or full matrix, or of a large one with few entries.
+#[derive(Debug)]
+enum Schur {
+    Dense(nalgebra::Cholesky<f64, Dyn>),
+    Sparse(Block),
+}
+
+impl Schur {
+    /// Of a dense matrix; none where it is not positive definite.
+    fn dense(matrix: DMatrix<f64>) -> Option<Schur> {
+        matrix.cholesky().map(Schur::Dense)
+    }
+
+    /// Of a block of a matrix that may be sparse.
+    fn of(gram: &Coupling, points: &[usize]) -> Option<Schur> {
+        match gram.is_sparse() {
+            true => gram.block(points).ok().map(Schur::Sparse),
+            false => {
+                let entry = |a: usize, b: usize| gram[(points[a], points[b])];
+                Schur::dense(DMatrix::from_fn(points.len(), points.len(), entry))
+            }
+        }
+    }
+
+    fn solve(&self, x: &mut DVector<f64>) -> bool {
+        match self {
+            Schur::Dense(factor) => factor.solve_mut(x),
+            Schur::Sparse(factor) => return factor.solve(x.as_mut_slice()).is_ok(),
+        }
+        true
+    }
 }
 
 impl PhaseInertia {
@@ -235,15 +396,11 @@ impl PhaseInertia {
     /// `μ = (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`; false where the reduced mass is singular.
     pub fn multipliers(&self, p: &Projector, x: &[f64], mu: &mut DVector<f64>) -> bool {
         let rows = &self.rows;
-        let schur = self.schur.get_or_init(|| {
-            DMatrix::from_fn(rows.len(), rows.len(), |a, b| p.gram[(rows[a], rows[b])]).cholesky()
-        });
-        let Some(schur) = schur else { return false };
+        let Some(schur) = self.schur.get_or_init(|| Schur::of(&p.gram, rows)) else { return false };
         for (mu, &k) in mu.iter_mut().zip(rows) {
             *mu = p.rows.row_dot(k, x);
         }
-        schur.solve_mut(mu);
-        true
+        schur.solve(mu)
     }
 
     /// `x ← x − M⁻¹ R_αᵀ (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`, with `b = M x` at hand. Not numbers where the reduced mass is singular.
@@ -290,7 +447,7 @@ impl PhaseInertia {
             Inertia::Constant(c) => {
                 kinematics.reduce(&mut s.b);
                 a_o.copy_from_slice(&s.b[..a_o.len()]);
-                c.factor.solve(a_o, &mut s.solve);
+                c.solve(a_o, &mut s.solve);
             }
             Inertia::Held(h) => {
                 a_o.copy_from_slice(&s.b[..a_o.len()]);
@@ -306,11 +463,13 @@ impl PhaseInertia {
         if rows.is_empty() {
             return;
         }
-        let schur = self.schur.get_or_init(|| h.block(rows).cholesky());
+        let schur = self.schur.get_or_init(|| Schur::dense(h.block(rows)));
         let Some(schur) = schur else { return a.fill(f64::NAN) };
         let mut mu =
             DVector::from_iterator(rows.len(), rows.iter().map(|&k| h.normal.row_dot(k, a)));
-        schur.solve_mut(&mut mu);
+        if !schur.solve(&mut mu) {
+            return a.fill(f64::NAN);
+        }
         for (&mu, &k) in mu.iter().zip(rows) {
             a.iter_mut().zip(&h.columns[k]).for_each(|(a, c)| *a -= mu * c);
         }
@@ -352,7 +511,7 @@ impl PhaseInertia {
                     kinematics.reduce(&mut b[k * n..(k + 1) * n]);
                     b.copy_within(k * n..k * n + n_o, k * n_o);
                 }
-                c.factor.solve(&mut b[..N * n_o], &mut s.solve);
+                c.solve(&mut b[..N * n_o], &mut s.solve);
                 for (k, y_o) in y_o.into_iter().enumerate() {
                     y_o.copy_from_slice(&b[k * n_o..(k + 1) * n_o]);
                 }
@@ -372,7 +531,7 @@ impl PhaseInertia {
     pub fn matrix(&self, body: &Body, a_star: &Csr) -> Csr {
         match &*self.shared {
             Inertia::Projected(_) => body.mass.congruence(a_star),
-            Inertia::Constant(c) => c.reduced.clone(),
+            Inertia::Constant(c) => c.matrix(body).leading(body.dofs.n_o),
             Inertia::Held(h) => h.mass.leading(body.dofs.n_o),
         }
     }
@@ -401,10 +560,7 @@ impl PhaseInertia {
                     }
                 })
                 .collect(),
-            Inertia::Constant(c) => {
-                let l = kinematics.over_stress();
-                (0..size).map(|i| row_norm(&l, i, &c.gram)).collect()
-            }
+            Inertia::Constant(c) => c.gradient_bounds(kinematics, set),
         }
     }
 }

@@ -290,6 +290,11 @@ impl Following {
         part.add_drives(&self.drives, x_c, |d| &d.displacement);
     }
 
+    /// `u_C = A_α u_O`, the linear part alone.
+    pub fn fill_linear(&self, x_o: &[f64], x_c: &mut [f64]) {
+        self.fill(x_o, x_c, Part::Linear);
+    }
+
     /// `A*ᵀ b`, in place: the first `n_O` entries of `b`.
     pub fn reduce(&self, b: &mut [f64]) {
         let n_o = self.conditions.n_o.n_cols();
@@ -378,6 +383,22 @@ impl Following {
         Csr::from_triplets(n_o + c.count(), n_o, entries)
     }
 
+    /// `‖A_α‖_∞`, row by row: `|e_iᵀ N_ff⁻¹ N_O|`.
+    pub fn amplification(&self) -> f64 {
+        let n_o = &self.conditions.n_o;
+        let mut row = vec![0.0; n_o.n_cols()];
+        let mut of_row = |i: usize| {
+            let mut x = vec![0.0; self.free.len()];
+            x[i] = 1.0;
+            self.block.solve_transposed(&mut x);
+            row.fill(0.0);
+            let rows = self.free.iter().zip(&x);
+            rows.for_each(|(&k, x)| n_o.row(k).for_each(|(j, v)| row[j] += x * v));
+            row.iter().map(|v| v.abs()).sum::<f64>()
+        };
+        (0..self.free.len()).map(&mut of_row).fold(0.0, f64::max)
+    }
+
     /// The rows of all monitors over `N_O`: `∇h = L N_O`.
     pub fn over_stress(&self) -> DMatrix<f64> {
         let c = &self.conditions;
@@ -385,7 +406,6 @@ impl Following {
         // of displacements: u_C of free ones, the pressure of the others
         let mut l = DMatrix::<f64>::zeros(size, size);
         let mut unit = vec![0.0; size];
-        let columns: Vec<_> = (0..size).map(|k| c.n_c.column(k)).collect();
         let mut is_closed = vec![false; size];
         self.closed.iter().for_each(|&(j, _)| is_closed[j] = true);
         for k in 0..size {
@@ -393,7 +413,7 @@ impl Following {
             let free = self.follow(&unit);
             for (&i, &u) in self.free.iter().zip(free.iter()) {
                 l[(i, k)] = u;
-                for &(j, v) in columns[i].iter().filter(|(j, _)| is_closed[*j]) {
+                for (j, v) in c.n_c.column(i).filter(|(j, _)| is_closed[*j]) {
                     l[(j, k)] -= v * u;
                 }
             }

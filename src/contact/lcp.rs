@@ -8,7 +8,8 @@
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-use super::coupling::Coupling;
+use super::coupling::{Block, Coupling};
+use crate::fem::{Csr, SpdFactor};
 
 /// Where an unknown stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,8 +209,59 @@ const SINGULAR: f64 = 1e8;
 /// Largest size for which all principal minors are computed.
 const MINORS_LIMIT: usize = 14;
 
+/// `⟨N⟩ = 2D − |N|` of an H-matrix with a positive diagonal, factorised: `|N_ff⁻¹| ≤ (⟨N⟩⁻¹)_ff` entry by entry, for every set of points `f`.
+#[derive(Debug)]
+pub struct Comparison(Block);
+
+impl Comparison {
+    /// None where `N` is no H-matrix, or its diagonal not positive.
+    pub fn of(n: &Coupling) -> Option<Comparison> {
+        let size = n.size();
+        if (0..size).any(|i| n[(i, i)] <= 0.0) {
+            return None;
+        }
+        let entry = |(i, j, v): (usize, usize, f64)| (i, j, if i == j { v } else { -v.abs() });
+        let entries = n.rows().triplets().map(entry).collect();
+        let all: Vec<usize> = (0..size).collect();
+        let factor = Coupling::from(Csr::from_triplets(size, size, entries)).block(&all).ok()?;
+        // an M-matrix: ⟨N⟩ x = 1 has a solution x > 0; scaled by the diagonal, so that no unit decides; of a singular one x has no bound but rounding
+        let mut sums = vec![1.0; size];
+        factor.solve(&mut sums).ok()?;
+        let is_within = |(i, x): (usize, &f64)| (MARGIN..SINGULAR).contains(&(x * n[(i, i)]));
+        sums.iter().enumerate().all(is_within).then_some(Comparison(factor))
+    }
+
+    /// `⟨N⟩⁻¹ x`
+    pub fn solve(&self, mut x: Vec<f64>) -> Vec<f64> {
+        if self.0.solve(&mut x).is_err() {
+            x.fill(f64::INFINITY);
+        }
+        x
+    }
+
+    /// `⟨N⟩⁻ᵀ x`
+    pub fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
+        self.0.solve_transposed(&mut x);
+        x
+    }
+
+    /// Bounds over all active sets of the norms of `Σ_k L_ik n_k`, where the rows of gaps and pressures over the stresses are `L` and the stresses have these
+    /// norms: `⟨N⟩⁻¹ n` of a free point, `n_i + Σ_{f≠i} |N_if| (⟨N⟩⁻¹ n)_f` of one in contact.
+    pub fn follow(&self, n: &Coupling, norms: Vec<f64>) -> [Vec<f64>; 2] {
+        let gap = self.solve(norms.clone());
+        let others = |i: usize| n.row(i).filter(move |(j, _)| *j != i);
+        let pressure = |i: usize| norms[i] + others(i).map(|(j, v)| v.abs() * gap[j]).sum::<f64>();
+        let pressure = (0..gap.len()).map(pressure).collect();
+        [gap, pressure]
+    }
+}
+
 /// Show that `N` is a P-matrix; `row_scale > 0` may symmetrise it (the P property does not change).
-pub fn p_matrix(n: &DMatrix<f64>, row_scale: &[f64]) -> PMatrix {
+pub fn p_matrix(n: &Coupling, row_scale: &[f64]) -> PMatrix {
+    if n.is_sparse() {
+        return sparse_p_matrix(n, row_scale);
+    }
+    let n = &n.dense();
     let size = n.nrows();
     let symmetric_part = |scale: &dyn Fn(usize) -> f64| {
         DMatrix::from_fn(size, size, |i, j| 0.5 * (scale(i) * n[(i, j)] + scale(j) * n[(j, i)]))
@@ -252,6 +304,33 @@ pub fn p_matrix(n: &DMatrix<f64>, row_scale: &[f64]) -> PMatrix {
     PMatrix::NotShown { index: worst.iamax() }
 }
 
+/// The same of a large matrix that is mostly zero.
+fn sparse_p_matrix(n: &Coupling, row_scale: &[f64]) -> PMatrix {
+    let size = n.size();
+    let is_definite = |scale: &dyn Fn(usize) -> f64| {
+        let half = |(i, j, v): (usize, usize, f64)| {
+            let v = 0.5 * scale(i) * v;
+            // what rounding may have added to the diagonal is taken away
+            let less = if i == j { 2.0 * (1.0 - MARGIN) * v } else { v };
+            if i == j { [(i, j, less), (i, j, 0.0)] } else { [(i, j, v), (j, i, v)] }
+        };
+        let entries = n.rows().triplets().flat_map(half).collect();
+        let symmetric = Csr::from_triplets(size, size, entries);
+        SpdFactor::new(&symmetric, "symmetric part of N_C").is_ok()
+    };
+    if is_definite(&|_| 1.0) || is_definite(&|i| row_scale[i]) {
+        return PMatrix::PositiveDefinite;
+    }
+    if Comparison::of(n).is_some() {
+        return PMatrix::HMatrix;
+    }
+    // the row that its diagonal rules least
+    let rest = |i: usize| n.row(i).filter(|e| e.0 != i).map(|e| e.1.abs()).sum::<f64>();
+    let rule = |i: usize| n[(i, i)] / rest(i);
+    let index = (0..size).min_by(|&a, &b| rule(a).total_cmp(&rule(b)));
+    PMatrix::NotShown { index: index.unwrap_or(0) }
+}
+
 /// Largest size for which all active sets are gone through.
 const SETS_LIMIT: usize = 10;
 
@@ -262,7 +341,8 @@ const SETS_LIMIT: usize = 10;
 /// - all sets in turn, where there are few.
 ///
 /// Infinite where none of them holds.
-pub fn coupling_bound(n: &DMatrix<f64>, row_scale: &[f64]) -> f64 {
+pub fn coupling_bound(n: &Coupling, row_scale: &[f64]) -> f64 {
+    let n = &n.dense();
     let size = n.nrows();
     let norm = |a: &DMatrix<f64>| a.singular_values().max();
     if (0..size).all(|i| (0..size).all(|j| i == j || n[(i, j)] == 0.0)) {
@@ -374,7 +454,7 @@ mod tests {
                 false => strength * wave(i, j),
             });
             let areas: Vec<f64> = (0..size).map(|i| 1.0 + area * (i % 3) as f64).collect();
-            let bound = coupling_bound(&n, &areas);
+            let bound = coupling_bound(&n.clone().into(), &areas);
             let mut largest = 0.0f64;
             for set in 1..(1u32 << size) - 1 {
                 let (closed, free): (Vec<usize>, Vec<usize>) =
@@ -388,9 +468,9 @@ mod tests {
             assert!(largest <= bound && bound < 20.0, "{largest} {bound}");
             // of a part of it all sets are gone through
             let part = n.view((0, 0), (6, 6)).into_owned();
-            assert!(coupling_bound(&part, &areas[..6]) <= bound);
+            assert!(coupling_bound(&part.clone().into(), &areas[..6]) <= bound);
         }
-        assert_eq!(coupling_bound(&DMatrix::identity(3, 3), &[1.0; 3]), 0.0);
+        assert_eq!(coupling_bound(&DMatrix::identity(3, 3).into(), &[1.0; 3]), 0.0);
     }
 
     #[test]
@@ -415,19 +495,19 @@ mod tests {
 
     #[test]
     fn p_matrices_are_told_from_others() {
-        assert_eq!(p_matrix(&DMatrix::identity(3, 3), &[1.0; 3]), PMatrix::PositiveDefinite);
+        assert_eq!(p_matrix(&DMatrix::identity(3, 3).into(), &[1.0; 3]), PMatrix::PositiveDefinite);
         // a P-matrix whose symmetric part is indefinite: triangular, so an H-matrix
         let p = DMatrix::from_row_slice(2, 2, &[1.0, -3.0, 0.0, 1.0]);
-        assert_eq!(p_matrix(&p, &[1.0; 2]), PMatrix::HMatrix);
+        assert_eq!(p_matrix(&p.clone().into(), &[1.0; 2]), PMatrix::HMatrix);
         // singular, and its comparison matrix too: rounding decides nothing
         let rows = [1.0, -0.3, -0.7, -0.7, 1.0, -0.3, -0.3, -0.7, 1.0];
         let p = DMatrix::from_row_slice(3, 3, &rows);
-        assert!(matches!(p_matrix(&p, &[1.0; 3]), PMatrix::NotShown { .. }));
+        assert!(matches!(p_matrix(&p.clone().into(), &[1.0; 3]), PMatrix::NotShown { .. }));
         // one that is neither
         let p = DMatrix::from_row_slice(2, 2, &[1.0, -3.0, 0.5, 1.0]);
-        assert_eq!(p_matrix(&p, &[1.0; 2]), PMatrix::Minors);
+        assert_eq!(p_matrix(&p.clone().into(), &[1.0; 2]), PMatrix::Minors);
         let no = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
-        assert!(matches!(p_matrix(&no, &[1.0; 2]), PMatrix::NotShown { .. }));
+        assert!(matches!(p_matrix(&no.clone().into(), &[1.0; 2]), PMatrix::NotShown { .. }));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub mod active;
 pub mod boundary;
+mod condensed;
 pub mod conditions;
 pub mod coupling;
 pub mod distance;

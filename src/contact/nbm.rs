@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::ContactError;
 use super::boundary::BoundaryOperator;
 use super::conditions::{Conditions, Gaps};
-use super::inertia::{ConstantMass, Inertia, Projector};
+use super::inertia::{Inertia, Projector};
 use super::method::{Method, Promise};
 use super::redistribution::{self, Redistributed};
 use crate::fem::{Body, Reduction, load};
@@ -64,8 +64,8 @@ impl Nbm {
         let conditions = Arc::new(conditions);
         let redistributed = match mass {
             MassChoice::Paper => None,
-            MassChoice::Condensed => Some(redistribution::condensed(body, &conditions)),
-            MassChoice::Optimal => Some(redistribution::optimal(body)?),
+            MassChoice::Condensed => Some(redistribution::condensed(body, &conditions)?),
+            MassChoice::Optimal => Some(redistribution::optimal(body, &conditions)?),
         };
         let (inertia, highest) = match &redistributed {
             None => (
@@ -73,12 +73,13 @@ impl Nbm {
                 body.frequency_bound(),
             ),
             Some(new) => {
-                let constant = ConstantMass::new(new.mass.clone(), &conditions)?;
-                let highest = match mass {
-                    MassChoice::Optimal => redistribution::bound_of_all(body, &constant),
-                    _ => {
-                        let bound = redistribution::bound(body, &conditions, &constant, stress)?;
-                        bound * body.frequency_bound()
+                let (constant, highest) = match new {
+                    Redistributed::Condensed(mass) => {
+                        let bound = redistribution::bound(body, &conditions, mass, stress)?;
+                        (mass.clone(), bound * body.frequency_bound())
+                    }
+                    Redistributed::Optimal { mass, .. } => {
+                        (mass.clone(), redistribution::bound_of_all(body, mass))
                     }
                 };
                 (Inertia::Constant(constant), highest)
@@ -110,7 +111,7 @@ impl Method for Nbm {
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
         let Conditions { n_c, n_o, area, .. } = &*self.conditions;
-        let (n_c, n_o, area) = ((**n_c).clone(), reduction.operator(n_o), area.clone());
+        let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
         let operator = BoundaryOperator { n_c, n_o, area };
         Ok(Arc::new(Nbm::new(body, operator, self.conditions.gaps(), self.choice)?))
     }

@@ -245,7 +245,8 @@ impl Phase {
         }
         let Some(Rayleigh { alpha, beta }) = self.parts.damping else { return power };
         if alpha != 0.0 {
-            power += alpha * self.inertia.shared.mass(&self.parts.body).quadratic(v);
+            let rows = 0..self.parts.body.dofs.n_o;
+            power += alpha * self.inertia.shared.quadratic(&self.parts.body, rows, v);
         }
         if beta > 0.0 {
             let damps = tips.map_or(&self.parts.body.stiffness, |t| &t.structure);
@@ -401,6 +402,14 @@ impl Phase {
         skew.mul(&d, &mut rest);
         let a = self.a_star();
         Some((body.stiffness.congruence(&a), skew.congruence(&a), self.reduce(&rest)))
+    }
+
+    /// `‖A_α‖_∞`
+    pub(super) fn amplification(&self) -> f64 {
+        match &self.kinematics {
+            Kinematics::Following(k) => k.amplification(),
+            Kinematics::Holding(_) => 0.0,
+        }
     }
 
     /// `A* = [I; A_α]`, sparse.

@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use super::condensed::Condensed;
 use super::inertia::{ConstantMass, Inertia, Projector};
 use super::kinematics::{Kinematics, Part};
 use super::phase::{Parts, Phase, Scratch};
@@ -49,7 +50,11 @@ impl Recurrence {
     pub fn new(system: &System) -> Recurrence {
         let near = match system.inertia() {
             Inertia::Projected(p) => p.support(),
-            _ => vec![],
+            Inertia::Constant(c) => match &**c {
+                ConstantMass::Condensed { mass, .. } => mass.support(),
+                ConstantMass::Formed { .. } => vec![],
+            },
+            Inertia::Held(_) => vec![],
         };
         let highest = system.units.highest;
         let all = 0..system.n_o();
@@ -70,7 +75,10 @@ impl Recurrence {
     pub fn is_local(system: &System) -> bool {
         match system.inertia() {
             Inertia::Projected(p) => p.diagonal().is_some(),
-            Inertia::Constant(c) => matches!(c.factor, SpdFactor::Diagonal(_)),
+            Inertia::Constant(c) => match &**c {
+                ConstantMass::Condensed { .. } => true,
+                ConstantMass::Formed { factor, .. } => matches!(factor, SpdFactor::Diagonal(_)),
+            },
             Inertia::Held(_) => false,
         }
     }
@@ -136,14 +144,21 @@ impl Recurrence {
                 }
                 Some(inverse)
             }
-            Inertia::Constant(ConstantMass { factor: SpdFactor::Diagonal(inverse), .. }) => {
+            Inertia::Constant(c) => {
+                let (inverse, condensed) = match &**c {
+                    ConstantMass::Formed { factor: SpdFactor::Diagonal(inverse), .. } => {
+                        (inverse, None)
+                    }
+                    ConstantMass::Condensed { mass, .. } => (&mass.inverse, Some(mass)),
+                    ConstantMass::Formed { .. } => return None,
+                };
                 self.pass(phase, inverse, factors, steps);
                 for step in steps {
-                    self.push(phase, (inverse, factors.f), step, load, s);
+                    self.push(phase, (inverse, condensed), factors.f, step, (load, s));
                 }
                 Some(inverse)
             }
-            _ => None,
+            Inertia::Held(_) => None,
         }
     }
 
@@ -204,21 +219,32 @@ impl Recurrence {
         }
     }
 
-    /// What forces on `u_C` do to the displacements that these follow from, under a constant mass.
+    /// What forces on `u_C` do to the displacements that these follow from, under a constant mass, and what a condensed one takes from all accelerations.
     fn push(
         &self,
         phase: &Phase,
-        (inverse, f): (&[f64], f64),
+        (inverse, condensed): (&[f64], Option<&Condensed>),
+        f: f64,
         step: &mut Step,
-        load: Option<&[f64]>,
-        s: &mut Scratch,
+        (load, s): (Option<&[f64]>, &mut Scratch),
     ) {
         let Kinematics::Following(kinematics) = &phase.kinematics else { return };
         let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
+        let force = |i: usize| stiffness.row_dot(i, step.now) - load.map_or(0.0, |l| l[i]);
         for i in n_o..stiffness.n_rows() {
-            s.b[i] = stiffness.row_dot(i, step.now) - load.map_or(0.0, |l| l[i]);
+            s.b[i] = force(i);
         }
-        kinematics.push(&s.b[n_o..], |j, v| step.next[j] += f * inverse[j] * v);
+        for &j in &self.near {
+            s.x[j] = inverse[j] * force(j);
+        }
+        let (b, x) = (&s.b, &mut s.x);
+        kinematics.push(&b[n_o..], |j, v| {
+            x[j] += inverse[j] * v;
+            step.next[j] += f * inverse[j] * v;
+        });
+        if let Some(condensed) = condensed {
+            condensed.correct(&s.x, &mut s.solve, |j, v| step.next[j] -= f * v);
+        }
     }
 
     /// Any mass.

@@ -11,12 +11,13 @@
 //! with `P` the pattern of the remaining pairs and a small symmetric `Λ`; for the normal component alone.
 
 use std::collections::HashSet;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
 use super::active::ActiveSet;
+use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::inertia::{ConstantMass, gram};
 use super::kinematics::Following;
@@ -27,18 +28,11 @@ use crate::mesh::Point;
 
 /// A mass over `u_O`, and what gravity acts on.
 #[derive(Debug)]
-pub(super) struct Redistributed {
-    /// `M_0`.
-    pub mass: Csr,
-    weight: Weight,
-}
-
-#[derive(Debug)]
-enum Weight {
-    /// `A_∅` over `u_O`.
-    Condensed(Csr),
-    /// Row sums of `m*` and of `m`, prescribed nodes included; the direction of the contact.
-    Nodal { new: Vec<f64>, old: Vec<f64>, direction: Point },
+pub(super) enum Redistributed {
+    /// `M_0 = A_∅ᵀ M A_∅`
+    Condensed(Arc<ConstantMass>),
+    /// The nearest mass; row sums of `m*` and of `m`, prescribed nodes included; the direction of the contact.
+    Optimal { mass: Arc<ConstantMass>, new: Vec<f64>, old: Vec<f64>, direction: Point },
 }
 
 impl Redistributed {
@@ -46,15 +40,13 @@ impl Redistributed {
     pub fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {
         let n_o = body.dofs.n_o;
         let mut force = load::gravity(body, acceleration);
-        match &self.weight {
-            Weight::Condensed(a_star) => {
+        match self {
+            Redistributed::Condensed(mass) => {
                 let of_c: Vec<f64> = force.drain(n_o..).collect();
-                for (i, f) in of_c.iter().enumerate() {
-                    a_star.row(n_o + i).for_each(|(j, v)| force[j] += v * f);
-                }
+                mass.push_open(&of_c, |j, v| force[j] += v);
                 force.resize(body.dofs.n(), 0.0);
             }
-            Weight::Nodal { new, old, direction } => {
+            Redistributed::Optimal { new, old, direction, .. } => {
                 let along: f64 = acceleration.iter().zip(direction).map(|(a, d)| a * d).sum();
                 let nodal: Vec<f64> = (0..new.len())
                     .flat_map(|n| {
@@ -72,9 +64,18 @@ impl Redistributed {
 }
 
 /// `M_0 = A_∅ᵀ M A_∅`.
-pub(super) fn condensed(body: &Body, conditions: &Arc<Conditions>) -> Redistributed {
-    let a_star = open_expansion(conditions);
-    Redistributed { mass: body.mass.congruence(&a_star), weight: Weight::Condensed(a_star) }
+pub(super) fn condensed(
+    body: &Body,
+    conditions: &Arc<Conditions>,
+) -> Result<Redistributed, ContactError> {
+    let mass = match Condensed::new(body, conditions)? {
+        Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass },
+        None => {
+            let a_star = open_expansion(conditions);
+            ConstantMass::formed(body.mass.congruence(&a_star), conditions, Some(a_star))?
+        }
+    };
+    Ok(Redistributed::Condensed(mass.into()))
 }
 
 /// `A*_∅`.
@@ -84,7 +85,7 @@ fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
 }
 
 /// The optimal mass of a body with a mesh whose contact points all have one direction: `m*` along it, `m` across.
-pub(super) fn optimal(body: &Body) -> Result<Redistributed, ContactError> {
+pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistributed, ContactError> {
     let (mesh, dofs) = (&body.mesh, &body.dofs);
     let m = body.scalar_mass();
     let columns = mesh.dim() + 1;
@@ -141,8 +142,8 @@ pub(super) fn optimal(body: &Body) -> Result<Redistributed, ContactError> {
     // what contact displacements would have is rounding
     entries.retain(|e| e.0 < dofs.n_o && e.1 < dofs.n_o);
     let mass = Csr::from_triplets(dofs.n_o, dofs.n_o, entries);
-    let weight = Weight::Nodal { new: weight, old: body.nodal_mass(), direction };
-    Ok(Redistributed { mass, weight })
+    let mass = ConstantMass::formed(mass, conditions, None)?.into();
+    Ok(Redistributed::Optimal { mass, new: weight, old: body.nodal_mass(), direction })
 }
 
 /// Eigenvalues of `(M_open, M_closed)` other than 1, `M_open = A_∅ᵀ M A_∅`, `M_closed = M_OO`: with `M_open − M_OO = W S Wᵀ`, `W = [M_OC, A_∅ᵀ]`, they
@@ -201,14 +202,26 @@ pub(super) fn bound(
     if conditions.is_empty() {
         return Ok(1.0);
     }
+    if let (Stress::Reaction, ConstantMass::Condensed { .. }) = (stress, mass) {
+        // M_OO is the diagonal itself, and below M_0
+        return Ok(1.0 + 1e-9);
+    }
     if stress == Stress::Reaction {
         let least = mass_spectrum(body, conditions)?.into_iter().fold(1.0, f64::min);
         return Ok((1.0 + 1e-9) * (1.0 / least.max(0.0)).sqrt());
     }
     let (size, n_o, n_c) = (conditions.count(), body.dofs.n_o, &conditions.n_c);
-    let inverse = (**n_c).clone().try_inverse();
+    if let ConstantMass::Condensed { mass, .. } = mass
+        && n_c.is_sparse()
+    {
+        let ratio = mass.ratio(conditions);
+        if ratio.is_finite() {
+            return Ok((1.0 + 1e-9) * ratio);
+        }
+    }
+    let inverse = n_c.dense().try_inverse();
     let Some(inverse) = inverse else { return Ok(f64::INFINITY) };
-    let follow = &inverse * &mass.gram * inverse.transpose();
+    let follow = &inverse * mass.gram(conditions) * inverse.transpose();
     let largest = (0.5 * (&follow + follow.transpose())).symmetric_eigenvalues().max();
     let weight = (0..size)
         .map(|i| body.mass.row(n_o + i).filter(|(j, _)| *j >= n_o).map(|(_, v)| v.abs()).sum())
@@ -222,19 +235,20 @@ pub(super) fn bound(
 pub(super) fn bound_of_all(body: &Body, mass: &ConstantMass) -> f64 {
     let n_o = body.dofs.n_o;
     let stiffness = body.stiffness.leading(n_o);
-    let mut scratch = mass.factor.scratch();
+    let mut scratch = mass.scratch();
+    let reduced = mass.matrix(body).leading(n_o);
     let mut x: Vec<f64> = (0..n_o).map(|i| (1.7 * (i * i) as f64 + 0.3).sin()).collect();
     let (mut y, mut square) = (vec![0.0; n_o], 0.0);
     for _ in 0..60 {
         stiffness.mul(&x, &mut y);
-        square = stiffness.quadratic(&x) / mass.reduced.quadratic(&x);
-        mass.factor.solve(&mut y, &mut scratch);
+        square = stiffness.quadratic(&x) / reduced.quadratic(&x);
+        mass.solve(&mut y, &mut scratch);
         let size = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
         x.iter_mut().zip(&y).for_each(|(x, y)| *x = y / size);
     }
     for _ in 0..40 {
         square *= 1.05;
-        let rest = Csr::combination(square, &mass.reduced, -1.0, &stiffness);
+        let rest = Csr::combination(square, &reduced, -1.0, &stiffness);
         if SpdFactor::new(&rest, "bound of the frequencies").is_ok() {
             return (1.0 + 1e-9) * square.sqrt();
         }

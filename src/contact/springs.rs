@@ -222,7 +222,7 @@ pub(super) fn attach(
     };
     let body = body.with_tips(Csr::from_triplets(n, n, forces), tips);
     let operator = BoundaryOperator {
-        n_c: DMatrix::from_diagonal(&stiffness.into()),
+        n_c: DMatrix::from_diagonal(&stiffness.into()).into(),
         n_o: Csr::from_triplets(n_c, n_o, rows),
         area: points.iter().map(|p| p.weight).collect(),
     };
@@ -268,12 +268,13 @@ impl Springs {
         let conditions = Conditions::new(operator, Gaps::front(gap), false)
             .map_err(|index| ContactError::NotPMatrix { node: index, at: points[index].place })?;
         let mass = body.mass.leading(body.dofs.n_o);
-        let constant = ConstantMass::new(mass, &conditions)?;
+        let constant = ConstantMass::formed(mass, &conditions, None)?;
         let highest = match law.is_symmetric() {
             true => redistribution::bound_of_all(body, &constant),
             false => f64::INFINITY,
         };
-        let (conditions, inertia) = (Arc::new(conditions), Arc::new(Inertia::Constant(constant)));
+        let (conditions, inertia) =
+            (Arc::new(conditions), Arc::new(Inertia::Constant(constant.into())));
         Ok(Springs { conditions, inertia, highest, law, points })
     }
 }
@@ -288,7 +289,7 @@ impl Method for Springs {
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
         let Conditions { n_c, n_o, area, gap, .. } = &*self.conditions;
-        let (n_c, n_o, area) = ((**n_c).clone(), reduction.operator(n_o), area.clone());
+        let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
         let operator = BoundaryOperator { n_c, n_o, area };
         let of_points = (self.law, self.points.clone());
         Ok(Arc::new(Springs::new(body, operator, gap.clone(), of_points)?))

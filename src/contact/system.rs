@@ -337,15 +337,29 @@ impl System {
 
     /// Kinetic energy `½ vᵀ M* v` of a full velocity.
     pub fn kinetic(&self, v: &[f64]) -> f64 {
-        0.5 * self.mass().quadratic(v)
+        0.5 * self.method.inertia().quadratic(&self.body, 0..self.n_o(), v)
     }
 
     /// By how much the kinetic energy grows where contact displacements of the velocity `u̇_C` come to have that of `v`: `½ (v − v⁻)ᵀ M* (v + v⁻)`.
     pub fn kinetic_jump(&self, v_c: &[f64], v: &[f64]) -> f64 {
+        // a constant mass knows no contact displacements
+        if matches!(self.inertia(), Inertia::Constant(_)) {
+            return 0.0;
+        }
         let (mass, n_o) = (self.mass(), self.n_o());
         let sum = |j: usize| v[j] + if j < n_o { v[j] } else { v_c[j - n_o] };
         let of_row = |i: usize| mass.row(n_o + i).map(|(j, m)| m * sum(j)).sum::<f64>();
         0.5 * (0..v_c.len()).map(|i| (v[n_o + i] - v_c[i]) * of_row(i)).sum::<f64>()
+    }
+
+    /// `xᵀM*x` of a full vector that is at rest but for some displacements of `u_O` and what follows them.
+    pub fn mass_quadratic(&self, rows: std::ops::Range<usize>, x: &[f64]) -> f64 {
+        self.method.inertia().quadratic(&self.body, rows, x)
+    }
+
+    /// `y = M* x`
+    pub fn mass_product(&self, x: &[f64], y: &mut [f64]) {
+        self.method.inertia().mul(&self.body, x, y);
     }
 
     /// Elastic energy of a full displacement: `½ uᵀ K u`, springs of the obstacle included.
@@ -380,9 +394,7 @@ impl System {
 
     /// How far the open contact displacements move at the most where no other displacement exceeds one: `‖A_∅‖_∞`.
     pub fn amplification(&self) -> f64 {
-        let a_star = self.open_phase().a_star();
-        let sum = |i: usize| a_star.row(i).map(|(_, v)| v.abs()).sum::<f64>();
-        (self.n_o()..self.n()).map(sum).fold(0.0, f64::max)
+        self.open_phase().amplification()
     }
 
     /// `μ`, the largest eigenvalue of the open phase's mass over the closed one's: how much the paper's mass jumps at switches.

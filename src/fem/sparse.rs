@@ -141,6 +141,13 @@ impl Csr {
         self.col[range.clone()].iter().zip(&self.val[range]).map(|(&j, &v)| (j as usize, v))
     }
 
+    /// An entry, if it is stored.
+    pub fn entry(&self, i: usize, j: usize) -> Option<&f64> {
+        let range = self.row_start[i]..self.row_start[i + 1];
+        let place = self.col[range.clone()].binary_search(&(j as u32)).ok()?;
+        Some(&self.val[range.start + place])
+    }
+
     /// All entries as `(row, column, value)`.
     pub fn triplets(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.n_rows()).flat_map(move |i| self.row(i).map(move |(j, v)| (i, j, v)))

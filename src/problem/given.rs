@@ -168,7 +168,7 @@ fn given_operator(
             }
         }
         let n_o = Csr::from_triplets(n_c, n_o, rest);
-        return Ok(BoundaryOperator { n_c: dense, n_o, area: vec![1.0; n_c] });
+        return Ok(BoundaryOperator { n_c: dense.into(), n_o, area: vec![1.0; n_c] });
     }
     let of_c = read(scene, "contact.n_c", contact.n_c.as_ref())?;
     let of_o = read(scene, "contact.n_o", contact.n_o.as_ref())?;
@@ -178,6 +178,5 @@ fn given_operator(
             return Err(fault(scene, key, message, &format!("give a {n_c} × {wanted} matrix")));
         }
     }
-    of_c.triplets().for_each(|(i, j, v)| dense[(i, j)] = v);
-    Ok(BoundaryOperator { n_c: dense, n_o: of_o, area: vec![1.0; n_c] })
+    Ok(BoundaryOperator { n_c: of_c.into(), n_o: of_o, area: vec![1.0; n_c] })
 }

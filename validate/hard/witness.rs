@@ -114,7 +114,7 @@ impl Witness {
                     set,
                     &mass,
                     &stiffness,
-                    &system.conditions().n_c,
+                    &system.conditions().n_c.dense(),
                     &of_others,
                     &system.conditions().gap,
                 )

@@ -27,7 +27,6 @@ pub use propagate::Tangent;
 pub use zoned::Zoned;
 
 use std::cell::RefCell;
-use std::ops::Range;
 use std::rc::Rc;
 
 use super::drives::Drives;
@@ -146,9 +145,8 @@ impl<'a> Chebyshev<'a> {
 
     /// `‖x‖_M` of what a recurrence began with.
     fn size(&self, series: &Series) -> f64 {
-        let (mass, x, n_o) = (self.system.mass(), &series.terms(1)[0], self.layout.n_o);
-        let of_rows = |rows: Range<usize>| mass.quadratic_of(rows, x);
-        (of_rows(self.recurrence.rows()) + of_rows(n_o..x.len())).max(0.0).sqrt()
+        let square = self.system.mass_quadratic(self.recurrence.rows(), &series.terms(1)[0]);
+        square.max(0.0).sqrt()
     }
 
     /// Go on in the same phase from elsewhere, displacements that do not move included.

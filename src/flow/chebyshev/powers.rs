@@ -132,7 +132,7 @@ impl Powers {
         // M*A*T_k x of all vectors
         let mut heavy = vec![vec![0.0; system.n()]; vectors.len()];
         for k in 0..terms {
-            heavy.iter_mut().zip(vectors).for_each(|(h, x)| system.mass().mul(&x[k], h));
+            heavy.iter_mut().zip(vectors).for_each(|(h, x)| system.mass_product(&x[k], h));
             for (p, &(x, y)) in pairs.iter().enumerate() {
                 let even = dot(&heavy[x], &vectors[y][k]);
                 moments[2 * k][p] = if k == 0 { even } else { 2.0 * even - moments[0][p] };
