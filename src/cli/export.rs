@@ -16,8 +16,8 @@ use super::{Answer, CliError, Global};
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtu --every 4            # plate-vtu/plate.pvd for ParaView\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
-    Fields of VTU and XDMF: displacement, velocity, contact_pressure (0 off the contact edge), contact_status (1 in contact, 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (of a plate a 3 × 3 tensor and von_mises, of a bar the axial stress)."
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtkhdf --every 4         # plate.vtkhdf for ParaView\n  signorini export plate.h5 --format vtu                      # plate-vtu/plate.pvd for ParaView and PyVista\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
+    Fields of VTKHDF, VTU and XDMF: displacement, velocity, contact_pressure (0 off the contact edge), contact_status (1 in contact, 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (a 3 × 3 tensor and von_mises, of a bar the axial stress)."
 )]
 pub struct Arguments {
     /// A file written by `run`, `orbit`, `backbone`, `response` or `crosscheck`
@@ -48,6 +48,9 @@ enum Format {
     /// Contact displacements, pressures and energies, one row a stored state; switches in a second file. Of a family
     /// or a cross-check: one row a point
     Csv,
+    /// One file with the mesh once and all stored states behind one another, for ParaView and VTK
+    #[value(name = "vtkhdf")]
+    VtkHdf,
     /// One VTU file a stored state and the PVD collection STEM.pvd for ParaView, in the folder STEM-vtu
     Vtu,
     /// One XDMF file with all stored states, its numbers in STEM.xdmf.h5, for ParaView and meshio
@@ -58,6 +61,7 @@ impl From<Format> for export::Format {
     fn from(format: Format) -> Self {
         match format {
             Format::Csv => export::Format::Csv,
+            Format::VtkHdf => export::Format::VtkHdf,
             Format::Vtu => export::Format::Vtu,
             Format::Xdmf => export::Format::Xdmf,
         }

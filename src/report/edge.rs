@@ -39,6 +39,11 @@ impl<'s> Edge<'s> {
                 None => fronts.push(i),
             }
         }
+        // points of a face are in no order along it
+        if stored.is_solid() {
+            let position = (0..places.len()).map(|i| i as f64).collect();
+            return Edge { stored, position, axis: "number", fronts, behind };
+        }
         // one straight edge along an axis
         for (axis, name) in [(1, "y"), (0, "x")] {
             let straight = places.iter().all(|p| p[1 - axis] == places[0][1 - axis]);

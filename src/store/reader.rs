@@ -356,6 +356,19 @@ impl Stored {
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
+    /// Contact pressure of every node at stored state `row`: of points that are no nodes the mean at the nearest one; zero off the contact.
+    pub fn nodal_pressure(&self, row: usize) -> Vec<f64> {
+        let n = self.nodes.nrows();
+        let (mut pressure, mut count) = (vec![0.0; n], vec![0.0; n]);
+        for i in 0..self.gap.len() {
+            let node = self.nearest_node(i);
+            pressure[node] += self.pressure[(row, i)];
+            count[node] += 1.0;
+        }
+        pressure.iter_mut().zip(&count).for_each(|(p, n)| *p /= f64::max(*n, 1.0));
+        pressure
+    }
+
     /// Displacement of contact point `i` along its direction, at stored state `row`.
     pub fn contact_displacement(&self, row: usize, i: usize) -> f64 {
         self.along_normal(&self.u, row, i)

@@ -128,19 +128,14 @@ impl<'s> Fields<'s> {
         ];
         if !s.contact_nodes.is_empty() {
             let n = s.nodes.nrows();
-            let (mut pressure, mut status, mut gap) =
-                (vec![0.0; n], vec![-1; n], vec![f64::NAN; n]);
-            // a node has the mean of the points of quadrature next to it, and the least of their gaps
-            let mut count = vec![0.0; n];
+            let (mut status, mut gap) = (vec![-1; n], vec![f64::NAN; n]);
+            // a node has the least gap of the points of quadrature next to it
             for i in 0..s.gap.len() {
                 let node = s.nearest_node(i);
-                pressure[node] += s.pressure[(row, i)];
-                count[node] += 1.0;
                 status[node] = status[node].max(i32::from(s.active[(row, i)]));
                 gap[node] = gap[node].min(s.gap[i] - s.contact_displacement(row, i));
             }
-            pressure.iter_mut().zip(&count).for_each(|(p, n)| *p /= f64::max(*n, 1.0));
-            all.push(real("contact_pressure", Place::Point, 1, pressure));
+            all.push(real("contact_pressure", Place::Point, 1, s.nodal_pressure(row)));
             let (name, values) = ("contact_status", Values::Whole(status));
             all.push(Field { name, place: Place::Point, components: 1, values });
             all.push(real("gap", Place::Point, 1, gap));

@@ -1,4 +1,4 @@
-//! Stored runs in other formats: CSV for a spreadsheet, VTU and XDMF for ParaView, meshio and everything built on VTK.
+//! Stored runs in other formats: CSV for a spreadsheet, VTKHDF, VTU and XDMF for ParaView, meshio and everything built on VTK.
 //!
 //! A [`Plan`] says what will be written, state by state, before anything is: [`Plan::targets`]. Every file is written beside its
 //! name and renamed when it is complete, and carries a mark that this program made it.
@@ -6,6 +6,7 @@
 mod cell;
 mod csv;
 mod fields;
+mod vtkhdf;
 mod vtu;
 mod xdmf;
 
@@ -25,6 +26,8 @@ pub enum Format {
     Csv,
     /// `STEM-vtu/STEM-NNNNNN.vtu` and the collection `STEM-vtu/STEM.pvd`.
     Vtu,
+    /// `STEM.vtkhdf`.
+    VtkHdf,
     /// `STEM.xdmf` and its numbers in `STEM.xdmf.h5`.
     Xdmf,
 }
@@ -67,7 +70,7 @@ impl Selection {
 pub enum ExportError {
     /// A body of given matrices has no shape.
     #[error(
-        "{}: a body of kind \"matrices\" has no geometry that VTU or XDMF could show; write its contact displacements, \
+        "{}: a body of kind \"matrices\" has no geometry that VTKHDF, VTU or XDMF could show; write its contact displacements, \
          pressures and energies with --format csv", .0.display()
     )]
     NoGeometry(PathBuf),
@@ -132,7 +135,7 @@ impl<'s> Plan<'s> {
         check_name(stem, format)?;
         let fields = match format {
             Format::Csv => None,
-            Format::Vtu | Format::Xdmf => {
+            Format::Vtu | Format::VtkHdf | Format::Xdmf => {
                 let whole = stored.whole();
                 Some(Fields::of(whole.map_err(|e| ExportError::Nothing(e.to_string()))?)?)
             }
@@ -158,7 +161,7 @@ impl<'s> Plan<'s> {
     pub fn leftovers(&self) -> Vec<PathBuf> {
         match self.format {
             Format::Vtu => vtu::leftovers(&self.stem, self.rows.len()),
-            Format::Csv | Format::Xdmf => vec![],
+            Format::Csv | Format::VtkHdf | Format::Xdmf => vec![],
         }
     }
 
@@ -167,6 +170,7 @@ impl<'s> Plan<'s> {
         let files = self.targets();
         match (self.format, &self.fields) {
             (Format::Vtu, Some(fields)) => vtu::write(fields, &self.rows, &files)?,
+            (Format::VtkHdf, Some(fields)) => vtkhdf::write(fields, &self.rows, &files)?,
             (Format::Xdmf, Some(fields)) => xdmf::write(fields, &self.rows, &files)?,
             (_, _) => csv::write(self.stored, &self.rows, &self.switches(), &files)?,
         }
@@ -191,6 +195,7 @@ pub fn targets(format: Format, stem: &Path, states: usize) -> Vec<PathBuf> {
     match format {
         Format::Csv => vec![named(stem, ".csv"), named(stem, "-switches.csv")],
         Format::Vtu => vtu::targets(stem, states),
+        Format::VtkHdf => vec![named(stem, ".vtkhdf")],
         Format::Xdmf => vec![named(stem, ".xdmf"), named(stem, ".xdmf.h5")],
     }
 }
@@ -207,7 +212,7 @@ fn check_name(stem: &Path, format: Format) -> Result<(), ExportError> {
     let Some(name) = stem.file_name().filter(|_| !ends_in_folder) else {
         return refuse("is no beginning of a file name; give one, for example out/plate");
     };
-    if format == Format::Csv {
+    if matches!(format, Format::Csv | Format::VtkHdf) {
         return Ok(());
     }
     match name.to_str().filter(|name| !name.chars().any(char::is_control)) {

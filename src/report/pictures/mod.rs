@@ -5,7 +5,9 @@ mod gap;
 mod ledger;
 mod patches;
 mod plate;
+mod scaled;
 mod shapes;
+mod solid;
 mod time;
 mod wall;
 

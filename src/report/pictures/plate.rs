@@ -5,26 +5,17 @@ use std::ops::Range;
 use plotters::prelude::*;
 
 use super::patches::{Corner, patches};
-use super::shapes::shape_span;
+use super::scaled::{Magnified, label, significant, size};
 use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
 use crate::report::figure::{
     self, Area, Drawn, FigureError, colour_bar, line, px, range, text, title, viridis,
 };
-use crate::report::summary;
 use crate::store::Stored;
-
-/// Largest displacement as drawn, as a fraction of the body's length: linear elasticity knows no scale.
-const DRAWN: f64 = 0.25;
-
-/// Magnifications from one over this to this are not worth a falsified shape.
-const AS_IT_IS: f64 = 4.0;
 
 /// Some stored states of a plate as they are drawn.
 struct Shapes<'s> {
     stored: &'s Stored,
     rows: &'s [usize],
-    /// The times whose fractions they are.
-    time: Range<f64>,
     /// Largest `‖u‖` of these states.
     largest: f64,
     /// Of the displacements.
@@ -63,21 +54,9 @@ impl Place {
 
 impl<'s> Shapes<'s> {
     fn of(stored: &'s Stored, rows: &'s [usize]) -> Self {
-        let n = stored.nodes.nrows();
-        let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
-        let largest = all.map(|(r, i)| size(stored, r, i)).fold(f64::MIN_POSITIVE, f64::max);
-        let extent = |c: usize| {
-            let x = || stored.nodes.column(c).into_iter().copied();
-            x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
-        };
-        let length = extent(0).max(extent(1));
-        // near the true size: the true size, in which plane obstacles are plane
-        let magnification = match DRAWN * length / largest {
-            m if (1.0 / AS_IT_IS..AS_IT_IS).contains(&m) => 1.0,
-            m => m,
-        };
+        let Magnified { largest, factor: magnification } = Magnified::of(stored, rows);
         let (walls, sides) = (walls(stored, magnification), boundary(stored));
-        Shapes { stored, rows, time: shape_span(stored), largest, magnification, walls, sides }
+        Shapes { stored, rows, largest, magnification, walls, sides }
     }
 
     /// A node as drawn.
@@ -99,11 +78,9 @@ impl<'s> Shapes<'s> {
     /// One state with its time.
     fn draw(&self, panel: &Area, r: usize, x: &Range<f64>, y: &Range<f64>) -> Drawn {
         let stored = self.stored;
-        let Range { start, end } = self.time;
-        let fraction = (stored.t[r] - start) / (end - start);
-        let t = summary::significant(stored.t[r], 5);
-        let label = format!("t = {t} ({} %)", percent(fraction));
-        panel.draw(&Text::new(label, (px(8.0), px(2.0)), text(13))).map_err(FigureError::draw)?;
+        panel
+            .draw(&Text::new(label(stored, r), (px(8.0), px(2.0)), text(13)))
+            .map_err(FigureError::draw)?;
         let (_, canvas) = panel.split_vertically(px(20.0));
         let place = Place::on(&canvas, x, y);
         for k in 0..stored.elements.nrows() {
@@ -117,12 +94,6 @@ impl<'s> Shapes<'s> {
         draw_outline(&canvas, stored, &self.sides, |p| place.pixel(p))?;
         self.walls.iter().try_for_each(|wall| draw_wall(&canvas, wall, |p| place.pixel(p)))
     }
-}
-
-/// `‖u‖` of a node at a stored state.
-fn size(stored: &Stored, r: usize, i: usize) -> f64 {
-    let [ux, uy, uz] = stored.displacement(r, i);
-    ux.hypot(uy).hypot(uz)
 }
 
 /// A patch of one colour; neighbours touch without a light seam.
@@ -154,23 +125,4 @@ pub(super) fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, Fi
         }
         colour_bar(&bar, 0.0..shapes.largest, "‖u‖", viridis)
     })
-}
-
-/// A fraction in percent with one decimal where it has one.
-fn percent(fraction: f64) -> String {
-    let text = format!("{:.1}", 100.0 * fraction);
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
-}
-
-/// Three significant digits, no trailing zeros.
-fn significant(v: f64) -> String {
-    if v == 0.0 {
-        return "0".into();
-    }
-    let decimals = (2.0 - v.abs().log10().floor()).clamp(0.0, 12.0) as usize;
-    let text = format!("{v:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
 }

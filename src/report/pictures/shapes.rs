@@ -7,6 +7,7 @@ use plotters::prelude::*;
 
 use super::Options;
 use super::plate::plate_shapes;
+use super::solid::solid_shapes;
 use super::time::time_range;
 use crate::report::figure::{
     self, FigureError, INK, Mark, colour_bar, legend, line, panel, px, range, title, viridis,
@@ -41,7 +42,7 @@ fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
     options.fractions.iter().map(nearest).collect()
 }
 
-/// Deformed shapes at fractions of the stored time, coloured by ‖u‖ (a bar: u against x).
+/// Deformed shapes at fractions of the stored time, coloured by ‖u‖ (a bar: u against x; a body in space: its surface, coloured by the pressure).
 pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, FigureError> {
     if stored.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
@@ -56,7 +57,9 @@ pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, Figur
         return Err(FigureError::Empty("a body given by matrices has no shape"));
     }
     let rows = chosen_rows(stored, options);
-    if stored.elements.ncols() == 2 {
+    if stored.is_solid() {
+        solid_shapes(stored, &rows)
+    } else if stored.elements.ncols() == 2 {
         bar_shapes(stored, &rows)
     } else {
         plate_shapes(stored, &rows)

@@ -83,7 +83,8 @@ fn mesh(scene: &Scene, system: &System) -> String {
     let state = match scene.body.state {
         Some(State::PlaneStrain) => "plane strain",
         Some(State::Axisymmetric) => "axisymmetric",
-        _ => "plane stress",
+        Some(State::PlaneStress) => "plane stress",
+        None => "in space",
     };
     format!("mesh of {}, {state}", counts.join(", "))
 }

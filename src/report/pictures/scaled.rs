@@ -1,0 +1,70 @@
+//! How deformed shapes are drawn: magnified displacements, states with their times.
+
+use super::shapes::shape_span;
+use crate::report::summary;
+use crate::store::Stored;
+
+/// Largest displacement as drawn, as a fraction of the body's length: linear elasticity knows no scale.
+const DRAWN: f64 = 0.25;
+
+/// Magnifications from one over this to this are not worth a falsified shape.
+const AS_IT_IS: f64 = 4.0;
+
+/// How much displacements are magnified.
+pub(super) struct Magnified {
+    /// Largest `‖u‖` of the states.
+    pub largest: f64,
+    pub factor: f64,
+}
+
+impl Magnified {
+    /// Of some stored states.
+    pub fn of(stored: &Stored, rows: &[usize]) -> Magnified {
+        let n = stored.nodes.nrows();
+        let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
+        let largest = all.map(|(r, i)| size(stored, r, i)).fold(f64::MIN_POSITIVE, f64::max);
+        let extent = |c: usize| {
+            let x = || stored.nodes.column(c).into_iter().copied();
+            x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min)
+        };
+        let length = (0..stored.nodes.ncols()).map(extent).fold(0.0, f64::max);
+        // near the true size: the true size, in which plane obstacles are plane
+        let factor = match DRAWN * length / largest {
+            m if (1.0 / AS_IT_IS..AS_IT_IS).contains(&m) => 1.0,
+            m => m,
+        };
+        Magnified { largest, factor }
+    }
+}
+
+/// `‖u‖` of a node at a stored state.
+pub(super) fn size(stored: &Stored, r: usize, i: usize) -> f64 {
+    let [ux, uy, uz] = stored.displacement(r, i);
+    ux.hypot(uy).hypot(uz)
+}
+
+/// A state's time, and which fraction it is of those that are drawn.
+pub(super) fn label(stored: &Stored, r: usize) -> String {
+    let span = shape_span(stored);
+    let fraction = (stored.t[r] - span.start) / (span.end - span.start);
+    format!("t = {} ({} %)", summary::significant(stored.t[r], 5), percent(fraction))
+}
+
+/// A fraction in percent with one decimal where it has one.
+fn percent(fraction: f64) -> String {
+    let text = format!("{:.1}", 100.0 * fraction);
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
+/// Three significant digits, no trailing zeros.
+pub(super) fn significant(v: f64) -> String {
+    if v == 0.0 {
+        return "0".into();
+    }
+    let decimals = (2.0 - v.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    let text = format!("{v:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
