@@ -17,8 +17,8 @@ use crate::store::Stored;
 
 /// What carries no pressure.
 const BODY: RGBColor = RGBColor(205, 208, 214);
-/// Share of the light that comes from everywhere.
-const AMBIENT: f64 = 0.45;
+/// Share of the light that comes from everywhere: on the body, and where colours say something.
+const AMBIENT: [f64; 2] = [0.5, 0.85];
 /// More faces than this are drawn without the lines between them.
 const LINED: usize = 4000;
 /// Neighbours that turn by more meet in an edge (cosine).
@@ -194,7 +194,7 @@ impl<'s> Scene<'s> {
         let pressure = self.stored.nodal_pressure(row);
         // from above the left shoulder
         let light = unit(std::array::from_fn(|c| {
-            self.view.eye[c] - 0.35 * self.view.right[c] + 0.45 * self.view.up[c]
+            self.view.eye[c] - 0.25 * self.view.right[c] + 0.4 * self.view.up[c]
         }));
         let mut pieces: Vec<Piece> = vec![];
         for face in &self.faces {
@@ -207,14 +207,16 @@ impl<'s> Scene<'s> {
                 let last = corners[corners.len() - 1];
                 let normal = cross(&minus(&corners[1], &corners[0]), &minus(&last, &corners[0]));
                 let size = dot(&normal, &normal).sqrt();
-                // turned away, or nothing at all
-                if size == 0.0 || dot(&normal, &self.view.eye) <= 0.0 {
+                // nothing at all; or turned away, which shows where large displacements fold a surface
+                let turned = dot(&normal, &self.view.eye) <= 0.0;
+                if size == 0.0 || turned && self.faces.len() > LINED {
                     continue;
                 }
-                let shade =
-                    AMBIENT + (1.0 - AMBIENT) * (dot(&normal, &light) / size).clamp(0.0, 1.0);
                 let values: Vec<f64> = part.iter().map(|&k| pressure[face.nodes[k]]).collect();
                 let carries = face.touches && values.iter().any(|p| *p > 0.0);
+                let ambient = AMBIENT[usize::from(carries)];
+                let bright = (dot(&normal, &light) / size).abs().min(1.0);
+                let shade = ambient + (1.0 - ambient) * bright;
                 let lines = self.lines(face, part, &x);
                 for (outline, value) in divided(&corners, &values, carries) {
                     let base = match carries {
