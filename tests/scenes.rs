@@ -9,9 +9,10 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 18] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 21] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
+    ("blade", 14, 3.2864317559e1, 4.8349042385e2, 4.0216530832e-8, 16094),
     ("bouncing-bar", 6, 1.0000000000e0, 4.3143927094e0, 2.2846879468e1, 745),
     ("bracket", 20, 2.7763040166e-4, 3.6893176645e-3, 1.8452437180e-1, 4444),
     ("half-disc", 10, 2.0000000000e-1, 5.8901486609e0, 7.8021102411e-3, 551),
@@ -23,9 +24,11 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 18] = [
     ("half-plate-transient", 8, 1.4718691554, 1.9737934170, 0.3721764670, 46),
     ("half-plate-viscous", 108, 1.5511996680e0, 1.9953274497e0, 3.0485480952e-1, 2164),
     ("oscillator", 6, 2.4183991523, 15.7195944900, 0.5000000000, 26),
-    ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4696),
+    ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4702),
     ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 628),
-    ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4341),
+    ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4423),
+    ("sphere", 88, 5.0000000000e-1, 1.6922991372e1, 8.3775327552e-6, 40059),
+    ("sphere-eighth", 26, 5.0000000000e-1, 1.6699643523e1, 1.0407217709e-6, 18624),
     ("two-mass-stop", 72, 41.4010668552, 378.0610918347, 0.3995673372, 394),
     ("valve", 96, 1.0011765660e0, 8.1318328618e1, 1.4816785108e-4, 2969),
 ];
@@ -88,6 +91,10 @@ fn exact_flows_agree_on_the_shipped_scenes() {
             continue;
         }
         let problem = Problem::new(&scene, None).unwrap();
+        // an eigenproblem of this size for every phase takes minutes
+        if problem.system.n_o() > 1500 {
+            continue;
+        }
         let mut run = |integrator| {
             if let Some(run) = &mut scene.run {
                 run.integrator = integrator;
@@ -110,6 +117,8 @@ fn exact_flows_agree_on_the_shipped_scenes() {
             "bouncing-bar" => 1e-9,
             // thin triangles and two materials: frequencies over a factor of seven hundred
             "bracket" => 1e-9,
+            // tiny elements at the axis, 88 switches, most of them weak
+            "sphere" => 1e-9,
             "half-plate-viscous" => 3e-10,
             _ => 1e-11,
         };

@@ -50,17 +50,24 @@ pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {
 /// The solution by Clarabel's interior-point method, accurate to about 1e-8 of the scale, or `None`
 /// if it gives up.
 pub fn clarabel(n: &DMatrix<f64>, q: &[f64]) -> Option<Vec<f64>> {
+    // rows of very different sizes, as next to an axis of revolution, each by itself
+    scaled_clarabel(n, q, false).or_else(|| scaled_clarabel(n, q, true))
+}
+
+fn scaled_clarabel(n: &DMatrix<f64>, q: &[f64], by_rows: bool) -> Option<Vec<f64>> {
     let size = q.len();
     // bring rows and unknowns to the order of one
     let stiffness = (0..size).map(|i| n[(i, i)].abs()).fold(0.0, f64::max);
+    let off = |i: usize, j: usize| (n[(i, j)] - n[(j, i)]).abs();
+    let symmetric = !by_rows && (0..size).all(|i| (0..i).all(|j| off(i, j) <= 1e-14 * stiffness));
+    let scale = |i: usize| if by_rows { n[(i, i)].abs() } else { stiffness };
+    let scaled = DMatrix::from_fn(size, size, |i, j| n[(i, j)] / scale(i));
+    let q: Vec<f64> = q.iter().enumerate().map(|(i, x)| x / scale(i)).collect();
     let force = q.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     if size == 0 || force == 0.0 {
         return Some(vec![0.0; size]);
     }
-    let scaled = n / stiffness;
     let q: Vec<f64> = q.iter().map(|x| x / force).collect();
-    let symmetric =
-        (0..size).all(|i| (0..i).all(|j| (scaled[(i, j)] - scaled[(j, i)]).abs() <= 1e-14));
     let upper = |i: usize, j: usize| if i <= j { scaled[(i, j)] + scaled[(j, i)] } else { 0.0 };
     let half = if symmetric { 0.5 } else { 1.0 };
     let dense = |rows: usize, f: &dyn Fn(usize, usize) -> f64| {
@@ -100,6 +107,6 @@ pub fn clarabel(n: &DMatrix<f64>, q: &[f64]) -> Option<Vec<f64>> {
             DefaultSolver::new(&objective, &q, &constraints, &bound, &cones, settings).ok()?;
         solver.solve();
         let solved = solver.solution.status == SolverStatus::Solved;
-        solved.then(|| solver.solution.x.iter().map(|x| x * force / stiffness).collect())
+        solved.then(|| solver.solution.x.iter().map(|x| x * force).collect())
     })
 }

@@ -44,7 +44,7 @@ pub struct Reduction {
 }
 
 /// Singular values of the static shapes below this, over the largest, are rounding errors.
-const DEPENDENT: f64 = 1e-8;
+const DEPENDENT: f64 = 1e-6;
 
 impl Reduction {
     /// The basis of a body whose contact conditions touch the displacements `interface` of `u_O`.

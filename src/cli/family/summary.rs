@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use signorini::records::{
     Branch, BranchEnd, GapReason, Peak, PointKind, PointMethod, PointRecord, Solver, Walk, Way,
 };
+use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
@@ -77,7 +78,7 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
         stored.points.iter().filter(|p| is_on_the_way(&p.special)).collect();
     for (k, p) in specials.iter().take(MOST).enumerate() {
         let energy =
-            p.orbit.as_ref().map_or(String::new(), |o| format!(", energy {:.6}", o.energy));
+            p.orbit.as_ref().map_or(String::new(), |o| format!(", energy {}", energy(o.energy)));
         let whose = match (&p.special, stored.outline().solver) {
             (PointKind::Stability(_), Solver::Viscous) => " (self-excited system)",
             _ => "",
@@ -94,8 +95,10 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
             _ => format!("{}: ", stored.branches[p.branch]),
         };
         let text = format!(
-            "{name}amplitude {:.6} at omega = {:.6}, energy {:.6}",
-            p.amplitude, p.omega, p.energy
+            "{name}amplitude {:.6} at omega = {:.6}, energy {}",
+            p.amplitude,
+            p.omega,
+            energy(p.energy)
         );
         line(if k == 0 { "peaks" } else { "" }, text);
     }
@@ -188,4 +191,9 @@ fn on_a_grid(stored: &StoredFamily) -> String {
         _ => "; more harmonics, or --follow arclength, may close them",
     };
     format!(", {gaps} frequencies without one, {jumps} jumps to another branch{hint}")
+}
+
+/// Six decimals, or as many digits where they would show nothing.
+fn energy(x: f64) -> String {
+    if x == 0.0 || x.abs() >= 1e-3 { format!("{x:.6}") } else { significant(x, 7) }
 }
