@@ -64,7 +64,7 @@ const BAD: &[(&str, &str, usize, &str, &str)] = &[
     ("fix = [\"x\", \"y\"]", "fix = []", 13, "support[0].fix", "nothing"),
     ("fix = [\"x\", \"y\"]", "fix = [\"y\"]", 11, "support", "rigidly"),
     ("edge = \"right\"", "edge = \"left\"", 16, "contact.edge", "prescribed"),
-    ("gap = 1.0", "gap = \"1 + z\"", 17, "contact.gap", "`z`"),
+    ("gap = 1.0", "gap = \"1 + z\"", 17, "contact.gap", "expression of z"),
     ("gap = 1.0", "gap = \"1 +* y\"", 17, "contact.gap", "expression"),
     ("gap = 1.0", "gap = \"1/(y - 0.2)\"", 17, "contact.gap", "inf"),
     ("gap = 1.0", "gap = 0.0", 21, "initial.amplitude", "gap is 0"),

@@ -356,3 +356,49 @@ fn what_does_not_work_in_space_is_refused() {
         assert!(found.contains(words), "{found}\nnot: {words}");
     }
 }
+
+/// Nodes at which several obstacles meet: three directions at the corner of a box, in any order of the groups; two groups that lie in one plane are one
+/// direction; more directions than dimensions are refused.
+#[test]
+fn obstacles_meet_at_corners_in_space() {
+    let mesh = cuboid(ElementKind::Hex8, [1.0, 0.8, 0.6], [2, 2, 2], 0.0);
+    let areas = |order: &[&str]| {
+        let facing: Vec<Facing> = order.iter().map(|g| Facing::surface(g)).collect();
+        let dofs = DofMap::new(&mesh, &[], &facing).unwrap();
+        let body = Body::assemble(mesh.clone(), dofs, &[MATERIAL], false);
+        let gaps = Gaps::front(vec![1.0; body.dofs.n_c]);
+        let contacts = Contacts { gaps, lumped: false };
+        let system = System::new(body, &contacts, (Stress::Reaction, MassChoice::Condensed));
+        let system = system.unwrap_or_else(|e| panic!("{order:?}: {e}"));
+        (system.n_contact(), system.constraints.iter().map(|c| c.area).sum::<f64>())
+    };
+    for order in [["xmax", "ymax", "zmax"], ["zmax", "xmax", "ymax"], ["ymax", "zmax", "xmax"]] {
+        let (count, area) = areas(&order);
+        assert_eq!(count, 27);
+        assert!((area - (0.48 + 0.6 + 0.8)).abs() < 1e-14, "{order:?}: {area}");
+    }
+    // the face at x = 1 in two halves
+    let half = |low: bool| {
+        let of = |f: &&signorini::mesh::Facet| {
+            let nodes = mesh.side_nodes(**f);
+            let y = nodes.iter().map(|&n| mesh.nodes()[n][1]).sum::<f64>() / nodes.len() as f64;
+            (y < 0.4) == low
+        };
+        mesh.group("xmax").iter().filter(of).copied().collect::<Vec<_>>()
+    };
+    let groups = ["ymax", "zmax"].map(|g| (g.to_owned(), mesh.group(g).to_vec()));
+    let halves = [("low".to_owned(), half(true)), ("high".to_owned(), half(false))];
+    let split = mesh.clone().with_groups(groups.into_iter().chain(halves));
+    for order in [["zmax", "low", "high", "ymax"], ["low", "high", "zmax", "ymax"]] {
+        let facing: Vec<Facing> = order.iter().map(|g| Facing::surface(g)).collect();
+        assert_eq!(DofMap::new(&split, &[], &facing).unwrap().n_c, 27, "{order:?}");
+    }
+    // three walls around a corner that the clamp holds along one of them
+    let held = [Held::along("zmin", 2)];
+    let oblique = |direction: Point| Facing { group: "xmax".into(), direction: Some(direction) };
+    let facing = [oblique([1.0, 0.0, 0.0]), oblique([0.8, 0.6, 0.0]), oblique([0.8, -0.6, 0.0])];
+    let error = DofMap::new(&mesh, &held, &facing).unwrap_err();
+    assert!(matches!(error, signorini::fem::FrameError::TooMany { .. }), "{error}");
+    let error = DofMap::new(&mesh, &[], &facing).unwrap_err();
+    assert!(matches!(error, signorini::fem::FrameError::TooMany { .. }), "{error}");
+}

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::coupling::Coupling;
 use crate::fem::shape::{self, Local};
 use crate::fem::{Body, ContactPoint, Csr, DofMap, Material, Shape};
-use crate::mesh::{Element, Point};
+use crate::mesh::{Element, Facet, Point};
 
 /// The operators of all contact points.
 #[derive(Debug, Clone)]
@@ -95,6 +95,8 @@ fn row_over(dofs: &DofMap, nodes: &[usize], row: &[f64]) -> impl Iterator<Item =
 pub(super) struct EdgePoint<'a> {
     /// Which of the groups before obstacles.
     pub group: usize,
+    /// Which side of which group.
+    side: (usize, Facet),
     /// Place.
     pub place: Point,
     /// Outward normal.
@@ -157,6 +159,7 @@ pub(super) fn quadrature(body: &Body) -> Vec<EdgePoint<'_>> {
             let normal = point.normal;
             points.push(EdgePoint {
                 group,
+                side: (group, facet),
                 place: point.place,
                 normal,
                 weight: point.area * material.measure(point.place[0]),
@@ -175,13 +178,25 @@ pub(super) fn quadrature(body: &Body) -> Vec<EdgePoint<'_>> {
 /// Entries below this fraction of their row's largest are rounding errors of `G⁻¹R` and are dropped.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Area that belongs to each contact point: row sums of `G`.
+/// Area that belongs to each contact point: row sums of `G`. On faces whose shape functions have integrals that are not all positive (second order
+/// without a node in the middle) the area of the face is shared out by `∫ P²`.
 pub(super) fn areas(body: &Body) -> Vec<f64> {
     let mut area = vec![0.0; body.dofs.contact.len()];
-    for point in quadrature(body) {
-        for (node, shape) in &point.shape {
-            if let Some(i) = body.dofs.contact_at(point.group, *node) {
-                area[i] += point.weight * shape;
+    let mut add = |point: &EdgePoint, node: usize, share: f64| {
+        if let Some(i) = body.dofs.contact_at(point.group, node) {
+            area[i] += share;
+        }
+    };
+    for of_side in quadrature(body).chunk_by(|a, b| a.side == b.side) {
+        let bears = shape::side_shares(of_side[0].element.kind, of_side[0].side.1.side)
+            .iter()
+            .all(|share| *share > 1e-12);
+        let squares = || of_side.iter().flat_map(|p| p.shape.iter().map(|s| p.weight * s.1 * s.1));
+        let whole = of_side.iter().map(|p| p.weight).sum::<f64>() / squares().sum::<f64>();
+        for point in of_side {
+            for &(node, shape) in &point.shape {
+                let share = if bears { shape } else { whole * shape * shape };
+                add(point, node, point.weight * share);
             }
         }
     }
@@ -206,10 +221,11 @@ pub fn projection(body: &Body, lumped: bool) -> BoundaryOperator {
             r.extend(stress.iter().map(|&(j, s)| (i, j, point.weight * shape * s)));
         }
     }
-    let area: Vec<f64> = (0..n_c).map(|i| g.row(i).sum()).collect();
+    let sums: Vec<f64> = (0..n_c).map(|i| g.row(i).sum()).collect();
     let r = Csr::from_triplets(n_c, dofs.n(), r);
-    let n = if lumped { scale_rows(&r, &area) } else { solve_rows(g, &r) };
-    BoundaryOperator::of_rows(&n, dofs.n_o, area)
+    let n = if lumped { scale_rows(&r, &sums) } else { solve_rows(g, &r) };
+    let positive = sums.iter().all(|a| *a > 0.0);
+    BoundaryOperator::of_rows(&n, dofs.n_o, if positive { sums } else { areas(body) })
 }
 
 /// `diag(area)⁻¹ R`.

@@ -110,6 +110,18 @@ impl Coupling {
         self.columns.get_or_init(|| self.rows.transposed()).row(k)
     }
 
+    /// The block of some points.
+    pub fn among(&self, points: &[usize]) -> Csr {
+        let mut place = vec![usize::MAX; self.size()];
+        points.iter().enumerate().for_each(|(k, &i)| place[i] = k);
+        let mut entries = vec![];
+        for (k, &i) in points.iter().enumerate() {
+            let inside = self.row(i).filter(|(j, _)| place[*j] != usize::MAX);
+            entries.extend(inside.map(|(j, v)| (k, place[j], v)));
+        }
+        Csr::from_triplets(points.len(), points.len(), entries)
+    }
+
     /// The factor of the block of some points.
     pub fn block(&self, points: &[usize]) -> Result<Block, LcpError> {
         let n = points.len();

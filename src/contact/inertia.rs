@@ -22,7 +22,7 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
-use super::coupling::{Block, Coupling};
+use super::coupling::Coupling;
 use super::kinematics::{Following, Kinematics};
 use super::lcp::Place;
 use super::phase::Scratch;
@@ -347,7 +347,7 @@ pub(super) struct PhaseInertia {
 #[derive(Debug)]
 enum Schur {
     Dense(nalgebra::Cholesky<f64, Dyn>),
-    Sparse(Block),
+    Sparse(SpdFactor),
 }
 
 impl Schur {
@@ -359,7 +359,7 @@ impl Schur {
     /// Of a block of a matrix that may be sparse.
     fn of(gram: &Coupling, points: &[usize]) -> Option<Schur> {
         match gram.is_sparse() {
-            true => gram.block(points).ok().map(Schur::Sparse),
+            true => SpdFactor::new(&gram.among(points), "reduced mass").ok().map(Schur::Sparse),
             false => {
                 let entry = |a: usize, b: usize| gram[(points[a], points[b])];
                 Schur::dense(DMatrix::from_fn(points.len(), points.len(), entry))
@@ -367,12 +367,13 @@ impl Schur {
         }
     }
 
-    fn solve(&self, x: &mut DVector<f64>) -> bool {
+    fn solve(&self, x: &mut DVector<f64>) {
         match self {
-            Schur::Dense(factor) => factor.solve_mut(x),
-            Schur::Sparse(factor) => return factor.solve(x.as_mut_slice()).is_ok(),
+            Schur::Dense(factor) => {
+                factor.solve_mut(x);
+            }
+            Schur::Sparse(factor) => factor.solve(x.as_mut_slice(), &mut factor.scratch()),
         }
-        true
     }
 }
 
@@ -400,7 +401,8 @@ impl PhaseInertia {
         for (mu, &k) in mu.iter_mut().zip(rows) {
             *mu = p.rows.row_dot(k, x);
         }
-        schur.solve(mu)
+        schur.solve(mu);
+        true
     }
 
     /// `x ← x − M⁻¹ R_αᵀ (R_α M⁻¹ R_αᵀ)⁻¹ R_α x`, with `b = M x` at hand. Not numbers where the reduced mass is singular.
@@ -467,9 +469,7 @@ impl PhaseInertia {
         let Some(schur) = schur else { return a.fill(f64::NAN) };
         let mut mu =
             DVector::from_iterator(rows.len(), rows.iter().map(|&k| h.normal.row_dot(k, a)));
-        if !schur.solve(&mut mu) {
-            return a.fill(f64::NAN);
-        }
+        schur.solve(&mut mu);
         for (&mu, &k) in mu.iter().zip(rows) {
             a.iter_mut().zip(&h.columns[k]).for_each(|(a, c)| *a -= mu * c);
         }

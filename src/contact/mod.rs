@@ -38,13 +38,18 @@ pub use system::{Constraint, Contacts, Rayleigh, State, System, Units};
 use crate::fem::FemError;
 use thiserror::Error;
 
+/// The third coordinate of a place, where there is one.
+fn third(z: f64) -> String {
+    if z == 0.0 { String::new() } else { format!(", {z:.6}") }
+}
+
 /// What can go wrong in the contact operators.
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum ContactError {
     /// `N_C` cannot be shown to be a P-matrix.
     #[error(
         "the contact conditions may have several solutions: N_C cannot be shown to be a P-matrix near \
-         contact node {node} at ({:.6}, {:.6})", at[0], at[1]
+         contact node {node} at ({:.6}, {:.6}{})", at[0], at[1], third(at[2])
     )]
     NotPMatrix {
         /// Mesh node.

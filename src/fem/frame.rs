@@ -97,6 +97,12 @@ pub enum FrameError {
         /// Angle between them.
         degrees: f64,
     },
+    /// More directions than dimensions, or directions in one plane.
+    #[error("the directions in which node {node} meets obstacles depend on each other")]
+    TooMany {
+        /// Node.
+        node: usize,
+    },
     /// A group that turns at a node by so much that it is two.
     #[error("the group \"{group}\" turns by {degrees:.1}° at node {node}")]
     Corner {
@@ -127,6 +133,8 @@ const ONE: f64 = 10.0;
 const TWO: f64 = 30.0;
 /// Sides of one group that turn by more are no curved surface (a circle of eight sides turns by 45°).
 const CORNER: f64 = 50.0;
+/// Volume that three unit directions span at the least; two that are 30° apart span a half.
+const LEAST: f64 = 0.1;
 /// Flat means: normals within this, as a sine.
 const FLAT: f64 = 1e-6;
 
@@ -194,8 +202,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// From directions with their slots; what is missing is completed.
-    fn new(dim: usize, directions: &[(usize, Point)]) -> Frame {
+    /// From directions with their slots; what is missing is completed. None where they depend on each other.
+    fn new(dim: usize, directions: &[(usize, Point)]) -> Option<Frame> {
         let mut rows = [[0.0; 3]; 3];
         let mut given = vec![];
         for &(slot, d) in directions {
@@ -228,11 +236,11 @@ impl Frame {
         let w = nalgebra::Matrix3::from_fn(|i, j| rows[i][j]);
         let inverse = match is_orthonormal {
             true => w.transpose(),
-            // two contact directions are at least 30° apart
-            false => w.try_inverse().unwrap_or_else(nalgebra::Matrix3::identity),
+            false if w.determinant().abs() < LEAST => return None,
+            false => w.try_inverse()?,
         };
         let inverse = std::array::from_fn(|i| std::array::from_fn(|j| inverse[(i, j)]));
-        Frame { rows, inverse, is_orthonormal }
+        Some(Frame { rows, inverse, is_orthonormal })
     }
 
     fn is_identity(&self) -> bool {
@@ -296,7 +304,7 @@ impl Frames {
                 placed.push((slot, if turned { direction.map(|x| -x) } else { direction }));
                 frames.slots[dim * node + slot] = what;
             }
-            let frame = Frame::new(dim, &placed);
+            let frame = Frame::new(dim, &placed).ok_or(FrameError::TooMany { node })?;
             if !frame.is_identity() {
                 frames.of_node.insert(node, frame);
             }
@@ -367,19 +375,22 @@ fn contact_directions(
                 }
             }
             let known = wanted.entry(node).or_default();
-            if let Some(&other) = known.first() {
-                let apart = degrees(&direction, &frames.contact[other].direction);
-                if apart < ONE {
-                    // one direction: between the two
-                    let both = &mut frames.contact[other];
-                    both.direction = unit(sum(&both.direction, 1.0, &direction));
-                    both.normal = unit(sum(&both.normal, 1.0, &normal));
-                    frames.in_group.insert((group, node), other);
-                    continue;
-                }
-                if !(TWO..=180.0 - TWO).contains(&apart) {
-                    return Err(FrameError::Crossing { node, degrees: apart });
-                }
+            let apart = |c: &ContactPoint| degrees(&direction, &c.direction);
+            if let Some(&other) = known.iter().find(|&&k| apart(&frames.contact[k]) < ONE) {
+                // one direction: between the two
+                let both = &mut frames.contact[other];
+                both.direction = unit(sum(&both.direction, 1.0, &direction));
+                both.normal = unit(sum(&both.normal, 1.0, &normal));
+                frames.in_group.insert((group, node), other);
+                continue;
+            }
+            let mut angles = known.iter().map(|&k| apart(&frames.contact[k]));
+            if let Some(degrees) = angles.find(|a| !(TWO..=180.0 - TWO).contains(a)) {
+                return Err(FrameError::Crossing { node, degrees });
+            }
+            let taken = known.len() + held.get(&node).map_or(0, Vec::len);
+            if taken == mesh.dim() {
+                return Err(FrameError::TooMany { node });
             }
             known.push(frames.contact.len());
             frames.in_group.insert((group, node), frames.contact.len());

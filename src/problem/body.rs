@@ -180,6 +180,14 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
             ),
             "leave the sides at that node out of one of the groups",
         ),
+        FrameError::TooMany { node } => of_contact(
+            "",
+            format!(
+                "the directions in which {} meets obstacles depend on each other: there are more than dimensions, or they lie in one plane",
+                form.node(*node)
+            ),
+            "leave the sides at that node out of one of the groups",
+        ),
         FrameError::PartlyHeld { node, degrees } => of_contact(
             "",
             format!(

@@ -233,13 +233,16 @@ pub(super) fn check_elements(
     let by_forces =
         c.is_reaction() || matches!(c.method, ContactMethod::Impact | ContactMethod::MoreauJean);
     if let Some(k) = on(&bears_no_signs).filter(|_| by_forces) {
-        let kind = mesh.element(mesh.group(&dofs.facing[k].group)[0]).kind;
+        let kinds = mesh.group(&dofs.facing[k].group).iter().map(|&s| (s, mesh.element(s).kind));
+        let kind = kinds.into_iter().find(|(s, kind)| bears_no_signs(*s, *kind));
         let message = format!(
             "contact forces at nodes do not work on {} faces: a uniform pressure has zero or tensile corner forces",
-            kind.name()
+            kind.map_or("such", |(_, kind)| kind.name())
         );
-        let help = "give stress = \"nodal-mean\", or mesh with Hex27, Hex8 or Tet4";
-        let named = if c.stress == Some(StressKey::Reaction) { "stress" } else { "method" };
+        let (named, help) = match c.stress == Some(StressKey::Reaction) {
+            true => ("stress", "give stress = \"nodal-mean\", or mesh with Hex27, Hex8 or Tet4"),
+            false => ("method", "give method = \"nbm\", or mesh with Hex27, Hex8 or Tet4"),
+        };
         return fail(c.key(k, named), message, help);
     }
     Ok(())

@@ -37,7 +37,7 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
     })
 }
 
-fn plane([x, y, _]: Point) -> [f64; 2] {
+pub(super) fn plane([x, y, _]: Point) -> [f64; 2] {
     [x, y]
 }
 

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::block::{exact, flags, rounded, single};
+use super::body::plane;
 use crate::store::Stored;
 
 /// Bytes of all stored states of one page, at most; beyond, every second, third, … state is left out.
@@ -47,7 +48,7 @@ fn frames(stored: &Stored, rows: &[usize], short: bool) -> Value {
     let n = stored.nodes.nrows();
     let n_c = stored.gap.len();
     let number = |x: Vec<f64>| if short { rounded(&x) } else { single(x) };
-    let nodal = |&r: &usize| (0..n).flat_map(move |i| stored.displacement(r, i));
+    let nodal = |&r: &usize| (0..n).flat_map(move |i| plane(stored.displacement(r, i)));
     let u: Vec<f64> = rows.iter().flat_map(nodal).collect();
     let along = |&r: &usize| (0..n_c).map(move |i| stored.contact_displacement(r, i));
     let contact: Vec<f64> = rows.iter().flat_map(along).collect();
