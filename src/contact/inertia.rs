@@ -34,7 +34,7 @@ const STORE_LIMIT: usize = 2_000_000;
 /// The mass of a body in contact.
 #[derive(Debug)]
 pub(super) enum Inertia {
-    Projected(Projector),
+    Projected(Box<Projector>),
     Constant(Arc<ConstantMass>),
     /// The body's own mass; points in contact are held by reactions.
     Held(Arc<HeldMass>),
@@ -95,7 +95,7 @@ pub(super) enum ConstantMass {
     /// The condensed one of a body whose own mass is a diagonal.
     Condensed {
         /// It.
-        mass: Condensed,
+        mass: Box<Condensed>,
         /// `N_O M_0⁻¹ N_Oᵀ`, where somebody asks for it.
         gram: OnceLock<DMatrix<f64>>,
     },

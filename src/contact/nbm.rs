@@ -69,7 +69,7 @@ impl Nbm {
         };
         let (inertia, highest) = match &redistributed {
             None => (
-                Inertia::Projected(Projector::new(&body.mass, &conditions)?),
+                Inertia::Projected(Projector::new(&body.mass, &conditions)?.into()),
                 body.frequency_bound(),
             ),
             Some(new) => {

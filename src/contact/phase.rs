@@ -598,9 +598,10 @@ mod tests {
         let phase = system.phase(&ActiveSet::new(vec![true, false, true, false, false]));
         let mut other = system.phase(&phase.set);
         let conditions = system.conditions();
-        other.inertia.shared =
-            Inertia::Projected(Projector::storing(&system.body.mass, conditions, 0).unwrap())
-                .into();
+        other.inertia.shared = Inertia::Projected(
+            Projector::storing(&system.body.mass, conditions, 0).unwrap().into(),
+        )
+        .into();
         let (u, v) = (wave(system.n_o(), 0.4), wave(system.n_o(), 1.1));
         let mut out = [vec![0.0; system.n_o()], vec![0.0; system.n_o()]];
         phase.acceleration(0.0, &u, &v, &mut system.scratch(), &mut out[0]);

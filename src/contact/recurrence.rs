@@ -149,7 +149,7 @@ impl Recurrence {
                     ConstantMass::Formed { factor: SpdFactor::Diagonal(inverse), .. } => {
                         (inverse, None)
                     }
-                    ConstantMass::Condensed { mass, .. } => (&mass.inverse, Some(mass)),
+                    ConstantMass::Condensed { mass, .. } => (&mass.inverse, Some(&**mass)),
                     ConstantMass::Formed { .. } => return None,
                 };
                 self.pass(phase, inverse, factors, steps);

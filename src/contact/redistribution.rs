@@ -69,7 +69,7 @@ pub(super) fn condensed(
     conditions: &Arc<Conditions>,
 ) -> Result<Redistributed, ContactError> {
     let mass = match Condensed::new(body, conditions)? {
-        Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass },
+        Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass: mass.into() },
         None => {
             let a_star = open_expansion(conditions);
             ConstantMass::formed(body.mass.congruence(&a_star), conditions, Some(a_star))?

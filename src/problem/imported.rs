@@ -216,15 +216,15 @@ pub(super) fn check_elements(
         let any = |f: &Facing| mesh.group(&f.group).iter().any(|&s| is_so(s, mesh.element(s).kind));
         dofs.facing.iter().position(any)
     };
-    if c.method == ContactMethod::NodalBoundary && c.stress == Some(StressKey::Projection) {
-        if let Some(k) = on(&|_, kind| kind.is_simplex()) {
-            let name = if mesh.dim() == 3 { "tetrahedra" } else { "triangles" };
-            let message = format!(
-                "\"projection\" does not work on {name}: the projected stress has fewer values than there are contact nodes"
-            );
-            let help = "give stress = \"nodal-mean\" (the default) or \"reaction\"";
-            return fail(c.key(k, "stress"), message, help);
-        }
+    let projects =
+        c.method == ContactMethod::NodalBoundary && c.stress == Some(StressKey::Projection);
+    if let Some(k) = on(&|_, kind| kind.is_simplex()).filter(|_| projects) {
+        let name = if mesh.dim() == 3 { "tetrahedra" } else { "triangles" };
+        let message = format!(
+            "\"projection\" does not work on {name}: the projected stress has fewer values than there are contact nodes"
+        );
+        let help = "give stress = \"nodal-mean\" (the default) or \"reaction\"";
+        return fail(c.key(k, "stress"), message, help);
     }
     // nodal forces of a uniform pressure: all positive, or their signs say nothing of the contact
     let bears_no_signs = |s: Facet, kind: ElementKind| {
