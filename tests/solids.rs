@@ -402,3 +402,31 @@ fn obstacles_meet_at_corners_in_space() {
     let error = DofMap::new(&mesh, &[], &facing).unwrap_err();
     assert!(matches!(error, signorini::fem::FrameError::TooMany { .. }), "{error}");
 }
+
+/// Everything that acts in space at once: gravity, a driven point, a traction, a support that moves, a stop on either side; and every other method.
+#[test]
+fn loads_supports_and_methods_act_in_space() {
+    let place = folder(&cuboid(ElementKind::Hex8, [1.0, 0.5, 0.5], [4, 2, 2], 0.1));
+    let weight = "[[load]]\nkind = \"gravity\"\namplitude = [0.02, 0.0, -0.03]\n";
+    let point = "[[load]]\nkind = \"point\"\nat = [1.0, 0.5, 0.5]\namplitude = [0.01, 0.02, 0.0]\nomega = 0.4\n";
+    let traction =
+        "[[load]]\nkind = \"traction\"\ngroup = \"zmax\"\namplitude = [0.0, 0.0, 0.05]\n";
+    let base =
+        "[[load]]\nkind = \"base\"\ngroup = \"xmin\"\namplitude = [0.02, 0.0, 0.01]\nomega = 0.5\n";
+    let start = START.replace("-x*", "-0.1*x*");
+    for (contact, loads, least) in [
+        ("gap = 0.1\ngap_behind = 0.15\n", format!("{weight}{point}{traction}"), 100),
+        ("gap = 0.1\n", format!("{point}{base}"), 1),
+        ("gap = 0.1\nmethod = \"penalty\"\n", format!("{weight}{traction}"), 20),
+        ("gap = 0.1\nmethod = \"nitsche\"\n", weight.into(), 20),
+        ("gap = 0.1\nmethod = \"impact\"\n", weight.into(), 20),
+    ] {
+        let text = format!(
+            "{BODY}[contact]\ngroup = \"xmax\"\n{contact}{loads}{start}[run]\nuntil = 40.0\n"
+        );
+        let (_, report) = solved(&scene(&place, &text));
+        println!("{contact:?}: {} switches, {:.1e}", report.log.switches(), report.energy_drift);
+        assert!(report.log.switches() >= least, "{contact}: {}", report.log.switches());
+        assert!(report.energy_drift < 1e-10, "{contact}: {:e}", report.energy_drift);
+    }
+}

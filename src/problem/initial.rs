@@ -1,5 +1,6 @@
 //! The state at `t = 0`.
 
+use super::body::place;
 use super::modes::OpenModes;
 use super::moving;
 use super::{ProblemError, StoredState};
@@ -134,16 +135,13 @@ pub(super) fn check_penetration(
         return Ok(());
     }
     let node = system.constraints[worst].node;
-    let place = match scene.body.kind {
+    let at = match scene.body.kind {
         // the points of such a body count from 1, its displacements from 0
         BodyKind::Matrices => format!("displacement {}", node.saturating_sub(1)),
-        _ => {
-            let [x, y, _] = system.body.mesh.nodes()[node];
-            format!("the node ({x}, {y})")
-        }
+        _ => format!("the node {}", place(system.body.mesh.nodes()[node], scene.dim())),
     };
     let message =
-        format!("the initial state penetrates the obstacle by {:.6e} at {place}", excess(worst));
+        format!("the initial state penetrates the obstacle by {:.6e} at {at}", excess(worst));
     Err(scene
         .error(Issue::new(key, message, "give a state with u·n ≤ gap on the contact edge"))
         .into())
