@@ -17,7 +17,6 @@ use super::ContactError;
 use super::active::ActiveSet;
 use super::conditions::Conditions;
 use super::kinematics::Following;
-use super::lcp;
 use crate::fem::{Body, Csr, Loads, SolveScratch, SpdFactor};
 
 /// The mass and what solves with it.
@@ -163,7 +162,7 @@ impl Condensed {
     /// `|A_α| ≤ ⟨N_C⟩⁻¹ |N_O|`; the norm of `M_C^½ |A| D^{-½}` is not above the root of its largest row sum times its largest column sum.
     pub fn ratio(&self, conditions: &Conditions) -> f64 {
         let (size, n_o) = (conditions.count(), self.inverse.len());
-        let Some(comparison) = lcp::Comparison::of(&conditions.n_c) else { return f64::INFINITY };
+        let Some(comparison) = conditions.follow_bounds() else { return f64::INFINITY };
         let roots: Vec<f64> = self.masses[n_o..].iter().map(|m| m.sqrt()).collect();
         // rows: M_C^½ ⟨N⟩⁻¹ |N_O| D^{-½} 1
         let sums = |i: usize| {

@@ -5,11 +5,9 @@ use std::ops::Range;
 use plotters::prelude::*;
 
 use super::patches::{Corner, patches};
-use super::scaled::{Magnified, label, significant, size};
+use super::scaled::{Magnified, label, side_by_side, significant, size};
 use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
-use crate::report::figure::{
-    self, Area, Drawn, FigureError, colour_bar, line, px, range, text, title, viridis,
-};
+use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
 use crate::store::Stored;
 
 /// Some stored states of a plate as they are drawn.
@@ -107,22 +105,7 @@ fn fill(canvas: &Area, patch: &[(i32, i32)], colour: RGBColor) -> Drawn {
 pub(super) fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
     let shapes = Shapes::of(stored, rows);
     let (x, y) = (shapes.extent(0), shapes.extent(1));
-    let aspect = (y.end - y.start) / (x.end - x.start);
-    // tall bodies stand in one row
-    let columns = if rows.len() > 3 && aspect < 1.3 { rows.len().div_ceil(2) } else { rows.len() };
-    let lines = rows.len().div_ceil(columns.max(1));
-    let width = 900.0 / columns.max(1) as f64;
-    let height = (width - 12.0) * aspect + 32.0;
-    let sheet_height = 40 + (lines as f64 * height) as u32;
-    figure::svg((980, sheet_height.max(220)), |root| {
-        let magnified = significant(shapes.magnification);
-        title(root, &stored.title, &format!("deformed shape, displacements × {magnified}"))?;
-        let (_, sheet) = root.split_vertically(px(36.0));
-        let (main, bar) = sheet.split_horizontally(px(905.0));
-        let panels = main.split_evenly((lines, columns));
-        for (panel, &r) in panels.iter().zip(rows) {
-            shapes.draw(panel, r, &x, &y)?;
-        }
-        colour_bar(&bar, 0.0..shapes.largest, "‖u‖", viridis)
-    })
+    let words = format!("deformed shape, displacements × {}", significant(shapes.magnification));
+    let bar = |bar: &Area| colour_bar(bar, 0.0..shapes.largest, "‖u‖", viridis);
+    side_by_side(stored, &words, rows, (&x, &y), |panel, r| shapes.draw(panel, r, &x, &y), bar)
 }

@@ -1,6 +1,9 @@
 //! How deformed shapes are drawn: magnified displacements, states with their times.
 
+use std::ops::Range;
+
 use super::shapes::shape_span;
+use crate::report::figure::{self, Area, Drawn, FigureError, px, title};
 use crate::report::summary;
 use crate::store::Stored;
 
@@ -35,6 +38,34 @@ impl Magnified {
         };
         Magnified { largest, factor }
     }
+}
+
+/// States side by side in one or two rows, of drawings with these extents, and a bar that explains their colours.
+pub(super) fn side_by_side(
+    stored: &Stored,
+    words: &str,
+    rows: &[usize],
+    (x, y): (&Range<f64>, &Range<f64>),
+    draw: impl Fn(&Area, usize) -> Drawn,
+    explain: impl Fn(&Area) -> Drawn,
+) -> Result<String, FigureError> {
+    let aspect = (y.end - y.start) / (x.end - x.start);
+    // tall bodies stand in one row
+    let columns = if rows.len() > 3 && aspect < 1.3 { rows.len().div_ceil(2) } else { rows.len() };
+    let lines = rows.len().div_ceil(columns.max(1));
+    let width = 900.0 / columns.max(1) as f64;
+    let height = (width - 12.0) * aspect + 32.0;
+    let sheet_height = 40 + (lines as f64 * height) as u32;
+    figure::svg((980, sheet_height.max(220)), |root| {
+        title(root, &stored.title, words)?;
+        let (_, sheet) = root.split_vertically(px(36.0));
+        let (main, bar) = sheet.split_horizontally(px(905.0));
+        let panels = main.split_evenly((lines, columns));
+        for (panel, &r) in panels.iter().zip(rows) {
+            draw(panel, r)?;
+        }
+        explain(&bar)
+    })
 }
 
 /// `‖u‖` of a node at a stored state.

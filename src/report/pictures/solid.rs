@@ -7,12 +7,10 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-use super::scaled::{Magnified, label, significant};
+use super::scaled::{Magnified, label, side_by_side, significant};
 use crate::fem::shape;
 use crate::mesh::{ElementKind, Point};
-use crate::report::figure::{
-    self, Area, Drawn, FigureError, colour_bar, line, px, range, text, title, viridis,
-};
+use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
 use crate::store::Stored;
 
 /// What carries no pressure.
@@ -342,24 +340,11 @@ pub(super) fn solid_shapes(stored: &Stored, rows: &[usize]) -> Result<String, Fi
         return Err(FigureError::Empty("the mesh has no surface"));
     }
     let (x, y) = (scene.extent(rows, 0), scene.extent(rows, 1));
-    let aspect = (y.end - y.start) / (x.end - x.start);
-    let columns = if rows.len() > 3 && aspect < 1.3 { rows.len().div_ceil(2) } else { rows.len() };
-    let lines = rows.len().div_ceil(columns.max(1));
-    let width = 900.0 / columns.max(1) as f64;
-    let height = (width - 12.0) * aspect + 32.0;
-    let sheet_height = 40 + (lines as f64 * height) as u32;
-    figure::svg((980, sheet_height.max(220)), |root| {
-        let magnified = significant(scene.magnified.factor);
-        title(root, &stored.title, &format!("deformed surface, displacements × {magnified}"))?;
-        let (_, sheet) = root.split_vertically(px(36.0));
-        let (main, bar) = sheet.split_horizontally(px(905.0));
-        let panels = main.split_evenly((lines, columns));
-        for (panel, &r) in panels.iter().zip(rows) {
-            scene.draw(panel, r, &x, &y)?;
-        }
-        match scene.largest > 0.0 {
-            true => colour_bar(&bar, 0.0..scene.largest, "pressure", viridis),
-            false => Ok(()),
-        }
-    })
+    let words =
+        format!("deformed surface, displacements × {}", significant(scene.magnified.factor));
+    let bar = |bar: &Area| match scene.largest > 0.0 {
+        true => colour_bar(bar, 0.0..scene.largest, "pressure", viridis),
+        false => Ok(()),
+    };
+    side_by_side(stored, &words, rows, (&x, &y), |panel, r| scene.draw(panel, r, &x, &y), bar)
 }
