@@ -3,6 +3,11 @@
 //! Each case is a folder with a scene and its code; the code holds the reference (a closed form, cited) and the
 //! accepted errors, and uses the public library only.
 
+#[path = "bodies/cuboid.rs"]
+mod cuboid;
+#[path = "bodies/rectangle.rs"]
+mod rectangle;
+
 #[path = "bar/case.rs"]
 mod bar;
 #[path = "bar-orbits/case.rs"]
@@ -17,6 +22,8 @@ mod forced;
 mod hard;
 #[path = "harmonic-balance/case.rs"]
 mod harmonic_balance;
+#[path = "impact/case.rs"]
+mod impact;
 #[path = "methods/case.rs"]
 mod methods;
 #[path = "oscillator/case.rs"]
@@ -103,7 +110,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 15] = [
+pub static CASES: [Case; 16] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -111,6 +118,7 @@ pub static CASES: [Case; 15] = [
     constant_inertia::CASE,
     methods::CASE,
     bouncing_bar::CASE,
+    impact::CASE,
     hard::CASE,
     hard::MILLION,
     bar_orbits::CASE,

@@ -1,7 +1,9 @@
 //! Shared test problems: each with its reference solution.
 #![allow(dead_code)]
 
+#[path = "../../validate/bodies/cuboid.rs"]
 pub mod cuboid;
+#[path = "../../validate/bodies/rectangle.rs"]
 pub mod rectangle;
 
 use std::cell::Cell;

@@ -1,23 +1,27 @@
 //! `cargo run --release --example scaling -- out/scaling [SIZES]`: cost against the number of unknowns, the picture and the table of `docs/performance.md`.
 //!
 //! Plates from 10⁴ to 10⁶ unknowns (lumped mass) swing against the obstacle for one period by the flow without modes, and so do the same plates as files of
-//! Gmsh whose quadrilaterals are all different. Beside their times stands what the memory of this machine would take for the same products at the least.
-//! `SIZES`: how many of the seven; all take about five minutes.
+//! Gmsh whose quadrilaterals are all different, and boxes in space to 3·10⁵ unknowns and 1,190 contact nodes. Beside their times stands what the memory of this
+//! machine would take for the same products at the least.
+//! `SIZES`: how many of the seven; all take about half an hour, most of it the largest box.
 
-#[path = "../../tests/common/rectangle.rs"]
+#[path = "../bodies/cuboid.rs"]
+mod cuboid;
+#[path = "../bodies/rectangle.rs"]
 mod rectangle;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use plotters::style::RGBColor;
 use rayon::prelude::*;
 use signorini::event::{Observer, Sample};
-use signorini::mesh::ElementKind;
+use signorini::mesh::{ElementKind, Mesh};
 use signorini::problem::Problem;
 use signorini::report::figure::{
-    self, DPI, Drawing, FigureError, LINES, Mark, draw_dashes, draw_line, legend_above, line,
-    loglog, px, symbols, title,
+    self, DPI, Drawing, Entry, FigureError, LINES, Mark, draw_dashes, draw_line, legend_columns,
+    line, loglog, px, symbols, title,
 };
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
@@ -25,13 +29,15 @@ use signorini::store::Outputs;
 
 const SIZES: [[usize; 2]; 7] =
     [[100, 50], [142, 71], [200, 100], [284, 142], [400, 200], [632, 316], [1000, 500]];
+/// Cells of the boxes.
+const BOXES: [[usize; 3]; 4] = [[28, 11, 11], [40, 16, 16], [57, 23, 23], [84, 34, 34]];
 /// How far inner nodes of meshes are moved, over the cells.
 const SKEW: f64 = 0.2;
 /// Bytes an unknown that a step of a recurrence moves at the least: two vectors are read, one is written.
 const BYTES: f64 = 24.0;
 
-const HEAD: &str = "| body | unknowns | switches | products | set-up | one period | a product | the memory alone | energy closes to | peak memory |\n\
-    | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+const HEAD: &str = "| body | unknowns | contact nodes | switches | products | set-up | one period | a product | the memory alone | energy closes to | peak memory |\n\
+    | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 /// Looks at nothing but the contact, as a run does that stores no more.
 struct Contact;
@@ -50,6 +56,7 @@ impl Observer for Contact {
 struct Cost {
     body: String,
     unknowns: f64,
+    contacts: usize,
     switches: usize,
     products: f64,
     set_up: f64,
@@ -63,23 +70,27 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let stem = arguments.next().ok_or("give the name of the picture")?;
     let count = arguments.next().map_or(Ok(SIZES.len()), |n| n.parse())?.clamp(2, SIZES.len());
-    let (mut plates, mut meshes) = (vec![], vec![]);
+    let (mut plates, mut meshes, mut boxes) = (vec![], vec![], vec![]);
     for &size in &SIZES[..count] {
         plates.push(plate(size)?);
         // a file of half a million nodes says nothing more
         if size[0] <= 632 {
-            meshes.push(mesh(size)?);
+            meshes.push(flat(size)?);
         }
+    }
+    for &cells in BOXES.iter().take(count) {
+        boxes.push(solid(cells)?);
     }
     // behind them: what it takes would be part of their memory
     let rate = bandwidth();
     println!("memory: {:.1} GB/s by {} threads\n", rate / 1e9, rayon::current_num_threads());
     println!("{HEAD}");
-    for c in plates.iter().chain(&meshes) {
+    for c in plates.iter().chain(&meshes).chain(&boxes) {
         println!(
-            "| {} | {} | {} | {} | {:.2} s | {:.2} s | {:.3} ms | {:.2} s | {:.0e} | {:.0} MB |",
+            "| {} | {} | {} | {} | {} | {:.2} s | {:.2} s | {:.3} ms | {:.2} s | {:.0e} | {:.0} MB |",
             c.body,
             c.unknowns,
+            c.contacts,
             c.switches,
             c.products,
             c.set_up,
@@ -90,12 +101,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             c.memory / 1e6
         );
     }
-    for (bodies, costs) in [("plates", &plates), ("meshes", &meshes)] {
+    let families = [
+        Family { name: "plate", costs: plates, colour: LINES[0] },
+        Family { name: "mesh", costs: meshes, colour: LINES[1] },
+        Family { name: "box", costs: boxes, colour: LINES[3] },
+    ];
+    for family in &families {
         for (what, of) in CURVES {
-            println!("{bodies}, {what}: n^{:.2}", exponent(costs, of));
+            println!("{}, {what}: n^{:.2}", family.name, exponent(&family.costs, of));
         }
     }
-    let drawing = Drawing { stem: PathBuf::from(stem), svg: picture([&plates, &meshes], rate)? };
+    let drawing = Drawing { stem: PathBuf::from(stem), svg: picture(&families, rate)? };
     for path in figure::save(&[drawing], &Outputs::new(true), DPI)? {
         println!("{}", path.display());
     }
@@ -108,12 +124,23 @@ fn plate([nx, ny]: [usize; 2]) -> Result<Cost, Box<dyn std::error::Error>> {
 }
 
 /// The same plate as a mesh that repeats nothing.
-fn mesh([nx, ny]: [usize; 2]) -> Result<Cost, Box<dyn std::error::Error>> {
-    let file = std::env::temp_dir().join(format!("signorini-scaling-{}.msh", std::process::id()));
+fn flat([nx, ny]: [usize; 2]) -> Result<Cost, Box<dyn std::error::Error>> {
     let mesh = rectangle::rectangle(ElementKind::Quad4, [0.0, 1.0], 0.5, (nx, ny), SKEW);
-    std::fs::write(&file, rectangle::msh(&mesh, |_| 0))?;
-    let text = include_str!("mesh.toml").replace("mesh.msh", &file.display().to_string());
-    let cost = cost(format!("mesh {nx} × {ny}"), &text);
+    from_file(format!("mesh {nx} × {ny}"), &mesh, include_str!("mesh.toml"))
+}
+
+/// A box in space whose hexahedra are all different.
+fn solid(cells: [usize; 3]) -> Result<Cost, Box<dyn std::error::Error>> {
+    let mesh = cuboid::cuboid(ElementKind::Hex8, [1.0, 0.4, 0.4], cells, SKEW / 2.0);
+    let [nx, ny, nz] = cells;
+    from_file(format!("box {nx} × {ny} × {nz}"), &mesh, include_str!("box.toml"))
+}
+
+/// One period of a body whose mesh is read from a file of Gmsh.
+fn from_file(body: String, mesh: &Mesh, text: &str) -> Result<Cost, Box<dyn std::error::Error>> {
+    let file = std::env::temp_dir().join(format!("signorini-scaling-{}.msh", std::process::id()));
+    std::fs::write(&file, rectangle::msh(mesh, |_| 0))?;
+    let cost = cost(body, &text.replace("mesh.msh", &file.display().to_string()));
     std::fs::remove_file(&file)?;
     cost
 }
@@ -132,6 +159,7 @@ fn cost(body: String, text: &str) -> Result<Cost, Box<dyn std::error::Error>> {
     Ok(Cost {
         body,
         unknowns: problem.system.n_o() as f64,
+        contacts: problem.system.n_contact(),
         switches: report.log.switches(),
         products: report.counters.products as f64,
         set_up,
@@ -190,53 +218,57 @@ fn decades<'v>(values: impl Iterator<Item = &'v f64> + Clone) -> Range<f64> {
     (least + 0.01).floor() - 0.05..(most - 0.01).ceil() + 0.05
 }
 
-/// Of plates and of meshes: a colour each.
-fn picture(bodies: [&[Cost]; 2], rate: f64) -> Result<String, FigureError> {
-    figure::svg((980, 500), |root| {
+/// Bodies of one kind, from the smallest to the largest.
+struct Family {
+    name: &'static str,
+    costs: Vec<Cost>,
+    colour: RGBColor,
+}
+
+/// Time of a period and of the set-up, and products, a colour a kind of body.
+fn picture(families: &[Family; 3], rate: f64) -> Result<String, FigureError> {
+    figure::svg((980, 540), |root| {
         let what = "cost of one period against the number of unknowns";
-        title(root, "Plates with lumped mass", what)?;
+        title(root, "Plates and boxes with lumped mass", what)?;
         let (_, sheet) = root.split_vertically(px(32.0));
         let [run, set_up, products] = CURVES;
-        let label = |curve: Curve, k: usize| {
-            let body = ["plate", "mesh"][k];
-            format!("{}, {body}, n^{:.2}", curve.0, exponent(bodies[k], curve.1))
+        let times = [(run, Mark::Circle), (set_up, Mark::Triangle)];
+        let curves: Vec<(Curve, Mark, &Family)> =
+            times.into_iter().flat_map(|(c, m)| families.iter().map(move |f| (c, m, f))).collect();
+        let label = |((what, of), _, f): &(Curve, Mark, &Family)| {
+            format!("{what}, {}, n^{:.2}", f.name, exponent(&f.costs, *of))
         };
-        let labels = [label(run, 0), label(run, 1), label(set_up, 0), label(set_up, 1)];
-        let [a, b, c, d] = labels.each_ref().map(String::as_str);
-        let names = [
-            (a, LINES[0], Mark::Circle),
-            (b, LINES[1], Mark::Circle),
-            (c, LINES[0], Mark::Triangle),
-            (d, LINES[1], Mark::Triangle),
-            ("the memory alone, for the plates' products", LINES[2], Mark::Dashes),
-        ];
-        let sheet = legend_above(sheet, &names)?;
+        let labels: Vec<String> = curves.iter().map(label).collect();
+        let mut names: Vec<Entry> =
+            labels.iter().zip(&curves).map(|(l, c)| (l.as_str(), c.2.colour, c.1)).collect();
+        names.push(("the memory alone, for the plates' products", LINES[2], Mark::Dashes));
+        let sheet = legend_columns(sheet, &names)?;
         let (left, right) = sheet.split_horizontally(px(520.0));
         let log = |costs: &[Cost], of: &dyn Fn(&Cost) -> f64| -> Vec<(f64, f64)> {
             costs.iter().map(|c| (c.unknowns.log10(), of(c).log10())).collect()
         };
-        let least = log(bodies[0], &|c| floor(c, rate));
-        let times: Vec<_> = [(run, Mark::Circle), (set_up, Mark::Triangle)]
-            .into_iter()
-            .flat_map(|(curve, mark)| [0, 1].map(|k| (log(bodies[k], &curve.1), LINES[k], mark)))
-            .collect();
+        let least = log(&families[0].costs, &|c| floor(c, rate));
+        let places: Vec<_> = curves.iter().map(|(c, _, f)| log(&f.costs, &c.1)).collect();
         let x = decades(least.iter().map(|p| &p.0));
-        let all = times.iter().flat_map(|t| &t.0).chain(&least);
+        let all = places.iter().flatten().chain(&least);
         let y = decades(all.map(|p| &p.1));
         let mut chart = loglog(&left, x.clone(), y, "unknowns", "seconds")?;
-        for (curve, colour, mark) in times {
-            draw_line(&mut chart, curve.clone(), line(colour, 1.6))?;
-            symbols(&chart, curve, mark, colour)?;
+        for (place, (_, mark, family)) in places.into_iter().zip(&curves) {
+            draw_line(&mut chart, place.clone(), line(family.colour, 1.6))?;
+            symbols(&chart, place, *mark, family.colour)?;
         }
         draw_dashes(&mut chart, least, line(LINES[2], 1.4))?;
-        let curves = [0, 1].map(|k| log(bodies[k], &products.1));
-        let y = decades(curves.iter().flatten().map(|p| &p.1));
-        let of = |k: usize| exponent(bodies[k], products.1);
-        let label = format!("products, n^{:.2} and n^{:.2}", of(0), of(1));
+        let places: Vec<_> = families.iter().map(|f| log(&f.costs, &products.1)).collect();
+        let y = decades(places.iter().flatten().map(|p| &p.1));
+        let of: Vec<String> = families
+            .iter()
+            .map(|f| format!("n^{:.2} ({})", exponent(&f.costs, products.1), f.name))
+            .collect();
+        let label = format!("products: {}", of.join(", "));
         let mut chart = loglog(&right, x, y, "unknowns", &label)?;
-        for (curve, colour) in curves.into_iter().zip(LINES) {
-            draw_line(&mut chart, curve.clone(), line(colour, 1.6))?;
-            symbols(&chart, curve, Mark::Circle, colour)?;
+        for (place, family) in places.into_iter().zip(families) {
+            draw_line(&mut chart, place.clone(), line(family.colour, 1.6))?;
+            symbols(&chart, place, Mark::Circle, family.colour)?;
         }
         Ok(())
     })
