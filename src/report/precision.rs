@@ -28,6 +28,61 @@ pub struct Point {
     pub work: u64,
 }
 
+/// What another finite element program makes of the same mesh and data, signorini's numbers first.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Elsewhere {
+    /// Its name.
+    pub program: String,
+    /// Lowest frequencies of the body without contact, rigid motions left out.
+    pub frequencies: Vec<[f64; 2]>,
+    /// First touch; none where there was no contact.
+    pub touch: Option<[f64; 2]>,
+    /// From the first touch to the last release.
+    pub contact_time: Option<[f64; 2]>,
+    /// `∫ F dt` of the contact.
+    pub impulse: Option<[f64; 2]>,
+    /// Largest contact force.
+    pub force: Option<[f64; 2]>,
+    /// Time steps of the other program.
+    pub steps: u64,
+    /// Seconds.
+    pub wall_s: [f64; 2],
+}
+
+impl Elsewhere {
+    fn text(&self) -> String {
+        let mut out = format!(
+            "\n  the same mesh and data in {} ({} steps, {:.1} s; here {:.1} s)\n  {:<22}{:>14}{:>14}{:>12}\n",
+            self.program,
+            self.steps,
+            self.wall_s[1],
+            self.wall_s[0],
+            "",
+            "signorini",
+            self.program,
+            "difference"
+        );
+        let frequencies = self
+            .frequencies
+            .iter()
+            .enumerate()
+            .map(|(k, w)| (format!("frequency {}", k + 1), Some(*w)));
+        let rest = [
+            ("first touch", self.touch),
+            ("time of contact", self.contact_time),
+            ("impulse", self.impulse),
+            ("largest force", self.force),
+        ];
+        let rest = rest.into_iter().map(|(name, pair)| (name.to_owned(), pair));
+        for (name, pair) in frequencies.chain(rest) {
+            let Some([own, other]) = pair else { continue };
+            let difference = other / own - 1.0;
+            let _ = writeln!(out, "  {name:<22}{own:>14.6e}{other:>14.6e}{difference:>+12.1e}");
+        }
+        out
+    }
+}
+
 /// A whole study.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Study {
@@ -41,6 +96,8 @@ pub struct Study {
     pub footer: String,
     /// All points.
     pub points: Vec<Point>,
+    /// The same body in other finite element programs.
+    pub bodies: Vec<Elsewhere>,
 }
 
 /// Errors below this are drawn here: rounding.
@@ -79,6 +136,7 @@ impl Study {
                 p.work
             );
         }
+        out.extend(self.bodies.iter().map(Elsewhere::text));
         out + &format!("  {}\n", self.footer)
     }
 

@@ -1,6 +1,7 @@
 //! `signorini precision`
 
 mod bench;
+mod elsewhere;
 mod peer;
 
 use std::path::PathBuf;
@@ -40,9 +41,12 @@ pub struct Arguments {
     /// How often each solution is timed (the median counts)
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     repeats: u32,
-    /// Solve the same matrices with another program in the same run (can be given more than once)
+    /// Solve the same matrices with another program in the same run (can be given more than once); getfem: the same mesh and data
     #[arg(long, value_enum)]
     peer: Vec<Peer>,
+    /// Leave out the Runge–Kutta steppers: the exact flows and the peers alone
+    #[arg(long, requires = "peer")]
+    peers_only: bool,
 }
 
 /// Above this size the reference is the Chebyshev flow.
@@ -144,7 +148,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     } else {
         ProgressBar::new_spinner()
     };
-    let points = points(&mut bench, problem, able, &arguments.peer, &bar)?;
+    let bodies = match arguments.peer.contains(&Peer::Getfem) {
+        true => {
+            bar.set_message(Peer::Getfem.name());
+            bar.tick();
+            vec![elsewhere::compare(&bench)?]
+        }
+        false => vec![],
+    };
+    let points = points(&mut bench, problem, able, arguments, &bar)?;
     bar.finish_and_clear();
     let study = Study {
         title: super::title(&scene),
@@ -152,6 +164,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         reference: able.name(),
         footer: format!("signorini {}, one thread of {}", env!("CARGO_PKG_VERSION"), machine()),
         points,
+        bodies,
     };
     let drawing = Drawing { stem, svg: study.picture()? };
     replace(&csv, study.csv().as_bytes())?;
@@ -169,7 +182,7 @@ fn points(
     bench: &mut Bench,
     problem: &'static Problem,
     able: Able,
-    peers: &[Peer],
+    arguments: &Arguments,
     bar: &ProgressBar,
 ) -> Result<Vec<Point>, CliError> {
     let make = |integrator, tolerances| -> Box<dyn Flow> {
@@ -180,7 +193,7 @@ fn points(
     bench.reference = bench.state(&report.last.u, &report.last.v);
     bench.times = report.switches.iter().map(|s| s.t).collect();
     let mut points = vec![];
-    for (integrator, ladder) in LADDERS {
+    for (integrator, ladder) in LADDERS.iter().filter(|_| !arguments.peers_only).copied() {
         for &rtol in ladder {
             bar.set_message(format!("{} at {rtol:.0e}", integrator.name()));
             bar.tick();
@@ -195,7 +208,7 @@ fn points(
         points.push(bench.point(name, None, warm, &|| make(integrator, TIGHT))?);
     }
     judge_reference(&mut points, able);
-    for peer in peers {
+    for peer in arguments.peer.iter().filter(|p| **p != Peer::Getfem) {
         bar.set_message(peer.name());
         bar.tick();
         if !able.conservative {

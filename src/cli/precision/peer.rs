@@ -25,6 +25,9 @@ pub(super) enum Peer {
     /// diffsol (Tsitouras' method of order 5) with root finding; needs the program that `make peers` builds (SIGNORINI_DIFFSOL or
     /// target/peers/diffsol_peer)
     Diffsol,
+    /// GetFEM, a finite element library with a contact of its own, on the same mesh and data: frequencies, time of contact, impulse; needs its Python interface
+    /// (Debian: python3-getfem, python3-scipy; the interpreter is SIGNORINI_GETFEM or the distribution's)
+    Getfem,
 }
 
 /// A program that is named by the environment, or where `make peers` puts it.
@@ -39,6 +42,7 @@ impl Peer {
             Peer::Scipy => "scipy",
             Peer::Sundials => "sundials",
             Peer::Diffsol => "diffsol",
+            Peer::Getfem => "getfem",
         }
     }
 
@@ -50,6 +54,9 @@ impl Peer {
             }
             Peer::Sundials => "build it: make peers (or give the program by SIGNORINI_SUNDIALS)",
             Peer::Diffsol => "build it: make peers (or give the program by SIGNORINI_DIFFSOL)",
+            Peer::Getfem => {
+                "install its Python interface (Debian: apt-get install python3-getfem python3-scipy) or name an interpreter that has it by SIGNORINI_GETFEM"
+            }
         }
     }
 
@@ -69,13 +76,22 @@ impl Peer {
             }
             Peer::Sundials => built("SIGNORINI_SUNDIALS", "target/peers/sundials_peer"),
             Peer::Diffsol => built("SIGNORINI_DIFFSOL", "target/peers/diffsol_peer"),
+            Peer::Getfem => {
+                // the distribution's packages are seen by the distribution's interpreter alone
+                let own = Path::new("/usr/bin/python3");
+                let place = if own.exists() { own } else { Path::new("python3") };
+                let python = std::env::var_os("SIGNORINI_GETFEM");
+                let mut command = Command::new(python.map_or_else(|| place.into(), PathBuf::from));
+                command.arg("-c").arg(include_str!("../../../validate/peers/getfem_peer.py"));
+                command
+            }
         };
         command.env("OMP_NUM_THREADS", "1").env("OPENBLAS_NUM_THREADS", "1");
         command.arg(file).arg(repeats.to_string());
         command
     }
 
-    /// Its solutions.
+    /// Its solutions of the equations, of a peer that solves those.
     pub fn solve(self, bench: &Bench) -> Result<Vec<Point>, CliError> {
         let system = &bench.problem.system;
         let file = std::env::temp_dir().join(format!("signorini-peer-{}", std::process::id()));
@@ -84,7 +100,7 @@ impl Peer {
             .map_err(|e| CliError::Numerics(e.to_string()))?;
         match self {
             Peer::Scipy => write_problem(&file, bench.problem, &start.set, bench.options.until)?,
-            Peer::Sundials | Peer::Diffsol => {
+            _ => {
                 write_problem_flat(&file, bench.problem, &start.set, bench.options.until)?;
             }
         }
@@ -93,7 +109,7 @@ impl Peer {
     }
 
     /// What the program answers to a problem, a line a solution; the file is removed.
-    fn ask(self, file: &Path, repeats: u32) -> Result<String, CliError> {
+    pub(super) fn ask(self, file: &Path, repeats: u32) -> Result<String, CliError> {
         let mut command = self.command(file, repeats);
         let output = command.output();
         // a temporary file that cannot be removed is no reason to fail
