@@ -430,3 +430,35 @@ fn loads_supports_and_methods_act_in_space() {
         assert!(report.energy_drift < 1e-10, "{contact}: {:e}", report.energy_drift);
     }
 }
+
+/// The viscous nonlinear mode of a rod in space of ten thousand displacements by reduction, eleven orbits; and how fast a mesh is read.
+/// `cargo test --release --test solids -- --ignored --nocapture` tells the times.
+#[test]
+#[ignore = "a minute"]
+fn a_viscous_backbone_in_space_of_ten_thousand_displacements() {
+    let place = folder(&cuboid(ElementKind::Hex8, [1.0, 0.15, 0.15], [92, 5, 5], 0.0));
+    let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
+    let text = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+        [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n[[support]]\ngroup = \"ymin\"\nfix = [\"normal\"]\n\
+        [[support]]\ngroup = \"zmin\"\nfix = [\"normal\"]\n[contact]\ngroup = \"xmax\"\ngap = 1.0\n[reduction]\ncutoff = 35.3\n\
+        [orbit]\nomega = 1.8\nrange = [1.6, 2.0]\nbeta = \"auto\"\n[initial]\nmode = 1\namplitude = -1.3\n[run]\nperiods = 1\n";
+    std::fs::write(at("rod.toml"), text).unwrap();
+    let begun = std::time::Instant::now();
+    let words = ["--viscous", "--quick", "--step", "0.04"];
+    let family =
+        common::json(&[&["backbone", &at("rod.toml"), "-o", &at("rod.h5")], &words[..]].concat());
+    let points = family["points"].as_array().unwrap().len();
+    println!("{points} orbits in {:.1} s", begun.elapsed().as_secs_f64());
+    assert!(points >= 11 && family["n_dof"].as_u64().unwrap() > 10_000, "{family}");
+
+    let file = place.path().join("box.msh");
+    let cells = [57, 23, 23];
+    std::fs::write(&file, msh(&cuboid(ElementKind::Hex8, [1.0, 0.4, 0.4], cells, 0.1), |_| 0))
+        .unwrap();
+    let begun = std::time::Instant::now();
+    let read = common::json(&["inspect", file.to_str().unwrap()]);
+    let seconds = begun.elapsed().as_secs_f64();
+    let count = cells.iter().product::<usize>();
+    println!("{count} cells in {seconds:.2} s: {:.0} a second", count as f64 / seconds);
+    assert_eq!(read["body"]["cells"].as_u64(), Some(count as u64), "{read}");
+}
