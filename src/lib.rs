@@ -24,7 +24,7 @@
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
 //! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
-//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`], [`compare`]; last [`cli`], the commands.
+//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`], [`compare`], [`study`]; last [`cli`], the commands.
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -58,4 +58,5 @@ pub mod scenario;
 pub mod simulate;
 pub mod stepping;
 pub mod store;
+pub mod study;
 pub mod waves;

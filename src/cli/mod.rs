@@ -25,6 +25,7 @@ mod ratios;
 mod resources;
 mod response;
 mod run;
+mod study;
 mod validate;
 mod view;
 mod viscous;
@@ -182,6 +183,8 @@ enum Command {
     Precision(precision::Arguments),
     /// Contact methods, meshes and parameters side by side: errors, pressures, energies, times; orbits; viscous modes
     Compare(compare::Arguments),
+    /// Many independent runs over parameters, meshes and methods: here in parallel, or as a job array of Slurm
+    Study(study::Arguments),
     /// Closed-form and published cases: measured error beside the accepted one
     Validate(validate::Arguments),
 }
@@ -207,6 +210,7 @@ fn execute(cli: &Cli) -> Result<Answer, CliError> {
         Command::Inspect(a) => inspect::run(a, global),
         Command::Precision(a) => precision::run(a, global),
         Command::Compare(a) => compare::run(a, global),
+        Command::Study(a) => study::run(a, global),
         Command::Validate(a) => validate::run(a, global),
     }
 }

@@ -33,7 +33,12 @@ enum Shown {
 impl Bar {
     /// A bar for long work, with what it is about; none if the user wants quiet.
     pub fn new(global: &Global, scene: &Scene) -> Option<Bar> {
-        let (title, start) = (scene.stem(), Instant::now());
+        Bar::named(global, scene.stem())
+    }
+
+    /// The same with another title.
+    pub fn named(global: &Global, title: String) -> Option<Bar> {
+        let start = Instant::now();
         if let Some(desk) = &global.caller.desk {
             return Some(Bar { shown: Shown::Desk(desk.clone()), title, start });
         }

@@ -19,6 +19,7 @@ mod series;
 mod special;
 mod statement;
 mod status;
+mod study;
 
 pub use branch::{Branch, Direction};
 pub use check::{CheckRow, VerdictKind};
@@ -33,3 +34,4 @@ pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};
 pub use statement::{Changed, ErrorStatement, Variation};
 pub use status::Status;
+pub use study::{Points, StudyTable};

@@ -11,4 +11,5 @@ pub mod overlay;
 pub mod page;
 pub mod pictures;
 pub mod precision;
+pub mod study;
 pub mod summary;

@@ -70,13 +70,13 @@ pub struct ValueError {
 }
 
 /// Put an issue at its place in the text; a missing key is shown at its table.
-pub(super) fn locate(issue: Issue, file: &str, text: &str) -> SceneError {
+pub(crate) fn locate(issue: Issue, file: &str, text: &str) -> SceneError {
     let span = span_of(&issue.key, text);
     value_error(issue, file, text, span)
 }
 
 /// An error of the TOML reader itself.
-pub(super) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> SceneError {
+pub(crate) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let message = error.message().trim().to_owned();
     let (summary, help) = match message.split_once(", expected ") {

@@ -33,6 +33,7 @@ pub use change::Change;
 pub use contact::{Contact, Motion, Obstacle, Plane};
 pub use damping::Damping;
 pub use error::{Issue, SceneError};
+pub(crate) use error::{from_toml as misread, locate};
 pub use expression::{Amplitude, Field};
 pub use initial::Initial;
 pub use load::{Load, LoadKind};
@@ -138,29 +139,36 @@ impl Scene {
         run.until.or(run.periods.and_then(|n| self.period().map(|t| n * t)))
     }
 
+    /// The keys that name files, and what they say: a path, a matrix in a file as `FILE.h5:/dataset`.
+    pub fn named_files(&self) -> Vec<(String, String)> {
+        let contact = self.contact.as_ref();
+        let matrices = [
+            ("body.mass_matrix", self.body.mass_matrix.as_ref()),
+            ("body.stiffness_matrix", self.body.stiffness_matrix.as_ref()),
+            ("body.damping_matrix", self.body.damping_matrix.as_ref()),
+            ("contact.n_c", contact.and_then(|c| c.n_c.as_ref())),
+            ("contact.n_o", contact.and_then(|c| c.n_o.as_ref())),
+        ];
+        let matrices = matrices.into_iter().filter_map(|(key, name)| Some((key.to_owned(), name?)));
+        let matrices = matrices.filter(|(_, name)| self.attached.get(name).is_none());
+        let path = |p: &PathBuf| p.display().to_string();
+        let others = [("body.file", &self.body.file), ("initial.file", &self.initial.file)];
+        let others =
+            others.into_iter().filter_map(|(key, p)| Some((key.to_owned(), path(p.as_ref()?))));
+        let loads = self.loads.iter().enumerate();
+        let tables =
+            loads.filter_map(|(k, l)| Some((format!("load[{k}].table"), l.table.clone()?)));
+        matrices.map(|(key, name)| (key, name.clone())).chain(others).chain(tables).collect()
+    }
+
     /// All files that it names, relative to its own folder.
     pub fn files(&self) -> Vec<PathBuf> {
         let folder = self.source.file.parent().unwrap_or(Path::new(""));
-        let contact = self.contact.as_ref();
-        let matrices = [
-            self.body.mass_matrix.as_ref(),
-            self.body.stiffness_matrix.as_ref(),
-            self.body.damping_matrix.as_ref(),
-            contact.and_then(|c| c.n_c.as_ref()),
-            contact.and_then(|c| c.n_o.as_ref()),
-        ];
-        // FILE.h5:/dataset
-        let file = |name: &String| match name.split_once(":/") {
+        let file = |(_, name): (String, String)| match name.split_once(":/") {
             Some((file, _)) => folder.join(file),
             None => folder.join(name),
         };
-        let matrices = matrices.into_iter().flatten();
-        let matrices = matrices.filter(|name| self.attached.get(name).is_none()).map(file);
-        let tables = self.loads.iter().filter_map(|l| l.table.as_ref());
-        let tables = tables.map(|f| folder.join(f));
-        let mesh = self.body.file.iter().map(|f| folder.join(f));
-        let state = self.initial.file.iter().map(|f| folder.join(f));
-        matrices.chain(mesh).chain(state).chain(tables).collect()
+        self.named_files().into_iter().map(file).collect()
     }
 
     /// Its tables and keys as JSON.

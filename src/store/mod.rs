@@ -26,6 +26,7 @@ mod series;
 mod state;
 mod statement;
 mod stored;
+mod study;
 mod table;
 mod trajectory;
 mod writer;
@@ -46,6 +47,7 @@ pub use series::{Names, SeriesWriter, read_series};
 pub use state::read_state;
 pub use statement::write_statement;
 pub use stored::StoredFamily;
+pub use study::write_study;
 pub use writer::{Writer, WriterOptions};
 
 use std::path::{Path, PathBuf};
@@ -115,7 +117,7 @@ impl StoreError {
         StoreError::Unusable { path: path.to_owned(), reason: reason.to_string() }
     }
 
-    fn write(path: &Path, source: std::io::Error) -> Self {
+    pub(crate) fn write(path: &Path, source: std::io::Error) -> Self {
         StoreError::Write { path: path.to_owned(), source }
     }
 }

@@ -132,13 +132,15 @@ pub(super) fn is_null(path: &Path) -> bool {
 
 /// Tables (CSV) have no place for a mark; they are told by their header.
 fn is_own_table(path: &Path) -> bool {
-    const HEADERS: [&str; 6] = [
+    const HEADERS: [&str; 8] = [
         "variant,changed,mesh,h,",
         "method,rtol,error,switch_error,switches,wall_s,work",
         "t,kinetic,elastic,external,dissipated,jumps",
         "t,node,kind,energy_jump",
         "omega,energy,amplitude,residual,contact_time",
         "omega,harmonics,hbm_energy,residual",
+        "index,id,state,",
+        "task,id,",
     ];
     let mut start = String::new();
     let read = File::open(path).and_then(|f| f.take(4096).read_to_string(&mut start));

@@ -1,0 +1,210 @@
+//! `signorini study`: many independent runs.
+
+mod collect;
+mod local;
+mod slurm;
+mod status;
+mod task;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand, ValueEnum};
+use serde_json::{Value, json};
+
+use signorini::study::{Folder, State, Study, StudyError, TaskPlace};
+
+use super::{Answer, CliError, Global};
+
+/// Arguments of `study`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    step: Step,
+}
+
+#[derive(Debug, Subcommand)]
+enum Step {
+    /// Carry out every task that is not done: here in parallel, or as a job array of Slurm
+    Run(Run),
+    /// How far every task is
+    Status(Which),
+    /// What the tasks found, in one HDF5, tables and pictures
+    Collect(collect::Collect),
+    /// One task: what workers, job arrays and other schedulers call
+    Task(task::One),
+}
+
+/// A study, by its file or its folder.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  signorini study status gaps.toml")]
+pub struct Which {
+    /// The study (TOML), or its folder
+    study: PathBuf,
+    /// The folder, where it is not NAME.study in this folder
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+}
+
+/// Who carries the tasks out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// Processes on this machine
+    Local,
+    /// A job array of an existing Slurm, one task one array index
+    Slurm,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  signorini study run gaps.toml\n  signorini study run gaps.toml --workers 4\n  signorini study run gaps.toml --engine slurm --sbatch=--time=2:00:00 --sbatch=--mem=4G --sbatch=--array-limit=20\n  signorini study run gaps.toml --print-tasks | parallel"
+)]
+struct Run {
+    #[command(flatten)]
+    which: Which,
+    /// Who carries the tasks out
+    #[arg(long, value_enum, default_value = "local")]
+    engine: Engine,
+    /// Tasks at a time on this machine [default: as many as there are cores; each works on one, or on --threads]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    workers: Option<u16>,
+    /// An option of sbatch, passed through (can be given more than once)
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
+    /// With slurm: at most so many tasks of the array at a time
+    #[arg(long, value_name = "N")]
+    at_once: Option<u32>,
+    /// With slurm: wait until the whole array has ended
+    #[arg(long)]
+    wait: bool,
+    /// Carry failed tasks out anew
+    #[arg(long)]
+    retry: bool,
+    /// Print the command of every task that is not done, one a line, and do nothing else (for GNU parallel, Snakemake, a job script)
+    #[arg(long)]
+    print_tasks: bool,
+}
+
+/// Carry out a step.
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    match &arguments.step {
+        Step::Run(run) => carry_out(run, global),
+        Step::Status(which) => status::run(which, global),
+        Step::Collect(collect) => collect::run(collect, global),
+        Step::Task(one) => task::run(one, global),
+    }
+}
+
+impl From<StudyError> for CliError {
+    fn from(e: StudyError) -> Self {
+        match e {
+            StudyError::Store(e) => e.into(),
+            e @ StudyError::Unusable { .. } => CliError::Input(e.to_string()),
+        }
+    }
+}
+
+impl Which {
+    /// The folder of the study.
+    fn root(&self) -> PathBuf {
+        match &self.output {
+            Some(folder) => folder.clone(),
+            None if self.study.is_dir() => self.study.clone(),
+            None => {
+                let stem = self.study.file_stem().unwrap_or_default().to_string_lossy();
+                PathBuf::from(format!("{stem}.study"))
+            }
+        }
+    }
+
+    fn open(&self) -> Result<Folder, CliError> {
+        Ok(Folder::open(&self.root())?)
+    }
+
+    /// The folder with everything that the study asks for.
+    fn prepare(&self) -> Result<Folder, CliError> {
+        if self.study.is_dir() {
+            return self.open();
+        }
+        let root = self.root();
+        let study = Study::read(&self.study)?;
+        let tasks = study.tasks(&root.join("tasks"))?;
+        Ok(Folder::prepare(&root, &study, &tasks)?)
+    }
+}
+
+fn carry_out(run: &Run, global: &Global) -> Result<Answer, CliError> {
+    if run.engine == Engine::Local && !(run.sbatch.is_empty() && run.at_once.is_none() && !run.wait)
+    {
+        let text = "--sbatch, --at-once and --wait belong to --engine slurm";
+        return Err(CliError::Input(text.into()));
+    }
+    let folder = run.which.prepare()?;
+    if run.retry {
+        for task in folder.tasks() {
+            if task.done().is_some_and(|d| d.exit_code != 0) {
+                task.forget()?;
+            }
+        }
+    }
+    let open: Vec<TaskPlace> =
+        folder.tasks().into_iter().filter(|t| !matches!(t.state(), State::Done(_))).collect();
+    if run.print_tasks {
+        let lines: Result<Vec<String>, CliError> =
+            open.iter().map(|t| Ok(words(&task_command(folder.root(), &t.id)?))).collect();
+        let lines = lines?;
+        let text = lines.iter().map(|l| format!("{l}\n")).collect::<String>();
+        return Ok(match global.json {
+            true => global.answer(|| json!({"tasks": lines}), String::new),
+            false => Answer::text(text),
+        });
+    }
+    match run.engine {
+        Engine::Local => {
+            local::work(&folder, open, run.workers, global)?;
+            status::conclude(&folder, global)
+        }
+        Engine::Slurm => slurm::submit(&folder, &open, run, global),
+    }
+}
+
+/// The command that carries out a task, whoever calls it and wherever.
+fn task_command(root: &Path, id: &str) -> Result<Vec<String>, CliError> {
+    let other = |e: std::io::Error| CliError::Other(format!("finding this program: {e}"));
+    let program = std::env::current_exe().map_err(other)?;
+    let root = std::path::absolute(root).map_err(other)?;
+    let mut command = vec![program.display().to_string()];
+    // called from Python, the program is its interpreter
+    if program.file_stem().is_some_and(|n| n.to_string_lossy().starts_with("python")) {
+        command.extend(["-m".into(), "signorini".into()]);
+    }
+    command.extend(["study", "task"].map(String::from));
+    command.extend([root.display().to_string(), id.to_owned()]);
+    Ok(command)
+}
+
+/// Words as a shell reads them.
+fn words(command: &[String]) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
+    let word = |w: &String| match !w.is_empty() && w.chars().all(is_plain) {
+        true => w.clone(),
+        false => format!("'{}'", w.replace('\'', "'\\''")),
+    };
+    command.iter().map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// A task and its state as an object.
+fn object(task: &TaskPlace, varied: &[String], state: &State) -> Value {
+    let values: serde_json::Map<String, Value> =
+        varied.iter().zip(&task.values).map(|(k, v)| (k.clone(), v.clone().into())).collect();
+    let mut object = json!({
+        "index": task.index, "id": task.id, "values": values, "state": state.name(),
+        "folder": task.file("").display().to_string(),
+    });
+    if let State::Done(done) = state {
+        object["wall_s"] = done.wall_s.into();
+        if done.exit_code != 0 {
+            object["message"] = done.message.clone().into();
+        }
+    }
+    object
+}

@@ -1,0 +1,286 @@
+//! What a study asks for, and the tasks that this means.
+
+use std::path::{Component, Path, PathBuf};
+
+use serde::Deserialize;
+use toml_edit::{DocumentMut, Item, Value};
+
+use crate::compare::Variant;
+use crate::scenario::{Change, Issue, Scene, SceneError, locate, misread};
+
+/// Commands that a task may be: each reads a scene and writes one file.
+pub const COMMANDS: [&str; 4] = ["run", "orbit", "backbone", "response"];
+/// Options that every task is given already.
+const OWN_OPTIONS: [&str; 7] =
+    ["-o", "--output", "--force", "--resume", "--json", "--threads", "--quiet"];
+/// More tasks than this are a slip of the pen.
+const MOST_TASKS: usize = 100_000;
+
+/// The tables and keys of the file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    scene: PathBuf,
+    command: String,
+    #[serde(default)]
+    options: Vec<String>,
+    #[serde(default)]
+    zip: bool,
+    vary: toml::Table,
+}
+
+/// A key that is varied, with its values as TOML.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Varied {
+    /// `contact.gap`, or an option of the command: `--omega`.
+    pub key: String,
+    /// Values; a text without quotation marks.
+    pub values: Vec<String>,
+}
+
+impl Varied {
+    fn is_option(&self) -> bool {
+        self.key.starts_with("--")
+    }
+}
+
+/// A study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Its file.
+    pub path: PathBuf,
+    /// The whole text.
+    pub text: String,
+    /// The scene that is varied.
+    pub scene: Scene,
+    /// The command of all tasks.
+    pub command: String,
+    /// Its options.
+    pub options: Vec<String>,
+    /// What is varied, in the order of the file.
+    pub vary: Vec<Varied>,
+    /// The lists go side by side; otherwise every value meets every other.
+    pub zip: bool,
+}
+
+/// One command of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Task {
+    /// Name of its folder: says what it computes, whatever its place in the study.
+    pub id: String,
+    /// Value of every varied key, in their order.
+    pub values: Vec<String>,
+    /// Its scene.
+    pub scene: String,
+    /// The command and its options.
+    pub command: Vec<String>,
+}
+
+impl Study {
+    /// Read a study and its scene.
+    pub fn read(path: &Path) -> Result<Study, SceneError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| SceneError::Unreadable { file: file.clone(), reason: e.to_string() })?;
+        let keys: Keys = toml::from_str(&text).map_err(|e| misread(&e, &file, &text))?;
+        let issue = |key: &str, message: String, help: &str| {
+            locate(Issue::new(key, message, help), &file, &text)
+        };
+        if !COMMANDS.contains(&keys.command.as_str()) {
+            let help = format!("give one of {}", COMMANDS.join(", "));
+            return Err(issue("command", format!("\"{}\" writes no results", keys.command), &help));
+        }
+        let own = |o: &&String| OWN_OPTIONS.contains(&o.split('=').next().unwrap_or(o));
+        if let Some(own) = keys.options.iter().find(own) {
+            let help =
+                "leave it out: every task writes into its own folder, on the threads of its worker";
+            return Err(issue("options", format!("{own} is what the study says itself"), help));
+        }
+        let vary = ordered(&keys, &text).map_err(|i| locate(i, &file, &text))?;
+        let count = |v: &Varied| v.values.len();
+        if keys.zip && vary.iter().any(|v| count(v) != count(&vary[0])) {
+            let counts: Vec<String> =
+                vary.iter().map(|v| format!("{} has {}", v.key, count(v))).collect();
+            let message =
+                format!("lists side by side have to be of one length: {}", counts.join(", "));
+            return Err(issue("vary", message, "give lists of one length, or leave zip out"));
+        }
+        let product = vary.iter().fold(1usize, |n, v| n.saturating_mul(count(v)));
+        if product > MOST_TASKS && !keys.zip {
+            let message = format!("{product} tasks are more than {MOST_TASKS}");
+            return Err(issue("vary", message, "give fewer values, or zip = true"));
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let scene = Scene::read(&folder.join(&keys.scene))?;
+        let Keys { command, options, zip, .. } = keys;
+        Ok(Study { path: path.to_owned(), text, scene, command, options, vary, zip })
+    }
+
+    /// The file name without folder and ending.
+    pub fn stem(&self) -> String {
+        self.path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned())
+    }
+
+    /// An issue at its place in the file.
+    fn error(&self, key: &str, message: String, help: &str) -> SceneError {
+        let file = self.path.display().to_string();
+        locate(Issue::new(key, message, help), &file, &self.text)
+    }
+
+    /// All tasks in the order of the file, the last key fastest; every scene is checked. `place`: where the folders of the tasks will stand (files that the scene names
+    /// are named from there).
+    pub fn tasks(&self, place: &Path) -> Result<Vec<Task>, SceneError> {
+        let base = self.from_folder(place)?;
+        let count = match self.zip {
+            true => self.vary.first().map_or(1, |v| v.values.len()),
+            false => self.vary.iter().map(|v| v.values.len()).product(),
+        };
+        let mut tasks: Vec<Task> = vec![];
+        for k in 0..count {
+            let mut rest = k;
+            let mut chosen = vec![0; self.vary.len()];
+            for (at, varied) in chosen.iter_mut().zip(&self.vary).rev() {
+                *at = if self.zip { k } else { rest % varied.values.len() };
+                rest /= varied.values.len();
+            }
+            let task = self.task(&base, &chosen)?;
+            if let Some(twin) = tasks.iter().position(|t| t.id == task.id) {
+                let said = |t: &Task| t.values.join(", ");
+                let message =
+                    format!("task {} ({}) computes what task {twin} does", k, said(&task));
+                return Err(self.error("vary", message, "give every value once"));
+            }
+            tasks.push(task);
+        }
+        Ok(tasks)
+    }
+
+    fn task(&self, base: &Scene, chosen: &[usize]) -> Result<Task, SceneError> {
+        let (mut changes, mut command) = (vec![], vec![self.command.clone()]);
+        command.extend(self.options.iter().cloned());
+        let mut values = vec![];
+        for (varied, &at) in self.vary.iter().zip(chosen) {
+            let value = &varied.values[at];
+            values.push(value.clone());
+            match varied.key.as_str() {
+                _ if varied.is_option() => command.push(format!("{}={value}", varied.key)),
+                // a method takes the keys with it that it does not read
+                "contact.method" => {
+                    let variant = Variant::of_name(value).map_err(|e| {
+                        self.error(
+                            &quoted(&varied.key),
+                            e.to_string(),
+                            "name methods as compare --methods does",
+                        )
+                    })?;
+                    // other keys that are varied come after it, whatever their order in the file
+                    changes.splice(0..0, variant.changes());
+                }
+                key => changes.push(Change::set(key, value)),
+            }
+        }
+        let scene = base.with(&changes).map_err(|e| {
+            let said: Vec<String> =
+                self.vary.iter().zip(&values).map(|(v, x)| format!("{} = {x}", v.key)).collect();
+            self.error(
+                "vary",
+                format!("with {}: {e}", said.join(", ")),
+                "leave this combination out (zip = true names combinations one by one)",
+            )
+        })?;
+        let scene = scene.source.text;
+        let all = format!("{scene}\0{}", command.join("\0"));
+        let half = |salt: &str| crc32fast::hash(format!("{salt}{all}").as_bytes());
+        Ok(Task { id: format!("{:08x}{:08x}", half(""), half("2")), values, scene, command })
+    }
+
+    /// The scene with the files that it names as they are seen from the folder of a task.
+    fn from_folder(&self, place: &Path) -> Result<Scene, SceneError> {
+        let folder = self.scene.source.file.parent().unwrap_or(Path::new(""));
+        let way = way(&place.join("task"), folder);
+        let changes =
+            self.scene.named_files().into_iter().filter(|(_, name)| Path::new(name).is_relative());
+        let changes: Vec<Change> = changes
+            .map(|(key, name)| {
+                let seen = way.join(&name).display().to_string();
+                Change::set(key, Value::from(seen).to_string())
+            })
+            .collect();
+        self.scene.with(&changes)
+    }
+}
+
+/// The way from one folder to another, of names and `..`.
+fn way(from: &Path, to: &Path) -> PathBuf {
+    let whole = |p: &Path| -> Vec<String> {
+        let full = std::path::absolute(p).unwrap_or_else(|_| p.to_owned());
+        let mut parts = vec![];
+        for part in full.components() {
+            match part {
+                Component::ParentDir => drop(parts.pop()),
+                Component::CurDir => {}
+                other => parts.push(other.as_os_str().to_string_lossy().into_owned()),
+            }
+        }
+        parts
+    };
+    let (from, to) = (whole(from), whole(to));
+    let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let up = from[common..].iter().map(|_| "..");
+    up.chain(to[common..].iter().map(String::as_str)).collect()
+}
+
+/// A key of `[vary]` as paths of keys name it.
+fn quoted(key: &str) -> String {
+    format!("vary.\"{key}\"")
+}
+
+/// What is varied in the order of the file, values as they are written.
+fn ordered(keys: &Keys, text: &str) -> Result<Vec<Varied>, Issue> {
+    let help = "give the key of a scene in quotation marks and a list of values: \"contact.gap\" = [0.5, 1.0]";
+    let unreadable = |e: toml_edit::TomlError| Issue::new("vary", e.to_string(), help);
+    let document: DocumentMut = text.parse().map_err(unreadable)?;
+    let table = document.get("vary").and_then(Item::as_table_like);
+    let mut all = vec![];
+    for (key, item) in table.into_iter().flat_map(|t| t.iter()) {
+        let Some(list) = item.as_array().filter(|a| !a.is_empty()) else {
+            let what = if item.is_table_like() {
+                "is a table: a key with a dot stands in quotation marks"
+            } else {
+                "is no list of values"
+            };
+            return Err(Issue::new(quoted(key), what, help));
+        };
+        let value = |v: &Value| match v {
+            Value::String(s) => s.value().clone(),
+            other => other.clone().decorated("", "").to_string(),
+        };
+        let varied = Varied { key: key.to_owned(), values: list.iter().map(value).collect() };
+        if varied.is_option() && OWN_OPTIONS.contains(&key) {
+            return Err(Issue::new(quoted(key), "is what the study says itself", help));
+        }
+        all.push(varied);
+    }
+    if all.is_empty() {
+        return Err(Issue::new("vary", "is empty", help));
+    }
+    debug_assert_eq!(all.len(), keys.vary.len());
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ways_between_folders() {
+        for (from, to, found) in [
+            ("/a/b/c", "/a/d", "../../d"),
+            ("/a/b", "/a/b/c", "c"),
+            ("/a/x/../b", "/a/b", ""),
+            ("/a/b", "/a", ".."),
+        ] {
+            assert_eq!(way(Path::new(from), Path::new(to)), Path::new(found), "{from} {to}");
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! The folder of a study: what is asked for, and how far each task is.
+//!
+//! ```text
+//! NAME.study/study.json          version, text of the study, tasks in their order
+//! NAME.study/tasks/ID/scene.toml the scene of a task
+//!                     result.h5  what its command writes
+//!                     done.json  its answer and exit code, written last
+//!                     messages   standard error of all attempts
+//!                     lock       held while somebody carries it out; gone with the process, however it ends
+//! ```
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use thiserror::Error;
+
+use super::{Study, Task};
+use crate::store::{StoreError, replace};
+
+/// A folder that cannot be used.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// Not a folder of a study.
+    #[error("{}: {why}", path.display())]
+    Unusable {
+        /// The folder, or the file in it.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        why: String,
+    },
+    /// Writing failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+fn unusable(path: &Path, why: impl Into<String>) -> StudyError {
+    StudyError::Unusable { path: path.to_owned(), why: why.into() }
+}
+
+/// What the folder says of its study.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Manifest {
+    signorini_version: String,
+    name: String,
+    study: String,
+    scene: String,
+    varied: Vec<String>,
+    tasks: Vec<Entry>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Entry {
+    id: String,
+    values: Vec<String>,
+    command: Vec<String>,
+}
+
+/// A study on disk.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    root: PathBuf,
+    manifest: Manifest,
+}
+
+/// Where a task stands.
+#[derive(Debug, Clone)]
+pub struct TaskPlace {
+    /// Its place in the study.
+    pub index: usize,
+    /// Name of its folder.
+    pub id: String,
+    /// Value of every varied key.
+    pub values: Vec<String>,
+    /// The command and its options.
+    pub command: Vec<String>,
+    folder: PathBuf,
+}
+
+/// How a task ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Done {
+    /// Exit code of its command.
+    pub exit_code: u8,
+    /// The object that the command prints with `--json`; nothing where it failed before.
+    pub answer: Value,
+    /// Why it failed; empty where it did not.
+    pub message: String,
+    /// Seconds of the last attempt.
+    pub wall_s: f64,
+}
+
+/// How far a task is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum State {
+    /// Nobody has begun it.
+    Waiting,
+    /// Somebody carries it out.
+    Running,
+    /// Begun and not ended: it is gone on with by the next who takes it.
+    Interrupted,
+    /// It has an answer, of success or of failure.
+    Done(Box<Done>),
+}
+
+impl State {
+    /// In a word.
+    pub fn name(&self) -> &'static str {
+        match self {
+            State::Waiting => "waiting",
+            State::Running => "running",
+            State::Interrupted => "interrupted",
+            State::Done(done) if done.exit_code == 0 => "done",
+            State::Done(_) => "failed",
+        }
+    }
+}
+
+/// The sole right to carry a task out.
+#[derive(Debug)]
+pub struct TaskLock {
+    /// Holds the lock while it is open.
+    _file: File,
+}
+
+const MANIFEST: &str = "study.json";
+
+impl Folder {
+    /// Write what a study asks for; tasks that are there already stay as they are.
+    pub fn prepare(root: &Path, study: &Study, tasks: &[Task]) -> Result<Folder, StudyError> {
+        let is_empty = |p: &Path| std::fs::read_dir(p).is_ok_and(|mut d| d.next().is_none());
+        if root.exists() && !root.join(MANIFEST).exists() && !is_empty(root) {
+            return Err(unusable(root, "is no folder of a study; give another one with -o"));
+        }
+        let made = |path: &Path| {
+            std::fs::create_dir_all(path).map_err(|e| StudyError::from(StoreError::write(path, e)))
+        };
+        made(&root.join("tasks"))?;
+        for task in tasks {
+            let folder = root.join("tasks").join(&task.id);
+            made(&folder)?;
+            let scene = folder.join("scene.toml");
+            if !scene.exists() {
+                replace(&scene, task.scene.as_bytes())?;
+            }
+        }
+        let entry = |t: &Task| Entry {
+            id: t.id.clone(),
+            values: t.values.clone(),
+            command: t.command.clone(),
+        };
+        let manifest = Manifest {
+            signorini_version: env!("CARGO_PKG_VERSION").into(),
+            name: study.stem(),
+            study: study.text.clone(),
+            scene: study.scene.source.text.clone(),
+            varied: study.vary.iter().map(|v| v.key.clone()).collect(),
+            tasks: tasks.iter().map(entry).collect(),
+        };
+        let text =
+            serde_json::to_string_pretty(&manifest).map_err(|e| unusable(root, e.to_string()))?;
+        replace(&root.join(MANIFEST), text.as_bytes())?;
+        Ok(Folder { root: root.to_owned(), manifest })
+    }
+
+    /// The study of a folder.
+    pub fn open(root: &Path) -> Result<Folder, StudyError> {
+        let path = root.join(MANIFEST);
+        let text = std::fs::read_to_string(&path).map_err(|e| {
+            unusable(
+                &path,
+                format!("{e}; `signorini study run STUDY.toml` makes the folder of a study"),
+            )
+        })?;
+        let manifest = serde_json::from_str(&text).map_err(|e| unusable(&path, e.to_string()))?;
+        Ok(Folder { root: root.to_owned(), manifest })
+    }
+
+    /// Where it is.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Name of the study.
+    pub fn name(&self) -> &str {
+        &self.manifest.name
+    }
+
+    /// The texts of the study and of its scene.
+    pub fn texts(&self) -> (&str, &str) {
+        (&self.manifest.study, &self.manifest.scene)
+    }
+
+    /// Keys that are varied.
+    pub fn varied(&self) -> &[String] {
+        &self.manifest.varied
+    }
+
+    /// All tasks.
+    pub fn tasks(&self) -> Vec<TaskPlace> {
+        let place = |(index, entry): (usize, &Entry)| TaskPlace {
+            index,
+            id: entry.id.clone(),
+            values: entry.values.clone(),
+            command: entry.command.clone(),
+            folder: self.root.join("tasks").join(&entry.id),
+        };
+        self.manifest.tasks.iter().enumerate().map(place).collect()
+    }
+
+    /// A task by its name.
+    pub fn task(&self, id: &str) -> Result<TaskPlace, StudyError> {
+        let found = self.tasks().into_iter().find(|t| t.id == id);
+        found.ok_or_else(|| unusable(&self.root, format!("there is no task {id} in this study")))
+    }
+}
+
+impl TaskPlace {
+    /// A file of the task.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// What its command writes.
+    pub fn result(&self) -> PathBuf {
+        self.file("result.h5")
+    }
+
+    /// What was varied, in words.
+    pub fn describe(&self, varied: &[String]) -> String {
+        let said = varied.iter().zip(&self.values).map(|(k, v)| format!("{k} = {v}"));
+        said.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Its answer, if it has one.
+    pub fn done(&self) -> Option<Done> {
+        let text = std::fs::read_to_string(self.file("done.json")).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+
+    /// Leave its answer.
+    pub fn finish(&self, done: &Done) -> Result<(), StudyError> {
+        let path = self.file("done.json");
+        let text =
+            serde_json::to_string_pretty(done).map_err(|e| unusable(&path, e.to_string()))?;
+        Ok(replace(&path, text.as_bytes())?)
+    }
+
+    /// Forget its answer: it will be carried out anew.
+    pub fn forget(&self) -> Result<(), StudyError> {
+        let path = self.file("done.json");
+        std::fs::remove_file(&path).map_err(|e| StoreError::write(&path, e).into())
+    }
+
+    /// How far it is.
+    pub fn state(&self) -> State {
+        if let Some(done) = self.done() {
+            return State::Done(Box::new(done));
+        }
+        let lock = self.file("lock");
+        let Ok(file) = OpenOptions::new().write(true).open(&lock) else { return State::Waiting };
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => State::Running,
+            // between the look at the answer and the look at the lock it may have ended
+            _ => self.done().map_or(State::Interrupted, |d| State::Done(Box::new(d))),
+        }
+    }
+
+    /// Take the right to carry it out; none while another has it.
+    pub fn lock(&self) -> Result<Option<TaskLock>, StudyError> {
+        let path = self.file("lock");
+        let open = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let file = open.map_err(|e| StudyError::from(StoreError::write(&path, e)))?;
+        // who only asks how far it is holds the lock for a moment, too
+        for _ in 0..20 {
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(10)),
+                // a file system without locks
+                Err(TryLockError::Error(_)) | Ok(()) => {
+                    return Ok(Some(TaskLock { _file: file }));
+                }
+            }
+        }
+        Ok(None)
+    }
+}
