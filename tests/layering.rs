@@ -7,7 +7,7 @@ mod scanner;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the data.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 19] = [
     "mesh",
     "scenario",
     "fem",
@@ -26,6 +26,7 @@ const ORDER: [&str; 18] = [
     "report",
     "families",
     "compare",
+    "study",
 ];
 
 /// What stands behind all modules: it may use any of them.

@@ -74,6 +74,10 @@ pub fn datasets(path: &Path) -> BTreeMap<String, (Vec<usize>, Vec<u8>)> {
                     let words = d.read_raw::<hdf5::types::FixedUnicode<256>>().unwrap();
                     words.iter().flat_map(|w| [w.as_bytes(), b";"].concat()).collect()
                 }
+                VarLenUnicode => {
+                    let words = d.read_raw::<hdf5::types::VarLenUnicode>().unwrap();
+                    words.iter().flat_map(|w| [w.as_bytes(), b";"].concat()).collect()
+                }
                 other => panic!("{}: {other:?}", d.name()),
             };
             all.insert(d.name(), (d.shape(), bytes));

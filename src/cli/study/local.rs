@@ -34,6 +34,13 @@ pub fn work(
         while global.caller.signal().is_none() {
             let Some(task) = next() else { break };
             carry_out(folder, &task, threads, global)?;
+            // what an earlier command left behind, or a job array, may have it: it is waited for
+            while task.state() == State::Running && global.caller.signal().is_none() {
+                std::thread::sleep(LOOK);
+            }
+            if task.state() == State::Interrupted {
+                carry_out(folder, &task, threads, global)?;
+            }
             let now = ended.fetch_add(1, Ordering::Relaxed) + 1;
             if let Some(bar) = &bar {
                 let share = (all - count + now) as f64 / all as f64;

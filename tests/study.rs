@@ -1,0 +1,318 @@
+//! Studies: the same data whoever carries the tasks out, and however often they are interrupted.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{datasets, root};
+use serde_json::Value;
+
+/// A bar that bounces for a while, by two methods on three meshes before four gaps; a viscous look at families costs more than a test may.
+const STUDY: &str = "# two methods × three meshes × four gaps\nscene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\
+    \"contact.method\" = [\"nbm\", \"nbm:constant\"]\n\"body.elements\" = [[20], [30], [40]]\n\"contact.gap\" = [0.5, 0.8, 1.0, 1.2]\n";
+const FAMILIES: &str = "scene = \"half-plate-orbit.toml\"\ncommand = \"backbone\"\noptions = [\"--step\", \"0.05\"]\n[vary]\n\
+    \"contact.method\" = [\"nbm\", \"nbm:constant\"]\n\"body.elements\" = [[4, 2], [6, 2]]\n";
+
+/// A folder with a study and its scene, and what is done in it.
+struct Place {
+    folder: tempfile::TempDir,
+    environment: Vec<(&'static str, String)>,
+}
+
+impl Place {
+    fn new(study: &str, until: f64) -> Place {
+        let folder = tempfile::tempdir().unwrap();
+        for scene in ["bar.toml", "half-plate-orbit.toml"] {
+            let text = std::fs::read_to_string(root().join("scenarios").join(scene)).unwrap();
+            let text = text.replace("until = 3.36", &format!("until = {until}"));
+            std::fs::write(folder.path().join(scene), text).unwrap();
+        }
+        std::fs::write(folder.path().join("s.toml"), study).unwrap();
+        Place { folder, environment: vec![] }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, words: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signorini"));
+        command.args(words).current_dir(self.folder.path());
+        command.envs(self.environment.iter().map(|(k, v)| (k, v)));
+        command
+    }
+
+    /// Exit code and the object on standard output.
+    fn said(&self, words: &[&str]) -> (i32, Value) {
+        let output = self.command(&[words, &["--json"]].concat()).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let object = serde_json::from_str(&text)
+            .unwrap_or_else(|e| panic!("{e}: {text}{}", String::from_utf8_lossy(&output.stderr)));
+        (output.status.code().unwrap(), object)
+    }
+
+    fn done(&self, words: &[&str]) -> Value {
+        let (code, object) = self.said(words);
+        assert_eq!(code, 0, "{words:?}: {object}");
+        object
+    }
+
+    /// Begin a run as a group of processes of its own.
+    fn begin(&self, words: &[&str]) -> std::process::Child {
+        let mut command = self.command(words);
+        command.process_group(0).stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().unwrap()
+    }
+
+    fn count(&self, state: &str) -> u64 {
+        self.done(&["study", "status", "s.toml"])["counts"][state].as_u64().unwrap()
+    }
+
+    /// Wait for at least so many answers.
+    fn wait_for(&self, done: u64) {
+        let begun = Instant::now();
+        while !self.path("s.study").exists() || self.count("done") < done {
+            assert!(begun.elapsed() < Duration::from_secs(120), "no progress");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Answers as they stand, by task.
+    fn answers(&self) -> BTreeMap<String, String> {
+        let folders = std::fs::read_dir(self.path("s.study/tasks")).unwrap().map(|d| d.unwrap());
+        let text = |folder: &Path| std::fs::read_to_string(folder.join("done.json")).ok();
+        let name = |d: &std::fs::DirEntry| d.file_name().into_string().unwrap();
+        folders.filter_map(|d| Some((name(&d), text(&d.path())?))).collect()
+    }
+
+    /// What is collected, but for what it took.
+    fn collected(&self) -> BTreeMap<String, (Vec<usize>, Vec<u8>)> {
+        self.done(&["study", "collect", "s.toml", "--force"]);
+        let mut all = datasets(&self.path("s.h5"));
+        all.retain(|name, _| !name.starts_with("/work/"));
+        assert!(all.contains_key("/study/state") && all.len() > 8, "{:?}", all.keys());
+        all
+    }
+}
+
+fn kill(what: &str) {
+    let _ = Command::new("kill").args(["-9", "--", what]).status();
+}
+
+/// One worker, two workers, and one who is killed again and again: the same data.
+#[test]
+fn a_study_gives_the_same_data_however_it_is_carried_out() {
+    for (study, until, tasks) in [(STUDY, 1500.0, 24), (FAMILIES, 3.36, 4)] {
+        let one = Place::new(study, until);
+        let answer = one.done(&["study", "run", "s.toml", "--workers", "1"]);
+        assert_eq!(answer["counts"]["done"], tasks, "{answer}");
+        let expected = one.collected();
+        assert!(one.path("s.csv").exists());
+        assert_eq!(one.path("s-points.csv").exists(), tasks == 4);
+
+        let two = Place::new(study, until);
+        two.done(&["study", "run", "s.toml", "--workers", "2"]);
+        assert_eq!(two.collected(), expected);
+        // a second time there is nothing to do
+        let before = two.answers();
+        two.done(&["study", "run", "s.toml"]);
+        assert_eq!(two.answers(), before);
+
+        let killed = Place::new(study, until);
+        let words = ["study", "run", "s.toml", "--workers", "2", "--quiet"];
+        // all its processes at once
+        let mut first = killed.begin(&words);
+        killed.wait_for(1);
+        kill(&format!("-{}", first.id()));
+        first.wait().unwrap();
+        let done = killed.answers();
+        assert!(!done.is_empty() && (done.len() as u64) < tasks, "{}", done.len());
+        // the controller alone: its tasks go on, and whoever comes next waits for them
+        let mut second = killed.begin(&words);
+        killed.wait_for(done.len() as u64 + 1);
+        kill(&second.id().to_string());
+        second.wait().unwrap();
+        // a task alone
+        let third = killed.begin(&words);
+        let begun = Instant::now();
+        let mut struck = false;
+        while !struck && begun.elapsed() < Duration::from_secs(20) && killed.count("done") < tasks {
+            let status = killed.done(&["study", "status", "s.toml"]);
+            let running =
+                status["tasks"].as_array().unwrap().iter().find(|t| t["state"] == "running");
+            let Some(task) = running else { continue };
+            let id = task["id"].as_str().unwrap();
+            struck =
+                Command::new("pkill").args(["-9", "-f", id]).status().is_ok_and(|s| s.success());
+        }
+        third.wait_with_output().unwrap();
+        let answer = killed.done(&["study", "run", "s.toml", "--workers", "2"]);
+        assert_eq!(answer["counts"]["done"], tasks, "{answer}");
+        // what had an answer was not carried out again
+        let now = killed.answers();
+        assert!(done.iter().all(|(id, answer)| now[id] == *answer));
+        assert_eq!(killed.collected(), expected, "killed");
+    }
+}
+
+/// Failures are kept with their messages, the others are whole; more values find again what is done.
+#[test]
+fn failures_are_kept_and_studies_grow() {
+    let study = "scene = \"bar.toml\"\ncommand = \"run\"\nzip = true\n[vary]\n\"run.switch_limit\" = [1000, 1]\n\"contact.gap\" = [0.5, 0.6]\n";
+    let place = Place::new(study, 30.0);
+    let (code, answer) = place.said(&["study", "run", "s.toml"]);
+    assert_eq!(code, 3, "{answer}");
+    assert_eq!((&answer["counts"]["done"], &answer["counts"]["failed"]), (&1.into(), &1.into()));
+    let failed = &answer["tasks"][1];
+    assert!(failed["message"].as_str().unwrap().contains("switch"), "{failed}");
+    place.done(&["study", "collect", "s.toml"]);
+    let table = std::fs::read_to_string(place.path("s.csv")).unwrap();
+    assert!(table.starts_with("index,id,state,run.switch_limit,contact.gap,"), "{table}");
+    assert_eq!(table.lines().count(), 3);
+    // it is not tried again unless one asks for it
+    let before = place.answers();
+    assert_eq!(place.said(&["study", "run", "s.toml"]).0, 3);
+    assert_eq!(place.answers(), before);
+    // one value more: one task more
+    let more = study.replace("1]", "1, 900]").replace("0.6]", "0.6, 0.7]");
+    std::fs::write(place.path("s.toml"), more).unwrap();
+    let lines = place.command(&["study", "run", "s.toml", "--print-tasks"]).output().unwrap();
+    let lines = String::from_utf8(lines.stdout).unwrap();
+    assert_eq!(lines.lines().count(), 1, "{lines}");
+    // whoever carries the line out
+    let status = Command::new("sh").args(["-c", lines.trim()]).status().unwrap();
+    assert!(status.success());
+    assert_eq!(place.count("done"), 2);
+}
+
+/// Bad studies are exit code 2 with file, line and what would be accepted, before anything is written.
+#[test]
+fn bad_studies_are_refused() {
+    let vary = "[vary]\n\"contact.gap\" = [0.5]\n";
+    for (text, said) in [
+        (format!("scene = \"bar.toml\"\ncommand = \"plot\"\n{vary}"), "give one of run, orbit"),
+        (format!("scene = \"no.toml\"\ncommand = \"run\"\n{vary}"), "cannot read the scene"),
+        (format!("scene = \"bar.toml\"\ncommand = \"run\"\noption = []\n{vary}"), "s.toml:3:1"),
+        (format!("scene = \"bar.toml\"\ncommand = \"run\"\noptions = [\"-o\", \"x\"]\n{vary}"), "the study says itself"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n".into(), "is empty"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\ncontact.gap = [1]\n".into(), "quotation marks"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = 1\n".into(), "no list of values"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gpa\" = [1]\n".into(), "contact.gpa = 1"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.method\" = [\"nbn\"]\n".into(), "no contact method"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = [1, 1]\n".into(), "computes what task 0 does"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\nzip = true\n[vary]\n\"contact.gap\" = [1, 2]\n\"run.until\" = [1]\n".into(), "of one length"),
+    ] {
+        let place = Place::new(&text, 3.36);
+        let output = place.command(&["study", "run", "s.toml"]).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).replace("\n  │ ", " ");
+        assert_eq!(output.status.code(), Some(2), "{text}: {message}");
+        assert!(message.contains(said), "{text}: {message}");
+        assert!(!place.path("s.study").exists(), "{text}");
+    }
+    let place = Place::new(STUDY, 3.36);
+    std::fs::create_dir(place.path("s.study")).unwrap();
+    std::fs::write(place.path("s.study/notes"), "mine").unwrap();
+    assert_eq!(place.said(&["study", "run", "s.toml"]).0, 2);
+    assert_eq!(std::fs::read_dir(place.path("s.study")).unwrap().count(), 1);
+}
+
+/// A node of Slurm for as long as a test needs it.
+struct Slurm {
+    folder: tempfile::TempDir,
+    conf: String,
+}
+
+impl Slurm {
+    /// None where there is no Slurm, loudly.
+    fn start() -> Option<Slurm> {
+        let has = |program: &str| {
+            Command::new("sh")
+                .args(["-c", &format!("command -v {program}")])
+                .output()
+                .is_ok_and(|o| o.status.success())
+        };
+        let is_root = Command::new("id").arg("-u").output().is_ok_and(|o| o.stdout == b"0\n");
+        if !(is_root && ["munged", "slurmctld", "slurmd", "sbatch"].into_iter().all(has)) {
+            eprintln!(
+                "SKIPPED: no Slurm (Debian: slurm-wlm, munge; and root): studies are not tested on a job array"
+            );
+            return None;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let output = Command::new(root().join("tests/slurm/node.sh"))
+            .arg("start")
+            .arg(folder.path())
+            .stderr(Stdio::inherit())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "Slurm does not start");
+        let conf = String::from_utf8(output.stdout).unwrap().trim().to_owned();
+        Some(Slurm { folder, conf })
+    }
+
+    fn run(&self, program: &str, words: &[&str]) -> String {
+        let output =
+            Command::new(program).args(words).env("SLURM_CONF", &self.conf).output().unwrap();
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+}
+
+impl Drop for Slurm {
+    fn drop(&mut self) {
+        let _ = Command::new(root().join("tests/slurm/node.sh"))
+            .arg("stop")
+            .arg(self.folder.path())
+            .status();
+    }
+}
+
+/// On a job array with two slots, with a task and Slurm's controller killed in the middle: the same data.
+#[test]
+fn a_job_array_of_slurm_gives_the_same_data() {
+    let Some(slurm) = Slurm::start() else { return };
+    let until = 1500.0;
+    let here = Place::new(STUDY, until);
+    here.done(&["study", "run", "s.toml"]);
+    let mut place = Place::new(STUDY, until);
+    place.environment = vec![("SLURM_CONF", slurm.conf.clone())];
+    let words = ["study", "run", "s.toml", "--engine", "slurm"];
+    let answer = place.done(&words);
+    assert_eq!(answer["submitted"], 24);
+    // a second submission finds them in the queue
+    let answer = place.done(&words);
+    assert!(
+        answer["submitted"].as_u64().unwrap() + place.count("done") < 24
+            && answer["queued"].as_u64() > Some(0),
+        "{answer}"
+    );
+    place.wait_for(3);
+    let done = place.answers();
+    // a task that runs, and the controller
+    let running = slurm.run("squeue", &["-h", "-r", "-t", "R", "-o", "%A"]);
+    running
+        .split_whitespace()
+        .take(1)
+        .for_each(|job| drop(slurm.run("scancel", &["--signal=KILL", job])));
+    let pid = std::fs::read_to_string(slurm.folder.path().join("slurmctld.pid")).unwrap();
+    kill(pid.trim());
+    std::thread::sleep(Duration::from_secs(1));
+    slurm.run("slurmctld", &[]);
+    let begun = Instant::now();
+    while slurm.run("squeue", &["-h"]).trim().is_empty() && place.count("done") < 23 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "the controller does not come back");
+        std::thread::sleep(Duration::from_millis(500));
+    }
+    let (_, answer) = place.said(&[&words[..], &["--wait"]].concat());
+    // the killed one is submitted again by the next, if it was not done
+    if answer["counts"]["done"] != 24 {
+        let answer = place.done(&[&words[..], &["--wait"]].concat());
+        assert_eq!(answer["counts"]["done"], 24, "{answer}");
+    }
+    let now = place.answers();
+    assert!(done.iter().all(|(id, answer)| now[id] == *answer));
+    assert_eq!(place.collected(), here.collected());
+}
