@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python page fuzz validate bench peers check-peers pictures figures methods clean
+.PHONY: help setup build demo test python page fuzz validate bench peers check-peers study-slurm pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -16,6 +16,7 @@ help:
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
+	@echo 'make study-slurm  a study as a job array on a Slurm of one node that is started for it (Debian: slurm-wlm, munge; root); skipped loudly elsewhere'
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
 	@echo 'make methods   contact methods side by side: tables and pictures of docs/methods.md, into out/ (part of make figures)'
@@ -69,6 +70,10 @@ peers: build
 # all of them against the exact flow, after make peers
 check-peers:
 	.venv/bin/python validate/peers/check.py
+
+# a part of make test as well
+study-slurm: setup
+	cargo test --release --locked --test study -- --nocapture slurm
 
 pictures: build peers
 	@mkdir -p out docs
