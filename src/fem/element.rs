@@ -6,6 +6,7 @@ use nalgebra::{Dyn, MatrixXx6, OMatrix, U6};
 
 use super::law::Material;
 use super::shape::{self, Integrand, Local};
+use crate::mesh::point::{cross, dot};
 use crate::mesh::{ElementKind, Point};
 
 /// Strain over the displacements of an element: six rows, in the order of [`super::law`].
@@ -53,14 +54,6 @@ struct Station {
     /// Local over global measure.
     det: f64,
     radius: f64,
-}
-
-fn cross(a: &Point, b: &Point) -> Point {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: &Point, b: &Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `Σ w_k x_k`

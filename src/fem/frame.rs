@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use super::element::Shape;
 use super::shape::side_shares;
+use crate::mesh::point::{dot, norm, unit};
 use crate::mesh::{Mesh, Point};
 
 /// What a support holds.
@@ -137,19 +138,6 @@ const CORNER: f64 = 50.0;
 const LEAST: f64 = 0.1;
 /// Flat means: normals within this, as a sine.
 const FLAT: f64 = 1e-6;
-
-fn dot(a: &Point, b: &Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn norm(a: &Point) -> f64 {
-    a[0].hypot(a[1]).hypot(a[2])
-}
-
-fn unit(a: Point) -> Point {
-    let size = norm(&a);
-    a.map(|x| x / size)
-}
 
 /// `a + c b`
 fn sum(a: &Point, c: f64, b: &Point) -> Point {

@@ -7,6 +7,7 @@
 pub mod corner;
 pub mod gmsh;
 mod kind;
+pub mod point;
 pub mod structured;
 
 use std::collections::BTreeMap;

@@ -130,7 +130,7 @@ impl Study {
     /// All tasks in the order of the file, the last key fastest; every scene is checked. `place`: where the folders of the tasks will stand (files that the scene names
     /// are named from there).
     pub fn tasks(&self, place: &Path) -> Result<Vec<Task>, SceneError> {
-        let base = self.from_folder(place)?;
+        let base = self.seen_from(place)?;
         let count = match self.zip {
             true => self.vary.first().map_or(1, |v| v.values.len()),
             false => self.vary.iter().map(|v| v.values.len()).product(),
@@ -195,7 +195,7 @@ impl Study {
     }
 
     /// The scene with the files that it names as they are seen from the folder of a task.
-    fn from_folder(&self, place: &Path) -> Result<Scene, SceneError> {
+    fn seen_from(&self, place: &Path) -> Result<Scene, SceneError> {
         let folder = self.scene.source.file.parent().unwrap_or(Path::new(""));
         let way = way(&place.join("task"), folder);
         let changes =

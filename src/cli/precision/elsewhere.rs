@@ -162,7 +162,7 @@ fn contact_of<'a>(bench: &Bench<'a>) -> Result<Contact<'a>, CliError> {
     let areas = problem.system.constraints.iter().map(|c| &c.area).collect();
     let mut contact = Contact { areas, ..Contact::default() };
     let mut flow = by_name(Integrator::Auto, &problem.system, TIGHT);
-    let options = Options { samples: SAMPLES, ..bench.options.clone() };
+    let options = Options { samples: SAMPLES, ..bench.options };
     let report =
         event::run(&problem.system, &problem.initial, &options, flow.as_mut(), &mut contact)
             .map_err(|e| CliError::Numerics(e.to_string()))?;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use crate::mesh::point::{cross, dot, minus, norm};
 use crate::mesh::{Block, ElementKind, Facet, Point, bounds, corner};
 
 /// The number of a node that no cell has.
@@ -118,24 +119,8 @@ pub(super) fn hanging(
     })
 }
 
-fn minus(a: &Point, b: &Point) -> Point {
-    std::array::from_fn(|c| a[c] - b[c])
-}
-
-fn dot(a: &Point, b: &Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: &Point, b: &Point) -> Point {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn length(a: &Point) -> f64 {
-    dot(a, a).sqrt()
-}
-
 fn distance(a: &Point, b: &Point) -> f64 {
-    length(&minus(a, b))
+    norm(&minus(a, b))
 }
 
 /// How far a point is from a segment, a triangle, or the two triangles of a quadrilateral; infinite where it does not lie above it.
@@ -149,7 +134,7 @@ fn off(corners: &[Point], p: &Point) -> f64 {
         }
         [a, b, c] => {
             let normal = cross(&minus(b, a), &minus(c, a));
-            let area = length(&normal);
+            let area = norm(&normal);
             let share = |p: &Point, q: &Point, r: &Point| {
                 dot(&cross(&minus(q, p), &minus(r, p)), &normal) / (area * area)
             };

@@ -24,14 +24,16 @@ pub(super) use wall::boundary;
 /// A picture's name and how it is drawn.
 struct Picture {
     name: &'static str,
+    /// Its axis is the line of the contact nodes: of a body in space, whose contact is a face, drawn only when it is asked for.
+    along_edge: bool,
     draw: fn(&Stored, &Options) -> Result<String, FigureError>,
 }
 
 const PICTURES: [Picture; 4] = [
-    Picture { name: "contact", draw: contact },
-    Picture { name: "energy", draw: energy },
-    Picture { name: "gap", draw: gap_map },
-    Picture { name: "shapes", draw: shapes },
+    Picture { name: "contact", along_edge: false, draw: contact },
+    Picture { name: "energy", along_edge: false, draw: energy },
+    Picture { name: "gap", along_edge: true, draw: gap_map },
+    Picture { name: "shapes", along_edge: false, draw: shapes },
 ];
 
 /// What a user may choose.
@@ -63,7 +65,8 @@ pub fn draw_all(
 ) -> Result<Vec<Drawing>, FigureError> {
     let mut drawn = vec![];
     for picture in &PICTURES {
-        if !only.is_empty() && !only.iter().any(|o| o == picture.name) {
+        let is_asked_for = only.iter().any(|o| o == picture.name);
+        if !is_asked_for && (!only.is_empty() || (picture.along_edge && stored.is_solid())) {
             continue;
         }
         let svg = match (picture.draw)(stored, options) {

@@ -9,6 +9,7 @@ use plotters::prelude::*;
 
 use super::scaled::{Magnified, label, side_by_side, significant};
 use crate::fem::shape;
+use crate::mesh::point::{cross, dot, unit};
 use crate::mesh::{ElementKind, Point};
 use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
 use crate::store::Stored;
@@ -62,19 +63,6 @@ struct View {
     right: Point,
     up: Point,
     eye: Point,
-}
-
-fn dot(a: &Point, b: &Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: &Point, b: &Point) -> Point {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn unit(a: Point) -> Point {
-    let size = dot(&a, &a).sqrt();
-    a.map(|x| x / size)
 }
 
 impl View {
