@@ -16,7 +16,9 @@ mod inspect;
 mod inspect_mesh;
 mod interrupt;
 mod load;
+mod manual;
 mod modes;
+mod new;
 mod orbit;
 mod plot;
 mod precision;
@@ -187,6 +189,12 @@ enum Command {
     Study(study::Arguments),
     /// Closed-form and published cases: measured error beside the accepted one
     Validate(validate::Arguments),
+    /// A commented scene to begin with
+    New(new::Arguments),
+    /// Completions of a shell
+    Completions(manual::Completions),
+    /// Manual pages
+    Man(manual::Manual),
 }
 
 /// Carry out a command.
@@ -212,6 +220,9 @@ fn execute(cli: &Cli) -> Result<Answer, CliError> {
         Command::Compare(a) => compare::run(a, global),
         Command::Study(a) => study::run(a, global),
         Command::Validate(a) => validate::run(a, global),
+        Command::New(a) => new::run(a, global),
+        Command::Completions(a) => Ok(manual::completions(a)),
+        Command::Man(a) => manual::manual(a, global),
     }
 }
 

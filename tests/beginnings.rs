@@ -1,0 +1,67 @@
+//! What one begins with: scenes to change, completions, manual pages.
+
+mod common;
+
+use std::process::Command;
+
+use common::run;
+
+/// Every kind of new scene runs as it is, and nothing is overwritten.
+#[test]
+fn new_scenes_run_as_they_are() {
+    let place = tempfile::tempdir().unwrap();
+    let signorini = |words: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_signorini"))
+            .args(words)
+            .current_dir(place.path())
+            .output()
+            .unwrap()
+    };
+    for kind in ["bar", "plate", "mesh", "matrices"] {
+        let made = signorini(&["new", kind, "mine"]);
+        assert!(made.status.success(), "{kind}: {}", String::from_utf8_lossy(&made.stderr));
+        let text = std::fs::read_to_string(place.path().join("mine.toml")).unwrap();
+        assert!(text.starts_with("# ") && !text.contains("\"NAME"), "{text}");
+        let ran = signorini(&["run", "mine.toml", "--force", "--json"]);
+        assert!(ran.status.success(), "{kind}: {}", String::from_utf8_lossy(&ran.stderr));
+        let answer: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
+        assert!(!answer["switches"].as_array().unwrap().is_empty(), "{kind} touches nothing");
+        // a second one with the same name is refused, and leaves everything as it is
+        let again = signorini(&["new", kind, "mine"]);
+        assert_eq!(again.status.code(), Some(2), "{kind}");
+        assert_eq!(std::fs::read_to_string(place.path().join("mine.toml")).unwrap(), text);
+        for entry in std::fs::read_dir(place.path()).unwrap() {
+            std::fs::remove_file(entry.unwrap().path()).unwrap();
+        }
+    }
+}
+
+/// Shells and `man` know every command.
+#[test]
+fn completions_and_manual_pages_know_every_command() {
+    let text = |words: &[&str]| String::from_utf8(run(words).stdout).unwrap();
+    let help = text(&["--help"]);
+    let commands: Vec<&str> = help
+        .lines()
+        .skip_while(|l| !l.starts_with("Commands:"))
+        .skip(1)
+        .take_while(|l| !l.is_empty())
+        .filter_map(|l| {
+            l.strip_prefix("  ")?.split_whitespace().next().filter(|_| !l.starts_with("   "))
+        })
+        .filter(|c| *c != "help")
+        .collect();
+    assert!(commands.len() >= 17, "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = text(&["completions", shell]);
+        commands.iter().for_each(|c| assert!(script.contains(c), "{shell}: {c}"));
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().to_str().unwrap();
+    assert!(run(&["man", "--to", folder]).status.success());
+    for command in &commands {
+        let page = std::fs::read_to_string(place.path().join(format!("signorini-{command}.1")));
+        assert!(page.unwrap().contains(".SH SYNOPSIS"), "{command}");
+    }
+    assert!(text(&["man"]).starts_with(".ie"));
+}
