@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python page fuzz validate bench peers check-peers study-slurm pictures figures methods clean
+.PHONY: help setup build demo test python page fuzz validate bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -16,6 +16,7 @@ help:
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
+	@echo 'make docs      the documentation as a site into target/site/, without a warning; the page of commands is written anew'
 	@echo 'make study-slurm  a study as a job array on a Slurm of one node that is started for it (Debian: slurm-wlm, munge; root); skipped loudly elsewhere'
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
@@ -70,6 +71,12 @@ peers: build
 # all of them against the exact flow, after make peers
 check-peers:
 	.venv/bin/python validate/peers/check.py
+
+docs: build
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check mkdocs==1.6.1
+	$(BIN) man --markdown > docs/reference/commands.md
+	.venv/bin/mkdocs build --strict --quiet
+	@echo 'Open target/site/index.html'
 
 # a part of make test as well
 study-slurm: setup

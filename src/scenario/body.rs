@@ -155,7 +155,7 @@ impl Body {
                 return Err(Issue::new(
                     format!("body.{key}"),
                     "is missing",
-                    "see the scene reference in the README",
+                    "see the reference of scenes (docs/reference/scenes.md)",
                 ));
             }
         }

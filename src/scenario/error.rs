@@ -81,7 +81,7 @@ pub(crate) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> Scen
     let message = error.message().trim().to_owned();
     let (summary, help) = match message.split_once(", expected ") {
         Some((head, tail)) => (head.to_owned(), format!("expected {tail}")),
-        None => (message, "see the scene reference in the README".to_owned()),
+        None => (message, "see the reference of scenes (docs/reference/scenes.md)".to_owned()),
     };
     let mut key = key_at(text, span.start);
     if key.is_empty() {

@@ -1,0 +1,177 @@
+//! The documentation: every command in it works, every scene in it runs, every link leads somewhere.
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use common::{root, run};
+
+fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            pages(&path, found);
+        } else if path.extension().is_some_and(|e| e == "md") {
+            found.push(path);
+        }
+    }
+    found.sort();
+}
+
+fn all_pages() -> Vec<PathBuf> {
+    let mut found = vec![];
+    pages(&root().join("docs"), &mut found);
+    found
+}
+
+/// Language and text of every fenced block.
+fn blocks(text: &str) -> Vec<(String, String)> {
+    let mut found: Vec<(String, String)> = vec![];
+    let mut open = false;
+    for line in text.lines() {
+        match line.strip_prefix("```") {
+            Some(_) if open => open = false,
+            Some(language) => {
+                open = true;
+                found.push((language.trim().to_owned(), String::new()));
+            }
+            None if open => {
+                let text = &mut found.last_mut().unwrap().1;
+                text.push_str(line);
+                text.push('\n');
+            }
+            None => {}
+        }
+    }
+    assert!(!open, "a fence is not closed");
+    found
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let target = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy(&path, &target);
+        } else {
+            std::fs::copy(&path, target).unwrap();
+        }
+    }
+}
+
+/// Blocks marked `sh` are carried out line by line, a page in a folder of its own with the scenes in it; a block of TOML that begins with `# file: NAME` is that file.
+#[test]
+fn commands_of_the_documentation_work() {
+    let (mut ran, mut files) = (0, 0);
+    for page in all_pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        let blocks = blocks(&text);
+        if !blocks.iter().any(|b| b.0 == "sh") {
+            continue;
+        }
+        let place = tempfile::tempdir().unwrap();
+        copy(&root().join("scenarios"), &place.path().join("scenarios"));
+        for (language, text) in blocks {
+            let name = text.lines().next().and_then(|l| l.strip_prefix("# file: "));
+            if let (true, Some(name)) = (language == "toml", name) {
+                std::fs::write(place.path().join(name.trim()), &text).unwrap();
+                files += 1;
+            }
+            for line in text.lines().filter(|_| language == "sh") {
+                let words: Vec<&str> = line.split_whitespace().collect();
+                let words = words.split(|w| w.starts_with('#')).next().unwrap();
+                assert_eq!(words.first(), Some(&"signorini"), "{}: {line}", page.display());
+                let output = Command::new(env!("CARGO_BIN_EXE_signorini"))
+                    .args(&words[1..])
+                    .current_dir(place.path())
+                    .output()
+                    .unwrap();
+                let said = String::from_utf8_lossy(&output.stderr);
+                assert!(output.status.success(), "{}: {line}: {said}", page.display());
+                ran += 1;
+            }
+        }
+    }
+    assert!(ran >= 20 && files >= 1, "{ran} commands, {files} files");
+}
+
+/// The page of commands is what the program says.
+#[test]
+fn the_page_of_commands_is_what_the_program_says() {
+    let page = std::fs::read_to_string(root().join("docs/reference/commands.md")).unwrap();
+    let said = String::from_utf8(run(&["man", "--markdown"]).stdout).unwrap();
+    let at = page.lines().zip(said.lines()).find(|(a, b)| a != b);
+    assert!(page == said, "make docs writes it anew; first difference: {at:?}");
+}
+
+/// Links to files, in the documentation and on the front pages, lead to files; of pages, to headings that are there.
+#[test]
+fn links_lead_somewhere() {
+    let mut pages = all_pages();
+    pages.extend(["README.md", "CONTRIBUTING.md", "python/README.md"].map(|p| root().join(p)));
+    let heading = |line: &str| -> Option<String> {
+        let text = line.trim_start_matches('#').strip_prefix(' ')?;
+        let plain = text.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        Some(plain.collect::<String>().to_lowercase().replace(' ', "-"))
+    };
+    let headings = |page: &Path| -> BTreeSet<String> {
+        let text = std::fs::read_to_string(page).unwrap();
+        text.lines().filter(|l| l.starts_with('#')).filter_map(heading).collect()
+    };
+    let mut count = 0;
+    for page in pages {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for link in text.split("](").skip(1) {
+            let Some((target, _)) = link.split_once(')') else { continue };
+            if target.starts_with("http") || target.contains([' ', '\n', '|']) {
+                continue;
+            }
+            let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
+            let path = match file {
+                "" => page.clone(),
+                file => page.parent().unwrap().join(file),
+            };
+            assert!(path.exists(), "{}: {target}", page.display());
+            let is_page = path.extension().is_some_and(|e| e == "md");
+            if is_page && !anchor.is_empty() {
+                assert!(headings(&path).contains(anchor), "{}: {target}", page.display());
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count}");
+}
+
+/// The reader for MATLAB reads a run and a family in Octave, where there is one.
+#[test]
+fn the_matlab_reader_reads_in_octave() {
+    if Command::new("octave-cli").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: no Octave: docs/tutorials/signorini_read.m is not tested");
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("bar.h5");
+    let scene = root().join("scenarios/bar.toml");
+    assert!(run(&["run", scene.to_str().unwrap(), "-o", file.to_str().unwrap()]).status.success());
+    let program = format!(
+        "addpath('{}'); r = signorini_read('{}'); k = r.mesh.contact_dofs(1) + 1; \
+         printf('%d %d %.17g %.17g\\n', size(r.trajectory.u), r.trajectory.t(end), max(r.trajectory.u(k,:)))",
+        root().join("docs/tutorials").display(),
+        file.display()
+    );
+    let output =
+        Command::new("octave-cli").args(["--no-gui", "--eval", &program]).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let numbers: Vec<f64> = text.split_whitespace().map(|x| x.parse().unwrap()).collect();
+    let hdf = common::hdf5_files().open(&file).unwrap();
+    let u = hdf.dataset("trajectory/u").unwrap().read_2d::<f64>().unwrap();
+    let t = hdf.dataset("trajectory/t").unwrap().read_1d::<f64>().unwrap();
+    let (rows, columns) = u.dim();
+    assert_eq!(numbers[..2], [columns as f64, rows as f64], "{text} {said}");
+    let most = u.column(columns - 1).iter().fold(f64::MIN, |m, x| m.max(*x));
+    assert_eq!(numbers[2..], [t[rows - 1], most], "{text} {said}");
+}
