@@ -20,7 +20,7 @@ use super::{Answer, CliError, Global, view};
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot plate.h5 --html\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot plate.h5 --html\n  signorini plot plate.h5 --animate\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
 )]
 pub struct Arguments {
     /// A file of this program; several files of families (`backbone`, `response`, `crosscheck`) give one picture of energy
@@ -33,6 +33,12 @@ pub struct Arguments {
     /// One page of HTML that plays what the files hold (STEM.html), in place of pictures
     #[arg(long, conflicts_with_all = ["only", "at", "nodes", "axis", "energy", "amplitude", "frequency", "point", "dpi"])]
     html: bool,
+    /// The motion as an animation (STEM-shapes.apng, for browsers and presentations), in place of pictures: of a run, or of one period of an orbit
+    #[arg(long, conflicts_with_all = ["html", "only", "at", "nodes", "axis", "energy", "amplitude", "frequency", "point"])]
+    animate: bool,
+    /// Animation: how many states are shown, evenly over the stored time (25 a second)
+    #[arg(long, default_value_t = 100, requires = "animate", value_name = "N", value_parser = clap::value_parser!(u16).range(2..=2000))]
+    frames: u16,
     /// Only these pictures: contact, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
     /// multipliers (of a family), crosscheck (of a cross-check), comparison
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
@@ -43,9 +49,9 @@ pub struct Arguments {
     /// Contact nodes (numbers of mesh nodes) to draw in the picture of the contact [default: up to twelve along the edge]
     #[arg(long, value_delimiter = ',', value_name = "NODES")]
     nodes: Vec<usize>,
-    /// Dots per inch of the PNG (the pictures are about ten inches wide)
-    #[arg(long, default_value_t = 192, value_parser = clap::value_parser!(u16).range(24..=1200))]
-    dpi: u16,
+    /// Dots per inch of the PNG (the pictures are about ten inches wide) [default: 192; of animations 96]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(24..=1200))]
+    dpi: Option<u16>,
     /// Families: what is shown over the frequency [default: energy; of one family both, one below the other]
     #[arg(long, value_enum, value_name = "AXIS")]
     axis: Option<Axis>,
@@ -96,14 +102,42 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         let name = path.display().to_string();
         return Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")));
     }
+    if arguments.animate {
+        return animation(arguments, global);
+    }
     let drawings = match &arguments.files[..] {
         [file] => of_file(arguments, file)?,
         _ => vec![of_files(arguments)?],
     };
     let outputs = Outputs::new(false).reads_all(arguments.files.iter().cloned());
-    let written = figure::save(&drawings, &outputs, arguments.dpi)?;
+    let written = figure::save(&drawings, &outputs, arguments.dpi.unwrap_or(figure::DPI))?;
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
     Ok(global.answer(|| json!({"written": names}), || names.join("\n") + "\n"))
+}
+
+/// Frames a second.
+const RATE: u16 = 25;
+/// Dots per inch of an animation.
+const SCREEN: u16 = 96;
+
+/// The motion of a run or an orbit.
+fn animation(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let [file] = &arguments.files[..] else {
+        return Err(CliError::Input("--animate plays one file".into()));
+    };
+    if !matches!(content(file)?, Content::Run | Content::Orbit) {
+        let text =
+            "--animate plays a run or an orbit; `signorini view` plays the points of a family";
+        return Err(CliError::Input(text.into()));
+    }
+    let stored = Stored::read(file)?;
+    let frames = pictures::frames(&stored, usize::from(arguments.frames))?;
+    let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
+    let outputs = Outputs::new(false).reads(file.clone());
+    let look = (arguments.dpi.unwrap_or(SCREEN), RATE);
+    let path = figure::animate(&beside(&stem, "-shapes"), &frames, &outputs, look)?;
+    let name = path.display().to_string();
+    Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")))
 }
 
 /// The pictures of one file.

@@ -25,7 +25,7 @@ pub use legend::{Entry, legend, legend_above, legend_columns};
 pub use logarithmic::{columns, loglog, semilog};
 pub use mark::{Mark, flat, symbol, symbols};
 pub use panel::{Ground, equal_panel, panel, panel_with};
-pub use save::{DPI, Drawing, save};
+pub use save::{DPI, Drawing, animate, save};
 pub use scale::{log_ticks, range};
 
 static FONT: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");

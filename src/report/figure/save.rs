@@ -1,6 +1,8 @@
 //! One way to write a picture as SVG and PNG.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
 
 use super::{FONT, FigureError};
 use crate::store::{MARK, Outputs, beside, replace};
@@ -55,7 +57,47 @@ fn marked_png(png: Vec<u8>) -> Vec<u8> {
     out
 }
 
+/// Write frames one after the other as `STEM.apng`, which browsers and presentations play without end; returns its path.
+pub fn animate(
+    stem: &Path,
+    frames: &[String],
+    outputs: &Outputs,
+    (dpi, rate): (u16, u16),
+) -> Result<PathBuf, FigureError> {
+    let path = beside(stem, ".apng");
+    outputs.check_derived(&path)?;
+    let drawn: Result<Vec<_>, FigureError> =
+        frames.par_iter().map(|svg| pixels(svg, f32::from(dpi) / UNITS)).collect();
+    let drawn = drawn?;
+    let first = drawn.first().ok_or(FigureError::Empty("there are no states to play"))?;
+    let mut bytes = vec![];
+    {
+        let mut encoder = png::Encoder::new(&mut bytes, first.width(), first.height());
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::High);
+        encoder.set_animated(drawn.len() as u32, 0).map_err(FigureError::draw)?;
+        encoder.set_frame_delay(1, rate).map_err(FigureError::draw)?;
+        let mark = encoder.add_text_chunk("Software".into(), "signorini".into());
+        mark.map_err(FigureError::draw)?;
+        let mut writer = encoder.write_header().map_err(FigureError::draw)?;
+        for frame in &drawn {
+            // pictures have a white ground: nothing shines through
+            let colours: Vec<u8> =
+                frame.data().chunks_exact(4).flat_map(|p| &p[..3]).copied().collect();
+            writer.write_image_data(&colours).map_err(FigureError::draw)?;
+        }
+        writer.finish().map_err(FigureError::draw)?;
+    }
+    replace(&path, &bytes)?;
+    Ok(path)
+}
+
 fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {
+    pixels(svg, scale)?.encode_png().map_err(FigureError::draw)
+}
+
+fn pixels(svg: &str, scale: f32) -> Result<resvg::tiny_skia::Pixmap, FigureError> {
     use resvg::{tiny_skia, usvg};
     let mut options = usvg::Options::default();
     let fonts = options.fontdb_mut();
@@ -68,5 +110,5 @@ fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {
         .ok_or_else(|| FigureError::Draw("the picture is too large".into()))?;
     let transform = tiny_skia::Transform::from_scale(scale, scale);
     resvg::render(&tree, transform, &mut pixmap.as_mut());
-    pixmap.encode_png().map_err(FigureError::draw)
+    Ok(pixmap)
 }

@@ -18,6 +18,7 @@ use crate::store::{Stored, beside};
 use contact::contact;
 use gap::gap_map;
 use ledger::energy;
+pub use shapes::frames;
 use shapes::shapes;
 pub(super) use wall::boundary;
 

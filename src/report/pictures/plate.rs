@@ -10,7 +10,7 @@ use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
 use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
 use crate::store::Stored;
 
-/// Some stored states of a plate as they are drawn.
+/// A plate as it is drawn: scales that some stored states share.
 struct Shapes<'s> {
     stored: &'s Stored,
     rows: &'s [usize],
@@ -101,9 +101,13 @@ fn fill(canvas: &Area, patch: &[(i32, i32)], colour: RGBColor) -> Drawn {
     canvas.draw(&PathElement::new(closed, line(colour, 0.7))).map_err(FigureError::draw)
 }
 
-/// Deformed shapes side by side in one or two rows.
-pub(super) fn plate_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
-    let shapes = Shapes::of(stored, rows);
+/// Deformed shapes side by side in one or two rows, with the scales of the states `of`.
+pub(super) fn plate_shapes(
+    stored: &Stored,
+    of: &[usize],
+    rows: &[usize],
+) -> Result<String, FigureError> {
+    let shapes = Shapes::of(stored, of);
     let (x, y) = (shapes.extent(0), shapes.extent(1));
     let words = format!("deformed shape, displacements × {}", significant(shapes.magnification));
     let bar = |bar: &Area| colour_bar(bar, 0.0..shapes.largest, "‖u‖", viridis);

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use plotters::prelude::*;
+use rayon::prelude::*;
 
 use super::Options;
 use super::plate::plate_shapes;
@@ -27,7 +28,7 @@ pub(super) fn shape_span(stored: &Stored) -> Range<f64> {
 }
 
 /// Stored states nearest to the chosen fractions of that span.
-fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
+fn chosen_rows(stored: &Stored, fractions: &[f64]) -> Vec<usize> {
     let time = shape_span(stored);
     let nearest = |f: &f64| {
         let t = time.start + f * (time.end - time.start);
@@ -39,11 +40,24 @@ fn chosen_rows(stored: &Stored, options: &Options) -> Vec<usize> {
             r => r,
         }
     };
-    options.fractions.iter().map(nearest).collect()
+    fractions.iter().map(nearest).collect()
 }
 
 /// Deformed shapes at fractions of the stored time, coloured by ‖u‖ (a bar: u against x; a body in space: its surface, coloured by the pressure).
 pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, FigureError> {
+    let rows = chosen_rows(stored, &options.fractions);
+    drawn(stored, &rows, &rows)
+}
+
+/// One picture for each of `count` states, evenly over the stored time, all of one scale.
+pub fn frames(stored: &Stored, count: usize) -> Result<Vec<String>, FigureError> {
+    let fractions: Vec<f64> = (0..count).map(|k| k as f64 / count as f64).collect();
+    let rows = chosen_rows(stored, &fractions);
+    rows.par_iter().map(|&r| drawn(stored, &rows, &[r])).collect()
+}
+
+/// The states `rows`, with the scales of the states `of`.
+fn drawn(stored: &Stored, of: &[usize], rows: &[usize]) -> Result<String, FigureError> {
     if stored.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
     }
@@ -56,25 +70,24 @@ pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, Figur
     if scene.is_ok_and(|s| s.body.kind == BodyKind::Matrices) {
         return Err(FigureError::Empty("a body given by matrices has no shape"));
     }
-    let rows = chosen_rows(stored, options);
     if stored.is_solid() {
-        solid_shapes(stored, &rows)
+        solid_shapes(stored, of, rows)
     } else if stored.elements.ncols() == 2 {
-        bar_shapes(stored, &rows)
+        bar_shapes(stored, of, rows)
     } else {
-        plate_shapes(stored, &rows)
+        plate_shapes(stored, of, rows)
     }
 }
 
 /// Displacement against the coordinate of a bar.
-fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
+fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Result<String, FigureError> {
     let n = stored.nodes.nrows();
     figure::svg((980, 460), |root| {
         title(root, &stored.title, "displacement at successive times")?;
         let (_, sheet) = root.split_vertically(px(30.0));
         let (main, bar) = sheet.split_horizontally(px(895.0));
         let x = range((0..n).map(|i| stored.nodes[(i, 0)]));
-        let all = rows.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
+        let all = of.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
         let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
         let (strip, main) = main.split_vertically(px(20.0));
         // the obstacle limits the displacement of one end
@@ -90,8 +103,9 @@ fn bar_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
                 .map_err(FigureError::draw)?;
             legend(&strip, &[("limit set by the obstacle", INK, Mark::Line)])?;
         }
-        for (k, &r) in rows.iter().enumerate() {
-            let s = k as f64 / (rows.len().max(2) - 1) as f64;
+        for &r in rows {
+            let at = of.iter().position(|&o| o == r).unwrap_or(0);
+            let s = at as f64 / (of.len().max(2) - 1) as f64;
             let series = (0..n).map(|i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
             chart
                 .draw_series(LineSeries::new(series, line(viridis(0.92 * s), 2.0)))

@@ -322,12 +322,16 @@ fn divided(corners: &[Point], values: &[f64], carries: bool) -> Vec<(Vec<Point>,
 }
 
 /// States side by side in one or two rows.
-pub(super) fn solid_shapes(stored: &Stored, rows: &[usize]) -> Result<String, FigureError> {
-    let scene = Scene::of(stored, rows);
+pub(super) fn solid_shapes(
+    stored: &Stored,
+    of: &[usize],
+    rows: &[usize],
+) -> Result<String, FigureError> {
+    let scene = Scene::of(stored, of);
     if scene.faces.is_empty() {
         return Err(FigureError::Empty("the mesh has no surface"));
     }
-    let (x, y) = (scene.extent(rows, 0), scene.extent(rows, 1));
+    let (x, y) = (scene.extent(of, 0), scene.extent(of, 1));
     let words =
         format!("deformed surface, displacements × {}", significant(scene.magnified.factor));
     let bar = |bar: &Area| match scene.largest > 0.0 {
