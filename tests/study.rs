@@ -189,6 +189,52 @@ fn failures_are_kept_and_studies_grow() {
     assert_eq!(place.count("done"), 2);
 }
 
+/// What is done belongs to the contents of the files that a scene names, to one study, and to the task that it was computed for.
+#[test]
+fn results_belong_to_what_was_asked() {
+    let mesh = |from: &str, place: &Place| {
+        let from = root().join("scenarios/meshes").join(from);
+        std::fs::copy(from, place.path("m/body.msh")).unwrap();
+    };
+    let study = "scene = \"m/disc.toml\"\ncommand = \"run\"\n[vary]\n\"body.file\" = [\"body.msh\"]\n\"run.until\" = [0.5, 0.6]\n";
+    let place = Place::new(study, 3.36);
+    std::fs::create_dir(place.path("m")).unwrap();
+    let text = std::fs::read_to_string(root().join("scenarios/half-disc.toml")).unwrap();
+    std::fs::write(place.path("m/disc.toml"), text.replace("meshes/half-disc.msh", "body.msh"))
+        .unwrap();
+    mesh("half-disc.msh", &place);
+    place.done(&["study", "run", "s.toml"]);
+    let before = place.answers();
+    // another mesh under the same name: other tasks, which fail, because it has other groups
+    mesh("bracket.msh", &place);
+    assert_eq!(place.said(&["study", "status", "s.toml"]).0, 2);
+    assert_eq!(place.said(&["study", "collect", "s.toml"]).0, 2);
+    assert_eq!(place.said(&["study", "run", "s.toml"]).0, 3);
+    mesh("half-disc.msh", &place);
+    place.done(&["study", "run", "s.toml"]);
+    assert!(before.iter().all(|(id, a)| place.answers()[id] == *a));
+    // a file that is not there, before anything is begun
+    std::fs::write(place.path("n.toml"), study.replace("body.msh", "no.msh")).unwrap();
+    assert_eq!(place.said(&["study", "run", "n.toml"]).0, 2);
+    // another study does not take the folder over
+    std::fs::write(place.path("o.toml"), study.replace("0.6", "0.7")).unwrap();
+    let (code, said) = place.said(&["study", "run", "o.toml", "-o", "s.study"]);
+    assert!(code == 2 && said["error"].as_str().unwrap().contains("belongs to"), "{said}");
+    // a result that is gone, and one that is none, are computed anew; an answer of another task is none
+    let ids: Vec<&String> = before.keys().collect();
+    let task = |id: &str, name: &str| place.path("s.study/tasks").join(id).join(name);
+    std::fs::remove_file(task(ids[0], "result.h5")).unwrap();
+    std::fs::write(task(ids[1], "result.h5"), "junk").unwrap();
+    std::fs::copy(task(ids[0], "done.json"), task(ids[1], "done.json")).unwrap();
+    std::fs::write(task(ids[1], "scene.toml"), "junk").unwrap();
+    assert_eq!(place.count("done"), 0);
+    let answer = place.done(&["study", "run", "s.toml"]);
+    assert_eq!(answer["counts"]["done"], 2, "{answer}");
+    place.done(&["study", "collect", "s.toml"]);
+    assert_eq!(place.done(&["inspect", "s.h5"])["done"], 2);
+    assert_eq!(place.said(&["plot", "s.h5"]).0, 2);
+}
+
 /// Bad studies are exit code 2 with file, line and what would be accepted, before anything is written.
 #[test]
 fn bad_studies_are_refused() {
@@ -199,6 +245,8 @@ fn bad_studies_are_refused() {
         (format!("scene = \"bar.toml\"\ncommand = \"run\"\noption = []\n{vary}"), "s.toml:3:1"),
         (format!("scene = \"bar.toml\"\ncommand = \"run\"\noptions = [\"-o\", \"x\"]\n{vary}"), "the study says itself"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n".into(), "is empty"),
+        (format!("scene = \"bar.toml\"\ncommand = \"run\"\noptions = [\"--bogus\"]\n{vary}"), "unexpected argument"),
+        (format!("scene = \"bar.toml\"\ncommand = \"run\"\noptions = [\"--help\"]\n{vary}"), "ask for help"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\ncontact.gap = [1]\n".into(), "quotation marks"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = 1\n".into(), "no list of values"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gpa\" = [1]\n".into(), "contact.gpa = 1"),

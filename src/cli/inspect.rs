@@ -13,8 +13,8 @@ use signorini::report::comparison;
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
-    Content, Origin, Stored, StoredFamily, content, read_comparison, read_crosscheck, read_origin,
-    read_stored_orbit,
+    Content, Origin, Raw, Stored, StoredFamily, attributes, content, entries, read_comparison,
+    read_crosscheck, read_origin, read_raw, read_stored_orbit,
 };
 
 use super::{Answer, CliError, Global, inspect_mesh};
@@ -32,6 +32,49 @@ pub struct Arguments {
     scene: bool,
 }
 
+/// What the tasks of a study found.
+fn study(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let file = &arguments.file;
+    let words = |name: &str| match read_raw(file, name) {
+        Ok(Raw::Words(words)) => words,
+        _ => vec![],
+    };
+    let names = |group: &str| -> Result<Vec<String>, CliError> {
+        Ok(entries(file, group)?.into_iter().map(|e| e.name).collect())
+    };
+    let of_file = attributes(file, "")?;
+    let text = |name: &str| {
+        let found = of_file.iter().find(|a| a.0 == name).map(|a| &a.1);
+        match found {
+            Some(Raw::Words(words)) => words.first().cloned().unwrap_or_default(),
+            _ => String::new(),
+        }
+    };
+    if arguments.scene && !global.json {
+        return Ok(Answer::text(text("scene")));
+    }
+    let states = words("study/state");
+    let (varied, results) = (names("study/varied")?, names("results")?);
+    let done = states.iter().filter(|s| *s == "done").count();
+    let (title, command) = (text("title"), text("command"));
+    Ok(global.answer(
+        || {
+            json!({
+                "title": title, "command": command, "tasks": states.len(), "done": done,
+                "varied": varied, "results": results, "scene": text("scene"), "study": text("study"),
+            })
+        },
+        || {
+            format!(
+                "  study       {title}: {command}, {} tasks, {done} done\n  varied      {}\n  results     {}\n  pictures    signorini study collect --show NAME,NAME\n",
+                states.len(),
+                varied.join(", "),
+                results.join(", ")
+            )
+        },
+    ))
+}
+
 /// Say what a file holds.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if inspect_mesh::is_mesh(&arguments.file) {
@@ -40,6 +83,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     match content(&arguments.file)? {
         Content::Family => return family(arguments, global),
         Content::Comparison => return compared(arguments, global),
+        Content::Study => return study(arguments, global),
         Content::Run | Content::Orbit => {}
     }
     let s = Stored::read(&arguments.file)?;

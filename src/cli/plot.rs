@@ -161,6 +161,10 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
         Content::Family if checked.is_some() => families::check_names(),
         Content::Family => families::family_names(),
         Content::Comparison => vec!["comparison"],
+        Content::Study => {
+            let text = "is of a study: `signorini study collect` draws it (--show), and `plot` the files of its tasks";
+            return Err(CliError::Input(format!("{} {text}", file.display())));
+        }
     };
     if let Some(unknown) = arguments.only.iter().find(|o| !known.contains(&o.as_str())) {
         return Err(CliError::Input(format!(

@@ -77,6 +77,10 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
             let svg = comparison::picture(&stored.comparison)?;
             View::picture(&name(file), &stored.comparison.title, &svg)
         }
+        Content::Study => {
+            let text = "is of a study; give the files of its tasks (NAME.study/tasks/…/result.h5)";
+            return Err(CliError::Input(format!("{} {text}", file.display())));
+        }
         Content::Family => of_family(global, file, files)?,
         Content::Run | Content::Orbit => {
             let stored = Stored::read(file)?;

@@ -27,7 +27,9 @@ const FIRST: [&str; 10] = [
     "peaks",
     "points",
 ];
-/// Results below this are rounding, and drawn only when they are asked for.
+/// Pairs of tasks that are compared for whether a result depends on the axis.
+const MOST_PAIRS: usize = 100_000;
+/// Differences below this are rounding, and drawn only when they are asked for.
 const ROUNDING: f64 = 1e-9;
 /// More tasks than this are parted by the first key, if it has at most [`MOST_PANELS`] values.
 const FEW: usize = 8;
@@ -103,8 +105,16 @@ pub fn pictures(
     Ok(drawings)
 }
 
-/// What a task is called in a legend: its values of the keys with more than one.
+/// What a task is called in a legend: its values of the keys with more than one; nothing where every task has values of its own (lists side by side).
 fn named(table: &StudyTable, task: usize, without: Option<usize>) -> String {
+    let first = |v: &(String, Vec<String>)| v.1.iter().filter(|x| **x == v.1[task]).count();
+    if without.is_some()
+        && table.ids.len() > 1
+        && table.varied.len() > 1
+        && table.varied.iter().all(|v| first(v) == 1)
+    {
+        return String::new();
+    }
     let told = table
         .varied
         .iter()
@@ -208,16 +218,56 @@ fn series(chart: &mut Chart, points: &[(f64, f64)], k: usize) -> Drawn {
 /// A curve of results: its name and its points.
 type Named = (String, Vec<(f64, f64)>);
 
+/// What results are drawn over.
+struct Axis {
+    /// The key.
+    over: usize,
+    /// Its value for each task; of words the number of the word.
+    x: Vec<f64>,
+    label: String,
+}
+
+impl Axis {
+    /// The first key whose values are numbers and differ; where there is none, the first whose words differ.
+    fn of(table: &StudyTable) -> Option<Axis> {
+        let differ = |k: &usize| table.varied[*k].1.iter().any(|v| *v != table.varied[*k].1[0]);
+        let keys: Vec<usize> = (0..table.varied.len()).filter(differ).collect();
+        let name = |k: usize| table.varied[k].0.clone();
+        let numbers = keys.iter().find_map(|&k| Some((k, table.numbers(k)?)));
+        if let Some((over, x)) = numbers {
+            return Some(Axis { over, x, label: name(over) });
+        }
+        let over = *keys.first()?;
+        let mut words: Vec<&String> = vec![];
+        let place = |word| {
+            words.iter().position(|w| *w == word).unwrap_or_else(|| {
+                words.push(word);
+                words.len() - 1
+            })
+        };
+        let x = table.varied[over].1.iter().map(place).map(|k| k as f64 + 1.0).collect();
+        let told = words.iter().enumerate().map(|(k, w)| format!("{} {w}", k + 1));
+        let label = format!("{}: {}", name(over), told.collect::<Vec<_>>().join(", "));
+        Some(Axis { over, x, label })
+    }
+}
+
 /// A panel for each result over the first key whose values are numbers and differ; a series for every combination of the others.
 fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, FigureError> {
-    let differ = |values: &[f64]| values.iter().any(|x| *x != values[0]);
-    let numbers = |k: usize| table.numbers(k).filter(|x| differ(x));
-    let Some((over, x)) = (0..table.varied.len()).find_map(|k| Some((k, numbers(k)?))) else {
-        return Ok(None);
-    };
+    let Some(Axis { over, x, label: across }) = Axis::of(table) else { return Ok(None) };
+    let is_done = |task: &usize| table.states[*task] == "done";
+    // along the axis, at the same values of all other keys
     let is_drawn = |values: &[f64]| {
-        let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-        known.len() > 1 && differ(&known) && known.iter().any(|v| v.abs() > ROUNDING)
+        let known = |&t: &usize| is_done(&t) && values[t].is_finite();
+        let of: Vec<usize> = (0..values.len()).filter(known).collect();
+        let size = of.iter().fold(0.0f64, |m, &t| m.max(values[t].abs()));
+        let is_axis = of.iter().all(|&t| values[t] == x[t]);
+        let differ = |a: usize, b: usize| {
+            (values[a] - values[b]).abs() > ROUNDING * size.max(1.0)
+                && named(table, a, Some(over)) == named(table, b, Some(over))
+        };
+        let pairs = of.iter().enumerate().flat_map(|(k, &a)| of[..k].iter().map(move |&b| (a, b)));
+        !is_axis && pairs.take(MOST_PAIRS).any(|(a, b)| differ(a, b))
     };
     let chosen: Vec<&(String, Vec<f64>)> = match show.is_empty() {
         true => {
@@ -234,7 +284,7 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
     }
     let curves = |values: &[f64]| -> Vec<Named> {
         let mut all: Vec<Named> = vec![];
-        for task in 0..table.ids.len() {
+        for task in (0..table.ids.len()).filter(is_done) {
             let name = named(table, task, Some(over));
             let at = all.iter().position(|c| c.0 == name).unwrap_or_else(|| {
                 all.push((name, vec![]));
@@ -265,9 +315,9 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
         for (area, (name, values)) in panels.iter().zip(&chosen) {
             let curves = curves(values);
             let all = || curves.iter().flat_map(|c| &c.1);
-            let (across, up) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
+            let (sides, up) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
             let label = name.replace('_', " ");
-            let mut chart = panel(area, across, up, &table.varied[over].0, &label)?;
+            let mut chart = panel(area, sides, up, &across, &label)?;
             for (k, (_, points)) in curves.iter().enumerate() {
                 series(&mut chart, points, k)?;
             }

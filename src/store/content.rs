@@ -16,6 +16,8 @@ pub enum Content {
     Family,
     /// Contact methods side by side.
     Comparison,
+    /// What the tasks of a study found.
+    Study,
 }
 
 /// The kind of a file.
@@ -23,6 +25,9 @@ pub fn content(path: &Path) -> Result<Content, StoreError> {
     let file = open(path)?;
     if file.link_exists("comparison") {
         return Ok(Content::Comparison);
+    }
+    if file.link_exists("study") {
+        return Ok(Content::Study);
     }
     Ok(match (file.link_exists("backbone"), file.link_exists("orbit")) {
         (true, _) => Content::Family,

@@ -113,7 +113,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    fn unusable(path: &Path, reason: impl std::fmt::Display) -> Self {
+    pub(crate) fn unusable(path: &Path, reason: impl std::fmt::Display) -> Self {
         StoreError::Unusable { path: path.to_owned(), reason: reason.to_string() }
     }
 

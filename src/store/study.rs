@@ -2,14 +2,21 @@
 
 use std::path::Path;
 
-use hdf5::types::VarLenUnicode;
+use hdf5::types::FixedUnicode;
 
 use super::output::Staged;
 use super::{Outputs, StoreError, write_text};
 use crate::records::StudyTable;
 
-fn text(value: &str) -> Result<VarLenUnicode, hdf5::Error> {
-    value.replace('\0', " ").parse().map_err(|_| hdf5::Error::from("text with a NUL"))
+/// Bytes of a word: of a fixed length, which Octave reads.
+const LENGTH: usize = 256;
+
+fn text(value: &str) -> Result<FixedUnicode<LENGTH>, hdf5::Error> {
+    let mut word = value.replace('\0', " ");
+    while word.len() >= LENGTH {
+        word.pop();
+    }
+    word.parse().map_err(|_| hdf5::Error::from("text with a NUL"))
 }
 
 fn words(g: &hdf5::Group, name: &str, values: &[String]) -> Result<(), StoreError> {

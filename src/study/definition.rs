@@ -1,5 +1,6 @@
 //! What a study asks for, and the tasks that this means.
 
+use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
@@ -88,7 +89,11 @@ impl Study {
         };
         if !COMMANDS.contains(&keys.command.as_str()) {
             let help = format!("give one of {}", COMMANDS.join(", "));
-            return Err(issue("command", format!("\"{}\" writes no results", keys.command), &help));
+            return Err(issue(
+                "command",
+                format!("\"{}\" is no command of tasks", keys.command),
+                &help,
+            ));
         }
         let own = |o: &&String| OWN_OPTIONS.contains(&o.split('=').next().unwrap_or(o));
         if let Some(own) = keys.options.iter().find(own) {
@@ -131,6 +136,7 @@ impl Study {
     /// are named from there).
     pub fn tasks(&self, place: &Path) -> Result<Vec<Task>, SceneError> {
         let base = self.seen_from(place)?;
+        let mut sums = Sums::default();
         let count = match self.zip {
             true => self.vary.first().map_or(1, |v| v.values.len()),
             false => self.vary.iter().map(|v| v.values.len()).product(),
@@ -143,7 +149,7 @@ impl Study {
                 *at = if self.zip { k } else { rest % varied.values.len() };
                 rest /= varied.values.len();
             }
-            let task = self.task(&base, &chosen)?;
+            let task = self.task(&base, &chosen, place, &mut sums)?;
             if let Some(twin) = tasks.iter().position(|t| t.id == task.id) {
                 let said = |t: &Task| t.values.join(", ");
                 let message =
@@ -155,7 +161,13 @@ impl Study {
         Ok(tasks)
     }
 
-    fn task(&self, base: &Scene, chosen: &[usize]) -> Result<Task, SceneError> {
+    fn task(
+        &self,
+        base: &Scene,
+        chosen: &[usize],
+        place: &Path,
+        sums: &mut Sums,
+    ) -> Result<Task, SceneError> {
         let (mut changes, mut command) = (vec![], vec![self.command.clone()]);
         command.extend(self.options.iter().cloned());
         let mut values = vec![];
@@ -163,7 +175,7 @@ impl Study {
             let value = &varied.values[at];
             values.push(value.clone());
             match varied.key.as_str() {
-                _ if varied.is_option() => command.push(format!("{}={value}", varied.key)),
+                key if varied.is_option() => command.extend(option(key, value)),
                 // a method takes the keys with it that it does not read
                 "contact.method" => {
                     let variant = Variant::of_name(value).map_err(|e| {
@@ -175,6 +187,11 @@ impl Study {
                     })?;
                     // other keys that are varied come after it, whatever their order in the file
                     changes.splice(0..0, variant.changes());
+                }
+                // a file is named from the scene, whatever folder the task has
+                key if names_file(key) && Path::new(value).is_relative() => {
+                    let seen = self.way(place).join(value).display().to_string();
+                    changes.push(Change::set(key, Value::from(seen).to_string()));
                 }
                 key => changes.push(Change::set(key, value)),
             }
@@ -188,16 +205,31 @@ impl Study {
                 "leave this combination out (zip = true names combinations one by one)",
             )
         })?;
+        let mut all = command.join("\0");
+        for (_, name) in scene.named_files() {
+            let file = name.split_once(":/").map_or(name.as_str(), |n| n.0);
+            let path = plain(&place.join("task").join(file));
+            let sum = sums.of(&path).map_err(|e| {
+                let message = format!("{}: {e}", path.display());
+                self.error("vary", message, "files are named from the folder of the scene")
+            })?;
+            all += &format!("\0{sum:08x}");
+        }
         let scene = scene.source.text;
-        let all = format!("{scene}\0{}", command.join("\0"));
+        all += &format!("\0{scene}");
         let half = |salt: &str| crc32fast::hash(format!("{salt}{all}").as_bytes());
         Ok(Task { id: format!("{:08x}{:08x}", half(""), half("2")), values, scene, command })
     }
 
+    /// The way from the folder of a task to that of the scene.
+    fn way(&self, place: &Path) -> PathBuf {
+        let folder = self.scene.source.file.parent().unwrap_or(Path::new(""));
+        way(&place.join("task"), folder)
+    }
+
     /// The scene with the files that it names as they are seen from the folder of a task.
     fn seen_from(&self, place: &Path) -> Result<Scene, SceneError> {
-        let folder = self.scene.source.file.parent().unwrap_or(Path::new(""));
-        let way = way(&place.join("task"), folder);
+        let way = self.way(place);
         let changes =
             self.scene.named_files().into_iter().filter(|(_, name)| Path::new(name).is_relative());
         let changes: Vec<Change> = changes
@@ -210,24 +242,63 @@ impl Study {
     }
 }
 
+/// Checksums of files that scenes name, each read once.
+#[derive(Default)]
+struct Sums(HashMap<PathBuf, u32>);
+
+impl Sums {
+    fn of(&mut self, path: &Path) -> std::io::Result<u32> {
+        if let Some(sum) = self.0.get(path) {
+            return Ok(*sum);
+        }
+        let sum = crc32fast::hash(&std::fs::read(path)?);
+        self.0.insert(path.to_owned(), sum);
+        Ok(sum)
+    }
+}
+
+/// Keys whose values are files.
+fn names_file(key: &str) -> bool {
+    let last = key.rsplit('.').next().unwrap_or(key);
+    let in_body = ["file", "mass_matrix", "stiffness_matrix", "damping_matrix"];
+    in_body.contains(&last)
+        || ["n_c", "n_o"].contains(&last)
+        || (key.starts_with("load") && last == "table")
+}
+
+/// An option with a value as a command line has it: a list by commas, a flag alone or not at all.
+fn option(key: &str, value: &str) -> Option<String> {
+    match value {
+        "true" => Some(key.to_owned()),
+        "false" => None,
+        _ => {
+            let list = value.strip_prefix('[').and_then(|v| v.strip_suffix(']'));
+            let plain = list.map(|l| l.split(',').map(str::trim).collect::<Vec<_>>().join(","));
+            Some(format!("{key}={}", plain.unwrap_or_else(|| value.to_owned())))
+        }
+    }
+}
+
+/// A path without `.` and `..`, which need not lead through folders that are there.
+fn plain(path: &Path) -> PathBuf {
+    let full = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut parts = PathBuf::new();
+    for part in full.components() {
+        match part {
+            Component::ParentDir => drop(parts.pop()),
+            Component::CurDir => {}
+            other => parts.push(other),
+        }
+    }
+    parts
+}
+
 /// The way from one folder to another, of names and `..`.
 fn way(from: &Path, to: &Path) -> PathBuf {
-    let whole = |p: &Path| -> Vec<String> {
-        let full = std::path::absolute(p).unwrap_or_else(|_| p.to_owned());
-        let mut parts = vec![];
-        for part in full.components() {
-            match part {
-                Component::ParentDir => drop(parts.pop()),
-                Component::CurDir => {}
-                other => parts.push(other.as_os_str().to_string_lossy().into_owned()),
-            }
-        }
-        parts
-    };
-    let (from, to) = (whole(from), whole(to));
-    let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
-    let up = from[common..].iter().map(|_| "..");
-    up.chain(to[common..].iter().map(String::as_str)).collect()
+    let (from, to) = (plain(from), plain(to));
+    let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(to.components().skip(common)).collect()
 }
 
 /// A key of `[vary]` as paths of keys name it.

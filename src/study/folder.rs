@@ -3,6 +3,7 @@
 //! ```text
 //! NAME.study/study.json          version, text of the study, tasks in their order
 //! NAME.study/tasks/ID/scene.toml the scene of a task
+//!                     task.json  its command and values
 //!                     result.h5  what its command writes
 //!                     done.json  its answer and exit code, written last
 //!                     messages   standard error of all attempts
@@ -45,6 +46,8 @@ fn unusable(path: &Path, why: impl Into<String>) -> StudyError {
 struct Manifest {
     signorini_version: String,
     name: String,
+    /// The study's file.
+    file: PathBuf,
     study: String,
     scene: String,
     varied: Vec<String>,
@@ -54,6 +57,9 @@ struct Manifest {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Entry {
     id: String,
+    /// Place in the study.
+    index: usize,
+    varied: Vec<String>,
     values: Vec<String>,
     command: Vec<String>,
 }
@@ -72,7 +78,9 @@ pub struct TaskPlace {
     pub index: usize,
     /// Name of its folder.
     pub id: String,
-    /// Value of every varied key.
+    /// Keys that are varied.
+    pub varied: Vec<String>,
+    /// Their values.
     pub values: Vec<String>,
     /// The command and its options.
     pub command: Vec<String>,
@@ -82,6 +90,8 @@ pub struct TaskPlace {
 /// How a task ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Done {
+    /// Name of the task.
+    pub id: String,
     /// Exit code of its command.
     pub exit_code: u8,
     /// The object that the command prints with `--json`; nothing where it failed before.
@@ -131,8 +141,21 @@ impl Folder {
     /// Write what a study asks for; tasks that are there already stay as they are.
     pub fn prepare(root: &Path, study: &Study, tasks: &[Task]) -> Result<Folder, StudyError> {
         let is_empty = |p: &Path| std::fs::read_dir(p).is_ok_and(|mut d| d.next().is_none());
-        if root.exists() && !root.join(MANIFEST).exists() && !is_empty(root) {
+        let is_ours = root.join(MANIFEST).exists() || root.join("tasks").is_dir();
+        if root.exists() && !is_ours && !is_empty(root) {
             return Err(unusable(root, "is no folder of a study; give another one with -o"));
+        }
+        let file = std::path::absolute(&study.path).unwrap_or_else(|_| study.path.clone());
+        // a study that was moved takes its folder with it
+        if let Ok(before) = Folder::open(root)
+            && before.manifest.file != file
+            && before.manifest.file.exists()
+        {
+            let other = before.manifest.file.display();
+            return Err(unusable(
+                root,
+                format!("belongs to the study {other}; give another folder with -o"),
+            ));
         }
         let made = |path: &Path| {
             std::fs::create_dir_all(path).map_err(|e| StudyError::from(StoreError::write(path, e)))
@@ -141,27 +164,34 @@ impl Folder {
         for task in tasks {
             let folder = root.join("tasks").join(&task.id);
             made(&folder)?;
-            let scene = folder.join("scene.toml");
-            if !scene.exists() {
-                replace(&scene, task.scene.as_bytes())?;
-            }
         }
-        let entry = |t: &Task| Entry {
+        let varied: Vec<String> = study.vary.iter().map(|v| v.key.clone()).collect();
+        let entry = |(index, t): (usize, &Task)| Entry {
             id: t.id.clone(),
+            index,
+            varied: varied.clone(),
             values: t.values.clone(),
             command: t.command.clone(),
         };
+        let entries: Vec<Entry> = tasks.iter().enumerate().map(entry).collect();
+        for (task, entry) in tasks.iter().zip(&entries) {
+            let folder = root.join("tasks").join(&task.id);
+            put(&folder.join("scene.toml"), &task.scene)?;
+            let text = serde_json::to_string_pretty(entry);
+            put(&folder.join("task.json"), &text.map_err(|e| unusable(root, e.to_string()))?)?;
+        }
         let manifest = Manifest {
             signorini_version: env!("CARGO_PKG_VERSION").into(),
             name: study.stem(),
             study: study.text.clone(),
             scene: study.scene.source.text.clone(),
-            varied: study.vary.iter().map(|v| v.key.clone()).collect(),
-            tasks: tasks.iter().map(entry).collect(),
+            file,
+            varied,
+            tasks: entries,
         };
         let text =
             serde_json::to_string_pretty(&manifest).map_err(|e| unusable(root, e.to_string()))?;
-        replace(&root.join(MANIFEST), text.as_bytes())?;
+        put(&root.join(MANIFEST), &text)?;
         Ok(Folder { root: root.to_owned(), manifest })
     }
 
@@ -174,7 +204,9 @@ impl Folder {
                 format!("{e}; `signorini study run STUDY.toml` makes the folder of a study"),
             )
         })?;
-        let manifest = serde_json::from_str(&text).map_err(|e| unusable(&path, e.to_string()))?;
+        let manifest = serde_json::from_str(&text).map_err(|e| {
+            unusable(&path, format!("{e}; `signorini study run STUDY.toml` writes it anew"))
+        })?;
         Ok(Folder { root: root.to_owned(), manifest })
     }
 
@@ -200,24 +232,42 @@ impl Folder {
 
     /// All tasks.
     pub fn tasks(&self) -> Vec<TaskPlace> {
-        let place = |(index, entry): (usize, &Entry)| TaskPlace {
-            index,
-            id: entry.id.clone(),
-            values: entry.values.clone(),
-            command: entry.command.clone(),
-            folder: self.root.join("tasks").join(&entry.id),
-        };
-        self.manifest.tasks.iter().enumerate().map(place).collect()
+        self.manifest.tasks.iter().map(|e| TaskPlace::of(&self.root, e.clone())).collect()
     }
 
-    /// A task by its name.
-    pub fn task(&self, id: &str) -> Result<TaskPlace, StudyError> {
-        let found = self.tasks().into_iter().find(|t| t.id == id);
-        found.ok_or_else(|| unusable(&self.root, format!("there is no task {id} in this study")))
+    /// Whether it holds what a study asks for now.
+    pub fn is_of(&self, tasks: &[Task]) -> bool {
+        let own = self.manifest.tasks.iter().map(|e| &e.id);
+        own.eq(tasks.iter().map(|t| &t.id))
     }
 }
 
+/// Write a text, if it is not there already.
+fn put(path: &Path, text: &str) -> Result<(), StudyError> {
+    if std::fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    Ok(replace(path, text.as_bytes())?)
+}
+
 impl TaskPlace {
+    fn of(root: &Path, entry: Entry) -> TaskPlace {
+        let Entry { id, index, varied, values, command } = entry;
+        let folder = root.join("tasks").join(&id);
+        TaskPlace { index, id, varied, values, command, folder }
+    }
+
+    /// A task of the study in a folder by its name, whatever else the study asks for by now.
+    pub fn open(root: &Path, id: &str) -> Result<TaskPlace, StudyError> {
+        let path = root.join("tasks").join(id).join("task.json");
+        let is_name = !id.is_empty() && id.chars().all(|c| c.is_ascii_alphanumeric());
+        let text = std::fs::read_to_string(&path).ok().filter(|_| is_name);
+        let entry = text.and_then(|t| serde_json::from_str(&t).ok());
+        let advice = "`signorini study run STUDY.toml` makes the tasks of a study";
+        let why = || unusable(root, format!("there is no task {id} in this study; {advice}"));
+        Ok(TaskPlace::of(root, entry.ok_or_else(why)?))
+    }
+
     /// A file of the task.
     pub fn file(&self, name: &str) -> PathBuf {
         self.folder.join(name)
@@ -229,15 +279,31 @@ impl TaskPlace {
     }
 
     /// What was varied, in words.
-    pub fn describe(&self, varied: &[String]) -> String {
-        let said = varied.iter().zip(&self.values).map(|(k, v)| format!("{k} = {v}"));
+    pub fn describe(&self) -> String {
+        let said = self.varied.iter().zip(&self.values).map(|(k, v)| format!("{k} = {v}"));
         said.collect::<Vec<_>>().join(", ")
     }
 
-    /// Its answer, if it has one.
+    /// Its answer, if it has one, and what belongs to it.
     pub fn done(&self) -> Option<Done> {
         let text = std::fs::read_to_string(self.file("done.json")).ok()?;
-        serde_json::from_str(&text).ok()
+        let done: Done = serde_json::from_str(&text).ok()?;
+        let is_whole = done.exit_code != 0 || self.result().exists();
+        (done.id == self.id && is_whole).then_some(done)
+    }
+
+    /// Take away what an earlier attempt left.
+    pub fn clear(&self) {
+        for name in [
+            "result.h5",
+            "result.h5.part",
+            "result.h5.journal",
+            "result.h5.checkpoint",
+            "result.h5.part.checkpoint",
+        ] {
+            // what is not there need not go
+            let _ = std::fs::remove_file(self.file(name));
+        }
     }
 
     /// Leave its answer.

@@ -72,7 +72,10 @@ pub fn gather(folder: &Folder) -> Result<StudyTable, StoreError> {
             }
         }
         if task.result().exists() {
-            points_of(&task.result(), row, &mut table.points)?;
+            points_of(&task.result(), row, &mut table.points).map_err(|e| {
+                let advice = "remove the file, and `signorini study run` computes it anew";
+                StoreError::unusable(&task.result(), format!("{e}; {advice}"))
+            })?;
         }
     }
     // whoever ended first is no order

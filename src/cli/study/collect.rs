@@ -7,7 +7,7 @@ use serde_json::json;
 
 use signorini::report::figure;
 use signorini::report::study::{pictures, points_csv, tasks_csv};
-use signorini::store::{Outputs, beside, replace, write_study};
+use signorini::store::{Outputs, StoreError, beside, replace, write_study};
 use signorini::study::gather;
 
 use super::{Answer, CliError, Global, Which};
@@ -33,11 +33,21 @@ pub struct Collect {
 /// Gather, write, draw.
 pub fn run(collect: &Collect, global: &Global) -> Result<Answer, CliError> {
     let folder = collect.which.open()?;
+    if !folder.tasks().iter().any(|t| t.done().is_some()) {
+        let text = "no task has an answer yet: `signorini study run` carries them out";
+        return Err(CliError::Input(text.into()));
+    }
     let stem = collect.to.clone().unwrap_or_else(|| PathBuf::from(folder.name()));
     let outputs = Outputs::new(collect.force);
     let (file, tasks, points) =
         (beside(&stem, ".h5"), beside(&stem, ".csv"), beside(&stem, "-points.csv"));
-    outputs.check(&file)?;
+    outputs.check(&file).map_err(|e| match e {
+        StoreError::Exists(path) => CliError::Input(format!(
+            "{} exists already; choose another name with --to, or overwrite it with --force",
+            path.display()
+        )),
+        other => other.into(),
+    })?;
     for table in [&tasks, &points] {
         outputs.check_derived(table)?;
     }

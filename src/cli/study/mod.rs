@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 
-use signorini::study::{Folder, State, Study, StudyError, TaskPlace};
+use signorini::study::{Folder, State, Study, StudyError, Task, TaskPlace};
 
 use super::{Answer, CliError, Global};
 
@@ -116,8 +116,34 @@ impl Which {
         }
     }
 
+    /// The folder as `study run` left it; a study that has changed since is refused.
     fn open(&self) -> Result<Folder, CliError> {
-        Ok(Folder::open(&self.root())?)
+        let folder = Folder::open(&self.root())?;
+        if !self.study.is_dir() {
+            let (_, tasks) = self.asked()?;
+            if !folder.is_of(&tasks) {
+                return Err(CliError::Input(format!(
+                    "{} holds something else than {} asks for: the study, its scene or a file has changed. `signorini study run` does what is missing (what is done is found again); give the folder itself to see it as it is",
+                    folder.root().display(),
+                    self.study.display()
+                )));
+            }
+        }
+        Ok(folder)
+    }
+
+    /// What the study asks for.
+    fn asked(&self) -> Result<(Study, Vec<Task>), CliError> {
+        if !self.study.exists() {
+            let text = format!(
+                "there is no study {}; give a TOML file with scene, command and [vary], or its folder",
+                self.study.display()
+            );
+            return Err(CliError::Input(text));
+        }
+        let study = Study::read(&self.study)?;
+        let tasks = study.tasks(&self.root().join("tasks"))?;
+        Ok((study, tasks))
     }
 
     /// The folder with everything that the study asks for.
@@ -125,10 +151,9 @@ impl Which {
         if self.study.is_dir() {
             return self.open();
         }
-        let root = self.root();
-        let study = Study::read(&self.study)?;
-        let tasks = study.tasks(&root.join("tasks"))?;
-        Ok(Folder::prepare(&root, &study, &tasks)?)
+        let (study, tasks) = self.asked()?;
+        tasks.iter().try_for_each(|t| task::check(&t.command))?;
+        Ok(Folder::prepare(&self.root(), &study, &tasks)?)
     }
 }
 
@@ -193,9 +218,9 @@ fn words(command: &[String]) -> String {
 }
 
 /// A task and its state as an object.
-fn object(task: &TaskPlace, varied: &[String], state: &State) -> Value {
+fn object(task: &TaskPlace, state: &State) -> Value {
     let values: serde_json::Map<String, Value> =
-        varied.iter().zip(&task.values).map(|(k, v)| (k.clone(), v.clone().into())).collect();
+        task.varied.iter().zip(&task.values).map(|(k, v)| (k.clone(), v.clone().into())).collect();
     let mut object = json!({
         "index": task.index, "id": task.id, "values": values, "state": state.name(),
         "folder": task.file("").display().to_string(),

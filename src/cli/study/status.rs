@@ -50,7 +50,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         })
         .collect();
     let mean = seconds.iter().sum::<f64>() / seconds.len().max(1) as f64;
-    let objects: Vec<Value> = tasks.iter().map(|(t, s)| object(t, folder.varied(), s)).collect();
+    let objects: Vec<Value> = tasks.iter().map(|(t, s)| object(t, s)).collect();
     let mut json = json!({
         "study": folder.name(), "folder": folder.root().display().to_string(),
         "counts": counts, "mean_s": mean, "tasks": objects,
@@ -78,11 +78,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
     });
     for (task, done) in failed.clone().take(TOLD) {
         let first = done.message.lines().next().unwrap_or_default();
-        text += &format!(
-            "  task {} ({}) failed: {first}\n",
-            task.index,
-            task.describe(folder.varied())
-        );
+        text += &format!("  task {} ({}) failed: {first}\n", task.index, task.describe());
     }
     if failed.clone().count() > TOLD {
         text += &format!("  … and {} more (--json tells all)\n", failed.count() - TOLD);

@@ -8,7 +8,7 @@ use clap::{Args, Parser};
 use serde_json::{Value, json};
 
 use signorini::store::Writer;
-use signorini::study::{Done, Folder, TaskPlace};
+use signorini::study::{Done, TaskPlace};
 
 use super::super::{Cli, Said, execute};
 use super::{Answer, CliError, Global};
@@ -26,11 +26,10 @@ pub struct One {
 
 /// Carry a task out, unless it is done or somebody else does.
 pub fn run(one: &One, global: &Global) -> Result<Answer, CliError> {
-    let folder = Folder::open(&one.folder)?;
-    let task = folder.task(&one.id)?;
+    let task = TaskPlace::open(&one.folder, &one.id)?;
     let said = |what: &str| {
-        let text = format!("task {} ({}): {what}\n", task.index, task.describe(folder.varied()));
-        global.answer(|| super::object(&task, folder.varied(), &task.state()), || text)
+        let text = format!("task {} ({}): {what}\n", task.index, task.describe());
+        global.answer(|| super::object(&task, &task.state()), || text)
     };
     let Some(_lock) = task.lock()? else {
         return Ok(said("somebody else carries it out"));
@@ -55,7 +54,7 @@ pub fn run(one: &One, global: &Global) -> Result<Answer, CliError> {
         }
     };
     let wall_s = begun.elapsed().as_secs_f64();
-    let done = Done { exit_code, answer, message, wall_s };
+    let done = Done { id: task.id.clone(), exit_code, answer, message, wall_s };
     task.finish(&done)?;
     let answer = said(if exit_code == 0 { "done" } else { "failed" });
     Ok(match exit_code {
@@ -66,19 +65,30 @@ pub fn run(one: &One, global: &Global) -> Result<Answer, CliError> {
 
 /// What its command answers, and what its numerics failed at.
 fn attempt(task: &TaskPlace, global: &Global) -> Result<(Value, Option<String>), CliError> {
-    let result = task.result();
     // what was begun is gone on with where it can be
-    let way = match begun_before(task) {
-        true => Some("--resume"),
-        false => result.exists().then_some("--force"),
-    };
-    let tried = command(task, global, way);
-    match tried {
-        // it was not what it seemed
-        Err(CliError::Input(_)) if way == Some("--resume") => {
-            command(task, global, Some("--force"))
+    if begun_before(task) {
+        match command(task, global, Some("--resume")) {
+            // it was not what it seemed
+            Err(CliError::Input(_)) => {}
+            other => return other,
         }
-        other => other,
+    }
+    task.clear();
+    command(task, global, None)
+}
+
+/// Whether the options of a command are such.
+pub fn check(command: &[String]) -> Result<(), CliError> {
+    let words = ["signorini".to_owned(), command[0].clone(), "scene.toml".into()];
+    let words = words.into_iter().chain(command[1..].iter().cloned());
+    match Cli::try_parse_from(words.chain(["-o".into(), "result.h5".into()])) {
+        Ok(_) => Ok(()),
+        Err(e) if e.use_stderr() => {
+            let text = e.to_string();
+            let said = text.trim_start_matches("error: ").trim_end();
+            Err(CliError::Input(format!("the options of the tasks: {said}")))
+        }
+        Err(_) => Err(CliError::Input("the options of the tasks ask for help".into())),
     }
 }
 
