@@ -6,8 +6,8 @@ use std::path::Path;
 use plotters::style::RGBColor;
 
 use super::figure::{
-    self, Chart, Drawing, Drawn, Entry, FigureError, Mark, draw_line, legend_columns, line, panel,
-    px, range, semilog, series_colour, symbols, title,
+    self, Chart, Drawing, Drawn, Entry, FigureError, Mark, columns, draw_line, legend_columns,
+    line, panel, px, range, semilog, series_colour, symbols, title,
 };
 use crate::records::StudyTable;
 use crate::store::beside;
@@ -224,6 +224,8 @@ struct Axis {
     over: usize,
     /// Its value for each task; of words the number of the word.
     x: Vec<f64>,
+    /// The words at their numbers; none of a key whose values are numbers.
+    words: Vec<(f64, String)>,
     label: String,
 }
 
@@ -235,7 +237,7 @@ impl Axis {
         let name = |k: usize| table.varied[k].0.clone();
         let numbers = keys.iter().find_map(|&k| Some((k, table.numbers(k)?)));
         if let Some((over, x)) = numbers {
-            return Some(Axis { over, x, label: name(over) });
+            return Some(Axis { over, x, words: vec![], label: name(over) });
         }
         let over = *keys.first()?;
         let mut words: Vec<&String> = vec![];
@@ -246,15 +248,14 @@ impl Axis {
             })
         };
         let x = table.varied[over].1.iter().map(place).map(|k| k as f64 + 1.0).collect();
-        let told = words.iter().enumerate().map(|(k, w)| format!("{} {w}", k + 1));
-        let label = format!("{}: {}", name(over), told.collect::<Vec<_>>().join(", "));
-        Some(Axis { over, x, label })
+        let words = words.iter().enumerate().map(|(k, w)| (k as f64 + 1.0, (*w).clone())).collect();
+        Some(Axis { over, x, words, label: name(over) })
     }
 }
 
 /// A panel for each result over the first key whose values are numbers and differ; a series for every combination of the others.
 fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, FigureError> {
-    let Some(Axis { over, x, label: across }) = Axis::of(table) else { return Ok(None) };
+    let Some(Axis { over, x, words, label: across }) = Axis::of(table) else { return Ok(None) };
     let is_done = |task: &usize| table.states[*task] == "done";
     // along the axis, at the same values of all other keys
     let is_drawn = |values: &[f64]| {
@@ -298,7 +299,7 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
         all
     };
     let rows = chosen.len().div_ceil(2) as u32;
-    let columns = chosen.len().min(2);
+    let abreast = chosen.len().min(2);
     figure::svg((980, 90 + 320 * rows), |root| {
         title(root, &table.name, &format!("{} of {} tasks", table.command, table.ids.len()))?;
         let (_, mut sheet) = root.split_vertically(px(32.0));
@@ -311,15 +312,24 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
                 entries.iter().map(|(l, (c, m))| (l.as_str(), *c, *m)).collect();
             sheet = legend_columns(sheet, &entries)?;
         }
-        let panels = sheet.split_evenly((rows as usize, columns));
+        let panels = sheet.split_evenly((rows as usize, abreast));
         for (area, (name, values)) in panels.iter().zip(&chosen) {
             let curves = curves(values);
             let all = || curves.iter().flat_map(|c| &c.1);
             let (sides, up) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
             let label = name.replace('_', " ");
-            let mut chart = panel(area, sides, up, &across, &label)?;
+            if words.is_empty() {
+                let mut chart = panel(area, sides, up, &across, &label)?;
+                for (k, (_, points)) in curves.iter().enumerate() {
+                    series(&mut chart, points, k)?;
+                }
+                continue;
+            }
+            // words have no order that a line could mean
+            let sides = 0.5..words.len() as f64 + 0.5;
+            let chart = columns(area, (sides, &words), (up, false), &across, &label)?;
             for (k, (_, points)) in curves.iter().enumerate() {
-                series(&mut chart, points, k)?;
+                symbols(&chart, points.iter().copied(), look(k).1, look(k).0)?;
             }
         }
         Ok(())

@@ -2,21 +2,19 @@
 
 use std::path::Path;
 
-use hdf5::types::FixedUnicode;
+use hdf5::types::FixedAscii;
 
 use super::output::Staged;
 use super::{Outputs, StoreError, write_text};
 use crate::records::StudyTable;
 
-/// Bytes of a word: of a fixed length, which Octave reads.
+/// Letters of a word: Octave reads none but ASCII of a fixed length (the CSV has them as they are).
 const LENGTH: usize = 256;
 
-fn text(value: &str) -> Result<FixedUnicode<LENGTH>, hdf5::Error> {
-    let mut word = value.replace('\0', " ");
-    while word.len() >= LENGTH {
-        word.pop();
-    }
-    word.parse().map_err(|_| hdf5::Error::from("text with a NUL"))
+fn text(value: &str) -> Result<FixedAscii<LENGTH>, hdf5::Error> {
+    let letter = |c: char| if c.is_ascii() && c != '\0' { c } else { '?' };
+    let word: String = value.chars().map(letter).take(LENGTH - 1).collect();
+    FixedAscii::from_ascii(&word).map_err(|_| hdf5::Error::from("text with a NUL"))
 }
 
 fn words(g: &hdf5::Group, name: &str, values: &[String]) -> Result<(), StoreError> {
