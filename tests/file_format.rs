@@ -92,7 +92,23 @@ fn h5py_reads_the_layout() {
     let status = signorini().arg("run").arg(scene).arg("-q").arg("-o").arg(&file).status().unwrap();
     assert!(status.success());
     assert!(check(LAYOUT, &file).starts_with("fine"));
+    assert!(check(DESCRIBED, &file).starts_with("fine"));
 }
+
+/// Every dataset says what it is, and what its dimensions count.
+const DESCRIBED: &str = r#"
+import sys, h5py
+f = h5py.File(sys.argv[1], "r")
+found = []
+f.visititems(lambda name, o: found.append(name) if isinstance(o, h5py.Dataset) else None)
+assert len(found) > 25
+for name in found:
+    d = f[name]
+    assert len(d.attrs["description"]) > 2, name
+    assert len(d.dims) == len(d.attrs["DIMENSION_LABELS"]) and all(x.label for x in d.dims), name
+assert [x.label for x in f["trajectory/u"].dims] == ["state", "displacement"]
+print("fine")
+"#;
 
 /// A linear body has no contact: its file has empty contact tables and still opens.
 #[test]

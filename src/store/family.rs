@@ -10,6 +10,7 @@ use hdf5::Group;
 use serde_json as json;
 
 use super::crosscheck::write_crosscheck;
+use super::describe::describe;
 use super::header::create_file;
 use super::journal::Journal;
 use super::mesh::size_of_mesh;
@@ -327,6 +328,7 @@ impl FamilyWriter {
             write_ridge(&g, &ridge)?;
         }
         write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
+        describe(&self.file)?;
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place

@@ -9,6 +9,7 @@ mod comparison;
 mod content;
 mod crosscheck;
 mod csv;
+mod describe;
 mod events;
 mod family;
 mod header;

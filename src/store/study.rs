@@ -4,6 +4,7 @@ use std::path::Path;
 
 use hdf5::types::FixedAscii;
 
+use super::describe::describe;
 use super::output::Staged;
 use super::{Outputs, StoreError, write_text};
 use crate::records::StudyTable;
@@ -62,6 +63,7 @@ pub fn write_study(path: &Path, table: &StudyTable, outputs: &Outputs) -> Result
         let task: Vec<i64> = table.points.task.iter().map(|&t| t as i64).collect();
         points.new_dataset_builder().with_data(&task).create("task")?;
         numbers(&points, &table.points.columns)?;
+        describe(&file)?;
         // the last word: a file without it is not whole
         write_text(&file, "status", "complete")?;
         file.flush()?;

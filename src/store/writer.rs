@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::checkpoint;
+use super::describe::describe;
 use super::events::{Events, read_log};
 use super::header::create_file;
 use super::kept::Kept;
@@ -75,6 +76,9 @@ impl Writer {
         let n_c = system.n_contact();
         let trajectory = Trajectory::create(&file, &kept, (n_c, !options.is_scratch))?;
         let events = Events::create(&file, n_c)?;
+        if !options.is_scratch {
+            describe(&file)?;
+        }
         file.flush()?;
         Ok(Writer {
             staged,
@@ -219,6 +223,9 @@ impl Writer {
     /// Write what waits and the final status.
     pub fn finish(mut self, status: &Status) -> Result<(), StoreError> {
         self.flush()?;
+        if !self.is_scratch {
+            describe(&self.file)?;
+        }
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         let Writer { mut staged, file, checkpoint, problem, .. } = self;
