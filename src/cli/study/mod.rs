@@ -56,7 +56,7 @@ enum Engine {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini study run gaps.toml\n  signorini study run gaps.toml --workers 4\n  signorini study run gaps.toml --engine slurm --sbatch=--time=2:00:00 --sbatch=--mem=4G --at-once 20\n  signorini study run gaps.toml --print-tasks | parallel"
+    after_help = "Example:\n  signorini study run gaps.toml\n  signorini study run gaps.toml --workers 4\n  signorini study run gaps.toml --engine slurm --sbatch=--time=2:00:00 --at-once 20\n  signorini study run gaps.toml --print-tasks | parallel"
 )]
 struct Run {
     #[command(flatten)]
