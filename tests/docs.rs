@@ -145,6 +145,41 @@ fn links_lead_somewhere() {
     assert!(count > 40, "{count}");
 }
 
+/// What the code cites as "theory §n" is a section of the page of theory, and the modules that the page names are there.
+#[test]
+fn the_theory_that_the_code_cites_is_there() {
+    fn texts(folder: &Path, found: &mut String) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                texts(&path, found);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                found.push_str(&std::fs::read_to_string(path).unwrap());
+            }
+        }
+    }
+    let page = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
+    let mut code = String::new();
+    texts(&root().join("src"), &mut code);
+    let mut count = 0;
+    for cited in code.split("theory §").skip(1) {
+        let number: String = cited.chars().take_while(char::is_ascii_digit).collect();
+        assert!(page.contains(&format!("\n## {number}. ")), "theory §{number}");
+        count += 1;
+    }
+    assert!(count > 20, "{count}");
+    for named in page.split("Modules ").skip(1).chain(page.split("Module ").skip(1)) {
+        let sentence = named.split(&[';', '\n'][..]).next().unwrap();
+        for module in sentence.split('`').skip(1).step_by(2) {
+            let path = root().join("src").join(module.replace("::", "/"));
+            let is_there = path.is_dir() || path.with_extension("rs").exists();
+            assert!(is_there, "{module}");
+        }
+    }
+    let numbers: Vec<usize> = (1..=14).filter(|n| !page.contains(&format!("({n})\n"))).collect();
+    assert!(numbers.is_empty(), "equations without a number: {numbers:?}");
+}
+
 /// The reader for MATLAB reads a run and a family in Octave, where there is one.
 #[test]
 fn the_matlab_reader_reads_in_octave() {

@@ -148,8 +148,8 @@ impl Folder {
         let file = std::path::absolute(&study.path).unwrap_or_else(|_| study.path.clone());
         // a study that was moved takes its folder with it
         if let Ok(before) = Folder::open(root)
-            && before.manifest.file != file
-            && before.manifest.file.exists()
+            && let Ok(theirs) = before.manifest.file.canonicalize()
+            && file.canonicalize().is_ok_and(|own| own != theirs)
         {
             let other = before.manifest.file.display();
             return Err(unusable(
