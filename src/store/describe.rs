@@ -124,7 +124,7 @@ pub(super) fn describe(file: &hdf5::File) -> Result<(), StoreError> {
         write_text(&dataset, "description", what)?;
         if dataset.ndim() == labels.len() && dataset.attr("DIMENSION_LABELS").is_err() {
             let words: Result<Vec<VarLenAscii>, _> =
-                labels.iter().map(|l| VarLenAscii::from_ascii(l)).collect();
+                labels.iter().map(VarLenAscii::from_ascii).collect();
             let words = words.map_err(|_| hdf5::Error::from("a label is not ASCII"))?;
             dataset.new_attr_builder().with_data(&words).create("DIMENSION_LABELS")?;
         }
