@@ -75,7 +75,7 @@ impl Place {
     /// Wait for at least so many answers.
     fn wait_for(&self, done: u64) {
         let begun = Instant::now();
-        while !self.path("s.study").exists() || self.count("done") < done {
+        while !self.path("s.study/study.json").exists() || self.count("done") < done {
             assert!(begun.elapsed() < Duration::from_secs(120), "no progress");
             std::thread::sleep(Duration::from_millis(20));
         }
