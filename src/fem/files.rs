@@ -4,13 +4,15 @@
 use std::path::Path;
 
 use super::Csr;
+use crate::scenario::FileName;
 
 /// Read a matrix; the message says what is wrong with the file.
 pub fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
-    match name.split_once(":/") {
-        Some((file, dataset)) => read_hdf5(&folder.join(file), dataset),
+    let FileName { file, dataset } = FileName::parse(name);
+    match dataset {
+        Some(dataset) => read_hdf5(&folder.join(file), dataset),
         None => {
-            let path = folder.join(name);
+            let path = folder.join(file);
             let text =
                 std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
             parse_matrix_market(&text).map_err(|e| format!("{}: {e}", path.display()))

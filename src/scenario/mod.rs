@@ -11,6 +11,7 @@ mod contact;
 mod damping;
 mod error;
 mod expression;
+mod file;
 mod initial;
 mod load;
 mod material;
@@ -35,6 +36,7 @@ pub use damping::Damping;
 pub use error::{Issue, SceneError};
 pub(crate) use error::{from_toml as misread, locate};
 pub use expression::{Amplitude, Field};
+pub use file::FileName;
 pub use initial::Initial;
 pub use load::{Load, LoadKind};
 pub use material::MaterialTable;
@@ -137,38 +139,6 @@ impl Scene {
     pub fn until(&self) -> Option<f64> {
         let run = self.run.as_ref()?;
         run.until.or(run.periods.and_then(|n| self.period().map(|t| n * t)))
-    }
-
-    /// The keys that name files, and what they say: a path, a matrix in a file as `FILE.h5:/dataset`.
-    pub fn named_files(&self) -> Vec<(String, String)> {
-        let contact = self.contact.as_ref();
-        let matrices = [
-            ("body.mass_matrix", self.body.mass_matrix.as_ref()),
-            ("body.stiffness_matrix", self.body.stiffness_matrix.as_ref()),
-            ("body.damping_matrix", self.body.damping_matrix.as_ref()),
-            ("contact.n_c", contact.and_then(|c| c.n_c.as_ref())),
-            ("contact.n_o", contact.and_then(|c| c.n_o.as_ref())),
-        ];
-        let matrices = matrices.into_iter().filter_map(|(key, name)| Some((key.to_owned(), name?)));
-        let matrices = matrices.filter(|(_, name)| self.attached.get(name).is_none());
-        let path = |p: &PathBuf| p.display().to_string();
-        let others = [("body.file", &self.body.file), ("initial.file", &self.initial.file)];
-        let others =
-            others.into_iter().filter_map(|(key, p)| Some((key.to_owned(), path(p.as_ref()?))));
-        let loads = self.loads.iter().enumerate();
-        let tables =
-            loads.filter_map(|(k, l)| Some((format!("load[{k}].table"), l.table.clone()?)));
-        matrices.map(|(key, name)| (key, name.clone())).chain(others).chain(tables).collect()
-    }
-
-    /// All files that it names, relative to its own folder.
-    pub fn files(&self) -> Vec<PathBuf> {
-        let folder = self.source.file.parent().unwrap_or(Path::new(""));
-        let file = |(_, name): (String, String)| match name.split_once(":/") {
-            Some((file, _)) => folder.join(file),
-            None => folder.join(name),
-        };
-        self.named_files().into_iter().map(file).collect()
     }
 
     /// Its tables and keys as JSON.

@@ -1,13 +1,15 @@
 //! What a study asks for, and the tasks that this means.
 
 use std::collections::HashMap;
+use std::hash::Hasher;
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
+use siphasher::sip::SipHasher13;
 use toml_edit::{DocumentMut, Item, Value};
 
 use crate::compare::Variant;
-use crate::scenario::{Change, Issue, Scene, SceneError, locate, misread};
+use crate::scenario::{Change, FileName, Issue, Scene, SceneError, locate, misread};
 
 /// Commands that a task may be: each reads a scene and writes one file.
 pub const COMMANDS: [&str; 4] = ["run", "orbit", "backbone", "response"];
@@ -135,7 +137,6 @@ impl Study {
     /// All tasks in the order of the file, the last key fastest; every scene is checked. `place`: where the folders of the tasks will stand (files that the scene names
     /// are named from there).
     pub fn tasks(&self, place: &Path) -> Result<Vec<Task>, SceneError> {
-        let base = self.seen_from(place)?;
         let mut sums = Sums::default();
         let count = match self.zip {
             true => self.vary.first().map_or(1, |v| v.values.len()),
@@ -149,7 +150,7 @@ impl Study {
                 *at = if self.zip { k } else { rest % varied.values.len() };
                 rest /= varied.values.len();
             }
-            let task = self.task(&base, &chosen, place, &mut sums)?;
+            let task = self.task(&chosen, place, &mut sums)?;
             if let Some(twin) = tasks.iter().position(|t| t.id == task.id) {
                 let said = |t: &Task| t.values.join(", ");
                 let message =
@@ -163,7 +164,6 @@ impl Study {
 
     fn task(
         &self,
-        base: &Scene,
         chosen: &[usize],
         place: &Path,
         sums: &mut Sums,
@@ -188,15 +188,11 @@ impl Study {
                     // other keys that are varied come after it, whatever their order in the file
                     changes.splice(0..0, variant.changes());
                 }
-                // a file is named from the scene, whatever folder the task has
-                key if names_file(key) && Path::new(value).is_relative() => {
-                    let seen = self.way(place).join(value).display().to_string();
-                    changes.push(Change::set(key, Value::from(seen).to_string()));
-                }
                 key => changes.push(Change::set(key, value)),
             }
         }
-        let scene = base.with(&changes).map_err(|e| {
+        let changed = self.scene.with(&changes).and_then(|scene| self.seen_from(place, &scene));
+        let scene = changed.map_err(|e| {
             let said: Vec<String> =
                 self.vary.iter().zip(&values).map(|(v, x)| format!("{} = {x}", v.key)).collect();
             self.error(
@@ -207,18 +203,16 @@ impl Study {
         })?;
         let mut all = command.join("\0");
         for (_, name) in scene.named_files() {
-            let file = name.split_once(":/").map_or(name.as_str(), |n| n.0);
-            let path = plain(&place.join("task").join(file));
+            let path = plain(&place.join("task").join(FileName::parse(&name).file));
             let sum = sums.of(&path).map_err(|e| {
                 let message = format!("{}: {e}", path.display());
                 self.error("vary", message, "files are named from the folder of the scene")
             })?;
-            all += &format!("\0{sum:08x}");
+            all += &format!("\0{sum:016x}");
         }
         let scene = scene.source.text;
         all += &format!("\0{scene}");
-        let half = |salt: &str| crc32fast::hash(format!("{salt}{all}").as_bytes());
-        Ok(Task { id: format!("{:08x}{:08x}", half(""), half("2")), values, scene, command })
+        Ok(Task { id: format!("{:016x}", checksum(all.as_bytes())), values, scene, command })
     }
 
     /// The way from the folder of a task to that of the scene.
@@ -227,43 +221,41 @@ impl Study {
         way(&place.join("task"), folder)
     }
 
-    /// The scene with the files that it names as they are seen from the folder of a task.
-    fn seen_from(&self, place: &Path) -> Result<Scene, SceneError> {
+    /// A scene with the files that it names as they are seen from the folder of a task: a scene names them from its own.
+    fn seen_from(&self, place: &Path, scene: &Scene) -> Result<Scene, SceneError> {
         let way = self.way(place);
-        let changes =
-            self.scene.named_files().into_iter().filter(|(_, name)| Path::new(name).is_relative());
-        let changes: Vec<Change> = changes
+        let files = scene.named_files().into_iter();
+        let relative = files.filter(|(_, name)| Path::new(name).is_relative());
+        let changes: Vec<Change> = relative
             .map(|(key, name)| {
                 let seen = way.join(&name).display().to_string();
                 Change::set(key, Value::from(seen).to_string())
             })
             .collect();
-        self.scene.with(&changes)
+        scene.with(&changes)
     }
+}
+
+/// A checksum of 64 bits, the same on every machine (SipHash 1-3, no key).
+fn checksum(bytes: &[u8]) -> u64 {
+    let mut hasher = SipHasher13::new();
+    hasher.write(bytes);
+    hasher.finish()
 }
 
 /// Checksums of files that scenes name, each read once.
 #[derive(Default)]
-struct Sums(HashMap<PathBuf, u32>);
+struct Sums(HashMap<PathBuf, u64>);
 
 impl Sums {
-    fn of(&mut self, path: &Path) -> std::io::Result<u32> {
+    fn of(&mut self, path: &Path) -> std::io::Result<u64> {
         if let Some(sum) = self.0.get(path) {
             return Ok(*sum);
         }
-        let sum = crc32fast::hash(&std::fs::read(path)?);
+        let sum = checksum(&std::fs::read(path)?);
         self.0.insert(path.to_owned(), sum);
         Ok(sum)
     }
-}
-
-/// Keys whose values are files.
-fn names_file(key: &str) -> bool {
-    let last = key.rsplit('.').next().unwrap_or(key);
-    let in_body = ["file", "mass_matrix", "stiffness_matrix", "damping_matrix"];
-    in_body.contains(&last)
-        || ["n_c", "n_o"].contains(&last)
-        || (key.starts_with("load") && last == "table")
 }
 
 /// An option with a value as a command line has it: a list by commas, a flag alone or not at all.

@@ -1,0 +1,55 @@
+//! Files that a scene names.
+
+use std::path::{Path, PathBuf};
+
+use super::Scene;
+
+/// What a key says that names a file: a path, or a matrix in a file as `FILE.h5:/dataset`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FileName<'a> {
+    /// Its path, relative to the scene.
+    pub file: &'a str,
+    /// A dataset in it, without the slash at the root.
+    pub dataset: Option<&'a str>,
+}
+
+impl<'a> FileName<'a> {
+    /// Take it apart.
+    pub fn parse(name: &'a str) -> FileName<'a> {
+        match name.split_once(":/") {
+            Some((file, dataset)) => FileName { file, dataset: Some(dataset) },
+            None => FileName { file: name, dataset: None },
+        }
+    }
+}
+
+impl Scene {
+    /// The keys that name files, and what they say (see [`FileName`]).
+    pub fn named_files(&self) -> Vec<(String, String)> {
+        let contact = self.contact.as_ref();
+        let matrices = [
+            ("body.mass_matrix", self.body.mass_matrix.as_ref()),
+            ("body.stiffness_matrix", self.body.stiffness_matrix.as_ref()),
+            ("body.damping_matrix", self.body.damping_matrix.as_ref()),
+            ("contact.n_c", contact.and_then(|c| c.n_c.as_ref())),
+            ("contact.n_o", contact.and_then(|c| c.n_o.as_ref())),
+        ];
+        let matrices = matrices.into_iter().filter_map(|(key, name)| Some((key.to_owned(), name?)));
+        let matrices = matrices.filter(|(_, name)| self.attached.get(name).is_none());
+        let path = |p: &PathBuf| p.display().to_string();
+        let others = [("body.file", &self.body.file), ("initial.file", &self.initial.file)];
+        let others =
+            others.into_iter().filter_map(|(key, p)| Some((key.to_owned(), path(p.as_ref()?))));
+        let loads = self.loads.iter().enumerate();
+        let tables =
+            loads.filter_map(|(k, l)| Some((format!("load[{k}].table"), l.table.clone()?)));
+        matrices.map(|(key, name)| (key, name.clone())).chain(others).chain(tables).collect()
+    }
+
+    /// All files that it names, seen from where its own path is.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let folder = self.source.file.parent().unwrap_or(Path::new(""));
+        let names = self.named_files();
+        names.iter().map(|(_, name)| folder.join(FileName::parse(name).file)).collect()
+    }
+}
