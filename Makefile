@@ -16,7 +16,7 @@ help:
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make bench     benchmarks'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
-	@echo 'make docs      the documentation as a site into target/site/, without a warning; the page of commands is written anew'
+	@echo 'make docs      the documentation as a site into target/site/, without a warning; the pages of commands and keys are written anew'
 	@echo 'make study-slurm  a study as a job array on a Slurm of one node that is started for it (Debian: slurm-wlm, munge; root); skipped loudly elsewhere'
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
@@ -75,6 +75,8 @@ check-peers:
 docs: build
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check mkdocs==1.6.1
 	$(BIN) man --markdown > docs/reference/commands.md
+	$(BIN) schema --markdown > docs/reference/scenes.md
+	$(BIN) schema study --markdown > docs/reference/studies.md
 	.venv/bin/mkdocs build --strict --quiet
 	@echo 'Open target/site/index.html'
 

@@ -27,6 +27,7 @@ mod ratios;
 mod resources;
 mod response;
 mod run;
+mod schema;
 mod study;
 mod validate;
 mod view;
@@ -191,6 +192,8 @@ enum Command {
     Validate(validate::Arguments),
     /// A commented scene to begin with
     New(new::Arguments),
+    /// The keys of scenes and studies, as JSON Schema for editors
+    Schema(schema::Arguments),
     /// Completions of a shell
     Completions(manual::Completions),
     /// Manual pages
@@ -221,6 +224,7 @@ fn execute(cli: &Cli) -> Result<Answer, CliError> {
         Command::Study(a) => study::run(a, global),
         Command::Validate(a) => validate::run(a, global),
         Command::New(a) => new::run(a, global),
+        Command::Schema(a) => Ok(schema::run(a)),
         Command::Completions(a) => Ok(manual::completions(a)),
         Command::Man(a) => manual::manual(a, global),
     }

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::check::{Check, length, positive};
 use super::{Issue, Scene};
@@ -11,60 +12,67 @@ use super::{Issue, Scene};
 const MOST_NODES: usize = 50_000_000;
 
 /// `[body]`
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Bar, plate, mesh, or matrices from files.
+    /// What it is.
     pub kind: BodyKind,
-    /// `[L]` or `[L, H]`.
+    /// Length of a bar `[L]`, length and height of a plate `[L, H]`.
     #[serde(default)]
+    #[schemars(extend("examples" = [[1.0], [1.0, 0.5]]))]
     pub size: Vec<f64>,
-    /// `[n]` or `[nx, ny]`.
+    /// Elements of a bar `[n]`, of a plate `[nx, ny]`.
     #[serde(default)]
+    #[schemars(extend("examples" = [[20], [20, 10]]))]
     pub elements: Vec<usize>,
-    /// Young's modulus E.
+    /// Young's modulus E of a bar or plate.
     pub young: Option<f64>,
-    /// Poisson's ratio ν (plate).
+    /// Poisson's ratio ν of a plate, −1 < ν < 1.
     pub poisson: Option<f64>,
-    /// Mass density ρ.
+    /// Mass density ρ of a bar or plate.
     pub density: Option<f64>,
-    /// Thickness h (plate; mesh in plane stress or strain), 1 by default.
+    /// Thickness of a plate, or of a mesh in plane stress or strain.
+    #[schemars(extend("default" = 1.0))]
     pub thickness: Option<f64>,
-    /// File of the mesh (kind `mesh`), relative to the scene: Gmsh 4.1 or 2.2, ASCII.
+    /// File of the mesh (Gmsh 4.1 or 2.2, ASCII), relative to the scene.
+    #[schemars(extend("examples" = ["meshes/bracket.msh"]))]
     pub file: Option<PathBuf>,
-    /// State of a mesh in the plane; a mesh in space has none.
+    /// What a mesh in the plane stands for; a mesh in space has none.
     pub state: Option<State>,
-    /// What the coordinates of a mesh are multiplied by, 1 by default.
+    /// What the coordinates of a mesh are multiplied by.
+    #[schemars(extend("default" = 1.0))]
     pub scale: Option<f64>,
-    /// Cross-section A (bar), 1 by default.
+    /// Cross-section A of a bar.
+    #[schemars(extend("default" = 1.0))]
     pub area: Option<f64>,
-    /// Consistent or row-sum lumped mass.
+    /// How the mass matrix is integrated.
     #[serde(default)]
     pub mass: MassKind,
-    /// File of `M` over all displacements (kind `matrices`): Matrix Market, or `FILE.h5:/dataset`.
+    /// `M` over all displacements, symmetric, positive definite: a Matrix Market file, or a dataset as `FILE.h5:/path`, relative to the scene.
+    #[schemars(extend("examples" = ["M.mtx", "model.h5:/M"]))]
     pub mass_matrix: Option<String>,
-    /// File of `K`.
+    /// `K`, likewise.
     pub stiffness_matrix: Option<String>,
-    /// File of `C`, which must be a combination of `M` and `K`.
+    /// `C`, likewise; a combination of `M` and `K`.
     pub damping_matrix: Option<String>,
 }
 
 /// Kinds of body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BodyKind {
-    /// One-dimensional bar, two-node elements.
+    /// A bar along x, of elements with two nodes.
     Bar,
-    /// Rectangular plate in its plane (plane stress), four-node elements.
+    /// A rectangle in its plane (plane stress), of elements with four nodes.
     Plate,
-    /// A mesh of Gmsh.
+    /// A mesh of Gmsh, in the plane or in space, with a `[[material]]`.
     Mesh,
-    /// `M`, `K` and the boundary operator from files.
+    /// `M`, `K` and the boundary operator from files of your own.
     Matrices,
 }
 
 /// `state` of a body in the plane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum State {
     /// No stress across the plane.
     #[serde(rename = "plane stress")]
@@ -78,13 +86,13 @@ pub enum State {
 }
 
 /// How a mass matrix is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MassKind {
-    /// `∫ Pᵀ P`.
+    /// `∫ ρ Pᵀ P`.
     #[default]
     Consistent,
-    /// Row sums on the diagonal.
+    /// Row sums on the diagonal; elements of first order.
     Lumped,
 }
 

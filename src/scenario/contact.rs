@@ -1,5 +1,8 @@
 //! `[contact]`: the obstacle, the contact method and its parameters.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
@@ -67,8 +70,8 @@ pub struct Obstacle {
     pub gap_behind: Option<Field>,
 }
 
-/// An obstacle that fills `normal·x ≥ offset`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// The obstacle fills `normal·x ≥ offset`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plane {
     /// Normal, of any length, towards the obstacle.
@@ -85,30 +88,63 @@ impl Plane {
 }
 
 /// One table.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Table {
+    /// The edge of a bar or plate.
     edge: Option<Edge>,
+    /// The physical group of a mesh, by name, or `"#3"` by tag: of curves, in space of surfaces. One group may turn by 50° at a node; beyond a corner it is another group.
     group: Option<String>,
+    /// Distance to the obstacle along the outward normals of the nodes, undeformed; may be 0 or negative.
+    #[schemars(extend("examples" = [1.0, "1.0 + 0.02*y"]))]
     gap: Option<Field>,
+    /// The obstacle itself, in place of `gap` (meshes, bars, plates).
     plane: Option<Plane>,
+    /// A second stop: `−gap_behind ≤ u_C ≤ gap`.
     gap_behind: Option<Field>,
+    /// Bodies from matrices: gaps, one number a contact displacement, in place of `gap`.
     gaps: Option<Vec<f64>>,
+    /// Bodies from matrices: the contact displacements, as rows of the matrices counted from 0, positive towards the obstacle.
+    #[schemars(extend("examples" = [[66, 67, 68, 69]]))]
     displacements: Option<Vec<usize>>,
+    /// Bodies from matrices: `N_C` of `λ = N_C u_C + N_O u_O`, `n_C × n_C` in the order of `displacements`; a file, or `FILE.h5:/path`.
     n_c: Option<String>,
+    /// Bodies from matrices: `N_O`, `n_C × n_O`, the other displacements in their order.
     n_o: Option<String>,
+    /// `nbm` with `stress = "projection"`: how `G`, the mass matrix of the boundary, is integrated.
+    #[schemars(extend("default" = "consistent"))]
     boundary_mass: Option<MassKind>,
+    /// How contact is modelled; one choice for the body.
+    #[schemars(extend("default" = "nbm"))]
     method: Option<ContactMethod>,
+    /// `nbm`: where the pressure comes from. By default `projection` on bars and plates, `nodal-mean` on meshes.
     stress: Option<StressKey>,
+    /// `nbm`: the mass of the phases. By default `paper` on bars and plates, `constant` on meshes.
     inertia: Option<Inertia>,
+    /// `mass-redistribution`: which mass.
+    #[schemars(extend("default" = "condensed"))]
     mass: Option<RedistributedMass>,
+    /// `penalty`: stiffness κ₀ over `E′/h`; of bodies from matrices that of a spring at each contact displacement (no default).
+    #[schemars(extend("default" = 1.0))]
     stiffness: Option<f64>,
+    /// `nitsche`: γ₀ over `E′/h`, above a bound that a refusal names.
+    #[schemars(extend("default" = 2.0))]
     gamma: Option<f64>,
+    /// `nitsche`: 1 (symmetric), 0 or −1; the last two for `run`.
+    #[schemars(extend("default" = 1.0, "enum" = [1.0, 0.0, -1.0]))]
     theta: Option<f64>,
+    /// `impact`, `moreau-jean`: coefficient of restitution e, from 0 to 1.
+    #[schemars(extend("default" = 0.0), range(min = 0.0, max = 1.0))]
     restitution: Option<f64>,
+    /// `moreau-jean`: time step; by default a tenth of the time of a wave over an element.
     step: Option<f64>,
+    /// `waves`: when contact is decided.
+    #[schemars(extend("default" = "exact"))]
     instants: Option<Instants>,
+    /// `moreau-jean`: which points are pushed over a step.
+    #[schemars(extend("default" = "half-step"))]
     activation: Option<Activation>,
+    /// The obstacles move together: `amplitude cos(ωt + phase)` is added to the gap. Displacements are then those seen from the obstacle.
     motion: Option<Motion>,
 }
 
@@ -117,6 +153,16 @@ pub(super) struct Table {
 pub(super) struct Tables {
     all: Vec<Table>,
     is_list: bool,
+}
+
+impl JsonSchema for Tables {
+    fn schema_name() -> Cow<'static, str> {
+        "Contact".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<Table>();
+        json_schema!({"anyOf": [table, {"type": "array", "items": table}]})
+    }
 }
 
 impl<'de> Deserialize<'de> for Tables {
@@ -230,14 +276,14 @@ fn key(is_list: bool, table: usize, name: &str) -> String {
 }
 
 /// The harmonic part of a gap.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Amplitude along the outward normal: away from the body.
     pub amplitude: f64,
     /// Circular frequency.
     pub omega: f64,
-    /// Phase.
+    /// Phase, in radians.
     #[serde(default)]
     pub phase: f64,
 }

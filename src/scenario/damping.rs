@@ -1,21 +1,28 @@
 //! `[damping]`
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{Check, count_from_one};
+use super::pair;
 use super::{Issue, Scene};
 
-/// `[damping]`: exactly one of the three.
-#[derive(Debug, Clone, Deserialize)]
+/// `C = αM + βK`: exactly one of `rayleigh`, `ratio`, `ratios`.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Damping {
-    /// `C = α M + β K` as `[α, β]`.
+    /// `[α, β]`: β is a time, α a frequency.
+    #[schemars(extend("examples" = [[0.0, 1e-3]]))]
+    #[serde(default, deserialize_with = "pair::array")]
     pub rayleigh: Option<[f64; 2]>,
     /// Ratio at one mode (stiffness proportional, α = 0).
     pub ratio: Option<f64>,
-    /// The mode of `ratio`, 1 by default.
+    /// The mode of `ratio`, from 1.
+    #[schemars(extend("default" = 1), range(min = 1))]
     pub mode: Option<usize>,
     /// Ratios at two modes: `[[mode, ξ], [mode, ξ]]`.
+    #[schemars(extend("examples" = [[[1, 0.01], [3, 0.01]]]))]
+    #[serde(default, deserialize_with = "pair::pairs")]
     pub ratios: Option<[(usize, f64); 2]>,
 }
 

@@ -1,8 +1,10 @@
 //! Numbers in a scene that may be expressions of the position: `"1.0 + 0.02*y"`.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 
@@ -140,6 +142,18 @@ fn matching(c: &[char], i: usize, step: isize) -> Option<usize> {
     None
 }
 
+impl JsonSchema for Field {
+    fn schema_name() -> Cow<'static, str> {
+        "Field".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"type": "number"},
+            {"type": "string", "description": "An expression of `x`, `y`, `z`: `+ - * / ^`, `PI`, `sin cos tan exp ln sqrt abs`."},
+        ]})
+    }
+}
+
 impl<'de> Deserialize<'de> for Field {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct FieldVisitor;
@@ -171,6 +185,15 @@ pub enum Amplitude {
     Scalar(f64),
     /// `amplitude = [0.0, -9.81]`
     Vector(Vec<f64>),
+}
+
+impl JsonSchema for Amplitude {
+    fn schema_name() -> Cow<'static, str> {
+        "Amplitude".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]})
+    }
 }
 
 impl<'de> Deserialize<'de> for Amplitude {

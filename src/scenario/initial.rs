@@ -2,26 +2,28 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{Check, count_from_one, finite, length};
 use super::{Field, Issue, Scene};
 
 /// `[initial]`
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// Start in a mode of the open phase.
+    /// A mode of the open body, from 1.
     pub mode: Option<usize>,
-    /// Contact displacement of largest magnitude, over the gap.
+    /// With `mode`: its contact displacement of largest magnitude, over the gap; negative: away from the obstacle.
     pub amplitude: Option<f64>,
-    /// Displacement components.
+    /// Components of the displacement, numbers or expressions. Those of contact nodes along the normal follow from the contact conditions, where they have no mass.
+    #[schemars(extend("examples" = [["-2*x", "0"]]))]
     pub displacement: Option<Vec<Field>>,
-    /// Velocity components.
+    /// Components of the velocity, likewise.
     pub velocity: Option<Vec<Field>>,
-    /// A stored state.
+    /// An orbit, or the last state of a run, relative to the scene; interpolated from another mesh of the same body.
     pub file: Option<PathBuf>,
-    /// The static equilibrium under the constant loads, contact included (with `velocity`, if given).
+    /// The static equilibrium under the constant loads, contact included; `velocity` may be given with it.
     #[serde(default)]
     pub equilibrium: bool,
 }

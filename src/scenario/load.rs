@@ -1,5 +1,6 @@
 //! `[[load]]`
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{Check, count_from_one, finite, length, positive};
@@ -7,50 +8,51 @@ use super::side::side;
 use super::{Amplitude, BodyKind, Edge, Issue, Scene};
 
 /// `[[load]]`
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// What kind.
+    /// What it is.
     pub kind: LoadKind,
-    /// The mode (kind `mode`).
+    /// Kind `mode`: which, from 1.
     pub mode: Option<usize>,
-    /// The edge of a bar or plate (kinds `traction`, `base`).
+    /// Kinds `traction`, `base`: the edge of a bar or plate.
     edge: Option<Edge>,
-    /// The group of a mesh.
+    /// Kinds `traction`, `base`: the physical group of a mesh.
     group: Option<String>,
-    /// The point (kind `point`); the load acts on the nearest node.
+    /// Kind `point`: where; the load acts on the nearest node.
+    #[schemars(extend("examples" = [[1.0, 0.25]]))]
     pub at: Option<Vec<f64>>,
-    /// The row of the matrices counted from 0 (kind `force`); absent: the amplitude has one number a row.
+    /// Kind `force`: the row of the matrices, counted from 0; absent: the amplitude has one number a row.
     pub displacement: Option<usize>,
-    /// Number or vector, as the kind needs.
+    /// A number for `mode` and for bars, a vector for the other kinds in the plane and in space.
+    #[schemars(extend("examples" = [0.1, [0.0, -9.81]]))]
     pub amplitude: Option<Amplitude>,
-    /// Instead of the amplitude of a harmonic load of kind `mode`: the peak of the linear resonance of that mode, over the amplitude
-    /// that grazes the obstacle.
+    /// In place of the amplitude of a harmonic load of kind `mode`: the peak of the linear resonance of that mode, over the amplitude that grazes the obstacle.
     pub peak: Option<f64>,
-    /// Harmonic `cos(ω t + phase)`; absent: constant.
+    /// Circular frequency of `cos(ωt + phase)`; absent: a constant load.
     pub omega: Option<f64>,
-    /// Phase of the harmonic.
+    /// Phase, in radians.
     #[serde(default)]
     pub phase: f64,
-    /// In place of `omega`: a CSV file of time and value, relative to the scene; the load is the amplitude times its C² spline (`run` only).
+    /// In place of `omega`: a CSV file of time and value, relative to the scene; the load is the amplitude times its C² spline (`run`, Runge–Kutta).
     pub table: Option<String>,
 }
 
 /// Kinds of load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LoadKind {
-    /// `M A* φ_k`: in the shape of a mode of the open body.
+    /// `M φ_k`: in the shape of a mode of the open body.
     Mode,
-    /// Acceleration of gravity on the mass.
+    /// An acceleration that acts on all mass.
     Gravity,
-    /// Force per unit area on an edge.
+    /// Force per area on an edge or group.
     Traction,
-    /// Force at a node.
+    /// A force at a node.
     Point,
-    /// Displacement of a support: the edge moves as a whole.
+    /// The supports on an edge or group move by the amplitude.
     Base,
-    /// Forces on the displacements of a body of matrices.
+    /// Forces on the displacements of a body from matrices.
     Force,
 }
 

@@ -1,19 +1,20 @@
 //! `[[material]]`: what the cells of a mesh are made of.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{Check, positive};
 use super::{BodyKind, Issue, Scene, State};
 
 /// `[[material]]`
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialTable {
-    /// Physical group of cells: by name, or `#3` by tag. May be left out where there is one material for all cells.
+    /// Physical group of surfaces (in space: of volumes), by name, or `"#3"` by tag; may be left out where there is one material.
     pub group: Option<String>,
     /// Young's modulus E.
     pub young: f64,
-    /// Poisson's ratio ν.
+    /// Poisson's ratio ν: −1 < ν < 1/2, in plane stress < 1.
     pub poisson: f64,
     /// Mass density ρ.
     pub density: f64,

@@ -1,23 +1,28 @@
 //! What `[contact]` says of the contact method and its parameters.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
+use super::pair::Pair;
+
 /// Contact methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactMethod {
-    /// The nodal boundary method.
+    /// The nodal boundary method: `u_C = A u_O + d`, no energy of its own.
     #[default]
     #[serde(rename = "nbm")]
     NodalBoundary,
     /// No inertia at the contact points: `nbm` with nodal reactions and a constant mass.
     MassRedistribution,
-    /// Springs at the contact points.
+    /// Springs at two points of Gauss an edge, which the body enters by O(h/κ₀).
     Penalty,
-    /// Nitsche's method.
+    /// Nitsche's method: consistent springs.
     Nitsche,
-    /// Newton's law of impact.
+    /// Newton's law of impact, event-driven.
     Impact,
     /// The time-stepping scheme of Moreau and Jean.
     MoreauJean,
@@ -78,17 +83,17 @@ pub const METHOD_KEYS: [(&str, &[ContactMethod]); 12] = {
 };
 
 /// `inertia`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inertia {
-    /// The paper's mass, which jumps at switches.
+    /// The paper's mass `A*ᵀMA*`, which jumps at switches, and the energy with it.
     Paper,
-    /// The open phase's mass in every phase.
+    /// The open phase's mass in every phase: energy is conserved.
     Constant,
 }
 
 /// `instants` of `waves`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Instants {
     /// Where contact closes and opens.
@@ -98,7 +103,7 @@ pub enum Instants {
 }
 
 /// `activation` of `moreau-jean`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activation {
     /// Those whose gap closes within half a step.
@@ -108,12 +113,12 @@ pub enum Activation {
 }
 
 /// `mass` of mass redistribution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RedistributedMass {
-    /// `A_∅ᵀ M A_∅`.
+    /// `A_∅ᵀ M A_∅`: the inertia of the contact points is condensed on the others.
     Condensed,
-    /// Nearest to `M` with all moments kept.
+    /// Nearest to `M` with all moments up to the second kept; bodies of elements.
     Optimal,
 }
 
@@ -128,6 +133,24 @@ pub enum StressKey {
     Reaction,
     /// A nodal operator.
     Terms(Vec<Vec<(usize, f64)>>),
+}
+
+impl JsonSchema for StressKey {
+    fn schema_name() -> Cow<'static, str> {
+        "Stress".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"const": "projection", "description": "The stress of the displacement field, projected onto the boundary."},
+            {"const": "nodal-mean", "description": "The mean of the stresses in the elements at a node, by volume."},
+            {"const": "reaction", "description": "The nodal reaction over the area of the node."},
+            {
+                "description": "Bodies from matrices: the terms `[displacement, coefficient]` of each contact stress.",
+                "type": "array",
+                "items": {"type": "array", "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}},
+            },
+        ]})
+    }
 }
 
 impl<'de> Deserialize<'de> for StressKey {
@@ -148,8 +171,8 @@ impl<'de> Deserialize<'de> for StressKey {
             }
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<StressKey, A::Error> {
                 let mut all = vec![];
-                while let Some(terms) = seq.next_element()? {
-                    all.push(terms);
+                while let Some(terms) = seq.next_element::<Vec<Pair<usize, f64>>>()? {
+                    all.push(terms.into_iter().map(|Pair(row, factor)| (row, factor)).collect());
                 }
                 Ok(StressKey::Terms(all))
             }

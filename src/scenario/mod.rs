@@ -18,13 +18,16 @@ mod material;
 mod matrices;
 mod method;
 mod orbit;
+mod pair;
 mod reduction;
 mod run;
+mod schema;
 mod side;
 mod support;
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 pub use crate::mesh::Edge;
@@ -46,41 +49,44 @@ pub use method::{
 pub use orbit::{Auto, Beta, Orbit};
 pub use reduction::Reduction;
 pub use run::{Integrator, Precision, Run, Store};
+pub use schema::schema_of;
 pub use support::{Direction, Support};
 
-/// A whole scene.
-#[derive(Debug, Clone, Deserialize)]
+/// A body, its supports, an obstacle, loads, an initial state, and what is to be computed, in coherent units of your choice. Unknown keys are errors; a
+/// table that is absent costs nothing.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Title for pictures and summaries.
+    /// Title for pictures and summaries; without one the name of the file.
     #[serde(default)]
     pub title: String,
     /// The elastic body.
     pub body: Body,
-    /// Materials of a mesh.
+    /// What the cells of a mesh are made of; every cell has exactly one material.
     #[serde(default, rename = "material")]
     pub materials: Vec<MaterialTable>,
-    /// Prescribed displacements.
+    /// Displacements that are held at zero. A rigid motion may stay free only along the contact normal, with a constant load or a velocity towards the obstacle.
     #[serde(default, rename = "support")]
     pub supports: Vec<Support>,
+    /// Unilateral contact without friction, along the outward normal of the body: `[contact]`, or several obstacles as `[[contact]]`. Absent: a linear body.
     #[serde(default, rename = "contact")]
     tables: contact::Tables,
     /// Unilateral contact; absent: a linear body.
     #[serde(skip)]
     pub contact: Option<Contact>,
-    /// Damping; absent: none.
+    /// Damping: exactly one of `rayleigh`, `ratio`, `ratios`. Absent: none.
     pub damping: Option<Damping>,
     /// Loads; several add up.
     #[serde(default, rename = "load")]
     pub loads: Vec<Load>,
-    /// Initial state; absent: at rest, undeformed.
+    /// The state at the start: `mode` and `amplitude`, or `displacement` and `velocity`, or `equilibrium`, or `file`. Absent: at rest, undeformed.
     #[serde(default)]
     pub initial: Initial,
-    /// What `run` does.
+    /// What `run` does: exactly one of `until`, `periods`.
     pub run: Option<Run>,
-    /// What `orbit`, `backbone` and `response` do.
+    /// What `orbit`, `backbone` and `response` do; their options go before.
     pub orbit: Option<Orbit>,
-    /// Fixed-interface modes of `u_O` in place of all displacements.
+    /// Fixed-interface modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for bodies from matrices, harmonic balance, `mass = "optimal"`.
     pub reduction: Option<Reduction>,
     /// Where the scene was read from.
     #[serde(skip)]

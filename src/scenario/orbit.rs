@@ -1,42 +1,47 @@
 //! `[orbit]`: periodic orbits and families of them.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{Check, positive};
+use super::pair;
 use super::{Issue, Scene};
 
 /// `[orbit]`
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Orbit {
-    /// Circular frequency.
+    /// Circular frequency of the orbit.
     pub omega: Option<f64>,
-    /// Or the period.
+    /// Or: its period.
     pub period: Option<f64>,
-    /// Number of harmonics.
+    /// Harmonics of harmonic balance.
+    #[schemars(range(min = 1))]
     pub harmonics: Option<usize>,
-    /// Range of continuation.
+    /// Circular frequencies of a family, from and to.
+    #[schemars(extend("examples" = [[1.586, 2.08]]))]
+    #[serde(default, deserialize_with = "pair::array")]
     pub range: Option<[f64; 2]>,
-    /// Viscosity `β` of `C = βK − αM` for the viscous nonlinear mode.
+    /// Viscous nonlinear modes: `β` of `C = βK − αM`, a time, or `"auto"`: `(L/c)/min(10, n/2)²`, with a quarter period of the pinned mode `L/c` and the `n` elements that a pressure wave meets in that time.
     pub beta: Option<Beta>,
-    /// The mode of the open body that the viscous nonlinear mode is pinned to, from 1.
+    /// Viscous nonlinear modes: the mode of the open body that it is pinned to, from 1; by default the one that a uniform pressure on the contact moves most.
     pub mode: Option<usize>,
     /// Damping ratios of `response`, in place of the scene's own.
     pub ratios: Option<Vec<f64>>,
 }
 
 /// `[orbit] beta`
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "give a number (a time), or \"auto\"")]
 pub enum Beta {
-    /// In the scene's unit of time.
+    /// A time.
     Number(f64),
     /// What the mesh resolves.
     Word(Auto),
 }
 
 /// The word of [`Beta`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Auto {
     /// `"auto"`

@@ -1,17 +1,19 @@
 //! `[reduction]`: fixed-interface modes of `u_O` in place of all displacements.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::{Check, positive};
 use super::{BodyKind, Issue, Scene};
 
 /// `[reduction]`
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reduction {
-    /// Number of fixed-interface modes.
+    /// How many.
+    #[schemars(range(min = 1))]
     pub modes: Option<usize>,
-    /// Or: all below this circular frequency.
+    /// Or: all modes below this circular frequency.
     pub cutoff: Option<f64>,
 }
 

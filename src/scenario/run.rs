@@ -1,39 +1,43 @@
 //! `[run]`: how long, and by which integrator.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::check::{Check, positive};
 use super::{BodyKind, Edge, Issue, Scene};
 
 /// `[run]`
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// End time.
+    /// The end of the run, a time.
     pub until: Option<f64>,
-    /// Or: number of periods of the load or orbit.
+    /// Or: number of periods of the load, of the obstacle's motion, or of `[orbit]`.
     pub periods: Option<f64>,
     /// The flow of a smooth phase.
     #[serde(default)]
     pub integrator: Integrator,
-    /// Relative tolerance of a step.
+    /// Runge–Kutta: error of a step, over the largest displacement and velocity so far.
     #[serde(default = "default_rtol")]
     pub rtol: f64,
-    /// Absolute tolerance of a step, over the scales of the problem (largest gap; gap × frequency).
+    /// The same over the scales of the problem (largest gap; gap × frequency): without units.
     #[serde(default = "default_atol")]
     pub atol: f64,
-    /// Number of stored states, evenly spaced.
+    /// Stored states after the first, evenly spaced; every switch is stored besides.
     #[serde(default = "default_samples")]
+    #[schemars(range(min = 1))]
     pub samples: usize,
     /// Whose displacements a stored state holds.
     #[serde(default)]
+    #[schemars(extend("default" = "all"))]
     pub store: Store,
     /// Digits in which they are stored.
     #[serde(default)]
     pub precision: Precision,
-    /// Most switches a contact node may make within ten shortest natural periods before the run
-    /// is ended as an accumulation.
+    /// Most switches a contact node may make within ten shortest natural periods before the run is ended as an accumulation.
     #[serde(default = "default_switch_limit")]
     pub switch_limit: f64,
 }
@@ -52,18 +56,18 @@ fn default_switch_limit() -> f64 {
 }
 
 /// Flows of one smooth phase.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Integrator {
-    /// Dormand–Prince 5(4).
+    /// Adaptive Runge–Kutta: Dormand–Prince 5(4).
     Dopri5,
-    /// Dormand–Prince 8(5,3).
+    /// Adaptive Runge–Kutta: Dormand–Prince 8(5,3).
     Dop853,
     /// Exact, by the modes of each active set.
     Modal,
-    /// Exact without modes, for large bodies.
+    /// Exact without modes, by Chebyshev series, for large bodies.
     Chebyshev,
-    /// Whichever costs least, phase by phase.
+    /// Exact where that costs less; the summary tells what it chose.
     #[default]
     Auto,
 }
@@ -91,6 +95,19 @@ pub enum Store {
     Contact,
     /// The contact's and those of groups of sides.
     Groups(Vec<String>),
+}
+
+impl JsonSchema for Store {
+    fn schema_name() -> Cow<'static, str> {
+        "Store".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"anyOf": [
+            {"const": "all", "description": "The whole body's."},
+            {"const": "contact", "description": "The contact's; large undamped bodies with lumped mass then know energies at some states only."},
+            {"type": "array", "items": {"type": "string"}, "description": "The contact's and those of edges or groups."},
+        ]})
+    }
 }
 
 impl<'de> Deserialize<'de> for Store {
@@ -124,7 +141,7 @@ impl<'de> Deserialize<'de> for Store {
 }
 
 /// Digits of stored displacements, velocities and pressures; times, energies and switches have all of theirs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase", expecting = "\"double\" or \"single\"")]
 pub enum Precision {
     /// All.

@@ -1,5 +1,6 @@
 //! `[[support]]`: prescribed displacements.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::check::Check;
@@ -7,28 +8,29 @@ use super::side::side;
 use super::{BodyKind, Edge, Issue, Scene};
 
 /// `[[support]]`: displacements set to zero on sides of the body.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
-    /// The edge of a bar or plate.
+    /// The edge of a bar or plate; a bar has `left` and `right`.
     edge: Option<Edge>,
-    /// The group of a mesh.
+    /// The physical group of a mesh, by name, or `"#3"` by tag: of curves, in space of surfaces.
     group: Option<String>,
-    /// The components: `"x"`, `"y"`, `"z"`; `"normal"` on a flat group.
+    /// What is held: components, or the normal (a plane of symmetry, however it lies). A roller holds one of them.
+    #[schemars(extend("examples" = [["x", "y"], ["normal"]]))]
     pub fix: Vec<Direction>,
 }
 
 /// What is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
     /// The displacement along x.
     X,
-    /// Along y.
+    /// That along y.
     Y,
-    /// Along z.
+    /// That along z.
     Z,
-    /// Along the normal.
+    /// That along the normal of a flat group.
     Normal,
 }
 

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::hash::Hasher;
 use std::path::{Component, Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use siphasher::sip::SipHasher13;
 use toml_edit::{DocumentMut, Item, Value};
 
 use crate::compare::Variant;
-use crate::scenario::{Change, FileName, Issue, Scene, SceneError, locate, misread};
+use crate::scenario::{Change, FileName, Issue, Scene, SceneError, locate, misread, schema_of};
 
 /// Commands that a task may be: each reads a scene and writes one file.
 pub const COMMANDS: [&str; 4] = ["run", "orbit", "backbone", "response"];
@@ -19,16 +20,26 @@ const OWN_OPTIONS: [&str; 7] =
 /// More tasks than this are a slip of the pen.
 const MOST_TASKS: usize = 100_000;
 
-/// The tables and keys of the file.
-#[derive(Debug, Deserialize)]
+/// A scene, a command, and the keys of the scene or options of the command that are varied: one task for every combination of values.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Keys {
+    /// The scene, relative to this file.
+    #[schemars(extend("examples" = ["bar.toml"]))]
     scene: PathBuf,
+    /// The command of every task.
+    #[schemars(extend("enum" = COMMANDS))]
     command: String,
+    /// Its options; files in them are named from the folder where the study is started.
     #[serde(default)]
+    #[schemars(extend("examples" = [["--viscous", "--step=0.02"]]))]
     options: Vec<String>,
+    /// The lists go side by side, first with first, second with second; otherwise every value meets every other.
     #[serde(default)]
     zip: bool,
+    /// What is varied, a list of values each: keys of the scene (`"contact.gap"`, `"load[0].amplitude"`; `"contact.method"` by the names of `compare --methods`) and options
+    /// (`"--omega"`; a flag takes `[true, false]`), in quotation marks.
+    #[schemars(with = "HashMap<String, Vec<serde_json::Value>>")]
     vary: toml::Table,
 }
 
@@ -80,6 +91,11 @@ pub struct Task {
 }
 
 impl Study {
+    /// JSON Schema (draft 7) of a study's file.
+    pub fn schema() -> serde_json::Value {
+        schema_of::<Keys>("A study of signorini")
+    }
+
     /// Read a study and its scene.
     pub fn read(path: &Path) -> Result<Study, SceneError> {
         let file = path.display().to_string();
@@ -162,12 +178,7 @@ impl Study {
         Ok(tasks)
     }
 
-    fn task(
-        &self,
-        chosen: &[usize],
-        place: &Path,
-        sums: &mut Sums,
-    ) -> Result<Task, SceneError> {
+    fn task(&self, chosen: &[usize], place: &Path, sums: &mut Sums) -> Result<Task, SceneError> {
         let (mut changes, mut command) = (vec![], vec![self.command.clone()]);
         command.extend(self.options.iter().cloned());
         let mut values = vec![];
