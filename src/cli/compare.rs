@@ -61,7 +61,7 @@ pub struct Arguments {
     /// Viscosity of all viscous modes [default: that of the scene, or what the coarsest mesh resolves]
     #[arg(long, value_name = "BETA", allow_negative_numbers = true, requires = "viscous")]
     beta: Option<f64>,
-    /// Beginning of the names of HDF5, CSV, SVG and PNG [default: the scene's name with -compare]
+    /// Beginning of the names of HDF5, CSV, SVG, PNG and PDF [default: the scene's name with -compare]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
     /// Overwrite existing files of signorini's

@@ -174,7 +174,7 @@ enum Command {
     Response(response::Arguments),
     /// Harmonic-balance results against the equations in time: is each point a true motion?
     Crosscheck(crosscheck::Arguments),
-    /// Pictures (SVG and PNG) of what a file holds
+    /// Pictures (SVG, PNG, PDF) of what a file holds
     Plot(plot::Arguments),
     /// One page of HTML that plays what files hold, in any browser
     View(view::Arguments),

@@ -8,6 +8,9 @@ use super::sparse::{Csr, SpdFactor};
 /// Above this size the dense solution gives way to Lanczos.
 const DENSE_LIMIT: usize = 700;
 
+/// Frequencies below this, over the body's unit, are those of rigid motions.
+const RIGID: f64 = 1e-6;
+
 /// Natural frequencies and mass-normalised shapes, lowest first.
 #[derive(Debug, Clone)]
 pub struct Modes {
@@ -33,34 +36,50 @@ pub fn lowest(k: &Csr, m: &Csr, count: usize, omega_unit: f64) -> Result<Modes, 
 /// All modes, densely.
 pub fn all(k: &Csr, m: &Csr, omega_unit: f64) -> Result<Modes, FemError> {
     let mut modes = dense(k, m, k.n_rows())?;
-    flatten_rigid(&mut modes, omega_unit);
-    refine_rigid(&mut modes, k, m, omega_unit)?;
+    settle_rigid(&mut modes, k, m, omega_unit)?;
     Ok(modes)
 }
 
-/// A dense eigensolution knows the shapes of rigid motions only to the rounding errors of the stiffest modes; two steps of
-/// inverse iteration, whose own errors lie along these very shapes, bring them to full accuracy. All others are made orthogonal to
-/// them.
-fn refine_rigid(modes: &mut Modes, k: &Csr, m: &Csr, omega_unit: f64) -> Result<(), FemError> {
-    let rigid = modes.omega.iter().take_while(|w| **w == 0.0).count();
-    if rigid == 0 {
+/// A dense eigensolution knows `ω²` to some `ε ω_max²` and the shapes of rigid motions only to the rounding errors of the stiffest modes: under a constant force a mode that is
+/// all but rigid would move about a static response of `1/ω²`, all digits of which are rounding. Two steps of inverse iteration, whose own errors lie along these very shapes, bring rigid shapes to
+/// full accuracy, and then they carry no force but the rounding of `Kφ`. All others are made orthogonal to them.
+fn settle_rigid(modes: &mut Modes, k: &Csr, m: &Csr, omega_unit: f64) -> Result<(), FemError> {
+    let highest = modes.omega.last().copied().unwrap_or(0.0);
+    let noise = 64.0 * f64::EPSILON * highest * highest;
+    let limit = noise.max((RIGID * omega_unit).powi(2));
+    let count = modes.omega.iter().take_while(|w| **w * **w < limit).count();
+    if count == 0 {
         return Ok(());
     }
     let n = k.n_rows();
-    let shift = 1e-4 * omega_unit * omega_unit;
+    let shift = (1e-4 * omega_unit * omega_unit).max(noise);
     let factor = SpdFactor::new(&Csr::combination(1.0, k, shift, m), "shifted stiffness matrix")?;
     let mut scratch = factor.scratch();
     let mut mx = vec![0.0; n];
-    for j in 0..rigid {
+    let mut refined = modes.shapes[..count].to_vec();
+    for j in 0..count {
         for _ in 0..2 {
-            m.mul(&modes.shapes[j], &mut mx);
+            m.mul(&refined[j], &mut mx);
             factor.solve(&mut mx, &mut scratch);
-            modes.shapes[j].copy_from_slice(&mx);
-            normalise(&mut modes.shapes, j, j, m);
+            refined[j].copy_from_slice(&mx);
+            normalise(&mut refined, j, j, m);
         }
     }
-    for j in rigid..modes.shapes.len() {
-        normalise(&mut modes.shapes, j, rigid, m);
+    let carries_no_force = |x: &Vec<f64>| {
+        let sizes = k.triplets().map(|(i, j, v)| (x[i] * v * x[j]).abs()).sum::<f64>();
+        k.quadratic(x).abs() <= 4.0 * f64::EPSILON * sizes
+    };
+    let is_below = |w: &f64| *w < RIGID * omega_unit;
+    let all_below = modes.omega[..count].iter().all(is_below);
+    // soft, and not free: as the eigensolution has it
+    if !all_below && !refined.iter().all(carries_no_force) {
+        flatten_rigid(modes, omega_unit);
+        return Ok(());
+    }
+    modes.omega[..count].fill(0.0);
+    modes.shapes.splice(..count, refined);
+    for j in count..modes.shapes.len() {
+        normalise(&mut modes.shapes, j, count, m);
     }
     Ok(())
 }
@@ -81,7 +100,7 @@ fn normalise(shapes: &mut [Vec<f64>], j: usize, others: usize, m: &Csr) {
 
 /// Frequencies that are rounding errors belong to rigid motions.
 fn flatten_rigid(modes: &mut Modes, omega_unit: f64) {
-    let rounding = 1e-6 * omega_unit;
+    let rounding = RIGID * omega_unit;
     modes.omega.iter_mut().filter(|w| **w < rounding).for_each(|w| *w = 0.0);
 }
 
@@ -244,6 +263,27 @@ mod tests {
                 assert!(off < 1e-10 * size, "{k:e} {m:e}: {off:e} of {size:e}");
             }
         }
+    }
+
+    /// A fine bar that is held nowhere: one rigid motion, of equal displacements; and one on a spring whose frequency is below what the eigensolution resolves is none.
+    #[test]
+    fn rigid_motions_of_fine_meshes_are_rigid() {
+        let n = 400;
+        let mesh = structured::bar(10.0, n);
+        let dofs = DofMap::new(&mesh, &[], &[]).unwrap();
+        let material = Material::bar(900.0, 1.0, 1.0);
+        let b = Body::assemble(mesh, dofs, &[material], false);
+        let unit = std::f64::consts::FRAC_PI_2 * 3.0;
+        let modes = all(&b.stiffness, &b.mass, unit).unwrap();
+        assert!(modes.omega[0] == 0.0 && modes.omega[1] > 1.0, "{:?}", &modes.omega[..2]);
+        let (first, rest) = modes.shapes[0].split_first().unwrap();
+        assert!(rest.iter().all(|x| (x / first - 1.0).abs() < 1e-12));
+        let size = b.stiffness.n_rows();
+        let spring = Csr::from_triplets(size, size, vec![(0, 0, 1e-6)]);
+        let held = Csr::combination(1.0, &b.stiffness, 1.0, &spring);
+        let modes = all(&held, &b.mass, unit).unwrap();
+        // ω² = k/(ρL)
+        assert!((modes.omega[0] / 1e-7f64.sqrt() - 1.0).abs() < 1e-2, "{:e}", modes.omega[0]);
     }
 
     #[test]

@@ -45,7 +45,7 @@ fn is_ours(path: &Path) -> bool {
     read.is_ok()
         && match start.get(..4) {
             Some(b"\x89HDF") => holds(b"signorini_version"),
-            Some(b"\x89PNG") => holds(b"signorini"),
+            Some(b"\x89PNG" | b"%PDF") => holds(b"signorini"),
             // nothing is lost with an empty file
             _ => start.is_empty() || holds(MARK.as_bytes()),
         }

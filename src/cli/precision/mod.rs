@@ -32,7 +32,7 @@ use peer::Peer;
 pub struct Arguments {
     /// The scene (TOML); its own integrator and tolerances are left aside
     scene: PathBuf,
-    /// Beginning of the names of the CSV, SVG and PNG [default: the scene's name with -precision]
+    /// Beginning of the names of the CSV, SVG, PNG and PDF [default: the scene's name with -precision]
     #[arg(short, long, value_name = "STEM")]
     output: Option<PathBuf>,
     /// Overwrite an existing table of signorini's (its pictures are drawn anew in any case)

@@ -1,7 +1,7 @@
-//! Drawing: axes, colours, and one way to write a figure as SVG and PNG.
+//! Drawing: axes, colours, and one way to write a figure as SVG, PNG and PDF.
 //!
-//! plotters draws the SVG; the PNG is rasterised from that same SVG with the font that the program carries, so both
-//! show the same and neither needs fonts of the system.
+//! plotters draws the SVG; the PNG is rasterised and the PDF made from that same SVG with the font that the program carries, so all
+//! show the same and none needs fonts of the system.
 
 mod clip;
 mod colour;
@@ -9,6 +9,7 @@ mod legend;
 mod logarithmic;
 mod mark;
 mod panel;
+mod pdf;
 mod save;
 mod scale;
 

@@ -1,10 +1,11 @@
-//! One way to write a picture as SVG and PNG.
+//! One way to write a picture as SVG, PNG and PDF.
 
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use resvg::{tiny_skia, usvg};
 
-use super::{FONT, FigureError};
+use super::{FONT, FigureError, pdf::pdf};
 use crate::store::{MARK, Outputs, beside, replace};
 
 /// Dots per inch of a PNG where nobody asks for others.
@@ -21,7 +22,7 @@ pub struct Drawing {
     pub svg: String,
 }
 
-/// Write `STEM.svg` and `STEM.png` of all drawings, or, where one of them may not be written, none; returns the paths.
+/// Write `STEM.svg`, `STEM.png` and `STEM.pdf` of all drawings, or, where one of them may not be written, none; returns the paths.
 pub fn save(
     drawings: &[Drawing],
     outputs: &Outputs,
@@ -34,7 +35,11 @@ pub fn save(
             None => svg.clone(),
         };
         files.push((beside(stem, ".svg"), marked.into_bytes()));
-        files.push((beside(stem, ".png"), marked_png(png(svg, f32::from(dpi) / UNITS)?)));
+        let tree = tree(svg)?;
+        let png = pixels(&tree, f32::from(dpi) / UNITS)?.encode_png().map_err(FigureError::draw)?;
+        files.push((beside(stem, ".png"), marked_png(png)));
+        let title = stem.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
+        files.push((beside(stem, ".pdf"), pdf(&tree, &title)?));
     }
     files.iter().try_for_each(|(path, _)| outputs.check_derived(path))?;
     files.iter().try_for_each(|(path, bytes)| replace(path, bytes))?;
@@ -67,7 +72,7 @@ pub fn animate(
     let path = beside(stem, ".apng");
     outputs.check_derived(&path)?;
     let drawn: Result<Vec<_>, FigureError> =
-        frames.par_iter().map(|svg| pixels(svg, f32::from(dpi) / UNITS)).collect();
+        frames.par_iter().map(|svg| pixels(&tree(svg)?, f32::from(dpi) / UNITS)).collect();
     let drawn = drawn?;
     let first = drawn.first().ok_or(FigureError::Empty("there are no states to play"))?;
     let mut bytes = vec![];
@@ -93,22 +98,21 @@ pub fn animate(
     Ok(path)
 }
 
-fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {
-    pixels(svg, scale)?.encode_png().map_err(FigureError::draw)
-}
-
-fn pixels(svg: &str, scale: f32) -> Result<resvg::tiny_skia::Pixmap, FigureError> {
-    use resvg::{tiny_skia, usvg};
+/// The shapes of an SVG, with the font that the program carries.
+fn tree(svg: &str) -> Result<usvg::Tree, FigureError> {
     let mut options = usvg::Options::default();
     let fonts = options.fontdb_mut();
     fonts.load_font_data(FONT.to_vec());
     fonts.set_sans_serif_family("DejaVu Sans");
-    let tree = usvg::Tree::from_str(svg, &options).map_err(FigureError::draw)?;
+    usvg::Tree::from_str(svg, &options).map_err(FigureError::draw)
+}
+
+fn pixels(tree: &usvg::Tree, scale: f32) -> Result<tiny_skia::Pixmap, FigureError> {
     let size = tree.size();
     let pixels = |x: f32| (x * scale).round() as u32;
     let mut pixmap = tiny_skia::Pixmap::new(pixels(size.width()), pixels(size.height()))
         .ok_or_else(|| FigureError::Draw("the picture is too large".into()))?;
     let transform = tiny_skia::Transform::from_scale(scale, scale);
-    resvg::render(&tree, transform, &mut pixmap.as_mut());
+    resvg::render(tree, transform, &mut pixmap.as_mut());
     Ok(pixmap)
 }

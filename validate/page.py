@@ -1,0 +1,54 @@
+"""The page of validation, from the answer of the program:
+
+    signorini validate --json | python3 validate/page.py > docs/reference/validation.md
+"""
+
+import json
+import sys
+
+
+def number(x):
+    if x == round(x) and abs(x) < 1e6:
+        return f"{x:.0f}"
+    # what is at the level of rounding has no second digit
+    digits = 1 if abs(x) < 1e-11 else 3
+    text = f"{x:.{digits}g}"
+    return text.replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+
+
+def accepted(low, high):
+    if low is None:
+        return f"≤ {number(high)}"
+    if high is None:
+        return f"≥ {number(low)}"
+    return number(low) if low == high else f"{number(low)} to {number(high)}"
+
+
+def row(check):
+    what = check["what"].replace("|", "\\|")
+    measured = "none" if check["measured"] is None else number(check["measured"])
+    mark = "" if check["passes"] else " **(not accepted)**"
+    return f"| {what} | {measured}{mark} | {accepted(*check['accepted'])} |"
+
+
+def main():
+    cases = json.load(sys.stdin)["cases"]
+    checks = sum(len(c["checks"]) for c in cases)
+    passed = sum(k["passes"] for c in cases for k in c["checks"])
+    print("# Validation\n")
+    print(
+        f"What `signorini validate` prints on one machine: {checks} checks in {len(cases)} cases, {passed} accepted. Each case is computed anew and compared with a reference "
+        "that this program did not produce (`validate/NAME/case.rs`); `make validation` writes this page. More measurements, with the tests that give them: [How good it is](../validation.md)."
+    )
+    for case in cases:
+        print(f"\n## {case['name']}\n")
+        title = case["title"]
+        print(f"{title[0].upper()}{title[1:]}. Against: {case['source']}. (`signorini validate {case['name']}`, {case['wall_s']:.2g} s)\n")
+        if case["error"]:
+            print(f"**Failed**: {case['error']}")
+            continue
+        print("| what | measured | accepted |\n| --- | --- | --- |")
+        print("\n".join(row(check) for check in case["checks"]))
+
+
+main()
