@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python page fuzz validate bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: help setup build demo test python page fuzz validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -14,6 +14,7 @@ help:
 	@echo 'make page      the page of signorini view in a real browser; screenshots into out/page/'
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
 	@echo 'make validate  all closed-form and published cases'
+	@echo 'make validation  the same, and the page of the documentation that tells them (docs/reference/validation.md)'
 	@echo 'make bench     benchmarks'
 	@echo 'make peers     what signorini precision --peer scipy, sundials and diffsol need: SciPy into .venv, two small programs (make check-peers compares them)'
 	@echo 'make docs      the documentation as a site into target/site/, without a warning; the pages of commands and keys are written anew'
@@ -59,6 +60,13 @@ fuzz: setup
 
 validate: build
 	$(BIN) validate
+
+# the page of validation from the answer of the program; six minutes
+validation: build
+	@mkdir -p target/validation
+	$(BIN) validate --json > target/validation/answer.json
+	python3 validate/page.py < target/validation/answer.json > target/validation/page.md
+	cp target/validation/page.md docs/reference/validation.md
 
 bench: setup
 	cargo bench --locked

@@ -107,6 +107,27 @@ fn the_page_of_commands_is_what_the_program_says() {
     assert!(page == said, "make docs writes it anew; first difference: {at:?}");
 }
 
+/// The page of validation is made from an answer of the program that has all cases of today.
+#[test]
+fn the_page_of_validation_has_every_case() {
+    let page = std::fs::read_to_string(root().join("docs/reference/validation.md")).unwrap();
+    let cases = common::json(&["validate", "--list"]);
+    let text = |v: &serde_json::Value| v.as_str().unwrap().to_owned();
+    let cases: Vec<_> =
+        cases.as_array().unwrap().iter().filter(|c| c["only_by_name"] == false).collect();
+    assert_eq!(page.lines().filter(|l| l.starts_with("## ")).count(), cases.len());
+    for case in cases {
+        let (name, title, source) =
+            (text(&case["name"]), text(&case["title"]), text(&case["source"]));
+        let part = page.split("\n## ").find(|p| p.starts_with(&format!("{name}\n")));
+        let part = part.unwrap_or_else(|| panic!("make validation: {name} is missing"));
+        // titles begin a sentence there
+        let title: String = title.chars().skip(1).collect();
+        assert!(part.contains(&title) && part.contains(&source), "make validation: {name}");
+        assert!(part.contains("| measured |") && !part.contains("not accepted"), "{name}");
+    }
+}
+
 /// Links to files, in the documentation and on the front pages, lead to files; of pages, to headings that are there.
 #[test]
 fn links_lead_somewhere() {

@@ -121,8 +121,12 @@ pub(super) fn describe(file: &hdf5::File) -> Result<(), StoreError> {
             continue;
         }
         let dataset = file.dataset(name)?;
+        // those of the mesh are there from the beginning
+        if dataset.attr("description").is_ok() {
+            continue;
+        }
         write_text(&dataset, "description", what)?;
-        if dataset.ndim() == labels.len() && dataset.attr("DIMENSION_LABELS").is_err() {
+        if dataset.ndim() == labels.len() {
             let words: Result<Vec<VarLenAscii>, _> =
                 labels.iter().map(VarLenAscii::from_ascii).collect();
             let words = words.map_err(|_| hdf5::Error::from("a label is not ASCII"))?;

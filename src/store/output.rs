@@ -94,7 +94,7 @@ impl Outputs {
     /// Whether a picture or an export may be written at `path`: what this program drew may be drawn anew without `--force`.
     pub fn check_derived(&self, path: &Path) -> Result<(), StoreError> {
         // a table carries no mark of its own
-        self.permit(path, self.force || (path.exists() && is_ours(path)))
+        self.permit(path, self.force || is_ours(path) || !is_own_table(path))
     }
 
     fn permit(&self, path: &Path, replace: bool) -> Result<(), StoreError> {
@@ -333,7 +333,7 @@ mod tests {
         let careful = outputs.with_force(false);
         assert!(matches!(careful.check(&at("drawn.svg")), Err(StoreError::Exists(_))));
         assert!(careful.check_derived(&at("drawn.svg")).is_ok());
-        assert!(matches!(careful.check_derived(&at("other.png")), Err(StoreError::Exists(_))));
+        assert!(matches!(careful.check_derived(&at("other.png")), Err(StoreError::Foreign(_))));
         assert!(careful.check(&at("new.h5")).is_ok());
     }
 

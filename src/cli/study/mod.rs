@@ -34,6 +34,11 @@ enum Step {
     Task(task::One),
 }
 
+/// How many tasks, in words.
+fn tasks(count: usize) -> String {
+    format!("{count} {}", if count == 1 { "task" } else { "tasks" })
+}
+
 /// A study, by its file or its folder.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  signorini study status gaps.toml")]

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use signorini::store::replace;
 use signorini::study::{Folder, State, TaskPlace};
 
-use super::{Answer, CliError, Global, Run, status, task_command};
+use super::{Answer, CliError, Global, Run, status, task_command, tasks};
 
 /// An array that was submitted; `slurm/jobs.json` lists them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -89,10 +89,10 @@ pub fn submit(
     let mut said = vec![];
     if !missing.is_empty() {
         let job = sbatch(folder, &missing, run, global)?;
-        said.push(format!("submitted {} tasks as job array {job}", missing.len()));
+        said.push(format!("submitted {} as job array {job}", tasks(missing.len())));
     }
     if !queued.is_empty() {
-        said.push(format!("{} tasks are in the queue already", queued.len()));
+        said.push(format!("in the queue already: {}", tasks(queued.len())));
     }
     if run.wait {
         let begun = std::time::Instant::now();

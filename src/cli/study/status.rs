@@ -55,8 +55,12 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         "study": folder.name(), "folder": folder.root().display().to_string(),
         "counts": counts, "mean_s": mean, "tasks": objects,
     });
-    let mut text =
-        format!("{}: {} tasks in {}\n", folder.name(), tasks.len(), folder.root().display());
+    let mut text = format!(
+        "{}: {} in {}\n",
+        folder.name(),
+        super::tasks(tasks.len()),
+        folder.root().display()
+    );
     for state in STATES.iter().filter(|s| count(s) > 0) {
         text += &format!("  {state:<14}{}\n", count(state));
     }
@@ -66,9 +70,9 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
     if !queued.is_empty() {
         json["queued"] = queued.iter().map(slurm::Queued::object).collect();
         text += &format!(
-            "  {:<14}{} tasks in the queue of Slurm ({})\n",
+            "  {:<14}{} in the queue of Slurm ({})\n",
             "slurm",
-            queued.len(),
+            super::tasks(queued.len()),
             slurm::words(queued)
         );
     }

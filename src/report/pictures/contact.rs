@@ -7,7 +7,7 @@ use super::time::{over_time, time_range};
 use crate::report::curve::{self, Knot};
 use crate::report::edge::Edge;
 use crate::report::figure::{
-    self, Area, Drawn, Entry, FigureError, INK, Mark, SHADE, legend, line, px, range, title,
+    self, Area, Drawn, Entry, FigureError, INK, Mark, SHADE, legend, line, px, range, text, title,
 };
 use crate::store::Stored;
 
@@ -29,9 +29,31 @@ pub(super) fn contact(stored: &Stored, options: &Options) -> Result<String, Figu
         let (strip, main) = main.split_vertically(px(20.0));
         let panels = main.split_evenly((2, 1));
         displacements(&panels[0], &strip, stored, &edge, &shown)?;
+        let unseen = shown.iter().map(|&i| unseen_contacts(stored, i)).sum::<usize>();
+        if unseen > 0 {
+            let contacts = if unseen == 1 { "contact lies" } else { "contacts lie" };
+            let words = format!(
+                "{unseen} {contacts} between two stored states: no pressure is drawn (more samples show it)"
+            );
+            strip
+                .draw(&Text::new(words, (px(12.0), px(2.0)), text(13)))
+                .map_err(FigureError::draw)?;
+        }
         pressures(&panels[1], stored, &edge, &shown)?;
         edge.bar(bar.as_ref())
     })
+}
+
+/// Contacts of a point that begin and end without a stored state in between that has a pressure.
+fn unseen_contacts(stored: &Stored, i: usize) -> usize {
+    let rows: Vec<usize> = (0..stored.t.len()).collect();
+    let touches = |r: &usize| stored.active[(*r, i)] != 0;
+    let contacts = rows.chunk_by(|a, b| touches(a) == touches(b)).filter(|run| touches(&run[0]));
+    let whole = contacts.filter(|run| run.last() != rows.last());
+    let largest = stored.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
+    // it begins without pressure
+    let behind = |run: &[usize]| run[1..].iter().any(|&r| stored.pressure[(r, i)] > 1e-6 * largest);
+    whole.filter(|run| !behind(run)).count()
 }
 
 /// Contact displacements, with the obstacle where all nodes have the same; and the legend.

@@ -209,7 +209,9 @@ fn search(out: &mut Lines, system: &System, report: &Report) {
         false => out.line("search", certificate(report)),
     }
     if yields {
-        let text = format!("≤ {} (the obstacle yields)", significant(report.max_penetration, 4));
+        let deepest = significant(report.max_penetration, 4);
+        let text =
+            format!("{deepest}, the deepest at steps and stored states (the obstacle yields)");
         out.line("penetration", text);
     }
     let gap = if yields { "gap error" } else { "penetration" };
