@@ -107,6 +107,10 @@ pictures: build peers
 	cp out/refinement.png docs/refinement.png
 	cargo run --release --locked --example scaling -- out/scaling
 	cp out/scaling.png docs/scaling.png
+	printf '%s\n' 'scene = "../scenarios/half-plate-viscous.toml"' 'command = "backbone"' 'options = ["--viscous", "--quick", "--step", "0.02"]' \
+	  '[vary]' '"orbit.beta" = [0.02, 0.01]' '"body.elements" = [[10, 5], [15, 7], [23, 11]]' > out/viscous.toml
+	$(BIN) study run out/viscous.toml -o out/viscous.study -q && $(BIN) study collect out/viscous.toml -o out/viscous.study --to out/viscous --force -q
+	cp out/viscous-families.png docs/study.png
 
 # figure 1: forced responses and their ridge, viscous backbone with its errors (coarser meshes, half the viscosity), harmonic balance of it; figure 2: the
 # viscous orbit at ω = 1.87 over one period, on a mesh of 46 × 21 elements; and the cross-check of conservative series, which have no such limit

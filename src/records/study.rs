@@ -30,8 +30,10 @@ pub struct StudyTable {
 pub struct Points {
     /// Place of the task in the study.
     pub task: Vec<usize>,
-    /// Frequency, energy, …
+    /// Frequency, energy, …; not a number where no orbit was found.
     pub columns: Vec<(String, Vec<f64>)>,
+    /// What is special about it: `regular`, `jump`, `gap: not found`, …
+    pub special: Vec<String>,
 }
 
 impl Points {

@@ -1,13 +1,14 @@
 //! Tables and pictures of a study.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use plotters::style::RGBColor;
 
 use super::figure::{
-    self, Chart, Drawing, Drawn, Entry, FigureError, Mark, columns, draw_line, legend_columns,
-    line, panel, px, range, semilog, series_colour, symbols, title,
+    self, Area, Chart, Drawing, Drawn, Entry, FigureError, Mark, columns, draw_line,
+    legend_columns, line, panel, px, range, semilog, series_colour, symbols, title,
 };
 use crate::records::StudyTable;
 use crate::store::beside;
@@ -37,6 +38,8 @@ const MOST_PANELS: usize = 6;
 /// More series than this are told by no legend.
 const MOST_NAMED: usize = 24;
 
+/// Colours that are told apart.
+const COLOURS: usize = 8;
 const MARKS: [Mark; 5] = [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Circle];
 
 /// A cell of a CSV.
@@ -74,19 +77,14 @@ pub fn points_csv(table: &StudyTable) -> String {
     let points = &table.points;
     let names = table.varied.iter().map(|v| &v.0).chain(points.columns.iter().map(|c| &c.0));
     let head: Vec<String> = names.map(|n| cell(n)).collect();
-    let mut out = format!("task,id,{}\n", head.join(","));
+    let mut out = format!("task,id,{},special\n", head.join(","));
     for (row, &task) in points.task.iter().enumerate() {
         let values = table.varied.iter().map(|v| cell(&v.1[task]));
         let values = values.chain(points.columns.iter().map(|c| number(c.1[row])));
-        let _ =
-            writeln!(out, "{task},{},{}", table.ids[task], values.collect::<Vec<_>>().join(","));
+        let (id, values) = (&table.ids[task], values.collect::<Vec<_>>().join(","));
+        let _ = writeln!(out, "{task},{id},{values},{}", cell(&points.special[row]));
     }
     out
-}
-
-/// Colour and mark of the `k`-th series.
-fn look(k: usize) -> (RGBColor, Mark) {
-    (series_colour(k), MARKS[(k / 8) % MARKS.len()])
 }
 
 /// All pictures: families over the frequency, and results over the first varied key whose values are numbers.
@@ -115,13 +113,18 @@ fn named(table: &StudyTable, task: usize, without: Option<usize>) -> String {
     {
         return String::new();
     }
-    let told = table
-        .varied
-        .iter()
-        .enumerate()
-        .filter(|(k, v)| Some(*k) != without && v.1.iter().any(|x| *x != v.1[0]));
     let short = |key: &str| key.rsplit('.').next().unwrap_or(key).to_owned();
-    told.map(|(_, v)| format!("{} {}", short(&v.0), v.1[task])).collect::<Vec<_>>().join(", ")
+    let told = told(table, without).map(|(_, v)| format!("{} {}", short(&v.0), v.1[task]));
+    told.collect::<Vec<_>>().join(", ")
+}
+
+/// The keys that differ, but for the one that is told elsewhere.
+fn told(
+    table: &StudyTable,
+    without: Option<usize>,
+) -> impl Iterator<Item = (usize, &(String, Vec<String>))> {
+    let all = table.varied.iter().enumerate();
+    all.filter(move |(k, v)| Some(*k) != without && v.1.iter().any(|x| *x != v.1[0]))
 }
 
 /// Energy against frequency: many tasks in a panel for each value of the first key, a colour for each combination of the others.
@@ -139,29 +142,16 @@ fn families(table: &StudyTable) -> Result<Option<String>, FigureError> {
     });
     let parted = table.ids.len() > FEW && (2..=MOST_PANELS).contains(&values.len());
     let without = parted.then_some(0);
-    let mut labels: Vec<String> = vec![];
-    let mut colour = vec![];
-    for task in 0..table.ids.len() {
-        let name = named(table, task, without);
-        let at = labels.iter().position(|l| *l == name).unwrap_or_else(|| {
-            labels.push(name);
-            labels.len() - 1
-        });
-        colour.push(at);
-    }
+    let styles = Series::of(table, without);
+    let count = styles.names.len();
     let panels: Vec<Option<&String>> =
         if parted { values.into_iter().map(Some).collect() } else { vec![None] };
     let rows = panels.len().div_ceil(2);
-    let legend = if labels.len() <= MOST_NAMED { 24 * labels.len().div_ceil(3) as u32 } else { 0 };
+    let legend = if count <= MOST_NAMED { 24 * count.div_ceil(3) as u32 } else { 0 };
     figure::svg((980, 60 + legend + 420 * rows as u32), |root| {
         title(root, &table.name, &format!("{} of {} tasks", table.command, table.ids.len()))?;
-        let (_, mut sheet) = root.split_vertically(px(32.0));
-        if labels.len() <= MOST_NAMED && labels.len() > 1 {
-            let entry = |(k, l)| -> Entry { (l, look(k).0, look(k).1) };
-            let entries: Vec<Entry> =
-                labels.iter().map(String::as_str).enumerate().map(entry).collect();
-            sheet = legend_columns(sheet, &entries)?;
-        }
+        let (_, sheet) = root.split_vertically(px(32.0));
+        let sheet = styles.legend(sheet)?;
         // energies of a family span decades
         let all = || lines.iter().flat_map(|l| &l.points);
         let (x, y) = (range(all().map(|p| p.0)), range(all().map(|p| p.1.log10())));
@@ -171,7 +161,7 @@ fn families(table: &StudyTable) -> Result<Option<String>, FigureError> {
             let mut chart = semilog(area, x.clone(), y.clone(), "frequency ω", &label)?;
             for line in lines.iter().filter(|l| value.is_none_or(|v| first[l.task] == *v)) {
                 let points: Vec<_> = line.points.iter().map(|p| (p.0, p.1.log10())).collect();
-                series(&mut chart, &points, colour[line.task])?;
+                series(&mut chart, &points, styles.looks[styles.of[line.task]])?;
             }
         }
         Ok(())
@@ -179,10 +169,9 @@ fn families(table: &StudyTable) -> Result<Option<String>, FigureError> {
     .map(Some)
 }
 
-/// A branch of a task.
+/// A piece of a branch of a task: where no orbit was found, or the family jumped, another begins.
 struct Lines {
     task: usize,
-    branch: f64,
     /// Frequency and energy.
     points: Vec<(f64, f64)>,
 }
@@ -194,29 +183,92 @@ impl Lines {
         let (Some(omega), Some(energy)) = (points.column("omega"), points.column("energy")) else {
             return vec![];
         };
-        let branches = points.column("branch");
+        let branch = |k: usize| points.column("branch").map_or(0.0, |b| b[k]);
         let mut all: Vec<Lines> = vec![];
-        for k in (0..omega.len()).filter(|&k| omega[k].is_finite() && energy[k] > 0.0) {
-            let (task, branch) = (points.task[k], branches.map_or(0.0, |b| b[k]));
-            let at = all.iter().position(|l| (l.task, l.branch) == (task, branch));
-            let at = at.unwrap_or_else(|| {
-                all.push(Lines { task, branch, points: vec![] });
-                all.len() - 1
+        let mut before: Option<usize> = None;
+        for k in 0..omega.len() {
+            if !(omega[k].is_finite() && energy[k] > 0.0) {
+                before = None;
+                continue;
+            }
+            let goes_on = before.is_some_and(|b| {
+                (points.task[b], branch(b)) == (points.task[k], branch(k))
+                    && points.special[k] != "jump"
             });
-            all[at].points.push((omega[k], energy[k]));
+            if !goes_on {
+                all.push(Lines { task: points.task[k], points: vec![] });
+            }
+            if let Some(line) = all.last_mut() {
+                line.points.push((omega[k], energy[k]));
+            }
+            before = Some(k);
         }
         all
     }
 }
 
-fn series(chart: &mut Chart, points: &[(f64, f64)], k: usize) -> Drawn {
-    let (colour, mark) = look(k);
+/// The number of each value among those that differ, in the order in which they are met.
+fn places(values: &[String]) -> Vec<usize> {
+    let mut known: HashMap<&String, usize> = HashMap::new();
+    values
+        .iter()
+        .map(|value| {
+            let next = known.len();
+            *known.entry(value).or_insert(next)
+        })
+        .collect()
+}
+
+/// What tasks are called, and how they are drawn: those of one name are one series.
+struct Series {
+    names: Vec<String>,
+    looks: Vec<Look>,
+    /// The series of each task.
+    of: Vec<usize>,
+}
+
+/// Colour and mark.
+type Look = (RGBColor, Mark);
+
+impl Series {
+    /// `without` the key that is told elsewhere. Of two keys the first has the colours and the second the marks.
+    fn of(table: &StudyTable, without: Option<usize>) -> Series {
+        let told: Vec<Vec<usize>> = told(table, without).map(|(_, v)| places(&v.1)).collect();
+        let kinds = |places: &[usize]| places.iter().max().map_or(0, |k| k + 1);
+        let is_pair =
+            told.len() == 2 && kinds(&told[0]) <= COLOURS && kinds(&told[1]) <= MARKS.len();
+        let (mut names, mut looks): (Vec<String>, Vec<Look>) = (vec![], vec![]);
+        let all: Vec<String> = (0..table.ids.len()).map(|t| named(table, t, without)).collect();
+        let of = places(&all);
+        for (task, (name, &k)) in all.iter().zip(&of).enumerate() {
+            if k < names.len() {
+                continue;
+            }
+            let (colour, mark) = match is_pair {
+                true => (told[0][task], told[1][task]),
+                false => (k, k / COLOURS),
+            };
+            names.push(name.clone());
+            looks.push((series_colour(colour), MARKS[mark % MARKS.len()]));
+        }
+        Series { names, looks, of }
+    }
+
+    /// A legend above, where there is something to tell.
+    fn legend<'a>(&self, sheet: Area<'a>) -> Result<Area<'a>, FigureError> {
+        if !(2..=MOST_NAMED).contains(&self.names.len()) {
+            return Ok(sheet);
+        }
+        let both = self.names.iter().zip(&self.looks);
+        let entries: Vec<Entry> = both.map(|(n, l)| (n.as_str(), l.0, l.1)).collect();
+        legend_columns(sheet, &entries)
+    }
+}
+
+fn series(chart: &mut Chart, points: &[(f64, f64)], (colour, mark): Look) -> Drawn {
     draw_line(chart, points.to_vec(), line(colour, 1.4))?;
     symbols(chart, points.iter().copied(), mark, colour)
 }
-
-/// A curve of results: its name and its points.
-type Named = (String, Vec<(f64, f64)>);
 
 /// What results are drawn over.
 struct Axis {
@@ -283,53 +335,39 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
     if chosen.is_empty() {
         return Ok(None);
     }
-    let curves = |values: &[f64]| -> Vec<Named> {
-        let mut all: Vec<Named> = vec![];
-        for task in (0..table.ids.len()).filter(is_done) {
-            let name = named(table, task, Some(over));
-            let at = all.iter().position(|c| c.0 == name).unwrap_or_else(|| {
-                all.push((name, vec![]));
-                all.len() - 1
-            });
-            if values[task].is_finite() {
-                all[at].1.push((x[task], values[task]));
-            }
+    let styles = Series::of(table, Some(over));
+    let curves = |values: &[f64]| -> Vec<Vec<(f64, f64)>> {
+        let mut all = vec![vec![]; styles.names.len()];
+        for task in (0..table.ids.len()).filter(is_done).filter(|&t| values[t].is_finite()) {
+            all[styles.of[task]].push((x[task], values[task]));
         }
-        all.iter_mut().for_each(|c| c.1.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        all.iter_mut().for_each(|c| c.sort_by(|a, b| a.0.total_cmp(&b.0)));
         all
     };
     let rows = chosen.len().div_ceil(2) as u32;
     let abreast = chosen.len().min(2);
     figure::svg((980, 90 + 320 * rows), |root| {
         title(root, &table.name, &format!("{} of {} tasks", table.command, table.ids.len()))?;
-        let (_, mut sheet) = root.split_vertically(px(32.0));
-        let names = curves(&chosen[0].1);
-        if names.len() <= MOST_NAMED && names.len() > 1 {
-            let entry = |(k, c): (usize, &Named)| (c.0.clone(), look(k));
-            let entries: Vec<(String, (RGBColor, Mark))> =
-                names.iter().enumerate().map(entry).collect();
-            let entries: Vec<Entry> =
-                entries.iter().map(|(l, (c, m))| (l.as_str(), *c, *m)).collect();
-            sheet = legend_columns(sheet, &entries)?;
-        }
+        let (_, sheet) = root.split_vertically(px(32.0));
+        let sheet = styles.legend(sheet)?;
         let panels = sheet.split_evenly((rows as usize, abreast));
         for (area, (name, values)) in panels.iter().zip(&chosen) {
             let curves = curves(values);
-            let all = || curves.iter().flat_map(|c| &c.1);
+            let all = || curves.iter().flatten();
             let (sides, up) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
             let label = name.replace('_', " ");
             if words.is_empty() {
                 let mut chart = panel(area, sides, up, &across, &label)?;
-                for (k, (_, points)) in curves.iter().enumerate() {
-                    series(&mut chart, points, k)?;
+                for (points, look) in curves.iter().zip(&styles.looks) {
+                    series(&mut chart, points, *look)?;
                 }
                 continue;
             }
             // words have no order that a line could mean
             let sides = 0.5..words.len() as f64 + 0.5;
             let chart = columns(area, (sides, &words), (up, false), &across, &label)?;
-            for (k, (_, points)) in curves.iter().enumerate() {
-                symbols(&chart, points.iter().copied(), look(k).1, look(k).0)?;
+            for (points, look) in curves.iter().zip(&styles.looks) {
+                symbols(&chart, points.iter().copied(), look.1, look.0)?;
             }
         }
         Ok(())

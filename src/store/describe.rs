@@ -8,7 +8,7 @@ use super::{StoreError, write_text};
 /// Dataset, what it is, names of its dimensions.
 type Entry = (&'static str, &'static str, &'static [&'static str]);
 
-const DATASETS: [Entry; 57] = [
+const DATASETS: [Entry; 58] = [
     ("mesh/nodes", "places of the nodes: x, y (and z in space)", &["node", "axis"]),
     (
         "mesh/elements",
@@ -106,6 +106,7 @@ const DATASETS: [Entry; 57] = [
     ("study/id", "folder of the task", &["task"]),
     ("study/state", "done, failed, running, interrupted or waiting", &["task"]),
     ("study/message", "why a task failed", &["task"]),
+    ("points/special", "what is special about the point", &["point"]),
     ("points/task", "task that the point belongs to, from 0", &["point"]),
     ("points/omega", "circular frequency", &["point"]),
     ("points/energy", "energy of the motion", &["point"]),

@@ -63,6 +63,7 @@ pub fn write_study(path: &Path, table: &StudyTable, outputs: &Outputs) -> Result
         let task: Vec<i64> = table.points.task.iter().map(|&t| t as i64).collect();
         points.new_dataset_builder().with_data(&task).create("task")?;
         numbers(&points, &table.points.columns)?;
+        words(&points, "special", &table.points.special)?;
         describe(&file)?;
         // the last word: a file without it is not whole
         write_text(&file, "status", "complete")?;

@@ -20,6 +20,9 @@ const WORK: [&str; 10] = [
     "rejected",
 ];
 
+/// What comes first of a point.
+const LEADING: [&str; 5] = ["branch", "index", "omega", "energy", "amplitude"];
+
 /// A column of numbers, made where it is first met.
 fn put(columns: &mut Vec<(String, Vec<f64>)>, rows: usize, (key, row): (&str, usize), x: f64) {
     let at = columns.iter().position(|c| c.0 == key).unwrap_or_else(|| {
@@ -81,6 +84,8 @@ pub fn gather(folder: &Folder) -> Result<StudyTable, StoreError> {
     // whoever ended first is no order
     table.results.sort_by(|a, b| a.0.cmp(&b.0));
     table.work.sort_by(|a, b| a.0.cmp(&b.0));
+    let rank = |name: &str| LEADING.iter().position(|l| *l == name).unwrap_or(LEADING.len());
+    table.points.columns.sort_by(|a, b| (rank(&a.0), &a.0).cmp(&(rank(&b.0), &b.0)));
     Ok(table)
 }
 
@@ -89,7 +94,7 @@ fn points_of(file: &std::path::Path, task: usize, points: &mut Points) -> Result
     if !entries(file, "")?.iter().any(|e| e.name == "backbone") {
         return Ok(());
     }
-    let mut columns = vec![];
+    let (mut columns, mut special) = (vec![], vec![]);
     for entry in entries(file, "backbone")? {
         if entry.shape.as_ref().is_none_or(|s| s.len() != 1) {
             continue;
@@ -98,6 +103,10 @@ fn points_of(file: &std::path::Path, task: usize, points: &mut Points) -> Result
             Raw::Float(a) => a.into_iter().collect(),
             Raw::Integer(a) => a.into_iter().map(|x| x as f64).collect(),
             Raw::Byte(a) => a.into_iter().map(f64::from).collect(),
+            Raw::Words(words) if entry.name == "special" => {
+                special = words;
+                continue;
+            }
             Raw::Flag(_) | Raw::Words(_) => continue,
         };
         columns.push((entry.name, values));
@@ -113,6 +122,8 @@ fn points_of(file: &std::path::Path, task: usize, points: &mut Points) -> Result
         points.columns[at].1.extend(values);
     }
     let rows = points.task.len();
+    points.special.extend(special);
+    points.special.resize(rows, String::new());
     points.columns.iter_mut().for_each(|c| c.1.resize(rows, f64::NAN));
     Ok(())
 }
