@@ -5,7 +5,7 @@ use std::ops::Range;
 use plotters::prelude::*;
 
 use super::patches::{Corner, patches};
-use super::scaled::{Magnified, label, side_by_side, significant, size};
+use super::scaled::{Magnified, Place, label, side_by_side, significant, size};
 use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
 use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
 use crate::store::Stored;
@@ -22,32 +22,6 @@ struct Shapes<'s> {
     walls: Vec<Wall>,
     /// The outline.
     sides: Vec<Vec<usize>>,
-}
-
-/// Where the plane lies on the pixels of a panel: equal scales in both directions.
-#[derive(Clone, Copy)]
-struct Place {
-    start: [f64; 2],
-    scale: f64,
-    border: f64,
-    height: f64,
-}
-
-impl Place {
-    fn on(canvas: &Area, x: &Range<f64>, y: &Range<f64>) -> Self {
-        let (w, h) = canvas.dim_in_pixel();
-        let (w, height) = (f64::from(w), f64::from(h));
-        let border = f64::from(px(4.0));
-        let scale = ((w - 2.0 * border) / (x.end - x.start))
-            .min((height - 2.0 * border) / (y.end - y.start));
-        Place { start: [x.start, y.start], scale, border, height }
-    }
-
-    fn pixel(&self, p: [f64; 2]) -> (i32, i32) {
-        let along = self.border + (p[0] - self.start[0]) * self.scale;
-        let up = self.height - self.border - (p[1] - self.start[1]) * self.scale;
-        (along.round() as i32, up.round() as i32)
-    }
 }
 
 impl<'s> Shapes<'s> {
@@ -80,7 +54,7 @@ impl<'s> Shapes<'s> {
             .draw(&Text::new(label(stored, r), (px(8.0), px(2.0)), text(13)))
             .map_err(FigureError::draw)?;
         let (_, canvas) = panel.split_vertically(px(20.0));
-        let place = Place::on(&canvas, x, y);
+        let place = Place::on(&canvas, 4.0, x, y);
         for k in 0..stored.elements.nrows() {
             let corner = |i: usize| Corner { at: self.position(r, i), value: size(stored, r, i) };
             let corners: Vec<Corner> = stored.nodes_of(k).into_iter().map(corner).collect();

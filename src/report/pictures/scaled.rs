@@ -40,6 +40,9 @@ impl Magnified {
     }
 }
 
+/// Height of a drawing, in units of the picture.
+const TALLEST: f64 = 640.0;
+
 /// States side by side in one or two rows, of drawings with these extents, and a bar that explains their colours.
 pub(super) fn side_by_side(
     stored: &Stored,
@@ -54,7 +57,8 @@ pub(super) fn side_by_side(
     let columns = if rows.len() > 3 && aspect < 1.3 { rows.len().div_ceil(2) } else { rows.len() };
     let lines = rows.len().div_ceil(columns.max(1));
     let width = 900.0 / columns.max(1) as f64;
-    let height = (width - 12.0) * aspect + 32.0;
+    // no higher than a screen
+    let height = ((width - 12.0) * aspect + 32.0).min(TALLEST);
     let sheet_height = 40 + (lines as f64 * height) as u32;
     figure::svg((980, sheet_height.max(220)), |root| {
         title(root, &stored.title, words)?;
@@ -66,6 +70,36 @@ pub(super) fn side_by_side(
         }
         explain(&bar)
     })
+}
+
+/// Where the plane lies on the pixels of a panel: equal scales in both directions.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    start: [f64; 2],
+    /// Pixels of a unit of length.
+    pub(super) scale: f64,
+    border: f64,
+    /// What is left free on the left of a drawing that is narrower than its panel.
+    left: f64,
+    height: f64,
+}
+
+impl Place {
+    pub(super) fn on(canvas: &Area, border: f64, x: &Range<f64>, y: &Range<f64>) -> Self {
+        let (w, h) = canvas.dim_in_pixel();
+        let (w, height) = (f64::from(w), f64::from(h));
+        let border = f64::from(px(border));
+        let scale = ((w - 2.0 * border) / (x.end - x.start))
+            .min((height - 2.0 * border) / (y.end - y.start));
+        let left = (0.5 * (w - scale * (x.end - x.start))).max(border);
+        Place { start: [x.start, y.start], scale, border, left, height }
+    }
+
+    pub(super) fn pixel(&self, p: [f64; 2]) -> (i32, i32) {
+        let along = self.left + (p[0] - self.start[0]) * self.scale;
+        let up = self.height - self.border - (p[1] - self.start[1]) * self.scale;
+        (along.round() as i32, up.round() as i32)
+    }
 }
 
 /// `‖u‖` of a node at a stored state.

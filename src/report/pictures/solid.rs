@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-use super::scaled::{Magnified, label, side_by_side, significant};
+use super::scaled::{Magnified, Place, label, side_by_side, significant};
 use crate::fem::shape;
 use crate::mesh::point::{cross, dot, unit};
 use crate::mesh::{ElementKind, Point};
@@ -259,15 +259,8 @@ impl<'s> Scene<'s> {
         let words = label(self.stored, row);
         panel.draw(&Text::new(words, (px(8.0), px(2.0)), text(13))).map_err(FigureError::draw)?;
         let (_, canvas) = panel.split_vertically(px(20.0));
-        let (w, h) = canvas.dim_in_pixel();
-        let border = f64::from(px(6.0));
-        let scale = ((f64::from(w) - 2.0 * border) / (x.end - x.start))
-            .min((f64::from(h) - 2.0 * border) / (y.end - y.start));
-        let pixel = |p: &[f64; 2]| {
-            let along = border + (p[0] - x.start) * scale;
-            let up = f64::from(h) - border - (p[1] - y.start) * scale;
-            (along.round() as i32, up.round() as i32)
-        };
+        let place = Place::on(&canvas, 6.0, x, y);
+        let pixel = |p: &[f64; 2]| place.pixel(*p);
         for piece in self.pieces(row) {
             let outline: Vec<(i32, i32)> = piece.outline.iter().map(pixel).collect();
             canvas
