@@ -251,7 +251,8 @@ fn bad_studies_are_refused() {
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = 1\n".into(), "no list of values"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gpa\" = [1]\n".into(), "contact.gpa = 1"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.method\" = [\"nbn\"]\n".into(), "no contact method"),
-        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = [1, 1]\n".into(), "computes what task 0 does"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = [1, 1.0]\n".into(), "has 1.0 twice"),
+        ("scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.method\" = [\"nbm\", \"nbm\"]\n".into(), "computes what task 0 does"),
         ("scene = \"bar.toml\"\ncommand = \"run\"\nzip = true\n[vary]\n\"contact.gap\" = [1, 2]\n\"run.until\" = [1]\n".into(), "of one length"),
     ] {
         let place = Place::new(&text, 3.36);

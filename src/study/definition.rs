@@ -329,6 +329,15 @@ fn ordered(keys: &Keys, text: &str) -> Result<Vec<Varied>, Issue> {
             Value::String(s) => s.value().clone(),
             other => other.clone().decorated("", "").to_string(),
         };
+        // 1 and 1.0 are one number, and texts of scenes that differ
+        let number = |v: &Value| v.as_float().or(v.as_integer().map(|i| i as f64));
+        let twin = list.iter().enumerate().find(|(k, v)| {
+            number(v).is_some_and(|x| list.iter().take(*k).filter_map(number).any(|y| y == x))
+        });
+        if let (Some((_, v)), false) = (twin, keys.zip) {
+            let message = format!("has {} twice", value(v));
+            return Err(Issue::new(quoted(key), message, "give every value once"));
+        }
         let varied = Varied { key: key.to_owned(), values: list.iter().map(value).collect() };
         if varied.is_option() && OWN_OPTIONS.contains(&key) {
             return Err(Issue::new(quoted(key), "is what the study says itself", help));
