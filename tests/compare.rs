@@ -404,10 +404,10 @@ fn the_command_writes_table_file_and_picture_and_goes_on() {
     let base = ["compare", "scenarios/bar.toml", "--elements", "10,20,40", "-o", stem];
     let first = json(&[&base[..], &["--methods", "nbm,waves"]].concat());
     assert_eq!(first["rows"].as_array().unwrap().len(), 6);
-    assert_eq!(first["written"].as_array().unwrap().len(), 4);
+    assert_eq!(first["written"].as_array().unwrap().len(), 5);
     let order = first["series"][0]["order"]["mean"].as_f64().unwrap();
     assert!((0.5..0.9).contains(&order), "{order}");
-    for ending in [".h5", ".csv", ".svg", ".png"] {
+    for ending in [".h5", ".csv", ".svg", ".png", ".pdf"] {
         let path = format!("{stem}{ending}");
         assert!(std::fs::metadata(path).unwrap().len() > 300);
     }
