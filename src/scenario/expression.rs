@@ -149,7 +149,7 @@ impl JsonSchema for Field {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({"anyOf": [
             {"type": "number"},
-            {"type": "string", "description": "An expression of `x`, `y`, `z`: `+ - * / ^`, `PI`, `sin cos tan exp ln sqrt abs`."},
+            {"type": "string", "description": "An expression of `x`, `y`, `z`: `+ - * / ^`, `PI`, `sin cos tan exp ln sqrt abs min max atan2` …; `log` is `ln`."},
         ]})
     }
 }

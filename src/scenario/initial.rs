@@ -16,7 +16,7 @@ pub struct Initial {
     pub mode: Option<usize>,
     /// With `mode`: its contact displacement of largest magnitude, over the gap; negative: away from the obstacle.
     pub amplitude: Option<f64>,
-    /// Components of the displacement, numbers or expressions. Those of contact nodes along the normal follow from the contact conditions, where they have no mass.
+    /// Components of the displacement, numbers or expressions; what a support holds is left out. Those of contact nodes along the normal follow from the contact conditions, where they have no mass.
     #[schemars(extend("examples" = [["-2*x", "0"]]))]
     pub displacement: Option<Vec<Field>>,
     /// Components of the velocity, likewise.

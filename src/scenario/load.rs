@@ -46,7 +46,7 @@ pub enum LoadKind {
     Mode,
     /// An acceleration that acts on all mass.
     Gravity,
-    /// Force per area on an edge or group.
+    /// Force per area on an edge or group. On the contact edge the nbm's contact stress leaves it out (an error of the order of h): `stress = "reaction"` and mass redistribution have it.
     Traction,
     /// A force at a node.
     Point,

@@ -57,7 +57,7 @@ pub use support::{Direction, Support};
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Title for pictures and summaries; without one the name of the file.
+    /// Title for pictures and summaries; summaries have the name of the file where there is none.
     #[serde(default)]
     pub title: String,
     /// The elastic body.
@@ -79,14 +79,14 @@ pub struct Scene {
     /// Loads; several add up.
     #[serde(default, rename = "load")]
     pub loads: Vec<Load>,
-    /// The state at the start: `mode` and `amplitude`, or `displacement` and `velocity`, or `equilibrium`, or `file`. Absent: at rest, undeformed.
+    /// The state at the start: `mode` and `amplitude`, or `displacement` and `velocity` (bodies of elements), or `equilibrium`, or `file`. Absent: at rest, undeformed.
     #[serde(default)]
     pub initial: Initial,
     /// What `run` does: exactly one of `until`, `periods`.
     pub run: Option<Run>,
     /// What `orbit`, `backbone` and `response` do; their options go before.
     pub orbit: Option<Orbit>,
-    /// Fixed-interface modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for bodies from matrices, harmonic balance, `mass = "optimal"`.
+    /// Fixed-interface modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for bodies from matrices, harmonic balance, `mass = "optimal"`, impact laws, `waves`.
     pub reduction: Option<Reduction>,
     /// Where the scene was read from.
     #[serde(skip)]

@@ -209,7 +209,7 @@ impl Study {
             self.error(
                 "vary",
                 format!("with {}: {e}", said.join(", ")),
-                "leave this combination out (zip = true names combinations one by one)",
+                "give keys and values that the scene takes (signorini schema --markdown lists them), or leave this combination out (zip = true names combinations one by one)",
             )
         })?;
         let mut all = command.join("\0");

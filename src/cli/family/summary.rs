@@ -186,7 +186,7 @@ fn on_a_grid(stored: &StoredFamily) -> String {
     }
     let hint = match outline.solver {
         Solver::Shooting | Solver::Viscous => {
-            "; the branch folds back there, or another crosses it: --follow arclength goes around"
+            "; the step is too wide, or the branch folds back there, or another crosses it: a smaller --step, or --follow arclength, tells"
         }
         _ => "; more harmonics, or --follow arclength, may close them",
     };

@@ -84,7 +84,7 @@ struct Run {
     /// Carry failed tasks out anew
     #[arg(long)]
     retry: bool,
-    /// Print the command of every task that is not done, one a line, and do nothing else (for GNU parallel, Snakemake, a job script)
+    /// Print the command of every task that is neither done nor failed (--retry: nor done), one a line, and do nothing else (for GNU parallel, Snakemake, a job script)
     #[arg(long)]
     print_tasks: bool,
 }

@@ -37,11 +37,11 @@ fn cells(chart: &mut Chart, stored: &Stored, edge: &Edge, largest: f64) -> Drawn
     let boundaries = boundaries(&position);
     let stride = rows.div_ceil(COLUMNS);
     let last = stored.t[rows - 1];
-    for start in (0..rows - 1).step_by(stride) {
-        let end = (start + stride).min(rows - 1);
-        // each cell reaches under its right and upper neighbours, which are drawn later: no seams
-        let beyond = stored.t[(end + stride).min(rows - 1)].min(last);
-        for (k, &i) in edge.fronts.iter().enumerate() {
+    // each cell reaches under its right and upper neighbours, which are drawn later, row by row: no seams
+    for (k, &i) in edge.fronts.iter().enumerate() {
+        for start in (0..rows - 1).step_by(stride) {
+            let end = (start + stride).min(rows - 1);
+            let beyond = stored.t[(end + stride).min(rows - 1)].min(last);
             let touching = (start..end).filter(|&r| stored.active[(r, i)] == 1).count();
             let here = (start..end).map(|r| gap(stored, r, i)).fold(f64::INFINITY, f64::min);
             let fill = if 2 * touching > end - start { WHITE } else { viridis(here / largest) };

@@ -157,7 +157,13 @@ fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
     );
     let locks = |nu: &f64| *nu >= 0.45 && scene.body.state != Some(State::PlaneStress);
     if let Some(nu) = scene.materials.iter().map(|m| m.poisson).find(locks) {
-        out.line("warning", format!("ν = {nu}: elements lock where a material hardly changes its volume, and energies at switches jump by more"));
+        let jumps = match system.promise().conserves_energy {
+            true => "",
+            false => ", and energies at switches jump by more",
+        };
+        let text =
+            format!("ν = {nu}: elements lock where a material hardly changes its volume{jumps}");
+        out.line("warning", text);
     }
 }
 
