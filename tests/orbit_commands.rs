@@ -78,7 +78,7 @@ fn an_orbit_has_its_keys_and_starts_the_next() {
     assert!(next["converged"] == true);
     // and pictures of it
     let plots = json(&["plot", &name, "--only", "portrait,multipliers,shapes"], 0);
-    assert_eq!(plots["written"].as_array().unwrap().len(), 6);
+    assert_eq!(plots["written"].as_array().unwrap().len(), 9);
 }
 
 #[test]
