@@ -330,6 +330,11 @@ fn goes_on(scene: &str, cut: &str, whole: &str) {
         assert!(now >= rows, "{cut}: {rows} rows became {now}");
         rows = now;
     }
+    if status(cut) == "interrupted" {
+        // a kill between the last words of a run and its end leaves them in the file
+        let file = common::hdf5_files().open_rw(cut).unwrap();
+        file.create_group("report").unwrap().create_group("final").unwrap();
+    }
     expect(0, &["run", scene, "-o", cut, "-q", "--resume"]);
     assert_eq!(status(cut), "complete");
     assert!(datasets(Path::new(whole)) == datasets(Path::new(cut)), "{cut}");

@@ -7,6 +7,7 @@ use hdf5::{Group, Location};
 use ndarray::Array2;
 
 use super::reader::{Careful, open, reading};
+use super::report::fresh_group;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::System;
 use crate::records::{OrbitRecord, PlaceRecord, ViscousRecord};
@@ -192,7 +193,7 @@ pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
 impl Writer {
     /// Write `/orbit` beside the trajectory of its period.
     pub fn orbit(&mut self, orbit: &OrbitRecord, system: &System) -> Result<(), StoreError> {
-        write_orbit(&self.file().create_group("orbit")?, orbit, system)
+        write_orbit(&fresh_group(self.file(), "orbit")?, orbit, system)
     }
 }
 

@@ -10,8 +10,16 @@ use super::{StoreError, Writer, write_text};
 impl Writer {
     /// Write an object; lists of objects are left out: they stand in tables of their own.
     pub fn report(&self, object: &Value) -> Result<(), StoreError> {
-        write_object(&self.file().create_group("report")?, object)
+        write_object(&fresh_group(self.file(), "report")?, object)
     }
+}
+
+/// A group of that name and nothing in it: a run that was killed as it ended has left one, and goes on.
+pub(super) fn fresh_group(file: &hdf5::File, name: &str) -> Result<Group, StoreError> {
+    if file.link_exists(name) {
+        file.unlink(name)?;
+    }
+    Ok(file.create_group(name)?)
 }
 
 fn write_object(g: &Group, object: &Value) -> Result<(), StoreError> {
