@@ -385,6 +385,13 @@ impl System {
         self.conditions().at_points(&u[self.n_o()..])
     }
 
+    /// How far a shape `u_O` of the open body moves a contact point at the most.
+    pub fn reach(&self, shape: &[f64]) -> f64 {
+        let mut full = vec![0.0; self.n()];
+        self.open_phase().expand(shape, &mut full);
+        self.along_normals(&full).into_iter().fold(0.0, |m, u| m.max(u.abs()))
+    }
+
     /// How far a full displacement enters the obstacle at the most; negative where it touches nowhere.
     pub fn penetration(&self, u: &[f64]) -> f64 {
         let displacement = self.along_normals(u);

@@ -9,6 +9,8 @@
 mod arclength;
 mod newton;
 mod sequence;
+#[cfg(test)]
+mod tests;
 
 pub use arclength::{Go, Options, Place, Point, Special, Stop, follow};
 pub use newton::{Corrected, approach, correct, least_singular_value, tangent};
@@ -22,6 +24,15 @@ pub const JUMP: f64 = 0.25;
 
 /// A chart, and a state in it.
 pub type InChart<F> = (<F as Family>::Chart, Vec<f64>);
+
+/// Units of a family: `X` and `R` over them are numbers of the order of one, whatever units the problem was told in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Units {
+    /// Of every unknown in the present chart, and of `λ`.
+    pub unknowns: Vec<f64>,
+    /// Of the residual.
+    pub residual: f64,
+}
 
 /// A residual with a parameter, piece by piece smooth. A family that is smooth everywhere has one chart and no borders
 /// ([`std::convert::Infallible`]): it keeps the defaults of what asks for them.
@@ -39,6 +50,8 @@ pub trait Family {
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, Self::Error> {
         Ok(self.linearise(x)?.0)
     }
+    /// What unknowns and residuals are measured in.
+    fn units(&self) -> Units;
     /// Size of `R` that is rounding error at `X`.
     fn rounding(&self, x: &[f64]) -> f64;
     /// Weights `w` of the arclength `Σ wᵢ δXᵢ²`.

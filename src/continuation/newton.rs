@@ -1,9 +1,12 @@
 //! Newton's method on `R(X) = 0`, `cᵀX = γ`.
+//!
+//! Unknowns are of several kinds (states, times, frequencies) and have units of their own, as the residual has ([`Units`]). Everything that is decided
+//! here, pivots, ranks, lengths, tolerances, is decided in these units: a problem told in others takes the same steps.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
-use super::Family;
+use super::{Family, Units};
 
 /// Most iterations of a corrector.
 const ITERATIONS: usize = 12;
@@ -31,13 +34,34 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// `[J; cᵀ]⁻¹ rhs`
-fn bordered(jacobian: &Mat<f64>, c: &[f64], rhs: &[f64]) -> Vec<f64> {
-    let n = jacobian.nrows();
-    let a = Mat::from_fn(n + 1, n + 1, |i, j| if i < n { jacobian[(i, j)] } else { c[j] });
-    let b = Mat::from_fn(n + 1, 1, |i, _| rhs[i]);
-    let solution = a.partial_piv_lu().solve(&b);
-    (0..=n).map(|i| solution[(i, 0)]).collect()
+impl Units {
+    /// Numbers of unknowns: `X` over its units.
+    fn of_unknowns(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.unknowns).map(|(x, u)| x / u).collect()
+    }
+
+    /// Numbers of a linear condition on unknowns.
+    fn of_condition(&self, c: &[f64]) -> Vec<f64> {
+        c.iter().zip(&self.unknowns).map(|(c, u)| c * u).collect()
+    }
+
+    /// Numbers of `∂R/∂X`.
+    fn of_jacobian(&self, jacobian: &Mat<f64>) -> Mat<f64> {
+        let (units, residual) = (&self.unknowns, self.residual);
+        Mat::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
+            jacobian[(i, j)] * (units[j] / residual)
+        })
+    }
+
+    /// `[J; cᵀ]⁻¹ (r, p)`: unknowns of a residual and of the value of a condition.
+    fn bordered(&self, jacobian: &Mat<f64>, c: &[f64], (r, p): (&[f64], f64)) -> Vec<f64> {
+        let n = jacobian.nrows();
+        let (j, c) = (self.of_jacobian(jacobian), self.of_condition(c));
+        let a = Mat::from_fn(n + 1, n + 1, |i, k| if i < n { j[(i, k)] } else { c[k] });
+        let b = Mat::from_fn(n + 1, 1, |i, _| if i < n { r[i] / self.residual } else { p });
+        let solution = a.partial_piv_lu().solve(&b);
+        (0..=n).map(|i| solution[(i, 0)] * self.unknowns[i]).collect()
+    }
 }
 
 /// Newton's method from `x`; none if it does not converge. A quadratic method that no longer halves its residual has ended.
@@ -49,13 +73,14 @@ pub fn correct<F: Family>(
 ) -> Result<Option<Corrected>, F::Error> {
     let mut x = x.to_vec();
     let mut last = f64::INFINITY;
-    let scale = norm(c).max(f64::MIN_POSITIVE);
+    let units = family.units();
+    let steepness = norm(&units.of_condition(c));
     for iterations in 0..=ITERATIONS {
         let (r, jacobian) = family.linearise(&x)?;
         let plane: f64 = c.iter().zip(&x).map(|(c, x)| c * x).sum::<f64>() - gamma;
         let residual = norm(&r);
         let rounding = family.rounding(&x);
-        let on_plane = plane.abs() <= 1e-12 * scale * norm(&x).max(1.0);
+        let on_plane = plane.abs() <= 1e-12 * steepness * norm(&units.of_unknowns(&x));
         let stalled = residual <= 30.0 * rounding && residual > 0.25 * last;
         if on_plane && (residual <= rounding || stalled) {
             return Ok(Some(Corrected { x, iterations, residual, jacobian }));
@@ -64,8 +89,8 @@ pub fn correct<F: Family>(
             return Ok(None);
         }
         last = residual;
-        let rhs: Vec<f64> = r.iter().map(|r| -r).chain([-plane]).collect();
-        let step = bordered(&jacobian, c, &rhs);
+        let wanted: Vec<f64> = r.iter().map(|r| -r).collect();
+        let step = units.bordered(&jacobian, c, (&wanted, -plane));
         if step.iter().any(|s| !s.is_finite()) {
             return Ok(None);
         }
@@ -93,17 +118,18 @@ pub(super) fn tangent_of<F: Family>(
     c: &[f64],
 ) -> Option<(Vec<f64>, f64)> {
     let n = jacobian.nrows();
-    let mut rhs = vec![0.0; n + 1];
-    rhs[n] = 1.0;
-    let mut t = bordered(jacobian, c, &rhs);
+    let units = family.units();
+    let mut t = units.bordered(jacobian, c, (&vec![0.0; n], 1.0));
     if t.iter().any(|t| !t.is_finite()) {
         return None;
     }
     let weights = family.weights(x);
     let length = t.iter().zip(&weights).map(|(t, w)| w * t * t).sum::<f64>().sqrt();
     t.iter_mut().for_each(|t| *t /= length);
-    let a =
-        Mat::from_fn(n + 1, n + 1, |i, j| if i < n { jacobian[(i, j)] } else { weights[j] * t[j] });
+    let j = units.of_jacobian(jacobian);
+    let along: Vec<f64> = weights.iter().zip(&t).map(|(w, t)| w * t).collect();
+    let along = units.of_condition(&along);
+    let a = Mat::from_fn(n + 1, n + 1, |i, k| if i < n { j[(i, k)] } else { along[k] });
     Some((t, determinant_sign(&a)))
 }
 
@@ -134,29 +160,32 @@ pub fn approach<F: Family>(family: &mut F, x: &[f64]) -> Result<Option<Corrected
     let mut x = x.to_vec();
     let mut c = vec![0.0; x.len()];
     c[x.len() - 1] = 1.0;
+    let units = family.units();
     for _ in 0..ITERATIONS {
-        let Some((t, _)) = tangent(family, &x, &c)? else { return Ok(None) };
         let (r, jacobian) = family.linearise(&x)?;
-        let rhs: Vec<f64> = r.iter().map(|r| -r).chain([0.0]).collect();
-        let step = bordered(&jacobian, &t, &rhs);
-        let length = norm(&step);
-        if !length.is_finite() || length > norm(&x) {
+        let Some((t, _)) = tangent_of(family, &x, &jacobian, &c) else { return Ok(None) };
+        // steps across the branch: orthogonal to it in units
+        c = t.iter().zip(&units.unknowns).map(|(t, u)| t / (u * u)).collect();
+        let wanted: Vec<f64> = r.iter().map(|r| -r).collect();
+        let step = units.bordered(&jacobian, &c, (&wanted, 0.0));
+        let length = norm(&units.of_unknowns(&step));
+        if !length.is_finite() || length > norm(&units.of_unknowns(&x)) {
             return Ok(None);
         }
         x.iter_mut().zip(&step).for_each(|(x, s)| *x += s);
-        if length <= 1e-7 * norm(&x) {
-            let gamma = t.iter().zip(&x).map(|(t, x)| t * x).sum();
-            return correct(family, &x, &t, gamma);
+        if length <= 1e-7 * norm(&units.of_unknowns(&x)) {
+            let gamma = c.iter().zip(&x).map(|(c, x)| c * x).sum();
+            return correct(family, &x, &c, gamma);
         }
-        c = t;
     }
     Ok(None)
 }
 
-/// Smallest singular value of `∂R/∂x` over the largest: zero at a fold.
+/// Smallest singular value of `∂R/∂x` in units over the largest: zero at a fold.
 pub fn least_singular_value<F: Family>(family: &mut F, x: &[f64]) -> Result<Option<f64>, F::Error> {
     let (r, jacobian) = family.linearise(x)?;
-    let square = jacobian.subcols(0, r.len());
+    let scaled = family.units().of_jacobian(&jacobian);
+    let square = scaled.subcols(0, r.len());
     let values = square.singular_values().ok();
     Ok(values.and_then(|v| Some(v.last()? / v.first()?)))
 }

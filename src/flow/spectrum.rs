@@ -284,6 +284,15 @@ impl Eigenbasis {
         product(&self.inverse, x, q);
     }
 
+    /// The root of twice the unit of energy: the least `ω_k q_k` of a mode of the open body that moves a contact point by the unit of length. Modal
+    /// coordinates have a root of a mass in them, which the units of the system do not know.
+    pub fn root_of_energy(&self, system: &System) -> f64 {
+        let of_mode = |(k, w): (usize, f64)| {
+            w * system.units.length / system.reach(self.shapes.col_as_slice(k))
+        };
+        self.scale().into_iter().enumerate().map(of_mode).fold(f64::INFINITY, f64::min)
+    }
+
     /// `u = Φ q`, `v = Φ q̇`, likewise.
     pub fn from_modes(&self, q: &[f64], x: &mut [f64]) {
         product(&self.shapes, q, x);

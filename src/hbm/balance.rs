@@ -106,8 +106,9 @@ fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
                 .collect();
             let h = Polynomial::new(basis, n_h, &h);
             let end = first.map_or(basis.end(), |f| f.0);
-            // a monitor may vanish altogether (at rest on the obstacle)
-            let slack = 1e-13 * h.size + 1e-15 * interface.system.units.length;
+            // a monitor may vanish altogether (at rest on the obstacle): a gap is a length, a pressure what a length makes of it
+            let unit = if set.is_active(i) { system.constraints[i].stiffness } else { 1.0 };
+            let slack = 1e-13 * h.size + 1e-15 * unit * system.units.length;
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {

@@ -24,6 +24,9 @@ pub trait Balanced {
     /// Square of the lowest frequency that is not a rigid motion's.
     fn stiffness_unit(&self) -> f64;
 
+    /// Size that makes an interface term a number of the order of one: that of a mode that moves a contact point by the unit of length.
+    fn force_unit(&self) -> f64;
+
     /// Whether the open body can move rigidly.
     fn is_free(&self) -> bool {
         false
@@ -76,6 +79,10 @@ impl Balanced for Reduction {
 
     fn stiffness_unit(&self) -> f64 {
         Reduction::stiffness_unit(self)
+    }
+
+    fn force_unit(&self) -> f64 {
+        Reduction::force_unit(self)
     }
 
     fn is_free(&self) -> bool {

@@ -32,6 +32,8 @@ pub struct Dynamic {
     forces: (Vec<f64>, Vec<Vec<f64>>),
     /// The first mode.
     first: FirstMode,
+    /// Of the interface terms.
+    force_unit: f64,
     /// `√(fᵀM₀⁻¹f)` of the constant force, and of each harmonic load.
     sizes: (f64, Vec<f64>),
     /// What was computed last.
@@ -68,6 +70,9 @@ struct Iterate {
 
 /// A residual of so many rounding errors of its terms is none: they grow with the highest natural frequency squared, and reach `1e-12` on meshes of ten thousand displacements.
 const ROUNDING: f64 = 4.0;
+
+/// A shape that moves the contact by less, over what the contact's own directions move it by, does not move it.
+const NO_REACH: f64 = 1e-9;
 
 impl Dynamic {
     /// Find the directions and the first mode.
@@ -113,6 +118,12 @@ impl Dynamic {
         let directions = basis.iter().map(|(b, _)| dot(b, &shape)).collect();
         let of_first =
             ([dot(&forces.0, &shape)], of_loads.iter().map(|f| vec![dot(f, &shape)]).collect());
+        // a first mode that does not move the contact has no say
+        let reach = |c: usize| system.reach(lifted.col_as_slice(c));
+        let (of_first_mode, locally) =
+            (system.reach(&shape), (0..lifted.ncols()).map(reach).fold(0.0, f64::max));
+        let furthest = if of_first_mode > NO_REACH * locally { of_first_mode } else { locally };
+        let force_unit = omega * omega * system.units.length / furthest;
         let damps = open.structural().map(|s| s.matrix);
         Ok(Dynamic {
             stiffness: DynamicStiffness::new(&k, &m, damps.as_ref())?,
@@ -120,6 +131,7 @@ impl Dynamic {
             directions: (support, rows),
             forces,
             first: FirstMode { omega, shape, directions, forces: of_first },
+            force_unit,
             sizes,
             answers: RefCell::default(),
         })
@@ -233,6 +245,10 @@ impl Balanced for Dynamic {
 
     fn stiffness_unit(&self) -> f64 {
         self.first.omega.powi(2)
+    }
+
+    fn force_unit(&self) -> f64 {
+        self.force_unit
     }
 
     fn mode_start(&self, amplitude: f64) -> Option<Series> {

@@ -16,6 +16,8 @@ pub struct Reduction {
     /// Modes of the open phase.
     pub open: Rc<Spectrum>,
     spectra: Spectra,
+    /// Of the interface terms.
+    force_unit: f64,
     /// `Q`, `n × r`.
     pub q: Mat<f64>,
     /// `Q̂ = [Q]` (force form) or `[Q, Ω²Q]` (acceleration form), `n × r_in`.
@@ -41,6 +43,11 @@ impl Reduction {
     pub fn stiffness_unit(&self) -> f64 {
         let elastic = self.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
         elastic.unwrap_or(self.system.units.frequency).powi(2)
+    }
+
+    /// Size that makes an interface term a number of the order of one: the lowest frequency times the root of the unit of energy, [`crate::flow::spectrum::Eigenbasis::root_of_energy`].
+    pub fn force_unit(&self) -> f64 {
+        self.force_unit
     }
 
     /// Whether the open body can move rigidly.
@@ -71,7 +78,10 @@ impl Reduction {
             }),
         };
         let interface = Interface::new(system, form, &open.shapes * &q);
-        Ok(Reduction { interface, open, spectra, q, q_in })
+        let energy_root = open.root_of_energy(&interface.system);
+        let mut new = Reduction { interface, open, spectra, force_unit: 0.0, q, q_in };
+        new.force_unit = new.stiffness_unit().sqrt() * energy_root;
+        Ok(new)
     }
 
     /// Number of modes.

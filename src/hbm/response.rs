@@ -11,7 +11,7 @@ use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
 use crate::contact::{ActiveSet, State, System};
-use crate::continuation::{Family, JUMP, norm};
+use crate::continuation::{Family, JUMP, Units, norm};
 use crate::records::crest;
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
@@ -193,11 +193,6 @@ impl Harmonics<'_> {
         let (r, _, balance) = condensed_residual(self.body.interface(), &receptance, &n, at)?;
         Ok((r, balance, receptance))
     }
-
-    /// Size that makes an unknown a number of the order of one.
-    fn unit(&self) -> f64 {
-        self.body.stiffness_unit() * self.body.interface().system.units.length
-    }
 }
 
 impl Family for Harmonics<'_> {
@@ -232,13 +227,22 @@ impl Family for Harmonics<'_> {
         Ok((r, whole))
     }
 
+    fn units(&self) -> Units {
+        let interface = self.body.interface();
+        let force = self.body.force_unit();
+        let mut unknowns = vec![force; interface.basis.len(self.n_h) * interface.rank()];
+        unknowns.push(interface.system.units.frequency);
+        Units { unknowns, residual: force }
+    }
+
     fn rounding(&self, x: &[f64]) -> f64 {
-        1e-12 * norm(&x[..x.len() - 1]).max(self.unit())
+        1e-12 * norm(&x[..x.len() - 1]).max(self.body.force_unit())
     }
 
     fn weights(&self, x: &[f64]) -> Vec<f64> {
+        let force_unit = self.body.force_unit();
         let size =
-            x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().max(1e-2 * self.unit().powi(2));
+            x[..x.len() - 1].iter().map(|x| x * x).sum::<f64>().max(1e-2 * force_unit.powi(2));
         let last = x.len() - 1;
         (0..x.len())
             .map(|i| if i < last { 1.0 / size } else { 100.0 / (x[last] * x[last]) })

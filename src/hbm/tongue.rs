@@ -14,7 +14,7 @@ use super::newton::condensed_residual;
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
 use super::{HbmError, Solution};
-use crate::continuation::{Family, Go, Options, Place, Stop, norm};
+use crate::continuation::{Family, Go, Options, Place, Stop, Units, norm};
 use crate::records::{PlaceRecord, PointRecord};
 
 /// The family of `n_h` harmonics.
@@ -78,8 +78,7 @@ impl Tongue<'_> {
 
     /// Size that makes a projection a number of the order of one.
     fn unit(&self) -> f64 {
-        let reduction = self.body.reduction();
-        reduction.stiffness_unit() * reduction.system.units.length
+        self.body.reduction().force_unit()
     }
 }
 
@@ -111,6 +110,14 @@ impl Family for Tongue<'_> {
         let of_omega = |i: usize| (up[i] - down[i]) / (2.0 * h);
         let whole = Mat::from_fn(m, m + 1, |i, c| if c < m { j[(i, c)] } else { of_omega(i) });
         Ok((r, whole))
+    }
+
+    fn units(&self) -> Units {
+        let reduction = self.body.reduction();
+        let (force, frequency) = (self.unit(), reduction.system.units.frequency);
+        let mut unknowns = vec![force; Basis::Full.len(self.n_h) * reduction.rank()];
+        unknowns.extend([frequency; 2]);
+        Units { unknowns, residual: force }
     }
 
     fn rounding(&self, x: &[f64]) -> f64 {

@@ -90,6 +90,8 @@ pub struct Propagator {
     pub open: Rc<Spectrum>,
     /// `Ω`: its frequencies (those of rigid motions replaced by the body's unit of frequency).
     pub scale: Vec<f64>,
+    /// The unit of frame vectors: [`crate::flow::spectrum::Eigenbasis::root_of_energy`].
+    pub unit: f64,
     pub(super) open_set: ActiveSet,
     /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
     pub stop: Option<Arc<AtomicBool>>,
@@ -109,10 +111,9 @@ impl Propagator {
         let spectra = Rc::new(Spectra::default());
         let open_set = ActiveSet::open(system.n_contact());
         let open = spectra.of_set(&system, &open_set)?;
-        let unit = system.units.frequency;
-        let scale = open.modes.iter().map(|m| if m.omega > 0.0 { m.omega } else { unit }).collect();
+        let (scale, unit) = (open.scale(), open.root_of_energy(&system));
         let transforms = RefCell::new(Cache::new(BUDGET));
-        Ok(Propagator { system, spectra, open, scale, open_set, stop: None, transforms })
+        Ok(Propagator { system, spectra, open, scale, unit, open_set, stop: None, transforms })
     }
 
     /// Change the damping; the modes stay.

@@ -13,7 +13,7 @@ use super::period_map::integrate;
 use super::segments::Segments;
 use super::shooting::{Closure, image, jacobian};
 use super::{OrbitError, OrbitFamily, tolerate};
-use crate::continuation::{self, Family, Go, Options, Place, Special, norm};
+use crate::continuation::{self, Family, Go, Options, Place, Special, Units, norm};
 
 /// A family of damped orbits of one body: viscous nonlinear modes, or forced.
 pub struct Mapped<'a> {
@@ -192,6 +192,15 @@ impl Family for Mapped<'_> {
     fn linearise(&mut self, x: &[f64]) -> Result<Evaluated, OrbitError> {
         let nowhere = || (vec![f64::NAN; x.len() - 1], Mat::zeros(x.len() - 1, x.len()));
         Ok(self.evaluate(x, true)?.unwrap_or_else(nowhere))
+    }
+
+    fn units(&self) -> Units {
+        let frequency = self.body.system.units.frequency;
+        let (all, of_state) = self.closure.sizes(self.body.n());
+        // behind the state α, where there is one, and ω
+        let mut unknowns = vec![self.body.unit; of_state];
+        unknowns.resize(all + 1, frequency);
+        Units { unknowns, residual: self.body.unit }
     }
 
     fn rounding(&self, x: &[f64]) -> f64 {

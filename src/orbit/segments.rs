@@ -18,7 +18,7 @@ use super::shooting::Closure;
 use super::tangent::Variation;
 use super::walk::Walk;
 use super::{OrbitError, OrbitFamily};
-use crate::continuation::{Family, norm};
+use crate::continuation::{Family, Units, norm};
 
 /// A family of orbits of one body.
 pub struct Segments<'a> {
@@ -101,7 +101,7 @@ impl<'a> Segments<'a> {
         Ok(self.body.walk(&self.chain, z, times, end)?)
     }
 
-    /// What makes an equation of event `j` a number of the size of `z`.
+    /// What makes an equation of event `j` a number of the kind and size of `z`.
     fn equation_scale(&self, j: usize) -> f64 {
         let system = &self.body.system;
         let i = self.chain.nodes[j];
@@ -112,7 +112,7 @@ impl<'a> Segments<'a> {
             unit
         };
         let rate = if self.chain.is_pair(j) { system.units.frequency } else { 1.0 };
-        1.0 / (monitor * rate)
+        self.body.unit / (monitor * rate)
     }
 
     fn assemble(&self, x: &[f64], walk: &Walk) -> Vec<f64> {
@@ -238,6 +238,14 @@ impl Family for Segments<'_> {
             self.set_frequency(omega);
         }
         Ok((r, j))
+    }
+
+    fn units(&self) -> Units {
+        let frequency = self.body.system.units.frequency;
+        let mut unknowns = vec![self.body.unit; self.closure.unknowns(self.body.n())];
+        unknowns.extend(vec![1.0 / frequency; self.chain.events()]);
+        unknowns.push(frequency);
+        Units { unknowns, residual: self.body.unit }
     }
 
     fn rounding(&self, x: &[f64]) -> f64 {

@@ -4,6 +4,12 @@ use super::{
     Family, Go, Leap, Place, Point, Special, Step, Stop, Walker, correct, tangent, tangent_of,
 };
 
+/// A leap of so many least steps is not made shorter any more.
+const SHORT: f64 = 64.0;
+
+/// What lies before a border is looked at up to this part of the way to it: on it a multiplier may be infinite.
+const BEFORE: f64 = 0.999;
+
 impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
     /// A step over borders that the branch does not feel: the prediction's own chart, read anew, and the solution in it.
     pub(super) fn leap(&mut self, s: f64) -> Result<Leap, F::Error> {
@@ -18,8 +24,27 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
             self.family.set_chart(&old);
             return Ok(Leap::TooFar);
         };
+        // nothing is located across charts: a fold in a leap is for a shorter one
+        let turns = Self::lambda(&step.tangent) * Self::lambda(&self.place.tangent) < 0.0;
+        if turns && s > SHORT * self.options.step.1 {
+            self.family.set_chart(&old);
+            return Ok(Leap::TooFar);
+        }
         let signature = self.family.signature(&step.x)?;
+        let before = &self.place.signature;
+        let special = if turns {
+            Some(Special::Fold)
+        } else if signature != *before {
+            Some(Special::Stability(before.clone(), signature.clone()))
+        } else {
+            None
+        };
         let Step { x, tangent, orientation, iterations } = step;
+        if let Some(special) = special
+            && let Some(stop) = self.hand_out(x.clone(), Some(special), iterations)
+        {
+            return Ok(Leap::Landed(Some(stop)));
+        }
         self.place = Place { x: x.clone(), tangent, step: s, chart, orientation, signature };
         Ok(Leap::Landed(self.hand_out(x, None, iterations)))
     }
@@ -73,7 +98,15 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
                 first = Some((s, p, border.clone()));
             }
         }
-        let Some((_, at, border)) = first else { return Ok(None) };
+        let Some((s, at, border)) = first else { return Ok(None) };
+        if let Some(before) = self.at(BEFORE * s)?
+            && self.family.overstepped(&before.x)?.is_empty()
+        {
+            let signature = self.family.signature(&before.x)?;
+            if let Some(stop) = self.between(BEFORE * s, &before, &signature)? {
+                return Ok(Some(Some(stop)));
+            }
+        }
         let (lambda, name) = (Self::lambda(&at.x), border.to_string());
         let dead = Stop::DeadEnd { lambda, border: name.clone() };
         let Some((chart, x)) = self.family.beyond(&at.x, &border) else {

@@ -127,6 +127,7 @@ enum Leap {
 }
 
 /// One corrected step.
+#[derive(Clone)]
 struct Step {
     x: Vec<f64>,
     tangent: Vec<f64>,
@@ -285,7 +286,7 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         let (low, high) = self.options.range;
         let lambda = Self::lambda(&step.x);
         if lambda < low || lambda > high {
-            return self.end(if lambda < low { low } else { high });
+            return self.end(s, &step, if lambda < low { low } else { high });
         }
         let signature = self.family.signature(&step.x)?;
         if let Some(stop) = self.between(s, &step, &signature)? {
@@ -308,27 +309,30 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         Ok(self.hand_out(step.x, None, step.iterations))
     }
 
-    /// The end of the range: the point where the branch meets it.
-    fn end(&mut self, bound: f64) -> Result<Option<Stop>, F::Error> {
-        let mut c = vec![0.0; self.place.x.len()];
-        c[self.place.x.len() - 1] = 1.0;
-        let (x, t) = (&self.place.x, &self.place.tangent);
-        let s = (bound - Self::lambda(x)) / Self::lambda(t);
-        let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
-        let near = |x: &[f64], weights: &[f64]| {
-            let off = x.iter().zip(&predicted).zip(weights);
-            off.map(|((a, b), w)| w * (a - b).powi(2)).sum::<f64>().sqrt() <= 2.0 * s.abs()
-        };
-        let weights = self.family.weights(&predicted);
-        match correct(self.family, &predicted, &c, bound)? {
-            Some(found)
-                if near(&found.x, &weights) && self.family.overstepped(&found.x)?.is_empty() =>
-            {
+    /// The end of the range within a step that leaves it: the point where the branch meets it, and what is special on the way there.
+    fn end(&mut self, s: f64, step: &Step, bound: f64) -> Result<Option<Stop>, F::Error> {
+        let off = |x: &[f64]| Self::lambda(x) - bound;
+        let (here, there) = (off(&self.place.x), off(&step.x));
+        // the branch leaves the range, and where it does could not be computed
+        let lost = Stop::Step { lambda: Self::lambda(&self.place.x) };
+        let mut last = self.place.x.clone();
+        if here * there < 0.0 {
+            let at = self.root((here, s, there), |_, p| Ok(off(&p.x)))?;
+            let Some((s, at)) = at else { return Ok(Some(lost)) };
+            let signature = self.family.signature(&at.x)?;
+            if let Some(stop) = self.between(s, &at, &signature)? {
+                return Ok(Some(stop));
+            }
+            last = at.x;
+        }
+        let mut c = vec![0.0; last.len()];
+        c[last.len() - 1] = 1.0;
+        match correct(self.family, &last, &c, bound)? {
+            Some(found) if self.family.overstepped(&found.x)?.is_empty() => {
                 self.hand_out(found.x, Some(Special::End), found.iterations);
                 Ok(Some(Stop::Range))
             }
-            // the branch leaves the range, and where it does could not be computed
-            _ => Ok(Some(Stop::Step { lambda: Self::lambda(&self.place.x) })),
+            _ => Ok(Some(lost)),
         }
     }
 }
