@@ -8,10 +8,11 @@ use signorini::hbm::modes::{directional, solve};
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Summary, Track, ladder, mode_start, sequential};
 use signorini::hbm::{Basis, Failure, Form, Quadrature, Reduction, Series, Solution};
-use signorini::orbit::check::{Candidate, check, series_of_orbit};
+use signorini::orbit::check::{Candidate, Likeness, check, series_of_orbit};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator, branch, census};
 use signorini::problem::Problem;
+use signorini::records::VerdictKind;
 
 fn half_plate(form: Form) -> Reduction {
     Reduction::new(Problem::new(&shipped("half-plate-orbit.toml"), None).unwrap().system, form)
@@ -249,9 +250,11 @@ fn crosscheck_knows_true_motions() {
     let checked = check(&mut body, Closure::Reversible, &truth, &Effort::default()).unwrap();
     println!(
         "orbit's own series: residual {:.1e}, return {:.1e}, moved {:.1e}",
-        checked.residual, checked.return_error, checked.moved
+        checked.residual, checked.return_error, checked.likeness.moved
     );
-    assert!(checked.moved < 1e-4 && checked.same_sequence && checked.contact_change.abs() < 5e-3);
+    let Likeness { moved, same_sequence } = checked.likeness;
+    assert!(moved < 1e-4 && same_sequence && checked.contact_change.abs() < 5e-3);
+    assert_eq!(checked.kind(), VerdictKind::Orbit);
     assert!((checked.verdict.orbit().unwrap().energy / orbit.energy - 1.0).abs() < 1e-9);
     let n = body.n();
     let lie = Candidate {
@@ -260,7 +263,19 @@ fn crosscheck_knows_true_motions() {
         alpha: None,
     };
     let checked = check(&mut body, Closure::Reversible, &lie, &Effort::default()).unwrap();
-    assert!(checked.verdict.orbit().is_none() || checked.moved > 0.1, "{}", checked.verdict);
+    assert!(checked.residual > 0.1 && checked.return_error > 0.1, "{}", checked.residual);
+    assert_ne!(checked.kind(), VerdictKind::Orbit, "{}", checked.verdict);
+    // the orbit's own series with one displacement for another: shooting ends somewhere, and that is another orbit
+    let mut permuted = truth.clone();
+    permuted.coefficients.chunks_exact_mut(n).for_each(|c| c.reverse());
+    let checked = check(&mut body, Closure::Reversible, &permuted, &Effort::default()).unwrap();
+    println!("permuted: {} ({})", checked.kind(), checked.verdict);
+    assert_ne!(checked.kind(), VerdictKind::Orbit);
+    // a tenth more of everything is near in state, and has other switches or leads elsewhere
+    let mut larger = truth;
+    larger.coefficients.iter_mut().for_each(|c| *c *= 1.2);
+    let checked = check(&mut body, Closure::Reversible, &larger, &Effort::default()).unwrap();
+    assert!(checked.verdict.orbit().is_none() || checked.kind() == VerdictKind::AnotherOrbit);
 }
 
 /// Sampling: more samples lower the error of what converges.

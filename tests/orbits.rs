@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 
 use common::{problem, random, shipped};
 use faer::Mat;
+use signorini::contact::State;
 use signorini::continuation::{Go, Options, Stop};
 use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::branch::{mode_guess, place_of};
@@ -268,8 +269,8 @@ fn a_continuation_goes_on_to_the_identical_branch() {
     let (whole, _) = branch(&mut body, Start::Orbit(Box::new(orbit), 1.0), 30);
     let mut fresh = half_plate();
     let cut = (1..=20).rev().find(|&k| whole[k - 1].place.is_some()).unwrap();
-    let place = place_of(whole[cut - 1].place.as_ref().unwrap());
-    let (rest, _) = branch(&mut fresh, Start::Place(place), 30 - cut);
+    let start = Start::of_record(whole[cut - 1].place.as_ref().unwrap());
+    let (rest, _) = branch(&mut fresh, start, 30 - cut);
     for (a, b) in whole[cut..].iter().zip(&rest) {
         assert_eq!(a, b);
     }
@@ -403,4 +404,26 @@ fn tangent_products_are_the_dense_derivative() {
     println!("products differ by {worst:.1e}; step after {products} products: defect {defect:.1e}");
     assert!(worst < 1e-10, "{worst:e}");
     assert!(defect < 1e-8, "{defect:e}");
+}
+
+/// A dead load that keeps the contact closed: the motion about the pressed equilibrium has no switch, and touches all the time.
+#[test]
+fn a_pressed_motion_is_an_orbit_and_its_equilibrium_is_none() {
+    let text = "[body]\nkind = 'bar'\nsize = [2.0]\nelements = [2]\nyoung = 1.0\ndensity = 1.0\n\
+                [[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 0.5\n\
+                [[load]]\nkind = 'point'\nat = [1.0]\namplitude = [2.5]\n";
+    let mut body = Propagator::new(problem(text).system).unwrap();
+    // between springs 1 from the support and 1 from the held end: 2 u = 0.5 + 2.5 at rest, mass 2/3
+    let omega = 3f64.sqrt();
+    let mut at = |u: f64| {
+        let z = body.frame(&State { u: vec![u], v: vec![0.0] });
+        find(&mut body, Closure::Reversible, &z[..1], omega, &Effort::default()).unwrap()
+    };
+    let verdict = at(1.0);
+    let orbit = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
+    assert!(orbit.switches.is_empty());
+    assert!((orbit.contact_time / orbit.period - 1.0).abs() < 1e-9);
+    let rest = at(1.5);
+    assert!(matches!(rest, Verdict::Flawed { .. }), "{rest}");
+    assert!(rest.to_string().contains("equilibrium"), "{rest}");
 }

@@ -260,7 +260,11 @@ fn series_of_viscous_modes_are_cross_checked() {
     let rows = report["points"].as_array().unwrap();
     let energy = |r: &Value| r["orbit_energy"].as_f64().unwrap();
     for three in rows.chunks(3) {
-        assert!(three.iter().all(|r| r["verdict"] == "orbit"), "{three:?}");
+        // three harmonics lead to the orbit of all others, with other switches than their own
+        let [first, more @ ..] = three else { panic!("{three:?}") };
+        assert!(["orbit", "another orbit"].iter().any(|v| first["verdict"] == *v), "{first}");
+        assert_eq!(first["verdict"] == "orbit", first["same_sequence"] == true);
+        assert!(more.iter().all(|r| r["verdict"] == "orbit"), "{three:?}");
         let e = energy(&three[2]);
         assert!(three.iter().all(|r| (energy(r) / e - 1.0).abs() < 1e-6), "{three:?}");
         let moved = |k: usize| three[k]["moved"].as_f64().unwrap();

@@ -167,16 +167,18 @@ def _crosscheck(make: type[Figure], c: Crosscheck) -> Figure:
     """Energies of the series and of the orbits that shooting finds from them."""
     figure = make(figsize=(11, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2)
-    found = c.verdict == "orbit"
+    own_orbit = c.verdict == "orbit"
+    found = own_orbit | (c.verdict == "another orbit")
     for k, n in enumerate(np.unique(c.harmonics)):
         own, colour = c.harmonics == n, COLOURS[k % 7]
         left.plot(c.omega[own], c.hbm_energy[own], "-", lw=1.2, color=colour, label=f"N_h = {int(n)}")
         left.plot(c.omega[own & found], c.orbit_energy[own & found], "o", ms=4, mfc="none", color=colour)
+        left.plot(c.omega[own & own_orbit], c.orbit_energy[own & own_orbit], "o", ms=4, color=colour)
         right.semilogy(c.omega[own], c.residual[own], "-", lw=1.2, color=colour)
         right.semilogy(c.omega[own & found], c.moved[own & found], "o", ms=4, mfc="none", color=colour)
     left.set_yscale("log")
     left.legend(fontsize="small", frameon=False)
-    _clean(left, "circular frequency", "energy (lines: series, circles: orbits)")
+    _clean(left, "circular frequency", "energy (lines: series, discs: orbits near them, circles: other orbits)")
     _clean(right, "circular frequency", "lines: residual in time, circles: distance to the orbit")
     figure.suptitle(c.title)
     return figure

@@ -522,7 +522,8 @@ class Crosscheck(Family):
     """Solutions of harmonic balance against the equations in time. As a ``Family`` it holds the orbits that were found.
 
     Attributes:
-        verdict, message: what shooting from the series found [p].
+        verdict, message: what shooting from the series found [p]: "orbit" where the series approximates it (within 0.1, with the same switches),
+            "another orbit" where shooting ended in another one.
         harmonics: number of harmonics of the series [p].
         hbm_energy, residual, return_error: of the series: its energy, its residual in time, how far it is from where it began
             after a period [p].

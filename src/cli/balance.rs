@@ -49,7 +49,7 @@ pub struct Arguments {
     /// Harmonic balance: sample the period this often (AFT) instead of resolving the switches; an approximation
     #[arg(long, value_name = "SAMPLES")]
     pub aft: Option<usize>,
-    /// Harmonic balance: shoot from every point, and give the stability of the orbit that is found
+    /// Harmonic balance: shoot from every point, and give the stability of the orbit that it approximates
     #[arg(long)]
     pub shoot: bool,
 }

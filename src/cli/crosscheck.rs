@@ -12,12 +12,13 @@ use serde_json::{Value, json};
 use signorini::contact::System;
 use signorini::families::{Asked, check, start};
 use signorini::orbit::Closure;
+use signorini::orbit::check::NEAR;
 use signorini::problem::Problem;
 use signorini::records::{
     Branch, BranchEnd, CheckRow, FamilyKind, PointMethod, PointRecord, SeriesRecord, Walk,
     fingerprint,
 };
-use signorini::report::crosscheck::{NEAR, Tally, by_harmonics};
+use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::{FamilyPlan, FamilyWriter, Names, StoredFamily, read_csv, read_series};
@@ -280,7 +281,7 @@ fn to_json(rows: &[CheckRow], path: &Path, resumed: usize, wall: f64) -> Value {
     let summary: Vec<Value> = by_harmonics(rows)
         .into_iter()
         .map(|t| {
-            json!({"harmonics": t.n_h, "points": t.points, "orbits": t.orbits, "near": t.near,
+            json!({"harmonics": t.n_h, "points": t.points, "orbits": t.orbits, "another_orbit": t.others,
                 "median_moved": number(t.median_moved), "median_residual": number(t.median_residual)})
         })
         .collect();
@@ -292,7 +293,7 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
     let mut out = format!("{title}: harmonic balance against the equations in time\n");
     let _ = writeln!(
         out,
-        "  {:>9} {:>5} {:>12} {:>10} {:>10}  {:<11} {:>9} {:>12} {:>9}  sequence",
+        "  {:>9} {:>5} {:>12} {:>10} {:>10}  {:<13} {:>9} {:>12} {:>9}  sequence",
         "omega",
         "N_h",
         "energy",
@@ -306,7 +307,7 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
     for r in rows {
         let _ = write!(
             out,
-            "  {:>9} {:>5} {:>12} {:>10.1e} {:>10.1e}  {:<11}",
+            "  {:>9} {:>5} {:>12} {:>10.1e} {:>10.1e}  {:<13}",
             significant(r.omega, 6),
             r.n_h,
             significant(r.energy, 7),
@@ -314,7 +315,7 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
             r.return_error,
             r.verdict.name()
         );
-        let _ = match r.is_orbit() {
+        let _ = match r.has_orbit() {
             true => writeln!(
                 out,
                 " {:>9.1e} {:>12} {:>+9.1e}  {}",
@@ -326,12 +327,13 @@ fn to_text(scene: &Scene, rows: &[CheckRow], path: &Path, wall: f64) -> String {
             false => writeln!(out),
         };
     }
-    for Tally { n_h, points, orbits, near, median_moved, median_residual, .. } in by_harmonics(rows)
-    {
+    for t in by_harmonics(rows) {
+        let Tally { n_h, points, orbits, others, median_moved, median_residual, .. } = t;
         let _ = writeln!(
             out,
-            "  N_h = {n_h}: shooting finds an orbit from {orbits} of {points} points, {near} of them within {NEAR} and with the same switches; \
-             median distance {median_moved:.1e}, median residual in time {median_residual:.1e}"
+            "  N_h = {n_h}: {orbits} of {points} points approximate an orbit (within {NEAR}, with the same switches), from {others} shooting ends in another \
+             orbit, from {} in none; median distance {median_moved:.1e}, median residual in time {median_residual:.1e}",
+            points - orbits - others
         );
     }
     let _ = writeln!(

@@ -25,7 +25,8 @@ pub fn point(
         Err(e) => failed(series, e.to_string()),
     };
     let special = match &orbit {
-        Some(_) => PointKind::Regular,
+        Some(_) if row.is_orbit() => PointKind::Regular,
+        Some(_) => PointKind::NoOrbitNear(row.verdict.clone()),
         None => PointKind::Gap(GapReason::Verdict(row.verdict.clone())),
     };
     Ok(PointRecord {
@@ -45,12 +46,12 @@ fn row(series: &SeriesRecord, checked: &Checked) -> CheckRow {
         energy: checked.energy,
         residual: checked.residual,
         return_error: checked.return_error,
-        verdict: checked.verdict.kind(),
+        verdict: checked.kind(),
         message: checked.verdict.to_string(),
-        moved: checked.moved,
+        moved: checked.likeness.moved,
         orbit_energy: checked.verdict.orbit().map_or(f64::NAN, |o| o.energy),
         contact_change: checked.contact_change,
-        same_sequence: checked.same_sequence,
+        same_sequence: checked.likeness.same_sequence,
     }
 }
 

@@ -6,7 +6,6 @@ use crate::hbm::branch as series_branch;
 use crate::hbm::newton::Settings;
 use crate::hbm::{fed, tongue};
 use crate::orbit::along::{self, Start};
-use crate::orbit::branch;
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, Orbit, Propagator};
 use crate::records::{BranchEnd, EndReason, PlaceRecord, PointRecord};
@@ -40,7 +39,7 @@ pub fn orbits(
 ) -> Result<BranchEnd, FamilyError> {
     go_on(task, take, |place, options, take| {
         let from = match place {
-            Some(place) => Start::Place(branch::place_of(place)),
+            Some(place) => Start::of_record(place),
             None => match start(body)? {
                 Ok(start) => start,
                 Err(why) => return Ok(Err(why)),

@@ -12,7 +12,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::HbmError;
 use super::interface::{Interface, PhaseOperator};
-use super::series::{Basis, Function, Integrals, Polynomial, Series};
+use super::series::{Basis, Function, Integrals, Series};
 use crate::contact::ActiveSet;
 
 /// How the projections are computed.
@@ -97,18 +97,10 @@ fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
         let op = interface.phase(&set)?;
         let mut first: Option<(f64, usize, f64)> = None;
         for i in 0..n_c {
-            let h: Vec<f64> = (0..basis.len(n_h))
-                .map(|f| {
-                    let of_first = y.of(f).iter().take(op.rows.ncols());
-                    let dot: f64 = of_first.enumerate().map(|(c, y)| op.rows[(i, c)] * y).sum();
-                    dot + op.monitor_constant(i, f, &system.loads)
-                })
-                .collect();
-            let h = Polynomial::new(basis, n_h, &h);
+            let h = interface.monitor(&op, i, y);
             let end = first.map_or(basis.end(), |f| f.0);
-            // a monitor may vanish altogether (at rest on the obstacle): a gap is a length, a pressure what a length makes of it
-            let unit = if set.is_active(i) { system.constraints[i].stiffness } else { 1.0 };
-            let slack = 1e-13 * h.size + 1e-15 * unit * system.units.length;
+            // a monitor may vanish altogether (at rest on the obstacle)
+            let slack = 1e-13 * h.size + 1e-15 * interface.monitor_unit(&set, i);
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {

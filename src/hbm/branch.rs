@@ -7,10 +7,12 @@ use super::response::{self, Harmonics, Origin, Point, Summary, Track};
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
 use crate::orbit::branch::{kind_of, record as orbit_record};
-use crate::orbit::search::{Effort, find};
+use crate::orbit::check::Likeness;
+use crate::orbit::search::{Effort, Verdict, find};
 use crate::orbit::{Closure, Propagator};
 use crate::records::{
-    GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, SeriesRecord, place_of_function,
+    GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, SeriesRecord, VerdictKind,
+    place_of_function,
 };
 
 /// The body of a family.
@@ -85,17 +87,14 @@ pub(super) fn confirmed(
         guess.extend(alpha);
         let effort = Effort { rescue: false, ..Effort::of(closure) };
         let verdict = find(body, closure, &guess, s.omega, &effort)?;
-        match verdict.orbit() {
-            Some(found) if found.stability.is_some() => {
-                let known = orbit_record(body, found)?;
-                orbit.stable = known.stable;
-                orbit.multipliers = known.multipliers;
-                orbit.trivial = known.trivial;
-            }
-            _ if special == PointKind::Regular => {
-                special = PointKind::NoOrbitNear(verdict.kind());
-            }
-            _ => {}
+        let (kind, known) = examined(body, &verdict, &guess, &s.sequence())?;
+        if let Some(known) = known {
+            orbit.stable = known.stable;
+            orbit.multipliers = known.multipliers;
+            orbit.trivial = known.trivial;
+        }
+        if special == PointKind::Regular {
+            special = kind;
         }
     }
     if s.undecided > 0 && special == PointKind::Regular {
@@ -108,6 +107,26 @@ pub(super) fn confirmed(
         orbit: Some(orbit),
         series,
         ..PointRecord::default()
+    })
+}
+
+/// What the orbit that was shot from a solution makes of its point, and its record, if it is the one that the solution approximates and its multipliers
+/// are known. Those of another orbit say nothing of the series.
+fn examined(
+    body: &Propagator,
+    verdict: &Verdict,
+    guess: &[f64],
+    sequence: &[(usize, bool)],
+) -> Result<(PointKind, Option<OrbitRecord>), HbmError> {
+    let Some(orbit) = verdict.orbit() else {
+        return Ok((PointKind::NoOrbitNear(verdict.kind()), None));
+    };
+    if !Likeness::new(orbit, orbit.closure.frame(guess), sequence).is_near() {
+        return Ok((PointKind::NoOrbitNear(VerdictKind::AnotherOrbit), None));
+    }
+    Ok(match orbit.stability {
+        Some(_) => (PointKind::Regular, Some(orbit_record(body, orbit)?)),
+        None => (PointKind::NotExamined, None),
     })
 }
 
@@ -290,11 +309,17 @@ pub fn arclength(
             Begin::At(Harmonics::unknowns(&solution), direction)
         }
     };
-    let record = |family: &mut Harmonics, x: &[f64], kind| {
-        let solution = family.solution(x)?;
-        point(family.body, shooter.as_mut(), &solution, kind).map(Some)
+    let record = |family: &mut Harmonics, x: &[f64], kind| match family.solution(x)? {
+        Ok(solution) => point(family.body, shooter.as_mut(), &solution, kind),
+        Err(failure) => Ok(without(x[x.len() - 1], kind, &failure)),
     };
     along(&mut family, begin, options, record, take)
+}
+
+/// A point of a branch that is no solution of the contact problem: what happens to the branch there, else why.
+pub(super) fn without(omega: f64, kind: PointKind, failure: &Failure) -> PointRecord {
+    let special = if kind.is_event() { kind } else { PointKind::Gap(gap_reason(failure)) };
+    PointRecord { omega, special, ..PointRecord::default() }
 }
 
 /// Where a branch begins, in the unknowns of its family.
@@ -305,12 +330,12 @@ pub(super) enum Begin {
     At(Vec<f64>, f64),
 }
 
-/// Follow a family of series; `record` makes a point of its unknowns, or none where they cannot be evaluated.
+/// Follow a family of series; `record` makes a point of its unknowns.
 pub(super) fn along<F: Family<Chart = (), Error = HbmError>>(
     family: &mut F,
     begin: Begin,
     options: &Options,
-    mut record: impl FnMut(&mut F, &[f64], PointKind) -> Result<Option<PointRecord>, HbmError>,
+    mut record: impl FnMut(&mut F, &[f64], PointKind) -> Result<PointRecord, HbmError>,
     mut take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Stop>, HbmError> {
     let place = match begin {
@@ -326,8 +351,7 @@ pub(super) fn along<F: Family<Chart = (), Error = HbmError>>(
         let place = p.special.is_none().then(|| place_record(&p.place));
         let kind = p.special.as_ref().map_or(PointKind::Regular, kind_of);
         match record(family, &p.x, kind) {
-            Ok(Some(record)) => take(PointRecord { place, ..record }),
-            Ok(None) => Go::Continue(()),
+            Ok(record) => take(PointRecord { place, ..record }),
             Err(e) => {
                 failed = Some(e);
                 Go::Break(())

@@ -10,7 +10,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::HbmError;
-use super::series::Basis;
+use super::series::{Basis, Polynomial, Series};
 use crate::contact::{ActiveSet, Drive, System};
 use crate::continuation::dot;
 use crate::fem::{Csr, Loads};
@@ -185,6 +185,23 @@ impl Interface {
             u.iter_mut().zip(self.lifted.col_as_slice(c)).for_each(|(u, l)| *u += y * l);
         }
         u
+    }
+
+    /// The monitor of a contact point in a phase along a series of projections.
+    pub(super) fn monitor(&self, phase: &PhaseOperator, contact: usize, y: &Series) -> Polynomial {
+        let of_function = |f: usize| {
+            let of_first = y.of(f).iter().take(phase.rows.ncols());
+            let dot: f64 = of_first.enumerate().map(|(c, y)| phase.rows[(contact, c)] * y).sum();
+            dot + phase.monitor_constant(contact, f, &self.system.loads)
+        };
+        let coefficients: Vec<f64> = (0..y.basis.len(y.n_h)).map(of_function).collect();
+        Polynomial::new(y.basis, y.n_h, &coefficients)
+    }
+
+    /// The unit of a monitor: a gap is a length, a pressure what a length makes of it.
+    pub(super) fn monitor_unit(&self, set: &ActiveSet, contact: usize) -> f64 {
+        let of_pressure = self.system.constraints[contact].stiffness;
+        self.system.units.length * if set.is_active(contact) { of_pressure } else { 1.0 }
     }
 
     /// A phase on the reduced directions.

@@ -15,7 +15,7 @@ use super::HbmError;
 use super::balance::{Balance, Crossing, Quadrature};
 use super::interface::Interface;
 use super::receptance::Receptance;
-use super::series::Series;
+use super::series::{Basis, Series};
 use crate::contact::ActiveSet;
 
 /// Limits and choices of a solution.
@@ -61,6 +61,17 @@ pub struct Solution {
     pub sets: Vec<ActiveSet>,
     /// Touches that may be crossings, and were taken for none.
     pub undecided: usize,
+}
+
+impl Solution {
+    /// The switches over a whole period in their order: contact point, closes.
+    pub fn sequence(&self) -> Vec<(usize, bool)> {
+        let forth = self.crossings.iter().map(|c| (c.contact, c.closes));
+        let back = self.crossings.iter().rev().map(|c| (c.contact, !c.closes));
+        // a cosine series is walked over half a period
+        let mirrored = self.q.basis == Basis::Cosine;
+        forth.chain(back.filter(|_| mirrored)).collect()
+    }
 }
 
 /// Why there is no solution.
@@ -144,21 +155,38 @@ pub(super) fn conclude(
     if residual > settings.tolerance || residual.is_nan() {
         return Ok(Err(Failure::NotConverged { residual, iterations }));
     }
-    if balance.crossings.is_empty() && interface.system.loads.harmonics.is_empty() {
-        return Ok(Err(Failure::NoContact));
-    }
-    if settings.quadrature == Quadrature::EventResolved
-        && let Some(theta) = inadmissible(interface, &y, omega, &balance)?
-    {
-        return Ok(Err(Failure::Inadmissible { theta }));
+    if let Some(failure) = flaw(interface, &y, omega, &balance, settings.quadrature)? {
+        return Ok(Err(failure));
     }
     let Balance { crossings, sets, undecided, .. } = balance;
     Ok(Ok(Solution { omega, q, n, residual, iterations, crossings, sets, undecided }))
 }
 
-/// A phase angle at which the complementarity problem, solved anew, has another active set than the walk along the series; asked in the
-/// middle of every phase.
-pub(super) fn inadmissible(
+/// Why a converged series is no solution of the contact problem, if so: every solution is asked, whatever found it.
+pub(super) fn flaw(
+    interface: &Interface,
+    y: &Series,
+    omega: f64,
+    balance: &Balance,
+    quadrature: Quadrature,
+) -> Result<Option<Failure>, HbmError> {
+    let touches = !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count() > 0);
+    if !touches && interface.system.loads.harmonics.is_empty() {
+        return Ok(Some(Failure::NoContact));
+    }
+    if quadrature != Quadrature::EventResolved {
+        return Ok(None);
+    }
+    let theta = inadmissible(interface, y, omega, balance)?;
+    Ok(theta.map(|theta| Failure::Inadmissible { theta }))
+}
+
+/// Over the size of its terms, so far a monitor may be on the wrong side of zero.
+const VIOLATION: f64 = 1e-9;
+
+/// A phase angle at which the contact conditions are violated: where a monitor of the present set is negative anywhere in its phase, or where the complementarity
+/// problem, solved anew in the middle of the phase, has another active set than the walk along the series.
+fn inadmissible(
     interface: &Interface,
     y: &Series,
     omega: f64,
@@ -173,6 +201,14 @@ pub(super) fn inadmissible(
         // switches at one time have nothing between them
         if b - a <= 1e-9 {
             continue;
+        }
+        let op = interface.phase(set)?;
+        for i in 0..interface.system.n_contact() {
+            let monitor = interface.monitor(&op, i, y);
+            let slack = VIOLATION * (monitor.size + interface.monitor_unit(set, i));
+            if let Some(theta) = monitor.below(a, b, slack) {
+                return Ok(Some(theta));
+            }
         }
         let theta = 0.5 * (a + b);
         let u = interface.representative(&y.at(theta).0);

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use faer::Mat;
 
 use super::balance::{Balance, Quadrature};
-use super::newton::{Failure, Settings, Solution, condensed_residual};
+use super::newton::{Failure, Settings, Solution, condensed_residual, flaw};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
@@ -174,14 +174,20 @@ impl Harmonics<'_> {
         s.n.a.iter().copied().chain([s.omega]).collect()
     }
 
-    /// The solution at `X`.
-    pub fn solution(&mut self, x: &[f64]) -> Result<Solution, HbmError> {
+    /// The solution at `X`, or why it is none of the contact problem.
+    pub fn solution(&mut self, x: &[f64]) -> Result<Result<Solution, Failure>, HbmError> {
         let omega = x[x.len() - 1];
-        let (r, balance, _) = self.at(x)?;
-        let q = self.body.series_of(&self.series(x), omega)?;
-        let residual = norm(&r) / norm(&x[..x.len() - 1]).max(f64::MIN_POSITIVE);
+        let (r, balance, receptance) = self.at(x)?;
+        let n = self.series(x);
+        let y = receptance.answer(Some(&n));
+        let q = self.body.series_of(&n, omega)?;
+        let interface = self.body.interface();
+        if let Some(flaw) = flaw(interface, &y, omega, &balance, Quadrature::EventResolved)? {
+            return Ok(Err(flaw));
+        }
+        let residual = norm(&r) / norm(&n.a).max(f64::MIN_POSITIVE);
         let Balance { n, crossings, sets, undecided, .. } = balance;
-        Ok(Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided })
+        Ok(Ok(Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided }))
     }
 
     /// The residual, the projections, and what the open body answers.

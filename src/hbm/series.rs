@@ -169,6 +169,19 @@ impl Polynomial {
         None
     }
 
+    /// A point of `[a, b]` at which the polynomial is below `−slack`, by the same bounds.
+    pub fn below(&self, a: f64, b: f64, slack: f64) -> Option<f64> {
+        let width = std::f64::consts::PI / (2.0 * self.cos.len() as f64);
+        let parts = ((b - a) / width).ceil().max(1.0);
+        let at = |j: usize| if j == parts as usize { b } else { a + j as f64 * (b - a) / parts };
+        let piece = |j: usize| {
+            let (left, right) = (at(j), at(j + 1));
+            let ends = (self.at(left), self.at(right));
+            self.crossing_in(left, right, ends, slack, 0, &mut 0)
+        };
+        (0..parts as usize).find_map(piece)
+    }
+
     fn crossing_in(
         &self,
         a: f64,

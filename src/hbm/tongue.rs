@@ -7,13 +7,13 @@ use std::convert::Infallible;
 use faer::Mat;
 
 use super::balance::{Balance, Quadrature};
-use super::branch::{self, Begin};
+use super::branch::{self, Begin, without};
 use super::fed::{Body, point};
-use super::modes::Linear;
-use super::newton::condensed_residual;
+use super::modes::{Linear, project_in};
+use super::newton::{condensed_residual, flaw};
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
-use super::{HbmError, Solution};
+use super::{Failure, HbmError, Solution};
 use crate::continuation::{Family, Go, Options, Place, Stop, Units, norm};
 use crate::records::{PlaceRecord, PointRecord};
 
@@ -65,15 +65,21 @@ impl Tongue<'_> {
         Ok(Some((r, linear, q, balance)))
     }
 
-    /// The solution at `X`.
-    fn solution(&mut self, x: &[f64]) -> Result<Option<Fed>, HbmError> {
-        let Some((r, _, q, balance)) = self.at(x)? else { return Ok(None) };
+    /// The solution at `X`, or why there is none of the contact problem.
+    fn solution(&mut self, x: &[f64]) -> Result<Result<Fed, Failure>, HbmError> {
         let (n, alpha, omega) = self.parts(x);
+        let nowhere = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
+        let Some((r, _, q, balance)) = self.at(x)? else { return Ok(Err(nowhere)) };
+        let (reduction, exact) = (self.body.reduction(), Quadrature::EventResolved);
+        let y = project_in(reduction, &q);
+        if let Some(flaw) = flaw(reduction, &y, omega, &balance, exact)? {
+            return Ok(Err(flaw));
+        }
         let residual = norm(&r) / norm(n).max(f64::MIN_POSITIVE);
         let Balance { n, crossings, sets, undecided, .. } = balance;
         let solution =
             Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided };
-        Ok(Some(Fed { solution, alpha }))
+        Ok(Ok(Fed { solution, alpha }))
     }
 
     /// Size that makes a projection a number of the order of one.
@@ -159,8 +165,8 @@ pub fn arclength(
         Start::Solution(fed, direction) => Begin::At(Tongue::unknowns(&fed), direction),
     };
     let record = |family: &mut Tongue, x: &[f64], kind| match family.solution(x)? {
-        Some(fed) => point(family.body, shooter.as_mut(), &fed, kind).map(Some),
-        None => Ok(None),
+        Ok(fed) => point(family.body, shooter.as_mut(), &fed, kind),
+        Err(failure) => Ok(without(x[x.len() - 1], kind, &failure)),
     };
     branch::along(&mut family, begin, options, record, take)
 }

@@ -1,6 +1,6 @@
 //! Families of orbits along the branch, through folds and corners.
 
-use super::branch::{kind_of, place_record, record};
+use super::branch::{kind_of, place_of, place_record, record};
 use super::chain::{Chain, Propagator};
 use super::credentials::Orbit;
 use super::mapped::Mapped;
@@ -9,14 +9,21 @@ use super::segments::Segments;
 use super::shooting::Closure;
 use super::{OrbitError, OrbitFamily};
 use crate::continuation::{self, Go, Options, Place, Special, Stop, norm};
-use crate::records::{PointKind, PointRecord};
+use crate::records::{OrbitRecord, PlaceRecord, PointKind, PointRecord};
 
 /// Where a branch begins.
 pub enum Start {
     /// At an orbit, towards growing (`> 0`) or falling frequency.
     Orbit(Box<Orbit>, f64),
-    /// Where an earlier continuation stood.
-    Place(Place<Chain>),
+    /// Where an earlier continuation stood, and what it remembered.
+    Place(Place<Chain>, Memory),
+}
+
+impl Start {
+    /// Where a file says that an earlier continuation stood.
+    pub fn of_record(record: &PlaceRecord) -> Start {
+        Start::Place(place_of(record), Memory::of_numbers(&record.memory))
+    }
 }
 
 /// Follow a family by arclength (or, with `natural`, by frequency).
@@ -28,8 +35,12 @@ pub fn arclength(
     mut take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Ending>, OrbitError> {
     let mapped = is_mapped(body, closure);
+    let mut memory = Memory::default();
     let (chain, start) = match start {
-        Start::Place(place) => (place.chart.clone(), Begin::Place(place)),
+        Start::Place(place, earlier) => {
+            memory = earlier;
+            (place.chart.clone(), Begin::Place(place))
+        }
         Start::Orbit(orbit, direction) => {
             body.system.loads_mut().set_frequency(orbit.omega());
             let (chain, times) = match mapped {
@@ -41,11 +52,12 @@ pub fn arclength(
         }
     };
     if mapped {
-        return across_corners(&mut Mapped::new(body, closure), start, options, &mut take);
+        let family = &mut Mapped::new(body, closure);
+        return across_corners(family, start, options, &mut memory, &mut take);
     }
     let mut family = Segments::new(body, closure, chain);
-    let walked = along(&mut family, start, options, &mut Halfway::default(), &mut take)?;
-    Ok(walked.map(|w| w.met.unwrap_or(Ending::of(w.stop))))
+    let walked = along(&mut family, start, options, (&mut memory, false), &mut take)?;
+    Ok(walked.map(|w| w.end.unwrap_or(Ending::of(w.stop))))
 }
 
 /// From so many contact points on a forced, viscous body passes more corners than multi-segment shooting, which locates every one, has steps for.
@@ -115,41 +127,22 @@ fn across_corners(
     family: &mut Mapped,
     start: Begin,
     options: &Options,
+    memory: &mut Memory,
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<Option<Ending>, OrbitError> {
     let (mut options, mut start) = (options.clone(), start);
-    let mut halfway = Halfway::default();
     loop {
-        let (mut count, mut flawed, mut end) = (0, 0, None);
-        let unit = family.body().system.units.length;
-        let mut counted = |p: PointRecord| {
-            count += 1;
-            flawed = if p.orbit.is_none() { flawed + 1 } else { 0 };
-            let (omega, amplitude) = (p.omega, p.orbit.as_ref().map_or(0.0, |o| o.amplitude));
-            if amplitude > UNBOUNDED * unit {
-                end = Some(Ending::because(
-                    omega,
-                    format!("the motion grows beyond {UNBOUNDED} times the gap"),
-                ));
-            } else if flawed >= FLAWED {
-                end = Some(Ending::because(omega, "solutions are no orbits any more".into()));
-            }
-            let go = take(p);
-            if end.is_some() { Go::Break(()) } else { go }
-        };
-        let walked = along(family, start, &options, &mut halfway, &mut counted)?;
-        let Some(Walked { stop, last, met }) = walked else { return Ok(None) };
-        if met.is_some() {
-            return Ok(met);
-        }
-        options.points = options.points.saturating_sub(count);
+        let before = memory.since_corner;
+        let walked = along(family, start, &options, (memory, true), take)?;
+        let Some(Walked { stop, last, end }) = walked else { return Ok(None) };
         if end.is_some() {
             return Ok(end);
         }
+        options.points = options.points.saturating_sub(memory.since_corner - before);
         let Stop::Step { .. } = stop else { return Ok(Some(Ending::of(stop))) };
         let grazing = family.grazing(&last.x)?;
         // what was not passed right behind a corner is not passed by trying again
-        let behind = match count > 3 && options.points > 0 && !options.natural {
+        let behind = match memory.since_corner > 3 && options.points > 0 && !options.natural {
             true => match family.around(&last)? {
                 Some(place) => Some(place),
                 None if grazing.is_some() => family.across(&last)?,
@@ -163,7 +156,8 @@ fn across_corners(
             return Ok(Some(Ending { stop, why, met: false }));
         };
         let special = Special::Border(grazing.unwrap_or_else(|| "corner".into()));
-        let point = point(family, &place.x, Some(&special), Some(&place))?;
+        memory.since_corner = 0;
+        let point = point(family, &place.x, Some(&special), Some((&place, memory)))?;
         if take(point).is_break() {
             return Ok(Some(Ending::of(Stop::Interrupted)));
         }
@@ -175,98 +169,142 @@ fn across_corners(
 struct Walked {
     stop: Stop,
     last: Place<Chain>,
-    /// It met the branch that it came from.
-    met: Option<Ending>,
+    /// What ended it that the continuation does not know of.
+    end: Option<Ending>,
 }
 
-/// A subharmonic branch on its way: behind a period doubling come the same orbits again, one period of the loads later.
-#[derive(Default)]
-struct Halfway {
-    last: Option<Vec<f64>>,
+/// What a branch remembers of its way: all that decides how it goes on and ends, beside the place where it is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Memory {
+    /// A subharmonic branch: how far the last orbit was from itself one period of the loads later. Behind a period doubling come the same orbits again.
+    halfway: Option<Vec<f64>>,
+    /// The most of that so far.
     largest: f64,
+    /// Solutions in a row that were no orbits.
+    flawed: usize,
+    /// Points since the last corner that was passed.
+    since_corner: usize,
+}
+
+impl Memory {
+    /// The numbers that a file keeps (what a subharmonic orbit is halfway is computed anew).
+    fn numbers(&self) -> Vec<f64> {
+        vec![self.largest, self.flawed as f64, self.since_corner as f64]
+    }
+
+    fn of_numbers(numbers: &[f64]) -> Memory {
+        let &[largest, flawed, since_corner] = numbers else { return Memory::default() };
+        let (flawed, since_corner) = (flawed as usize, since_corner as usize);
+        Memory { halfway: None, largest, flawed, since_corner }
+    }
+
+    /// One more point.
+    fn count(&mut self, orbit: Option<&OrbitRecord>) {
+        self.flawed = if orbit.is_none() { self.flawed + 1 } else { 0 };
+        self.since_corner += 1;
+    }
 }
 
 /// At the fold of a period doubling an orbit differs from itself one period later by less than this, over the most on its branch.
 const AT_DOUBLING: f64 = 0.02;
 
-impl Halfway {
+impl Memory {
     /// Whether the branch has come to a period doubling.
     fn is_doubling(&mut self, orbit: &Orbit, special: Option<&Special>) -> bool {
         let Some(now) = &orbit.halfway else { return false };
         let size = norm(now);
         self.largest = self.largest.max(size);
         let dot = |a: &[f64]| a.iter().zip(now).map(|(a, b)| a * b).sum::<f64>();
-        let turned = self.last.as_deref().is_some_and(|last| dot(last) < 0.0);
+        let turned = self.halfway.as_deref().is_some_and(|last| dot(last) < 0.0);
         let at_fold = special == Some(&Special::Fold) && size < AT_DOUBLING * self.largest;
-        self.last = Some(now.clone());
+        self.halfway = Some(now.clone());
         turned || at_fold
     }
 }
 
-/// Follow a family; how that ended, and where.
+/// Follow a family; how that ended, and where. With `limits` a motion that grows without bound, and solutions that are no orbits any more, end it.
 fn along<F: OrbitFamily>(
     family: &mut F,
     start: Begin,
     options: &Options,
-    halfway: &mut Halfway,
+    (memory, limits): (&mut Memory, bool),
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<Option<Walked>, OrbitError> {
     let place = match start {
-        Begin::Place(place) => place,
+        Begin::Place(place) => {
+            if memory.halfway.is_none() && memory.since_corner > 0 {
+                memory.halfway = family.orbit(&place.x)?.halfway;
+            }
+            place
+        }
         Begin::At(x, direction) => {
             let Some(place) = Place::start(family, x, direction, options.step.0)? else {
                 return Ok(None);
             };
-            let point = point(family, &place.x, Some(&Special::Start), Some(&place))?;
+            memory.since_corner += 1;
+            let point = point(family, &place.x, Some(&Special::Start), Some((&place, memory)))?;
             if take(point).is_break() {
-                return Ok(Some(Walked { stop: Stop::Interrupted, last: place, met: None }));
+                return Ok(Some(Walked { stop: Stop::Interrupted, last: place, end: None }));
             }
             place
         }
     };
-    let (mut failed, mut met) = (None, None);
+    let (mut failed, mut end) = (None, None);
     let mut last = place.clone();
-    let stop = continuation::follow(family, place, options, |family, p| {
+    let unit = family.body().system.units.length;
+    let mut visit = |family: &mut F, p: &continuation::Point<Chain>| {
         let at = p.x[p.x.len() - 1];
-        match family.orbit(&p.x).map(|orbit| halfway.is_doubling(&orbit, p.special.as_ref())) {
-            Ok(true) => {
-                let why = format!(
-                    "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
-                );
-                met = Some(Ending { stop: Stop::Interrupted, why: Some(why), met: true });
-                return Go::Break(());
-            }
-            Ok(false) => {}
-            Err(e) => {
-                failed = Some(e);
-                return Go::Break(());
-            }
+        if memory.is_doubling(&family.orbit(&p.x)?, p.special.as_ref()) {
+            let why = format!(
+                "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
+            );
+            end = Some(Ending { stop: Stop::Interrupted, why: Some(why), met: true });
+            return Ok(Go::Break(()));
         }
         // a special point inside a step is no place to go on from: the step is made anew
         let regular = matches!(p.special, None | Some(Special::Border(_)));
-        let place = regular.then_some(&p.place);
         if regular {
             last = p.place.clone();
         }
-        match point(family, &p.x, p.special.as_ref(), place) {
-            Ok(point) => take(point),
-            Err(e) => {
-                failed = Some(e);
-                Go::Break(())
-            }
+        let mut found = point(family, &p.x, p.special.as_ref(), None)?;
+        memory.count(found.orbit.as_ref());
+        found.place = regular.then(|| place_record(&p.place, memory.numbers()));
+        if limits {
+            end = limit(&found, memory, unit);
         }
+        let go = take(found);
+        Ok(if end.is_some() { Go::Break(()) } else { go })
+    };
+    let stop = continuation::follow(family, place, options, |family, p| {
+        visit(family, &p).unwrap_or_else(|e| {
+            failed = Some(e);
+            Go::Break(())
+        })
     })?;
     match failed {
         Some(e) => Err(e),
-        None => Ok(Some(Walked { stop, last, met })),
+        None => Ok(Some(Walked { stop, last, end })),
     }
+}
+
+/// Why a branch has no more to tell, if so.
+fn limit(point: &PointRecord, memory: &Memory, unit: f64) -> Option<Ending> {
+    let amplitude = point.orbit.as_ref().map_or(0.0, |o| o.amplitude);
+    let why = if amplitude > UNBOUNDED * unit {
+        format!("the motion grows beyond {UNBOUNDED} times the gap")
+    } else if memory.flawed >= FLAWED {
+        "solutions are no orbits any more".into()
+    } else {
+        return None;
+    };
+    Some(Ending::because(point.omega, why))
 }
 
 fn point<F: OrbitFamily>(
     family: &mut F,
     x: &[f64],
     special: Option<&Special>,
-    place: Option<&Place<Chain>>,
+    place: Option<(&Place<Chain>, &Memory)>,
 ) -> Result<PointRecord, OrbitError> {
     let orbit = family.orbit(x)?;
     let mut flaws = orbit.flaws();
@@ -274,16 +312,17 @@ fn point<F: OrbitFamily>(
         flaws.push("no contact".into());
     }
     let kind = special.map_or(PointKind::Regular, kind_of);
-    let (orbit, special) = if flaws.is_empty() {
-        (Some(record(family.body(), &orbit)?), kind)
-    } else {
-        (None, PointKind::Failed(flaws.join("; ")))
+    let (orbit, special) = match flaws.is_empty() {
+        true => (Some(record(family.body(), &orbit)?), kind),
+        // what happens to the branch there does not depend on what the solution is
+        false if kind.is_event() => (None, kind),
+        false => (None, PointKind::Failed(flaws.join("; "))),
     };
     Ok(PointRecord {
         omega: x[x.len() - 1],
         special,
         orbit,
-        place: place.map(place_record),
+        place: place.map(|(place, memory)| place_record(place, memory.numbers())),
         ..PointRecord::default()
     })
 }

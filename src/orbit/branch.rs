@@ -55,7 +55,7 @@ fn feedback(f: &Feedback) -> ViscousRecord {
 }
 
 /// Where a continuation stands, as a file keeps it.
-pub(super) fn place_record(place: &Place<Chain>) -> PlaceRecord {
+pub(super) fn place_record(place: &Place<Chain>, memory: Vec<f64>) -> PlaceRecord {
     PlaceRecord {
         x: place.x.clone(),
         tangent: place.tangent.clone(),
@@ -65,6 +65,7 @@ pub(super) fn place_record(place: &Place<Chain>) -> PlaceRecord {
         sets: place.chart.sets.iter().map(|s| s.flags().to_vec()).collect(),
         nodes: place.chart.nodes.clone(),
         base: vec![],
+        memory,
     }
 }
 
@@ -233,7 +234,11 @@ fn try_at(
             worst = Some(verdict);
         }
     }
-    Ok(worst.unwrap_or(Verdict::NoContact { energy: 0.0 }))
+    Ok(worst.unwrap_or(Verdict::NotFound {
+        residual: f64::NAN,
+        singular_value: f64::NAN,
+        reason: Some("there is nothing to start from".into()),
+    }))
 }
 
 /// Frame vectors of the mode `mode` (from 1) of the open phase at `amplitude` times grazing (negative: the far point).

@@ -39,7 +39,11 @@ pub fn all(
         let (known, done) = (found.len(), count);
         count += next.len();
         for orbit in shoot_all(body, closure, &next, omega, &quick, |k| tick(done + k, count))? {
-            if !found.iter().any(|o| same(o, &orbit)) {
+            let mut is_known = false;
+            for known in &found {
+                is_known = is_known || same(body, known, &orbit)?;
+            }
+            if !is_known {
                 found.push(orbit);
             }
         }
@@ -97,8 +101,25 @@ fn neighbours(body: &Propagator, z: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// A set of starts for [`all`]: the first mode from grazing to `most` times grazing, alone and with each of the next modes that move the
-/// contact edge at a few shares of its amplitude.
+/// contact edge at a few shares of its amplitude; between obstacles that face each other from both sides.
 pub fn starts(body: &Propagator, most: f64, amplitudes: usize) -> Vec<Vec<f64>> {
+    let mut list = of_first_mode(body, most, amplitudes);
+    if is_between(body) {
+        let mirrored: Vec<Vec<f64>> = list.iter().map(|z| z.iter().map(|z| -z).collect()).collect();
+        list.extend(mirrored);
+    }
+    list
+}
+
+/// Whether obstacles face each other.
+fn is_between(body: &Propagator) -> bool {
+    let constraints = &body.system.constraints;
+    let against =
+        |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() < 0.0;
+    constraints.iter().any(|c| against(&c.normal, &constraints[0].normal))
+}
+
+fn of_first_mode(body: &Propagator, most: f64, amplitudes: usize) -> Vec<Vec<f64>> {
     let mut list = vec![];
     for k in 0..amplitudes {
         let a = 1.03 * (most / 1.03).powf(k as f64 / (amplitudes.max(2) - 1) as f64);

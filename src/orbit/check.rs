@@ -4,12 +4,14 @@ use std::f64::consts::TAU;
 
 use super::OrbitError;
 use super::chain::Propagator;
+use super::credentials::Orbit;
 use super::period_map::integrate;
 use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
 use crate::contact::State;
 use crate::contact::{ActiveSet, Phase};
 use crate::continuation::norm;
+use crate::records::VerdictKind;
 
 /// A series `u_O(t) = Σ a_k cos kωt + b_k sin kωt` of another method.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,12 +35,51 @@ pub struct Checked {
     pub return_error: f64,
     /// What shooting from it found.
     pub verdict: Verdict,
-    /// How far shooting moved the state, relative to the orbit.
-    pub moved: f64,
+    /// How the orbit that was found stands to the candidate.
+    pub likeness: Likeness,
     /// Change of the contact time, over the period.
     pub contact_change: f64,
+}
+
+impl Checked {
+    /// The verdict in a word: an orbit that the candidate does not approximate is another one.
+    pub fn kind(&self) -> VerdictKind {
+        match self.verdict.kind() {
+            VerdictKind::Orbit if !self.likeness.is_near() => VerdictKind::AnotherOrbit,
+            kind => kind,
+        }
+    }
+}
+
+/// An orbit nearer than this that has the switches of a series is the one that the series approximates.
+pub const NEAR: f64 = 0.1;
+
+/// How an orbit stands to a series from which it was shot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Likeness {
+    /// How far shooting moved the state, relative to the orbit.
+    pub moved: f64,
     /// Whether nodes switch in the same order.
     pub same_sequence: bool,
+}
+
+impl Likeness {
+    /// No orbit was found.
+    const NONE: Likeness = Likeness { moved: f64::NAN, same_sequence: false };
+
+    /// Of an orbit to the state `z` that it was shot from (a frame vector), and to a sequence of switches: contact point, closes.
+    pub fn new(orbit: &Orbit, z: &[f64], sequence: &[(usize, bool)]) -> Likeness {
+        let found = orbit.closure.frame(&orbit.z);
+        let d: Vec<f64> = found.iter().zip(z).map(|(a, b)| a - b).collect();
+        let of_orbit = orbit.switches.iter().map(|s| (s.contact, s.kind.arrives()));
+        let same_sequence = of_orbit.eq(sequence.iter().copied());
+        Likeness { moved: norm(&d) / norm(found), same_sequence }
+    }
+
+    /// Whether the series approximates the orbit.
+    pub fn is_near(&self) -> bool {
+        self.moved <= NEAR && self.same_sequence
+    }
 }
 
 /// Times at which the residual is taken.
@@ -108,17 +149,12 @@ pub fn check(
     };
     guess.splice(0..0, z[..closure.sizes(n).1].iter().copied());
     let verdict = find(body, closure, &guess, candidate.omega, effort)?;
-    let (mut moved, mut contact_change, mut same_sequence) = (f64::NAN, f64::NAN, false);
+    let (mut likeness, mut contact_change) = (Likeness::NONE, f64::NAN);
     if let Some(orbit) = verdict.orbit() {
-        let found = closure.frame(&orbit.z);
-        let d: Vec<f64> = found.iter().zip(&z).map(|(a, b)| a - b).collect();
-        moved = norm(&d) / norm(found);
+        likeness = Likeness::new(orbit, &z, &sequence);
         contact_change = (orbit.contact_time - contact_time) / period;
-        let of_orbit: Vec<(usize, bool)> =
-            orbit.switches.iter().map(|s| (s.contact, s.kind.arrives())).collect();
-        same_sequence = of_orbit == sequence;
     }
-    Ok(Checked { energy, residual, return_error, verdict, moved, contact_change, same_sequence })
+    Ok(Checked { energy, residual, return_error, verdict, likeness, contact_change })
 }
 
 /// Residual, contact time and switches along a candidate.

@@ -44,6 +44,8 @@ pub struct Orbit {
     pub switches: Vec<Switch>,
     /// Time during which any node touches.
     pub contact_time: f64,
+    /// It does not move: velocities are rounding errors.
+    pub is_at_rest: bool,
     /// Largest penetration over the unit of length.
     pub penetration: f64,
     /// The same of the method's own gaps, which an obstacle that yields keeps while the body enters it.
@@ -81,8 +83,13 @@ pub struct Feedback {
 
 /// An orbit fails by more than these.
 const RESIDUAL: f64 = 1e-10;
+/// Whatever its multipliers make of rounding errors.
+const MOST_RESIDUAL: f64 = 1e-7;
 const VIOLATION: f64 = 1e-9;
 const BALANCE: f64 = 1e-8;
+
+/// Kinetic energy below this part of the energy is that of rounding errors.
+const AT_REST: f64 = 1e-20;
 
 /// A subharmonic orbit that comes back this near after one period of the loads, over its size, is none.
 const SHORTER: f64 = 1e-7;
@@ -108,7 +115,7 @@ impl Orbit {
         };
         // what is known to rounding comes back multiplied by the largest multiplier: 10⁵ and more right behind a grazing
         let spread = self.stability.as_ref().map_or(1.0, |s| s.largest.max(1.0));
-        limit("residual", self.residual, RESIDUAL * spread);
+        limit("residual", self.residual, (RESIDUAL * spread).min(MOST_RESIDUAL));
         limit("penetration", self.gap_error, VIOLATION);
         limit("tension", self.tension, VIOLATION);
         limit("energy balance", self.balance, BALANCE);
@@ -117,6 +124,9 @@ impl Orbit {
         }
         if self.halfway.as_ref().is_some_and(|d| norm(d) < SHORTER * norm(&self.z)) {
             flaws.push("it repeats after one period of the loads".into());
+        }
+        if self.is_at_rest {
+            flaws.push("it does not move: an equilibrium".into());
         }
         if !self.certified {
             flaws.push("a switch was not found by proof".into());
@@ -129,6 +139,7 @@ impl Orbit {
 struct Scan<'a> {
     body: &'a Propagator,
     energy: f64,
+    kinetic: f64,
     amplitude: f64,
     contact_time: f64,
     grazing: f64,
@@ -146,6 +157,7 @@ impl Observer for Scan<'_> {
         let u_c = system.towards_obstacles(s.u);
         let energy = s.energies.map_or(f64::NAN, |e| e.total());
         self.energy = self.energy.max(energy);
+        self.kinetic = self.kinetic.max(s.energies.map_or(0.0, |e| e.kinetic));
         let moved = system.along_normals(s.u);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match s.active.is_active(i) {
@@ -228,6 +240,7 @@ pub fn examine(
     let mut scan = Scan {
         body,
         energy: 0.0,
+        kinetic: 0.0,
         amplitude: 0.0,
         contact_time: 0.0,
         grazing: f64::INFINITY,
@@ -283,6 +296,7 @@ pub fn examine(
         residual: norm(&difference) / norm(&start).max(f64::MIN_POSITIVE),
         iterations,
         contact_time: scan.contact_time,
+        is_at_rest: scan.kinetic <= AT_REST * scan.energy.abs(),
         penetration: report.max_penetration.max(0.0) / unit,
         gap_error: report.gap_error.max(0.0) / unit,
         tension: report.max_tension.max(0.0) / (stiffness * unit),

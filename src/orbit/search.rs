@@ -10,7 +10,7 @@ use super::segments::Segments;
 use super::shooting::{Closure, Settings, Shot, shoot};
 use super::{OrbitError, tolerate};
 use crate::continuation::{
-    self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value,
+    self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value, norm,
 };
 
 /// What came of a search.
@@ -187,7 +187,7 @@ pub(super) fn judge(
     multipliers: bool,
 ) -> Result<Verdict, OrbitError> {
     let orbit = examine(body, closure, z, closure.period(omega), iterations, multipliers)?;
-    if orbit.switches.is_empty() && !closure.is_forced() {
+    if orbit.switches.is_empty() && orbit.contact_time == 0.0 && !closure.is_forced() {
         return Ok(Verdict::NoContact { energy: orbit.energy });
     }
     let flaws = orbit.flaws();
@@ -277,11 +277,47 @@ fn towards(family: &mut Segments, x: Vec<f64>, omega: f64) -> Result<Option<Arri
     Ok(arrival)
 }
 
-/// Whether two orbits are the same, started at whichever point of symmetry.
-pub fn same(a: &Orbit, b: &Orbit) -> bool {
-    (a.energy / b.energy - 1.0).abs() < 1e-7
+/// Orbits nearer to each other than this, over their size, are one.
+const SAME: f64 = 1e-5;
+
+/// Whether two orbits are the same, started at whichever instant at which the closure holds: a reversible one at either of its two instants of rest, a
+/// subharmonic one after any period of the loads. Mirror images of a symmetric body agree in energy, switches and contact time, and are two.
+pub fn same(body: &Propagator, a: &Orbit, b: &Orbit) -> Result<bool, OrbitError> {
+    let alike = (a.energy - b.energy).abs() <= 1e-7 * a.energy.abs().max(b.energy.abs())
         && a.switches.len() == b.switches.len()
-        && (a.contact_time - b.contact_time).abs() < 1e-6 * a.period
+        && (a.contact_time - b.contact_time).abs() <= 1e-6 * a.period;
+    if !alike {
+        return Ok(false);
+    }
+    let parts = match a.closure {
+        Closure::Reversible => 2,
+        Closure::Forced(periods) => periods,
+        // the phase condition leaves one instant
+        Closure::Viscous(_) => 1,
+        Closure::Autonomous => return Ok(same_sequence(a, b)),
+    };
+    let state = body.frame(&b.state);
+    for part in 0..parts {
+        let t = a.period * part as f64 / parts as f64;
+        let there = match part {
+            0 => body.frame(&a.state),
+            _ => body.frame(&super::period_map::integrate(body, &a.state, t)?.report.last),
+        };
+        let d: Vec<f64> = there.iter().zip(&state).map(|(a, b)| a - b).collect();
+        if norm(&d) <= SAME * norm(&state) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Whether contact points switch in the same cyclic order: all that two orbits without a common instant can be asked.
+fn same_sequence(a: &Orbit, b: &Orbit) -> bool {
+    let of = |o: &Orbit| -> Vec<(usize, bool)> {
+        o.switches.iter().map(|s| (s.contact, s.kind.arrives())).collect()
+    };
+    let (a, b) = (of(a), of(b));
+    a.is_empty() || (0..a.len()).any(|k| a[k..].iter().chain(&a[..k]).eq(&b))
 }
 
 /// The sequence of active sets over the closure's time, for a family through an orbit.

@@ -131,7 +131,8 @@ impl<'a> Segments<'a> {
     fn touch(&self, walk: &Walk, phase: usize, contact: usize, near: f64) -> Touch {
         let sets = &self.chain.sets;
         let active = sets[phase].is_active(contact);
-        let near = near * walk.links[walk.links.len() - 1].span.1;
+        let end = walk.links[walk.links.len() - 1].span.1;
+        let near = near * end;
         let at =
             |phase: usize, t: f64| Touch { phase, t, h: walk.links[phase].monitor(contact, t).0 };
         let rate = |phase: usize, t: f64| walk.links[phase].monitor(contact, t).1;
@@ -140,8 +141,10 @@ impl<'a> Segments<'a> {
         // downhill from `near`, in growing steps, until the rate changes its sign or the contact state ends
         let mut phase = phase;
         let (mut a, mut b) = walk.links[phase].span;
-        let (mut low, mut high) = (near.clamp(a.min(b), b), near.clamp(a.min(b), b));
-        let mut stride = 1e-4 * (b - a);
+        let mut low = near.max(a.min(b)).min(b);
+        let mut high = low;
+        // a newborn phase has no length, an iterate of Newton's method may have a negative one
+        let mut stride = 1e-4 * (b - a).abs().max(1e-2 * end);
         if rate(phase, low) < 0.0 {
             while rate(phase, high) < 0.0 {
                 if high >= b {

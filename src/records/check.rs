@@ -11,6 +11,8 @@ use super::bits;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "String", into = "String")]
 pub enum VerdictKind {
+    /// An orbit with all its credentials, but another one than the series approximates: far from it, or of another sequence of switches.
+    AnotherOrbit,
     /// The equations could not be evaluated.
     Failed,
     /// A solution of the shooting equations that is no orbit.
@@ -23,7 +25,7 @@ pub enum VerdictKind {
     NoContact,
     /// Neither an orbit nor its family was found.
     NotFound,
-    /// An orbit with all its credentials.
+    /// An orbit with all its credentials, and near the series where there is one.
     Orbit,
     /// A word of another version, or of a damaged file.
     Other(String),
@@ -31,7 +33,8 @@ pub enum VerdictKind {
 
 impl VerdictKind {
     /// All that this version gives.
-    pub const ALL: [VerdictKind; 7] = [
+    pub const ALL: [VerdictKind; 8] = [
+        VerdictKind::AnotherOrbit,
         VerdictKind::Failed,
         VerdictKind::Flawed,
         VerdictKind::Fold,
@@ -44,6 +47,7 @@ impl VerdictKind {
     /// The word.
     pub fn name(&self) -> &str {
         match self {
+            VerdictKind::AnotherOrbit => "another orbit",
             VerdictKind::Failed => "failed",
             VerdictKind::Flawed => "flawed",
             VerdictKind::Fold => "fold",
@@ -127,9 +131,14 @@ pub struct CheckRow {
 }
 
 impl CheckRow {
-    /// Whether shooting found an orbit.
+    /// Whether shooting found the orbit that the series approximates.
     pub fn is_orbit(&self) -> bool {
         self.verdict == VerdictKind::Orbit
+    }
+
+    /// Whether shooting found any orbit, this one or another.
+    pub fn has_orbit(&self) -> bool {
+        self.is_orbit() || self.verdict == VerdictKind::AnotherOrbit
     }
 }
 

@@ -28,6 +28,9 @@ pub struct PlaceRecord {
     /// Harmonic balance: the solution of one harmonic that the ladder at this frequency began with.
     #[serde(with = "bits::many")]
     pub base: Vec<f64>,
+    /// What the branch remembers of its way, where that decides how it goes on and ends; its family knows what it is.
+    #[serde(default, with = "bits::many")]
+    pub memory: Vec<f64>,
 }
 
 /// One row of `/backbone`.

@@ -34,8 +34,10 @@ pub enum PointKind {
     Border(String),
     /// A solution of harmonic balance with touches of which it is not known whether they are contacts: their number.
     Undecided(usize),
-    /// A solution of harmonic balance from which shooting reaches no orbit, and its verdict.
+    /// A solution of harmonic balance from which shooting reaches no orbit that it approximates, and its verdict.
     NoOrbitNear(VerdictKind),
+    /// A solution of harmonic balance with an orbit near it, whose multipliers are not known: a grazing, or a body that is too large for them.
+    NotExamined,
     /// A frequency without a solution.
     Gap(GapReason),
     /// A solution of the equations that is no orbit, and what speaks against it.
@@ -119,6 +121,12 @@ impl PointKind {
         matches!(self, PointKind::Gap(_))
     }
 
+    /// Whether something happens to the branch there, whatever the solution is.
+    pub fn is_event(&self) -> bool {
+        use PointKind::{Border, BranchPoint, Fold, Stability};
+        matches!(self, Fold | BranchPoint | Border(_) | Stability(_))
+    }
+
     /// The name without details.
     pub fn word(&self) -> &str {
         match self {
@@ -132,6 +140,7 @@ impl PointKind {
             PointKind::Border(_) => "border",
             PointKind::Undecided(_) => "grazing",
             PointKind::NoOrbitNear(_) => "no orbit near",
+            PointKind::NotExamined => "orbit not examined",
             PointKind::Gap(_) => "gap",
             PointKind::Failed(_) => "failed",
             PointKind::Other(text) => heading(text),
@@ -147,6 +156,7 @@ impl PointKind {
             PointKind::EndOfRange,
             PointKind::Fold,
             PointKind::BranchPoint,
+            PointKind::NotExamined,
         ];
         if let Some(kind) = plain.into_iter().find(|kind| kind.word() == name) {
             return kind;
@@ -343,6 +353,7 @@ mod tests {
             PointKind::EndOfRange,
             PointKind::Fold,
             PointKind::BranchPoint,
+            PointKind::NotExamined,
             PointKind::Border("switches of nodes 41 and 43 change places".into()),
             PointKind::Undecided(3),
             PointKind::Failed("penetration 1e-3; not closed".into()),

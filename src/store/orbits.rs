@@ -170,6 +170,9 @@ pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreErr
     if !place.base.is_empty() {
         c.new_dataset_builder().with_data(&place.base).create("base")?;
     }
+    if !place.memory.is_empty() {
+        c.new_dataset_builder().with_data(&place.memory).create("memory")?;
+    }
     Ok(())
 }
 
@@ -177,7 +180,7 @@ pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
     let Ok(c) = g.group("continuation") else { return Ok(None) };
     let sets: Array2<u8> = c.dataset("active")?.table()?;
     let nodes: Vec<i64> = c.dataset("node")?.values()?;
-    let base = c.dataset("base").and_then(|d| d.values());
+    let optional = |name: &str| c.dataset(name).and_then(|d| d.values()).unwrap_or_default();
     Ok(Some(PlaceRecord {
         x: c.dataset("x")?.values()?,
         tangent: c.dataset("tangent")?.values()?,
@@ -186,7 +189,8 @@ pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
         signature: c.dataset("signature")?.values()?,
         sets: sets.rows().into_iter().map(|r| r.iter().map(|&a| a == 1).collect()).collect(),
         nodes: nodes.iter().map(|&n| n as usize).collect(),
-        base: base.unwrap_or_default(),
+        base: optional("base"),
+        memory: optional("memory"),
     }))
 }
 

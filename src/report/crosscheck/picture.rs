@@ -53,7 +53,7 @@ pub(in crate::report) fn crosscheck(
     let groups: Vec<Group> = tallies.iter().enumerate().map(group).collect();
     let several = groups.len() > 1;
     let x = range(rows.iter().map(|r| r.omega));
-    let found = rows.iter().any(CheckRow::is_orbit);
+    let found = rows.iter().any(CheckRow::has_orbit);
     let energy = if is_viscous(family) { "energy H at t = 0" } else { "largest energy H" };
     figure::svg((980, if several { 1120 } else { 800 }), |root| {
         let what = match &groups[..] {
@@ -101,10 +101,13 @@ fn head<'b>(sheet: Area<'b>, groups: &[Group], rows: &[CheckRow]) -> Result<Area
     let sheet = legend_above(sheet, &entries)?;
     let mut entries: Vec<Entry> = vec![("harmonic balance", ink, Mark::Line)];
     if rows.iter().any(CheckRow::is_orbit) {
-        entries.push(("orbit that shooting found from it", ink, Mark::Dot));
+        entries.push(("orbit that it approximates", ink, Mark::Dot));
+    }
+    if rows.iter().any(|r| r.verdict == VerdictKind::AnotherOrbit) {
+        entries.push(("another orbit, found from it", ink, Mark::Circle));
     }
     let without: BTreeSet<&VerdictKind> =
-        rows.iter().filter(|r| !r.is_orbit()).map(|r| &r.verdict).collect();
+        rows.iter().filter(|r| !r.has_orbit()).map(|r| &r.verdict).collect();
     // several verdicts share the cross
     let crosses = without.iter().filter(|v| mark(v) == Mark::Speck).map(|v| v.name());
     let crosses = crosses.collect::<Vec<_>>().join(" or ");
@@ -147,7 +150,7 @@ fn energies(
             g.rows.iter().filter(|r| positive(&r.energy)).map(|r| (r.omega, r.energy)).collect();
         let alone_without = |piece: &Vec<(f64, f64)>| match piece[..] {
             [(omega, energy)] => {
-                g.rows.iter().any(|r| !r.is_orbit() && r.omega == omega && r.energy == energy)
+                g.rows.iter().any(|r| !r.has_orbit() && r.omega == omega && r.energy == energy)
             }
             _ => false,
         };
@@ -159,14 +162,17 @@ fn energies(
     }
     for chosen in [Mark::Speck, Mark::Ring, Mark::Triangle] {
         for g in groups {
-            let without = g.rows.iter().filter(|r| !r.is_orbit() && positive(&r.energy));
+            let without = g.rows.iter().filter(|r| !r.has_orbit() && positive(&r.energy));
             let points = without.filter(|r| mark(&r.verdict) == chosen);
             symbols(&chart, points.map(|r| (r.omega, scaled(r.energy))), chosen, g.colour)?;
         }
     }
-    for g in groups {
-        let orbits = g.rows.iter().filter(|r| r.is_orbit() && positive(&r.orbit_energy));
-        symbols(&chart, orbits.map(|r| (r.omega, scaled(r.orbit_energy))), Mark::Dot, g.colour)?;
+    for (own, mark) in [(false, Mark::Circle), (true, Mark::Dot)] {
+        for g in groups {
+            let orbits = g.rows.iter().filter(|r| r.has_orbit() && r.is_orbit() == own);
+            let orbits = orbits.filter(|r| positive(&r.orbit_energy));
+            symbols(&chart, orbits.map(|r| (r.omega, scaled(r.orbit_energy))), mark, g.colour)?;
+        }
     }
     Ok(())
 }
@@ -176,7 +182,7 @@ fn distances(area: &Area, groups: &[Group], x: Range<f64>) -> Drawn {
     let ink = if let [only] = groups { only.colour } else { INK };
     let names = [("same switches as the series", Mark::Dot), ("other switches", Mark::Ring)];
     let shown = |g: &&Group, same: bool| -> Vec<(f64, f64)> {
-        let rows = g.rows.iter().filter(|r| r.is_orbit() && r.same_sequence == same);
+        let rows = g.rows.iter().filter(|r| r.has_orbit() && r.same_sequence == same);
         rows.filter(|r| r.moved > 0.0).map(|r| (r.omega, r.moved.log10())).collect()
     };
     let all = || groups.iter().flat_map(|g| [true, false].map(|same| shown(&g, same)));

@@ -15,7 +15,7 @@ pub fn csv(rows: &[CheckRow]) -> String {
         let [energy, residual, back] = [r.energy, r.residual, r.return_error].map(finite);
         let _ =
             write!(out, "{},{},{energy},{residual},{back},{}", number(r.omega), r.n_h, r.verdict);
-        let _ = match r.is_orbit() {
+        let _ = match r.has_orbit() {
             true => {
                 let [moved, energy, change] =
                     [r.moved, r.orbit_energy, r.contact_change].map(finite);

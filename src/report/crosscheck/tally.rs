@@ -4,9 +4,6 @@ use std::collections::BTreeMap;
 
 use crate::records::{CheckRow, VerdictKind};
 
-/// A point whose orbit is nearer than this and has its sequence of switches is that orbit's approximation.
-pub const NEAR: f64 = 0.1;
-
 /// What the cross-check of one number of harmonics gave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
@@ -14,15 +11,15 @@ pub struct Tally {
     pub n_h: usize,
     /// Number of points.
     pub points: usize,
-    /// How many of them led to an orbit.
+    /// How many of them led to the orbit that they approximate: near, and of the same switches.
     pub orbits: usize,
-    /// How many of those orbits have the switches of the series.
+    /// How many led to another orbit.
+    pub others: usize,
+    /// How many of all these orbits have the switches of the series.
     pub same_sequence: usize,
-    /// How many of these are nearer than [`NEAR`].
-    pub near: usize,
     /// The other verdicts, and how often each was given.
     pub verdicts: BTreeMap<VerdictKind, usize>,
-    /// Median relative distance to the orbit; NaN: there is none.
+    /// Median relative distance to the orbit, this one or another; NaN: there is none.
     pub median_moved: f64,
     /// Median residual in time of all points.
     pub median_residual: f64,
@@ -46,17 +43,17 @@ pub fn by_harmonics(rows: &[CheckRow]) -> Vec<Tally> {
     harmonics.dedup();
     let tally = |n_h: usize| {
         let of = || of_harmonics(rows, n_h);
-        let orbits = || of().filter(|r| r.is_orbit());
+        let orbits = || of().filter(|r| r.has_orbit());
         let mut verdicts = BTreeMap::new();
-        for row in of().filter(|r| !r.is_orbit()) {
+        for row in of().filter(|r| !r.has_orbit()) {
             *verdicts.entry(row.verdict.clone()).or_default() += 1;
         }
         Tally {
             n_h,
             points: of().count(),
-            orbits: orbits().count(),
+            orbits: of().filter(|r| r.is_orbit()).count(),
+            others: of().filter(|r| r.verdict == VerdictKind::AnotherOrbit).count(),
             same_sequence: orbits().filter(|r| r.same_sequence).count(),
-            near: orbits().filter(|r| r.same_sequence && r.moved < NEAR).count(),
             verdicts,
             median_moved: median(orbits().map(|r| r.moved)),
             median_residual: median(of().map(|r| r.residual)),
@@ -86,12 +83,12 @@ mod tests {
         };
         let rows = [
             row(VerdictKind::Orbit, 0.1, true),
-            row(VerdictKind::Orbit, 0.3, false),
-            row(VerdictKind::Orbit, 0.2, true),
+            row(VerdictKind::AnotherOrbit, 0.3, false),
+            row(VerdictKind::AnotherOrbit, 0.2, true),
             row(VerdictKind::Fold, f64::NAN, false),
         ];
         let [t] = &by_harmonics(&rows)[..] else { panic!("one number of harmonics") };
-        assert_eq!((t.n_h, t.points, t.orbits, t.same_sequence), (3, 4, 3, 2));
+        assert_eq!((t.n_h, t.points, t.orbits, t.others, t.same_sequence), (3, 4, 1, 2, 2));
         assert_eq!((t.median_moved, t.median_residual), (0.2, 0.5));
         assert_eq!(t.verdicts.get(&VerdictKind::Fold), Some(&1));
     }
