@@ -7,14 +7,15 @@ use std::f64::consts::TAU;
 use common::{problem, random, shipped};
 use faer::Mat;
 use signorini::contact::State;
-use signorini::continuation::{Go, Options, Stop};
+use signorini::continuation::{Family, Go, Options, Stop};
 use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::branch::{mode_guess, place_of};
 use signorini::orbit::census::{all, starts};
 use signorini::orbit::chain::Propagator;
 use signorini::orbit::credentials::examine;
 use signorini::orbit::period_map::integrate;
-use signorini::orbit::search::{Effort, Verdict, find};
+use signorini::orbit::search::{Effort, Verdict, chain_of, find};
+use signorini::orbit::segments::{Border, Segments};
 use signorini::orbit::shooting::{Closure, linearised};
 use signorini::orbit::{Orbit, floquet};
 use signorini::problem::Problem;
@@ -426,4 +427,60 @@ fn a_pressed_motion_is_an_orbit_and_its_equilibrium_is_none() {
     let rest = at(1.5);
     assert!(matches!(rest, Verdict::Flawed { .. }), "{rest}");
     assert!(rest.to_string().contains("equilibrium"), "{rest}");
+}
+
+/// Between two equal stops `u → −u` is a symmetry: with every orbit its mirror image is one, of the same energy, switches and contact time.
+#[test]
+fn mirror_images_are_two_orbits() {
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [6]\nyoung = 1.0\ndensity = 1.0\n\
+                [[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 0.5\ngap_behind = 0.5\n";
+    let mut body = Propagator::new(problem(text).system).unwrap();
+    let list = starts(&body, 4.0, 16);
+    let effort = Effort { multipliers: false, ..Effort::default() };
+    let (found, _) = all(&mut body, Closure::Reversible, &list, 2.3, &effort, |_, _| ()).unwrap();
+    let half = |o: &Orbit| {
+        let passage = integrate(&body, &o.state, 0.5 * o.period).unwrap();
+        [body.frame(&o.state), body.frame(&passage.report.last)]
+    };
+    let states: Vec<[Vec<f64>; 2]> = found.iter().map(half).collect();
+    let is_mirrored = |a: &[f64], b: &[f64]| {
+        let (mut sum, mut size) = (0.0, 0.0);
+        for (a, b) in a.iter().zip(b) {
+            sum += (a + b).powi(2);
+            size += a * a;
+        }
+        sum < 1e-10 * size
+    };
+    let (mut own, mut twins) = (0, 0);
+    for (i, a) in states.iter().enumerate() {
+        let image = |b: &[Vec<f64>; 2]| b.iter().any(|b| is_mirrored(&a[0], b));
+        let of: Vec<usize> = (0..states.len()).filter(|&j| image(&states[j])).collect();
+        assert_eq!(of.len(), 1, "orbit {i} of energy {} has images {of:?}", found[i].energy);
+        if of[0] == i { own += 1 } else { twins += 1 }
+    }
+    println!("{own} orbits are their own image, {twins} are not");
+    assert!(own >= 1 && twins >= 4, "{own} {twins}");
+}
+
+/// A phase of no length, or of a negative one, as two switches at one time and iterates of Newton's method make them: its touches are still found.
+#[test]
+fn touches_are_found_beside_phases_of_no_length() {
+    let mut body = half_plate();
+    let orbit = orbit_at(&mut body, -1.1, 1.8);
+    let (chain, times) = chain_of(&body, &orbit).unwrap();
+    let n = body.n();
+    let contact = (0..body.system.n_contact()).find(|c| !chain.nodes.contains(c)).unwrap_or(0);
+    let mut family = Segments::new(&mut body, Closure::Reversible, chain);
+    for shift in [0.0, 1e-3] {
+        let mut times = times.clone();
+        times[1] = times[0] - shift;
+        let x = family.unknowns(&orbit.z[..n], &times, orbit.omega());
+        for phase in 0..=times.len() {
+            for near in [0.0, times[0] * orbit.omega() / (0.5 * TAU), 1.0] {
+                let border = Border::Touch { phase, contact, near, what: String::new() };
+                let margin = family.margin(&x, &border).unwrap();
+                assert!(margin.is_finite(), "{phase} {near}");
+            }
+        }
+    }
 }

@@ -130,9 +130,11 @@ impl Propagator {
         self.system.n_o()
     }
 
-    /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads.
+    /// Too large for the modes of every phase, and of the kind that needs none: undamped, under constant loads, velocities that do not jump.
     pub fn is_large(&self) -> bool {
-        self.n() > LARGE && self.system.is_conservative() && self.system.units.highest.is_finite()
+        let system = &self.system;
+        let needs_none = system.is_conservative() && system.impact().is_none();
+        self.n() > LARGE && needs_none && system.units.highest.is_finite()
     }
 
     /// The jump of velocities at event `j` of a chain, in the modes of the set behind it: `V ← V − C (N V)`.
