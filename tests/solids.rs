@@ -9,6 +9,7 @@ use common::rectangle::msh;
 use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
 use signorini::event::{Report, Silent};
 use signorini::fem::{Body, DofMap, Facing, Fix, Held, Material, StressState, eigen};
+use signorini::mesh::slender::stiff_in_bending;
 use signorini::mesh::{ElementKind, Mesh, Point};
 use signorini::problem::{Problem, ProblemError};
 use signorini::scenario::Scene;
@@ -134,6 +135,46 @@ fn a_cantilever_has_the_frequencies_of_a_beam() {
 }
 
 /// A folder with a mesh in it.
+/// Too few linear tetrahedra where a body bends are said, and of nothing else.
+#[test]
+fn linear_tetrahedra_that_cannot_bend_are_said() {
+    let layers = |kind, size, cells| {
+        stiff_in_bending(&cuboid(kind, size, cells, 0.0)).map(|stiff| stiff.layers)
+    };
+    let (slender, flat) = ([10.0, 1.0, 1.0], [6.0, 6.0, 0.5]);
+    for (size, cells, wanted) in [
+        (slender, [20, 2, 2], Some(2.0)),
+        (slender, [10, 1, 1], Some(1.0)),
+        (flat, [12, 12, 3], Some(3.0)),
+        (slender, [40, 4, 4], None),
+        ([1.0; 3], [2; 3], None),
+    ] {
+        let found = layers(ElementKind::Tet4, size, cells);
+        let near = |a: f64, b: f64| (a - b).abs() < 0.15 * b;
+        assert!(found.is_none() == wanted.is_none(), "{cells:?} {found:?}");
+        assert!(found.zip(wanted).is_none_or(|(a, b)| near(a, b)), "{cells:?} {found:?}");
+    }
+    for kind in [ElementKind::Tet10, ElementKind::Hex8, ElementKind::Hex27] {
+        assert_eq!(layers(kind, slender, [10, 1, 1]), None);
+    }
+    // walls of a wedge that are near each other are none of a slender body
+    let sphere = common::root().join("tests/reference/meshes/sphere-eighth-coarse.msh");
+    let found = common::json(&["inspect", sphere.to_str().unwrap()]);
+    assert!(found["body"]["cells"].is_u64() && found["body"]["warning"].is_null(), "{found}");
+    let place = folder(&cuboid(ElementKind::Tet4, slender, [10, 1, 1], 0.0));
+    let at = |name: &str| place.path().join(name).display().to_string();
+    std::fs::write(at("scene.toml"), format!("{BODY}[run]\nuntil = 1.0\n")).unwrap();
+    for (words, key) in [
+        (vec!["modes".to_owned(), at("scene.toml")], "warning"),
+        (vec!["run".to_owned(), at("scene.toml"), "-o".to_owned(), at("r.h5")], "mesh_warning"),
+    ] {
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let found = common::json(&words);
+        let said = found[key].as_str().unwrap_or_default();
+        assert!(said.contains("1.0 linear tetrahedra"), "{words:?} {said}");
+    }
+}
+
 fn folder(mesh: &Mesh) -> tempfile::TempDir {
     let place = tempfile::tempdir().unwrap();
     std::fs::write(place.path().join("body.msh"), msh(mesh, |_| 0)).unwrap();

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use signorini::mesh::gmsh::{File, Imported, Sides, read};
+use signorini::mesh::slender::stiff_in_bending;
 use signorini::mesh::{Mesh, corner};
 use signorini::report::summary::significant;
 
@@ -123,6 +124,9 @@ fn as_text(path: &Path, file: &File, body: Option<&Imported>, why: Option<&str>)
                 format!("{bare} cells are in no physical group: they have no material"),
             );
         }
+        if let Some(stiff) = stiff_in_bending(&body.mesh) {
+            line("warning", stiff.to_string());
+        }
     }
     for (dim, tag, name, count) in file.groups() {
         let of = match body.map(|b| (b, b.mesh.dim())) {
@@ -164,6 +168,7 @@ fn as_json(file: &File, body: Option<&Imported>, why: Option<&str>) -> Value {
         all["body"] = json!({
             "nodes": body.mesh.n_nodes(), "cells": body.mesh.n_elements(), "size": body.mesh.size(), "unused_nodes": body.unused,
             "quality": {"least": least, "mean": mean}, "cells_without_group": bare_cells(body),
+            "warning": stiff_in_bending(&body.mesh).map(|s| s.to_string()),
         });
     }
     all

@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use signorini::contact::ActiveSet;
+use signorini::mesh::slender::stiff_in_bending;
 use signorini::problem::phase_modes;
 use signorini::report::summary::significant;
 
@@ -48,7 +49,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                 let shapes: Vec<_> = m.shapes.iter().map(|x| system.body.nodal_o(x)).collect();
                 json!({"omega": m.omega, "shapes": shapes})
             };
-            json!({"title": scene.title, "n_o": system.n_o(), "open": object(&open), "closed": closed.as_ref().map(object)})
+            json!({"title": scene.title, "n_o": system.n_o(), "open": object(&open), "closed": closed.as_ref().map(object),
+                "warning": stiff_in_bending(&system.body.mesh).map(|s| s.to_string())})
         },
         || {
             let mut text = format!("{}\n  mode        open body: omega         period        closed body: omega         period\n", scene.title);
@@ -63,6 +65,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             for k in 0..open.omega.len() {
                 let right = closed.as_ref().and_then(|m| m.omega.get(k));
                 let _ = writeln!(text, "  {:>4} {}   {}", k + 1, entry(open.omega.get(k)), entry(right));
+            }
+            if let Some(stiff) = stiff_in_bending(&system.body.mesh) {
+                let _ = writeln!(text, "  WARNING       {stiff}");
             }
             text
         },

@@ -8,6 +8,7 @@ pub mod corner;
 pub mod gmsh;
 mod kind;
 pub mod point;
+pub mod slender;
 pub mod structured;
 
 use std::collections::BTreeMap;

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::{energy_warning, mass_ratio};
 use crate::contact::System;
 use crate::event::Report;
+use crate::mesh::slender::stiff_in_bending;
 use crate::scenario::Scene;
 
 /// The JSON object of `run`; the keys are part of the product's public face.
@@ -44,6 +45,7 @@ pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         "energy_end": report.energy_end,
         "energy_jumps": report.energy_jumps,
         "warning": energy_warning(report),
+        "mesh_warning": stiff_in_bending(&system.body.mesh).map(|s| s.to_string()),
         "energy_external": report.energy_external,
         "energy_dissipated": report.energy_dissipated,
         "energy_drift": report.energy_drift,
