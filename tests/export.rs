@@ -323,3 +323,136 @@ fn csv_is_plain() {
     }
     assert!(text.contains("\n0,0,"), "{text}");
 }
+
+/// A chain of five different masses, two of which meet an obstacle that they do not reach.
+fn chain(folder: &Path) -> Vec<Vec<f64>> {
+    let n = 5;
+    let stiff = |i: usize| 1.0 + i as f64;
+    let mut k = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        k[i][i] += stiff(i);
+        if i > 0 {
+            k[i - 1][i - 1] += stiff(i);
+            k[i][i - 1] -= stiff(i);
+            k[i - 1][i] -= stiff(i);
+        }
+    }
+    let head = "%%MatrixMarket matrix array real general\n5 5\n";
+    let column = |a: &dyn Fn(usize, usize) -> f64| -> String {
+        (0..n * n).map(|e| format!("{}\n", a(e % n, e / n))).collect()
+    };
+    let mass = |i: usize, j: usize| if i == j { 1.0 + 0.3 * i as f64 } else { 0.0 };
+    fs::write(folder.join("K.mtx"), format!("{head}{}", column(&|i, j| k[i][j]))).unwrap();
+    fs::write(folder.join("M.mtx"), format!("{head}{}", column(&mass))).unwrap();
+    k
+}
+
+/// Numbers of displacements in files, tables and messages are the rows of the matrices, and the files say in which order `u` is.
+#[test]
+fn a_body_of_matrices_has_one_numbering() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let k = chain(folder);
+    let scene = "title = 'chain'\n[body]\nkind = 'matrices'\nmass_matrix = 'M.mtx'\nstiffness_matrix = 'K.mtx'\n\
+        [contact]\ndisplacements = [3, 1]\ngap = GAP\nmethod = 'penalty'\nstiffness = 5.0\n\
+        [[load]]\nkind = 'force'\ndisplacement = 4\namplitude = 0.3\nomega = 0.7\n[run]\nuntil = 12.0\nsamples = 40\n";
+    run(folder, "free", &scene.replace("GAP", "100.0"));
+    let file = folder.join("free.h5");
+    fine(folder, &["export", "free.h5", "--nodes", "4,0"]);
+    let table = fs::read_to_string(folder.join("free.csv")).unwrap();
+    let header = table.lines().next().unwrap();
+    let ours: Vec<&str> = header.split(',').skip(6).collect();
+    assert_eq!(ours[..3], ["u_n[3]", "pressure[3]", "active[3]"], "{header}");
+    assert_eq!(ours[6..], ["u_x[4]", "v_x[4]", "u_x[0]", "v_x[0]"], "{header}");
+    // u[:, dof_map[:-1, 0]] has the rows in their order: the elastic energy is that of the given matrix
+    let (u, map) = (dataset(&file, "trajectory/u"), dataset(&file, "mesh/dof_map"));
+    let (elastic, n) = (dataset(&file, "energy/elastic"), 5);
+    let column: Vec<usize> = (0..n).map(|i| map[2 * i] as usize).collect();
+    assert_eq!((map.len(), map[2 * n]), (2 * (n + 1), -1.0));
+    // a spring's displacement has a column of its own besides
+    let columns = n + 2;
+    for (row, elastic) in u.chunks(columns).zip(&elastic) {
+        let own: Vec<f64> = column.iter().map(|&c| row[c]).collect();
+        let energy: f64 = (0..n * n).map(|e| 0.5 * own[e / n] * k[e / n][e % n] * own[e % n]).sum();
+        assert!((energy - elastic).abs() <= 1e-12 * elastic.max(1.0), "{energy} {elastic}");
+    }
+    // the force acts on row 4: it moves first
+    let moved: Vec<f64> = column.iter().map(|&c| u[columns + c].abs()).collect();
+    assert!(moved[..4].iter().all(|x| *x < moved[4]), "{moved:?}");
+    let description = common::hdf5_files().open(&file).unwrap().dataset("mesh/dof_map").unwrap();
+    assert!(description.attr("description").is_ok());
+    // displacement 3 meets the obstacle, by this name in the summary and in the list of switches
+    run(
+        folder,
+        "near",
+        &scene.replace(
+            "gap = GAP\nmethod = 'penalty'\nstiffness = 5.0",
+            "gaps = [0.05, 10.0]\nstress = 'reaction'\ninertia = 'constant'",
+        ),
+    );
+    let nodes = dataset(&folder.join("near.h5"), "mesh/contact_nodes");
+    assert_eq!(nodes, [3.0, 1.0]);
+    fine(folder, &["export", "near.h5"]);
+    let switches = fs::read_to_string(folder.join("near-switches.csv")).unwrap();
+    let rows: Vec<&str> = switches.lines().skip(1).collect();
+    assert!(
+        !rows.is_empty() && rows.iter().all(|r| r.split(',').nth(1) == Some("3")),
+        "{switches}"
+    );
+    let header = fs::read_to_string(folder.join("near.csv")).unwrap();
+    assert!(header.contains("u_n[3],pressure[3],active[3],u_n[1],pressure[1],active[1]"));
+    fs::remove_file(folder.join("near.h5")).unwrap();
+    let said = fine(folder, &["run", "near.toml", "-o", "near.h5"]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("(displacement 3)"), "{said}");
+}
+
+/// A corner between two obstacles has two columns of each kind, which say whose they are.
+#[test]
+fn a_node_before_two_obstacles_has_columns_with_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let corner =
+        PLATE.replace("fix = ['x', 'y']", "fix = ['x']\n[[support]]\nedge = 'bottom'\nfix = ['y']");
+    let corner = corner.replace("mode = 2\namplitude = -1.4", "velocity = ['0.3*x', '0.3*y']");
+    let corner = corner.replace(
+        "[contact]\nedge = 'right'\ngap = '1.0 + 0.02*y'",
+        "[[contact]]\nedge = 'right'\ngap = 1.0\n[[contact]]\nedge = 'top'\ngap = 1.0",
+    );
+    run(folder, "corner", &corner);
+    fine(folder, &["export", "corner.h5"]);
+    let table = fs::read_to_string(folder.join("corner.csv")).unwrap();
+    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let different: BTreeSet<&str> = header.iter().copied().collect();
+    assert_eq!(different.len(), header.len(), "{header:?}");
+    let corners: Vec<&&str> =
+        header.iter().filter(|h| h.starts_with("pressure[") && h.contains(':')).collect();
+    assert_eq!(corners, [&"pressure[right:27]", &"pressure[top:27]"]);
+    assert!(header.contains(&"pressure[26]"));
+}
+
+/// The motion of any node, as it is in the file; what cannot be given is refused.
+#[test]
+fn a_table_has_the_motion_of_any_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, "plate", PLATE);
+    fine(folder, &["export", "plate.h5", "--nodes", "9,0"]);
+    let table = fs::read_to_string(folder.join("plate.csv")).unwrap();
+    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let first = header.len() - 8;
+    assert_eq!(
+        header[first..],
+        ["u_x[9]", "u_y[9]", "v_x[9]", "v_y[9]", "u_x[0]", "u_y[0]", "v_x[0]", "v_y[0]"]
+    );
+    let stored = Stored::read(&folder.join("plate.h5")).unwrap();
+    for (r, line) in table.lines().skip(1).enumerate() {
+        let x: Vec<f64> = line.split(',').skip(first).map(|c| c.parse().unwrap()).collect();
+        let (u, v) = (stored.displacement(r, 9), stored.velocity(r, 9));
+        assert_eq!(x, [u[0], u[1], v[0], v[1], 0.0, 0.0, 0.0, 0.0]);
+    }
+    let message = refused(folder, &["export", "plate.h5", "--nodes", "28"]);
+    assert!(message.contains("from 0 to 27"), "{message}");
+    let message = refused(folder, &["export", "plate.h5", "--nodes", "2", "--format", "vtu"]);
+    assert!(message.contains("--nodes"), "{message}");
+}

@@ -16,7 +16,7 @@ use super::{Answer, CliError, Global};
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format vtkhdf --every 4         # plate.vtkhdf for ParaView\n  signorini export plate.h5 --format vtu                      # plate-vtu/plate.pvd for ParaView and PyVista\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format csv --nodes 3,7          # with the motion of two nodes\n  signorini export plate.h5 --format vtkhdf --every 4         # plate.vtkhdf for ParaView\n  signorini export plate.h5 --format vtu                      # plate-vtu/plate.pvd for ParaView and PyVista\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
     Fields of VTKHDF, VTU and XDMF: displacement, velocity, contact_pressure (0 off the contact edge), contact_status (1 in contact, 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (a 3 × 3 tensor and von_mises, of a bar the axial stress)."
 )]
 pub struct Arguments {
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Only states (and switches) up to this time
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     to: Option<String>,
+    /// CSV of a run or an orbit: displacements and velocities of these nodes besides (numbers of mesh/nodes from 0; of a body of matrices its rows)
+    #[arg(long, value_delimiter = ',', value_name = "NODES")]
+    nodes: Vec<usize>,
     /// Overwrite an existing table of signorini's (other exports of its own are written anew in any case)
     #[arg(long)]
     force: bool,
@@ -92,7 +95,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             (table(arguments, &outputs, &stem)?, None)
         } else {
             let stored = Stored::read(&arguments.file)?;
-            let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?;
+            let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?
+                .with_nodes(&arguments.nodes)?;
             // a folder of its own is made where there is none
             let there = plan.targets().into_iter().filter(|path| path.exists());
             there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
@@ -152,9 +156,13 @@ fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writte
         Some(
             "a family of orbits or a comparison is written as csv only; write one orbit with `signorini orbit`, or a run",
         )
-    } else if arguments.every.is_some() || arguments.from.is_some() || arguments.to.is_some() {
+    } else if arguments.every.is_some()
+        || arguments.from.is_some()
+        || arguments.to.is_some()
+        || !arguments.nodes.is_empty()
+    {
         Some(
-            "--every, --from and --to choose among the stored states of a run or an orbit; a family or a comparison is written whole",
+            "--every, --from, --to and --nodes choose among the stored states of a run or an orbit; a family or a comparison is written whole",
         )
     } else {
         None

@@ -80,6 +80,8 @@ impl Law {
 pub struct SpringPoint {
     /// Which of the groups before obstacles it belongs to.
     pub group: usize,
+    /// The node that it is, of a body of given matrices; points of quadrature are none.
+    node: Option<usize>,
     /// Place on the undeformed body.
     pub place: Point,
     /// Direction of the displacement that the obstacle limits.
@@ -122,6 +124,7 @@ pub fn on_sides(body: &Body) -> Vec<SpringPoint> {
         let normal = point.direction(dofs);
         SpringPoint {
             group: point.group,
+            node: None,
             place: point.place,
             normal,
             weight: point.weight,
@@ -141,7 +144,8 @@ pub fn on_sides(body: &Body) -> Vec<SpringPoint> {
 pub fn at_displacements(body: &Body, rows: &[usize]) -> Vec<SpringPoint> {
     let at = |&row: &usize| SpringPoint {
         group: 0,
-        place: body.mesh.nodes()[row + 1],
+        node: Some(row),
+        place: body.mesh.nodes()[row],
         normal: [1.0, 0.0, 0.0],
         weight: 1.0,
         unit: 1.0,
@@ -314,7 +318,7 @@ impl Method for Springs {
 
     fn constraints(&self, _: &Body) -> Vec<Constraint> {
         let constraint = |(q, p): (usize, &SpringPoint)| Constraint {
-            node: q,
+            node: p.node.unwrap_or(q),
             position: p.place,
             normal: p.normal,
             group: p.group,

@@ -92,19 +92,19 @@ impl DofMap {
         dofs
     }
 
-    /// The displacements of given matrices: node `i + 1` of a row of points carries row `i`; node 0 is fixed.
+    /// The displacements of given matrices: node `i` of a row of points carries row `i`; the last node is the ground.
     pub fn of_rows(n: usize, contact: &[usize]) -> DofMap {
         let mut index = vec![None; n + 1];
         let mut n_o = 0;
         for i in (0..n).filter(|i| !contact.contains(i)) {
-            index[i + 1] = Some(n_o);
+            index[i] = Some(n_o);
             n_o += 1;
         }
         for (k, &i) in contact.iter().enumerate() {
-            index[i + 1] = Some(n_o + k);
+            index[i] = Some(n_o + k);
         }
         let x = [1.0, 0.0, 0.0];
-        let point = |&i: &usize| ContactPoint { node: i + 1, direction: x, normal: x, group: 0 };
+        let point = |&i: &usize| ContactPoint { node: i, direction: x, normal: x, group: 0 };
         DofMap {
             dim: 1,
             n_o,
@@ -113,7 +113,7 @@ impl DofMap {
             facing: vec![],
             in_group: BTreeMap::new(),
             frames: BTreeMap::new(),
-            rows: index[1..].iter().flatten().copied().collect(),
+            rows: index[..n].iter().flatten().copied().collect(),
             places: (n_o..n).map(|i| (i, 1.0)).collect(),
             slaves: vec![],
             index,

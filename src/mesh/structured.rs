@@ -52,11 +52,14 @@ pub fn rectangle(lx: f64, ly: f64, nx: usize, ny: usize) -> Mesh {
     Mesh::new(2, nodes, vec![block], groups)
 }
 
-/// A row of `n + 1` points for a body of `n` displacements without a shape: point 0 is the ground, point `i + 1` carries displacement `i`; lines join
-/// neighbours in pictures. There are no groups, and nothing is assembled from it.
+/// A row of `n + 1` points for a body of `n` displacements without a shape: point `i` carries displacement `i`, so that there is one numbering, and the last
+/// point is the ground, at the beginning of the row; lines join neighbours in pictures. There are no groups, and nothing is assembled from it.
 pub fn row(length: f64, n: usize) -> Mesh {
-    let line = bar(length, n);
-    Mesh::new(1, line.nodes().to_vec(), line.blocks().to_vec(), BTreeMap::new())
+    let place = |i: usize| [length * i as f64 / n as f64, 0.0, 0.0];
+    let nodes = (1..=n).chain([0]).map(place).collect();
+    let connectivity = (0..n).flat_map(|i| [if i == 0 { n } else { i - 1 }, i]).collect();
+    let block = Block { kind: ElementKind::Bar2, region: 0, connectivity, congruent: true };
+    Mesh::new(1, nodes, vec![block], BTreeMap::new())
 }
 
 #[cfg(test)]
@@ -78,5 +81,10 @@ mod tests {
         assert_eq!(m.nearest_node([1.9, 0.1, 0.0]), m.group_nodes("right")[0]);
         assert_eq!(bar(1.0, 3).group_nodes("right"), [3]);
         assert!(bar(1.0, 3).group("top").is_empty() && row(1.0, 3).group("right").is_empty());
+        // the ground is the last point
+        assert_eq!(
+            row(2.0, 4).nodes().iter().map(|p| p[0]).collect::<Vec<_>>(),
+            [0.5, 1.0, 1.5, 2.0, 0.0]
+        );
     }
 }

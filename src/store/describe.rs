@@ -18,10 +18,14 @@ const DATASETS: [Entry; 58] = [
     ("mesh/regions", "material of each element, from 0", &["element"]),
     (
         "mesh/dof_map",
-        "column of trajectory/u of each nodal displacement; -1: prescribed",
+        "column of trajectory/u of each nodal displacement; -1: prescribed. Of a body of matrices: node i carries row i, the last node is the ground; u[:, dof_map[:-1, 0]] has the columns in the order of the rows",
         &["node", "axis"],
     ),
-    ("mesh/contact_nodes", "mesh node of each contact point, from 0", &["contact point"]),
+    (
+        "mesh/contact_nodes",
+        "mesh node of each contact point, from 0; of a body of matrices the row of its displacement",
+        &["contact point"],
+    ),
     (
         "mesh/contact_points",
         "place of each contact point that is no node",
@@ -49,8 +53,12 @@ const DATASETS: [Entry; 58] = [
     ),
     ("mesh/gap", "distance to the obstacle along the normal, undeformed", &["contact point"]),
     ("trajectory/t", "time of each stored state", &["state"]),
-    ("trajectory/u", "displacements", &["state", "displacement"]),
-    ("trajectory/v", "velocities", &["state", "displacement"]),
+    (
+        "trajectory/u",
+        "displacements; contact displacements come last: mesh/dof_map says which column is which",
+        &["state", "displacement"],
+    ),
+    ("trajectory/v", "velocities, in the order of trajectory/u", &["state", "displacement"]),
     ("trajectory/active", "1 where a contact point touches", &["state", "contact point"]),
     (
         "trajectory/pressure",

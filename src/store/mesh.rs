@@ -53,11 +53,13 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     let table = |of: fn(&Constraint) -> Point| {
         places(system.n_contact(), &mut system.constraints.iter().map(of))
     };
-    // springs push at points of quadrature, every other method at nodes
-    if !system.promise().yields {
+    // springs push at points of quadrature, every other method at nodes, and all at displacements of given matrices
+    let at_points = system.promise().yields;
+    if !at_points || system.body.materials().is_empty() {
         let nodes: Vec<i64> = system.constraints.iter().map(|c| c.node as i64).collect();
         g.new_dataset_builder().with_data(&nodes).create("contact_nodes")?;
-    } else {
+    }
+    if at_points {
         let places = table(|c| c.position)?;
         g.new_dataset_builder().with_data(&places).create("contact_points")?;
         let dataset = g.dataset("contact_points")?;

@@ -51,6 +51,8 @@ pub struct Stored {
     pub contact_normals: Array2<f64>,
     /// Which obstacle each contact point belongs to.
     pub contact_groups: Vec<usize>,
+    /// The groups before the obstacles; files of earlier versions do not name them.
+    groups: Vec<String>,
     /// Material of each element.
     pub regions: Vec<usize>,
     /// Times.
@@ -130,10 +132,12 @@ impl Stored {
             }
         };
         let groups = or_zeros("contact_groups", gap.len())?;
+        let names = mesh.dataset("contact_groups").ok().and_then(|d| read_text(&d, "names"));
         let regions = or_zeros("regions", elements.nrows())?;
-        let contact_nodes: Vec<usize> = match &points {
-            Some(points) => (0..points.nrows()).collect(),
-            None => indices(mesh.dataset("contact_nodes")?.values()?),
+        let contact_nodes: Vec<usize> = match (&points, mesh.dataset("contact_nodes")) {
+            (_, Ok(nodes)) => indices(nodes.values()?),
+            (Some(points), Err(_)) => (0..points.nrows()).collect(),
+            (None, Err(e)) => return Err(e.into()),
         };
         let contact_dofs: Vec<usize> = match &points {
             Some(_) => indices(mesh.dataset("contact_dofs")?.values()?),
@@ -166,6 +170,7 @@ impl Stored {
             gap,
             contact_normals: normals,
             contact_groups: groups,
+            groups: names.unwrap_or_default().lines().map(str::to_owned).collect(),
             regions,
             t: vec![],
             u: Array2::zeros((0, n)),
@@ -329,6 +334,22 @@ impl Stored {
         }
     }
 
+    /// What a contact point is called where it needs a name of its own: its node; where the node meets several obstacles `GROUP:NODE`, and on the other
+    /// side of the same displacement `NODE:behind`.
+    pub fn contact_name(&self, i: usize) -> String {
+        let same = |&j: &usize| self.contact_nodes[j] == self.contact_nodes[i];
+        let group = self.contact_groups[i];
+        let several = (0..self.gap.len()).filter(same).any(|j| self.contact_groups[j] != group);
+        let is_behind = (0..i).filter(same).any(|j| self.contact_groups[j] == group);
+        let node = self.contact_nodes[i];
+        let before = match (several, self.groups.get(group).filter(|name| !name.is_empty())) {
+            (false, _) => String::new(),
+            (true, Some(name)) => format!("{name}:"),
+            (true, None) => format!("{group}:"),
+        };
+        format!("{before}{node}{}", if is_behind { ":behind" } else { "" })
+    }
+
     /// Direction of contact point `i`.
     pub fn contact_normal(&self, i: usize) -> Point {
         in_space(self.contact_normals.row(i))
@@ -415,6 +436,13 @@ impl Stored {
     /// Its velocity.
     pub fn velocity(&self, row: usize, node: usize) -> Point {
         self.at_node(&self.v, row, node)
+    }
+
+    /// Whether the file keeps the displacements of a node, as far as it moves.
+    pub fn keeps(&self, node: usize) -> bool {
+        let mut moving =
+            self.dof_map.row(node).into_iter().filter_map(|&i| usize::try_from(i).ok());
+        moving.all(|i| self.held[i].is_some())
     }
 
     fn at_node(&self, table: &Array2<f64>, row: usize, node: usize) -> Point {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
 
-use super::{number, put};
+use super::{number, put, quoted};
 use crate::store::Stored;
 
 /// The states `rows` and the switches `switches`, into the two files.
@@ -12,16 +12,34 @@ pub(super) fn write(
     stored: &Stored,
     rows: &[usize],
     switches: &[usize],
+    nodes: &[usize],
     files: &[PathBuf],
 ) -> io::Result<()> {
-    let texts = [states(stored, rows), events(stored, switches)];
+    let texts = [states(stored, rows, nodes), events(stored, switches)];
     files.iter().zip(texts).try_for_each(|(path, text)| put(path, text.as_bytes()))
 }
 
-fn states(stored: &Stored, rows: &[usize]) -> String {
+/// How many components the displacements of the nodes have.
+fn components(stored: &Stored) -> usize {
+    let moves = |c: &usize| stored.dof_map.column(*c).iter().any(|i| *i >= 0);
+    (0..stored.dof_map.ncols()).rev().find(moves).map_or(1, |c| c + 1)
+}
+
+fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
     let mut out = String::from("t,kinetic,elastic,external,dissipated,jumps");
-    for node in &stored.contact_nodes {
-        let _ = write!(out, ",u_n[{node}],pressure[{node}],active[{node}]");
+    for i in 0..stored.gap.len() {
+        let point = stored.contact_name(i);
+        for column in ["u_n", "pressure", "active"] {
+            let _ = write!(out, ",{}", quoted(&format!("{column}[{point}]")));
+        }
+    }
+    let axes = &["x", "y", "z"][..components(stored).min(3)];
+    for node in nodes {
+        for of in ["u", "v"] {
+            axes.iter().for_each(|axis| {
+                let _ = write!(out, ",{of}_{axis}[{node}]");
+            });
+        }
     }
     out.push('\n');
     for &row in rows {
@@ -34,6 +52,13 @@ fn states(stored: &Stored, rows: &[usize]) -> String {
         for i in 0..stored.gap.len() {
             let (u, p) = (stored.contact_displacement(row, i), stored.pressure[(row, i)]);
             let _ = write!(out, ",{},{},{}", number(u), number(p), stored.active[(row, i)]);
+        }
+        for &node in nodes {
+            for of in [stored.displacement(row, node), stored.velocity(row, node)] {
+                of.iter().take(axes.len()).for_each(|x| {
+                    let _ = write!(out, ",{}", number(*x));
+                });
+            }
         }
         out.push('\n');
     }

@@ -122,6 +122,8 @@ pub struct Plan<'s> {
     selection: Selection,
     stem: PathBuf,
     fields: Option<Fields<'s>>,
+    /// Nodes whose motions a table has besides.
+    nodes: Vec<usize>,
 }
 
 impl<'s> Plan<'s> {
@@ -144,7 +146,28 @@ impl<'s> Plan<'s> {
         if rows.is_empty() {
             return Err(ExportError::Nothing(nothing(stored, &selection)));
         }
-        Ok(Plan { stored, format, rows, selection, stem: stem.to_owned(), fields })
+        Ok(Plan { stored, format, rows, selection, stem: stem.to_owned(), fields, nodes: vec![] })
+    }
+
+    /// The same with displacements and velocities of some nodes, in a table.
+    pub fn with_nodes(self, nodes: &[usize]) -> Result<Plan<'s>, ExportError> {
+        let nothing = |text: String| Err(ExportError::Nothing(text));
+        if !nodes.is_empty() && self.format != Format::Csv {
+            return nothing(
+                "--nodes adds columns to --format csv; the other formats have all nodes".into(),
+            );
+        }
+        let (stored, count) = (self.stored, self.stored.nodes.nrows());
+        if let Some(node) = nodes.iter().find(|n| **n >= count) {
+            return nothing(format!("--nodes {node}: the nodes count from 0 to {}", count - 1));
+        }
+        if let Some(node) = nodes.iter().find(|n| !stored.keeps(**n)) {
+            return nothing(format!(
+                "--nodes {node}: {} does not keep its displacements ([run] store); run the scene with store = \"all\"",
+                stored.path.display()
+            ));
+        }
+        Ok(Plan { nodes: nodes.to_vec(), ..self })
     }
 
     /// Number of states that will be written.
@@ -172,7 +195,7 @@ impl<'s> Plan<'s> {
             (Format::Vtu, Some(fields)) => vtu::write(fields, &self.rows, &files)?,
             (Format::VtkHdf, Some(fields)) => vtkhdf::write(fields, &self.rows, &files)?,
             (Format::Xdmf, Some(fields)) => xdmf::write(fields, &self.rows, &files)?,
-            (_, _) => csv::write(self.stored, &self.rows, &self.switches(), &files)?,
+            (_, _) => csv::write(self.stored, &self.rows, &self.switches(), &self.nodes, &files)?,
         }
         let mut removed = vec![];
         for path in self.leftovers() {

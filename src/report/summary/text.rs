@@ -10,6 +10,7 @@ use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
 use crate::fem::Facing;
 use crate::mesh::ElementKind;
+use crate::mesh::slender::stiff_in_bending;
 use crate::scenario::{BodyKind, Scene, State};
 
 /// The summary of a run in words.
@@ -17,6 +18,9 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
     let given = scene.body.kind == BodyKind::Matrices;
     let mut out = Lines::default();
     body(&mut out, scene, system, given);
+    if let Some(stiff) = stiff_in_bending(&system.body.mesh) {
+        out.line("WARNING", stiff.to_string());
+    }
     damping(&mut out, system);
     if system.n_contact() > 0 {
         contact(&mut out, system, given);
@@ -106,8 +110,8 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
     };
     let yields = system.promise().yields;
     let (one, many) = match given {
-        _ if yields => ("point", "points"),
         true => ("displacement", "displacements"),
+        false if yields => ("point", "points"),
         false => ("node", "nodes"),
     };
     let count = system.conditions().count();
@@ -193,9 +197,8 @@ fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
     if let Some([a, b]) = log.ends() {
         let (first, last) = (significant(a.t, 10), significant(b.t, 10));
         let place = |node: usize| match given {
-            _ if yields => format!("point {node}"),
-            // the points of a body from matrices count from 1, its displacements from 0
-            true => format!("displacement {}", node.saturating_sub(1)),
+            true => format!("displacement {node}"),
+            false if yields => format!("point {node}"),
             false => format!("node {node}"),
         };
         let text = format!(
