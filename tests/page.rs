@@ -166,3 +166,66 @@ fn orbits_of_a_family_are_those_of_its_file() {
         assert!(played >= 2, "{name}: {played}");
     }
 }
+
+/// A sphere of a few tetrahedra: of its 56 contact nodes twelve evenly chosen ones reach 0.0647 of the largest pressure 0.0773.
+const SPHERE: &str = r#"
+title = "Sphere"
+[body]
+kind = "mesh"
+file = "MESH"
+mass = "lumped"
+[[material]]
+young = 1.0
+poisson = 0.3
+density = 1.0
+[[support]]
+group = "first"
+fix = ["normal"]
+[[support]]
+group = "second"
+fix = ["normal"]
+[contact]
+group = "sole"
+plane = { normal = [0.0, 0.0, -1.0], offset = 1.001 }
+stress = "reaction"
+[initial]
+velocity = ["0", "0", "-0.002"]
+[run]
+until = 6.0
+samples = 60
+"#;
+
+#[test]
+fn the_largest_pressures_have_curves_and_page_and_picture_choose_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let mesh = root().join("tests/reference/meshes/sphere-eighth-coarse.msh");
+    let mesh = mesh.display().to_string().replace('\\', "/");
+    fs::write(at("s.toml"), SPHERE.replace("MESH", &mesh)).unwrap();
+    fine(&["run", &at("s.toml"), "-o", &at("s.h5"), "-q"]);
+    fine(&["view", &at("s.h5"), "--no-open"]);
+    let view = &data(Path::new(&at("s.html")))["views"][0];
+    let stored = Stored::read(Path::new(&at("s.h5"))).unwrap();
+    let shown: Vec<usize> =
+        serde_json::from_value(view["motion"]["frames"]["shown"].clone()).unwrap();
+    assert_eq!((shown.len(), stored.gap.len()), (12, 56));
+    // at every time the largest pressure of those drawn is that of all, to a hundredth of the largest
+    let of = |r: usize, i: usize| stored.pressure[(r, i)];
+    let peak = stored.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
+    for r in 0..stored.t.len() {
+        let all = (0..stored.gap.len()).map(|i| of(r, i)).fold(0.0, f64::max);
+        let drawn = shown.iter().map(|&i| of(r, i)).fold(0.0, f64::max);
+        assert!(all - drawn <= 0.01 * peak, "{r}: {drawn} of {all}");
+    }
+    // the picture of the same nodes, asked for one by one
+    let nodes: Vec<String> = shown.iter().map(|&i| stored.contact_nodes[i].to_string()).collect();
+    fine(&["plot", &at("s.h5"), "--only", "contact", "-o", &at("own"), "-q"]);
+    let chosen = nodes.join(",");
+    fine(&["plot", &at("s.h5"), "--only", "contact", "--nodes", &chosen, "-o", &at("same"), "-q"]);
+    let svg = |name: &str| fs::read_to_string(at(name)).unwrap();
+    assert_eq!(svg("own-contact.svg"), svg("same-contact.svg"));
+    assert!(svg("own-contact.svg").contains("12 of 56 nodes"));
+    // a body in space is no body of matrices
+    let undrawn = view["body"]["undrawn"].as_str().unwrap();
+    assert!(undrawn.contains("bodies in space") && !undrawn.contains("matrices"), "{undrawn}");
+}

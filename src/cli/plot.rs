@@ -46,7 +46,7 @@ pub struct Arguments {
     /// Fractions of the stored time (of an orbit: of its period) at which shapes are drawn
     #[arg(long, value_delimiter = ',', value_name = "FRACTIONS", allow_hyphen_values = true)]
     at: Vec<f64>,
-    /// Contact nodes (numbers of mesh nodes) to draw in the picture of the contact [default: up to twelve along the edge]
+    /// Contact nodes (numbers of mesh nodes) to draw in the picture of the contact [default: up to twelve, those of the largest pressures first]
     #[arg(long, value_delimiter = ',', value_name = "NODES")]
     nodes: Vec<usize>,
     /// Dots per inch of the PNG (the pictures are about ten inches wide) [default: 192; of animations 96]

@@ -126,13 +126,54 @@ impl<'s> Edge<'s> {
         (self.stored.contact_displacement(row, i), self.stored.contact_velocity(row, i))
     }
 
-    /// All nodes, or as many evenly along the edge as a picture bears.
-    pub fn some(&self) -> Vec<usize> {
-        let n_c = self.fronts.len();
-        match n_c <= SHOWN {
-            true => self.fronts.clone(),
-            false => (0..SHOWN).map(|k| self.fronts[k * (n_c - 1) / (SHOWN - 1)]).collect(),
+    /// How many nodes have curves where nobody chooses.
+    pub fn curves(&self) -> usize {
+        self.fronts.len().min(SHOWN)
+    }
+
+    /// The nodes that are drawn where nobody chooses: all, or so many as a picture bears. First that of the largest pressure, then, one after the other,
+    /// that of the largest pressure at the time when those drawn fall shortest of it: the largest pressure of all times shows. The rest evenly along the edge.
+    pub fn shown(&self) -> Vec<usize> {
+        let count = self.curves();
+        if count == self.fronts.len() {
+            return self.fronts.clone();
         }
+        let mut chosen = self.hardest(count);
+        let rest: Vec<usize> =
+            self.fronts.iter().copied().filter(|i| !chosen.contains(i)).collect();
+        let missing = count - chosen.len();
+        chosen.extend((0..missing).map(|k| rest[k * (rest.len() - 1) / (missing - 1).max(1)]));
+        self.fronts.iter().copied().filter(|i| chosen.contains(i)).collect()
+    }
+
+    /// At most `count` nodes whose pressures come near the largest of all nodes at every time.
+    fn hardest(&self, count: usize) -> Vec<usize> {
+        let rows = self.stored.pressure.nrows();
+        let pressure = |r: usize, i: usize| {
+            let of = |i: usize| self.stored.pressure[(r, i)];
+            self.behind(i).map_or(of(i), |j| of(i).max(of(j)))
+        };
+        let hardest = |r: usize| {
+            let largest = self
+                .fronts
+                .iter()
+                .copied()
+                .max_by(|&i, &j| pressure(r, i).total_cmp(&pressure(r, j)));
+            largest.map(|i| (i, pressure(r, i)))
+        };
+        let all: Vec<(usize, f64)> = (0..rows).filter_map(hardest).collect();
+        let negligible = 0.01 * all.iter().fold(0.0f64, |m, (_, p)| m.max(*p));
+        let mut drawn = vec![0.0f64; all.len()];
+        let mut chosen: Vec<usize> = vec![];
+        while chosen.len() < count {
+            let short = |r: &usize| all[*r].1 - drawn[*r];
+            let worst = (0..all.len()).max_by(|a, b| short(a).total_cmp(&short(b)));
+            let Some(worst) = worst.filter(|r| short(r) > negligible) else { break };
+            let node = all[worst].0;
+            drawn.iter_mut().enumerate().for_each(|(r, d)| *d = d.max(pressure(r, node)));
+            chosen.push(node);
+        }
+        chosen
     }
 
     /// Colour of a node.

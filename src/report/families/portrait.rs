@@ -89,7 +89,7 @@ pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureE
     }
     let portrait = Portrait { stored, edge: Edge::of(stored), rates };
     let edge = &portrait.edge;
-    let shown = edge.some();
+    let shown = edge.shown();
     let all = || shown.iter().flat_map(|&i| (0..rows).map(move |r| edge.motion(r, i)));
     let limits = edge.fronts.iter().flat_map(|&i| {
         let behind = edge.behind(i).map(|i| -stored.gap[i]);

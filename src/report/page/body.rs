@@ -15,8 +15,15 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
     let (fronts, n_c) = (&edge.fronts, stored.gap.len());
     let cells: Vec<Vec<usize>> = (0..stored.elements.nrows()).map(|k| around(stored, k)).collect();
     let in_plane = (0..cells.len()).all(|k| stored.kind(k).is_some_and(|kind| kind.dim() == 2));
+    // rows of given matrices stand in a line, which is no shape
+    let undrawn = match stored.is_solid() {
+        true => {
+            "The page does not draw bodies in space: signorini plot does, and signorini export writes files for ParaView."
+        }
+        false => "A body of matrices has no shape to show.",
+    };
     json!({
-        // rows of given matrices stand in a line, which is no shape; a body in space is not drawn
+        "undrawn": undrawn,
         "dim": match in_plane { _ if cells.is_empty() || stored.is_solid() => 0, true => 2, false => usize::from(!materials.is_empty()) },
         "nodes": single((0..stored.nodes.nrows()).flat_map(|n| plane(stored.place(n)))),
         "cells": whole(cells.iter().flatten().copied()),
@@ -29,8 +36,10 @@ pub(super) fn body(stored: &Stored, materials: &[Material]) -> Value {
             "gap": exact(stored.gap.iter().copied()),
             "place": single((0..n_c).flat_map(|i| plane(stored.contact_place(i)))),
             "normal": single((0..n_c).flat_map(|i| plane(stored.contact_normal(i)))),
-            "names": stored.contact_nodes,
+            "names": (0..n_c).map(|i| stored.contact_name(i)).collect::<Vec<_>>(),
             "fronts": fronts,
+            "behind": (0..n_c).map(|i| edge.behind(i)).collect::<Vec<_>>(),
+            "curves": edge.curves(),
             "parts": edge.parts(),
             "closed": edge.parts().iter().map(|p| edge.is_closed(p)).collect::<Vec<bool>>(),
         },

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::block::{exact, flags, rounded, single};
 use super::body::plane;
+use crate::report::edge::Edge;
 use crate::store::Stored;
 
 /// Bytes of all stored states of one page, at most; beyond, every second, third, … state is left out.
@@ -55,6 +56,7 @@ fn frames(stored: &Stored, rows: &[usize], short: bool) -> Value {
     let pressure: Vec<f64> = rows.iter().flat_map(|&r| stored.pressure.row(r).to_vec()).collect();
     json!({
         "t": exact(rows.iter().map(|&r| stored.t[r])),
+        "shown": Edge::of(stored).shown(),
         "u": rounded(&u),
         "contact": number(contact),
         "pressure": number(pressure),

@@ -19,11 +19,11 @@ pub(super) fn contact(stored: &Stored, options: &Options) -> Result<String, Figu
     let edge = Edge::of(stored);
     let chosen = |i: &usize| options.nodes.contains(&stored.contact_nodes[*i]);
     let shown: Vec<usize> = match options.nodes.is_empty() {
-        true => edge.some(),
+        true => edge.shown(),
         false => (0..stored.gap.len()).filter(chosen).collect(),
     };
     figure::svg((980, 620), |root| {
-        title(root, &stored.title, "contact")?;
+        title(root, &stored.title, &what(&edge, &shown))?;
         let (_, sheet) = root.split_vertically(px(30.0));
         let (main, bar) = edge.beside_bar(sheet, px(900.0));
         let (strip, main) = main.split_vertically(px(20.0));
@@ -42,6 +42,14 @@ pub(super) fn contact(stored: &Stored, options: &Options) -> Result<String, Figu
         pressures(&panels[1], stored, &edge, &shown)?;
         edge.bar(bar.as_ref())
     })
+}
+
+/// The picture's name, with how many of the nodes it shows.
+fn what(edge: &Edge, shown: &[usize]) -> String {
+    match (shown.len(), edge.fronts.len()) {
+        (some, all) if some < all => format!("contact, {some} of {all} nodes"),
+        _ => "contact".to_owned(),
+    }
 }
 
 /// Contacts of a point that begin and end without a stored state in between that has a pressure.

@@ -42,7 +42,7 @@ const PICTURES: [Picture; 4] = [
 pub struct Options {
     /// Times of the deformed shapes, as fractions of the stored time.
     pub fractions: Vec<f64>,
-    /// Mesh nodes whose contact is drawn; none: up to twelve along the edge.
+    /// Mesh nodes whose contact is drawn; none: up to twelve, those of the largest pressures first.
     pub nodes: Vec<usize>,
 }
 

@@ -70,6 +70,7 @@ class AsSvg {
 export function bodyOf(raw) {
   const body = {
     dim: raw.dim,
+    undrawn: raw.undrawn,
     nodes: decode(raw.nodes),
     corners: decode(raw.corners),
     cells: decode(raw.cells),

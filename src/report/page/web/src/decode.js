@@ -11,9 +11,9 @@ export function decode(block) {
   return block.kind === "i2" ? Float32Array.from(numbers, (x) => x * block.scale) : numbers;
 }
 
-/** Frames of a motion: times, displacements of nodes and contact points, pressures. */
+/** Frames of a motion: times, displacements of nodes and contact points, pressures; the contact points that have curves. */
 export function framesOf(raw) {
-  const frames = {};
+  const frames = { shown: raw.shown };
   for (const name of ["t", "u", "contact", "pressure", "active"]) frames[name] = decode(raw[name]);
   return frames;
 }

@@ -7,9 +7,6 @@ import { decode } from "./decode.js";
 import { Player } from "./player.js";
 import { COLOURS, element } from "./words.js";
 
-/** At most so many contact points have curves. */
-const SHOWN = 12;
-
 /** Stretches of time in which something touches. */
 export function bandsOf({ t, active }) {
   const n = active.length / t.length;
@@ -35,7 +32,8 @@ export class MotionView {
     const seek = (t) => this.player.seek(t);
     const { contact } = body;
     this.view = body.dim > 0 ? new BodyView(body) : null;
-    const point = contact.names.length === 1 ? "of the contact point" : "of contact points";
+    const count = contact.fronts.length;
+    const point = count === 1 ? "of the contact point" : contact.curves < count ? `of ${contact.curves} of ${count} contact points` : "of contact points";
     const height = compact ? 150 : 170;
     this.displacement = new Curves({ title: `Displacement ${point} towards the obstacle`, x: "t", y: "u_C", height }, seek);
     this.pressure = new Curves({ title: `Pressure ${point}`, x: "t", y: "p", height }, seek);
@@ -44,7 +42,7 @@ export class MotionView {
     this.linked = [this.displacement, this.pressure, this.map, this.ledger].filter(Boolean);
     if (this.view) this.linked.push({ at: (t) => this.view.draw(t) });
     const charts = [this.displacement, this.pressure, this.map, this.ledger].filter(Boolean).map((c) => c.element);
-    this.left = element("div", { class: "column" }, this.view?.element ?? element("p", { class: "soft" }, "A body of matrices has no shape to show."), this.player.element);
+    this.left = element("div", { class: "column" }, this.view?.element ?? element("p", { class: "soft" }, body.undrawn), this.player.element);
     this.right = element("div", { class: "column" }, ...charts);
   }
 
@@ -55,13 +53,14 @@ export class MotionView {
     this.player.span = [t[0], t[t.length - 1]];
     this.view?.show(frames);
     const { fronts } = contact;
-    const some = fronts.length <= SHOWN ? fronts : Array.from({ length: SHOWN }, (_, k) => fronts[Math.round((k * (fronts.length - 1)) / (SHOWN - 1))]);
-    const colour = (k) => (some.length <= 4 ? COLOURS[k] : interpolateViridis(0.3 + (0.65 * k) / (some.length - 1)));
-    const series = (values) => some.map((i, k) => ({ name: `node ${contact.names[i]}`, colour: colour(k), y: (row) => values[row * n + i] }));
+    const some = frames.shown;
+    const shared = (i) => (contact.behind[i] === null ? [i] : [i, contact.behind[i]]);
+    const colour = (i, points) => (points.length <= 4 ? COLOURS[points.indexOf(i)] : interpolateViridis(0.3 + (0.65 * points.indexOf(i)) / (points.length - 1)));
+    const series = (values, points) => points.map((i) => ({ name: `node ${contact.names[i]}`, colour: colour(i, points), y: (row) => values[row * n + i] }));
     const bands = bandsOf(frames);
     const gaps = new Set(contact.gap.map((g, i) => (fronts.includes(i) ? g : -g)));
-    this.displacement.show({ t, series: series(frames.contact), bands, limits: gaps.size <= 2 ? [...gaps] : [] });
-    this.pressure.show({ t, series: series(frames.pressure), bands });
+    this.displacement.show({ t, series: series(frames.contact, some), bands, limits: gaps.size <= 2 ? [...gaps] : [] });
+    this.pressure.show({ t, series: series(frames.pressure, some.flatMap(shared)), bands });
     const s = fronts.map((i) => contact.position[i]);
     this.map?.show({ t, rows: fronts, gap: contact.gap, contact: frames.contact, pressure: frames.pressure, bound: [Math.min(...s), Math.max(...s)] });
     if (this.ledger && ledger) this.energies(ledger, bands);
