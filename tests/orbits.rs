@@ -8,12 +8,13 @@ use common::{problem, random, shipped};
 use faer::Mat;
 use signorini::contact::State;
 use signorini::continuation::{Family, Go, Options, Stop};
+use signorini::event::{Observer, Sample};
 use signorini::orbit::along::{Start, arclength};
 use signorini::orbit::branch::{mode_guess, place_of};
 use signorini::orbit::census::{all, starts};
 use signorini::orbit::chain::Propagator;
 use signorini::orbit::credentials::examine;
-use signorini::orbit::period_map::integrate;
+use signorini::orbit::period_map::{integrate, integrate_with};
 use signorini::orbit::search::{Effort, Verdict, chain_of, find};
 use signorini::orbit::segments::{Border, Segments};
 use signorini::orbit::shooting::{Closure, linearised};
@@ -482,5 +483,36 @@ fn touches_are_found_beside_phases_of_no_length() {
                 assert!(margin.is_finite(), "{phase} {near}");
             }
         }
+    }
+}
+
+/// The largest energy of the states of a run.
+struct Largest(f64);
+
+impl Observer for Largest {
+    type Error = std::convert::Infallible;
+    fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
+        self.0 = self.0.max(s.energies.map_or(0.0, |e| e.total()));
+        Ok(())
+    }
+}
+
+/// `H` of a forced orbit is largest just before a closing, or between two states: a dense integration comes near it from below.
+#[test]
+fn the_largest_energy_is_that_of_a_dense_integration() {
+    for omega in [1.4, 1.55, 1.65] {
+        let mut body = forced(0.02);
+        body.system.loads_mut().set_frequency(omega);
+        let z = body.linear_response();
+        let verdict = find(&mut body, Closure::FORCED, &z, omega, &Effort::default()).unwrap();
+        let orbit = verdict.orbit().unwrap_or_else(|| panic!("{omega}: {verdict}"));
+        let mut dense = Largest(0.0);
+        integrate_with(&body, &orbit.state, orbit.period, 200_000, &mut dense).unwrap();
+        let lack = 1.0 - dense.0 / orbit.energy;
+        assert!((-1e-12..1e-5).contains(&lack), "{omega}: {} of {}", dense.0, orbit.energy);
+        // 200 states miss it
+        let mut coarse = Largest(0.0);
+        integrate_with(&body, &orbit.state, orbit.period, 200, &mut coarse).unwrap();
+        assert!(coarse.0 < dense.0, "{omega}: {} {}", coarse.0, dense.0);
     }
 }

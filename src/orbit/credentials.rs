@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 use super::OrbitError;
 use super::chain::Propagator;
 use super::floquet::{Stability, stability, stability_under_load};
+use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
 use crate::contact::State;
@@ -138,15 +139,17 @@ impl Orbit {
 /// Extremes over the stored states of a period.
 struct Scan<'a> {
     body: &'a Propagator,
-    energy: f64,
     kinetic: f64,
+    energy: Highest,
+    /// Sum of the energy jumps so far.
+    jumps: f64,
     amplitude: f64,
     contact_time: f64,
     grazing: f64,
     /// Last two stored states: time, flags, monitors as displacements.
     last: Vec<(f64, Vec<bool>, Vec<f64>)>,
-    /// Energy and contact displacements there.
-    sizes: Vec<(f64, Vec<f64>)>,
+    /// Contact displacements there.
+    sizes: Vec<Vec<f64>>,
 }
 
 impl Observer for Scan<'_> {
@@ -156,8 +159,13 @@ impl Observer for Scan<'_> {
         let system = &self.body.system;
         let u_c = system.towards_obstacles(s.u);
         let energy = s.energies.map_or(f64::NAN, |e| e.total());
-        self.energy = self.energy.max(energy);
         self.kinetic = self.kinetic.max(s.energies.map_or(0.0, |e| e.kinetic));
+        let switched = self.last.last().is_some_and(|(_, flags, _)| flags != s.active.flags());
+        if switched || s.jumps != self.jumps {
+            self.energy.switch(s.t, energy - (s.jumps - self.jumps));
+            self.jumps = s.jumps;
+        }
+        self.energy.note(s.t, energy);
         let moved = system.along_normals(s.u);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match s.active.is_active(i) {
@@ -174,9 +182,8 @@ impl Observer for Scan<'_> {
             && f0 == f1
             && f1 == s.active.flags()
         {
-            if let [(e0, u0), (e1, u1)] = &self.sizes[..] {
+            if let [u0, u1] = &self.sizes[..] {
                 let times = [*t0, *t1, s.t];
-                self.energy = self.energy.max(crest(times, [*e0, *e1, energy]));
                 for i in 0..moved.len() {
                     let sizes = [u0[i].abs(), u1[i].abs(), moved[i].abs()];
                     self.amplitude = self.amplitude.max(crest(times, sizes));
@@ -192,7 +199,7 @@ impl Observer for Scan<'_> {
             self.last.remove(0);
             self.sizes.remove(0);
         }
-        self.sizes.push((energy, moved));
+        self.sizes.push(moved);
         self.last.push((s.t, s.active.flags().to_vec(), now));
         Ok(())
     }
@@ -239,8 +246,9 @@ pub fn examine(
     let state = body.state(closure.frame(z));
     let mut scan = Scan {
         body,
-        energy: 0.0,
         kinetic: 0.0,
+        energy: Highest::default(),
+        jumps: 0.0,
         amplitude: 0.0,
         contact_time: 0.0,
         grazing: f64::INFINITY,
@@ -263,7 +271,14 @@ pub fn examine(
     }
     let stiffness =
         system.constraints.iter().map(|c| c.stiffness).fold(f64::MIN_POSITIVE, f64::max);
-    let energy = scan.energy.max(f64::MIN_POSITIVE);
+    // large bodies have no motion in closed form
+    let walk = match body.is_large() {
+        true => None,
+        false => body.walk(&passage.chain, &start, &passage.times, period).ok(),
+    };
+    let known = walk.as_ref().map(|walk| (walk, &passage.chain));
+    let largest = scan.energy.of(body, known);
+    let energy = largest.max(f64::MIN_POSITIVE);
     let wanted = multipliers && body.n() <= MULTIPLIER_LIMIT;
     let stability = match wanted {
         true => if_known(stability(body, closure, &start, &passage, period))?,
@@ -291,12 +306,12 @@ pub fn examine(
     Ok(Orbit {
         closure,
         period,
-        energy: if viscous.is_some() { energy_at_start()? } else { scan.energy },
+        energy: if viscous.is_some() { energy_at_start()? } else { largest },
         amplitude: scan.amplitude,
         residual: norm(&difference) / norm(&start).max(f64::MIN_POSITIVE),
         iterations,
         contact_time: scan.contact_time,
-        is_at_rest: scan.kinetic <= AT_REST * scan.energy.abs(),
+        is_at_rest: scan.kinetic <= AT_REST * energy.abs(),
         penetration: report.max_penetration.max(0.0) / unit,
         gap_error: report.gap_error.max(0.0) / unit,
         tension: report.max_tension.max(0.0) / (stiffness * unit),

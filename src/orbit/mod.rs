@@ -12,6 +12,7 @@
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
+//! - `highest` — the largest energy of a motion;
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
 //! - [`along`] — families by arclength, through folds and corners;
@@ -25,6 +26,7 @@ pub mod chain;
 pub mod check;
 pub mod credentials;
 pub mod floquet;
+mod highest;
 pub mod krylov;
 pub mod mapped;
 pub mod nearest;

@@ -114,8 +114,15 @@ impl Walk {
 
     /// `u_O` at a time of the walk.
     pub fn displacement(&self, t: f64) -> Vec<f64> {
-        let inside = self.links.iter().find(|l| t <= l.span.1);
-        inside.or(self.links.last()).map_or(vec![], |l| l.displacement(t))
+        self.state(t).map_or(vec![], |(_, u, _)| u)
+    }
+
+    /// The phase of a time of the walk, `u_O` and `u̇_O` there; at a switch those before it.
+    pub fn state(&self, t: f64) -> Option<(usize, Vec<f64>, Vec<f64>)> {
+        let inside = self.links.iter().position(|l| t <= l.span.1);
+        let k = inside.or(self.links.len().checked_sub(1))?;
+        let (u, v) = self.links[k].state(t);
+        Some((k, u, v))
     }
 }
 
@@ -167,14 +174,16 @@ impl Link {
         (h, dot(&r, &v) + self.drives.at(node, t, 1))
     }
 
-    fn displacement(&self, t: f64) -> Vec<f64> {
+    /// `u_O` and `u̇_O` at a time of the phase.
+    fn state(&self, t: f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.spectrum.modes.len();
-        let (mut both, mut v) = (vec![0.0; 2 * n], vec![0.0; n]);
-        self.motion.at(&self.spectrum, t, &mut both[..n], &mut v);
+        let mut modal = vec![0.0; 2 * n];
+        let (q, v) = modal.split_at_mut(n);
+        self.motion.at(&self.spectrum, t, q, v);
         let mut x = vec![0.0; 2 * n];
-        self.spectrum.from_modes(&both, &mut x);
-        x.truncate(n);
-        x
+        self.spectrum.from_modes(&modal, &mut x);
+        let v = x.split_off(n);
+        (x, v)
     }
 
     /// Carry tangent columns over the phase: the homogeneous flow of every mode, under the damping `C + αM`.

@@ -23,8 +23,8 @@ use super::table::{Form, Table};
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::System;
 use crate::records::{
-    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Peak, PointRecord, Status, ViscousRecord,
-    Walk, peaks,
+    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Peak, PointRecord, Solver, Status,
+    ViscousRecord, Walk, Way, peaks,
 };
 use crate::scenario::Scene;
 
@@ -39,6 +39,21 @@ pub struct FamilyPlan {
     pub branches: Vec<Branch>,
     /// Most harmonics that a series of it may have.
     pub harmonics: usize,
+}
+
+/// Which energy of a motion a family has.
+fn energy_of(kind: &FamilyKind) -> &'static str {
+    match (kind.outline().solver, kind.outline().way) {
+        _ if kind.method.viscosity().is_some() => {
+            "energy at t = 0 of the motion, which is fed and damped"
+        }
+        (Solver::HarmonicBalance, Way::Response) => "largest energy of the series over a period",
+        (Solver::HarmonicBalance, _) => "energy of the series at t = 0",
+        (Solver::Check, _) => {
+            "largest energy of the orbit over a period; of viscous motions that at t = 0"
+        }
+        _ => "largest energy of the motion over a period",
+    }
 }
 
 /// The open file of a family.
@@ -329,11 +344,13 @@ impl FamilyWriter {
         }
         write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
         describe(&self.file)?;
+        let energies = g.dataset("energy")?;
+        write_text(&energies, "description", energy_of(&self.plan.identity))?;
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place
         let FamilyWriter { mut staged, file, points, rows, special, series, journal, .. } = self;
-        drop((points, rows, special, series, g, file));
+        drop((points, rows, special, series, energies, g, file));
         staged.commit()?;
         if let Some(journal) = journal.filter(|_| *status == Status::Complete) {
             journal.remove();
