@@ -5,8 +5,8 @@ mod common;
 use std::path::Path;
 
 use signorini::records::{
-    Branch, Changed, Direction, ErrorStatement, FamilyKind, Grid, OrbitRecord, PointMethod,
-    PointRecord, Variation, Walk,
+    Branch, Changed, CheckRow, Direction, ErrorStatement, FamilyKind, Grid, OrbitRecord,
+    PointMethod, PointRecord, Variation, VerdictKind, Walk,
 };
 use signorini::report::families::{Axis, pictures_of_family};
 use signorini::report::overlay;
@@ -139,7 +139,7 @@ fn families_of_one_picture_are_called_by_what_tells_them_apart() {
             "viscous shooting, β = 0.01",
             "backbone by harmonic balance:",
             "N_h = 7",
-            "energy H",
+            "energy H: the largest, of viscous motions that at t = 0",
         ],
     );
     let finer = StoredFamily { scene: scene("[20, 6]", ""), ..viscous.clone() };
@@ -165,6 +165,101 @@ fn families_of_one_picture_are_called_by_what_tells_them_apart() {
     let svg = together(&[named("a.h5"), named("b.h5")], Axis::Energy);
     let names = ["a", "b"].map(|f| format!("conservative shooting, sequential, {f}"));
     expect(&svg, &[&names[0], &names[1]]);
+}
+
+/// Peaks of the amplitude on the responses of some damping ratios; a response without a peak broke off.
+fn responses(name: &str, ratios: &[(f64, bool)]) -> StoredFamily {
+    let mut family = family(PointMethod::Shooting, &UP);
+    let walk = Walk::Response(Grid { origin: 1.6, step: 0.02 });
+    family.identity = Some(FamilyKind { method: PointMethod::Shooting, walk, problem: 7 });
+    family.path = format!("{name}.h5").into();
+    family.branches =
+        ratios.iter().map(|r| Branch::Response { percent: Some(r.0), series: None }).collect();
+    let orbit = |branch: usize, k: usize| {
+        let x = -1.0 + 0.1 * k as f64;
+        let amplitude =
+            1.0 / ratios[branch].0 * (if ratios[branch].1 { 2.0 - x * x } else { 2.0 + x });
+        let orbit = OrbitRecord { energy: amplitude, amplitude, ..OrbitRecord::default() };
+        PointRecord {
+            omega: 1.8 + 0.1 * x,
+            branch,
+            index: k as i64,
+            orbit: Some(orbit),
+            ..PointRecord::default()
+        }
+    };
+    family.points = (0..ratios.len())
+        .flat_map(|b| (0..21).map(move |k| (b, k)))
+        .map(|(b, k)| orbit(b, k))
+        .collect();
+    family
+}
+
+/// Ends of lines of a picture that are drawn in colours: how many colours there are.
+fn colours(svg: &str) -> usize {
+    let of = |line: &str| line.split("stroke=\"").nth(1).map(|s| s[..7].to_owned());
+    let lines = svg.lines().filter(|line| line.starts_with("<polyline"));
+    lines.filter_map(of).collect::<std::collections::BTreeSet<_>>().len()
+}
+
+#[test]
+fn responses_of_several_files_are_told_apart() {
+    let three = responses("three", &[(1.0, true), (2.0, false), (5.0, true)]);
+    let other = responses("other", &[(2.0, true)]);
+    let one = together(std::slice::from_ref(&three), Axis::Amplitude);
+    expect(&one, &["forced response, damping ratio ξ:", "1 %", "2 %", "5 %"]);
+    let both = together(&[three.clone(), other.clone()], Axis::Amplitude);
+    expect(
+        &both,
+        &["three, forced response:", "other, forced response:", "1 %", "2 %", "5 %", "ridge"],
+    );
+    // the same ratio of two files has two colours
+    assert_eq!(colours(&both), colours(&one) + 1);
+    // no line of the ridge leads over a response that broke off; one that has a peak has its mark
+    let whole = responses("three", &[(1.0, true), (2.0, true), (5.0, true)]);
+    let lines = |svg: &str| svg.lines().filter(|l| l.starts_with("<polyline")).count();
+    let joined = together(std::slice::from_ref(&whole), Axis::Amplitude);
+    assert!(lines(&joined) > lines(&one), "{} {}", lines(&joined), lines(&one));
+    let diamonds = |svg: &str| svg.matches("<polygon").count();
+    assert_eq!(diamonds(&both), diamonds(&one) + 1);
+}
+
+/// The points that another program gave are drawn where no other file has them, and their file is named.
+#[test]
+fn series_that_were_checked_are_drawn() {
+    let mut checked = family(PointMethod::Check { quick: false }, &UP[..3]);
+    checked.path = "mine.h5".into();
+    for p in &mut checked.points {
+        p.check = Some(CheckRow {
+            omega: p.omega,
+            n_h: 7,
+            energy: 1.5 * p.orbit.as_ref().unwrap().energy,
+            residual: 0.1,
+            return_error: 0.1,
+            verdict: VerdictKind::Orbit,
+            message: String::new(),
+            moved: 0.3,
+            orbit_energy: 1.0,
+            contact_change: 0.0,
+            same_sequence: false,
+        });
+    }
+    let series = family(SERIES, &UP);
+    let circles = |svg: &str| svg.matches("<circle").count();
+    let both = [series.clone(), checked.clone()];
+    let svg = together(&both, Axis::Energy);
+    expect(&svg, &["orbits in time (mine)", "series that were checked (mine)"]);
+    // those that lie on the curve of a file are drawn by it
+    let mut same = checked.clone();
+    for p in &mut same.points {
+        p.check.as_mut().unwrap().energy = p.orbit.as_ref().unwrap().energy;
+    }
+    let own = together(&[series.clone(), same], Axis::Energy);
+    assert!(!own.contains("series that were checked"));
+    // three points, and one in the legend
+    assert_eq!(circles(&svg), circles(&own) + 4);
+    let svg = together(&both, Axis::Amplitude);
+    assert!(svg.contains("their amplitudes are not stored"));
 }
 
 #[test]

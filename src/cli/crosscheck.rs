@@ -21,7 +21,10 @@ use signorini::records::{
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
-use signorini::store::{FamilyPlan, FamilyWriter, Names, StoredFamily, read_csv, read_series};
+use signorini::store::{
+    Content, FamilyPlan, FamilyWriter, Names, StoreError, StoredFamily, content, read_csv,
+    read_origin, read_series,
+};
 
 use super::family::{self, Output};
 use super::progress::Bar;
@@ -30,8 +33,11 @@ use super::{Answer, CliError, Global, load, plain, viscous};
 /// Arguments of `crosscheck`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "BACKBONE is a file of `backbone --method hbm`, a MATLAB v7.3 file (name its variables), or CSV with the columns\n\
-    point, omega, k, part (cos or sin), u_1, …, u_nO.\n\n\
+    after_help = "BACKBONE is a file of `backbone --method hbm`, a MATLAB v7.3 file (name its variables), or CSV with the columns \
+    point, omega, k, part (cos or sin), u_1, …, u_nO: any label a point, a row for the cosine of every harmonic k = 0, 1, … and \
+    for its sines unless all are zero.\n\n\
+    u_1 … u_nO are u_O: all displacements that no support holds but those of the contact along its normals, which follow from \
+    them and are left out; in the order of mesh/dof_map in any file of the scene (0 … nO - 1; of matrices the other rows in their order).\n\n\
     Example:\n  signorini backbone scenarios/half-plate-orbit.toml --method hbm -o hbm.h5\n  signorini crosscheck hbm.h5 scenarios/half-plate-orbit.toml -o checked.h5\n  signorini plot checked.h5\n  signorini crosscheck theirs.mat scenarios/half-plate-orbit.toml --omega w --coefficients Q"
 )]
 pub struct Arguments {
@@ -209,11 +215,33 @@ fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError
         coefficients: arguments.coefficients.clone().unwrap_or(own.coefficients),
     };
     read_series(path, &names, n_o).map_err(|e| match e {
-        signorini::store::StoreError::Missing { .. } if !named => CliError::Input(format!(
+        StoreError::Missing { .. } if !named && is_own(path) => CliError::Input(format!(
+            "{} is a file of this program, of {}: it holds no series of harmonic balance (those of `backbone` and `response` with --method hbm do)",
+            path.display(),
+            kind(path)
+        )),
+        StoreError::Missing { .. } if !named => CliError::Input(format!(
             "{e}; for a file of another program name its variables with --omega and --coefficients"
         )),
         e => e.into(),
     })
+}
+
+/// Whether this program made a file.
+fn is_own(path: &Path) -> bool {
+    read_origin(path).is_ok_and(|origin| !origin.version.is_empty())
+}
+
+/// What a file of this program is of.
+fn kind(path: &Path) -> &'static str {
+    match content(path) {
+        Ok(Content::Run) => "a run",
+        Ok(Content::Orbit) => "an orbit",
+        Ok(Content::Family) => "a family by shooting",
+        Ok(Content::Comparison) => "`compare`",
+        Ok(Content::Study) => "a study",
+        Err(_) => "another kind",
+    }
 }
 
 /// All points that are left, side by side; each is written as soon as it is there.

@@ -30,7 +30,7 @@ impl Axis {
             (Axis::Amplitude, _) => "largest contact displacement",
             (Axis::Energy, 0) => "largest energy H",
             (Axis::Energy, n) if n == families.len() => "energy H at t = 0",
-            (Axis::Energy, _) => "energy H",
+            (Axis::Energy, _) => "energy H: the largest, of viscous motions that at t = 0",
         }
     }
 

@@ -32,12 +32,12 @@ pub(super) fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64
     for layer in Layer::ALL {
         for (family, branch, look) in &scene.branches {
             match (layer, look) {
-                (Layer::Responses, Look::Response(_)) => sheet.response(family, *branch, *look)?,
-                (Layer::Thin, Look::ThinResponse(_)) => sheet.series(family, *branch, *look)?,
+                (Layer::Responses, Look::Response(..)) => sheet.response(family, *branch, *look)?,
+                (Layer::Thin, Look::ThinResponse(..)) => sheet.series(family, *branch, *look)?,
                 (Layer::Series, Look::Backbone(..)) => sheet.series(family, *branch, *look)?,
                 (Layer::Curves, Look::Curve(_)) => sheet.curve(family, *branch, *look)?,
                 (Layer::Marks, Look::Curve(k)) => sheet.marks(family, *branch, *k)?,
-                (Layer::Ridge, Look::Response(_) | Look::ThinResponse(_)) if *branch == 0 => {
+                (Layer::Ridge, Look::Response(..) | Look::ThinResponse(..)) if *branch == 0 => {
                     sheet.ridge(family)?;
                 }
                 (Layer::Dots, Look::Checked) => sheet.dots(family, *branch, *look)?,
@@ -45,7 +45,10 @@ pub(super) fn draw(chart: &mut Chart, scene: &Scene, scaled: &dyn Fn(f64) -> f64
             }
         }
     }
-    Ok(())
+    match scene.axis {
+        Axis::Energy => sheet.series_checked(),
+        Axis::Amplitude => Ok(()),
+    }
 }
 
 /// What lies on what.
@@ -151,12 +154,22 @@ impl Sheet<'_, '_, '_> {
 
     /// The peaks of a set of responses.
     fn ridge(&mut self, family: &StoredFamily) -> Drawn {
-        let points = self.flat(self.scene.ridge(family));
-        for part in clipped(&points, &self.frame) {
-            draw_dashes(self.chart, part, line(INK, 1.0))?;
+        for run in self.scene.ridge(family) {
+            let points = self.flat(run);
+            for part in clipped(&points, &self.frame) {
+                draw_dashes(self.chart, part, line(INK, 1.0))?;
+            }
+            let inside: Vec<_> = points.into_iter().filter(|p| self.holds(p)).collect();
+            symbols(self.chart, inside, Mark::Diamond, INK)?;
         }
-        let inside = points.into_iter().filter(|p| self.holds(p));
-        symbols(self.chart, inside, Mark::Diamond, INK)
+        Ok(())
+    }
+
+    /// Series that were checked and that no other file draws.
+    fn series_checked(&mut self) -> Drawn {
+        let points = self.flat(self.scene.checked_series());
+        let inside: Vec<_> = points.into_iter().filter(|p| self.holds(p)).collect();
+        symbols(self.chart, inside, Mark::Circle, INK)
     }
 
     /// Orbits one by one.

@@ -8,22 +8,23 @@ use super::scene::{Look, Scene, is_response};
 use crate::records::Branch;
 use crate::report::families::{Axis, error_entries, of_branch};
 use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, legend_columns};
+use crate::store::StoredFamily;
 
 /// Names in the legend.
 pub(super) struct Names {
-    ratios: Vec<(String, RGBColor, Mark)>,
+    /// Of each file of responses: what stands before its ratios, and these.
+    responses: Vec<(String, Vec<(String, RGBColor, Mark)>)>,
+    checked: String,
+    series: String,
     harmonics: Vec<(String, RGBColor)>,
     thin: String,
 }
 
 impl Names {
     pub fn new(scene: &Scene) -> Self {
-        let full = scene.any(|look| matches!(look, Look::Response(_)));
-        let mark = if full { Mark::Line } else { Mark::Thin };
-        let ratio = |r: &f64| (format!("{r} %"), scene.colour(Look::Response(Some(*r))), mark);
         let harmonic =
             |n: &f64| (format!("N_h = {n}"), scene.colour(Look::Backbone(Some(*n as usize), true)));
-        let of_thin = scene.branches.iter().filter(|b| matches!(b.2, Look::ThinResponse(_)));
+        let of_thin = scene.branches.iter().filter(|b| matches!(b.2, Look::ThinResponse(..)));
         let used: BTreeSet<usize> = of_thin
             .filter_map(|(f, b, _)| f.branches.get(*b).and_then(Branch::harmonics))
             .collect();
@@ -31,7 +32,9 @@ impl Names {
         let used =
             if used.is_empty() { String::new() } else { format!(", N_h = {}", used.join(", ")) };
         Names {
-            ratios: scene.ratios.iter().map(ratio).collect(),
+            responses: responses(scene),
+            checked: of_files("orbits in time", scene, |look| *look == Look::Checked),
+            series: of_files("series that were checked", scene, |look| *look == Look::Checked),
             harmonics: scene.harmonics.iter().map(harmonic).collect(),
             thin: format!("harmonic balance{used}"),
         }
@@ -39,27 +42,32 @@ impl Names {
 
     /// Draw what belongs together in rows of its own; what is left of the sheet.
     pub fn draw<'b>(&self, sheet: Area<'b>, scene: &Scene) -> Result<Area<'b>, FigureError> {
-        let sheet = legend_above(sheet, &self.response(scene))?;
+        let mut sheet = sheet;
+        for (lead, ratios) in &self.responses {
+            let mut entries: Vec<Entry> = vec![(lead, INK, Mark::Nothing)];
+            entries.extend(ratios.iter().map(|(n, colour, mark)| (n.as_str(), *colour, *mark)));
+            if self.responses.len() == 1 {
+                entries.extend(self.response(scene));
+            }
+            sheet = legend_above(sheet, &entries)?;
+        }
+        if self.responses.len() > 1 {
+            sheet = legend_above(sheet, &self.response(scene))?;
+        }
         let sheet = legend_above(sheet, &self.free(scene))?;
         let sheet = legend_columns(sheet, &curves(scene))?;
         legend_above(sheet, &errors(scene))
     }
 
-    /// Forced responses.
+    /// What the lines and marks of forced responses mean.
     fn response<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
         let mut entries: Vec<Entry> = vec![];
         if !scene.any(is_response) {
             return entries;
         }
-        let lead = match self.ratios.is_empty() {
-            true => "forced response:",
-            false => "forced response, damping ratio ξ:",
-        };
-        entries.push((lead, INK, Mark::Nothing));
-        entries.extend(self.ratios.iter().map(|(n, colour, mark)| (n.as_str(), *colour, *mark)));
         let of = |stable: bool| {
             scene.branches.iter().any(|(f, b, look)| {
-                matches!(look, Look::Response(_))
+                matches!(look, Look::Response(..))
                     && of_branch(f, *b)
                         .filter_map(|p| p.orbit.as_ref())
                         .any(|o| o.stable == Some(stable))
@@ -76,7 +84,7 @@ impl Names {
         {
             entries.push(("ridge", INK, Mark::Diamond));
         }
-        if scene.any(|look| matches!(look, Look::ThinResponse(_))) {
+        if scene.any(|look| matches!(look, Look::ThinResponse(..))) {
             entries.push((&self.thin, INK, Mark::Thin));
         }
         entries
@@ -86,7 +94,13 @@ impl Names {
     fn free<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
         let mut entries: Vec<Entry> = vec![];
         if scene.any(|look| *look == Look::Checked) {
-            entries.push(("orbits in time", scene.colour(Look::Checked), Mark::Dot));
+            entries.push((&self.checked, scene.colour(Look::Checked), Mark::Dot));
+        }
+        if !scene.checked_series().is_empty() {
+            match scene.axis {
+                Axis::Energy => entries.push((&self.series, INK, Mark::Circle)),
+                Axis::Amplitude => entries.push((NO_AMPLITUDE, INK, Mark::Nothing)),
+            }
         }
         if scene.any(|look| matches!(look, Look::Backbone(..))) {
             entries.push(("backbone by harmonic balance:", INK, Mark::Nothing));
@@ -95,6 +109,60 @@ impl Names {
         }
         entries
     }
+}
+
+/// Why the series of a cross-check are not drawn.
+const NO_AMPLITUDE: &str = "(series that were checked: their amplitudes are not stored)";
+
+fn stem(family: &StoredFamily) -> String {
+    family.path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// A name with the files that it stands for.
+fn of_files(name: &str, scene: &Scene, wanted: fn(&Look) -> bool) -> String {
+    let of_look = scene.branches.iter().filter(|(_, _, look)| wanted(look));
+    let mut files: Vec<String> = of_look.map(|(f, _, _)| stem(f)).collect();
+    files.dedup();
+    match files.iter().all(String::is_empty) {
+        true => name.to_owned(),
+        false => format!("{name} ({})", files.join(", ")),
+    }
+}
+
+/// What stands before the ratios of each file, and these with their colours. Where each kind of response comes from one file, one row for all.
+fn responses(scene: &Scene) -> Vec<(String, Vec<(String, RGBColor, Mark)>)> {
+    let named = |r: Option<f64>| r.map(|r| format!("{r} %"));
+    let several = scene.files() > 1;
+    let full = scene.any(|look| matches!(look, Look::Response(..)));
+    let mut rows: Vec<(String, Vec<(String, RGBColor, Mark)>)> = vec![];
+    let mut last: Option<*const StoredFamily> = None;
+    if !several && scene.any(is_response) {
+        let mark = if full { Mark::Line } else { Mark::Thin };
+        let entry = |r: &f64| (format!("{r} %"), scene.colour(Look::Response(Some(*r), 0)), mark);
+        let lead = match scene.ratios.is_empty() {
+            true => "forced response:",
+            false => "forced response, damping ratio ξ:",
+        };
+        return vec![(lead.to_owned(), scene.ratios.iter().map(entry).collect())];
+    }
+    for (family, _, look) in &scene.branches {
+        let (ratio, mark, what) = match look {
+            Look::Response(ratio, _) => (ratio, Mark::Line, "forced response"),
+            Look::ThinResponse(ratio, _) => (ratio, Mark::Thin, "harmonic balance"),
+            _ => continue,
+        };
+        if last != Some(std::ptr::from_ref(*family)) {
+            last = Some(std::ptr::from_ref(*family));
+            rows.push((format!("{}, {what}:", stem(family)), vec![]));
+        }
+        let name = named(*ratio).unwrap_or_else(|| "response".into());
+        if let Some((_, entries)) = rows.last_mut()
+            && !entries.iter().any(|(known, ..)| *known == name)
+        {
+            entries.push((name, scene.colour(*look), mark));
+        }
+    }
+    rows
 }
 
 /// Curves that have a name of their own.

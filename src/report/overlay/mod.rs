@@ -47,7 +47,14 @@ pub fn picture(
 fn overlay(families: &[StoredFamily], options: &Options) -> Result<String, FigureError> {
     let common = common_title(families);
     let scene = Scene::new(families, options.axis, &common);
-    let all = || scene.branches.iter().flat_map(|(f, b, _)| scene.points(f, *b));
+    let checked = match options.axis {
+        Axis::Energy => scene.checked_series(),
+        Axis::Amplitude => vec![],
+    };
+    let all = || {
+        let points = scene.branches.iter().flat_map(|(f, b, _)| scene.points(f, *b));
+        points.chain(checked.iter().copied())
+    };
     let marked = || options.points.iter().map(|(omega, value, _)| (*omega, *value));
     if all().next().is_none() {
         return Err(FigureError::Empty("the families hold no orbit"));

@@ -11,10 +11,10 @@ use crate::store::StoredFamily;
 /// How the curves and dots of a branch are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Look {
-    /// Forced response by shooting, of a damping ratio in percent.
-    Response(Option<f64>),
+    /// Forced response by shooting, of a damping ratio in percent; which of the files of such.
+    Response(Option<f64>, usize),
     /// Forced response by harmonic balance.
-    ThinResponse(Option<f64>),
+    ThinResponse(Option<f64>, usize),
     /// Backbone by harmonic balance, of a number of harmonics; whether its points are a grid of frequencies.
     Backbone(Option<usize>, bool),
     /// Orbits found from harmonic balance.
@@ -23,7 +23,7 @@ pub(super) enum Look {
     Curve(usize),
 }
 
-fn look(family: &StoredFamily, branch: usize, curve: Option<usize>) -> Look {
+fn look(family: &StoredFamily, branch: usize, curve: Option<usize>, file: usize) -> Look {
     if let Some(curve) = curve {
         return Look::Curve(curve);
     }
@@ -31,11 +31,11 @@ fn look(family: &StoredFamily, branch: usize, curve: Option<usize>) -> Look {
     let ratio = known.and_then(Branch::percent);
     let outline = family.outline();
     match (outline.solver, outline.way) {
-        (Solver::HarmonicBalance, Way::Response) => Look::ThinResponse(ratio),
+        (Solver::HarmonicBalance, Way::Response) => Look::ThinResponse(ratio, file),
         (Solver::HarmonicBalance, way) => {
             Look::Backbone(known.and_then(Branch::harmonics), way == Way::Sequential)
         }
-        (Solver::Shooting | Solver::Viscous, _) => Look::Response(ratio),
+        (Solver::Shooting | Solver::Viscous, _) => Look::Response(ratio, file),
         (Solver::Check, _) => Look::Checked,
     }
 }
@@ -52,8 +52,15 @@ fn scale(anchors: &[[u8; 3]], s: f64) -> RGBColor {
 
 /// Numbers of harmonics: blue to green.
 const HARMONICS: [[u8; 3]; 4] = [[130, 170, 235], [30, 105, 190], [0, 150, 160], [0, 110, 50]];
-/// Damping ratios: grey to orange.
-const RATIOS: [[u8; 3]; 4] = [[105, 105, 112], [172, 172, 178], [240, 180, 105], [215, 95, 0]];
+/// Damping ratios: grey to orange; of a second file, and so on, other scales.
+const RATIOS: [[[u8; 3]; 4]; 4] = [
+    [[105, 105, 112], [172, 172, 178], [240, 180, 105], [215, 95, 0]],
+    [[40, 60, 110], [70, 110, 175], [110, 165, 225], [0, 90, 200]],
+    [[30, 80, 60], [70, 140, 105], [120, 190, 140], [0, 125, 70]],
+    [[85, 40, 95], [140, 85, 155], [195, 140, 205], [150, 30, 140]],
+];
+/// The colour of a response without a ratio on each scale.
+const UNNAMED: f64 = 1.0;
 
 /// Where the `k`-th of `n` stands on a scale; one alone has the end that is easier to see.
 fn standing(k: usize, n: usize) -> f64 {
@@ -83,7 +90,9 @@ impl<'f> Scene<'f> {
         let curves = curves(families, title);
         let of = |f: &'f StoredFamily| {
             let curve = |b: usize| curves.iter().position(|c| c.holds(f, b));
-            branches(f).into_iter().map(|b| (f, b, look(f, b, curve(b)))).collect::<Vec<_>>()
+            let before = families.iter().take_while(|g| !std::ptr::eq(*g, f));
+            let file = before.filter(|g| is_of_responses(f) && g.outline() == f.outline()).count();
+            branches(f).into_iter().map(|b| (f, b, look(f, b, curve(b), file))).collect::<Vec<_>>()
         };
         let branches: Vec<_> = families.iter().flat_map(of).collect();
         let harmonics = branches.iter().filter_map(|(_, _, look)| match look {
@@ -91,7 +100,7 @@ impl<'f> Scene<'f> {
             _ => None,
         });
         let ratios = branches.iter().filter_map(|(_, _, look)| match look {
-            Look::Response(ratio) | Look::ThinResponse(ratio) => *ratio,
+            Look::Response(ratio, _) | Look::ThinResponse(ratio, _) => *ratio,
             _ => None,
         });
         let (harmonics, ratios) = (ascending(harmonics), ascending(ratios));
@@ -104,7 +113,12 @@ impl<'f> Scene<'f> {
             k.map_or(LINES[4], |k| scale(anchors, standing(k, all.len())))
         };
         match look {
-            Look::Response(ratio) | Look::ThinResponse(ratio) => on(&RATIOS, &self.ratios, ratio),
+            Look::Response(None, file) | Look::ThinResponse(None, file) if file > 0 => {
+                scale(&RATIOS[file % RATIOS.len()], UNNAMED)
+            }
+            Look::Response(ratio, file) | Look::ThinResponse(ratio, file) => {
+                on(&RATIOS[file % RATIOS.len()], &self.ratios, ratio)
+            }
             Look::Backbone(n_h, _) => on(&HARMONICS, &self.harmonics, n_h.map(|n| n as f64)),
             Look::Checked => RGBColor(0, 0, 0),
             Look::Curve(k) => self.curves[k].colour,
@@ -123,23 +137,61 @@ impl<'f> Scene<'f> {
         orbits.filter_map(|(omega, orbit)| Some((omega, self.value(orbit)?)))
     }
 
-    /// The highest peak of each response of a set, lowest first; of one response there is no ridge.
-    pub fn ridge(&self, family: &StoredFamily) -> Vec<(f64, f64)> {
+    /// The highest peak of each response of a set, in the order of the damping, in runs of neighbours: a response without a peak parts the ridge. A response
+    /// alone has a peak where there are others of its kind in other files.
+    pub fn ridge(&self, family: &StoredFamily) -> Vec<Vec<(f64, f64)>> {
         let all = family.peaks();
         let highest = |branch: usize| {
             let of_branch = all.iter().filter(|p| p.branch == branch);
             of_branch.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
         };
-        let mut peaks: Vec<_> = (0..family.branches.len()).filter_map(highest).collect();
-        peaks.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
-        let value = |p: &&Peak| match self.axis {
+        let value = |p: &Peak| match self.axis {
             Axis::Energy => p.energy,
             Axis::Amplitude => p.amplitude,
         };
-        match peaks.len() {
-            0 | 1 => vec![],
-            _ => peaks.iter().map(|p| (p.omega, value(p))).collect(),
+        let mut responses = branches(family);
+        if responses.len() < 2 && self.files() < 2 {
+            return vec![];
         }
+        let ratio = |b: &usize| family.branches.get(*b).and_then(Branch::percent);
+        responses.sort_by(|a, b| ratio(b).unwrap_or(0.0).total_cmp(&ratio(a).unwrap_or(0.0)));
+        let place = |b: &usize| highest(*b).map(|p| (p.omega, value(p)));
+        let peaks: Vec<Option<(f64, f64)>> = responses.iter().map(place).collect();
+        let runs = peaks.split(Option::is_none).filter(|run| !run.is_empty());
+        runs.map(|run| run.iter().flatten().copied().collect()).collect()
+    }
+
+    /// In how many files there are responses of one kind.
+    pub fn files(&self) -> usize {
+        let file = |look: &Look| match look {
+            Look::Response(_, file) | Look::ThinResponse(_, file) => file + 1,
+            _ => 0,
+        };
+        self.branches.iter().map(|(_, _, look)| file(look)).max().unwrap_or(0)
+    }
+
+    /// The series whose points were checked, where no other file draws them: frequency and energy.
+    pub fn checked_series(&self) -> Vec<(f64, f64)> {
+        let drawn: Vec<(f64, f64)> = self
+            .branches
+            .iter()
+            .flat_map(|(f, b, look)| match look {
+                Look::Checked => vec![],
+                _ => of_branch(f, *b)
+                    .filter_map(|p| Some((p.omega, p.orbit.as_ref()?.energy)))
+                    .collect(),
+            })
+            .collect();
+        // what lies on another mark is drawn
+        let is_near = |a: f64, b: f64, within: f64| (a - b).abs() <= within * b.abs();
+        let is_drawn = |p: &(f64, f64)| {
+            drawn.iter().any(|q| is_near(p.0, q.0, 1e-9) && is_near(p.1, q.1, 1e-2))
+        };
+        let checked = self.branches.iter().filter(|(_, _, look)| *look == Look::Checked);
+        let rows = checked.flat_map(|(f, b, _)| of_branch(f, *b)).filter_map(|p| p.check.as_ref());
+        let places =
+            rows.map(|row| (row.omega, row.energy)).filter(|p| p.1.is_finite() && p.1 > 0.0);
+        places.filter(|p| !is_drawn(p)).collect()
     }
 
     pub fn any(&self, wanted: fn(&Look) -> bool) -> bool {
@@ -148,5 +200,9 @@ impl<'f> Scene<'f> {
 }
 
 pub(super) fn is_response(look: &Look) -> bool {
-    matches!(look, Look::Response(_) | Look::ThinResponse(_))
+    matches!(look, Look::Response(..) | Look::ThinResponse(..))
+}
+
+fn is_of_responses(family: &StoredFamily) -> bool {
+    family.outline().way == Way::Response
 }
