@@ -49,6 +49,7 @@ samples = 30
 const BAD: &[(&str, &str, usize, &str, &str)] = &[
     ("young = 1.0", "yuong = 1.0", 7, "body.yuong", "unknown field"),
     ("young = 1.0", "young = \"1.0\"", 7, "body.young", "invalid type"),
+    ("elements = [4, 2]", "elements = [4, 2.5]", 6, "body.elements", "a whole number"),
     ("young = 1.0", "young = -1.0", 7, "body.young", "positive"),
     ("young = 1.0", "young = nan", 7, "body.young", "positive"),
     ("density = 1.0", "density = 0", 9, "body.density", "positive"),

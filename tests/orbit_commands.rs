@@ -448,3 +448,39 @@ fn a_response_of_redistributed_mass_passes_its_contacts() {
     assert!(first.orbit.as_ref().is_some_and(|o| o.switches.is_empty()));
     assert!(last.orbit.as_ref().is_some_and(|o| o.switches.is_empty()) && last.omega > first.omega);
 }
+
+#[test]
+fn what_a_user_should_know_is_said() {
+    let folder = TempDir::new().unwrap();
+    let (_, orbit) = path(&folder, "o.h5");
+    json(&["orbit", SCENE, "--omega", "1.8", "-o", &orbit], 0);
+    // a file of ours, of another kind
+    let output = signorini(&["crosscheck", &orbit, SCENE]);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(error.contains("of an orbit") && !error.contains("--coefficients"), "{error}");
+    // frequencies below the first mode, 1.5829
+    let (_, low) = path(&folder, "low.h5");
+    let range = ["--range", "1.56,1.7", "--step", "0.07"];
+    let output = signorini(&[&["backbone", SCENE, "-o", &low][..], &range].concat());
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(error.contains("lowest natural frequency 1.5829"), "{error}");
+    let (_, high) = path(&folder, "high.h5");
+    let range = ["--range", "1.6,1.7", "--step", "0.05"];
+    let output = signorini(&[&["backbone", SCENE, "-o", &high][..], &range].concat());
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("natural frequency"));
+    // which viscosity, and what it does
+    let (_, viscous) = path(&folder, "viscous.h5");
+    let beta = ["--viscous", "--quick", "--beta", "0.05"];
+    let words = [&["backbone", SCENE, "-o", &viscous][..], &beta, &range].concat();
+    let output = signorini(&words);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("beta = 0.05"), "{said}");
+    assert!(said.contains("WARNING: more than 50 %"), "{said}");
+    let energy = |file: &str| -> String {
+        let file = common::hdf5_files().open(file).unwrap();
+        let text = file.dataset("backbone/energy").unwrap().attr("description").unwrap();
+        text.read_scalar::<hdf5::types::VarLenUnicode>().unwrap().to_string()
+    };
+    assert!(energy(&viscous).contains("at t = 0") && energy(&high).contains("largest"));
+}

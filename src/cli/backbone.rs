@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use signorini::contact::State;
+use signorini::contact::{ActiveSet, State};
 use signorini::continuation::Options;
 use signorini::families::bar;
 use signorini::families::conservative;
@@ -16,10 +16,11 @@ use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
 use signorini::orbit::along::Start;
 use signorini::orbit::{Closure, Propagator};
-use signorini::problem::Problem;
+use signorini::problem::{Problem, phase_modes};
 use signorini::records::{
     Branch, BranchEnd, Direction, FamilyKind, Grid, PointMethod, PointRecord, Walk, fingerprint,
 };
+use signorini::report::summary::significant;
 use signorini::scenario::{Issue, Scene};
 use signorini::store::FamilyPlan;
 
@@ -369,6 +370,27 @@ impl Request<'_> {
     }
 }
 
+/// A gap only stiffens a body: the family of its lowest mode begins at its natural frequency and goes up.
+fn warn_below_first_mode(
+    global: &Global,
+    problem: &Problem,
+    range: (f64, f64),
+) -> Result<(), CliError> {
+    let system = &problem.system;
+    if system.constraints.iter().any(|c| c.gap <= 0.0) || range.0 <= 0.0 {
+        return Ok(());
+    }
+    let open = system.phase(&ActiveSet::open(system.n_contact()));
+    let modes = phase_modes(system, &open, 1).map_err(|e| CliError::Numerics(e.to_string()))?;
+    if let Some(first) = modes.omega.first().filter(|w| range.0 < 0.999 * **w) {
+        let (low, first) = (significant(range.0, 6), significant(*first, 6));
+        global.caller.warn(&format!(
+            "the range begins at omega = {low}, below the lowest natural frequency {first} of the open body: the family of the lowest mode begins there and goes up, and nothing of it lies below (--range {first},… saves the time)"
+        ));
+    }
+    Ok(())
+}
+
 /// Follow a family of orbits.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
@@ -381,6 +403,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let closure = request.closure()?;
     if let Some(viscosity) = &request.viscosity {
         viscous::warn(global, viscosity, problem.system.n_o(), scene.reduction.is_some());
+    } else if request.near.is_empty()
+        && matches!(closure, Closure::Reversible | Closure::Autonomous)
+    {
+        warn_below_first_mode(global, &problem, request.range)?;
     }
     let shooting = !request.choice.is_balance();
     let asked = Asked {

@@ -80,8 +80,10 @@ pub(crate) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> Scen
     let span = error.span().unwrap_or(0..0);
     let message = error.message().trim().to_owned();
     let (summary, help) = match message.split_once(", expected ") {
-        Some((head, tail)) => (head.to_owned(), format!("expected {tail}")),
-        None => (message, "see the reference of scenes (docs/reference/scenes.md)".to_owned()),
+        Some((head, tail)) => (plain(head), format!("expected {}", plain(tail))),
+        None => {
+            (plain(&message), "see the reference of scenes (docs/reference/scenes.md)".to_owned())
+        }
     };
     let mut key = key_at(text, span.start);
     if key.is_empty() {
@@ -89,6 +91,40 @@ pub(crate) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> Scen
         key = summary.split('`').nth(1).unwrap_or("scene").to_owned();
     }
     value_error(Issue::new(key, summary, help), file, text, span)
+}
+
+/// What the reader calls its types, and what a user does.
+const WORDS: [(&str, &str); 12] = [
+    ("usize", "a whole number, not negative"),
+    ("u8", "a whole number, not negative"),
+    ("u16", "a whole number, not negative"),
+    ("u32", "a whole number, not negative"),
+    ("u64", "a whole number, not negative"),
+    ("i64", "a whole number"),
+    ("f64", "a number"),
+    ("floating point", "number"),
+    ("sequence", "list"),
+    ("map", "table"),
+    ("boolean", "true or false"),
+    ("bool", "true or false"),
+];
+
+/// A message of the reader in words of a user; names between backticks stay.
+fn plain(message: &str) -> String {
+    let outside = |part: &str| {
+        let mut text = format!(" {part} ");
+        for (word, ours) in WORDS {
+            for (before, after) in [(" ", " "), (" ", ","), (" ", ":")] {
+                text = text
+                    .replace(&format!("{before}{word}{after}"), &format!("{before}{ours}{after}"));
+            }
+        }
+        text[1..text.len() - 1].to_owned()
+    };
+    let quoted =
+        |(k, part): (usize, &str)| if k % 2 == 0 { outside(part) } else { part.to_owned() };
+    let parts: Vec<String> = message.split('`').enumerate().map(quoted).collect();
+    parts.join("`")
 }
 
 /// Letters of a line that is drawn.

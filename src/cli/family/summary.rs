@@ -16,6 +16,9 @@ use super::jobs::Carried;
 use crate::cli::viscous::{CONSERVATIVE, MEANING, statement_json, statement_text};
 use crate::cli::{Answer, Global, title};
 
+/// Handed round a period, over the energy: beyond, a viscosity is no small change of the body.
+const MUCH: f64 = 0.5;
+
 /// Special points that are listed.
 const MOST: usize = 30;
 
@@ -63,6 +66,9 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     match stored.outline().solver {
         _ if stored.identity.as_ref().is_some_and(|i| i.method.viscosity().is_some()) => {
             line("what", MEANING.into());
+            if let Some(beta) = stored.identity.as_ref().and_then(|i| i.method.viscosity()) {
+                line("viscosity", format!("beta = {}", significant(beta, 6)));
+            }
         }
         Solver::Shooting if is_free(scene) => line("what", CONSERVATIVE.into()),
         _ => {}
@@ -132,6 +138,14 @@ fn errors(stored: &StoredFamily) -> Vec<String> {
             100.0 * low,
             100.0 * high
         ));
+        let count = shares().filter(|s| *s > MUCH).count();
+        if count > 0 {
+            lines.push(format!(
+                "WARNING: more than {:.0} % at {count} of {} points: that is no little viscosity, and these orbits say little about the conservative ones; a smaller beta needs a finer mesh",
+                100.0 * MUCH,
+                shares().count()
+            ));
+        }
     }
     lines
 }

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::branches::{branches, of_branch, runs};
-use crate::records::{Changed, ErrorStatement};
+use crate::records::{Changed, ErrorStatement, Solver};
 use crate::report::figure::{
     Chart, Drawn, Entry, INK, Mark, clipped, draw_area, draw_line, line, px, tint,
 };
@@ -242,6 +242,11 @@ pub(in crate::report) fn error_entries(
     let mut entries = [bands, bars].concat();
     if !entries.is_empty() {
         entries.insert(0, ("error of the energy:", INK, Mark::Nothing));
+    }
+    let is_open =
+        |f: &&StoredFamily| f.outline().solver == Solver::Viscous && f.statement.is_none();
+    if families.iter().map(|(f, _)| f).any(is_open) {
+        entries.push(("no statement of the error (--quick)", INK, Mark::Nothing));
     }
     entries
 }
