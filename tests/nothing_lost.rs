@@ -3,8 +3,9 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::Duration;
 
 use common::{datasets, program, root};
@@ -190,13 +191,15 @@ fn a_damaged_journal_is_told_and_mended() {
         expect(0, &list)
     };
     call(&whole, &["-q"]);
-    // the journal of a run that was interrupted
+    // the journal of a run that was killed: it stands still behind its eighth point until these are written
     let cut = at(&folder, "cut.h5");
-    let mut child = spawn(&[&command(&cut).each_ref().map(String::as_str)[..], &["-q"]].concat());
+    let list = command(&cut);
+    let words = [&list.each_ref().map(String::as_str)[..], &["-q", "--threads", "1"]].concat();
+    let mut held = Held::at(8, &words);
     let journal = PathBuf::from(format!("{cut}.journal"));
-    wait_until(|| std::fs::read_to_string(&journal).is_ok_and(|t| t.lines().count() >= 8));
-    child.kill().unwrap();
-    child.wait().unwrap();
+    wait_until(|| std::fs::read_to_string(&journal).is_ok_and(|t| t.lines().count() > 8));
+    held.child.kill().unwrap();
+    held.child.wait().unwrap();
     let original = std::fs::read_to_string(&journal).unwrap();
     let lines: Vec<&str> = original.split_inclusive('\n').collect();
     let changed = {
@@ -220,18 +223,52 @@ fn a_damaged_journal_is_told_and_mended() {
     }
 }
 
-fn spawn(arguments: &[&str]) -> Child {
-    program().args(arguments).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap()
+/// A run that does something to itself at a certain look for signals (`src/cli/interrupt.rs`): no test waits for a time.
+fn run_until(what: &str, look: usize, arguments: &[&str]) -> Output {
+    let at_look = format!("{what} {look}");
+    program().args(arguments).env("SIGNORINI_AT_LOOK", at_look).output().unwrap()
 }
 
-fn wait_until(condition: impl Fn() -> bool) {
-    for _ in 0..20_000 {
-        if condition() {
-            return;
+/// A run that stands still.
+struct Held {
+    child: Child,
+    stderr: BufReader<ChildStderr>,
+}
+
+impl Held {
+    /// At its look of this number, and not before.
+    fn at(look: usize, arguments: &[&str]) -> Held {
+        let mut child = program()
+            .args(arguments)
+            .env("SIGNORINI_AT_LOOK", format!("WAIT {look}"))
+            .stdin(Stdio::piped())
+            .stderr(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.contains("waits at look") {
+            line.clear();
+            assert!(stderr.read_line(&mut line).unwrap() > 0, "it ended before: {arguments:?}");
         }
-        std::thread::sleep(Duration::from_millis(1));
+        Held { child, stderr }
     }
-    panic!("it never happened");
+
+    /// Let it go on: its exit code and what it says.
+    fn go_on(mut self) -> (Option<i32>, String) {
+        drop(self.child.stdin.take());
+        let mut said = String::new();
+        self.stderr.read_to_string(&mut said).unwrap();
+        (self.child.wait().unwrap().code(), said)
+    }
+}
+
+/// For what another process has begun and will surely do.
+fn wait_until(condition: impl Fn() -> bool) {
+    while !condition() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 fn signal(child: &Child, name: &str) {
@@ -245,14 +282,13 @@ fn a_second_process_is_turned_away() {
     let folder = TempDir::new().unwrap();
     let file = at(&folder, "busy.h5");
     let command = ["backbone", SCENE, "--range", "1.74,1.80", "-q", "-o", &file];
-    let child = spawn(&command);
-    wait_until(|| Path::new(&format!("{file}.journal")).exists());
+    let first = Held::at(2, &command);
     for more in ["--resume", "--force"] {
         let refused = expect(2, &[&command[..], &[more]].concat());
         assert!(text(&refused).contains("another process"), "{}", text(&refused));
     }
-    let first = child.wait_with_output().unwrap();
-    assert_eq!(first.status.code(), Some(0), "{}", text(&first));
+    let (code, said) = first.go_on();
+    assert_eq!(code, Some(0), "{said}");
     assert_eq!(status(&file), "complete");
     let left: Vec<String> = std::fs::read_dir(folder.path())
         .unwrap()
@@ -279,6 +315,12 @@ fn an_interrupted_run_goes_on_to_the_last_bit() {
     let impact = "method = \"impact\"\nrestitution = 0.5\n";
     for (name, text) in [
         ("modal", scene_of(&plate, "", "until = 1500.0\nintegrator = \"modal\"\n")),
+        // the rule changes its mind: sets pay for their modes after some phases
+        (
+            "auto",
+            scene_of(&plate, "", "until = 400.0\nsamples = 50\n")
+                .replace("elements = [10, 5]", "elements = [14, 7]"),
+        ),
         ("dop853", scene_of(&plate, "", "until = 250.0\nintegrator = \"dop853\"\n")),
         ("impact", scene_of(&plate, impact, "until = 60.0\n")),
         ("steps", scene_of(&plate, steps, "until = 60.0\n")),
@@ -292,55 +334,99 @@ fn an_interrupted_run_goes_on_to_the_last_bit() {
     ] {
         std::fs::write(&scene, text).unwrap();
         let whole = at(&folder, &format!("{name}-whole.h5"));
-        expect(0, &["run", &scene, "-o", &whole, "-q"]);
-        goes_on(&scene, &at(&folder, &format!("{name}-cut.h5")), &whole);
+        let said = expect(0, &["run", &scene, "-o", &whole, "--json"]);
+        let said: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+        let note = said["integrator_note"].as_str().unwrap_or_default();
+        let has_changed = note.contains("chebyshev for ") && note.contains(", modal for ");
+        assert_eq!(has_changed, name == "auto", "{name}: {note}");
+        goes_on(&scene, &at(&folder, &format!("{name}-cut.h5")), &whole, &said["integrator_note"]);
     }
 }
 
-/// Two signals and a run that goes on.
-fn goes_on(scene: &str, cut: &str, whole: &str) {
+/// Signals at places of the run that no clock has a say in, a kill, and a run that goes on.
+fn goes_on(scene: &str, cut: &str, whole: &str, note: &serde_json::Value) {
+    let words = ["run", scene, "-o", cut, "-q", "--resume"];
     let mut rows = 0;
-    // the last ones come before what was stored is reached again
-    for (number, name, wait) in
-        [(130, "-INT", 60), (143, "-TERM", 60), (130, "-INT", 35), (143, "-TERM", 30)]
-    {
-        let child = spawn(&["run", scene, "-o", cut, "-q", "--resume"]);
-        std::thread::sleep(Duration::from_millis(wait));
-        signal(&child, name);
-        let output = child.wait_with_output().unwrap();
-        // a fast machine may have been done before the signal
-        if output.status.code() == Some(0) {
-            assert_eq!(status(cut), "complete");
+    // at the very beginning; further on; twice before what was stored is reached again; and by a kill, after which the last flush counts
+    for (what, look, code) in [
+        ("INT", 1, Some(130)),
+        ("TERM", 40, Some(143)),
+        ("INT", 2, Some(130)),
+        ("TERM", 7, Some(143)),
+        ("KILL", 9, None),
+        ("INT", 25, Some(130)),
+    ] {
+        let output = run_until(what, look, &words);
+        assert_eq!(output.status.code(), code, "{cut}, {what} {look}: {}", text(&output));
+        if what == "KILL" {
+            assert_eq!(status(cut), "running");
+            rows = 0;
             continue;
         }
-        // and a slow one may not have begun: then the file is as it was
-        match output.status.code() {
-            Some(code) => {
-                assert_eq!(code, number, "{}", text(&output));
-                assert!(text(&output).contains("--resume"), "{}", text(&output));
-            }
-            None if !Path::new(cut).exists() || status(cut) == "complete" => continue,
-            None => {}
-        }
+        assert!(text(&output).contains("--resume"), "{}", text(&output));
         assert_eq!(status(cut), "interrupted");
         let file = common::hdf5_files().open(cut).unwrap();
         let stored = ["trajectory/t", "switches/t"].map(|name| file.dataset(name).unwrap().size());
         let now = stored.iter().sum();
-        println!("{cut}: {stored:?} rows");
+        println!("{cut}: {what} {look}: {stored:?} rows");
         assert!(now >= rows, "{cut}: {rows} rows became {now}");
         rows = now;
     }
+    // from another thread of the system, while it stands still
+    let held = Held::at(5, &words);
+    signal(&held.child, "-INT");
+    let (code, said) = held.go_on();
+    assert_eq!(code, Some(130), "{said}");
     if status(cut) == "interrupted" {
         // a kill between the last words of a run and its end leaves them in the file
         let file = common::hdf5_files().open_rw(cut).unwrap();
         file.create_group("report").unwrap().create_group("final").unwrap();
     }
-    expect(0, &["run", scene, "-o", cut, "-q", "--resume"]);
+    let ended = expect(0, &["run", scene, "-o", cut, "--json", "--resume"]);
+    let ended: serde_json::Value = serde_json::from_slice(&ended.stdout).unwrap();
+    assert_eq!(ended["integrator_note"], *note, "{cut}");
     assert_eq!(status(cut), "complete");
     assert!(datasets(Path::new(whole)) == datasets(Path::new(cut)), "{cut}");
     assert!(!Path::new(&format!("{cut}.checkpoint")).exists());
     let again = expect(0, &["run", scene, "-o", cut, "--resume"]);
     assert!(String::from_utf8_lossy(&again.stdout).contains("nothing is left to do"));
+}
+
+/// A kill between the end of a run and the end of its program leaves checkpoints that say nothing; one before the first checkpoint leaves a file with nothing to go on
+/// with, which is begun anew.
+#[test]
+fn what_a_kill_leaves_beside_a_file_is_no_run() {
+    let folder = TempDir::new().unwrap();
+    let (whole, cut) = (at(&folder, "whole.h5"), at(&folder, "cut.h5"));
+    let command =
+        |file: &str| ["run", "scenarios/plate-forced.toml", "-o", file].map(str::to_owned);
+    let call = |file: &str, more: &[&str]| {
+        let list = command(file);
+        let list: Vec<&str> = list.iter().map(String::as_str).chain(more.iter().copied()).collect();
+        run(&list)
+    };
+    assert!(call(&whole, &[]).status.success());
+    let list = command(&cut);
+    let list: Vec<&str> = list.iter().map(String::as_str).collect();
+    assert_eq!(run_until("INT", 9, &list).status.code(), Some(130));
+    let checkpoint = std::fs::read(format!("{cut}.checkpoint")).unwrap();
+    // a file that is whole, and checkpoints of earlier days
+    let before = std::fs::read(&whole).unwrap();
+    for name in [format!("{whole}.part.checkpoint"), format!("{whole}.checkpoint")] {
+        std::fs::write(&name, &checkpoint).unwrap();
+        let again = call(&whole, &["--resume"]);
+        assert!(again.status.success(), "{name}: {}", text(&again));
+        let said = String::from_utf8_lossy(&again.stdout).into_owned();
+        assert!(said.contains("nothing is left to do"), "{name}: {said}{}", text(&again));
+        assert!(std::fs::read(&whole).unwrap() == before && !Path::new(&name).exists(), "{name}");
+    }
+    // an interrupted file without a checkpoint
+    std::fs::remove_file(format!("{cut}.checkpoint")).unwrap();
+    let anew = call(&cut, &["--resume"]);
+    assert!(anew.status.success(), "{}", text(&anew));
+    assert!(datasets(Path::new(&whole)) == datasets(Path::new(&cut)));
+    let left: Vec<PathBuf> = bytes_of(folder.path()).into_keys().collect();
+    assert_eq!(left.len(), 2, "{left:?}");
 }
 
 /// The same for families, with the journal.
@@ -357,11 +443,7 @@ fn an_interrupted_family_says_how_to_go_on() {
             |file: &'static str| [&["backbone", SCENE, "-q", "-o", file], options].concat();
         let leak = |s: &str| -> &'static str { Box::leak(s.to_owned().into_boxed_str()) };
         expect(0, &command(leak(&whole)));
-        let child = spawn(&command(leak(&cut)));
-        let journal = PathBuf::from(format!("{cut}.journal"));
-        wait_until(|| std::fs::read_to_string(&journal).is_ok_and(|t| t.lines().count() >= 6));
-        signal(&child, "-INT");
-        let output = child.wait_with_output().unwrap();
+        let output = run_until("INT", 5, &command(leak(&cut)));
         assert_eq!(output.status.code(), Some(130), "{}", text(&output));
         assert!(text(&output).contains("--resume"));
         assert_eq!(status(&cut), "interrupted");

@@ -243,7 +243,7 @@ impl Request<'_> {
             identity: FamilyKind {
                 method: self.method(),
                 walk: self.walk,
-                problem: fingerprint(problem)
+                problem: fingerprint(self.scene, problem)
                     ^ match &self.near[..] {
                         [] => 0,
                         points => conservative::fingerprint(points),

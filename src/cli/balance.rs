@@ -236,7 +236,7 @@ impl Choice {
         let (interface, harmonics) = (balanced.interface(), self.most_harmonics());
         let functions = interface.basis.len(harmonics);
         let sizes = (functions * interface.rank(), functions * interface.rank_in());
-        resources::check_balance(harmonics, sizes)?;
+        resources::check_balance(scene, harmonics, sizes)?;
         Ok(Body { balanced, shooter })
     }
 }

@@ -48,10 +48,18 @@ pub struct Caller {
     pub(super) scene: Option<Scene>,
     /// Its results are read at once and thrown away.
     pub(super) is_scratch: bool,
+    /// The command as it called it.
+    pub(super) command: Option<String>,
     pub(super) desk: Option<Arc<Desk>>,
 }
 
 impl Caller {
+    /// The command, for the record.
+    pub(super) fn command(&self) -> String {
+        let own = || std::env::args().collect::<Vec<_>>().join(" ");
+        self.command.clone().unwrap_or_else(own)
+    }
+
     /// Warn the user.
     pub(super) fn warn(&self, text: &str) {
         match &self.desk {

@@ -285,7 +285,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         })
     };
     // the scene as it is says whether files are those of an earlier comparison
-    let own = load::of_scene(&scene).map(|p| fingerprint(&p)).unwrap_or_default();
+    let own = load::of_scene(&scene).map(|p| fingerprint(&scene, &p)).unwrap_or_default();
     let identity = format!("{own:016x} {:08x}", checksum(&plan.reference));
     if compared == Compared::Viscous {
         plan.beta = Some(orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?);
@@ -348,7 +348,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
 fn within_limits(scene: &Scene, compared: Compared, omega: &[f64]) -> Result<Problem, CliError> {
     let problem = load::of_scene(scene)?;
     match compared {
-        Compared::Run => resources::check_time(&problem, run_table(scene)?.1)?,
+        Compared::Run => resources::check_time(scene, &problem, run_table(scene)?.1)?,
         _ => omega.iter().try_for_each(|w| family::check_frequency(&problem, *w))?,
     }
     Ok(problem)

@@ -128,7 +128,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         path: &path,
         scene: &scene,
         system: &problem.system,
-        plan: plan(arguments, &problem, (&series, closure), &harmonics),
+        plan: plan(arguments, (&scene, &problem), (&series, closure), &harmonics),
         points: series.len(),
         unknowns: None,
         options,
@@ -175,7 +175,7 @@ fn check_units(
 
 fn plan(
     arguments: &Arguments,
-    problem: &Problem,
+    (scene, problem): (&Scene, &Problem),
     (series, closure): (&[SeriesRecord], Closure),
     harmonics: &[usize],
 ) -> FamilyPlan {
@@ -187,7 +187,7 @@ fn plan(
         identity: FamilyKind {
             method: PointMethod::Check { quick: arguments.quick },
             walk: Walk::Given,
-            problem: fingerprint(problem) ^ check::fingerprint(series) ^ beta,
+            problem: fingerprint(scene, problem) ^ check::fingerprint(series) ^ beta,
         },
         range: [low, high],
         branches: harmonics.iter().map(|&harmonics| Branch::Checked { harmonics }).collect(),

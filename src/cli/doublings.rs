@@ -16,7 +16,9 @@ fn refuse<T>(response: &StoredFamily, why: &str) -> Result<T, CliError> {
 
 /// Damping ratios of the branches of a response, if it has several.
 fn ratios(response: &StoredFamily) -> Option<Vec<f64>> {
-    response.branches.iter().map(|b| b.percent().map(|p| p / 100.0)).collect()
+    // as it was given, and not a rounding error beside: 7.000000000000001 % was 0.07
+    let of = |percent: f64| format!("{:.13e}", percent / 100.0).parse().ok();
+    response.branches.iter().map(|b| b.percent().and_then(of)).collect()
 }
 
 /// The scenes of a response, each with its damping ratio in percent.
@@ -36,9 +38,10 @@ pub(super) fn scenes(
 /// The period doublings of a response, which must be of this body, each with the number of its scene.
 pub(super) fn of_response(
     response: &StoredFamily,
+    scene: &Scene,
     problem: &Problem,
 ) -> Result<Vec<(usize, Doubling)>, CliError> {
-    if response.identity.as_ref().is_none_or(|k| k.problem != fingerprint(problem)) {
+    if response.identity.as_ref().is_none_or(|k| k.problem != fingerprint(scene, problem)) {
         return refuse(
             response,
             "it is no response of this scene; give the scene that it was made from",

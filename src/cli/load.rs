@@ -8,13 +8,6 @@ use signorini::store;
 
 use super::CliError;
 
-/// Read a scene and set up its problem.
-pub fn problem(path: &Path) -> Result<(Scene, Problem), CliError> {
-    let scene = Scene::read(path)?;
-    let problem = of_scene(&scene)?;
-    Ok((scene, problem))
-}
-
 /// Set up the problem of a scene that is read already.
 pub fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
     super::resources::check_body(scene)?;

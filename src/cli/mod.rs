@@ -130,7 +130,9 @@ impl Global {
 
     /// The scene of a command: the caller's, or the file that the arguments name.
     fn scene(&self, path: &std::path::Path) -> Result<Scene, SceneError> {
-        self.caller.scene.clone().map_or_else(|| Scene::read(path), Ok)
+        let mut scene = self.caller.scene.clone().map_or_else(|| Scene::read(path), Ok)?;
+        scene.unlimited = self.force_large;
+        Ok(scene)
     }
 }
 
@@ -202,12 +204,25 @@ enum Command {
 
 /// Carry out a command.
 fn execute(cli: &Cli) -> Result<Answer, CliError> {
-    let global = &cli.global;
-    if let Some(n) = global.threads {
-        // fails only if called twice
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global();
+    match cli.global.threads {
+        None => dispatch(cli),
+        Some(n) => on_threads(usize::from(n), cli.global.caller.desk.is_none(), || dispatch(cli))?,
     }
-    resources::force(global.force_large);
+}
+
+/// Do something on so many threads: those of the process where they are not made yet and it is the only command (`alone`), else of a pool of its own, which what the
+/// process did before or does beside has no say in.
+fn on_threads<T: Send>(n: usize, alone: bool, f: impl FnOnce() -> T + Send) -> Result<T, CliError> {
+    let pool = || rayon::ThreadPoolBuilder::new().num_threads(n);
+    if alone && pool().build_global().is_ok() {
+        return Ok(f());
+    }
+    let failed = |e: rayon::ThreadPoolBuildError| CliError::Other(format!("--threads {n}: {e}"));
+    Ok(pool().build().map_err(failed)?.install(f))
+}
+
+fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
+    let global = &cli.global;
     match &cli.command {
         Command::Run(a) => run::run(a, global),
         Command::Modes(a) => modes::run(a, global),
@@ -280,6 +295,23 @@ pub fn call(call: Call, desk: Arc<Desk>) -> Result<Answer, CliError> {
     let program = ["signorini".to_owned()];
     let mut cli = Cli::try_parse_from(program.iter().chain(&call.arguments))
         .map_err(|e| CliError::Input(e.to_string().trim_end().to_owned()))?;
-    cli.global.caller = Caller { scene: call.scene, is_scratch: call.is_scratch, desk: Some(desk) };
+    let command =
+        Some(program.iter().chain(&call.arguments).cloned().collect::<Vec<_>>().join(" "));
+    let Call { scene, is_scratch, .. } = call;
+    cli.global.caller = Caller { scene, is_scratch, command, desk: Some(desk) };
     execute(&cli)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A process that calls several commands, one after the other or beside each other, has the threads that it asks each for.
+    #[test]
+    fn every_call_has_its_threads() {
+        let counted = |n| on_threads(n, false, rayon::current_num_threads).ok();
+        assert_eq!([1, 3, 2].map(counted), [Some(1), Some(3), Some(2)]);
+        let inner = || on_threads(2, false, rayon::current_num_threads).ok();
+        assert_eq!(on_threads(1, false, inner).ok().flatten(), Some(2));
+    }
 }

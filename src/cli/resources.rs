@@ -1,7 +1,6 @@
-//! What a command would need, held against what the machine has, before anything starts.
+//! What a command would need, held against what the machine has, before anything starts; unless the user knows better (`--force-large`), which the scene of the command says.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use signorini::contact::March;
 use signorini::problem::Problem;
@@ -9,18 +8,6 @@ use signorini::scenario::{BodyKind, MassKind, Scene};
 use signorini::store::{Kept, in_bytes, room};
 
 use super::{CliError, Global, plain};
-
-/// Whether the user knows better (`--force-large`).
-static FORCED: AtomicBool = AtomicBool::new(false);
-
-/// Whether from now on nothing is refused for its size.
-pub fn force(forced: bool) {
-    FORCED.store(forced, Ordering::Relaxed);
-}
-
-fn forced() -> bool {
-    FORCED.load(Ordering::Relaxed)
-}
 
 /// Memory that this process may still take, in bytes; none where it cannot be told.
 fn memory() -> Option<u64> {
@@ -40,9 +27,9 @@ fn memory() -> Option<u64> {
 }
 
 /// Refuse `needed` bytes of memory that are not there; `what` says what for and what to change.
-fn check_memory(needed: f64, what: &str) -> Result<(), CliError> {
+fn check_memory(scene: &Scene, needed: f64, what: &str) -> Result<(), CliError> {
     match memory() {
-        Some(there) if !forced() && needed > there as f64 => Err(CliError::Input(format!(
+        Some(there) if !scene.unlimited && needed > there as f64 => Err(CliError::Input(format!(
             "{what}: about {} of memory are needed, and {} are there (--force-large tries all the same)",
             in_bytes(needed as u64),
             in_bytes(there)
@@ -62,7 +49,7 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
         let folder = scene.source.file.parent().unwrap_or("".as_ref());
         let bytes = std::fs::metadata(folder.join(name)).map_or(0, |m| m.len());
         let what = format!("[body] file = {}: {} of mesh", name.display(), in_bytes(bytes));
-        return check_memory(50.0 * bytes as f64, &what);
+        return check_memory(scene, 50.0 * bytes as f64, &what);
     }
     let count = |x: &usize| *x as f64;
     let elements: f64 = b.elements.iter().map(count).product();
@@ -76,6 +63,7 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
     let unknowns = per_node * elements;
     let factors = 8.0 * unknowns * (9.0 * per_node + 8.0 * unknowns.max(2.0).log2());
     check_memory(
+        scene,
         triplets + factors,
         &format!(
             "[body] elements = {:?}: {} unknowns; take fewer elements",
@@ -87,6 +75,7 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
 
 /// Memory of Newton's method on so many interface terms and projections: the derivative of this iterate and of the next, and the system with its factors.
 pub fn check_balance(
+    scene: &Scene,
     harmonics: usize,
     (terms, projections): (usize, usize),
 ) -> Result<(), CliError> {
@@ -95,7 +84,7 @@ pub fn check_balance(
         "--harmonics {harmonics}: {} interface terms; take fewer harmonics or fewer contact nodes",
         plain(terms)
     );
-    check_memory(8.0 * terms * (2.0 * projections + 3.0 * terms), &what)
+    check_memory(scene, 8.0 * terms * (2.0 * projections + 3.0 * terms), &what)
 }
 
 /// Most natural periods of a run.
@@ -107,10 +96,10 @@ const LARGE_FILE: f64 = 1e9;
 const MOST_STEPS: f64 = 1e10;
 
 /// Length of a run.
-pub fn check_time(problem: &Problem, until: f64) -> Result<(), CliError> {
+pub fn check_time(scene: &Scene, problem: &Problem, until: f64) -> Result<(), CliError> {
     let system = &problem.system;
     let periods = until * system.body.frequency_unit() / std::f64::consts::TAU;
-    if periods > MOST_PERIODS && !forced() {
+    if periods > MOST_PERIODS && !scene.unlimited {
         return Err(CliError::Input(format!(
             "[run] until = {}: {} natural periods of the body, at {} shortest periods each; take a shorter time (--force-large runs it all the same)",
             plain(until),
@@ -120,7 +109,7 @@ pub fn check_time(problem: &Problem, until: f64) -> Result<(), CliError> {
     }
     if let Some(March::Steps(stepping)) = system.impact().and_then(|law| law.march) {
         let steps = until / stepping.step;
-        if steps > MOST_STEPS && !forced() {
+        if steps > MOST_STEPS && !scene.unlimited {
             return Err(CliError::Input(format!(
                 "[contact] step = {}: {} steps; take longer ones (--force-large runs it all the same)",
                 plain(stepping.step),
@@ -139,10 +128,10 @@ pub fn check_run(
     until: f64,
     output: &Path,
 ) -> Result<(), CliError> {
-    if forced() {
+    if scene.unlimited {
         return Ok(());
     }
-    check_time(problem, until)?;
+    check_time(scene, problem, until)?;
     let system = &problem.system;
     let samples = scene.run.as_ref().map_or(0, |r| r.samples) as f64;
     // compression takes at most about half of what is random to the last digit
@@ -169,4 +158,23 @@ pub fn check_run(
         ));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What one command is allowed says nothing of another in the same process.
+    #[test]
+    fn one_command_may_be_large_and_the_next_not() {
+        let text = "[body]\nkind = 'plate'\nsize = [1.0, 1.0]\nelements = [1000000, 1000000]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n";
+        let scene = Scene::parse(text, "large.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+        let mut allowed = scene.clone();
+        allowed.unlimited = true;
+        if memory().is_some() {
+            assert!(check_body(&scene).is_err());
+        }
+        assert!(check_body(&allowed).is_ok());
+        assert!(allowed.with(&[]).is_ok_and(|s| check_body(&s).is_ok()));
+    }
 }

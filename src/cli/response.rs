@@ -165,6 +165,7 @@ impl Request {
     }
 
     fn plan(&self, problem: &Problem) -> FamilyPlan {
+        let scene = &self.scenes[0].1;
         let (low, high) = self.options.range;
         let branch = |p: Piece| {
             let percent = self.scenes[p.scene].0;
@@ -177,7 +178,7 @@ impl Request {
             identity: FamilyKind {
                 method: self.choice.method(),
                 walk: self.walk,
-                problem: fingerprint(problem),
+                problem: fingerprint(scene, problem),
             },
             range: [low, high],
             branches: self.pieces().into_iter().map(branch).collect(),
@@ -246,7 +247,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let problem = load::of_scene(&request.scenes[0].1)?;
     request.check(&scene, &problem)?;
     request.doublings = match request.simple.take() {
-        Some(simple) => Some(doublings::of_response(&simple, &problem)?),
+        Some(simple) => Some(doublings::of_response(&simple, &request.scenes[0].1, &problem)?),
         None => None,
     };
     let shooting = !request.choice.is_balance();

@@ -93,14 +93,19 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let output =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.h5", scene.stem())));
     let (force, resume) = (arguments.force, arguments.resume);
-    let options = family::writer_options(global, &scene, &output, (force, resume), &[])?;
-    if resume && output.exists() && !Writer::is_interrupted(&output) {
-        return not_interrupted(&scene, &output, global);
-    }
+    let mut options = family::writer_options(global, &scene, &output, (force, resume), &[])?;
     let problem = load::of_scene(&scene)?;
-    resources::check_run(global, &scene, &problem, until, &output)?;
     // a file that is read at once and thrown away is not gone on with
-    let id = if options.is_scratch { 0 } else { fingerprint(&problem) };
+    let id = if options.is_scratch { 0 } else { fingerprint(&scene, &problem) };
+    if resume && output.exists() && !Writer::is_interrupted(&output) {
+        if is_whole(&scene, id, &output)? {
+            Writer::tidy(&output);
+            return Ok(nothing_left(&output, global));
+        }
+        // cut off before its first checkpoint: there is nothing to lose
+        options.outputs = options.outputs.with_force(true);
+    }
+    resources::check_run(global, &scene, &problem, until, &output)?;
     global.caller.watch();
     let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
         true => {
@@ -114,7 +119,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             (Writer::create(&output, &scene, (&problem.system, kept), &options)?, None)
         }
     };
-    writer.keep_checkpoints(id);
+    writer.keep_checkpoints(id)?;
     let from = resumed.as_ref().map(|r| r.checkpoint.t);
     let (writer, bar) = (Background::new(writer), Bar::new(global, &scene));
     let progress =
@@ -135,7 +140,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let answer = answer(global, &scene, &problem, (&report, object), &written);
     Ok(match report.outcome.is_complete() {
         true => answer,
-        false => answer.failed(ended_early(&report, &output)),
+        false => answer.failed(ended_early(&report, problem.system.impact().is_some(), &output)),
     })
 }
 
@@ -237,8 +242,12 @@ fn answer(
 }
 
 /// Why a run did not reach its end time, with advice.
-fn ended_early(report: &Report, output: &Path) -> String {
+fn ended_early(report: &Report, has_impacts: bool, output: &Path) -> String {
     let advice = match report.outcome {
+        Outcome::Accumulation { .. } if has_impacts => {
+            "\n  rebounds that die out stick within that number: these points are thrown back at the obstacle ever anew. Look at \
+             /switches, give another restitution, or a larger run.switch_limit"
+        }
         Outcome::Accumulation { .. } => {
             "\n  a node that opens and closes without end has, as a rule, no equilibrium in either state: loads at the \
              contact edge on a coarse mesh do that. Refine the mesh towards the edge, or move the load off it"
@@ -254,24 +263,30 @@ fn ended_early(report: &Report, output: &Path) -> String {
     )
 }
 
-/// What stands there was not interrupted: there is nothing to go on with.
-fn not_interrupted(scene: &Scene, output: &Path, global: &Global) -> Result<Answer, CliError> {
+/// Whether the run that stands there and cannot be gone on with is whole; if not, it ended before there was anything to go on with.
+fn is_whole(scene: &Scene, problem: u64, output: &Path) -> Result<bool, CliError> {
     let stored = Stored::read(output)?;
+    let refuse = |why: &str| {
+        let text =
+            format!("{} cannot be gone on with: {why}; --force starts anew", output.display());
+        Err(CliError::Input(text))
+    };
     if stored.scene != scene.source.text {
-        return Err(CliError::Input(format!(
-            "{} cannot be gone on with: it was made from another scene; --force starts anew",
-            output.display()
-        )));
+        return refuse("it was made from another scene");
     }
-    let status = stored.status;
-    if status != Status::Complete {
-        return Err(CliError::Input(format!(
-            "{} cannot be gone on with (its status is \"{status}\", and it has no checkpoint); --force starts anew",
-            output.display()
-        )));
+    match stored.status {
+        Status::Complete if Writer::problem_of(output) == Some(problem) => Ok(true),
+        Status::Complete => refuse(
+            "a file that the scene names has changed since, or another version of signorini made it",
+        ),
+        Status::Interrupted | Status::Running => Ok(false),
+        other => refuse(&format!("its status is \"{other}\", and it has no checkpoint")),
     }
-    Ok(global.answer(
+}
+
+fn nothing_left(output: &Path, global: &Global) -> Answer {
+    global.answer(
         || serde_json::json!({"output": output.display().to_string(), "status": "complete"}),
         || format!("{} is complete: nothing is left to do\n", output.display()),
-    ))
+    )
 }

@@ -29,6 +29,11 @@ impl Spline {
         Spline { t, y, second }
     }
 
+    /// The times of the points.
+    pub fn times(&self) -> &[f64] {
+        &self.t
+    }
+
     /// The values at the points.
     pub fn values(&self) -> &[f64] {
         &self.y

@@ -8,7 +8,6 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use super::bits;
-use crate::problem::Problem;
 
 /// Method, way of walking, options, and the problem.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,7 +16,7 @@ pub struct FamilyKind {
     pub method: PointMethod,
     /// How the next one is chosen.
     pub walk: Walk,
-    /// All operators and the initial state, as one number.
+    /// Everything that it hangs on beside the text of its scene, as one number (`fingerprint`).
     pub problem: u64,
 }
 
@@ -141,7 +140,7 @@ impl FamilyKind {
     /// What makes `asked` another kind, in words; nothing if it is the same.
     pub fn difference(&self, asked: &FamilyKind) -> Option<String> {
         if self.problem != asked.problem {
-            return Some("the files that the scene names have changed since".into());
+            return Some("the files that the scene names have changed since, or another version of signorini made it".into());
         }
         let same_walk = match (self.walk, asked.walk) {
             (Walk::Grid(a), Walk::Grid(b)) | (Walk::Response(a), Walk::Response(b)) => {
@@ -311,32 +310,6 @@ impl std::fmt::Display for Outline {
         };
         write!(f, "{solver} {}", self.way)
     }
-}
-
-/// All numbers of a problem, as one.
-pub fn fingerprint(problem: &Problem) -> u64 {
-    let system = &problem.system;
-    // Fowler, Noll and Vo's hash: the same on every machine and for every version
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut all = |x: &[f64]| {
-        for byte in x.iter().flat_map(|x| x.to_bits().to_le_bytes()) {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    };
-    let conditions = system.conditions();
-    for a in [&system.body.mass, &system.body.stiffness, &conditions.n_o, conditions.n_c.rows()] {
-        for (i, j, v) in a.triplets() {
-            all(&[i as f64, j as f64, v]);
-        }
-    }
-    all(&conditions.gap);
-    for m in &system.loads.measured {
-        all(&m.force);
-        all(m.history.values());
-    }
-    all(&problem.initial.u);
-    all(&problem.initial.v);
-    hash
 }
 
 /// Why a branch ended.

@@ -11,6 +11,7 @@ pub(crate) mod bits;
 mod branch;
 mod check;
 mod comparison;
+mod fingerprint;
 mod kind;
 mod orbit;
 mod point;
@@ -24,9 +25,8 @@ mod study;
 pub use branch::{Branch, Direction};
 pub use check::{CheckRow, VerdictKind};
 pub use comparison::{Compared, Comparison, Orders, Quantity, Row, limit, richardson};
-pub use kind::{
-    BranchEnd, EndReason, FamilyKind, Grid, Outline, PointMethod, Solver, Walk, Way, fingerprint,
-};
+pub use fingerprint::fingerprint;
+pub use kind::{BranchEnd, EndReason, FamilyKind, Grid, Outline, PointMethod, Solver, Walk, Way};
 pub use orbit::{OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
 pub use ridge::{Peak, crest, peaks};

@@ -133,7 +133,7 @@ impl Scene {
             change.apply(&mut document).map_err(|issue| self.error(issue))?;
         }
         let changed = Scene::parse(&document.to_string(), &self.source.file)?;
-        Ok(Scene { attached: self.attached.clone(), ..changed })
+        Ok(Scene { attached: self.attached.clone(), unlimited: self.unlimited, ..changed })
     }
 }
 

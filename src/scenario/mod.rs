@@ -94,6 +94,9 @@ pub struct Scene {
     /// Matrices in place of files.
     #[serde(skip)]
     pub attached: Attached,
+    /// It may be larger than the machine seems to allow: the user knows better.
+    #[serde(skip)]
+    pub unlimited: bool,
 }
 
 /// The text of a scene and its path.

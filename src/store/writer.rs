@@ -1,7 +1,7 @@
 //! Writing a trajectory while it is computed.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use super::events::{Events, read_log};
 use super::header::create_file;
 use super::kept::Kept;
 use super::mesh::size_of_mesh;
-use super::output::{Outputs, Staged, check_room};
+use super::output::{Outputs, Staged, beside, check_room};
 use super::reader::reading;
 use super::table::Place;
 use super::trajectory::{Row, Trajectory};
@@ -23,6 +23,9 @@ use crate::scenario::Scene;
 
 /// Tables are appended and flushed at least this often.
 pub(super) const FLUSH_EVERY: Duration = Duration::from_secs(2);
+
+/// Attribute of the fingerprint of what is integrated.
+const PROBLEM: &str = "problem";
 
 /// How a file is made.
 #[derive(Debug, Clone, Default)]
@@ -96,9 +99,19 @@ impl Writer {
 
     /// From now on the run can be gone on with after an interruption, as long as `problem`, the fingerprint of what is integrated, is
     /// the same.
-    pub fn keep_checkpoints(&mut self, problem: u64) {
+    pub fn keep_checkpoints(&mut self, problem: u64) -> Result<(), StoreError> {
         self.problem = problem;
-        self.checkpoint = None;
+        if problem != 0 {
+            write_text(&self.file, PROBLEM, &format!("{problem:016x}"))?;
+            self.file.flush()?;
+        }
+        Ok(())
+    }
+
+    /// The fingerprint of what was integrated, of a file that can be gone on with.
+    pub fn problem_of(path: &Path) -> Option<u64> {
+        let read = || Ok(super::read_text(&*hdf5::File::open(path)?, PROBLEM));
+        u64::from_str_radix(&reading(path, read).ok()??, 16).ok()
     }
 
     /// Open the file of a run that was interrupted, at its checkpoint, and what the run needs to go on: with `lists`, all its switches and
@@ -112,8 +125,9 @@ impl Writer {
     ) -> Result<(Writer, Resumed), StoreError> {
         let mut staged = Staged::begin(&options.outputs.with_force(true), path)?;
         // a run over an old file was writing beside it
-        if !checkpoint::name_of(staged.at()).exists() {
-            staged.in_place();
+        match Self::unfinished(staged.path()) {
+            Some(at) if at != staged.path() => staged.restart(),
+            _ => staged.in_place(),
         }
         let at = staged.at().to_owned();
         let (checkpoint, of) = checkpoint::read(&at)?;
@@ -163,8 +177,32 @@ impl Writer {
 
     /// Whether there is a run at `path` that can be gone on with.
     pub fn is_interrupted(path: &Path) -> bool {
-        let beside = super::output::beside(path, ".part");
-        [path, &beside].iter().any(|p| checkpoint::name_of(p).exists())
+        Self::unfinished(&path.canonicalize().unwrap_or_else(|_| path.to_owned())).is_some()
+    }
+
+    /// The file of that run: beside an old one, or at its place. A kill between the end of a run and the end of its program leaves a checkpoint without its file,
+    /// or beside one that is whole: that is no run to go on with.
+    fn unfinished(path: &Path) -> Option<PathBuf> {
+        let beside = beside(path, ".part");
+        let is_begun = |p: &Path| p.exists() && checkpoint::name_of(p).exists();
+        if is_begun(&beside) {
+            return Some(beside);
+        }
+        let status = || Ok(super::read_text(&*hdf5::File::open(path)?, "status"));
+        let is_whole =
+            || reading(path, status).is_ok_and(|s| s == Some(Status::Complete.to_string()));
+        (is_begun(path) && !is_whole()).then(|| path.to_owned())
+    }
+
+    /// Take away the checkpoints that a kill left beside a file that is whole.
+    pub fn tidy(path: &Path) {
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        if Self::unfinished(&path).is_none() {
+            for at in [beside(&path, ".part"), path] {
+                // what is not there need not go
+                let _ = std::fs::remove_file(checkpoint::name_of(&at));
+            }
+        }
     }
 
     /// The file as it is named now: beside an old one until it is whole.
@@ -230,20 +268,18 @@ impl Writer {
         self.file.flush()?;
         let Writer { mut staged, file, checkpoint, problem, .. } = self;
         drop(file);
-        let old = checkpoint::name_of(staged.at());
+        let (old, name) = (checkpoint::name_of(staged.at()), checkpoint::name_of(staged.path()));
+        let kept = checkpoint.filter(|_| *status == Status::Interrupted);
+        // in this order there is no moment in which an interrupted file has no checkpoint
+        if let Some(c) = &kept {
+            checkpoint::write(staged.path(), problem, c)?;
+        }
         staged.commit()?;
-        let name = checkpoint::name_of(staged.at());
-        match checkpoint.filter(|_| *status == Status::Interrupted) {
-            Some(c) => {
-                checkpoint::write(staged.at(), problem, &c)?;
-                if old != name {
-                    let _ = std::fs::remove_file(old);
-                }
-            }
-            // there is nothing to go on with; a checkpoint that stays does no harm
-            None => {
-                let _ = (std::fs::remove_file(old), std::fs::remove_file(name));
-            }
+        if kept.is_none() || old != name {
+            let _ = std::fs::remove_file(old);
+        }
+        if kept.is_none() {
+            let _ = std::fs::remove_file(name);
         }
         Ok(())
     }

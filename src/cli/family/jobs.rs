@@ -1,5 +1,6 @@
 //! Branches computed side by side into one file.
 
+use std::panic::AssertUnwindSafe;
 use std::sync::mpsc::{self, Receiver};
 
 use rayon::prelude::*;
@@ -63,26 +64,32 @@ pub fn run_jobs(
     bar: Option<&Bar>,
 ) -> Result<Vec<BranchEnd>, CliError> {
     let (sender, receiver) = mpsc::sync_channel::<PointRecord>(64);
+    // the threads of the command compute, one beside them writes: a thread that is started here would compute on those of the whole process
+    let sizes = (jobs.len(), range);
     let (ends, written) = std::thread::scope(|scope| {
-        let workers = scope.spawn(move || {
-            let run = |(branch, job): (usize, &Job)| {
-                let sender = sender.clone();
-                let mut take = |mut point: PointRecord| {
-                    // a single job may hold several branches of its own
-                    if jobs.len() > 1 {
-                        point.branch = branch;
-                    }
-                    match sender.send(point) {
-                        Ok(()) if global.caller.signal().is_none() => Go::Continue(()),
-                        _ => Go::Break(()),
-                    }
-                };
-                job(&mut take)
+        let (sender, writer) = (sender, &mut writer);
+        let keeper = scope.spawn(move || write_all(receiver, writer, system, sizes, bar));
+        let run = |(branch, job): (usize, &Job)| {
+            let sender = sender.clone();
+            let mut take = |mut point: PointRecord| {
+                // a single job may hold several branches of its own
+                if jobs.len() > 1 {
+                    point.branch = branch;
+                }
+                match sender.send(point) {
+                    Ok(()) if global.caller.signal().is_none() => Go::Continue(()),
+                    _ => Go::Break(()),
+                }
             };
-            jobs.par_iter().enumerate().map(run).collect::<Vec<_>>()
-        });
-        let written = write_all(receiver, &mut writer, system, (jobs.len(), range), bar);
-        (workers.join().unwrap_or_else(|_| vec![]), written)
+            job(&mut take)
+        };
+        let all = || jobs.par_iter().enumerate().map(&run).collect::<Vec<_>>();
+        let ends = std::panic::catch_unwind(AssertUnwindSafe(all)).unwrap_or_default();
+        drop(sender);
+        (ends, keeper.join())
+    });
+    let written = written.unwrap_or_else(|_| {
+        Err(StoreError::unusable(writer.path(), "writing ended abnormally; please report it"))
     });
     if let Err(e) = written {
         // what was written before stays; the journal holds it too

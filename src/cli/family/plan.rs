@@ -57,8 +57,8 @@ pub fn writer_options(
         .reads_all(scene.files())
         .reads_all(more.iter().map(|p| p.to_path_buf()));
     outputs.with_force(force || resume).check(path)?;
-    let command: Vec<String> = std::env::args().collect();
-    Ok(WriterOptions { outputs, command: command.join(" "), is_scratch: global.caller.is_scratch })
+    let (command, is_scratch) = (global.caller.command(), global.caller.is_scratch);
+    Ok(WriterOptions { outputs, command, is_scratch })
 }
 
 /// Refuse what is not in the coordinates of a reduced body.

@@ -120,7 +120,8 @@ impl Able {
 
 /// Run the study.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let (scene, problem) = load::problem(&arguments.scene)?;
+    let scene = global.scene(&arguments.scene)?;
+    let problem = load::of_scene(&scene)?;
     let (run, until) = run_table(&scene)?;
     let stem = arguments
         .output
