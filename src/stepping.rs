@@ -199,10 +199,15 @@ impl<'a, O: Observer> Stepper<'a, O> {
             if self.q.iter().any(|x| !x.is_finite()) {
                 return Ok(Outcome::Flow(crate::flow::FlowError::NotFinite { t }));
             }
-            let due = |k: usize| k as f64 * (self.options.until / self.options.samples as f64);
+            // by numbers of steps: a sample at the very end of one is not a rounding error behind it
+            let due = |k: usize| {
+                let share = k as f64 / self.options.samples as f64;
+                (share * self.scheme.steps as f64 - 1e-9).ceil() as usize
+            };
             let last = self.step == self.scheme.steps;
-            if last || (self.next_sample < self.options.samples && due(self.next_sample) <= t) {
-                while self.next_sample < self.options.samples && due(self.next_sample) <= t {
+            let is_due = |k: usize| k < self.options.samples && due(k) <= self.step;
+            if last || is_due(self.next_sample) {
+                while is_due(self.next_sample) {
                     self.next_sample += 1;
                 }
                 self.sample()?;

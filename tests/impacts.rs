@@ -322,3 +322,105 @@ fn files_of_impacts_name_their_nodes() {
     }
     assert!(stored.t.windows(2).all(|t| t[0] < t[1]));
 }
+
+/// The bouncing ball: where nothing moves but the end that rebounds, rebounds shrink with every velocity that there is. They are cut off by the largest one so far, and the body
+/// comes to rest where it must: pressed against the obstacle by the load.
+#[test]
+fn rebounds_end_where_nothing_else_moves() {
+    let text = |elements: usize, (gap, gravity, e): (f64, f64, f64), damping: &str, until: f64| {
+        format!(
+            "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [{elements}]\nyoung = 0.01\ndensity = 3.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+             [contact]\nedge = \"right\"\ngap = {gap}\nmethod = \"impact\"\nrestitution = {e}\n[[load]]\nkind = \"gravity\"\namplitude = {gravity}\n{damping}\n[run]\nuntil = {until}\n"
+        )
+    };
+    let damped = "[damping]\nrayleigh = [5.0, 0.0]";
+    for (elements, contact, damping, until) in [
+        (1, (1.0, 0.2, 0.5), "", 20.0),
+        (1, (1.0, 0.2, 0.9), "", 60.0),
+        (2, (0.5, 20.0, 0.9), damped, 20.0),
+        (3, (0.5, 20.0, 0.9), damped, 20.0),
+    ] {
+        let scene = text(elements, contact, damping, until);
+        let scene = signorini::scenario::Scene::parse(&scene, "ball.toml".as_ref()).unwrap();
+        let p = Problem::new(&scene, None).unwrap();
+        let report = signorini::simulate::simulate(&scene, &p, false, &mut Silent).unwrap();
+        assert_eq!(report.outcome, Outcome::EndTime, "{elements} elements: {}", report.outcome);
+        let e = contact.2;
+        // rebounds from one to a millionth of the first velocity, and not many more where the body has motions of its own
+        let rebounds = 1.0 + 1e-6f64.ln() / f64::ln(e);
+        let count = impacts(&report) as f64;
+        assert!(count < 8.0 * rebounds, "{elements} elements, e = {e}: {count} of {rebounds}");
+        assert!(report.switches.iter().any(|s| s.kind == SwitchKind::Stick));
+        assert!(report.active.is_active(0), "{elements} elements: it rests on the obstacle");
+        assert!((report.last.u.last().unwrap() - contact.0).abs() < 1e-9);
+        // of one element nothing is left to move
+        if elements == 1 {
+            assert!(report.last.v[0].abs() < 1e-12, "{}", report.last.v[0]);
+            assert!((count - rebounds).abs() <= 2.0, "{count} of {rebounds}");
+        }
+    }
+}
+
+/// What a run by steps stores: the times and the last displacements and velocities.
+fn stored(folder: &std::path::Path, name: &str, text: &str) -> [Vec<f64>; 2] {
+    let (scene, file) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}.h5")));
+    std::fs::write(&scene, text).unwrap();
+    let output = common::run(&["run", scene.to_str().unwrap(), "-q", "-o", file.to_str().unwrap()]);
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    let file = common::hdf5_files().open(file).unwrap();
+    let t = file.dataset("trajectory/t").unwrap().read_raw::<f64>().unwrap();
+    let last = |name: &str| {
+        let x = file.dataset(name).unwrap().read_2d::<f64>().unwrap();
+        x.row(x.nrows() - 1).to_vec()
+    };
+    [t, [last("trajectory/u"), last("trajectory/v")].concat()]
+}
+
+fn by_steps(scale: f64, initial: &str, run: &str) -> String {
+    format!(
+        "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [20]\nyoung = 1.0\ndensity = {}\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+         [contact]\nedge = \"right\"\ngap = 0.1\nmethod = \"moreau-jean\"\nrestitution = 0.0\nstep = {}\n[initial]\n{initial}\n[run]\n{run}\n",
+        scale * scale,
+        0.02 * scale
+    )
+}
+
+/// A sample at the end of a step is that of this step, in any unit of time.
+#[test]
+fn samples_of_steps_are_not_late() {
+    let folder = tempfile::tempdir().unwrap();
+    for scale in [1.0, 1e6, 1e-3] {
+        let run = format!("until = {}\nsamples = 30", 6.0 * scale);
+        let text = by_steps(scale, "displacement = [\"0.1*x\"]", &run);
+        let [t, _] = stored(folder.path(), &format!("samples{scale:e}"), &text);
+        assert_eq!(t.len(), 31);
+        for (k, t) in t.iter().enumerate() {
+            assert!((t / scale - 0.2 * k as f64).abs() < 1e-12, "{scale}: {t} for sample {k}");
+        }
+    }
+}
+
+/// A run by steps that ends in contact lies inside the obstacle by what it moves in a step: it goes on from its own file, and one run is two.
+#[test]
+fn steps_go_on_from_their_own_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let start = "displacement = [\"-0.3*x\"]";
+    let run = |until: f64| format!("until = {until}\nsamples = 10");
+    let [_, whole] = stored(folder.path(), "whole", &by_steps(1.0, start, &run(4.0)));
+    let [_, first] = stored(folder.path(), "first", &by_steps(1.0, start, &run(2.0)));
+    // 20 displacements, the last one at the obstacle
+    assert!(first[19] > 0.1 + 1e-6, "it ends inside the obstacle: {}", first[19]);
+    let [_, then] = stored(folder.path(), "then", &by_steps(1.0, "file = \"first.h5\"", &run(2.0)));
+    for (a, b) in then.iter().zip(&whole) {
+        assert!((a - b).abs() < 1e-12, "{a} {b}");
+    }
+    // the exact law has no such states
+    let exact = by_steps(1.0, "file = \"first.h5\"", &run(2.0));
+    let exact = exact.replace("moreau-jean", "impact").replace("step = 0.02\n", "");
+    let scene = folder.path().join("exact.toml");
+    std::fs::write(&scene, exact).unwrap();
+    let output = common::run(&["run", scene.to_str().unwrap(), "-q", "-o", "/dev/null"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("penetrates"), "{said}");
+}

@@ -284,3 +284,50 @@ fn refusals_name_the_key() {
         assert!(said.contains(expected), "{expected}: {said}");
     }
 }
+
+/// A run before an obstacle that moves is gone on with from its file: the file knows where the obstacle was. One run of two periods is two of one.
+#[test]
+fn a_run_before_a_moving_obstacle_is_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let omega = 1.45;
+    let period = 2.0 * PI / omega;
+    let motion = format!("motion = {{ amplitude = 0.3, omega = {omega}, phase = 0.5 }}\n");
+    let text = |contact: &str, initial: &str, until: f64| {
+        let run = format!("[run]\nuntil = {until:.17}\nintegrator = \"modal\"\n");
+        plate(contact, &format!("{initial}\n{run}"))
+    };
+    let run = |name: &str, text: String| -> Vec<f64> {
+        let scene = folder.path().join(format!("{name}.toml"));
+        let file = folder.path().join(format!("{name}.h5"));
+        std::fs::write(&scene, text).unwrap();
+        let words = ["run", scene.to_str().unwrap(), "-q", "-o", file.to_str().unwrap()];
+        let output = common::run(&words);
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let file = common::hdf5_files().open(file).unwrap();
+        let u = file.dataset("trajectory/u").unwrap().read_2d::<f64>().unwrap();
+        u.row(u.nrows() - 1).to_vec()
+    };
+    let start = "[initial]\ndisplacement = [\"0.3*x\", \"0\"]\n";
+    let whole = run("whole", text(&motion, start, 2.0 * period));
+    run("first", text(&motion, start, period));
+    let then = run("second", text(&motion, "[initial]\nfile = \"first.h5\"\n", period));
+    let size = whole.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let off =
+        |a: &[f64]| a.iter().zip(&whole).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / size;
+    assert!(off(&then) < 1e-10, "{:e}", off(&then));
+    // before an obstacle at rest, far away: the state is the same, seen from elsewhere; what is seen from the obstacle at 0.3 cos(0.5) at t = 0 lies behind it by that
+    let seen = |contact: &str, name: &str| {
+        let until = "[initial]\nfile = \"first.h5\"\n";
+        let scene = text(contact, until, 1e-9).replace("gap = 0.4", "gap = 40.0");
+        run(name, scene)
+    };
+    let moving = seen(&motion, "moving");
+    let still = seen("", "still");
+    let shift: Vec<f64> = still.iter().zip(&moving).map(|(a, b)| a - b).collect();
+    let at = 0.3 * f64::cos(0.5);
+    // along the normal x, and nothing along y
+    for d in &shift {
+        assert!((d - at).abs() < 1e-7 || d.abs() < 1e-7, "{d} {at}");
+    }
+    assert!(shift.iter().any(|d| (d - at).abs() < 1e-7));
+}

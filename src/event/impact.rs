@@ -1,7 +1,8 @@
 //! Switches of the impact law: velocities jump, points stay on the obstacle or fly on.
 //!
-//! Rebounds under `0 < e < 1` shrink geometrically and accumulate. A rebound of velocity `v` flies `v²/2a` high: at a millionth of the velocities of
-//! the motion that is a rounding error of the displacements. There the point sticks, `v := 0`, and the switch says so.
+//! Rebounds under `0 < e < 1` shrink geometrically and accumulate. A rebound of velocity `v` flies `v²/2a` high: at a millionth of the largest velocity that the
+//! motion has had at a switch that is a rounding error of the displacements. There the point sticks, `v := 0`, and the switch says so. The velocities of the present
+//! are no measure: where nothing but the rebounding points moves, they shrink with the rebounds.
 
 use super::{
     ActiveSet, Done, MonitorKind, Observer, Outcome, Root, Run, RunError, Switch, SwitchKind,
@@ -9,7 +10,7 @@ use super::{
 use crate::contact::lcp::UNITS;
 use crate::contact::{ContactError, Impact};
 
-/// A rebound slower than this, over the largest velocity of the body, sticks.
+/// A rebound slower than this, over the largest velocity of the body so far, sticks.
 const STICKS: f64 = 1e-6;
 /// A velocity or an impulse below this, over that of the body, is a rounding error.
 const ROUNDING: f64 = 1e-12;
@@ -39,6 +40,7 @@ impl<O: Observer> Run<'_, O> {
         let present = self.phase.set.clone();
         let monitor = self.phase.monitors[root.index];
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
+        let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.node).collect();
         let kinetic = self.system.kinetic(&self.v);
         let meeting = match monitor.kind {
             MonitorKind::Pressure => {
@@ -78,7 +80,7 @@ impl<O: Observer> Run<'_, O> {
                 _ => continue,
             };
             let after = before.with(contact, is);
-            let index = self.phase.monitors.iter().position(|m| m.node == contact);
+            let index = of_monitors.iter().position(|node| *node == contact);
             let change = Switch {
                 t: self.t,
                 contact,
@@ -125,7 +127,8 @@ impl<O: Observer> Run<'_, O> {
     fn meet(&mut self, law: &Impact, touching: &[usize]) -> Done<Meeting, O> {
         let n = self.layout.n_o;
         let mut v = self.layout.v(&self.y).to_vec();
-        let speed = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        self.largest_v = v.iter().fold(self.largest_v, |m, v| m.max(v.abs()));
+        let speed = self.largest_v;
         let blow = law.strike(touching, &mut v).map_err(ContactError::from)?;
         self.blows += blow.impulse.iter().sum::<f64>();
         let heaviest = blow.impulse.iter().fold(0.0f64, |m, r| m.max(*r));

@@ -112,6 +112,8 @@ struct Run<'a, O: Observer> {
     u: Vec<f64>,
     v: Vec<f64>,
     largest_u: f64,
+    /// Largest velocity at a switch of an impact law.
+    largest_v: f64,
     potential_start: f64,
     next_sample: usize,
     last_stored: f64,

@@ -62,6 +62,11 @@ impl SwitchKind {
         SwitchKind::ALL.into_iter().find(|k| k.name() == name).unwrap_or(SwitchKind::Open)
     }
 
+    /// Of a node that comes into contact, or leaves it.
+    pub fn of_crossing(closes: bool) -> SwitchKind {
+        if closes { SwitchKind::Close } else { SwitchKind::Open }
+    }
+
     /// Whether a node came against the obstacle.
     pub fn arrives(self) -> bool {
         self != SwitchKind::Open

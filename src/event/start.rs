@@ -80,15 +80,16 @@ impl<'a, O: Observer> Run<'a, O> {
             violation,
             entered,
             blows,
+            largest_v,
         ] = c.extremes;
         (run.largest_u, run.potential_start, run.last_stored) =
             (largest_u, potential_start, last_stored);
         let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
-        run.begin_phase();
-        run.flow.recall(&c.flow);
+        run.resume_phase(&c.flow);
         // what the beginning of the phase counts is in these numbers already
         (run.gap_error, run.max_tension) = (gap_error, tension);
         (run.violation, run.entered, run.blows) = (violation, entered, blows);
+        run.largest_v = largest_v;
         (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
         (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
         run.stored = c.rows[0];
@@ -131,6 +132,7 @@ impl<'a, O: Observer> Run<'a, O> {
             u: vec![0.0; system.n()],
             v: vec![0.0; system.n()],
             largest_u: system.units.length,
+            largest_v: 0.0,
             potential_start: 0.0,
             next_sample: 0,
             last_stored: f64::NEG_INFINITY,
@@ -175,6 +177,7 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.violation,
                 self.entered,
                 self.blows,
+                self.largest_v,
             ],
             counts: [
                 self.next_sample,

@@ -72,13 +72,28 @@ impl<O: Observer> Run<'_, O> {
     /// Hand the state to the flow; set the slack of the new monitors.
     pub(super) fn begin_phase(&mut self) {
         self.flow.begin(&self.phase, self.t, &self.y);
+        self.measure_phase();
+    }
+
+    /// The same for the phase of a checkpoint, with what the flow had learnt by then.
+    pub(super) fn resume_phase(&mut self, memory: &[f64]) {
+        self.flow.resume(&self.phase, (self.t, &self.y), memory);
+        self.measure_phase();
+    }
+
+    fn measure_phase(&mut self) {
         self.uncertified += usize::from(!self.flow.is_exact());
         self.rounding = self.phase.monitor_rounding(2.0 * self.largest_u);
         self.slack = self.rounding.clone();
         let h = self.monitor_values();
         for k in 0..self.phase.monitors.len() {
             if matches!(self.phase.monitors[k].kind, MonitorKind::Gap | MonitorKind::Pressure) {
-                self.set_slack(k, self.slack[k].max(-2.0 * h[k]));
+                // a point that rebounds begins where the last switch was found, a slack below zero: twice that at every rebound would let it sink, and the fall feed it
+                let begins = match self.system.impact() {
+                    Some(_) => self.rounding[k] - h[k],
+                    None => -2.0 * h[k],
+                };
+                self.set_slack(k, self.slack[k].max(begins));
             }
         }
     }

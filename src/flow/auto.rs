@@ -28,6 +28,8 @@ const MOST_SETS: usize = 10_000;
 #[derive(Debug)]
 pub struct LeastCost {
     n: f64,
+    /// Contact points: the length of a set.
+    points: usize,
     /// A load has a measured history: no closed form.
     is_measured: bool,
     /// Seconds of an eigensolution over `n³`, and the largest size for which modes are considered.
@@ -58,6 +60,7 @@ pub fn auto(system: &System, tolerances: Tolerances) -> Choice<'_, LeastCost> {
     };
     let rule = LeastCost {
         n,
+        points: system.n_contact(),
         eigen: if system.is_decoupled() { EIGEN } else { COUPLED },
         is_measured: !system.loads.measured.is_empty(),
         least: cost,
@@ -82,6 +85,21 @@ impl LeastCost {
     fn paid(&self, set: &ActiveSet) -> f64 {
         *self.paid.get(set).unwrap_or(&0.0)
     }
+}
+
+/// Flags in one number: as many as its mantissa holds.
+const PACK: usize = 52;
+
+/// A set as numbers.
+fn packed(set: &ActiveSet) -> impl Iterator<Item = f64> {
+    let bits = |flags: &[bool]| flags.iter().rev().fold(0u64, |b, f| 2 * b + u64::from(*f));
+    set.flags().chunks(PACK).map(move |flags| bits(flags) as f64)
+}
+
+/// The set that [`packed`] made numbers of.
+fn unpacked(numbers: &[f64], points: usize) -> ActiveSet {
+    let flag = |i: usize| (numbers[i / PACK] as u64 >> (i % PACK)) & 1 == 1;
+    ActiveSet::new((0..points).map(flag).collect())
 }
 
 /// Products so far.
@@ -120,6 +138,28 @@ impl Rule for LeastCost {
         self.pays(cost).then_some(0)
     }
 
+    /// Phases of either flow; sets with what they have cost; the present set, if products go into it, with what it has cost since its phase began.
+    fn memory(&self, spent: &dyn Fn(usize) -> Counters) -> Vec<f64> {
+        let phases = [self.modal_phases as f64, self.other_phases as f64];
+        let open = self.open.as_ref().map(|(set, before)| (set, products(spent) - before));
+        let is_open = f64::from(u8::from(open.is_some()));
+        let entries = open.into_iter().chain(self.paid.iter().map(|(set, cost)| (set, *cost)));
+        let numbers = entries.flat_map(|(set, cost)| packed(set).chain([cost]));
+        phases.into_iter().chain([is_open]).chain(numbers).collect()
+    }
+
+    fn recall(&mut self, memory: &[f64], spent: &dyn Fn(usize) -> Counters) {
+        let Some((&[modal, other, is_open], sets)) = memory.split_first_chunk() else { return };
+        (self.modal_phases, self.other_phases) = (modal as u64, other as u64);
+        let points = self.points;
+        let entry =
+            |entry: &[f64]| entry.split_last().map(|(cost, set)| (unpacked(set, points), *cost));
+        let mut entries = sets.chunks_exact(points.div_ceil(PACK) + 1).filter_map(entry);
+        let open = if is_open == 0.0 { None } else { entries.next() };
+        self.open = open.map(|(set, cost)| (set, products(spent) - cost));
+        self.paid = entries.collect();
+    }
+
     fn note(&self) -> Option<String> {
         let other = self.other;
         if self.is_measured {
@@ -136,5 +176,20 @@ impl Rule for LeastCost {
                 "{other} for {o} phases, modal for {m}: their sets came back and paid for their modes"
             ),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_is_packed_and_unpacked() {
+        for points in [0, 1, 51, 52, 53, 200] {
+            let set = ActiveSet::new((0..points).map(|i| (i * i) % 7 < 3).collect());
+            let numbers: Vec<f64> = packed(&set).collect();
+            assert_eq!(numbers.len(), points.div_ceil(PACK));
+            assert_eq!(unpacked(&numbers, points), set);
+        }
     }
 }

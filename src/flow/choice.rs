@@ -25,6 +25,12 @@ pub trait Rule {
     fn note(&self) -> Option<String> {
         None
     }
+    /// What it has seen, and will choose by: for a run that goes on later.
+    fn memory(&self, _spent: &dyn Fn(usize) -> Counters) -> Vec<f64> {
+        vec![]
+    }
+    /// Take over what another rule of the same kind had seen, once the flow that it chose has begun the phase anew.
+    fn recall(&mut self, _memory: &[f64], _spent: &dyn Fn(usize) -> Counters) {}
 }
 
 /// There is but one flow.
@@ -135,16 +141,24 @@ impl<R: Rule> Flow for Choice<'_, R> {
         self.rule.note().or_else(|| self.active().note())
     }
 
+    /// The flow that has the phase; what each flow knows; what the rule knows.
     fn memory(&self) -> Vec<f64> {
-        self.flows.iter().flat_map(|flow| flow.memory()).collect()
+        let of_flows = self.flows.iter().flat_map(|flow| flow.memory());
+        let of_rule = self.rule.memory(&|k| self.flows[k].counters());
+        std::iter::once(self.chosen as f64).chain(of_flows).chain(of_rule).collect()
     }
 
-    fn recall(&mut self, memory: &[f64]) {
-        let mut rest = memory;
+    /// The rule is not asked again: by what it has seen since, it might choose otherwise.
+    fn resume(&mut self, phase: &Phase, (t, y): (f64, &[f64]), memory: &[f64]) {
+        let (chosen, mut rest) = memory.split_first().unwrap_or((&0.0, &[]));
+        self.chosen = (*chosen as usize).min(self.flows.len() - 1);
+        self.active_mut().begin(phase, t, y);
         for flow in &mut self.flows {
             let Some((own, others)) = rest.split_at_checked(flow.memory().len()) else { return };
             flow.recall(own);
             rest = others;
         }
+        let flows = &self.flows;
+        self.rule.recall(rest, &|k| flows[k].counters());
     }
 }

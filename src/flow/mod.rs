@@ -215,12 +215,17 @@ pub trait Flow {
     fn note(&self) -> Option<String> {
         None
     }
-    /// What it has learnt and will use in phases to come (a step size): for a run that goes on later.
+    /// What it has learnt and will use in this phase and those to come (a step size), where it has just begun a phase: for a run that goes on later.
     fn memory(&self) -> Vec<f64> {
         vec![]
     }
-    /// Take over what another flow of the same kind had learnt.
+    /// Take over what another flow of the same kind had learnt, once both have begun the same phase, or others have.
     fn recall(&mut self, _memory: &[f64]) {}
+    /// Begin the phase that another flow of the same kind had begun, with what it had learnt by then.
+    fn resume(&mut self, phase: &Phase, (t, y): (f64, &[f64]), memory: &[f64]) {
+        self.begin(phase, t, y);
+        self.recall(memory);
+    }
 }
 
 /// An exact flow, with the stand-in for phases with held nodes.

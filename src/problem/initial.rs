@@ -4,7 +4,7 @@ use super::body::place;
 use super::modes::OpenModes;
 use super::moving;
 use super::{ProblemError, StoredState};
-use crate::contact::{State, System};
+use crate::contact::{March, State, System};
 use crate::scenario::{BodyKind, Field, Issue, Scene};
 
 pub(super) fn initial_state(
@@ -59,13 +59,12 @@ pub(super) fn initial_state(
         return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
     }
     if let Some((u, v)) = stored {
-        if scene.contact.as_ref().is_some_and(|c| c.motion.is_some()) {
-            let message = "is a state of which nothing says where the moving obstacle was";
-            let help = "give displacement = [\"…\"], or mode and amplitude";
-            return Err(scene.error(Issue::new("initial.file", message, help)).into());
-        }
         let (u, v) = (dofs.gather(&u), dofs.gather(&v));
-        check_penetration(scene, system, "initial.file", &u)?;
+        // steps enter the obstacle by what they move in one, and stay there until they leave
+        let steps = system.impact().is_some_and(|law| matches!(law.march, Some(March::Steps(_))));
+        if !steps {
+            check_penetration(scene, system, "initial.file", &u)?;
+        }
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
     if s.equilibrium && !system.has_potential() {

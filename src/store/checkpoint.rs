@@ -74,9 +74,6 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
         return Err(damaged());
     }
     let r: Record = serde_json::from_str(text).map_err(|_| damaged())?;
-    // files of earlier versions know no obstacle that yields
-    let mut extremes = r.extremes;
-    extremes.resize(extremes.len().max(8), 0.0);
     let checkpoint = Checkpoint {
         t: r.t,
         y: r.y,
@@ -85,7 +82,7 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
         armed: r.armed,
         recent: r.recent_t.into_iter().zip(r.recent_node).collect(),
         ledger: r.ledger.try_into().map_err(|_| damaged())?,
-        extremes: extremes.try_into().map_err(|_| damaged())?,
+        extremes: r.extremes.try_into().map_err(|_| damaged())?,
         flow: r.flow,
         counts: r.counts,
         rows: r.rows,

@@ -1,13 +1,14 @@
-//! The state that a file offers as an initial one, on a mesh with the same nodes or interpolated from another.
+//! The state that a file offers as an initial one, on a mesh with the same nodes or interpolated from another; in the frame at rest, whatever moved.
 
 use std::path::Path;
 
 use ndarray::Array2;
 
-use super::StoreError;
 use super::reader::{Careful, open, partial, reading};
+use super::{StoreError, read_text};
 use crate::fem::interpolate::{Cell, at_cells, cells};
 use crate::mesh::{ElementKind, Point};
+use crate::scenario::Scene;
 
 /// Displacement and velocity.
 type State = (Vec<f64>, Vec<f64>);
@@ -63,11 +64,39 @@ fn read_state_of(
     if !map.iter().all(fits) {
         return Err(damaged(path, "/mesh/dof_map"));
     }
-    let on_nodes = |x: &[f64]| match (nodal(x, &map, dim), &cells) {
-        (field, None) => field,
-        (field, Some(cells)) => at_cells(&field, cells, dim),
+    let frame = frame(&file, path)?;
+    let on_nodes = |x: &[f64], k: usize| {
+        let mut field = nodal(x, &map, dim);
+        if let Some((direction, motion)) = &frame {
+            let rows = (0..map.nrows()).flat_map(|n| (0..dim).map(move |c| (n, c)));
+            for (n, c) in rows.filter(|&(n, c)| map[(n, c)] >= 0) {
+                field[dim * n + c] += direction[c] * motion[k];
+            }
+        }
+        match &cells {
+            None => field,
+            Some(cells) => at_cells(&field, cells, dim),
+        }
     };
-    Ok((on_nodes(&u), on_nodes(&v)))
+    Ok((on_nodes(&u, 0), on_nodes(&v, 1)))
+}
+
+/// Where the displacements of a file are seen from, of a scene whose obstacle moves: the direction of its motion, and the obstacle's displacement and velocity at the time of
+/// the state.
+fn frame(file: &hdf5::File, path: &Path) -> Result<Option<(Point, [f64; 2])>, StoreError> {
+    let text = read_text(file, "scene").unwrap_or_default();
+    // scenes of files of other programs say nothing of motions
+    let Ok(scene) = Scene::parse(&text, path) else { return Ok(None) };
+    let Some(motion) = scene.contact.and_then(|c| c.motion) else { return Ok(None) };
+    let t = match file.dataset("orbit/u0") {
+        Ok(_) => 0.0,
+        Err(_) => file.dataset("trajectory/t")?.values::<f64>()?.last().copied().unwrap_or(0.0),
+    };
+    let normals: Array2<f64> = file.dataset("mesh/contact_normals")?.table()?;
+    let Some(normal) = normals.rows().into_iter().next() else { return Ok(None) };
+    let direction = std::array::from_fn(|c| normal.get(c).copied().unwrap_or(0.0));
+    let (sin, cos) = (motion.omega * t + motion.phase).sin_cos();
+    Ok(Some((direction, [motion.amplitude * cos, -motion.amplitude * motion.omega * sin])))
 }
 
 /// Whether a scene has the nodes of a file.

@@ -399,11 +399,13 @@ impl Flow for Chebyshev<'_> {
     }
 
     fn memory(&self) -> Vec<f64> {
-        vec![self.distance]
+        vec![self.distance, self.begun.unwrap_or(f64::NAN)]
     }
 
     fn recall(&mut self, memory: &[f64]) {
-        self.distance = memory[0];
+        if let &[distance, begun] = memory {
+            (self.distance, self.begun) = (distance, Some(begun).filter(|t| !t.is_nan()));
+        }
     }
 }
 
