@@ -211,7 +211,7 @@ def orbit(
         omega: circular frequency [default: the scene's]; or ``period``.
         viscous: the viscous nonlinear mode: C = beta K, kept going by -alpha M, alpha unknown; ``beta`` is a time.
         amplitude: start from the first mode of the open body at this amplitude over grazing, in place of the scene's state.
-        near_return: a ``Run`` or its file: start from its best near-return.
+        near_return: a ``Run`` or its file: start from its best near-return (of a forced body: after ``periods`` of the loads).
         periods: periods of the loads in one of the orbit.
         output, force, progress: as for ``run``.
 

@@ -9,6 +9,7 @@ use super::follow::Take;
 use super::sequence::{Stretch, at_once};
 use crate::contact::System;
 use crate::continuation::norm;
+use crate::event::SwitchKind;
 use crate::hbm::bem::{BarBalance, BarSeries, NoBarSeries};
 use crate::records::{
     BranchEnd, OrbitRecord, PlaceRecord, PointKind, PointRecord, SeriesRecord, place_of_function,
@@ -160,7 +161,11 @@ fn record(bar: &BarBalance, system: &System, s: &BarSeries) -> OrbitRecord {
         let now = excess(t);
         amplitude = amplitude.max(at(&s.u, t).abs());
         if (now > 0.0) != (last > 0.0) {
-            switches.push((t - step * now / (now - last), node, now > 0.0));
+            switches.push((
+                t - step * now / (now - last),
+                node,
+                SwitchKind::of_crossing(now > 0.0),
+            ));
         }
         contact_time += if now > 0.0 { step } else { 0.0 };
         if i % 50 == 0 {

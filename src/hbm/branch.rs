@@ -6,6 +6,7 @@ use super::newton::{Failure, Settings};
 use super::response::{self, Harmonics, Origin, Point, Summary, Track};
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
+use crate::event::SwitchKind;
 use crate::orbit::branch::{kind_of, record as orbit_record};
 use crate::orbit::check::Likeness;
 use crate::orbit::search::{Effort, Verdict, find};
@@ -52,7 +53,11 @@ pub(super) fn record(
         contact_time: summary.contact_time,
         grazing: f64::NAN,
         jumps: vec![f64::NAN; summary.switches.len()],
-        switches: summary.switches.iter().map(|&(t, c, closes)| (t, node(c), closes)).collect(),
+        switches: summary
+            .switches
+            .iter()
+            .map(|&(t, c, closes)| (t, node(c), SwitchKind::of_crossing(closes)))
+            .collect(),
         u0,
         v0,
         ..OrbitRecord::default()

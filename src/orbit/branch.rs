@@ -39,7 +39,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         // the multipliers of a viscous orbit are those of the self-excited system: no statement about the body
         stable: stability.filter(|_| orbit.viscous.is_none()).map(|s| s.is_stable()),
         jumps: switches.clone().map(|s| s.energy_jump).collect(),
-        switches: switches.map(|s| (s.t, s.node, s.kind.arrives())).collect(),
+        switches: switches.map(|s| (s.t, s.node, s.kind)).collect(),
         viscous: orbit.viscous.as_ref().map(feedback),
     })
 }

@@ -46,14 +46,18 @@ pub mod pairs {
     }
 }
 
-/// Switches: time, node, whether it closes.
+/// Switches: time, node, the name of the kind.
 pub mod switches {
     use super::*;
-    pub fn serialize<S: Serializer>(x: &[(f64, usize, bool)], s: S) -> Result<S::Ok, S::Error> {
-        s.collect_seq(x.iter().map(|&(t, n, c)| (t.to_bits(), n, c)))
+    use crate::event::SwitchKind;
+    type Switch = (f64, usize, SwitchKind);
+    pub fn serialize<S: Serializer>(x: &[Switch], s: S) -> Result<S::Ok, S::Error> {
+        s.collect_seq(x.iter().map(|&(t, n, kind)| (t.to_bits(), n, kind.name())))
     }
-    pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<Vec<(f64, usize, bool)>, D::Error> {
-        let list = Vec::<(u64, usize, bool)>::deserialize(d)?;
-        Ok(list.into_iter().map(|(t, n, c)| (f64::from_bits(t), n, c)).collect())
+    pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<Vec<Switch>, D::Error> {
+        let list = Vec::<(u64, usize, String)>::deserialize(d)?;
+        let of =
+            |(t, n, kind): (u64, usize, String)| (f64::from_bits(t), n, SwitchKind::of_name(&kind));
+        Ok(list.into_iter().map(of).collect())
     }
 }

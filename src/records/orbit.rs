@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bits;
+use crate::event::SwitchKind;
 
 fn one() -> usize {
     1
@@ -65,9 +66,9 @@ pub struct OrbitRecord {
     pub trivial: usize,
     /// Whether it is stable, if that is known.
     pub stable: Option<bool>,
-    /// Switches: time, mesh node, whether it closes.
+    /// Switches: time, mesh node, and of which kind.
     #[serde(with = "bits::switches")]
-    pub switches: Vec<(f64, usize, bool)>,
+    pub switches: Vec<(f64, usize, SwitchKind)>,
     /// Energy jumps at the switches.
     #[serde(with = "bits::many")]
     pub jumps: Vec<f64>,

@@ -2,7 +2,7 @@
 //!
 //! In files (the column `special` of `/backbone`, JSON, the journal) a kind stands as a name: one word, and behind a colon its details.
 //! A name is written by [`std::fmt::Display`] and read by [`PointKind::of_name`], here and nowhere else. A column of HDF5 has room
-//! for 63 characters: details that were cut off are kept as the words that are left, and every name that is read is printed as it was.
+//! for 127 characters, more than any name that says more than words: details that were cut off are kept as the words that are left, and every name that is read is printed as it was.
 
 use std::borrow::Cow;
 use std::fmt::{Display, Formatter, Result};

@@ -68,7 +68,11 @@ const DATASETS: [Entry; 58] = [
     ("trajectory/columns", "which of all displacements u and v hold", &["column"]),
     ("switches/t", "time of each switch of the active set", &["switch"]),
     ("switches/node", "mesh node that switches", &["switch"]),
-    ("switches/kind", "close or open", &["switch"]),
+    (
+        "switches/kind",
+        "close or open; of an impact law also impact (a rebound) or stick (rebounds that ended)",
+        &["switch"],
+    ),
     (
         "switches/monitor_rate",
         "rate of the gap (close) or the pressure (open) that vanishes",

@@ -51,7 +51,7 @@ impl Events {
         let rate_units = "length/time (close) | stress/time (open)";
         let switch_t = Table::create(&s, "t", form, "time")?;
         let switch_node = Table::create(&s, "node", form, "mesh node")?;
-        let switch_kind = Table::create(&s, "kind", form, "close | open")?;
+        let switch_kind = Table::create(&s, "kind", form, "close | open | impact | stick")?;
         let switch_rate = Table::create(&s, "monitor_rate", form, rate_units)?;
         let switch_jump = Table::create(&s, "energy_jump", form, "energy")?;
         let (switch_before, switch_after) = (set("active_before")?, set("active_after")?);

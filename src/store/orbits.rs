@@ -10,12 +10,14 @@ use super::reader::{Careful, open, reading};
 use super::report::fresh_group;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::System;
+use crate::event::SwitchKind;
 use crate::records::{OrbitRecord, PlaceRecord, ViscousRecord};
 
-pub(super) type Word = FixedAscii<64>;
+/// A word, or the name of a kind: the longest that is read back (of a change of stability) has some ninety letters.
+pub(super) type Word = FixedAscii<128>;
 
 pub(super) fn word(text: &str) -> Word {
-    let text: String = text.chars().filter(char::is_ascii).take(63).collect();
+    let text: String = text.chars().filter(char::is_ascii).take(127).collect();
     Word::from_ascii(text.as_bytes()).unwrap_or_default()
 }
 
@@ -75,13 +77,13 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     let multipliers = matrix(o.multipliers.len(), 2, flat)?;
     g.new_dataset_builder().with_data(&multipliers).create("multipliers")?;
     let s = g.create_group("switches")?;
-    let column =
-        |f: &dyn Fn(&(f64, usize, bool)) -> f64| o.switches.iter().map(f).collect::<Vec<f64>>();
+    let column = |f: &dyn Fn(&(f64, usize, SwitchKind)) -> f64| {
+        o.switches.iter().map(f).collect::<Vec<f64>>()
+    };
     s.new_dataset_builder().with_data(&column(&|s| s.0)).create("t")?;
     let nodes: Vec<i64> = o.switches.iter().map(|s| s.1 as i64).collect();
     s.new_dataset_builder().with_data(&nodes).create("node")?;
-    let kinds: Vec<Word> =
-        o.switches.iter().map(|s| word(if s.2 { "close" } else { "open" })).collect();
+    let kinds: Vec<Word> = o.switches.iter().map(|s| word(s.2.name())).collect();
     s.new_dataset_builder().with_data(&kinds).create("kind")?;
     s.new_dataset_builder().with_data(&o.jumps).create("energy_jump")?;
     o.viscous.as_ref().map_or(Ok(()), |v| write_viscous(g, v))
@@ -148,7 +150,9 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
             Some("no") => Some(false),
             _ => None,
         },
-        switches: switches.map(|((&t, &n), k)| (t, n as usize, k.as_str() == "close")).collect(),
+        switches: switches
+            .map(|((&t, &n), k)| (t, n as usize, SwitchKind::of_name(k.as_str())))
+            .collect(),
         jumps: s.dataset("energy_jump")?.values()?,
         viscous: read_viscous(g)?,
     })

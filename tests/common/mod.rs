@@ -67,7 +67,7 @@ pub fn datasets(path: &Path) -> BTreeMap<String, (Vec<usize>, Vec<u8>)> {
                 }
                 Unsigned(_) => d.read_raw::<u8>().unwrap(),
                 FixedAscii(_) => {
-                    let words = d.read_raw::<hdf5::types::FixedAscii<64>>().unwrap();
+                    let words = d.read_raw::<hdf5::types::FixedAscii<256>>().unwrap();
                     words.iter().flat_map(|w| [w.as_bytes(), b";"].concat()).collect()
                 }
                 FixedUnicode(_) => {
