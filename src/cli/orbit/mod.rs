@@ -25,7 +25,7 @@ use signorini::store::{Kept, Writer, WriterOptions};
 use super::family::{self, Output};
 use super::{Answer, CliError, Global, load, viscous};
 use all::all;
-use near_return::near_return;
+use near_return::{Return, near_return};
 use words::{failure_json, orbit_json, orbit_text};
 
 /// Arguments of `orbit`.
@@ -56,7 +56,8 @@ pub struct Arguments {
     /// scene's initial state
     #[arg(long, value_name = "A", allow_negative_numbers = true, conflicts_with = "near_return")]
     amplitude: Option<f64>,
-    /// Start from the best near-return of a stored trajectory (which also gives the period, unless one is given)
+    /// Start from the best near-return of a stored trajectory: after --periods of the loads where there are such; after the period that is given; else the best of all, which
+    /// gives the period
     #[arg(long, value_name = "RUN.h5")]
     near_return: Option<PathBuf>,
     /// Periods of the loads in one of the orbit: more than one for a subharmonic orbit
@@ -117,8 +118,12 @@ impl Arguments {
         let mut near_period = None;
         if let Some(file) = &self.near_return {
             family::check_full(scene, "a near-return")?;
-            let (period, state) = near_return(file, scene, &problem.system)?;
-            near_period = Some(period);
+            let wanted = self.wanted(scene, problem)?;
+            let (period, state) = near_return(file, scene, &problem.system, wanted)?;
+            // the frequency of a forced orbit is that of the loads
+            if !matches!(wanted, Return::Forced { .. }) {
+                near_period = Some(period);
+            }
             problem.initial = state;
         }
         // the kind of a viscous orbit is known when its modes are
@@ -140,6 +145,19 @@ impl Arguments {
         let omega = family::omega(scene, self.omega, period)?;
         family::check_frequency(problem, omega)?;
         Ok((closure, omega))
+    }
+
+    /// Which near-return is looked for: that of the loads, of the period that is given, or the best of all.
+    fn wanted(&self, scene: &Scene, problem: &Problem) -> Result<Return, CliError> {
+        let omega = || family::omega(scene, self.omega, self.period);
+        if start::closure(scene, problem)?.is_forced() {
+            let count = self.periods as usize;
+            return Ok(Return::Forced { load: std::f64::consts::TAU / omega()?, count });
+        }
+        Ok(match self.omega.or(self.period) {
+            Some(_) => Return::After(std::f64::consts::TAU / omega()?),
+            None => Return::Best,
+        })
     }
 
     /// The guesses that are shot from; `own` are those of the scene.
