@@ -74,9 +74,35 @@ impl Place {
 
     /// Wait for at least so many answers.
     fn wait_for(&self, done: u64) {
-        let begun = Instant::now();
         while !self.path("s.study/study.json").exists() || self.count("done") < done {
-            assert!(begun.elapsed() < Duration::from_secs(120), "no progress");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// The processes of tasks that said they stop, by their numbers.
+    fn processes(&self) -> Vec<String> {
+        let Ok(folders) = std::fs::read_dir(self.path("s.study/tasks")) else { return vec![] };
+        let messages = folders
+            .filter_map(|d| std::fs::read_to_string(d.unwrap().path().join("messages")).ok());
+        let said = |text: String| -> Vec<String> {
+            let lines = text.lines().filter_map(|l| l.split_once(", process "));
+            lines.map(|(_, number)| number.to_owned()).collect()
+        };
+        messages.flat_map(said).collect()
+    }
+
+    /// Wait until two tasks stand still that did not before: they neither end nor go on by themselves.
+    fn wait_for_stopped(&self, before: &[String]) -> Vec<String> {
+        let stands = |number: &String| {
+            let stat = std::fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
+            stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('T'))
+        };
+        loop {
+            let mut now = self.processes();
+            now.retain(|number| !before.contains(number) && stands(number));
+            if now.len() == 2 {
+                return now;
+            }
             std::thread::sleep(Duration::from_millis(20));
         }
     }
@@ -122,33 +148,34 @@ fn a_study_gives_the_same_data_however_it_is_carried_out() {
         two.done(&["study", "run", "s.toml"]);
         assert_eq!(two.answers(), before);
 
-        let killed = Place::new(study, until);
+        let mut killed = Place::new(study, until);
         let words = ["study", "run", "s.toml", "--workers", "2", "--quiet"];
+        // one task has its answer; two others stand still in the midst of their work
+        let printed = killed.done(&["study", "run", "s.toml", "--print-tasks"]);
+        let line = printed["tasks"][0].as_str().unwrap();
+        let id = line.rsplit(' ').next().unwrap();
+        killed.done(&["study", "task", "s.study", id]);
+        let done = killed.answers();
+        assert_eq!(done.len(), 1);
+        let look = if tasks == 4 { 2 } else { 30 };
+        killed.environment = vec![("SIGNORINI_AT_LOOK", format!("STOP {look} task"))];
         // all its processes at once
         let mut first = killed.begin(&words);
-        killed.wait_for(1);
+        killed.wait_for_stopped(&[]);
         kill(&format!("-{}", first.id()));
         first.wait().unwrap();
-        let done = killed.answers();
-        assert!(!done.is_empty() && (done.len() as u64) < tasks, "{}", done.len());
+        assert_eq!(killed.answers(), done);
         // the controller alone: its tasks go on, and whoever comes next waits for them
+        let gone = killed.processes();
         let mut second = killed.begin(&words);
-        killed.wait_for(done.len() as u64 + 1);
+        let held = killed.wait_for_stopped(&gone);
         kill(&second.id().to_string());
         second.wait().unwrap();
-        // a task alone
+        // a task alone, while the next one waits for it
+        killed.environment = vec![];
         let third = killed.begin(&words);
-        let begun = Instant::now();
-        let mut struck = false;
-        while !struck && begun.elapsed() < Duration::from_secs(20) && killed.count("done") < tasks {
-            let status = killed.done(&["study", "status", "s.toml"]);
-            let running =
-                status["tasks"].as_array().unwrap().iter().find(|t| t["state"] == "running");
-            let Some(task) = running else { continue };
-            let id = task["id"].as_str().unwrap();
-            struck =
-                Command::new("pkill").args(["-9", "-f", id]).status().is_ok_and(|s| s.success());
-        }
+        kill(&held[0]);
+        let _ = Command::new("kill").args(["-CONT", &held[1]]).status();
         third.wait_with_output().unwrap();
         let answer = killed.done(&["study", "run", "s.toml", "--workers", "2"]);
         assert_eq!(answer["counts"]["done"], tasks, "{answer}");
@@ -167,6 +194,10 @@ fn failures_are_kept_and_studies_grow() {
     let (code, answer) = place.said(&["study", "run", "s.toml"]);
     assert_eq!(code, 3, "{answer}");
     assert_eq!((&answer["counts"]["done"], &answer["counts"]["failed"]), (&1.into(), &1.into()));
+    // told by what is wrong, without the way to the task
+    let told = place.command(&["study", "status", "s.toml"]).output().unwrap();
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert!(told.contains("task 1 (") && !told.contains("tasks/"), "{told}");
     let failed = &answer["tasks"][1];
     assert!(failed["message"].as_str().unwrap().contains("switch"), "{failed}");
     place.done(&["study", "collect", "s.toml"]);
@@ -233,6 +264,72 @@ fn results_belong_to_what_was_asked() {
     place.done(&["study", "collect", "s.toml"]);
     assert_eq!(place.done(&["inspect", "s.h5"])["done"], 2);
     assert_eq!(place.said(&["plot", "s.h5"]).0, 2);
+}
+
+/// Many tasks that fail of one cause are told once; a table of the study itself is collected anew without `--force`, and nobody else's is touched.
+#[test]
+fn one_cause_is_told_once_and_own_tables_are_drawn_anew() {
+    let study = "scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = [1, -3]\n\"run.samples\" = [10, 20, 30]\n";
+    let place = Place::new(study, 3.36);
+    let bar = std::fs::read_to_string(place.path("bar.toml")).unwrap();
+    let bar = bar.replace("gap = 1.0", "gap = 1.0\nmethod = \"impact\"");
+    std::fs::write(place.path("bar.toml"), bar).unwrap();
+    let (code, answer) = place.said(&["study", "run", "s.toml", "--workers", "1"]);
+    assert_eq!((code, &answer["counts"]["failed"]), (3, &3.into()), "{answer}");
+    let told = place.command(&["study", "status", "s.toml"]).output().unwrap();
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert_eq!(told.matches("penetrates the obstacle").count(), 1, "{told}");
+    assert!(told.contains("3 tasks failed (3, 4, 5): "), "{told}");
+    assert!(!told.contains("tasks/"), "{told}");
+    place.done(&["study", "collect", "s.toml"]);
+    place.done(&["study", "collect", "s.toml"]);
+    // another study of that name, or a run, is none of its own
+    place.done(&["run", "bar.toml", "-o", "other.h5"]);
+    let (code, refused) = place.said(&["study", "collect", "s.toml", "--to", "other"]);
+    assert_eq!(code, 2, "{refused}");
+}
+
+/// What another version of the program found is said, and carried out anew where that is asked for.
+#[test]
+fn answers_of_another_version_are_told() {
+    let study =
+        "scene = \"bar.toml\"\ncommand = \"run\"\n[vary]\n\"contact.gap\" = [0.5, 0.8, 1.0]\n";
+    let place = Place::new(study, 3.36);
+    let answer = place.done(&["study", "run", "s.toml", "--workers", "1"]);
+    assert_eq!((&answer["counts"]["done"], &answer["outdated"]), (&3.into(), &0.into()));
+    let mut files: Vec<PathBuf> = std::fs::read_dir(place.path("s.study/tasks"))
+        .unwrap()
+        .map(|d| d.unwrap().path().join("done.json"))
+        .collect();
+    files.sort();
+    for (file, version) in files.iter().zip(["0.0.1", ""]) {
+        let mut done: Value =
+            serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+        done["version"] = version.into();
+        if version.is_empty() {
+            done.as_object_mut().unwrap().remove("version");
+        }
+        std::fs::write(file, done.to_string()).unwrap();
+    }
+    let before = place.answers();
+    let told = place.command(&["study", "status", "s.toml"]).output().unwrap();
+    let told = String::from_utf8(told.stdout).unwrap();
+    assert!(
+        told.contains("2 tasks have their answers from signorini") && told.contains("0.0.1"),
+        "{told}"
+    );
+    let again = place.command(&["study", "run", "s.toml"]).output().unwrap();
+    let said = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(again.status.success() && said.contains("--outdated"), "{said}");
+    assert_eq!(place.answers(), before, "nothing is carried out anew unasked");
+    let answer = place.done(&["study", "run", "s.toml", "--outdated", "--workers", "1"]);
+    assert_eq!(
+        (&answer["counts"]["done"], &answer["outdated"]),
+        (&3.into(), &0.into()),
+        "{answer}"
+    );
+    let now = place.answers();
+    assert_eq!(now.iter().filter(|(id, text)| before[*id] == **text).count(), 1);
 }
 
 /// Bad studies are exit code 2 with file, line and what would be accepted, before anything is written.

@@ -48,7 +48,7 @@ pub use series::{Names, SeriesWriter, read_series};
 pub use state::read_state;
 pub use statement::write_statement;
 pub use stored::StoredFamily;
-pub use study::write_study;
+pub use study::{is_collected, write_study};
 pub use writer::{Writer, WriterOptions};
 
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ use hdf5::types::FixedAscii;
 
 use super::describe::describe;
 use super::output::Staged;
-use super::{Outputs, StoreError, write_text};
+use super::{Outputs, StoreError, read_text, write_text};
 use crate::records::StudyTable;
 
 /// Letters of a word: Octave reads none but ASCII of a fixed length (the CSV has them as they are).
@@ -72,4 +72,10 @@ pub fn write_study(path: &Path, table: &StudyTable, outputs: &Outputs) -> Result
     };
     write().inspect_err(|_| staged.discard())?;
     staged.commit()
+}
+
+/// Whether a file is a table of the study of this name.
+pub fn is_collected(path: &Path, name: &str) -> bool {
+    let Ok(file) = hdf5::File::open(path) else { return false };
+    file.group("study/varied").is_ok() && read_text(&file, "title").as_deref() == Some(name)
 }

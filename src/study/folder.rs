@@ -100,7 +100,20 @@ pub struct Done {
     pub message: String,
     /// Seconds of the last attempt.
     pub wall_s: f64,
+    /// Version of the program that found it; empty where it did not say so.
+    #[serde(default)]
+    pub version: String,
 }
+
+impl Done {
+    /// Whether another version of the program found it, whose numbers may be others.
+    pub fn is_outdated(&self) -> bool {
+        self.version != VERSION
+    }
+}
+
+/// The version of this program.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// How far a task is.
 #[derive(Debug, Clone, PartialEq)]
@@ -181,7 +194,7 @@ impl Folder {
             put(&folder.join("task.json"), &text.map_err(|e| unusable(root, e.to_string()))?)?;
         }
         let manifest = Manifest {
-            signorini_version: env!("CARGO_PKG_VERSION").into(),
+            signorini_version: VERSION.into(),
             name: study.stem(),
             study: study.text.clone(),
             scene: study.scene.source.text.clone(),

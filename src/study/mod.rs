@@ -10,5 +10,5 @@ mod folder;
 mod gather;
 
 pub use definition::{COMMANDS, Study, Task, Varied};
-pub use folder::{Done, Folder, State, StudyError, TaskLock, TaskPlace};
+pub use folder::{Done, Folder, State, StudyError, TaskLock, TaskPlace, VERSION};
 pub use gather::gather;

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use signorini::report::figure;
 use signorini::report::study::{pictures, points_csv, tasks_csv};
-use signorini::store::{Outputs, StoreError, beside, replace, write_study};
+use signorini::store::{Outputs, StoreError, beside, is_collected, replace, write_study};
 use signorini::study::gather;
 
 use super::{Answer, CliError, Global, Which};
@@ -38,9 +38,10 @@ pub fn run(collect: &Collect, global: &Global) -> Result<Answer, CliError> {
         return Err(CliError::Input(text.into()));
     }
     let stem = collect.to.clone().unwrap_or_else(|| PathBuf::from(folder.name()));
-    let outputs = Outputs::new(collect.force);
     let (file, tasks, points) =
         (beside(&stem, ".h5"), beside(&stem, ".csv"), beside(&stem, "-points.csv"));
+    // what was collected from this study before is drawn anew, as its pictures are
+    let outputs = Outputs::new(collect.force || is_collected(&file, folder.name()));
     outputs.check(&file).map_err(|e| match e {
         StoreError::Exists(path) => CliError::Input(format!(
             "{} exists already; choose another name with --to, or overwrite it with --force",

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 
-use signorini::study::{Folder, State, Study, StudyError, Task, TaskPlace};
+use signorini::study::{Done, Folder, State, Study, StudyError, Task, TaskPlace, VERSION};
 
 use super::{Answer, CliError, Global};
 
@@ -84,6 +84,9 @@ struct Run {
     /// Carry failed tasks out anew
     #[arg(long)]
     retry: bool,
+    /// Carry tasks out anew whose answer is of another version of signorini
+    #[arg(long)]
+    outdated: bool,
     /// Print the command of every task that is neither done nor failed (--retry: nor done), one a line, and do nothing else (for GNU parallel, Snakemake, a job script)
     #[arg(long)]
     print_tasks: bool,
@@ -169,15 +172,23 @@ fn carry_out(run: &Run, global: &Global) -> Result<Answer, CliError> {
         return Err(CliError::Input(text.into()));
     }
     let folder = run.which.prepare()?;
-    if run.retry {
-        for task in folder.tasks() {
-            if task.done().is_some_and(|d| d.exit_code != 0) {
+    for task in folder.tasks() {
+        let Some(done) = task.done() else { continue };
+        if run.outdated && done.is_outdated() {
+            // whoever carries it out just now is of this version
+            if let Some(_lock) = task.lock()? {
                 task.forget()?;
+                task.clear();
             }
+        } else if run.retry && done.exit_code != 0 {
+            task.forget()?;
         }
     }
     let open: Vec<TaskPlace> =
         folder.tasks().into_iter().filter(|t| !matches!(t.state(), State::Done(_))).collect();
+    if let Some(text) = outdated(&folder) {
+        global.caller.warn(&format!("{text}; --outdated carries them out anew"));
+    }
     if run.print_tasks {
         let lines: Result<Vec<String>, CliError> =
             open.iter().map(|t| Ok(words(&task_command(folder.root(), &t.id)?))).collect();
@@ -195,6 +206,21 @@ fn carry_out(run: &Run, global: &Global) -> Result<Answer, CliError> {
         }
         Engine::Slurm => slurm::submit(&folder, &open, run, global),
     }
+}
+
+/// How many answers are of another version of this program, and of which; nothing where none is.
+fn outdated(folder: &Folder) -> Option<String> {
+    let of_others = folder.tasks().into_iter().filter_map(|t| t.done()).filter(Done::is_outdated);
+    let versions: Vec<String> = of_others.map(|d| d.version).collect();
+    let mut names: Vec<&str> = versions.iter().map(String::as_str).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.iter_mut().filter(|n| n.is_empty()).for_each(|n| *n = "of an earlier version");
+    let count = versions.len();
+    let verb = if count == 1 { "has its answer" } else { "have their answers" };
+    (count > 0).then(|| {
+        format!("{} {verb} from signorini {}, this is {VERSION}", tasks(count), names.join(", "))
+    })
 }
 
 /// The command that carries out a task, whoever calls it and wherever.
@@ -232,6 +258,7 @@ fn object(task: &TaskPlace, state: &State) -> Value {
     });
     if let State::Done(done) = state {
         object["wall_s"] = done.wall_s.into();
+        object["version"] = done.version.clone().into();
         if done.exit_code != 0 {
             object["message"] = done.message.clone().into();
         }

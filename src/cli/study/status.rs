@@ -51,9 +51,11 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         .collect();
     let mean = seconds.iter().sum::<f64>() / seconds.len().max(1) as f64;
     let objects: Vec<Value> = tasks.iter().map(|(t, s)| object(t, s)).collect();
+    let is_outdated = |s: &State| matches!(s, State::Done(done) if done.is_outdated());
+    let outdated = tasks.iter().filter(|(_, s)| is_outdated(s)).count();
     let mut json = json!({
         "study": folder.name(), "folder": folder.root().display().to_string(),
-        "counts": counts, "mean_s": mean, "tasks": objects,
+        "counts": counts, "outdated": outdated, "mean_s": mean, "tasks": objects,
     });
     let mut text = format!(
         "{}: {} in {}\n",
@@ -65,7 +67,12 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         text += &format!("  {state:<14}{}\n", count(state));
     }
     if !seconds.is_empty() {
-        text += &format!("  {:<14}{mean:.1} s a task\n", "time");
+        let mean = if mean < 0.05 { "less than 0.1".into() } else { format!("{mean:.1}") };
+        text += &format!("  {:<14}{mean} s a task\n", "time");
+    }
+    if let Some(said) = super::outdated(folder) {
+        text +=
+            &format!("  {:<14}{said} (`study run --outdated` carries them out anew)\n", "outdated");
     }
     if !queued.is_empty() {
         json["queued"] = queued.iter().map(slurm::Queued::object).collect();
@@ -80,12 +87,43 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         State::Done(done) if done.exit_code != 0 => Some((t, done)),
         _ => None,
     });
-    for (task, done) in failed.clone().take(TOLD) {
-        let first = done.message.lines().next().unwrap_or_default();
-        text += &format!("  task {} ({}) failed: {first}\n", task.index, task.describe());
+    // tasks of one cause together, in the order of the first of each
+    let mut causes: Vec<(String, Vec<&TaskPlace>)> = vec![];
+    for (task, done) in failed {
+        let cause = cause(task, &done.message);
+        match causes.iter_mut().find(|c| c.0 == cause) {
+            Some(known) => known.1.push(task),
+            None => causes.push((cause, vec![task])),
+        }
     }
-    if failed.clone().count() > TOLD {
-        text += &format!("  … and {} more (--json tells all)\n", failed.count() - TOLD);
+    for (cause, of) in causes.iter().take(TOLD) {
+        text += &match of[..] {
+            [task] => format!("  task {} ({}) failed: {cause}\n", task.index, task.describe()),
+            _ => format!("  {} failed ({}): {cause}\n", super::tasks(of.len()), numbers(of)),
+        };
+    }
+    if causes.len() > TOLD {
+        let more: usize = causes[TOLD..].iter().map(|c| c.1.len()).sum();
+        text += &format!("  … and {more} more (--json tells all)\n");
     }
     (json, text)
+}
+
+/// Why a task failed, in a line, without the way to its folder, which is another for each.
+fn cause(task: &TaskPlace, message: &str) -> String {
+    let mut line = message.lines().next().unwrap_or_default().to_owned();
+    let folder = format!("tasks/{}/", task.id);
+    while let Some(at) = line.find(&folder) {
+        let begin = line[..at].rfind(char::is_whitespace).map_or(0, |k| k + 1);
+        line.replace_range(begin..at + folder.len(), "");
+    }
+    line
+}
+
+/// The numbers of the first tasks of a list.
+fn numbers(tasks: &[&TaskPlace]) -> String {
+    const MOST: usize = 6;
+    let more = if tasks.len() > MOST { ", …" } else { "" };
+    let first: Vec<String> = tasks.iter().take(MOST).map(|t| t.index.to_string()).collect();
+    format!("{}{more}", first.join(", "))
 }

@@ -8,7 +8,7 @@ use clap::{Args, Parser};
 use serde_json::{Value, json};
 
 use signorini::store::Writer;
-use signorini::study::{Done, TaskPlace};
+use signorini::study::{Done, TaskPlace, VERSION};
 
 use super::super::{Cli, Said, execute};
 use super::{Answer, CliError, Global};
@@ -54,7 +54,8 @@ pub fn run(one: &One, global: &Global) -> Result<Answer, CliError> {
         }
     };
     let wall_s = begun.elapsed().as_secs_f64();
-    let done = Done { id: task.id.clone(), exit_code, answer, message, wall_s };
+    let (id, version) = (task.id.clone(), VERSION.to_owned());
+    let done = Done { id, exit_code, answer, message, wall_s, version };
     task.finish(&done)?;
     let answer = said(if exit_code == 0 { "done" } else { "failed" });
     Ok(match exit_code {
