@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_set_is_packed_and_unpacked() {
-        for points in [0, 1, 51, 52, 53, 200] {
+        for points in [0usize, 1, 51, 52, 53, 200] {
             let set = ActiveSet::new((0..points).map(|i| (i * i) % 7 < 3).collect());
             let numbers: Vec<f64> = packed(&set).collect();
             assert_eq!(numbers.len(), points.div_ceil(PACK));
