@@ -205,7 +205,7 @@ fn the_theory_that_the_code_cites_is_there() {
 #[test]
 fn the_matlab_reader_reads_in_octave() {
     if Command::new("octave-cli").arg("--version").output().is_err() {
-        eprintln!("SKIPPED: no Octave: docs/tutorials/signorini_read.m is not tested");
+        common::unavailable("Octave", common::Kind::System);
         return;
     }
     let place = tempfile::tempdir().unwrap();

@@ -5,7 +5,7 @@ mod common;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use common::root;
@@ -104,23 +104,10 @@ fn the_stress_of_linear_fields_is_hookes() {
     assert!(found.len() == 8 && found.iter().all(|s| (s + 0.12).abs() < 1e-15), "{found:?}");
 }
 
-/// Python with h5py: `SIGNORINI_PYTHON`, or the virtual environment that `make setup` creates; with meshio, or none.
-fn python_with_meshio() -> Option<PathBuf> {
-    let python = match std::env::var_os("SIGNORINI_PYTHON") {
-        Some(p) => p.into(),
-        None => root().join(".venv/bin/python"),
-    };
-    let known = Command::new(&python).args(["-c", "import meshio, h5py"]).output();
-    known.is_ok_and(|o| o.status.success()).then_some(python)
-}
-
 /// Every time and value of CSV, VTU and XDMF as `meshio` (and VTK, if it is there) read them, against the run's file.
 #[test]
 fn others_read_what_is_written() {
-    let Some(python) = python_with_meshio() else {
-        eprintln!("skipped: meshio is not there; run `make setup`, or set SIGNORINI_PYTHON");
-        return;
-    };
+    let Some(python) = common::python("meshio, h5py", "meshio") else { return };
     let place = tempfile::tempdir().unwrap();
     let linear = linear(
         "kind = 'plate'\nsize = [1.0, 1.0]\nelements = [2, 2]\nyoung = 1.0\npoisson = 0.0\ndensity = 1.0",

@@ -18,6 +18,8 @@ try:
     import vtk
     from vtk.util.numpy_support import vtk_to_numpy
 except ImportError:
+    if os.environ.get("SIGNORINI_STRICT") == "1":
+        raise
     vtk = None
 
 

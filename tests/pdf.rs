@@ -8,14 +8,6 @@ use std::process::Command;
 use common::{root, run};
 use serde_json::Value;
 
-/// Python with PDFium: `SIGNORINI_PYTHON`, or the virtual environment that `make setup` creates.
-fn python() -> Option<PathBuf> {
-    let environment = std::env::var_os("SIGNORINI_PYTHON").map(PathBuf::from);
-    let python = environment.unwrap_or_else(|| root().join(".venv/bin/python"));
-    let known = Command::new(&python).args(["-c", "import pypdfium2, PIL, numpy"]).output();
-    known.is_ok_and(|o| o.status.success()).then_some(python)
-}
-
 fn done(arguments: &[&str]) {
     let output = run(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -52,10 +44,7 @@ fn pdfium_draws_what_the_png_shows() {
     std::fs::write(&foreign, b"%PDF-1.7\n% mine\n").unwrap();
     assert_eq!(run(&["plot", &beam, "--only", "gap"]).status.code(), Some(2));
     std::fs::write(&foreign, ours).unwrap();
-    let Some(python) = python() else {
-        eprintln!("skipped: PDFium is not there; run `make setup`, or set SIGNORINI_PYTHON");
-        return;
-    };
+    let Some(python) = common::python("pypdfium2, PIL, numpy", "PDFium") else { return };
     for pdf in pictures {
         let png = pdf.with_extension("png");
         let words = [&root().join("tests/pdf.py"), &pdf, &png] as [&Path; 3];

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{root, run};
@@ -17,13 +17,7 @@ fn validate(
     schema: &Value,
     texts: &[(String, String)],
 ) -> Option<BTreeMap<String, Option<String>>> {
-    let environment = std::env::var_os("SIGNORINI_PYTHON").map(PathBuf::from);
-    let python = environment.unwrap_or_else(|| root().join(".venv/bin/python"));
-    let known = Command::new(&python).args(["-c", "import jsonschema"]).output();
-    if !known.is_ok_and(|o| o.status.success()) {
-        eprintln!("skipped: jsonschema is not there; run `make setup`, or set SIGNORINI_PYTHON");
-        return None;
-    }
+    let python = common::python("jsonschema", "jsonschema")?;
     let value =
         |text: &str| toml::from_str::<Value>(text).unwrap_or_else(|e| panic!("{text}: {e}"));
     let values: Vec<Value> = texts.iter().map(|(name, t)| json!([name, value(t)])).collect();

@@ -383,9 +383,7 @@ impl Slurm {
         };
         let is_root = Command::new("id").arg("-u").output().is_ok_and(|o| o.stdout == b"0\n");
         if !(is_root && ["munged", "slurmctld", "slurmd", "sbatch"].into_iter().all(has)) {
-            eprintln!(
-                "SKIPPED: no Slurm (Debian: slurm-wlm, munge; and root): studies are not tested on a job array"
-            );
+            common::unavailable("Slurm (Debian: slurm-wlm, munge; and root)", common::Kind::System);
             return None;
         }
         let folder = tempfile::tempdir().unwrap();

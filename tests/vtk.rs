@@ -1,4 +1,4 @@
-//! VTK reads what is exported, where it is installed (`pip install vtk` into the environment of `make setup`; CI does).
+//! VTK reads what is exported, where it is installed (`tests/requirements-vtk.txt` into the environment of `make setup`; CI does).
 
 mod common;
 
@@ -11,13 +11,7 @@ use signorini::mesh::ElementKind;
 
 #[test]
 fn vtk_reads_series_of_every_solid_element() {
-    let environment = std::env::var_os("SIGNORINI_PYTHON").map(std::path::PathBuf::from);
-    let python = environment.unwrap_or_else(|| root().join(".venv/bin/python"));
-    let has_vtk = Command::new(&python).args(["-c", "import vtk, h5py"]).output();
-    if !has_vtk.is_ok_and(|o| o.status.success()) {
-        eprintln!("SKIPPED: VTK is not installed: nothing reads the files in its format");
-        return;
-    }
+    let Some(python) = common::python("vtk, h5py", "VTK") else { return };
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
     for kind in ElementKind::ALL.into_iter().filter(|k| k.dim() == 3) {

@@ -5,6 +5,10 @@
 pub mod cuboid;
 #[path = "../../validate/bodies/rectangle.rs"]
 pub mod rectangle;
+mod unavailable;
+
+#[allow(unused_imports)]
+pub use unavailable::{Kind, python, unavailable};
 
 use std::cell::Cell;
 use std::collections::BTreeMap;

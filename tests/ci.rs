@@ -1,0 +1,111 @@
+//! Continuous integration tells the truth: its exit code, its table of times, what it leaves out, and which slow tests it runs.
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::root;
+
+/// What a script of steps prints, and its exit code.
+fn steps(script: &str) -> (String, Option<i32>) {
+    let text = format!("cd '{}'; source .ci/steps.sh\n{script}", root().display());
+    let output = Command::new("bash").args(["-c", &text]).output().unwrap();
+    (String::from_utf8(output.stdout).unwrap(), output.status.code())
+}
+
+#[test]
+fn a_table_of_times_and_what_is_left_out_come_last() {
+    let (said, code) = steps(
+        "step one true\ntwo() { skipped 'a thing'; echo 'another (a test)' >> $SIGNORINI_SKIPPED; skipped 'a thing'; }\nstep two two",
+    );
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(lines[lines.len() - 1], "skipped: a thing; another (a test)");
+    let table = lines.iter().position(|l| *l == "=== times").unwrap();
+    let names: Vec<&str> =
+        lines[table + 1..lines.len() - 1].iter().map(|l| l.split(" s  ").nth(1).unwrap()).collect();
+    assert_eq!(names, ["one", "two", "in all"]);
+    assert!(steps("step one true").0.ends_with("skipped: nothing\n"));
+}
+
+/// A step that fails ends it with its code, at the command that failed, and the table says so.
+#[test]
+fn a_failure_is_one() {
+    for (script, wanted) in [
+        ("step one true; step two bash -c 'exit 7'; step three true", 7),
+        ("two() { bash -c 'exit 7'; echo went on; }; step two two; step three true", 7),
+        ("two() { false | cat; }; step two two; step three true", 1),
+        ("two() { kill -TERM $$; sleep 5; }; step two two; step three true", 143),
+    ] {
+        let (said, code) = steps(script);
+        assert_eq!(code, Some(wanted), "{script}: {said}");
+        assert!(said.contains(&format!("two: FAILED ({wanted})\n")), "{script}: {said}");
+        assert!(!said.contains("three") && !said.contains("went on"), "{script}: {said}");
+        assert!(said.ends_with("skipped: nothing\n"), "{script}: {said}");
+    }
+}
+
+/// Every file with an ignored test is named there, run or with the reason why not.
+#[test]
+fn ignored_tests_are_accounted_for() {
+    let script = std::fs::read_to_string(root().join(".ci/run")).unwrap();
+    let mut found = vec![];
+    for entry in std::fs::read_dir(root().join("tests")).unwrap() {
+        let path = entry.unwrap().path();
+        let is_source = path.extension().is_some_and(|e| e == "rs");
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        if is_source && std::fs::read_to_string(&path).unwrap().contains("\n#[ignore") {
+            let is_named = [format!("--test {name} "), format!("`{name}` ")]
+                .iter()
+                .any(|n| script.contains(n));
+            assert!(is_named, "tests/{name}.rs has an ignored test that .ci/run does not name");
+            found.push(name);
+        }
+    }
+    assert!(found.len() >= 4, "{found:?}");
+}
+
+/// What is missing is written down at home; where what is pinned must be there, it is a failure.
+#[test]
+fn what_is_missing_is_counted_or_fails() {
+    let here = std::env::current_exe().unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let list = place.path().join("skipped");
+    let call = |strict: Option<&str>, kind: &str| {
+        let mut command = Command::new(&here);
+        command.args(["--exact", "a_program_is_missing", "--nocapture"]);
+        command.env("SIGNORINI_SKIPPED", &list).env("SIGNORINI_MISSING", kind);
+        match strict {
+            Some(value) => command.env("SIGNORINI_STRICT", value),
+            None => command.env_remove("SIGNORINI_STRICT"),
+        };
+        let output = command.output().unwrap();
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let lines = |path: &Path| std::fs::read_to_string(path).unwrap_or_default().lines().count();
+    for (strict, kind, passes) in [
+        (None, "system", true),
+        (None, "pinned", true),
+        (Some("0"), "pinned", true),
+        (Some("1"), "system", true),
+        (Some("1"), "pinned", false),
+    ] {
+        let before = lines(&list);
+        let (passed, said) = call(strict, kind);
+        assert_eq!(passed, passes, "{strict:?} {kind}: {said}");
+        assert_eq!(lines(&list), before + usize::from(passes), "{strict:?} {kind}");
+        assert_eq!(said.contains("SKIPPED: a thing is not there: a_program_is_missing"), passes);
+    }
+    assert!(std::fs::read_to_string(&list).unwrap().contains("a thing (a_program_is_missing)\n"));
+}
+
+/// The other half of the test above, which calls it.
+#[test]
+fn a_program_is_missing() {
+    match std::env::var("SIGNORINI_MISSING").as_deref() {
+        Ok("pinned") => common::unavailable("a thing", common::Kind::Pinned),
+        Ok(_) => common::unavailable("a thing", common::Kind::System),
+        Err(_) => {}
+    }
+}
