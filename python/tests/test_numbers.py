@@ -21,7 +21,7 @@ def test_all_pinned_scenes_are_there():
 
 
 @pytest.mark.parametrize("name,switches,first,last,energy", PINNED, ids=[p[0] for p in PINNED])
-def test_scenes_give_their_pinned_numbers(name, switches, first, last, energy):
+def test_pinned_numbers_of_scenes(name, switches, first, last, energy):
     r = sg.run(f"scenarios/{name}.toml", progress=False)
     assert r.is_complete and r.status == "complete"
     assert len(r.switches) == int(switches)
