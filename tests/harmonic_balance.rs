@@ -262,9 +262,21 @@ fn crosscheck_knows_true_motions() {
         coefficients: truth.coefficients[..3 * n].iter().map(|c| 0.3 * c).collect(),
         alpha: None,
     };
-    let checked = check(&mut body, Closure::Reversible, &lie, &Effort::default()).unwrap();
-    assert!(checked.residual > 0.1 && checked.return_error > 0.1, "{}", checked.residual);
-    assert_ne!(checked.kind(), VerdictKind::Orbit, "{}", checked.verdict);
+    let told = check(&mut body, Closure::Reversible, &lie, &Effort::default()).unwrap();
+    println!(
+        "a lie: residual {:.1e}, return {:.1e}, moved {:.1e}",
+        told.residual, told.return_error, told.likeness.moved
+    );
+    // a third of a motion that touches is none: what the equations leave over and how far it is from itself a period later are numbers, and large
+    assert!(told.residual > 10.0 * checked.residual && told.return_error > 0.1);
+    match told.verdict.orbit() {
+        Some(_) => assert!(told.kind() == VerdictKind::AnotherOrbit, "{:?}", told.likeness),
+        None => assert!(
+            told.likeness.moved.is_nan() && !told.likeness.same_sequence,
+            "{}",
+            told.verdict
+        ),
+    }
     // the orbit's own series with one displacement for another: shooting ends somewhere, and that is another orbit
     let mut permuted = truth.clone();
     permuted.coefficients.chunks_exact_mut(n).for_each(|c| c.reverse());
