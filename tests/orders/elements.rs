@@ -1,0 +1,361 @@
+//! A manufactured displacement `u*`, zero on the whole boundary, and the body force `f = −∇·σ(u*)` that makes it a solution: the error falls as `h^{p+1}` in
+//! L² and as `h^p` in the norm of the energy. Only `K` is the program's: the load vector, the shape functions (inverted matrices of monomials), the
+//! quadrature (Gauss by Newton's method, collapsed on simplices) and both norms are computed here.
+
+use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState};
+use signorini::mesh::{ElementKind, Mesh, Point};
+
+use super::common::cuboid::cuboid;
+use super::common::rectangle::rectangle;
+use super::slope;
+
+const YOUNG: f64 = 2.0;
+const POISSON: f64 = 0.3;
+
+/// Nodes and weights of Gauss and Legendre on [0, 1]: the roots of `P_n` by Newton's method.
+fn gauss(n: usize) -> Vec<(f64, f64)> {
+    let legendre = |x: f64| {
+        let (mut before, mut p) = (1.0, x);
+        for k in 2..=n {
+            let k = k as f64;
+            (before, p) = (p, ((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k);
+        }
+        (p, n as f64 * (before - x * p) / (1.0 - x * x))
+    };
+    (0..n)
+        .map(|k| {
+            let mut x = (std::f64::consts::PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
+            for _ in 0..20 {
+                let (p, dp) = legendre(x);
+                x -= p / dp;
+            }
+            let dp = legendre(x).1;
+            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * dp * dp))
+        })
+        .collect()
+}
+
+/// Points and weights on the unit cube, or on the unit simplex by collapsing it.
+fn rule(dim: usize, is_simplex: bool, n: usize) -> Vec<(Point, f64)> {
+    let line = gauss(n);
+    let mut all = vec![];
+    for &(x, a) in &line {
+        for &(y, b) in &line {
+            for &(z, c) in if dim == 3 { &line[..] } else { &[(0.0, 1.0)][..] } {
+                all.push(match (is_simplex, dim) {
+                    (false, _) => ([x, y, z], a * b * c),
+                    (true, 2) => ([x, y * (1.0 - x), 0.0], a * b * (1.0 - x)),
+                    (true, _) => {
+                        let (p, q) = (1.0 - x, 1.0 - y);
+                        ([x, y * p, z * p * q], a * b * c * p * p * q)
+                    }
+                });
+            }
+        }
+    }
+    all
+}
+
+/// Exponents of the monomials that an element has: total degree at most `p`, each at most `p`, or (eight and twenty nodes) each at most two and together at
+/// most two where they are not one.
+fn monomials(kind: ElementKind) -> (i32, Vec<[i32; 3]>) {
+    let quadratic = !matches!(
+        kind,
+        ElementKind::Tri3 | ElementKind::Quad4 | ElementKind::Tet4 | ElementKind::Hex8
+    );
+    let p = if quadratic { 2 } else { 1 };
+    let top = if kind.dim() == 3 { p } else { 0 };
+    let serendipity = matches!(kind, ElementKind::Quad8 | ElementKind::Hex20);
+    let mut all = vec![];
+    for a in 0..=p {
+        for b in 0..=p {
+            for c in 0..=top {
+                let e = [a, b, c];
+                let above: i32 = e.iter().filter(|k| **k > 1).sum();
+                let has = match (kind.is_simplex(), serendipity) {
+                    (true, _) => a + b + c <= p,
+                    (_, true) => above <= 2,
+                    _ => true,
+                };
+                if has {
+                    all.push(e);
+                }
+            }
+        }
+    }
+    assert_eq!(all.len(), kind.nodes(), "{kind:?}");
+    (p, all)
+}
+
+fn monomial(e: [i32; 3], x: Point) -> f64 {
+    (0..3).map(|c| x[c].powi(e[c])).product()
+}
+
+fn slope_of_monomial(e: [i32; 3], x: Point) -> Point {
+    std::array::from_fn(|d| {
+        let mut down = e;
+        down[d] -= 1;
+        if e[d] == 0 { 0.0 } else { f64::from(e[d]) * monomial(down, x) }
+    })
+}
+
+/// `u*_c = a_c Π sin(πx) · (1 + s·x)`, its gradient and its second derivatives by hand: products of functions of one coordinate.
+struct Exact {
+    dim: usize,
+}
+
+impl Exact {
+    /// `g`, `g′`, `g″` of the factor of component `c` along axis `d`: `sin(πx)(1 + κx)`.
+    fn factor(&self, c: usize, d: usize, x: f64) -> [f64; 3] {
+        let kappa = [[0.4, -0.3, 0.2], [-0.2, 0.5, 0.3], [0.3, 0.1, -0.4]][c][d];
+        let pi = std::f64::consts::PI;
+        let ((s, k), w) = ((pi * x).sin_cos(), 1.0 + kappa * x);
+        [s * w, pi * k * w + kappa * s, 2.0 * kappa * pi * k - pi * pi * s * w]
+    }
+
+    /// `∂^e u_c`.
+    fn derivative(&self, c: usize, e: [usize; 3], x: Point) -> f64 {
+        let amplitude = [1.0, 0.7, -0.8][c];
+        amplitude * (0..self.dim).map(|d| self.factor(c, d, x[d])[e[d]]).product::<f64>()
+    }
+
+    fn gradient(&self, x: Point) -> [Point; 3] {
+        std::array::from_fn(|c| {
+            std::array::from_fn(|d| match c < self.dim && d < self.dim {
+                true => self.derivative(c, std::array::from_fn(|k| usize::from(k == d)), x),
+                false => 0.0,
+            })
+        })
+    }
+
+    /// `f = −(λ + μ) ∇(∇·u) − μ Δu`.
+    fn force(&self, x: Point) -> Point {
+        let (lambda, mu) = lame(self.dim);
+        let second = |c: usize, a: usize, b: usize| {
+            let e = std::array::from_fn(|k| usize::from(k == a) + usize::from(k == b));
+            self.derivative(c, e, x)
+        };
+        std::array::from_fn(|c| match c < self.dim {
+            true => {
+                (0..self.dim).map(|d| -(lambda + mu) * second(d, c, d) - mu * second(c, d, d)).sum()
+            }
+            false => 0.0,
+        })
+    }
+}
+
+/// Lamé's constants; in plane stress `λ` is `2λμ/(λ + 2μ)`.
+fn lame(dim: usize) -> (f64, f64) {
+    let mu = YOUNG / (2.0 * (1.0 + POISSON));
+    let lambda = YOUNG * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
+    (if dim == 2 { 2.0 * lambda * mu / (lambda + 2.0 * mu) } else { lambda }, mu)
+}
+
+/// `σ : ε` of a gradient.
+fn energy_density(dim: usize, g: &[Point; 3]) -> f64 {
+    let (lambda, mu) = lame(dim);
+    let trace: f64 = (0..dim).map(|c| g[c][c]).sum();
+    let pairs = (0..dim).flat_map(|a| (0..dim).map(move |b| (a, b)));
+    let square: f64 = pairs.map(|(a, b)| (0.5 * (g[a][b] + g[b][a])).powi(2)).sum();
+    lambda * trace * trace + 2.0 * mu * square
+}
+
+/// An affine element: from the unit square, cube or simplex by its corner and its edges; shape functions as coefficients of monomials.
+struct Affine {
+    corner: Point,
+    edges: Vec<Point>,
+    /// Rows of the inverse of the edges.
+    inverse: nalgebra::DMatrix<f64>,
+    volume: f64,
+    coefficients: nalgebra::DMatrix<f64>,
+}
+
+impl Affine {
+    fn new(kind: ElementKind, nodes: &[Point]) -> Affine {
+        let dim = kind.dim();
+        // the corners that follow the first along the axes
+        let along: &[usize] = match (kind.is_simplex(), dim) {
+            (true, 2) => &[1, 2],
+            (true, _) => &[1, 2, 3],
+            (false, 2) => &[1, 3],
+            (false, _) => &[1, 3, 4],
+        };
+        let corner = nodes[0];
+        let edges: Vec<Point> =
+            along.iter().map(|&k| std::array::from_fn(|c| nodes[k][c] - corner[c])).collect();
+        let jacobian = nalgebra::DMatrix::from_fn(dim, dim, |i, j| edges[j][i]);
+        let volume = jacobian.determinant();
+        assert!(volume > 0.0);
+        let inverse = jacobian.try_inverse().unwrap();
+        let (_, exponents) = monomials(kind);
+        let mut own = Affine { corner, edges, inverse, volume, coefficients: Default::default() };
+        let places: Vec<Point> = nodes.iter().map(|p| own.local(p)).collect();
+        let n = exponents.len();
+        let at_nodes = nalgebra::DMatrix::from_fn(n, n, |i, j| monomial(exponents[j], places[i]));
+        own.coefficients = at_nodes.try_inverse().unwrap();
+        own
+    }
+
+    fn local(&self, p: &Point) -> Point {
+        std::array::from_fn(|d| match d < self.edges.len() {
+            true => {
+                (0..self.edges.len()).map(|c| self.inverse[(d, c)] * (p[c] - self.corner[c])).sum()
+            }
+            false => 0.0,
+        })
+    }
+
+    fn place(&self, local: Point) -> Point {
+        std::array::from_fn(|c| {
+            self.corner[c] + self.edges.iter().zip(local).map(|(e, s)| e[c] * s).sum::<f64>()
+        })
+    }
+
+    /// Shape functions and their gradients in space.
+    fn shapes(&self, exponents: &[[i32; 3]], local: Point) -> Vec<(f64, Point)> {
+        let values: Vec<f64> = exponents.iter().map(|e| monomial(*e, local)).collect();
+        let slopes: Vec<Point> = exponents.iter().map(|e| slope_of_monomial(*e, local)).collect();
+        (0..exponents.len())
+            .map(|i| {
+                let weigh = |of: &dyn Fn(usize) -> f64| -> f64 {
+                    (0..exponents.len()).map(|k| self.coefficients[(k, i)] * of(k)).sum()
+                };
+                let here: Point = std::array::from_fn(|d| weigh(&|k| slopes[k][d]));
+                let space = std::array::from_fn(|c| match c < self.edges.len() {
+                    true => (0..self.edges.len()).map(|d| here[d] * self.inverse[(d, c)]).sum(),
+                    false => 0.0,
+                });
+                (weigh(&|k| values[k]), space)
+            })
+            .collect()
+    }
+}
+
+/// Errors in L² and in the norm of the energy, over those norms of `u*`.
+fn errors(kind: ElementKind, mesh: Mesh) -> (f64, f64) {
+    let dim = kind.dim();
+    let exact = Exact { dim };
+    let groups: &[&str] = match dim {
+        2 => &["left", "right", "bottom", "top"],
+        _ => &["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"],
+    };
+    let held: Vec<Held> = groups.iter().flat_map(|g| (0..dim).map(|c| Held::along(g, c))).collect();
+    let dofs = DofMap::new(&mesh, &held, &[]).unwrap();
+    let material = match dim {
+        2 => Material::plate(YOUNG, POISSON, 1.0, 1.0),
+        _ => Material { young: YOUNG, poisson: POISSON, density: 1.0, state: StressState::Solid },
+    };
+    let body = Body::assemble(mesh, dofs, &[material], false);
+    let (_, exponents) = monomials(kind);
+    let points = rule(dim, kind.is_simplex(), 4);
+    let cells: Vec<(Vec<usize>, Affine)> = body
+        .mesh
+        .elements()
+        .map(|e| {
+            let places: Vec<Point> = e.nodes.iter().map(|&n| body.mesh.nodes()[n]).collect();
+            (e.nodes.to_vec(), Affine::new(kind, &places))
+        })
+        .collect();
+    let mut force = vec![0.0; dim * body.mesh.n_nodes()];
+    for (nodes, cell) in &cells {
+        for &(local, weight) in &points {
+            let f = exact.force(cell.place(local));
+            for (&node, (value, _)) in nodes.iter().zip(cell.shapes(&exponents, local)) {
+                for c in 0..dim {
+                    force[dim * node + c] += weight * cell.volume * value * f[c];
+                }
+            }
+        }
+    }
+    let mut u = body.dofs.gather_forces(&force);
+    let factor = SpdFactor::new(&body.stiffness, "stiffness").unwrap();
+    factor.solve(&mut u, &mut factor.scratch());
+    let u = body.dofs.scatter(&u);
+    // distances and sizes
+    let (mut l2, mut energy) = ([0.0; 2], [0.0; 2]);
+    for (nodes, cell) in &cells {
+        for &(local, weight) in &points {
+            let x = cell.place(local);
+            let (mut value, mut gradient) = ([0.0; 3], [[0.0; 3]; 3]);
+            for (&node, (shape, slope)) in nodes.iter().zip(cell.shapes(&exponents, local)) {
+                for c in 0..dim {
+                    let of_node = u[dim * node + c];
+                    value[c] += of_node * shape;
+                    (0..dim).for_each(|d| gradient[c][d] += of_node * slope[d]);
+                }
+            }
+            let wanted = exact.gradient(x);
+            let weight = weight * cell.volume;
+            for c in 0..dim {
+                let u = exact.derivative(c, [0; 3], x);
+                l2[0] += weight * (value[c] - u).powi(2);
+                l2[1] += weight * u * u;
+                (0..dim).for_each(|d| gradient[c][d] -= wanted[c][d]);
+            }
+            energy[0] += weight * energy_density(dim, &gradient);
+            energy[1] += weight * energy_density(dim, &wanted);
+        }
+    }
+    ((l2[0] / l2[1]).sqrt(), (energy[0] / energy[1]).sqrt())
+}
+
+/// What is wrong with the slopes of an element.
+fn check(kind: ElementKind, sizes: &[usize], mesh: impl Fn(usize) -> Mesh) -> Option<String> {
+    let (p, _) = monomials(kind);
+    let found: Vec<(f64, (f64, f64))> =
+        sizes.iter().map(|&n| (1.0 / n as f64, errors(kind, mesh(n)))).collect();
+    let of = |pick: fn(&(f64, f64)) -> f64| -> f64 {
+        slope(&found.iter().map(|(h, e)| (*h, pick(e))).collect::<Vec<_>>())
+    };
+    let (l2, energy) = (of(|e| e.0), of(|e| e.1));
+    let last = found[found.len() - 1].1;
+    println!("{kind:?}: L2 {l2:.3}, energy {energy:.3}; errors {:.1e}, {:.1e}", last.0, last.1);
+    let good = (l2 - f64::from(p + 1)).abs() < 0.1 && (energy - f64::from(p)).abs() < 0.1;
+    (!good).then(|| format!("{kind:?}: slopes {l2:.3}, {energy:.3}"))
+}
+
+#[test]
+fn elements_in_the_plane_have_their_order() {
+    let of_kind = |kind: ElementKind| {
+        let sizes = if kind.nodes() > 4 { [8, 16] } else { [16, 32] };
+        check(kind, &sizes, |n| rectangle(kind, [0.0, 1.0], 1.0, (n, n), 0.0))
+    };
+    let kinds = ElementKind::ALL.into_iter().filter(|k| k.dim() == 2);
+    let wrong: Vec<String> = kinds.filter_map(of_kind).collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn elements_in_space_have_their_order() {
+    let of_kind = |kind: ElementKind| {
+        let sizes = if kind.nodes() > 8 { [6, 8] } else { [10, 14] };
+        check(kind, &sizes, |n| cuboid(kind, [1.0; 3], [n; 3], 0.0))
+    };
+    let kinds = ElementKind::ALL.into_iter().filter(|k| k.dim() == 3);
+    let wrong: Vec<String> = kinds.filter_map(of_kind).collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// The measure itself: Gauss's rule is exact to degree `2n − 1`, on simplices as well (`∫ x^a y^b z^c = a! b! c!/(a + b + c + 3)!`).
+#[test]
+fn quadrature_of_these_tests_is_exact() {
+    let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+    for (dim, is_simplex) in [(2, false), (3, false), (2, true), (3, true)] {
+        let points = rule(dim, is_simplex, 4);
+        for e in [[0, 0, 0], [2, 1, 0], [3, 2, 0], [1, 1, 3]]
+            .into_iter()
+            .filter(|e| dim == 3 || e[2] == 0)
+        {
+            let found: f64 = points.iter().map(|(x, w)| w * monomial(e, *x)).sum();
+            let total: i32 = e.iter().sum();
+            let wanted = match is_simplex {
+                true => e.map(factorial).iter().product::<f64>() / factorial(total + dim as i32),
+                false => e.iter().map(|k| 1.0 / f64::from(k + 1)).product(),
+            };
+            assert!(
+                (found / wanted - 1.0).abs() < 1e-13,
+                "{dim} {is_simplex} {e:?}: {found} {wanted}"
+            );
+        }
+    }
+}
