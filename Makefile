@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python page fuzz validate validation bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -13,6 +13,7 @@ help:
 	@echo 'make python    the Python package: build its wheel (target/wheels), test it in a fresh environment'
 	@echo 'make page      the page of signorini view in a real browser; screenshots into out/page/'
 	@echo 'make fuzz      ten thousand damaged inputs, none of which may bring the program down'
+	@echo 'make fuzz-coverage  the readers of files under libFuzzer, which looks for inputs that reach new code (a C++ compiler; FUZZ_SECONDS a reader, 60 unless said)'
 	@echo 'make validate  all closed-form and published cases'
 	@echo 'make validation  the same, and the page of the documentation that tells them (docs/reference/validation.md)'
 	@echo 'make bench     benchmarks'
@@ -57,6 +58,10 @@ page: build
 # FUZZ=scene-0141 make fuzz: one case again, or all whose names begin so; FUZZ_SEED=1 make fuzz: other cases
 fuzz: setup
 	cargo test --release --locked --test fuzz -- --ignored --nocapture
+
+# FUZZ_SECONDS=600 FUZZ_READERS='msh mtx' make fuzz-coverage
+fuzz-coverage: build
+	fuzz/run.sh $(or $(FUZZ_SECONDS),60) $(FUZZ_READERS)
 
 validate: build
 	$(BIN) validate
