@@ -210,7 +210,7 @@ fn half_and_full_period_give_the_same_orbit() {
     z.resize(2 * body.n(), 0.0);
     let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
     let guess: Vec<f64> =
-        z.iter().zip(random(z.len(), 3)).map(|(z, r)| z + 1e-5 * size * r).collect();
+        z.iter().zip(random(z.len(), 3)).map(|(z, r)| z + 2e-7 * size * r).collect();
     let verdict = find(&mut body, Closure::Autonomous, &guess, 1.8, &Effort::default()).unwrap();
     let full = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
     println!("energies {} {}", half.energy, full.energy);
@@ -279,7 +279,9 @@ fn a_continuation_goes_on_to_the_identical_branch() {
     assert!(rest.len() >= 9, "{}", rest.len());
 }
 
-/// Where multipliers say stable a perturbed state returns to the forced orbit, where they say unstable it leaves it.
+/// Where multipliers say stable a perturbed state returns to the forced orbit, where they say unstable it leaves it: as many periods as the largest multiplier `ρ` needs
+/// for a factor of 10⁴, `|ln ρ| N = ln 10⁴`, of which a factor of a hundred may be lost to the direction of the perturbation. Orbits that would take longer than `PERIODS`
+/// are left out, and counted.
 #[test]
 fn stability_of_forced_orbits_is_what_perturbed_states_do() {
     let mut body = forced(0.02);
@@ -300,31 +302,37 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         Go::Continue(())
     })
     .unwrap();
-    let (mut stable, mut unstable) = (0, 0);
+    const PERIODS: f64 = 400.0;
+    let (mut stable, mut unstable, mut slow) = (0, 0, 0);
     for p in points
         .iter()
         .filter(|p| p.place.is_some() && !matches!(p.special, PointKind::Border(_)))
-        .step_by(22)
+        .step_by(5)
     {
         let Some(orbit) = &p.orbit else { continue };
+        let own = &orbit.multipliers[orbit.trivial..];
+        let largest = own.iter().map(|m| m[0].hypot(m[1])).fold(0.0, f64::max);
+        assert_eq!(orbit.stable, Some(largest < 1.0), "{}: {largest}", p.omega);
+        let periods = 1e4f64.ln() / largest.ln().abs();
+        if periods > PERIODS {
+            slow += 1;
+            continue;
+        }
         body.system.loads_mut().set_frequency(p.omega);
         let x = &p.place.as_ref().unwrap().x;
         let z = &x[..2 * body.n()];
         let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
         let mut y: Vec<f64> =
-            z.iter().zip(random(z.len(), 9)).map(|(z, r)| z + 1e-5 * size * r).collect();
+            z.iter().zip(random(z.len(), 9)).map(|(z, r)| z + 2e-7 * size * r).collect();
         let distance =
             |y: &[f64]| y.iter().zip(z).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / size;
         let first = distance(&y);
         let mut furthest = 0.0f64;
-        for _ in 0..200 {
+        for _ in 0..periods.ceil().max(10.0) as usize {
             let end = integrate(&body, &body.state(&y), TAU / p.omega).unwrap();
             y = body.frame(&end.report.last);
             furthest = furthest.max(distance(&y));
         }
-        let trivial = orbit.trivial;
-        let largest =
-            orbit.multipliers[trivial..].iter().map(|m| m[0].hypot(m[1])).fold(0.0, f64::max);
         let last = distance(&y);
         println!(
             "{:.5}: largest {largest:.4}, distance {first:.1e} to {last:.1e}, at most {furthest:.1e}",
@@ -332,14 +340,14 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
         );
         if orbit.stable == Some(true) {
             stable += 1;
-            assert!(last < 0.1 * first || largest > 0.99, "{}: {last:e}", p.omega);
+            assert!(last < 0.01 * first, "{}: {last:e}", p.omega);
         } else {
             unstable += 1;
-            assert!(furthest > 10.0 * first || largest < 1.01, "{}: {furthest:e}", p.omega);
+            assert!(furthest > 100.0 * first, "{}: {furthest:e}", p.omega);
         }
     }
-    println!("{stable} stable, {unstable} unstable");
-    assert!(stable >= 3 && unstable >= 1);
+    println!("{stable} stable, {unstable} unstable, {slow} too slow");
+    assert!(stable >= 10 && unstable >= 7 && slow <= 2);
 }
 
 /// A single oscillator: two switches a period, energy in closed form.
@@ -359,25 +367,29 @@ fn energy_of_the_oscillator_at_a_period() {
     assert_eq!(orbit.switches.len(), 2);
 }
 
-/// A guess that leads nowhere is said to do so; a body without contact nodes in reach gives no orbit.
+/// A guess that leads nowhere is said to do so; nor is there one far outside the range of frequencies.
 #[test]
 fn failures_are_verdicts() {
     let mut body = half_plate();
     let guess = mode_guess(&body, 1, -0.5).unwrap();
     let verdict = find(&mut body, Closure::Reversible, &guess, 1.8, &Effort::default()).unwrap();
     assert!(matches!(verdict, Verdict::NoContact { .. } | Verdict::NotFound { .. }), "{verdict}");
+    let mut plate = half_plate();
+    let guess = mode_guess(&plate, 1, -1.1).unwrap();
+    let verdict = find(&mut plate, Closure::Reversible, &guess, 2.3, &Effort::default()).unwrap();
+    assert!(verdict.orbit().is_none(), "{verdict}");
+}
+
+/// Far above grazing and far below the first frequency there is an orbit all the same. Its energy is a copy of our own number.
+#[test]
+fn pinned_energy_far_above_grazing() {
     let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [3]\nyoung = 1.0\ndensity = 1.0\n\
                 [[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 1.0\n";
     let mut bar = Propagator::new(problem(text).system).unwrap();
     let guess = mode_guess(&bar, 1, -8.0).unwrap();
     let verdict = find(&mut bar, Closure::Reversible, &guess, 0.2, &Effort::default()).unwrap();
-    // far above grazing and far below the first frequency there is an orbit all the same
     let orbit = verdict.orbit().unwrap();
     assert!((orbit.energy - 11.502_480_06).abs() < 1e-7 && orbit.residual < 1e-11, "{verdict}");
-    let mut plate = half_plate();
-    let guess = mode_guess(&plate, 1, -1.1).unwrap();
-    let verdict = find(&mut plate, Closure::Reversible, &guess, 2.3, &Effort::default()).unwrap();
-    assert!(verdict.orbit().is_none(), "{verdict}");
 }
 
 /// Tangent products without modes against the dense derivative, and the Newton step that GMRES makes of them.
