@@ -46,6 +46,29 @@ impl Folder {
     }
 }
 
+/// Equal masses on equal springs, each to the ground: the stiffness is a multiple of the mass, and so is any damping matrix.
+#[test]
+fn damping_of_a_stiffness_in_proportion_to_the_mass_is_mass_damping() {
+    let folder = Folder::new();
+    let matrix = |name: &str, x: f64| {
+        let text =
+            format!("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 {x}\n2 2 {x}\n");
+        folder.write(name, &text);
+    };
+    (matrix("M.mtx", 3.0), matrix("K.mtx", 0.7), matrix("C.mtx", 0.06));
+    let text = "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\ndamping_matrix = \"C.mtx\"\n\
+                [contact]\ndisplacements = [0]\ngap = 1.0\nmethod = \"penalty\"\nstiffness = 10.0\n\
+                [[load]]\nkind = \"force\"\ndisplacement = 0\namplitude = 0.1\n[run]\nuntil = 1.0\n";
+    let scene = folder.write("scene.toml", text);
+    let said = json(&["run", &scene, "-o", &folder.at("out.h5")]);
+    assert!(
+        (said["damping"]["alpha"].as_f64().unwrap() - 0.02).abs() < 1e-15,
+        "{}",
+        said["damping"]
+    );
+    assert_eq!(said["damping"]["beta"], 0.0);
+}
+
 /// Four masses in a row between springs, two of them before stops; `N_C`, `N_O` are not symmetric and n_C = n_O.
 fn chain(folder: &Folder, n_c: &str, n_o: &str) -> String {
     folder.write(

@@ -729,3 +729,34 @@ fn every_method_works_in_any_direction() {
         same_motion(&a, &b, 1.0, 1e-8);
     }
 }
+
+/// The optimal mass does not know where a body lies: moments are about its middle, and those that the nodes left cannot carry are refused.
+#[test]
+fn the_optimal_mass_follows_a_body_that_is_moved() {
+    let optimal = "method = \"mass-redistribution\"\nmass = \"optimal\"\n";
+    let rest = format!(
+        "{CLAMP}[contact]\ngroup = \"right\"\ngap = 0.3\n{optimal}[initial]\nvelocity = [\"0.8\", \"0.05\"]\n[run]\nuntil = 6.0\nintegrator = \"modal\"\n"
+    );
+    let mesh = structured::rectangle(1.0, 0.4, 5, 2);
+    let at = |x: f64| {
+        let place = folder(&mesh.moved(|[a, b, c]| [a + x, b - 0.5 * x, c]));
+        let scene = scene(place.path(), &text("plane stress", &rest));
+        let p = problem(&scene);
+        let report = simulate(&scene, &p, false, &mut Silent).unwrap();
+        assert!(report.outcome.is_complete() && report.switches.len() > 1);
+        let modes = signorini::problem::phase_modes(&p.system, &p.system.open_phase(), 6).unwrap();
+        (modes.omega, report.last.u, report.switches.len())
+    };
+    let (omega, u, n) = at(0.0);
+    for x in [10.0, 1000.0, 1e5] {
+        let (moved, last, m) = at(x);
+        // coordinates themselves lose digits
+        let most = 1e-13 * x + 1e-11;
+        let off = omega.iter().zip(&moved).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+        assert!(n == m && off < most, "{x}: {off}");
+        assert!(common::relative(&last, &u) < 100.0 * most, "{x}: {}", common::relative(&last, &u));
+    }
+    let one = common::half_plate(1, 1, optimal);
+    let error = Problem::new(&common::scene(&one), None).unwrap_err().to_string();
+    assert!(error.contains("contact.mass") && error.contains("moments"), "{error}");
+}

@@ -72,6 +72,14 @@ pub enum ContactError {
         "the optimal mass is one along the direction of the contact, and there are several directions"
     )]
     SeveralDirections,
+    /// The optimal mass has other moments than the body.
+    #[error(
+        "the moments of the redistributed mass differ from those of the body by {off:.1e} of its mass: too few nodes are left to carry them"
+    )]
+    Moments {
+        /// The largest difference, over mass and size.
+        off: f64,
+    },
     /// Springs that rounding errors drown.
     #[error(
         "springs {ratio:.1e} times as stiff as the body drown its own forces in rounding errors: give at most 1e8 times its stiffness"

@@ -8,7 +8,8 @@
 //! m* = m_oo + P ∘ (X Λ Xᵀ)
 //! ```
 //!
-//! with `P` the pattern of the remaining pairs and a small symmetric `Λ`; for the normal component alone.
+//! with `P` the pattern of the remaining pairs and a small symmetric `Λ`; for the normal component alone. Moments are those about the middle of the
+//! body, over its size: those about a far point would lose all digits in the square of its distance.
 
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
@@ -84,6 +85,9 @@ fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
     Following::new(conditions, &open, &Loads::default()).a_star()
 }
 
+/// By how much the moments of the optimal mass may differ from those of the body, over mass and size.
+const MOMENTS: f64 = 1e-10;
+
 /// The optimal mass of a body with a mesh whose contact points all have one direction: `m*` along it, `m` across.
 pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistributed, ContactError> {
     let (mesh, dofs) = (&body.mesh, &body.dofs);
@@ -96,7 +100,11 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
     }
     let at_contact: HashSet<usize> = dofs.contact.iter().map(|c| c.node).collect();
     let touches = |node: usize| at_contact.contains(&node);
-    let x = |node: usize, a: usize| if a == 0 { 1.0 } else { mesh.nodes()[node][a - 1] };
+    let (middle, size) = (mesh.centre(), mesh.length());
+    let x = |node: usize, a: usize| match a {
+        0 => 1.0,
+        _ => (mesh.nodes()[node][a - 1] - middle[a - 1]) / size,
+    };
     let pairs: Vec<(usize, usize, f64)> =
         m.triplets().filter(|(i, j, _)| !touches(*i) && !touches(*j)).collect();
     // moments that are missing once the contact rows are gone
@@ -119,6 +127,19 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
         moment(&mut pairs.iter().map(|&(i, j, _)| (i, j, unit(i, j, index[c]))), index[r])
     });
     let lambda = system.lu().solve(&missing).unwrap_or_else(|| missing.map(|_| f64::NAN));
+    let more = |i: usize, j: usize| -> f64 {
+        index.iter().zip(lambda.iter()).map(|(&k, l)| l * unit(i, j, k)).sum()
+    };
+    let of_all: f64 = m.triplets().map(|e| e.2).sum();
+    let left = |(k, missing): (&(usize, usize), &f64)| {
+        moment(&mut pairs.iter().map(|&(i, j, _)| (i, j, more(i, j))), *k) - missing
+    };
+    let off = index.iter().zip(missing.iter()).map(left).map(|x| x.abs() / of_all);
+    // the largest, and not a number where one is none
+    let off = off.fold(0.0f64, |m, x| if x <= m { m } else { x });
+    if !(off <= MOMENTS) {
+        return Err(ContactError::Moments { off });
+    }
     let mut weight = vec![0.0; mesh.n_nodes()];
     let mut entries = vec![];
     direction.iter_mut().filter(|d| d.abs() < 1e-15).for_each(|d| *d = 0.0);
@@ -133,8 +154,7 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
         }
     };
     for (i, j, v) in pairs {
-        let more: f64 = index.iter().zip(lambda.iter()).map(|(&k, l)| l * unit(i, j, k)).sum();
-        let v = v + more;
+        let v = v + more(i, j);
         weight[i] += v;
         block(i, j, v, true);
     }

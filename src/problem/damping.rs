@@ -43,6 +43,9 @@ pub(super) fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleig
     Ok((!none).then_some(rayleigh))
 }
 
+/// What `K` has across `M`, over all of it, is rounding below this.
+const PARALLEL: f64 = 1e-12;
+
 /// `α`, `β` of a damping matrix that is a combination of `M` and `K`.
 pub(super) fn rayleigh_of(
     scene: &Scene,
@@ -81,8 +84,10 @@ pub(super) fn rayleigh_of(
     let along: f64 = dot(&k, &m) / of_m;
     let across: Vec<f64> = k.iter().zip(&m).map(|(k, m)| k - along * m / of_m).collect();
     let of_k = norm(&across);
-    let (c_m, c_k) = (dot(&c, &m) / of_m, dot(&c, &across) / of_k);
-    let beta = c_k / of_k;
+    let c_m = dot(&c, &m) / of_m;
+    // a stiffness in proportion to the mass damps as the mass does
+    let is_parallel = of_k <= PARALLEL * norm(&k);
+    let beta = if is_parallel { 0.0 } else { dot(&c, &across) / (of_k * of_k) };
     let alpha = (c_m - beta * along) / of_m;
     let rest: Vec<f64> = (0..n * n).map(|i| c[i] - alpha * m[i] - beta * k[i]).collect();
     let share = norm(&rest) / of_c;

@@ -187,6 +187,10 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             let help = "give mass = \"condensed\": it knows no direction";
             scene.error(Issue::new("contact.mass", e.to_string(), help)).into()
         }
+        ContactError::Moments { .. } => {
+            let help = "give mass = \"condensed\", or refine the mesh near the contact edge";
+            scene.error(Issue::new("contact.mass", e.to_string(), help)).into()
+        }
         ContactError::Fem(FemError::NotPositiveDefinite { .. })
             if choice.1 == MassChoice::Optimal =>
         {

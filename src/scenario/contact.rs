@@ -449,12 +449,18 @@ impl Scene {
         }
         match (c.gap(), &c.gaps) {
             (Some(Field::Constant(_)), None) | (None, Some(_)) => {}
-            _ => {
-                return issue(
-                    "gap",
-                    "give a number gap, or a list gaps, and no expression",
-                    "gap = 1.0",
+            (given, list) => {
+                let count = c.displacements.as_ref().map_or(1, Vec::len);
+                let example = format!(
+                    "gap = 1.0 for all, or gaps = [{}]: one number a contact displacement",
+                    vec!["1.0"; count.min(4)].join(", ") + if count > 4 { ", …" } else { "" }
                 );
+                let message = match (given, list) {
+                    (Some(_), Some(_)) => "stands beside gaps: one of them is enough",
+                    (Some(_), None) => "is an expression, and a body from matrices has no places",
+                    _ => "is missing",
+                };
+                return Err(Issue::new(c.key(0, "gap"), message, example));
             }
         }
         let behind = c.obstacles.first().and_then(|o| o.gap_behind.as_ref());

@@ -19,7 +19,7 @@ pub struct Load {
     edge: Option<Edge>,
     /// Kinds `traction`, `base`: the physical group of a mesh.
     group: Option<String>,
-    /// Kind `point`: where; the load acts on the nearest node.
+    /// Kind `point`: where; the load acts on the nearest node. A place further than half an element from the body is refused.
     #[schemars(extend("examples" = [[1.0, 0.25]]))]
     pub at: Option<Vec<f64>>,
     /// Kind `force`: the row of the matrices, counted from 0; absent: the amplitude has one number a row.
@@ -27,7 +27,7 @@ pub struct Load {
     /// A number for `mode` and for bars, a vector for the other kinds in the plane and in space.
     #[schemars(extend("examples" = [0.1, [0.0, -9.81]]))]
     pub amplitude: Option<Amplitude>,
-    /// In place of the amplitude of a harmonic load of kind `mode`: the peak of the linear resonance of that mode, over the amplitude that grazes the obstacle.
+    /// In place of the amplitude of a harmonic load of kind `mode`: the linear response of that mode at its natural frequency, over the amplitude that grazes the obstacle (the very peak, a little below that frequency, is higher by `1/√(1 − ξ²)`).
     pub peak: Option<f64>,
     /// Circular frequency of `cos(ωt + phase)`; absent: a constant load.
     pub omega: Option<f64>,

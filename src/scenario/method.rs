@@ -118,7 +118,7 @@ pub enum Activation {
 pub enum RedistributedMass {
     /// `A_∅ᵀ M A_∅`: the inertia of the contact points is condensed on the others.
     Condensed,
-    /// Nearest to `M` with all moments up to the second kept; bodies of elements.
+    /// Nearest to `M` with all moments up to the second kept; bodies of elements. Half of a symmetric body is another discretisation under it than the whole.
     Optimal,
 }
 
