@@ -107,7 +107,10 @@ struct Stepper<'a, O: Observer> {
     set: ActiveSet,
     impulse: Vec<f64>,
     force: Vec<f64>,
+    /// Work of the loads on the displacements that are not held.
     external: f64,
+    /// What supports that move had of the energy at the start.
+    carried: f64,
     dissipated: f64,
     ledger: Ledger,
     next_sample: usize,
@@ -128,6 +131,7 @@ pub fn run<O: Observer>(
 ) -> Result<Option<Report>, RunError<O::Error>> {
     let Some(scheme) = Scheme::new(system, options.until)? else { return Ok(None) };
     let mut stepper = Stepper::begin(scheme, initial, options, observer);
+    stepper.carried = stepper.carried_now();
     match resumed {
         None => {
             stepper.ledger = Ledger::new(stepper.energies());
@@ -160,6 +164,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             set: ActiveSet::open(size),
             impulse: vec![0.0; size],
             external: 0.0,
+            carried: 0.0,
             dissipated: 0.0,
             ledger: Ledger::default(),
             next_sample: 1,
@@ -326,13 +331,24 @@ impl<'a, O: Observer> Stepper<'a, O> {
     }
 
     fn energies(&self) -> Energies {
-        let (u, v) = self.full();
+        let ((u, v), t, system) = (self.full(), self.t(), self.scheme.system);
         Energies {
-            kinetic: self.scheme.system.kinetic(&v),
-            elastic: self.scheme.system.elastic(&u),
-            external: self.external,
+            kinetic: system.kinetic(t, &v),
+            elastic: system.elastic(t, &u),
+            external: self.external_work(),
             dissipated: self.dissipated,
         }
+    }
+
+    /// What supports that move have of the energy.
+    fn carried_now(&self) -> f64 {
+        let (u, v) = self.full();
+        self.scheme.system.loads.carried.energy(self.t(), &u, &v)
+    }
+
+    /// Work of all loads, supports that move among them.
+    fn external_work(&self) -> f64 {
+        self.external + self.carried_now() - self.carried
     }
 
     fn sample(&mut self) -> Result<(), RunError<O::Error>> {
@@ -366,6 +382,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
 
     fn report(self, outcome: Outcome) -> Report {
         let (phases, t_end) = (self.log.switches() + 1, self.t());
+        let energy_external = self.external_work();
         let size = self.scheme.system.units.length;
         let rule = match self.scheme.rule {
             Rule::HalfStep => "half a step ahead",
@@ -385,7 +402,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         Report {
             uncertified_phases: phases,
             blows: self.blows,
-            energy_external: self.external,
+            energy_external,
             energy_dissipated: self.dissipated,
             max_penetration: self.penetration,
             gap_error: self.penetration,

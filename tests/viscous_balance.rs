@@ -28,7 +28,7 @@ fn energy(body: &Viscous, fed: &Fed) -> f64 {
     let (q, dq) = fed.solution.q.at(0.0);
     let state = reduction.state(&q, &dq, fed.solution.omega);
     let (u, v) = state.full(&reduction.system).unwrap();
-    reduction.system.elastic(&u) + reduction.system.kinetic(&v)
+    reduction.system.elastic(0.0, &u) + reduction.system.kinetic(0.0, &v)
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn the_forced_series_has_the_numbers_of_the_prototype() {
             let amplitude = s.q.of(1)[0].hypot(s.q.of(2)[0]);
             let (q, dq) = s.q.at(0.0);
             let (u, v) = reduction.state(&q, &dq, 1.7).full(&reduction.system).unwrap();
-            let energy = reduction.system.elastic(&u) + reduction.system.kinetic(&v);
+            let energy = reduction.system.elastic(0.0, &u) + reduction.system.kinetic(0.0, &v);
             found.push((amplitude, energy, s.crossings.len()));
         }
     }

@@ -354,7 +354,7 @@ impl Request<'_> {
     /// A body for shooting, how its orbits close, and the scene's initial state.
     fn shooting(&self) -> Result<(Propagator, Closure, State), CliError> {
         let closure = self.kind()?;
-        let Problem { system, initial } = self.problem.clone();
+        let Problem { system, initial, .. } = self.problem.clone();
         Ok((family::propagator(system)?, closure, initial))
     }
 
@@ -398,7 +398,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let path = arguments.output.path(&scene, "backbone");
     let read: Vec<&Path> = arguments.conservative_from.iter().map(|p| p.as_path()).collect();
     let options = arguments.output.rules(global, &scene, &path, arguments.resume, &read)?;
-    let problem = load::of_scene(&scene)?;
+    let problem = load::warned(&scene, global)?;
     let request = arguments.request(&scene, &problem)?;
     let closure = request.closure()?;
     if let Some(viscosity) = &request.viscosity {

@@ -6,7 +6,14 @@ use signorini::problem::Problem;
 use signorini::scenario::{Issue, Scene};
 use signorini::store;
 
-use super::CliError;
+use super::{CliError, Global};
+
+/// The same, for a command whose answer has no place for warnings: they go to the user at once.
+pub fn warned(scene: &Scene, global: &Global) -> Result<Problem, CliError> {
+    let problem = of_scene(scene)?;
+    problem.notes.warnings.iter().for_each(|w| global.caller.warn(w));
+    Ok(problem)
+}
 
 /// Set up the problem of a scene that is read already.
 pub fn of_scene(scene: &Scene) -> Result<Problem, CliError> {

@@ -244,7 +244,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let path = arguments.output.path(&scene, "response");
     let options = arguments.output.rules(global, &scene, &path, arguments.resume, &[])?;
     let mut request = arguments.request(&scene)?;
-    let problem = load::of_scene(&request.scenes[0].1)?;
+    let problem = load::warned(&request.scenes[0].1, global)?;
     request.check(&scene, &problem)?;
     request.doublings = match request.simple.take() {
         Some(simple) => Some(doublings::of_response(&simple, &request.scenes[0].1, &problem)?),

@@ -182,7 +182,7 @@ fn integrate(
         }
     };
     let wall = begun.elapsed().as_secs_f64();
-    let object = summary::run_json(scene, &problem.system, &report, wall);
+    let object = summary::run_json(scene, (&problem.system, &problem.notes), &report, wall);
     let status = match report.outcome {
         Outcome::EndTime => Status::Complete,
         Outcome::Interrupted { .. } => Status::Interrupted,
@@ -226,7 +226,7 @@ fn answer(
         },
         || {
             let title = super::title(scene);
-            let text = summary::run_text(scene, &problem.system, report, wall);
+            let text = summary::run_text(scene, (&problem.system, &problem.notes), report, wall);
             let plot = format!("signorini plot {}", output.display());
             let from = from.map_or(String::new(), |t| {
                 let t = summary::significant(t, 7);

@@ -169,6 +169,7 @@ impl System {
         loads.harmonics = self.loads.harmonics.iter().map(harmonic).collect();
         let measured = |m: &Measured| Measured { force: reduction.load(&m.force), ..m.clone() };
         loads.measured = self.loads.measured.iter().map(measured).collect();
+        loads.carried = self.loads.carried.reduced(reduction);
         Ok(system)
     }
 
@@ -335,9 +336,20 @@ impl System {
         self.method.directions(&self.body)
     }
 
-    /// Kinetic energy `½ vᵀ M* v` of a full velocity.
-    pub fn kinetic(&self, v: &[f64]) -> f64 {
+    /// Kinetic energy of the body at `t` and a full velocity: `½ vᵀ M* v`, and what supports that move add.
+    pub fn kinetic(&self, t: f64, v: &[f64]) -> f64 {
+        self.kinetic_of_free(v) + self.loads.carried.kinetic(t, v)
+    }
+
+    /// Kinetic energy `½ vᵀ M* v` of a full velocity, supports at rest.
+    pub fn kinetic_of_free(&self, v: &[f64]) -> f64 {
         0.5 * self.method.inertia().quadratic(&self.body, 0..self.n_o(), v)
+    }
+
+    /// Work function of the constant loads and of what moves supports: the energy that these add at `t` ([`crate::fem::Carried`]), as the work of the
+    /// forces on the other displacements is counted apart.
+    pub fn potential(&self, t: f64, u: &[f64], v: &[f64]) -> f64 {
+        self.loads.constant_potential(u) + self.loads.carried.energy(t, u, v)
     }
 
     /// By how much the kinetic energy grows where contact displacements of the velocity `u̇_C` come to have that of `v`: `½ (v − v⁻)ᵀ M* (v + v⁻)`.
@@ -362,13 +374,14 @@ impl System {
         self.method.inertia().mul(&self.body, x, y);
     }
 
-    /// Elastic energy of a full displacement: `½ uᵀ K u`, springs of the obstacle included.
-    pub fn elastic(&self, u: &[f64]) -> f64 {
+    /// Elastic energy of the body at `t` and a full displacement: `½ uᵀ K u`, springs of the obstacle included, and what supports that move add.
+    pub fn elastic(&self, t: f64, u: &[f64]) -> f64 {
         let energy = self.body.tips.as_ref().and_then(|t| t.energy.as_ref());
-        0.5 * match energy {
+        let square = match energy {
             Some(energy) => energy.quadratic(u),
             None => self.kernel.quadratic(&self.body.stiffness, u),
-        }
+        };
+        0.5 * square + self.loads.carried.elastic(t, u)
     }
 
     /// Displacements of the body at the contact points along their normals, of a full displacement: `u_C`, but for tips of springs.

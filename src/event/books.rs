@@ -118,9 +118,9 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn energies(&self) -> Option<Energies> {
         let harmonic = self.layout.work.map_or(0.0, |i| self.y[i]);
         self.near.is_none().then(|| Energies {
-            kinetic: self.system.kinetic(&self.v),
-            elastic: self.system.elastic(&self.u),
-            external: self.system.loads.constant_potential(&self.u) - self.potential_start
+            kinetic: self.system.kinetic(self.t, &self.v),
+            elastic: self.system.elastic(self.t, &self.u),
+            external: self.system.potential(self.t, &self.u, &self.v) - self.potential_start
                 + harmonic,
             dissipated: self.layout.dissipated.map_or(0.0, |i| self.y[i]),
         })

@@ -41,7 +41,8 @@ impl<O: Observer> Run<'_, O> {
         let monitor = self.phase.monitors[root.index];
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
         let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.node).collect();
-        let kinetic = self.system.kinetic(&self.v);
+        // what a blow does to supports that move is work of theirs
+        let kinetic = self.system.kinetic_of_free(&self.v);
         let meeting = match monitor.kind {
             MonitorKind::Pressure => {
                 let resting: Vec<usize> =
@@ -62,7 +63,7 @@ impl<O: Observer> Run<'_, O> {
         self.phases += 1;
         self.begin_phase();
         self.expand();
-        let mut jump = self.system.kinetic(&self.v) - kinetic;
+        let mut jump = self.system.kinetic_of_free(&self.v) - kinetic;
         let energies = self.energies();
         self.ledger.switch(jump, energies.as_ref());
         let mut before = present.clone();

@@ -47,7 +47,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let mut run = self;
         run.begin_phase();
         run.expand();
-        run.potential_start = run.system.loads.constant_potential(&run.u);
+        run.potential_start = run.system.potential(run.t, &run.u, &run.v);
         let energies = run.energies();
         run.ledger = Ledger::new(energies.unwrap_or_default());
         run.store_sample(energies)?;

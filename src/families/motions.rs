@@ -210,7 +210,7 @@ fn along_series<'b>(
         phase.expand_velocity(t, &v_o, &mut v);
         let mut pressure = vec![0.0; system.n_contact()];
         phase.pressures(t, &u_o, &mut pressure);
-        let (kinetic, elastic) = (system.kinetic(&v), system.elastic(&u));
+        let (kinetic, elastic) = (system.kinetic(t, &v), system.elastic(t, &u));
         let energies = Energies { kinetic, elastic, external: 0.0, dissipated: 0.0 };
         let sample = Sample {
             t,

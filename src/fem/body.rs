@@ -291,6 +291,29 @@ impl Body {
         forces
     }
 
+    /// `K w` and `M w` on all nodes (components interleaved), held displacements included, of a nodal field `w`.
+    pub fn products_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
+        let (mesh, dim) = (&self.mesh, self.mesh.dim());
+        let lumped = self.mass.as_diagonal().is_some();
+        let mut products = [vec![0.0; w.len()], vec![0.0; w.len()]];
+        if !self.is_of_elements() {
+            return products;
+        }
+        for (e, matrices) in element_matrices(mesh, self.materials()) {
+            let n = matrices.n;
+            let place = |a: usize| dim * e.nodes[a / dim] + a % dim;
+            if (0..n).all(|b| w[place(b)] == 0.0) {
+                continue;
+            }
+            for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
+                products[0][place(a)] += matrices.stiffness[n * a + b] * w[place(b)];
+                let with = if lumped { a } else { b };
+                products[1][place(a)] += matrices.mass[n * a + b] * w[place(with)];
+            }
+        }
+        products
+    }
+
     /// The elements that have contact nodes.
     fn elements_at_contact(&self) -> impl Iterator<Item = Element<'_>> {
         let touches = |n: &usize| self.dofs.contact.iter().any(|c| c.node == *n);

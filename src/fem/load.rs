@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::body::Body;
+use super::carried::Carried;
 use super::element::Shape;
 use super::spline::Spline;
-use crate::mesh::Point;
 
 /// What a load does in time.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,29 @@ pub enum Course {
     },
     /// A measured history.
     Measured(Arc<Spline>),
+}
+
+impl Course {
+    /// The derivative of this order at a time; one where it stays.
+    pub fn at(&self, t: f64, order: u32) -> f64 {
+        match self {
+            Course::Constant => f64::from(u8::from(order == 0)),
+            Course::Harmonic { omega, phase } => cosine(*omega, *phase, t, order),
+            Course::Measured(history) => history.at(t, order),
+        }
+    }
+}
+
+/// `d^m/dt^m cos(ωt + φ)`
+fn cosine(omega: f64, phase: f64, t: f64, m: u32) -> f64 {
+    let angle = omega * t + phase;
+    let unit = match m % 4 {
+        0 => angle.cos(),
+        1 => -angle.sin(),
+        2 => -angle.cos(),
+        _ => angle.sin(),
+    };
+    omega.powi(m as i32) * unit
 }
 
 /// One harmonic load.
@@ -39,15 +62,7 @@ pub struct Harmonic {
 impl Harmonic {
     /// `d^m/dt^m cos(ωt + φ)`, or its derivative of the order `order`.
     pub fn factor(&self, t: f64, order: u32) -> f64 {
-        let angle = self.omega * t + self.phase;
-        let m = self.derivative + order;
-        let unit = match m % 4 {
-            0 => angle.cos(),
-            1 => -angle.sin(),
-            2 => -angle.cos(),
-            _ => angle.sin(),
-        };
-        self.omega.powi(m as i32) * unit
+        cosine(self.omega, self.phase, t, self.derivative + order)
     }
 
     /// `ω^m`: the force is `ω^m f cos(ωt + ψ)` with the angle `ψ` of [`Harmonic::angle`].
@@ -87,6 +102,8 @@ pub struct Loads {
     pub harmonics: Vec<Harmonic>,
     /// Measured parts.
     pub measured: Vec<Measured>,
+    /// Displacements that move as given, whose forces are among the loads.
+    pub carried: Carried,
 }
 
 impl Loads {
@@ -103,6 +120,7 @@ impl Loads {
     /// Give all harmonic loads one frequency.
     pub fn set_frequency(&mut self, omega: f64) {
         self.harmonics.iter_mut().for_each(|h| h.omega = omega);
+        self.carried.set_frequency(omega);
     }
 
     /// Add a load; without `omega` it is constant, and has no phase.
@@ -197,10 +215,9 @@ pub fn traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
     body.dofs.gather_forces(&nodal)
 }
 
-/// A force at the node nearest to a point.
-pub fn point(body: &Body, at: Point, force: &[f64]) -> Vec<f64> {
+/// A force at a node.
+pub fn point(body: &Body, node: usize, force: &[f64]) -> Vec<f64> {
     let dim = body.mesh.dim();
-    let node = body.mesh.nearest_node(at);
     let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
     nodal[dim * node..dim * (node + 1)].copy_from_slice(force);
     body.dofs.gather_forces(&nodal)

@@ -1,6 +1,7 @@
 //! Finite elements: `M ü + C u̇ + K u = f(t)` for a bar or a plate, sparse (theory §1).
 
 pub mod body;
+pub mod carried;
 pub mod dofs;
 pub mod dynamic;
 pub mod eigen;
@@ -18,6 +19,7 @@ pub mod spline;
 pub mod stress;
 
 pub use body::{Body, Origin, Tips};
+pub use carried::Carried;
 pub use dofs::DofMap;
 pub use dynamic::{DynamicFactor, DynamicStiffness};
 pub use eigen::Modes;

@@ -123,7 +123,7 @@ pub(super) fn point(
     let u = reduction.displacements(s)?;
     let plain = record(reduction, s, &u)?;
     let system = &reduction.system;
-    let energy = system.elastic(&plain.u0) + system.kinetic(&plain.v0);
+    let energy = system.elastic(0.0, &plain.u0) + system.kinetic(0.0, &plain.v0);
     let orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
     let shooter = shooter.map(|body| (body, Closure::Viscous(viscous.pin)));
     confirmed(shooter, (s, &u, Some(fed.alpha)), orbit, kind)

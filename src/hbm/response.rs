@@ -64,7 +64,7 @@ impl Summary {
             phase.expand_displacement(t, &state.u, &mut u);
             phase.expand_velocity(t, &state.v, &mut v);
             if k == 0 || s.q.basis == Basis::Full {
-                energy = energy.max(system.kinetic(&v) + system.elastic(&u));
+                energy = energy.max(system.kinetic(t, &v) + system.elastic(t, &u));
             }
             let moved: Vec<f64> = system.along_normals(&u).iter().map(|u| u.abs()).collect();
             amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));

@@ -290,6 +290,21 @@ impl Mesh {
         self.size().into_iter().fold(0.0, f64::max)
     }
 
+    /// Whether a place is in the body, or less than half an element from it: within the radius `√(d/(2d+2))` of a node, in diameters of an element of that node
+    /// (Jung: no place in an element is further from all of its nodes).
+    pub fn is_near(&self, at: Point) -> bool {
+        let d = self.dim as f64;
+        let radius = (1.0 + 1e-9) * (d / (2.0 * d + 2.0)).sqrt();
+        let away = |n: usize, p: &Point| point::norm(&point::minus(&self.nodes[n], p));
+        let furthest =
+            |p: &Point, e: Element| e.nodes.iter().map(|&n| away(n, p)).fold(0.0, f64::max);
+        self.elements().any(|e| {
+            let least = e.nodes.iter().map(|&n| away(n, &at)).fold(f64::INFINITY, f64::min);
+            let reach = |n: &usize| least <= radius * furthest(&self.nodes[*n], e);
+            e.nodes.iter().any(reach)
+        })
+    }
+
     /// The node nearest to a point.
     pub fn nearest_node(&self, at: Point) -> usize {
         let distance = |p: &Point| (0..3).map(|c| (p[c] - at[c]).powi(2)).sum::<f64>();

@@ -136,7 +136,7 @@ pub fn check(
     let [u, v, _] = candidate.at(n, 0.0);
     let state = State { u, v };
     let (full_u, full_v) = state.full(&body.system)?;
-    let energy = body.system.kinetic(&full_v) + body.system.elastic(&full_u);
+    let energy = body.system.kinetic(0.0, &full_v) + body.system.elastic(0.0, &full_u);
     let z = body.frame(&state);
     let return_error = match integrate(body, &state, period) {
         Ok(passage) => {

@@ -301,7 +301,7 @@ pub fn examine(
     };
     let energy_at_start = || -> Result<f64, OrbitError> {
         let (u, v) = state.full(system)?;
-        Ok(system.elastic(&u) + system.kinetic(&v))
+        Ok(system.elastic(0.0, &u) + system.kinetic(0.0, &v))
     };
     Ok(Orbit {
         closure,

@@ -3,6 +3,7 @@
 use super::body::place;
 use super::modes::OpenModes;
 use super::moving;
+use super::notes::Notes;
 use super::{ProblemError, StoredState};
 use crate::contact::{March, State, System};
 use crate::scenario::{BodyKind, Field, Issue, Scene};
@@ -12,6 +13,7 @@ pub(super) fn initial_state(
     system: &System,
     modes: &OpenModes,
     stored: Option<StoredState>,
+    notes: &mut Notes,
 ) -> Result<State, ProblemError> {
     let s = &scene.initial;
     let n_o = system.n_o();
@@ -98,6 +100,13 @@ pub(super) fn initial_state(
     };
     let u = field("initial.displacement", &s.displacement)?;
     let v = field("initial.velocity", &s.velocity)?;
+    for (key, order, list) in
+        [("initial.displacement", 0, &s.displacement), ("initial.velocity", 1, &s.velocity)]
+    {
+        if let Some(list) = list.as_ref().filter(|_| scene.body.kind != BodyKind::Matrices) {
+            notes.held_field((scene, system), (key, order), list);
+        }
+    }
     if s.displacement.is_some() {
         check_penetration(scene, system, "initial.displacement", &u)?;
     } else if system.impact().is_some() && at_rest.is_none() {

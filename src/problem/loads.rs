@@ -1,17 +1,22 @@
 //! The loads of a scene.
 
 use super::ProblemError;
+use super::body::place;
 use super::modes::{OpenModes, grazing_scale};
 use super::moving;
+use super::notes::{self, Notes, Placed};
 use super::table::history;
 use crate::contact::System;
 use crate::fem::{Course, Loads, load};
-use crate::scenario::{Amplitude, Issue, Load, LoadKind, Scene};
+use crate::mesh::point::{minus, norm};
+use crate::mesh::{Point, bounds};
+use crate::scenario::{Amplitude, BodyKind, Issue, Load, LoadKind, Scene};
 
 pub(super) fn loads(
     scene: &Scene,
     system: &System,
     modes: &OpenModes,
+    notes: &mut Notes,
 ) -> Result<Loads, ProblemError> {
     let body = &system.body;
     let mut loads = Loads::default();
@@ -23,6 +28,7 @@ pub(super) fn loads(
             None => vec![peak_amplitude(scene, i, system, modes)?],
         };
         let course = course(scene, i)?;
+        let mut node = 0;
         let force = match kind {
             LoadKind::Base => {
                 moving::base(scene, system, (i, &vector), &course, &mut loads)?;
@@ -31,8 +37,10 @@ pub(super) fn loads(
             LoadKind::Gravity => system.gravity(&vector),
             LoadKind::Traction => load::traction(body, l.group(), &vector),
             LoadKind::Point => {
-                let at = l.at.as_deref().unwrap_or(&[]);
-                load::point(body, [at[0], at.get(1).copied().unwrap_or(0.0), 0.0], &vector)
+                let placed = placed(scene, system, &format!("load[{i}].at"), l.at.as_deref())?;
+                node = placed.node;
+                notes.places.push(placed);
+                load::point(body, node, &vector)
             }
             LoadKind::Force => on_rows(scene, i, system, &vector)?,
             LoadKind::Mode => {
@@ -52,10 +60,42 @@ pub(super) fn loads(
             let help = "let it act elsewhere, or give method = \"nbm\" with the stress of the displacement field";
             return Err(scene.error(Issue::new(format!("load[{i}].table"), message, help)).into());
         }
+        let of = |a: &[f64]| notes::of_components(system, (*kind, l.group(), node), a);
+        if scene.body.kind != BodyKind::Matrices && of(&vector).is_some() {
+            notes.held_load((i, *kind), (&vector, &force), |a| of(a).unwrap_or_default());
+        }
         loads.follow(force, 0, &course);
     }
     moving::obstacle(scene, system, &mut loads)?;
     Ok(loads)
+}
+
+/// The node that a place names: none is far from the body.
+fn placed(
+    scene: &Scene,
+    system: &System,
+    key: &str,
+    at: Option<&[f64]>,
+) -> Result<Placed, ProblemError> {
+    let (mesh, dim) = (&system.body.mesh, scene.dim().max(1));
+    let mut wanted = Point::default();
+    at.unwrap_or(&[]).iter().zip(&mut wanted).for_each(|(x, w)| *w = *x);
+    let node = mesh.nearest_node(wanted);
+    let found = mesh.nodes()[node];
+    let distance = norm(&minus(&found, &wanted));
+    if !mesh.is_near(wanted) {
+        let message = format!(
+            "{} is outside the body: {distance:.6e} from the nearest node {}, more than half an element",
+            place(wanted, dim),
+            place(found, dim)
+        );
+        let [low, high] = bounds(mesh.nodes());
+        let of = |c: usize| format!("{} from {} to {}", ["x", "y", "z"][c], low[c], high[c]);
+        let ranges: Vec<String> = (0..dim).map(of).collect();
+        let help = format!("give a place in the body: {}", ranges.join(", "));
+        return Err(scene.error(Issue::new(key, message, help)).into());
+    }
+    Ok(Placed { key: key.to_owned(), wanted: wanted[..dim].to_vec(), node, found, distance })
 }
 
 /// Forces on the rows of given matrices.
@@ -98,7 +138,7 @@ fn course(scene: &Scene, i: usize) -> Result<Course, ProblemError> {
     })
 }
 
-/// The amplitude `F` of a load `F M A*φ cos ωt` whose linear resonance peak `F / (2ξω²)` is `peak` times the modal amplitude that
+/// The amplitude `F` of a load `F M A*φ cos ωt` whose linear response at `ω`, `F / (2ξω²)`, is `peak` times the modal amplitude that
 /// grazes the obstacle.
 pub(super) fn peak_amplitude(
     scene: &Scene,

@@ -11,6 +11,7 @@ mod initial;
 mod loads;
 mod modes;
 mod moving;
+mod notes;
 mod reduction;
 mod rigid;
 mod springs;
@@ -35,6 +36,7 @@ use given::{given_body, given_gaps_behind};
 use initial::initial_state;
 use loads::loads;
 use modes::OpenModes;
+pub use notes::{Notes, Placed};
 
 /// Why a problem cannot be set up.
 #[derive(Debug, Error)]
@@ -57,6 +59,8 @@ pub struct Problem {
     pub system: System,
     /// State at `t = 0`.
     pub initial: State,
+    /// What there is to say of them.
+    pub notes: Notes,
 }
 
 /// Nodal fields `(displacement, velocity)` read from a file, components interleaved.
@@ -216,14 +220,15 @@ impl Problem {
         if let Some(name) = &scene.body.damping_matrix {
             system.damping = Some(rayleigh_of(scene, &system, name)?);
         }
-        *system.loads_mut() = loads(scene, &system, &modes)?;
-        let mut initial = initial_state(scene, &system, &modes, stored)?;
+        let mut notes = Notes::default();
+        *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
+        let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;
         if let Some([u, v]) = moving::frame(scene, &system) {
             initial.u.iter_mut().zip(&u).for_each(|(x, u)| *x -= u);
             initial.v.iter_mut().zip(&v).for_each(|(x, v)| *x -= v);
         }
         check_flow(scene, &system)?;
-        let problem = Problem { system, initial };
+        let problem = Problem { system, initial, notes };
         problem.check_rigid_motion(scene)?;
         reduction::reduced(scene, problem)
     }

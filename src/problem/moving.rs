@@ -70,6 +70,7 @@ pub(super) fn base(
     }
     let forces = body.forces_of_field(&field);
     follow(system, &forces, -1.0, course, loads);
+    loads.carried.push(body, field, forces, course);
     Ok(())
 }
 
@@ -129,17 +130,43 @@ pub(super) fn obstacle(
         return Err(scene.error(Issue::new("contact.motion", message, help)).into());
     }
     let course = Course::Harmonic { omega: motion.omega, phase: motion.phase };
-    let scaled = |x: Vec<f64>| x.into_iter().map(|x| motion.amplitude * x).collect::<Vec<f64>>();
+    let times = |by: f64| move |x: Vec<f64>| x.into_iter().map(|x| by * x).collect::<Vec<f64>>();
     // supports that stay where they are move by −n m in this frame
-    let forces = body.forces_of_field(&field).map(scaled);
+    let forces = body.forces_of_field(&field).map(times(motion.amplitude));
     follow(system, &forces, 1.0, &course, loads);
+    if field.iter().any(|w| *w != 0.0) {
+        let field = times(-motion.amplitude)(field);
+        loads.carried.push(body, field, forces.map(times(-1.0)), &course);
+    }
     // the inertia of the frame, on the mass of the method
-    let inertia = scaled(system.gravity(&direction[..body.mesh.dim()]));
+    let inertia = times(motion.amplitude)(system.gravity(&direction[..body.mesh.dim()]));
     let alpha = system.damping.map_or(0.0, |d| d.alpha);
     let of = |x: f64| inertia.iter().map(|f| -x * f).collect();
     loads.follow(of(1.0), 2, &course);
     loads.follow(of(alpha), 1, &course);
     Ok(())
+}
+
+/// The nodal field that supports hold at `t = 0`, or its rate, in the frame at rest.
+pub(super) fn held(scene: &Scene, system: &System, order: usize) -> Vec<f64> {
+    let (mesh, carried) = (&system.body.mesh, &system.loads.carried);
+    let mut field = vec![0.0; mesh.dim() * mesh.n_nodes()];
+    carried.add_field(0.0, order as u32, &mut field);
+    // those that stay where they are move in the obstacle's frame
+    let motion = scene.contact.as_ref().and_then(|c| c.motion);
+    if let Some((motion, direction)) = motion.zip(direction(system)) {
+        let course = Course::Harmonic { omega: motion.omega, phase: motion.phase };
+        let m = motion.amplitude * course.at(0.0, order as u32);
+        let unit = along(system, direction, true);
+        for (w, u) in field.iter_mut().zip(&unit) {
+            *w += m * u;
+            // what is left of two equal ones is rounding
+            if w.abs() <= 1e-12 * (m * u).abs() {
+                *w = 0.0;
+            }
+        }
+    }
+    field
 }
 
 /// What a state of the scene is, seen from the obstacle: displacements and velocities along the normal to take away at `t = 0`.

@@ -10,7 +10,7 @@ use crate::scenario::{Issue, RedistributedMass, Scene};
 /// The problem as the scene's `[reduction]` has it.
 pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, ProblemError> {
     let Some(asked) = &scene.reduction else { return Ok(problem) };
-    let Problem { system, initial } = problem;
+    let Problem { system, initial, mut notes } = problem;
     if scene.contact.as_ref().is_some_and(|c| c.mass == Some(RedistributedMass::Optimal)) {
         let message = "is spread over the whole body, and [reduction] keeps modes of it only";
         let help = "give mass = \"condensed\", or leave [reduction] out";
@@ -32,7 +32,8 @@ pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, Proble
         other => ProblemError::Fem(other),
     })?;
     let reduction = Arc::new(reduction);
+    notes.cut_off(&system.body, &reduction, [&initial.u, &initial.v]);
     let project = |x: &[f64]| reduction.project(x);
     let initial = State { u: project(&initial.u), v: project(&initial.v) };
-    Ok(Problem { system: system.reduced(&reduction)?, initial })
+    Ok(Problem { system: system.reduced(&reduction)?, initial, notes })
 }

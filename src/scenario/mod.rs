@@ -157,6 +157,12 @@ impl Scene {
         tables.map(|t| t.to_string()).map_err(|e| error::from_toml(&e, &file, &self.source.text))
     }
 
+    /// Whether a key of a table stands in its text.
+    pub fn gives(&self, table: &str, key: &str) -> bool {
+        let tables: Result<serde_json::Value, _> = toml::from_str(&self.source.text);
+        tables.is_ok_and(|t| !t[table][key].is_null())
+    }
+
     /// Its title, or where it has none its stem.
     pub fn name(&self) -> String {
         if self.title.is_empty() { self.stem() } else { self.title.clone() }

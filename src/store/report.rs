@@ -1,4 +1,4 @@
-//! `/report`: what a command said of its result, beside the tables: numbers and words as attributes, rows of numbers as datasets, objects as groups.
+//! `/report`: what a command said of its result, beside the tables: numbers and words (a line each) as attributes, rows of numbers as datasets, objects as groups.
 //! What is absent was null.
 
 use hdf5::Group;
@@ -33,6 +33,11 @@ fn write_object(g: &Group, object: &Value) -> Result<(), StoreError> {
             },
             Value::String(text) => write_text(g, name, text)?,
             Value::Array(list) => {
+                let words: Option<Vec<&str>> = list.iter().map(Value::as_str).collect();
+                if let Some(words) = words.filter(|w| !w.is_empty()) {
+                    write_text(g, name, &words.join("\n"))?;
+                    continue;
+                }
                 let numbers: Option<Vec<f64>> = list.iter().map(Value::as_f64).collect();
                 if let Some(numbers) = numbers.filter(|n| !n.is_empty()) {
                     g.new_dataset_builder().with_data(&numbers).create(name.as_str())?;

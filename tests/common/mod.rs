@@ -341,5 +341,5 @@ pub fn half_plate_with(contact: &str) -> Problem {
     let moved =
         |x: &[f64]| system.body.dofs.gather(&paper.body.dofs.scatter(x))[..system.n_o()].to_vec();
     let initial = State { u: moved(&u), v: moved(&v) };
-    Problem { system, initial }
+    Problem { system, initial, notes: Default::default() }
 }

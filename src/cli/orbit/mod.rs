@@ -16,7 +16,7 @@ use signorini::families::single::search;
 use signorini::families::start;
 use signorini::orbit::search::Verdict;
 use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
-use signorini::problem::Problem;
+use signorini::problem::{Notes, Problem};
 use signorini::records::Status;
 use signorini::report::summary;
 use signorini::scenario::Scene;
@@ -194,7 +194,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let scene = global.scene(&arguments.scene)?;
     let path = arguments.output.path(&scene, "orbit");
     let options = arguments.rules(global, &scene, &path)?;
-    let mut problem = load::of_scene(&scene)?;
+    let mut problem = load::warned(&scene, global)?;
     let (mut closure, omega) = arguments.target(&scene, &mut problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.system)?;
@@ -277,7 +277,7 @@ fn write(
         }
     };
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
-    let mut said = summary::run_json(scene, &body.system, &report, 0.0);
+    let mut said = summary::run_json(scene, (&body.system, &Notes::default()), &report, 0.0);
     for (name, value) in object.as_object().into_iter().flatten() {
         // the state stands in /orbit, with all displacements along the axes
         if name != "u0" && name != "v0" {

@@ -2,14 +2,20 @@
 
 use serde_json::{Value, json};
 
-use super::{energy_warning, mass_ratio};
+use super::{energy_warning, mass_ratio, warnings};
 use crate::contact::System;
 use crate::event::Report;
 use crate::mesh::slender::stiff_in_bending;
+use crate::problem::Notes;
 use crate::scenario::Scene;
 
 /// The JSON object of `run`; the keys are part of the product's public face.
-pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> Value {
+pub fn run_json(
+    scene: &Scene,
+    (system, notes): (&System, &Notes),
+    report: &Report,
+    wall_s: f64,
+) -> Value {
     let switches: Vec<Value> = report
         .switches
         .iter()
@@ -25,7 +31,15 @@ pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         .iter()
         .map(|g| json!({"t": g.t, "node": g.node, "distance": g.distance, "kind": g.kind.name()}))
         .collect();
-    json!({
+    let places: Vec<Value> = notes
+        .places
+        .iter()
+        .map(|p| {
+            let found = &p.found[..p.wanted.len()];
+            json!({"key": p.key, "place": p.wanted, "node": p.node, "at": found, "distance": p.distance})
+        })
+        .collect();
+    let mut said = json!({
         "title": scene.title,
         "status": if report.outcome.is_complete() { "complete" } else { "failed" },
         "verdict": report.outcome.to_string(),
@@ -69,5 +83,8 @@ pub fn run_json(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         },
         "damping": system.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
         "wall_s": wall_s,
-    })
+    });
+    said["warnings"] = warnings(scene, notes, report).into();
+    said["places"] = places.into();
+    said
 }

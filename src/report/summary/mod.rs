@@ -6,6 +6,8 @@ mod text;
 
 use crate::contact::System;
 use crate::event::Report;
+use crate::problem::Notes;
+use crate::scenario::Scene;
 
 pub use json::run_json;
 pub use text::run_text;
@@ -46,6 +48,19 @@ fn energy_warning(report: &Report) -> Option<String> {
             significant(brought, 3)
         )
     })
+}
+
+/// What of the scene has no effect, or another one than its words.
+fn warnings(scene: &Scene, notes: &Notes, report: &Report) -> Vec<String> {
+    let mut warnings = notes.warnings.clone();
+    // tolerances are those of Runge–Kutta methods
+    if report.counters.rhs_evaluations == 0 {
+        let given = ["rtol", "atol"].into_iter().filter(|key| scene.gives("run", key));
+        warnings.extend(given.map(|key| {
+            format!("run.{key} has no effect: no Runge–Kutta method took part, and the others have no tolerance")
+        }));
+    }
+    warnings
 }
 
 /// Relative drift of the energy inside a phase that is warned about.

@@ -4,17 +4,23 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::promises::{certificate, promises};
-use super::{energy_warning, mass_ratio, plural, significant};
+use super::{energy_warning, mass_ratio, plural, significant, warnings};
 use crate::contact::lcp::PMatrix;
 use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
 use crate::fem::Facing;
 use crate::mesh::ElementKind;
 use crate::mesh::slender::stiff_in_bending;
+use crate::problem::Notes;
 use crate::scenario::{BodyKind, Scene, State};
 
 /// The summary of a run in words.
-pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) -> String {
+pub fn run_text(
+    scene: &Scene,
+    (system, notes): (&System, &Notes),
+    report: &Report,
+    wall_s: f64,
+) -> String {
     let given = scene.body.kind == BodyKind::Matrices;
     let mut out = Lines::default();
     body(&mut out, scene, system, given);
@@ -22,6 +28,7 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         out.line("WARNING", stiff.to_string());
     }
     damping(&mut out, system);
+    places(&mut out, notes);
     if system.n_contact() > 0 {
         contact(&mut out, system, given);
         on_mesh(&mut out, scene, system);
@@ -33,6 +40,7 @@ pub fn run_text(scene: &Scene, system: &System, report: &Report, wall_s: f64) ->
         search(&mut out, system, report);
     }
     energy(&mut out, system, report);
+    warnings(scene, notes, report).into_iter().for_each(|w| out.line("warning", w));
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
     out.0
@@ -99,6 +107,22 @@ fn damping(out: &mut Lines, system: &System) {
     let terms = terms.iter().filter(|(c, _)| *c != 0.0);
     let terms: Vec<_> = terms.map(|(c, m)| format!("{} {m}", significant(*c, 7))).collect();
     out.line("damping", format!("C = {}", terms.join(" + ")));
+}
+
+/// Which nodes places in the scene name.
+fn places(out: &mut Lines, notes: &Notes) {
+    for p in &notes.places {
+        let place = |x: &[f64]| {
+            let x: Vec<String> = x.iter().map(|x| significant(*x, 7)).collect();
+            format!("({})", x.join(", "))
+        };
+        let found = place(&p.found[..p.wanted.len()]);
+        let away = match p.distance {
+            0.0 => format!("there at {found}"),
+            d => format!("nearest to {}: at {found}, {} away", place(&p.wanted), significant(d, 3)),
+        };
+        out.line("place", format!("{}: node {}, {away}", p.key, p.node));
+    }
 }
 
 /// The contact problem, and the method with its promises.
@@ -242,7 +266,11 @@ fn energy(out: &mut Lines, system: &System, report: &Report) {
         out.line("", format!("{sign}{} {what}", significant(x, 7)));
     };
     if !system.loads.is_none() {
-        part(report.energy_external, "by the work of the loads");
+        let what = match system.loads.carried.is_empty() {
+            true => "by the work of the loads",
+            false => "by the work of the loads and of the supports that move",
+        };
+        part(report.energy_external, what);
     }
     if system.damping.is_some() {
         part(-report.energy_dissipated, "by damping");
