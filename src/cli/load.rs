@@ -8,7 +8,7 @@ use signorini::store;
 
 use super::{CliError, Global};
 
-/// The same, for a command whose answer has no place for warnings: they go to the user at once.
+/// The problem of a scene, for a command whose answer has no place for warnings: they go to the user at once.
 pub fn warned(scene: &Scene, global: &Global) -> Result<Problem, CliError> {
     let problem = of_scene(scene)?;
     problem.notes.warnings.iter().for_each(|w| global.caller.warn(w));

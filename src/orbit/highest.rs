@@ -86,7 +86,7 @@ fn energy(body: &Propagator, walk: &Walk, chain: &Chain, t: f64) -> f64 {
     let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
     phase.expand_displacement(t, &u_o, &mut u);
     phase.expand_velocity(t, &v_o, &mut v);
-    system.elastic(&u) + system.kinetic(&v)
+    system.elastic(t, &u) + system.kinetic(t, &v)
 }
 
 /// The largest value of a function with one maximum in a bracket, by golden section.
