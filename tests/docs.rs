@@ -201,6 +201,30 @@ fn the_theory_that_the_code_cites_is_there() {
     assert!(numbers.is_empty(), "equations without a number: {numbers:?}");
 }
 
+/// Each hypothesis of the theorem of theory §12 is named by a line of code that stands for it, and no line names one that is not there.
+#[test]
+fn every_hypothesis_of_the_certificate_stands_in_the_code() {
+    fn texts(folder: &Path, found: &mut String) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                texts(&path, found);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                found.push_str(&std::fs::read_to_string(path).unwrap());
+            }
+        }
+    }
+    let number = |text: &str| text.chars().take_while(char::is_ascii_digit).collect::<String>();
+    let page = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
+    let section = page.split("\n## 12. ").nth(1).unwrap();
+    let stated: BTreeSet<String> = section.split("\n- **H").skip(1).map(number).collect();
+    let mut code = String::new();
+    texts(&root().join("src"), &mut code);
+    let cited: BTreeSet<String> = code.split("theory §12, H").skip(1).map(number).collect();
+    assert_eq!(stated, cited);
+    assert!(stated.len() >= 7, "{stated:?}");
+}
+
 /// The reader for MATLAB reads a run and a family in Octave, where there is one.
 #[test]
 fn the_matlab_reader_reads_in_octave() {

@@ -180,6 +180,55 @@ fn exact_flows_pass_through_held_phases() {
     assert!(left >= 5, "{left}");
 }
 
+/// A state with `p_i = w_i = 0`, `ṗ_i = ẇ_i = 0` at every contact node.
+fn all_grazing(system: &System, seed: u64) -> State {
+    let (n, n_c) = (system.n_o(), system.n_contact());
+    let c = system.conditions();
+    let rows = nalgebra::DMatrix::<f64>::from_fn(n_c, n, |i, j| {
+        c.n_o.row(i).filter(|r| r.0 == j).map(|r| r.1).sum()
+    });
+    let gram = (&rows * rows.transpose()).try_inverse().unwrap();
+    let onto = |x: Vec<f64>, constant: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let mut x = nalgebra::DVector::from_vec(x);
+        for _ in 0..3 {
+            let q = nalgebra::DVector::from_fn(n_c, |i, _| {
+                c.n_o.row_dot(i, x.as_slice()) + constant(i)
+            });
+            x -= rows.transpose() * (&gram * q);
+        }
+        x.as_slice().to_vec()
+    };
+    let of_gap = |i: usize| c.n_c[(i, i)] * c.gap[i];
+    State { u: onto(random(n, 2 * seed), &of_gap), v: onto(random(n, 2 * seed + 1), &|_| 0.0) }
+}
+
+/// More grazing nodes than sets can be tried for: the iteration over them says that it did not try all, and a node that it changes without end is held, where
+/// once the run ended.
+#[test]
+fn many_grazing_nodes_are_decided_or_held() {
+    let text = PLATE.replace("elements = [4, 2]", "elements = [4, 10]");
+    let problem = problem(&text);
+    let system = &problem.system;
+    assert!(system.n_contact() > 10);
+    let (mut held, mut untried, mut ended) = (0, 0, 0);
+    for seed in 0..300 {
+        let state = all_grazing(system, seed);
+        let options = Options { until: 1e-7, samples: 1, switch_limit: 1e6 };
+        let tolerances = Tolerances { rtol: 1e-11, atol: 1e-13 };
+        let mut flow = by_name(Integrator::Dop853, system, tolerances);
+        let mut seen = Collector::default();
+        let report = event::run(system, &state, &options, flow.as_mut(), &mut seen).unwrap();
+        let first = report.grazings.iter().filter(|g| g.t == 0.0);
+        let kinds: Vec<GrazingKind> = first.map(|g| g.kind).collect();
+        held += usize::from(kinds.contains(&GrazingKind::Held));
+        untried += usize::from(kinds.contains(&GrazingKind::Untried));
+        ended += usize::from(!report.outcome.is_complete());
+        assert!(!kinds.contains(&GrazingKind::Ambiguous), "{kinds:?}");
+    }
+    println!("{held} held, {untried} decided among many, {ended} ended");
+    assert!(held > 0 && untried > 0, "{held} {untried} {ended}");
+}
+
 /// Rest on the surface under no force is an equilibrium: nothing happens, and nothing loops.
 #[test]
 fn rest_on_the_surface_stays_at_rest() {

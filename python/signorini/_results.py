@@ -151,7 +151,9 @@ class Run(Result):
         t_end, phases, energy_start, energy_end, energy_jumps, energy_external, energy_dissipated: as they say.
         energy_drift: largest relative drift of the energy inside phases; ``energy_drift_total`` with the jumps.
         max_penetration, max_tension: largest violation of the contact conditions (length, stress).
-        certified: whether every switch was proved to be the next one.
+        certified: whether the run reached its end and every switch was proved to be the next one (docs/theory.md, section 12).
+        certified_until: the time up to which that is proved, or None; state_error: how far gaps and pressures may have been
+            from those of the equations at the end of a phase, over their sizes.
         verdict: how the run ended, in words; ``status`` says it too.
         method: group with ``name``, ``conserves_energy``, ``mass_ratio``, ...
         final: group with ``u``, ``v`` [n_o] at ``t_end``, in the order of u_O.
@@ -179,6 +181,8 @@ class Run(Result):
     max_tension: float
     violation: float
     certified: bool
+    certified_until: float | None
+    state_error: float
     uncertified_phases: int
     undecided_tangencies: int
     missed_switches: int

@@ -33,7 +33,7 @@ pub use nbm::{MassChoice, Stress};
 pub use phase::{Monitor, MonitorKind, Phase, Scratch};
 pub use recurrence::{Recurrence, Step};
 pub use springs::{Law, SpringPoint, at_displacements, on_sides};
-pub use system::{Constraint, Contacts, Rayleigh, State, System, Units};
+pub use system::{Constraint, Contacts, OMITTED_INERTIA, Rayleigh, State, System, Units};
 
 use crate::fem::FemError;
 use thiserror::Error;

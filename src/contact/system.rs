@@ -63,6 +63,10 @@ pub struct Units {
     pub highest: f64,
 }
 
+/// Why no energy balance closes where [`System::omits_inertia`], and what to do.
+pub const OMITTED_INERTIA: &str = "a load that moves in time acts on a contact displacement, and with nodal reactions the paper's mass leaves out the inertia \
+                                   of what it does to it: inertia = \"constant\" or method = \"mass-redistribution\" has none";
+
 /// A body in contact. A clone shares its matrices.
 #[derive(Debug, Clone)]
 pub struct System {
@@ -231,6 +235,18 @@ impl System {
     /// `p_f(t)` of the complementarity problem: see [`Conditions`].
     pub fn load_pressure(&self, t: f64) -> Option<Vec<f64>> {
         self.method.conditions().load_pressure(&self.loads, t, 0)
+    }
+
+    /// Whether a load that moves in time acts on contact displacements which follow the others without inertia (nodal reactions, the paper's mass): the
+    /// inertia of what it does to them is left out, and no balance of energy closes.
+    pub fn omits_inertia(&self) -> bool {
+        let Promise { is_strong, yields, conserves_energy, .. } = self.promise();
+        let n_o = self.n_o();
+        let loads = &self.loads;
+        let mut forces =
+            loads.harmonics.iter().map(|h| &h.force).chain(loads.measured.iter().map(|m| &m.force));
+        let follows = !is_strong && !yields && !conserves_energy && self.impact().is_none();
+        follows && forces.any(|f| f[n_o..].iter().any(|f| *f != 0.0))
     }
 
     /// Gaps of all contact points.

@@ -165,7 +165,8 @@ impl<O: Observer> Run<'_, O> {
         contacts.iter().map(|&i| self.system.constraints[i].node).collect()
     }
 
-    pub(super) fn report(self, outcome: Outcome) -> Report {
+    pub(super) fn report(mut self, outcome: Outcome) -> Report {
+        self.note_deviation();
         let energies = self.energies().unwrap_or_default();
         let (log, switches, grazings) = self.log.into_lists();
         Report {
@@ -181,6 +182,7 @@ impl<O: Observer> Run<'_, O> {
             undecided: self.undecided,
             flow_note: self.flow.note(),
             loosened: self.loosened,
+            state_error: self.state_error,
             missed: self.missed,
             energy_start: self.ledger.start(),
             energy_end: self.ledger.end(),

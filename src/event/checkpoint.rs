@@ -25,8 +25,9 @@ pub struct Checkpoint {
     /// The ledger.
     pub ledger: [f64; 8],
     /// Largest displacement, potential of the loads at the start, time of the last stored state, largest gap error and tension, largest
-    /// relative violation, largest penetration of an obstacle that yields, impulses of blows, largest velocity at a switch of an impact law.
-    pub extremes: [f64; 9],
+    /// relative violation, largest penetration of an obstacle that yields, impulses of blows, largest velocity at a switch of an impact law, error of
+    /// the states.
+    pub extremes: [f64; 10],
     /// Next sample, phases, missed, uncertified, undecided, loosened.
     pub counts: [usize; 6],
     /// What the flow has learnt.
@@ -53,7 +54,7 @@ impl Checkpoint {
             armed: vec![true; active.flags().len()],
             recent: vec![],
             ledger: ledger.numbers(),
-            extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0, blows, 0.0],
+            extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0, blows, 0.0, 0.0],
             counts: [next_sample, 0, 0, 0, 0, 0],
             flow: vec![],
             rows: [stored, switches, 0],

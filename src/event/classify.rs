@@ -8,6 +8,7 @@
 
 use thiserror::Error;
 
+use super::held::is_weight;
 use crate::contact::lcp::UNITS;
 use crate::contact::{ActiveSet, ContactError, Degenerate, Phase, Scratch, Selection, System};
 
@@ -33,8 +34,8 @@ pub struct Decision {
     pub order: Order,
     /// Nodes decided by accelerations.
     pub grazing: Vec<usize>,
-    /// More than one continuation was admissible.
-    pub ambiguous: bool,
+    /// Whether more than one continuation was admissible; none where not all were tried.
+    pub ambiguous: Option<bool>,
 }
 
 /// No rule applies.
@@ -79,8 +80,13 @@ impl Surface<'_> {
         degenerate: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
-        let decision =
-            |set, order| Decision { set, held: vec![], order, grazing: vec![], ambiguous: false };
+        let decision = |set, order| Decision {
+            set,
+            held: vec![],
+            order,
+            grazing: vec![],
+            ambiguous: Some(false),
+        };
         if degenerate.is_empty() {
             return Ok(decision(present.clone(), Order::Displacement));
         }
@@ -134,7 +140,8 @@ impl Surface<'_> {
         let Selection { mut set, degenerate } = self.system.select_rates(at)?;
         degenerate.iter().for_each(|&i| set.set(i, base.is_active(i)));
         let grazing = points.to_vec();
-        Ok(Decision { set, held: vec![], order: Order::Acceleration, grazing, ambiguous: false })
+        let order = Order::Acceleration;
+        Ok(Decision { set, held: vec![], order, grazing, ambiguous: Some(false) })
     }
 
     /// Second derivatives of the monitors of `nodes` in a phase, over their rounding error.
@@ -169,7 +176,7 @@ impl Surface<'_> {
             ambiguous,
         };
         if nodes.len() > ENUMERATION_LIMIT {
-            return self.by_iteration(base, nodes, scratch).map(|set| decision(set, false));
+            return self.by_iteration(base, nodes, scratch);
         }
         let mut best: Option<(usize, ActiveSet)> = None;
         let mut strict = 0;
@@ -187,26 +194,55 @@ impl Surface<'_> {
             }
         }
         match best {
-            Some((_, set)) => Ok(decision(set, strict > 1)),
+            Some((_, set)) => Ok(decision(set, Some(strict > 1))),
             None => self.held(base, nodes, scratch),
         }
     }
 
-    /// Many nodes at once: change all inadmissible ones together until none is left.
+    /// Many nodes at once: change all inadmissible ones together, then one by one, until none is left. What changes again and again is attracted from both
+    /// sides: it is held, and let go where its weight leaves `[0, 1]`. Whether there are other solutions is not asked.
     fn by_iteration(
         &self,
         base: &ActiveSet,
         nodes: &[usize],
         scratch: &mut Scratch,
-    ) -> Result<ActiveSet, ClassifyError> {
-        let mut set = base.clone();
-        for round in 0..4 * nodes.len() {
-            let curvature = self.curvatures(&self.system.phase(&set), nodes, scratch);
+    ) -> Result<Decision, ClassifyError> {
+        /// Rounds in which all change together.
+        const TOGETHER: usize = 4;
+        /// Changes one by one after which a node is held.
+        const RESTLESS: usize = 2;
+        let (mut set, mut held) = (base.clone(), vec![]);
+        let mut changes = vec![0; self.system.n_contact()];
+        for round in 0..8 * nodes.len() {
+            let phase = self.system.held_phase(&set, &held);
+            let free: Vec<usize> = nodes.iter().copied().filter(|i| !held.contains(i)).collect();
+            let curvature = self.curvatures(&phase, &free, scratch);
             let wrong: Vec<usize> =
-                nodes.iter().zip(&curvature).filter(|(_, c)| **c < -1.0).map(|(&i, _)| i).collect();
-            let Some(&first) = wrong.first() else { return Ok(set) };
-            let change = if round < 4 { &wrong[..] } else { &[first][..] };
-            change.iter().for_each(|&i| set.set(i, !set.is_active(i)));
+                free.iter().zip(&curvature).filter(|(_, c)| **c < -1.0).map(|(&i, _)| i).collect();
+            let Some(&first) = wrong.first() else {
+                let theta = match held.is_empty() {
+                    true => vec![],
+                    false => phase.held_theta(self.t, self.u_o, self.v_o, scratch),
+                };
+                let Some(k) = theta.iter().position(|t| !is_weight(*t)) else {
+                    let (order, grazing) = (Order::Acceleration, nodes.to_vec());
+                    return Ok(Decision { set, held, order, grazing, ambiguous: None });
+                };
+                // one is free, zero in contact
+                let released = held.remove(k);
+                set.set(released, theta[k] < 0.5);
+                changes[released] = 0;
+                continue;
+            };
+            let change = if round < TOGETHER { &wrong[..] } else { &[first][..] };
+            for &i in change {
+                set.set(i, !set.is_active(i));
+                changes[i] += usize::from(round >= TOGETHER);
+                if changes[i] > RESTLESS {
+                    set.set(i, true);
+                    held.push(i);
+                }
+            }
         }
         Err(ClassifyError::Unresolved { t: self.t, nodes: nodes.to_vec() })
     }

@@ -1,4 +1,4 @@
-//! The first switch in a window: proved, not sampled.
+//! The first switch in a window: proved, not sampled (theory §12, H5).
 //!
 //! Each monitor comes as an enclosure between two polynomials in Bernstein form. An interval is *proved* free of a crossing
 //! (lower bound positive), or *proved* to hold one (monotone, signs differ), or halved; what stays undecided at the

@@ -6,6 +6,13 @@ use super::{ActiveSet, MonitorKind, Observer, Root, Run, Scratch};
 
 /// Up to this many nodes all combinations of held nodes are tried.
 const HELD_LIMIT: usize = 5;
+/// Rounding errors of the weight of a held node.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether a number is the weight of a node on the surface, to rounding.
+pub(super) fn is_weight(theta: f64) -> bool {
+    (-ROUNDING..=1.0 + ROUNDING).contains(&theta)
+}
 
 impl Surface<'_> {
     /// Neither side can be entered: hold as few nodes as possible on the surface.
@@ -34,7 +41,7 @@ impl Surface<'_> {
             }
             let phase = self.system.held_phase(&set, &held);
             let theta = phase.held_theta(self.t, self.u_o, self.v_o, scratch);
-            let inside = theta.iter().all(|t| (0.0..=1.0).contains(t));
+            let inside = theta.iter().all(|t| is_weight(*t));
             if inside && self.curvatures(&phase, &others, scratch).iter().all(|&c| c >= -1.0) {
                 let grazing = nodes.to_vec();
                 return Ok(Decision {
@@ -42,7 +49,7 @@ impl Surface<'_> {
                     held,
                     order: Order::Acceleration,
                     grazing,
-                    ambiguous: false,
+                    ambiguous: Some(false),
                 });
             }
         }
@@ -62,6 +69,17 @@ impl<O: Observer> Run<'_, O> {
         let held = self.phase.held.iter().copied().filter(|&i| i != monitor.node).collect();
         let order = Order::Acceleration;
         let set = base.with(monitor.node, active);
-        Some(Decision { set, held, order, grazing: vec![], ambiguous: false })
+        Some(Decision { set, held, order, grazing: vec![], ambiguous: Some(false) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_weight;
+
+    #[test]
+    fn weights_are_known_to_rounding() {
+        assert!([-1e-14, 0.0, 0.3, 1.0, 1.0 + 1e-14].into_iter().all(is_weight));
+        assert!(![-1e-9, 1.0 + 1e-9, f64::NAN].into_iter().any(is_weight));
     }
 }

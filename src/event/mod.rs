@@ -125,6 +125,8 @@ struct Run<'a, O: Observer> {
     uncertified: usize,
     undecided: usize,
     loosened: usize,
+    /// How far monitors may have been from those of the equations at the end of a phase, over their sizes.
+    state_error: f64,
     gap_error: f64,
     entered: f64,
     /// Impulses of blows.
@@ -239,7 +241,7 @@ impl<O: Observer> Run<'_, O> {
         (rate < 0.0 && correction.abs() <= 0.1 * (b - a)).then_some(correction)
     }
 
-    /// Solve the complementarity problem at the switch, decide the degenerate nodes, change the phase.
+    /// Solve the complementarity problem at the switch (theory §12, H6), decide the degenerate nodes, change the phase.
     fn switch(&mut self, root: Root) -> Done<Option<Outcome>, O> {
         if !self.is_finite() {
             return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
@@ -265,8 +267,7 @@ impl<O: Observer> Run<'_, O> {
                 Err(outcome) => return Ok(Some(outcome)),
             },
         };
-        self.change_phase(&root, present, decision)?;
-        Ok(None)
+        self.change_phase(&root, present, decision)
     }
 
     /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
@@ -312,17 +313,26 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    fn change_phase(&mut self, root: &Root, present: ActiveSet, decision: Decision) -> Done<(), O> {
+    fn change_phase(
+        &mut self,
+        root: &Root,
+        present: ActiveSet,
+        decision: Decision,
+    ) -> Done<Option<Outcome>, O> {
         let h = self.monitor_values()[root.index];
         if decision.set == present && decision.held == self.phase.held {
             // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
             let contact = self.phase.monitors[root.index].node;
+            if self.is_too_deep(root.index, h) {
+                let nodes = self.mesh_nodes(&[contact]);
+                return Ok(Some(Outcome::Unresolved { t: self.t, nodes }));
+            }
             let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
             self.undecided += usize::from(root.tangent);
             self.push_grazing(self.t, contact, h, kind)?;
             let slack = 4.0 * self.slack[root.index].max(-h);
             self.set_slack(root.index, slack);
-            return Ok(());
+            return Ok(None);
         }
         self.note_grazing(&decision, h)?;
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
@@ -376,7 +386,7 @@ impl<O: Observer> Run<'_, O> {
         }
         self.store_sample(energies)?;
         self.tell_checkpoint();
-        Ok(())
+        Ok(None)
     }
 
     /// More switches than a node can make in so short a time.

@@ -121,6 +121,8 @@ pub enum GrazingKind {
     Decided,
     /// Several continuations were admissible; the present one was kept.
     Ambiguous,
+    /// Accelerations admitted a set, of more than could be tried: whether it is the only one is not known.
+    Untried,
     /// No side could be entered; the node was held on the surface.
     Held,
     /// The monitor touched zero so flatly that the time resolution cannot tell a touch from a crossing.
@@ -134,6 +136,7 @@ impl GrazingKind {
             GrazingKind::NearMiss => "near miss",
             GrazingKind::Decided => "decided by accelerations",
             GrazingKind::Ambiguous => "ambiguous, present phase kept",
+            GrazingKind::Untried => "admissible, others not tried",
             GrazingKind::Held => "held on the surface",
             GrazingKind::Undecided => "tangent to time resolution",
         }
@@ -142,7 +145,7 @@ impl GrazingKind {
     /// The kind of a name in a file (of which a file keeps 31 letters).
     pub fn of_name(name: &str) -> Option<GrazingKind> {
         use GrazingKind::*;
-        let all = [NearMiss, Decided, Ambiguous, Held, Undecided];
+        let all = [NearMiss, Decided, Ambiguous, Untried, Held, Undecided];
         all.into_iter().find(|k| k.name() == name)
     }
 }
@@ -231,6 +234,9 @@ pub struct Report {
     /// Monitors that began a phase, or were left by a touch, further below zero than rounding explains: the search for their next
     /// switch is the blinder for it.
     pub loosened: usize,
+    /// How far the monitors of a phase may have been at its end from those of the equations that start in the same state, over their sizes: what the errors of
+    /// modes and truncated sums add up to, estimated (theory §12, H4).
+    pub state_error: f64,
     /// Switches that the search had missed and only the complementarity problem showed (none, or a defect).
     pub missed: usize,
     /// `H` at the start.
@@ -301,6 +307,7 @@ impl Report {
             undecided: 0,
             flow_note: Some(note),
             loosened: 0,
+            state_error: 0.0,
             missed: 0,
             energy_start: ledger.start(),
             energy_end: ledger.end(),
@@ -319,13 +326,21 @@ impl Report {
         }
     }
 
-    /// Every switch was found by proof: exact flow in every phase, no undecided tangency, nothing missed, no monitor loosened, and the
-    /// contact conditions hold to rounding.
+    /// Every switch of the run that was asked for was found by proof: it reached its end, and [`Report::is_proved`] (theory §12, H7).
     pub fn is_certified(&self) -> bool {
+        self.outcome.is_complete() && self.is_proved()
+    }
+
+    /// Every switch up to [`Report::t_end`] was found by proof.
+    pub fn is_proved(&self) -> bool {
+        // an exact flow in every phase (theory §12, H1), whose modes are known (theory §12, H4)
         self.uncertified_phases == 0
+            // theory §12, H5
             && self.undecided == 0
-            && self.missed == 0
+            // theory §12, H3
             && self.loosened == 0
+            // theory §12, H6
+            && self.missed == 0
             && self.violation <= VIOLATION
     }
 }

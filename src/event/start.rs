@@ -81,6 +81,7 @@ impl<'a, O: Observer> Run<'a, O> {
             entered,
             blows,
             largest_v,
+            state_error,
         ] = c.extremes;
         (run.largest_u, run.potential_start, run.last_stored) =
             (largest_u, potential_start, last_stored);
@@ -90,6 +91,7 @@ impl<'a, O: Observer> Run<'a, O> {
         (run.gap_error, run.max_tension) = (gap_error, tension);
         (run.violation, run.entered, run.blows) = (violation, entered, blows);
         run.largest_v = largest_v;
+        run.state_error = state_error;
         (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
         (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
         run.stored = c.rows[0];
@@ -144,6 +146,7 @@ impl<'a, O: Observer> Run<'a, O> {
             uncertified: 0,
             undecided: 0,
             loosened: 0,
+            state_error: 0.0,
             gap_error: 0.0,
             entered: 0.0,
             blows: 0.0,
@@ -178,6 +181,7 @@ impl<'a, O: Observer> Run<'a, O> {
                 self.entered,
                 self.blows,
                 self.largest_v,
+                self.state_error,
             ],
             counts: [
                 self.next_sample,

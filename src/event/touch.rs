@@ -11,8 +11,26 @@ const NEAR_MISS: f64 = 1e-9;
 const DEPARTURE: f64 = 10.0;
 /// A slack above this fraction of a monitor's scale is no rounding error: it is reported, and ends the certificate.
 const LOOSE: f64 = 1e-9;
-/// With an exact flow no slack grows beyond this fraction: what lies further below zero is found, whatever was decided.
+/// No slack grows beyond this fraction, with an exact flow and with interpolants, which are wrong by their tolerance: what lies further below zero is
+/// found, whatever was decided.
 const LOOSEST: f64 = 1e-6;
+const LOOSEST_OF_STEPS: f64 = 1e-2;
+
+/// The larger of two; what is not a number stays.
+fn largest_or_nan(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// The slack that is granted of what is asked for: at most `most`; what is not a number is no slack at all (theory §12, H3).
+fn granted(asked: f64, most: f64) -> f64 {
+    if asked <= most {
+        asked
+    } else if asked > most {
+        most
+    } else {
+        0.0
+    }
+}
 
 impl<O: Observer> Run<'_, O> {
     pub(super) fn record_near_misses(&mut self, window: (f64, f64)) -> Done<(), O> {
@@ -45,8 +63,10 @@ impl<O: Observer> Run<'_, O> {
         for &contact in &decision.grazing {
             let kind = if decision.held.contains(&contact) {
                 GrazingKind::Held
-            } else if decision.ambiguous {
+            } else if decision.ambiguous == Some(true) {
                 GrazingKind::Ambiguous
+            } else if decision.ambiguous.is_none() {
+                GrazingKind::Untried
             } else if self.t > 0.0 {
                 GrazingKind::Decided
             } else {
@@ -69,8 +89,22 @@ impl<O: Observer> Run<'_, O> {
         self.log.grazing(grazing, self.observer).map_err(RunError::Observer)
     }
 
+    /// Note how far the monitors of the phase that ends may be from those of the equations, over their sizes; too far, and nothing is proved of the
+    /// phase (theory §12, H4).
+    pub(super) fn note_deviation(&mut self) {
+        if !self.flow.is_exact() {
+            return;
+        }
+        let of_monitor = |(d, r): (f64, &f64)| d / (r / UNITS);
+        let all = self.flow.deviations().into_iter().zip(&self.rounding).map(of_monitor);
+        let largest = all.fold(0.0, largest_or_nan);
+        self.uncertified += usize::from(largest.is_nan() || largest > LOOSEST);
+        self.state_error = largest_or_nan(self.state_error, largest);
+    }
+
     /// Hand the state to the flow; set the slack of the new monitors.
     pub(super) fn begin_phase(&mut self) {
+        self.note_deviation();
         self.flow.begin(&self.phase, self.t, &self.y);
         self.measure_phase();
     }
@@ -98,12 +132,45 @@ impl<O: Observer> Run<'_, O> {
         }
     }
 
-    /// How far a monitor may lie below zero without being a switch. More than rounding explains is told.
+    /// The most slack of a monitor.
+    fn most_slack(&self, index: usize) -> f64 {
+        let share = if self.flow.is_exact() { LOOSEST } else { LOOSEST_OF_STEPS };
+        share * self.rounding[index] / UNITS
+    }
+
+    /// How far a monitor may lie below zero without being a switch (theory §12, H3). More than rounding explains is told.
     pub(super) fn set_slack(&mut self, index: usize, slack: f64) {
         let scale = self.rounding[index] / UNITS;
         self.loosened += usize::from(slack > LOOSE * scale && self.slack[index] <= LOOSE * scale);
-        let most = if self.flow.is_exact() { LOOSEST * scale } else { f64::INFINITY };
-        // not a number is no slack at all
-        self.slack[index] = if slack <= most { slack } else { most };
+        self.slack[index] = granted(slack, self.most_slack(index));
+    }
+
+    /// Whether a monitor lies so far below zero that no slack lets the phase go on with it: it would be found again at once, without end.
+    pub(super) fn is_too_deep(&self, index: usize, h: f64) -> bool {
+        let of_contact =
+            matches!(self.phase.monitors[index].kind, MonitorKind::Gap | MonitorKind::Pressure);
+        of_contact && -h > self.most_slack(index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_no_slack() {
+        for most in [1e-6, f64::INFINITY] {
+            assert_eq!(granted(f64::NAN, most), 0.0);
+            assert_eq!(granted(1e-9, most), 1e-9);
+        }
+        assert_eq!(granted(f64::INFINITY, 1e-2), 1e-2);
+        assert_eq!(granted(1e-9, f64::NAN), 0.0);
+    }
+
+    /// A touch multiplies the slack by four: without a ceiling twenty of them would hide every switch of the monitor.
+    #[test]
+    fn touches_one_after_the_other_do_not_blind_the_search() {
+        let slack = (0..40).fold(UNITS, |slack, _| granted(4.0 * slack, LOOSEST_OF_STEPS));
+        assert_eq!(slack, LOOSEST_OF_STEPS);
     }
 }

@@ -137,6 +137,10 @@ impl<R: Rule> Flow for Choice<'_, R> {
         self.active().is_exact()
     }
 
+    fn deviations(&self) -> Vec<f64> {
+        self.active().deviations()
+    }
+
     fn note(&self) -> Option<String> {
         self.rule.note().or_else(|| self.active().note())
     }

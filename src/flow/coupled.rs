@@ -18,6 +18,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{Complex, DMatrix};
 
 use super::exponential::{Term, difference, integral, pair_integral, power};
+use super::spectrum::Defect;
 use crate::fem::FemError;
 
 type C = Complex<f64>;
@@ -52,6 +53,14 @@ pub struct Coupling {
     rows: Vec<Vec<C>>,
     /// `F₀`'s and, for each harmonic load, `W (0, F)`.
     forces: Vec<Vec<C>>,
+    /// `‖(I − U W)(0, F)‖` of these forces.
+    force_defects: Vec<f64>,
+    /// Units of `q`: norms are those of `(S q, q̇)`.
+    scale: Vec<f64>,
+    /// `‖A U_k − λ_k U_k‖`: near a multiple eigenvalue `‖a‖` is large beside the state, and what these add up to with it.
+    residuals: Vec<f64>,
+    /// What a perturbation grows by at most where nothing is fed, one where the energy is a norm: `‖U‖ ‖W‖` otherwise.
+    spread: f64,
     /// Products of all pairs of modes in the dissipated power.
     gram: OnceCell<Gram>,
 }
@@ -127,6 +136,27 @@ impl Coupling {
             }
         }
         let lambda: Vec<C> = kept.iter().map(|&k| values[k]).collect();
+        // what rounding leaves of A U = U Λ, and what it hides of that
+        let parts = [0, 1].map(|part| {
+            let of = |i: usize, c: usize| match part {
+                0 => u[(i, kept[c])].re,
+                _ => u[(i, kept[c])].im,
+            };
+            product(a.as_ref(), Mat::from_fn(2 * n, kept.len(), of).as_ref())
+        });
+        let hidden = 4.0 * f64::EPSILON * a.norm_l2();
+        let residual = |(c, l): (usize, &C)| {
+            let twice = if l.im > 0.0 { 2.0 } else { 1.0 };
+            let image = |i: usize| C::new(parts[0][(i, c)], parts[1][(i, c)]);
+            let rest = size(&mut (0..2 * n).map(|i| image(i) - l * u[(i, kept[c])]));
+            twice * (rest + hidden * size(&mut (0..2 * n).map(|i| u[(i, kept[c])])))
+        };
+        let residuals = lambda.iter().enumerate().map(residual).collect();
+        // (S q, q̇) of springs and dampers is a norm that does not grow
+        let is_elastic = operators.skew.is_none()
+            && lambda.iter().all(|l| l.re <= 0.0)
+            && (0..n).all(|i| d[(i, i)] >= 0.0 && k[(i, i)] == scale[i] * scale[i]);
+        let spread = if is_elastic { 1.0 } else { u.norm_l2() * w.norm_l2() };
         let of_u = |i: usize, c: usize| {
             let twice = if lambda[c].im > 0.0 { 2.0 } else { 1.0 };
             let unit = if i < n { scale[i] } else { 1.0 };
@@ -158,10 +188,18 @@ impl Coupling {
             left,
             rows,
             forces: vec![],
+            force_defects: vec![],
+            scale: scale.to_vec(),
+            residuals,
+            spread,
             gram: OnceCell::new(),
         };
-        new.forces =
-            forces.iter().map(|f| new.to_modes(&[vec![0.0; n], f.to_vec()].concat())).collect();
+        for f in forces {
+            let x = [vec![0.0; n], f.to_vec()].concat();
+            let modal = new.to_modes(&x);
+            new.force_defects.push(new.beside(&x, &modal));
+            new.forces.push(modal);
+        }
         Ok(new)
     }
 
@@ -200,6 +238,15 @@ impl Coupling {
         let sum = product(self.right[0].as_ref(), re.as_ref())
             + product(self.right[1].as_ref(), im.as_ref());
         x.copy_from_slice(sum.col_as_slice(0));
+    }
+
+    /// `‖x − Re(U c)‖`
+    fn beside(&self, x: &[f64], c: &[C]) -> f64 {
+        let mut y = vec![0.0; x.len()];
+        self.expand(c, &mut y);
+        let units = self.scale.iter().copied().chain(std::iter::repeat(1.0));
+        let rest = x.iter().zip(&y).zip(units).map(|((x, y), s)| s * (x - y));
+        rest.map(|r| r * r).sum::<f64>().sqrt()
     }
 
     /// `U c`, halves of complex pairs: so that `x + x̄` is the whole.
@@ -317,6 +364,10 @@ pub struct CoupledMotion {
     steady: Vec<f64>,
     /// `Ω` and `P e^{i(Ω t₀ + φ)}` of each harmonic load.
     driven: Vec<(f64, Vec<C>)>,
+    /// Amplitudes of the modes in `x₀` and all `P`.
+    steady_sizes: Vec<f64>,
+    /// How far the sums are from the state at the start, and from the loads.
+    beside: (f64, f64),
 }
 
 impl CoupledMotion {
@@ -326,12 +377,19 @@ impl CoupledMotion {
         let p = coupling.lambda.len();
         let mut steady = vec![0.0; 2 * n];
         let constant = &coupling.forces[0];
+        let mut steady_sizes = vec![0.0; p];
+        let mut lost = 0.0;
         if constant.iter().any(|f| *f != C::default()) {
             let quiet = |k: usize| -constant[k] / coupling.lambda[k];
-            coupling.expand(&(0..p).map(quiet).collect::<Vec<_>>(), &mut steady);
+            let quiet: Vec<C> = (0..p).map(quiet).collect();
+            coupling.expand(&quiet, &mut steady);
+            steady_sizes.iter_mut().zip(&quiet).for_each(|(s, q)| *s += q.norm());
+            lost += coupling.force_defects[0];
         }
         let mut driven = vec![];
-        for (&(omega, angle, size), force) in loads.iter().zip(&coupling.forces[1..]) {
+        let shapes = coupling.forces[1..].iter().zip(&coupling.force_defects[1..]);
+        for (&(omega, angle, size), (force, defect)) in loads.iter().zip(shapes) {
+            lost += size.abs() * defect;
             let turn = C::from_polar(0.5 * size, angle);
             let mut response = vec![C::default(); 2 * n];
             for (k, (l, f)) in coupling.lambda.iter().zip(force).enumerate() {
@@ -340,6 +398,7 @@ impl CoupledMotion {
                     return None;
                 }
                 let (forth, back) = (f * turn / near, f * turn.conj() / (C::new(0.0, -omega) - l));
+                steady_sizes[k] += forth.norm() + back.norm();
                 let (re, im) =
                     (coupling.right[0].col_as_slice(k), coupling.right[1].col_as_slice(k));
                 for (r, (&re, &im)) in response.iter_mut().zip(re.iter().zip(im)) {
@@ -349,10 +408,12 @@ impl CoupledMotion {
             }
             driven.push((omega, response));
         }
-        let mut motion = CoupledMotion { amplitudes: vec![], steady, driven };
+        let beside = (0.0, lost);
+        let mut motion = CoupledMotion { amplitudes: vec![], steady, driven, steady_sizes, beside };
         let mut rest = x.to_vec();
         rest.iter_mut().zip(motion.response()).for_each(|(x, r)| *x -= r);
         motion.amplitudes = coupling.to_modes(&rest);
+        motion.beside.0 = coupling.beside(&rest, &motion.amplitudes);
         let CoupledMotion { amplitudes, steady, .. } = &motion;
         let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
         (finite(steady) && amplitudes.iter().all(|a| a.re.is_finite() && a.im.is_finite()))
@@ -389,7 +450,7 @@ impl CoupledMotion {
         v.copy_from_slice(&x[n..]);
     }
 
-    /// Bounds of the changing part of each monitor and of its fourth derivative from `tau` to `end` after the start.
+    /// Bounds of the changing part of each monitor and of its fourth derivative from `tau` to `end` after the start (theory §12, H2).
     pub fn bounds(
         &self,
         coupling: &Coupling,
@@ -419,6 +480,45 @@ impl CoupledMotion {
             fourth.push(f);
         }
         [size, fourth]
+    }
+
+    /// How far each monitor may be at `tau` from that of the equations that start in the same state (theory §12, H4): the sum over the modes obeys the
+    /// equations up to the force `(A U − U Λ) a(t)`, and starts beside the state by `x − U a`; with nearly dependent vectors `a` is large beside `x`. The
+    /// `defect` of the natural modes, in which the equations are written, comes to it.
+    pub(super) fn deviations(
+        &self,
+        coupling: &Coupling,
+        rows: &DMatrix<f64>,
+        (defect, beta): (Defect, f64),
+        tau: f64,
+    ) -> Vec<f64> {
+        let n = coupling.n();
+        let (mut pushed, mut size, mut rate, mut grown) = (0.0, 0.0, 0.0, 1.0f64);
+        for (k, l) in coupling.lambda.iter().enumerate() {
+            let growth = power(C::from((l.re * tau).max(0.0))).re;
+            grown = grown.max(growth);
+            let a = self.amplitudes[k].norm() * growth + self.steady_sizes[k];
+            pushed += coupling.residuals[k] * a;
+            let column = |first: usize| -> f64 {
+                let part = |m: &Mat<f64>| -> f64 {
+                    let x = &m.col_as_slice(k)[first..first + n];
+                    dot(x, x)
+                };
+                (part(&coupling.right[0]) + part(&coupling.right[1])).sqrt()
+            };
+            size += column(0) * a;
+            rate += column(n) * a;
+        }
+        let highest = coupling.scale.iter().fold(0.0f64, |m, w| m.max(*w));
+        let start = self.beside.0 + defect.orthogonality * (highest * size + rate);
+        let natural = defect.residual * (size + beta * rate);
+        let off = coupling.spread * grown * (start + tau * (pushed + self.beside.1 + natural));
+        let of_row = |i: usize| {
+            let row = rows.row(i);
+            let sum: f64 = row.iter().zip(&coupling.scale).map(|(r, w)| (r / w).powi(2)).sum();
+            sum.sqrt() * off
+        };
+        (0..rows.nrows()).map(of_row).collect()
     }
 
     /// Whether no amplitude changes.

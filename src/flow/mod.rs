@@ -48,7 +48,7 @@ pub struct Enclosure {
 
 impl Enclosure {
     /// The cubic Hermite interpolant of `(value, slope)` at both ends of an interval, where the fourth derivative is
-    /// known not to exceed `fourth`: `|h − H| ≤ fourth·length⁴/384`, `|h′ − H′| ≤ fourth·length³·√3/216`.
+    /// known not to exceed `fourth` (theory §12, H2): `|h − H| ≤ fourth·length⁴/384`, `|h′ − H′| ≤ fourth·length³·√3/216`.
     pub fn hermite(a: (f64, f64), b: (f64, f64), length: f64, fourth: f64) -> Enclosure {
         let ((ha, da), (hb, db)) = (a, b);
         let third = length / 3.0;
@@ -207,9 +207,14 @@ pub trait Flow {
     /// Name in a scene.
     fn name(&self) -> &'static str;
     /// Whether states and enclosures are those of the equations themselves, to rounding error, and not of an
-    /// approximation.
+    /// approximation (theory §12, H1).
     fn is_exact(&self) -> bool {
         false
+    }
+    /// How far each monitor of an exact flow may be, at the end of the window, from that of the equations themselves which start in the state of the phase's
+    /// start: what the errors of modes and of truncated sums add up to (theory §12, H4). Empty where no phase has begun.
+    fn deviations(&self) -> Vec<f64> {
+        vec![]
     }
     /// What a reader of the summary should know of the choices that were made.
     fn note(&self) -> Option<String> {

@@ -287,7 +287,12 @@ impl Flow for Modal<'_> {
         "modal"
     }
 
+    // theory §12, H1
     fn is_exact(&self) -> bool {
         true
+    }
+
+    fn deviations(&self) -> Vec<f64> {
+        self.modal().map_or(vec![], |phase| self.motion.deviations(phase, self.t1))
     }
 }

@@ -269,6 +269,46 @@ impl Motion {
         [sizes, fourths]
     }
 
+    /// How far each monitor may be at `t` from that of the equations that start in the same state (theory §12, H4).
+    ///
+    /// The sum over the modes obeys the equations up to the force `(KΦ − MΦΛ)(q + βq̇)`, and starts beside the state by `(ΦΦᵀM − I)x`. What starts beside a
+    /// mode stays there, a force is answered by `|e_k| ≤ min(t, 1/ω_k) ∫|f_k|`, so that with Cauchy's inequality `|∇h e| ≤ ‖r‖ ‖e(0)‖ + ‖r min(t, 1/ω)‖
+    /// (‖ė(0)‖ + ∫‖f‖)`; modes that are fed grow.
+    pub(super) fn deviations(&self, phase: &Spectrum, t: f64) -> Vec<f64> {
+        let tau = t - self.start;
+        let scale = phase.scale();
+        let defect = phase.defect;
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            let beta = phase.stiffness_damping();
+            return motion.deviations(coupling, &phase.rows, (defect, beta), tau);
+        }
+        let (mut size, mut rate, mut force, mut grown) = (0.0, 0.0, 0.0, 1.0f64);
+        for (k, mode) in phase.modes.iter().enumerate() {
+            let statics = phase.constant[k].abs() / scale[k].powi(2);
+            let of_loads = self.loads.iter().map(|l| l.2[k].0.abs()).sum::<f64>();
+            let q = self.bounds(phase, k, self.start, t).0 + statics;
+            let v = mode.free_bound((self.q[k], self.v[k]), 1, (0.0, tau)) + tau * of_loads;
+            size += q * q;
+            rate += v * v;
+            force += (phase.constant[k].abs() + of_loads).powi(2);
+            grown = grown.max((-2.0 * mode.c * tau).exp());
+        }
+        let (size, rate, force) = (size.sqrt(), rate.sqrt(), force.sqrt());
+        let beside = defect.orthogonality * size;
+        let pushed = defect.orthogonality * (rate + tau * force)
+            + tau * defect.residual * (size + phase.stiffness_damping() * rate);
+        let weights: Vec<f64> = scale.iter().map(|w| tau.min(1.0 / w)).collect();
+        let of_row = |i: usize| {
+            let (mut all, mut slow) = (0.0, 0.0);
+            for (r, w) in phase.rows.row(i).iter().zip(&weights) {
+                all += r * r;
+                slow += (r * w).powi(2);
+            }
+            grown * (all.sqrt() * beside + slow.sqrt() * pushed)
+        };
+        (0..phase.rows.nrows()).map(of_row).collect()
+    }
+
     /// Whether these bounds hold for the whole phase: amplitudes stay what they are where nothing decays and nothing grows.
     pub(super) fn is_steady(&self, phase: &Spectrum) -> bool {
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
@@ -302,7 +342,7 @@ impl Motion {
         phase.modes.iter().enumerate().map(of_mode).unzip()
     }
 
-    /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end`.
+    /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end` (theory §12, H2).
     pub(super) fn bounds(&self, phase: &Spectrum, k: usize, t: f64, end: f64) -> (f64, f64) {
         let mode = &phase.modes[k];
         let Oscillator { omega, c } = *mode;
@@ -312,8 +352,10 @@ impl Motion {
         let (mut size, mut fourth) = (bound(0), bound(4));
         if phase.constant[k] != 0.0 && omega == 0.0 {
             let f = phase.constant[k].abs();
-            size += 0.5 * f * tau_end * tau_end * (-2.0 * c * tau_end).exp().max(1.0);
-            fourth += f * (2.0 * c).powi(2);
+            // q = F ∫∫e^{−2cx}, q⁗ = F (2c)² e^{−2cτ}: fed, both are largest at the end
+            let grown = (-2.0 * c * tau_end).exp().max(1.0);
+            size += 0.5 * f * tau_end * tau_end * grown;
+            fourth += f * (2.0 * c).powi(2) * grown;
         }
         for (w, _, forces) in &self.loads {
             let (s, b) = match forces[k].1 {

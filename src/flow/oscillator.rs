@@ -179,7 +179,7 @@ impl Oscillator {
         self.omega > 0.0 && self.discriminant().abs() > 0.01 * self.omega * self.omega
     }
 
-    /// A bound of the derivative of the order `order` of the free motion from `(q, q̇)`, from `from` to `until`.
+    /// A bound of the derivative of the order `order` of the free motion from `(q, q̇)`, from `from` to `until` (theory §12, H2).
     pub(super) fn free_bound(
         &self,
         (q, v): (f64, f64),
@@ -221,14 +221,15 @@ impl Oscillator {
         (q + v / omega) * decay * (2.0 * c + omega).powi(order)
     }
 
-    /// The same for the response from rest to `f e^{iΩt}`, until `until`: the fourth derivative and the size.
+    /// The same for the response from rest to `f e^{iΩt}`, until `until`: the size and the fourth derivative (theory §12, H2).
+    ///
+    /// `p = ∫₀ᵗ S(x) e^{iΩ(t−x)} dx`, so `p⁗ = S‴ + iΩS″ − Ω²S′ − iΩ³S + Ω⁴p`, and `|p| ≤ ∫|S| ≤ min(t max|S|, ½t² max|S′|)`: with what grows where `c < 0`.
     pub(super) fn rest_bounds(&self, omega: f64, f: f64, until: f64) -> (f64, f64) {
-        let f = f.abs();
-        let wd = self.discriminant().abs().sqrt().max(1e-3 * self.omega);
-        let size = f * until * (0.5 * until).min(1.0 / wd);
-        let (w, o) = (omega, self.omega);
-        let sum = w.powi(3) + w * w * o + w * o * o + o.powi(3);
-        (size, w.powi(4) * size + 2.0 * f * sum / wd)
+        let s = [0, 1, 2, 3].map(|k| self.free_bound((0.0, 1.0), k, (0.0, until)));
+        let size = until * s[0].min(0.5 * until * s[1]);
+        let w = omega;
+        let sum = s[3] + w * (s[2] + w * (s[1] + w * s[0]));
+        (f.abs() * size, f.abs() * (w.powi(4) * size + sum))
     }
 
     /// The steady response `P` to `e^{iΩt}`, where it has no small denominator.
@@ -286,5 +287,86 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Derivatives 0 … 4 from the first two, by `x″ = f − 2cx′ − ω²x`; `f` and its derivatives are those of `size e^{iΩt}`.
+    fn derivatives(
+        mode: &Oscillator,
+        first: [Complex<f64>; 2],
+        force: Complex<f64>,
+        load: f64,
+    ) -> [f64; 5] {
+        let mut x = vec![first[0], first[1]];
+        for k in 0..3u32 {
+            let f = force * Complex::new(0.0, load).powu(k);
+            let k = k as usize;
+            x.push(f - x[k + 1] * (2.0 * mode.c) - x[k] * (mode.omega * mode.omega));
+        }
+        [0, 1, 2, 3, 4].map(|k| x[k].norm())
+    }
+
+    /// Bounds of free and of forced motions against a dense sampling of the motions: random modes of both signs of `c`, rigid, critical, overdamped; every
+    /// bound holds, and none is idle.
+    #[test]
+    fn bounds_hold_for_damped_and_for_fed_modes() {
+        let mut state = 7u64;
+        let mut random = |a: f64, b: f64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            a + (b - a) * (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut fed = 0;
+        for trial in 0..1500 {
+            let omega = match trial % 5 {
+                0 => 0.0,
+                _ => 10f64.powf(random(-1.0, 1.0)),
+            };
+            let share = match trial % 3 {
+                0 => random(-0.3, 0.3),
+                1 => random(-1.0, 1.0).signum() * (1.0 + random(-1e-6, 1e-6)),
+                _ => random(-3.0, 3.0),
+            };
+            let mode = Oscillator { omega, c: share * if omega > 0.0 { omega } else { 1.0 } };
+            // fed modes grow by no more than e⁴⁰
+            let until = random(0.1, 6.0) / (omega + mode.c.abs()).max(1e-3);
+            let from = random(0.0, 1.0) * until;
+            let load = 10f64.powf(random(-1.0, 1.0)) * omega.max(0.5);
+            let (q, v) = (random(-1.0, 1.0), random(-1.0, 1.0) * omega.max(1.0));
+            fed += usize::from(mode.c < 0.0);
+            let free = [0, 1, 2, 3, 4].map(|k| mode.free_bound((q, v), k, (from, until)));
+            let (size, fourth) = mode.rest_bounds(load, 1.3, until);
+            let constant = mode.rest_bounds(0.0, 1.3, until);
+            for j in 0..=400 {
+                let part = j as f64 / 400.0;
+                let t = from + part * (until - from);
+                let b = mode.basis(t);
+                let x = q * b.c + v * b.s;
+                let rate = v * b.ds - q * omega * omega * b.s;
+                let first = [x, rate].map(Complex::from);
+                let most = derivatives(&mode, first, Complex::default(), 0.0);
+                for (k, (most, bound)) in most.iter().zip(free).enumerate() {
+                    let what = format!("free {mode:?}, order {k} at {t} in {from} … {until}");
+                    assert!(*most <= bound * (1.0 + 1e-9) + 1e-12, "{what}: {most} {bound}");
+                }
+                let t = part * until;
+                let turn = Complex::from_polar(1.3, load * t);
+                let first = mode.response_from_rest(load, t).map(|p| p * 1.3);
+                let most = derivatives(&mode, first, turn, load);
+                let what = format!("forced {mode:?}, {load} at {t} until {until}");
+                let [at_rest, after] = mode.response_from_rest(0.0, t).map(|p| p * 1.3);
+                let steady = derivatives(&mode, [at_rest, after], Complex::from(1.3), 0.0);
+                for (most, bound) in [
+                    (most[0], size),
+                    (most[4], fourth),
+                    (steady[0], constant.0),
+                    (steady[4], constant.1),
+                ] {
+                    let rounding = 1e-10 * (1.3 * load * load + 1.3 * omega * omega);
+                    assert!(most <= bound * (1.0 + 1e-9) + rounding, "{what}: {most} {bound}");
+                }
+            }
+        }
+        assert!(fed > 500, "{fed}");
     }
 }

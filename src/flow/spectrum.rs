@@ -56,6 +56,53 @@ pub struct Eigenbasis {
     mixing: Option<Mixing>,
     /// The body's unit of frequency.
     unit: f64,
+    /// How far these modes are from being the phase's.
+    pub(super) defect: Defect,
+}
+
+/// What rounding has left of an eigensolution (theory §12, H4), estimated along some vectors.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Defect {
+    /// `‖KΦ − MΦΛ‖` in the norm of `M⁻¹`.
+    pub residual: f64,
+    /// `‖ΦᵀMΦ − I‖`
+    pub orthogonality: f64,
+}
+
+impl Defect {
+    /// Of `(K, M)` with the modes `Φ`, `inverse` is `ΦᵀM`. Of a vector `z` of random signs `‖Az‖²` is `‖A‖²` (Frobenius) on the average: the largest of
+    /// some, twice.
+    fn of(k: &Csr, omega: &[f64], shapes: &Mat<f64>, inverse: &Mat<f64>) -> Defect {
+        /// Vectors that are tried.
+        const PROBES: u64 = 4;
+        let n = omega.len();
+        let mut defect = Defect { residual: 0.0, orthogonality: 0.0 };
+        let mut bits = 0x9e37_79b9_7f4a_7c15u64;
+        let norm = |x: &[f64]| 2.0 * dot(x, x).sqrt();
+        for _ in 0..PROBES {
+            let mut sign = || {
+                // xorshift
+                bits ^= bits << 13;
+                bits ^= bits >> 7;
+                bits ^= bits << 17;
+                if bits >> 40 & 1 == 0 { 1.0 } else { -1.0 }
+            };
+            let z: Vec<f64> = (0..n).map(|_| sign()).collect();
+            // Φz and ΦΛz; what ΦᵀM makes of both
+            let scaled: Vec<f64> = z.iter().zip(omega).map(|(z, w)| z * w * w).collect();
+            let (mut x, mut back) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
+            product(shapes, &[z.clone(), scaled].concat(), &mut x);
+            product(inverse, &x, &mut back);
+            let rest: Vec<f64> = back.iter().zip(&z).map(|(b, z)| b - z).collect();
+            defect.orthogonality = defect.orthogonality.max(norm(&rest));
+            let mut kx = vec![0.0; n];
+            k.mul(&x[..n], &mut kx);
+            let projected = transposed(shapes, &kx);
+            let rest: Vec<f64> = projected.iter().zip(&back[n..]).map(|(p, b)| p - b).collect();
+            defect.residual = defect.residual.max(norm(&rest));
+        }
+        defect
+    }
 }
 
 /// Matrices that natural modes do not make diagonal.
@@ -210,6 +257,11 @@ impl Spectrum {
         self.coupling.as_ref().map(Coupling::damping)
     }
 
+    /// `β` of the damping.
+    pub(super) fn stiffness_damping(&self) -> f64 {
+        self.damping.map_or(0.0, |d| d.beta)
+    }
+
     /// Whether the modes by themselves are the motions of the phase.
     pub fn is_decoupled(&self) -> bool {
         self.coupling.is_none()
@@ -244,7 +296,9 @@ impl Eigenbasis {
         let offsets = phase.monitor_offsets();
         let drives = phase.drives().to_vec();
         let mixing = Mixing::of(phase, &shapes);
+        let defect = Defect::of(&symmetric, &all.omega, &shapes, &inverse);
         Ok(Eigenbasis {
+            defect,
             mixing,
             unit: system.units.frequency,
             drives,

@@ -100,7 +100,7 @@ fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
             let h = interface.monitor(&op, i, y);
             let end = first.map_or(basis.end(), |f| f.0);
             // a monitor may vanish altogether (at rest on the obstacle)
-            let slack = 1e-13 * h.size + 1e-15 * interface.monitor_unit(&set, i);
+            let slack = 1e-13 * h.size + 1e-15 * op.units[i];
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {

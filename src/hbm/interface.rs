@@ -11,7 +11,8 @@ use faer::linalg::solvers::Solve;
 
 use super::HbmError;
 use super::series::{Basis, Polynomial, Series};
-use crate::contact::{ActiveSet, Drive, System};
+use crate::contact::lcp::UNITS;
+use crate::contact::{ActiveSet, Drive, Monitor, MonitorKind, System};
 use crate::continuation::dot;
 use crate::fem::{Csr, Loads};
 use crate::flow::cache::Cache;
@@ -51,6 +52,8 @@ pub struct PhaseOperator {
     pub offsets: Vec<f64>,
     /// What harmonic loads on `u_C` add to them.
     pub drives: Vec<Drive>,
+    /// What the unit of length makes of each: a length, or a pressure.
+    pub units: Vec<f64>,
 }
 
 impl PhaseOperator {
@@ -198,12 +201,6 @@ impl Interface {
         Polynomial::new(y.basis, y.n_h, &coefficients)
     }
 
-    /// The unit of a monitor: a gap is a length, a pressure what a length makes of it.
-    pub(super) fn monitor_unit(&self, set: &ActiveSet, contact: usize) -> f64 {
-        let of_pressure = self.system.constraints[contact].stiffness;
-        self.system.units.length * if set.is_active(contact) { of_pressure } else { 1.0 }
-    }
-
     /// A phase on the reduced directions.
     pub fn phase(&self, set: &ActiveSet) -> Result<Rc<PhaseOperator>, HbmError> {
         if let Some(known) = self.phases.borrow_mut().get_mut(set) {
@@ -244,6 +241,13 @@ impl Interface {
         let rows = Mat::from_fn(system.n_contact(), r, |i, c| gradients[c][i]);
         let offsets = phase.monitor_offsets();
         let drives = phase.drives().to_vec();
+        let length = system.units.length;
+        let of_length = |(m, rounding): (&Monitor, f64)| match m.kind {
+            MonitorKind::Gap => length,
+            _ => rounding / UNITS,
+        };
+        let units =
+            phase.monitors.iter().zip(phase.monitor_rounding(length)).map(of_length).collect();
         match self.form {
             Form::Force => {
                 // springs of the obstacle neither damp nor have inertia
@@ -252,7 +256,7 @@ impl Interface {
                 let v = damped
                     .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
                 let a = (!springs).then_some(s_m);
-                Ok(PhaseOperator { p: s_k, v, a, s, loads, rows, offsets, drives })
+                Ok(PhaseOperator { p: s_k, v, a, s, loads, rows, offsets, drives, units })
             }
             Form::Acceleration => {
                 // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S
@@ -277,7 +281,7 @@ impl Interface {
                 let (constant, harmonics) = &self.forces;
                 let s = lift(&s, constant);
                 let loads = loads.iter().zip(harmonics).map(|(d, f0)| lift(d, f0)).collect();
-                Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets, drives })
+                Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets, drives, units })
             }
         }
     }

@@ -205,7 +205,7 @@ fn inadmissible(
         let op = interface.phase(set)?;
         for i in 0..interface.system.n_contact() {
             let monitor = interface.monitor(&op, i, y);
-            let slack = VIOLATION * (monitor.size + interface.monitor_unit(set, i));
+            let slack = VIOLATION * (monitor.size + op.units[i]);
             if let Some(theta) = monitor.below(a, b, slack) {
                 return Ok(Some(theta));
             }

@@ -11,7 +11,7 @@ use super::floquet::{Stability, stability, stability_under_load};
 use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
-use crate::contact::State;
+use crate::contact::{OMITTED_INERTIA, State};
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
 use crate::records::crest;
@@ -57,6 +57,8 @@ pub struct Orbit {
     pub certified: bool,
     /// Change of energy over the period that work, dissipation and the jumps do not explain, over the energy.
     pub balance: f64,
+    /// The method leaves out an inertia, so that no balance closes ([`crate::contact::System::omits_inertia`]).
+    pub omits_inertia: bool,
     /// Sum of the jumps over the energy (a reversible orbit gains what it loses).
     pub jumps: f64,
     /// Least distance from grazing: rates at switches and interior minima of gaps and pressures, as displacements over the unit of length.
@@ -128,6 +130,11 @@ impl Orbit {
         }
         if self.is_at_rest {
             flaws.push("it does not move: an equilibrium".into());
+        }
+        if self.omits_inertia
+            && let Some(balance) = flaws.iter_mut().find(|f| f.starts_with("energy balance"))
+        {
+            balance.push_str(&format!(" ({OMITTED_INERTIA})"));
         }
         if !self.certified {
             flaws.push("a switch was not found by proof".into());
@@ -317,6 +324,7 @@ pub fn examine(
         tension: report.max_tension.max(0.0) / (stiffness * unit),
         certified: report.is_certified(),
         balance: report.energy_drift_total,
+        omits_inertia: system.omits_inertia(),
         jumps: report.energy_jumps / energy,
         grazing: scan.grazing,
         stability,

@@ -10,12 +10,17 @@ use crate::contact::Rayleigh;
 const STEPS: f64 = 32.0;
 /// The shortest of them, in steps; a shorter window takes its terms.
 const SHORTEST: i32 = -10 * 32;
-/// Times of the window at which damped functions are looked at.
+/// Times of the window at which damped functions are looked at, for how many terms they want.
 const LOOKS: usize = 6;
 
 /// Terms below this, relative to the function, are left out at `R = t ω_max`: rounding errors of the recurrence grow with `R`.
 fn smallest(r: f64) -> f64 {
-    1e-14f64.max(2e-16 * (1.0 + r / 30.0))
+    1e-14f64.max(rounding(r))
+}
+
+/// Rounding errors of the recurrence, relative: measured.
+pub(super) fn rounding(r: f64) -> f64 {
+    2e-16 * (1.0 + r / 30.0)
 }
 
 /// `J_0(x) … J_m(x)`, `m` large enough that all further ones are below 1e-18: Miller's backward
@@ -52,9 +57,21 @@ pub(super) struct Length {
     /// Of `G` and of every `p`; of every `p′`.
     pub p: f64,
     pub dp: f64,
-    /// Earlier than this the bounds are too large.
-    early: f64,
+    /// How the bounds fall off towards the start of the window.
+    early: Early,
 }
+
+/// What is left of the bounds at earlier times.
+#[derive(Debug, Clone, Copy)]
+enum Early {
+    /// They fall at least with [`POWER`] of the time over that of the window.
+    Power(f64),
+    /// The shares at the window's length over `2^j`.
+    Octaves(f64, [f64; OCTAVES]),
+}
+
+/// Shorter times than this many halvings of a window take the bounds of the last.
+const OCTAVES: usize = 8;
 
 /// What is left out of the sums falls at least with this power of the time: with a higher one, as `J_m(θx) ≤ θ^q J_m(x)` for all `q ≤ √(m² − x²)`.
 const POWER: i32 = 4;
@@ -69,15 +86,29 @@ impl Length {
         // beyond the turning point
         let terms = (last + 1).max((0.5 * r).ceil() as usize).max(2);
         let rest = 2.0 * even.iter().skip(terms).sum::<f64>();
-        Length { terms, rate: rest, g: t * rest, p: 0.5 * t * t * rest, dp: t * rest, early: t }
+        Length {
+            terms,
+            rate: rest,
+            g: t * rest,
+            p: 0.5 * t * t * rest,
+            dp: t * rest,
+            early: Early::Power(t),
+        }
     }
 
     /// The share of the bounds that is left at the time `tau`.
     pub fn share(&self, tau: f64) -> f64 {
-        (tau / self.early).min(1.0).powi(POWER)
+        match self.early {
+            Early::Power(t) => (tau / t).min(1.0).powi(POWER),
+            Early::Octaves(t, shares) => {
+                let octave = (t / tau).log2().floor().max(0.0) as usize;
+                shares[octave.min(OCTAVES - 1)]
+            }
+        }
     }
 
-    /// Damped, the functions themselves are looked at, at some times of the window, with many nodes.
+    /// Damped, the functions themselves are looked at, at some times of the window, with many nodes: so many terms are wanted. What these leave out is
+    /// bounded at all times ([`left_out`], theory §12, H2).
     fn damped(t: f64, r: f64, omega: f64, damping: Rayleigh) -> Length {
         let excess = 7.0 * (damping.beta * omega * r).max(0.0).sqrt();
         let many = (0.5 * r + 8.0 * r.cbrt() + 40.0 + excess) as usize;
@@ -99,13 +130,58 @@ impl Length {
                 terms = terms.max(last + 1);
             }
         }
-        let rest = |i: usize| {
-            let of_look = |c: &Vec<f64>| 2.0 * c.iter().skip(terms).map(|c| c.abs()).sum::<f64>();
-            looks[i].iter().map(of_look).fold(0.0, f64::max)
-        };
-        let [rate, g] = [0, 1].map(rest);
-        Length { terms, rate, g, p: t * g, dp: t * rate, early: t / LOOKS as f64 }
+        let [rate, g] = left_out(terms, t, omega, damping);
+        let mut shares = [1.0; OCTAVES];
+        for j in 1..OCTAVES {
+            let [r, q] = left_out(terms, t * 0.5f64.powi(j as i32), omega, damping);
+            shares[j] = (r / rate).max(q / g).min(shares[j - 1]);
+        }
+        Length { terms, rate, g, p: t * g, dp: t * rate, early: Early::Octaves(t, shares) }
     }
+}
+
+/// Bounds of `|f − f_N|` on the spectrum `[0, ω²]`, of `g′` and of `g`, at every time up to `t`.
+///
+/// A function that is entire in `s` and not above `m` on the ellipse with the foci `0` and `ω²` and the semiaxes `½ω² cosh η`, `½ω² sinh η` has
+/// coefficients `|c_k| ≤ 2m e^{−kη}` (Bernstein), so `|f − f_N| ≤ 2 Σ_{k≥N} |c_k| ≤ 4m e^{−Nη}/(1 − e^{−η})` for every `η`. On the ellipse no root of
+/// `λ² + (α + βs)λ + s = 0` lies right of the one at its left end `s = −σ`, `σ = ω² sinh²(η/2)`,
+///
+/// ```text
+/// Re λ ≤ x = ½βσ + √(¼β²σ² + σ)
+/// ```
+///
+/// For let `Re λ ≥ x`, `z = −s = λ(λ + α)/(1 + βλ)`, `μ = √(1 + βλ)`. Then `Re √z ≥ Re λ/μ = Re μ (1 − 1/|μ|²)/β`, which is least for real `λ`, so `Re √z ≥ √σ`, and
+/// `|s| + |s − ω²| = |z| + |z + ω²| ≥ |z| + Re z + ω² = 2(Re √z)² + ω² ≥ 2σ + ω² = ω² cosh η`: `s` is not inside. What feeds, `α = −κ`, is `e^{κt}` times what `κ`,
+/// `β/(1 + κβ)` damp at the frequency `(1 + κβ)s`. With `r = ½(λ₊ − λ₋)`
+///
+/// ```text
+/// |g| ≤ t e^{xt},     |g′| = |½(e^{λ₊t} + e^{λ₋t}) − δg| ≤ e^{xt} (1 + |δ| min(t, 1/|r|))
+/// ```
+///
+/// where `r² = δ² − s`: `|δ/r| ≤ √2` unless `½|δ|² ≤ |s| ≤ 2|δ|²`, and there `|δ| ≤ √(2|s|)`, `|s| ≤ ω² cosh²(η/2)`. All of it grows with `t`.
+fn left_out(terms: usize, t: f64, omega: f64, damping: Rayleigh) -> [f64; 2] {
+    let Rayleigh { alpha, beta } = damping;
+    if !(alpha.is_finite() && beta >= 0.0) {
+        return [f64::INFINITY; 2];
+    }
+    let fed = (-alpha).max(0.0);
+    let stiffer = 1.0 + fed * beta;
+    let slope = beta / stiffer;
+    let mut least = [f64::INFINITY; 2];
+    // any η will do
+    for j in 0..160 {
+        let eta = 0.02 * 1.04f64.powi(j);
+        let sigma = stiffer * omega * omega * (0.5 * eta).sinh().powi(2);
+        let half = 0.5 * slope * sigma;
+        let x = fed + half + (half * half + sigma).sqrt();
+        let c = (0.5 * eta).cosh();
+        let delta =
+            (0.5 * (alpha.abs() + beta * omega * omega * c * c)).min(f64::sqrt(2.0) * omega * c);
+        let of_rate = 1.0 + f64::sqrt(2.0).max(delta * t);
+        let size = 4.0 * (x * t - terms as f64 * eta).exp() / -(-eta).exp_m1();
+        least = [least[0].min(of_rate * size), least[1].min(t * size)];
+    }
+    least
 }
 
 /// The lengths that have been asked for, of one body.
@@ -218,6 +294,90 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// What `N` terms leave out of damped and of fed functions is bounded at every time of the window, here at four hundred of them, for the `N` that is taken
+    /// and for fewer; and the bound is of the size of what is left out.
+    #[test]
+    fn what_is_left_out_is_bounded_at_every_time_of_a_window() {
+        let omega = 3.0;
+        let dampings = [
+            (0.3, 0.0),
+            (0.0, 0.05),
+            (0.1, 0.7),
+            (0.0, 4.0),
+            (6.0, 0.0),
+            (-0.2, 0.03),
+            (-0.05, 0.5),
+        ];
+        let mut worst = [0.0f64; 2];
+        for (alpha, beta) in dampings {
+            let damping = Rayleigh { alpha, beta };
+            for r in [1.0f64, 8.0, 40.0] {
+                let whole = Length::damped(r / omega, r, omega, damping);
+                let excess = 7.0 * (beta * omega * r).max(0.0).sqrt();
+                let nodes = Nodes::new(
+                    (0.5 * r + 8.0 * r.cbrt() + 60.0 + excess) as usize,
+                    omega,
+                    Some(damping),
+                );
+                let looks: Vec<(f64, [Vec<f64>; 2])> = (1..=400)
+                    .map(|k| {
+                        let t = r / omega * f64::from(k) / 400.0;
+                        let f = nodes.functions(t);
+                        (t, [nodes.coefficients(&f.rate), nodes.coefficients(&f.g)])
+                    })
+                    .collect();
+                let left =
+                    |c: &[f64], n: usize| 2.0 * c.iter().skip(n).map(|c| c.abs()).sum::<f64>();
+                for n in [whole.terms, whole.terms * 3 / 4, whole.terms / 2] {
+                    let bounds = left_out(n, r / omega, omega, damping);
+                    let mut most = [0.0f64; 2];
+                    for (t, c) in &looks {
+                        for i in 0..2 {
+                            let e = left(&c[i], n);
+                            let size = [1.0, *t][i] * (-alpha * t).exp().max(1.0);
+                            // of the coefficients themselves
+                            let rounding = 2e-15 * size * (1.0 + r);
+                            let of_length = [whole.rate, whole.g][i] * whole.share(*t);
+                            let bound = if n == whole.terms { of_length } else { bounds[i] };
+                            assert!(
+                                e <= bound + rounding,
+                                "{alpha} {beta}, R {r}, {n} terms at {t}: {e:.1e} {bound:.1e}"
+                            );
+                            most[i] = most[i].max(e);
+                        }
+                    }
+                    for i in 0..2 {
+                        if most[i] > 1e-11 {
+                            worst[i] = worst[i].max(bounds[i] / most[i]);
+                        }
+                    }
+                }
+                println!(
+                    "{alpha} {beta}, R {r}: {} terms, {:.1e} and {:.1e}",
+                    whole.terms, whole.rate, whole.g
+                );
+            }
+        }
+        println!("at most {:.0} and {:.0} times what is left out", worst[0], worst[1]);
+        assert!(worst[0] < 3e4 && worst[1] < 3e4, "{worst:?}");
+    }
+
+    /// Six looks at a window are no bound: between them more is left out.
+    #[test]
+    fn looks_at_some_times_are_no_bound() {
+        let (omega, damping, r) = (3.0, Rayleigh { alpha: 0.0, beta: 4.0 }, 40.0);
+        let nodes = Nodes::new(300, omega, Some(damping));
+        let left = |part: f64| {
+            let c = nodes.coefficients(&nodes.functions(part * r / omega).rate);
+            2.0 * c.iter().skip(40).map(|c| c.abs()).sum::<f64>()
+        };
+        let of_looks = (1..=LOOKS).map(|k| left(k as f64 / LOOKS as f64)).fold(0.0, f64::max);
+        let of_all = (1..=600).map(|k| left(f64::from(k) / 600.0)).fold(0.0, f64::max);
+        println!("{of_looks:.1e} at six looks, {of_all:.1e} at all times");
+        assert!(of_all > of_looks);
+        assert!(of_all <= left_out(40, r / omega, omega, damping)[0]);
     }
 
     /// The number of terms is what independent prototypes measured (to 1e-14, load at ω_max/50).

@@ -35,7 +35,7 @@ use super::{Counters, Enclosure, Flow, FlowError, Layout};
 use crate::contact::{Phase, Recurrence, Scratch, System};
 use crate::fem::Harmonic;
 use drive::Pattern;
-use length::{Length, Lengths};
+use length::{Length, Lengths, rounding};
 use monitors::Sums;
 use nodes::Nodes;
 use powers::Powers;
@@ -84,6 +84,11 @@ pub struct Chebyshev<'a> {
     h0: Vec<f64>,
     /// What is left out of the sums of each monitor, and of its rate.
     rest: Vec<(f64, f64)>,
+    /// What the windows of the phase have left out of displacements and velocities, or rounded, in the norm of `M`; the start of the phase.
+    left_out: (f64, f64),
+    phase_start: f64,
+    /// The same of the present window, by its bounds and by rounding.
+    leaves_out: [(f64, f64); 2],
     sums: Option<RefCell<Sums>>,
     powers: Option<Powers>,
     /// Monitor values and slopes.
@@ -129,6 +134,9 @@ impl<'a> Chebyshev<'a> {
             needs: None,
             h0: vec![],
             rest: vec![],
+            left_out: (0.0, 0.0),
+            phase_start: 0.0,
+            leaves_out: [(0.0, 0.0); 2],
             sums: None,
             powers: None,
             values: Values::default(),
@@ -218,6 +226,12 @@ impl<'a> Chebyshev<'a> {
         let value = needs.g * of_v + needs.p * (of_a + load);
         let rate = needs.rate * of_v + needs.g * of_a + needs.dp * load;
         self.rest = self.gradients.iter().map(|g| (g * value, g * rate)).collect();
+        // errors of the recurrence grow with its length
+        let t = self.t1 - self.t0;
+        let rounding = rounding(t * self.omega);
+        let by_loads = of_a + load;
+        let rounded = (t * of_v + 0.5 * t * t * by_loads, of_v + t * by_loads);
+        self.leaves_out = [(value, rate), (rounding * rounded.0, rounding * rounded.1)];
         let nodes = self.lengths.nodes(terms);
         let weights = self.series().map(|s| nodes.spread(s.moments(terms))).collect();
         self.sums = Some(RefCell::new(Sums::new(nodes, weights, self.t1 - self.t0)));
@@ -230,6 +244,14 @@ impl<'a> Chebyshev<'a> {
                 .collect();
             Powers::new(self.system, nodes, &vectors)
         });
+    }
+
+    /// What the phase has left out up to the end of the window.
+    fn left_out(&self) -> (f64, f64) {
+        let Some(needs) = self.needs else { return self.left_out };
+        let share = needs.share(self.t1 - self.t0);
+        let [(u, v), rounded] = self.leaves_out;
+        (self.left_out.0 + share * u + rounded.0, self.left_out.1 + share * v + rounded.1)
     }
 
     fn series(&self) -> impl Iterator<Item = &Series> {
@@ -300,6 +322,8 @@ impl Flow for Chebyshev<'_> {
             self.distance = (t - begun) * self.omega;
         }
         self.length = None;
+        self.needs = None;
+        (self.left_out, self.phase_start) = ((0.0, 0.0), t);
         self.gradients = phase.gradient_bounds();
         self.drives = Drives::of(phase);
         let loads = &self.system.loads;
@@ -313,6 +337,8 @@ impl Flow for Chebyshev<'_> {
         }
         // where the last window ended without an event, nobody has asked yet
         self.end_state();
+        self.left_out = self.left_out();
+        self.needs = None;
         self.t0 = self.t1;
         std::mem::swap(&mut self.start, &mut self.end);
         let (t, needs) = self.window_ahead(t_limit);
@@ -394,8 +420,16 @@ impl Flow for Chebyshev<'_> {
         "chebyshev"
     }
 
+    // theory §12, H1
     fn is_exact(&self) -> bool {
         true
+    }
+
+    /// What is beside the motion stays so far beside it, but for what its velocity makes of that.
+    fn deviations(&self) -> Vec<f64> {
+        let (u, v) = self.left_out();
+        let time = (self.t1 - self.phase_start).min(1.0 / self.system.units.frequency);
+        self.gradients.iter().map(|g| g * (u + time * v)).collect()
     }
 
     fn memory(&self) -> Vec<f64> {

@@ -44,7 +44,7 @@ impl Sums {
         }
     }
 
-    /// Bounds of `|h⁗|` of the first `count` rows from `tau` after the start of the window to its end; `loads` are those of each shape.
+    /// Bounds (theory §12, H2) of `|h⁗|` of the first `count` rows from `tau` after the start of the window to its end; `loads` are those of each shape.
     pub fn fourth(
         &mut self,
         count: usize,

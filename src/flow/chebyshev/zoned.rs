@@ -347,8 +347,14 @@ impl Flow for Zoned<'_> {
         "chebyshev"
     }
 
+    // theory §12, H1
     fn is_exact(&self) -> bool {
         true
+    }
+
+    /// In the zone as in the step.
+    fn deviations(&self) -> Vec<f64> {
+        self.active().deviations().into_iter().map(|d| 2.0 * d).collect()
     }
 
     fn note(&self) -> Option<String> {

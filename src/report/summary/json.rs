@@ -58,7 +58,7 @@ pub fn run_json(
         "energy_start": report.energy_start,
         "energy_end": report.energy_end,
         "energy_jumps": report.energy_jumps,
-        "warning": energy_warning(report),
+        "warning": energy_warning(system, report),
         "mesh_warning": stiff_in_bending(&system.body.mesh).map(|s| s.to_string()),
         "energy_external": report.energy_external,
         "energy_dissipated": report.energy_dissipated,
@@ -86,5 +86,7 @@ pub fn run_json(
     });
     said["warnings"] = warnings(scene, notes, report).into();
     said["places"] = places.into();
+    said["certified_until"] = json!(report.is_proved().then_some(report.t_end));
+    said["state_error"] = json!(report.state_error);
     said
 }

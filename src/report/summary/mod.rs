@@ -4,7 +4,7 @@ mod json;
 mod promises;
 mod text;
 
-use crate::contact::System;
+use crate::contact::{OMITTED_INERTIA, System};
 use crate::event::Report;
 use crate::problem::Notes;
 use crate::scenario::Scene;
@@ -31,7 +31,13 @@ fn plural(n: usize, word: &str, plural: &str) -> String {
 }
 
 /// The jumps at switches belong to the method, but a motion that they feed is not that of the body.
-fn energy_warning(report: &Report) -> Option<String> {
+fn energy_warning(system: &System, report: &Report) -> Option<String> {
+    if report.energy_drift > DRIFT && system.omits_inertia() {
+        return Some(format!(
+            "the energy drifts by {} inside a phase: {OMITTED_INERTIA}",
+            significant(report.energy_drift, 2)
+        ));
+    }
     if report.energy_drift > DRIFT {
         return Some(format!(
             "the energy drifts by {} inside a phase: frequencies so far apart (materials, cells of very different size) that digits are lost, or a \

@@ -4,16 +4,29 @@ use super::{mass_ratio, plural, significant};
 use crate::contact::{March, System};
 use crate::event::Report;
 
-/// What is proved of the switches, and what is not.
+/// What is proved of the switches, and what is not (theory §12).
 pub(super) fn certificate(report: &Report) -> String {
-    if report.is_certified() {
-        return "proved complete in every phase, from bounds of the exact flow".to_owned();
+    // of a run that ended early only what it did is spoken of
+    let until = match report.outcome.is_complete() {
+        true => String::new(),
+        false => format!(" up to t = {}, where the run ended", significant(report.t_end, 9)),
+    };
+    if report.is_proved() {
+        let known = match report.state_error {
+            0.0 => String::new(),
+            e => format!("; these are known to {e:.0e} of their sizes at the end of a phase"),
+        };
+        return format!(
+            "proved complete in every phase{until}, from bounds of gaps and pressures{known}"
+        );
     }
     let mut but = vec![];
     let on_interpolants = report.uncertified_phases == report.phases;
     if report.uncertified_phases > 0 && !on_interpolants {
         let phases = plural(report.uncertified_phases, "phase", "phases");
-        but.push(format!("in {phases} on the interpolants of the steps only"));
+        but.push(format!(
+            "in {phases} on interpolants of steps or on modes that are not known well enough"
+        ));
     }
     if report.undecided > 0 {
         but.push(plural(report.undecided, "undecided tangency", "undecided tangencies"));
@@ -26,12 +39,16 @@ pub(super) fn certificate(report: &Report) -> String {
         but.push(format!("{monitors} further below zero than rounding explains"));
     }
     match (but.is_empty(), on_interpolants) {
-        (true, true) => "proved complete on the interpolant of every step".to_owned(),
+        (true, true) => {
+            format!(
+                "complete on the interpolant of every step{until}, which is the motion to its tolerance: no proof"
+            )
+        }
         (true, false) => format!(
-            "not proved complete: the contact conditions are violated by {:.1e}",
+            "not proved complete{until}: the contact conditions are violated by {:.1e}",
             report.violation
         ),
-        (false, _) => format!("not proved complete: {}", but.join("; ")),
+        (false, _) => format!("not proved complete{until}: {}", but.join("; ")),
     }
 }
 

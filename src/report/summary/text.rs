@@ -287,7 +287,7 @@ fn energy(out: &mut Lines, system: &System, report: &Report) {
             report.energy_drift, report.energy_drift_total
         ),
     );
-    if let Some(warning) = energy_warning(report) {
+    if let Some(warning) = energy_warning(system, report) {
         out.line("WARNING", warning);
     }
 }
