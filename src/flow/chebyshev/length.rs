@@ -147,12 +147,12 @@ impl Length {
 /// `λ² + (α + βs)λ + s = 0` lies right of the one at its left end `s = −σ`, `σ = ω² sinh²(η/2)`,
 ///
 /// ```text
-/// Re λ ≤ x = ½βσ + √(¼β²σ² + σ)
+/// Re λ ≤ x,   x (x + α) = σ (1 + βx)
 /// ```
 ///
-/// For let `Re λ ≥ x`, `z = −s = λ(λ + α)/(1 + βλ)`, `μ = √(1 + βλ)`. Then `Re √z ≥ Re λ/μ = Re μ (1 − 1/|μ|²)/β`, which is least for real `λ`, so `Re √z ≥ √σ`, and
-/// `|s| + |s − ω²| = |z| + |z + ω²| ≥ |z| + Re z + ω² = 2(Re √z)² + ω² ≥ 2σ + ω² = ω² cosh η`: `s` is not inside. What feeds, `α = −κ`, is `e^{κt}` times what `κ`,
-/// `β/(1 + κβ)` damp at the frequency `(1 + κβ)s`. With `r = ½(λ₊ − λ₋)`
+/// For with `λ = x + iy` and `z = −s = λ(λ + α)/(1 + βλ)` it is `|z| + Re z ≥ 2σ`: times `|1 + βλ|²`, with one root by itself and squared, the difference of both sides is a
+/// polynomial in `y²` without a constant, whose coefficients are not negative (the first is `((1 + βx)x − (x + α))² + 4βx(x + α)²`). So `|s| + |s − ω²| ≥ |z| + Re z + ω² ≥ 2σ + ω² =
+/// ω² cosh η`: `s` is not inside. What feeds, `α = −κ`, is `e^{κt}` times what `κ` and `β/(1 + κβ)` damp at `(1 + κβ)s`. With `r = ½(λ₊ − λ₋)`, `δ = −½(λ₊ + λ₋)`
 ///
 /// ```text
 /// |g| ≤ t e^{xt},     |g′| = |½(e^{λ₊t} + e^{λ₋t}) − δg| ≤ e^{xt} (1 + |δ| min(t, 1/|r|))
@@ -172,8 +172,9 @@ fn left_out(terms: usize, t: f64, omega: f64, damping: Rayleigh) -> [f64; 2] {
     for j in 0..160 {
         let eta = 0.02 * 1.04f64.powi(j);
         let sigma = stiffer * omega * omega * (0.5 * eta).sinh().powi(2);
-        let half = 0.5 * slope * sigma;
-        let x = fed + half + (half * half + sigma).sqrt();
+        let d = slope * sigma - alpha.abs();
+        let root = (d * d + 4.0 * sigma).sqrt();
+        let x = fed + if d > 0.0 { 0.5 * (d + root) } else { 2.0 * sigma / (root - d) };
         let c = (0.5 * eta).cosh();
         let delta =
             (0.5 * (alpha.abs() + beta * omega * omega * c * c)).min(f64::sqrt(2.0) * omega * c);
@@ -296,7 +297,7 @@ mod tests {
         }
     }
 
-    /// What `N` terms leave out of damped and of fed functions is bounded at every time of the window, here at four hundred of them, for the `N` that is taken
+    /// What `N` terms leave out of damped and of fed functions is bounded at every time of the window, here at some four hundred of them, for the `N` that is taken
     /// and for fewer; and the bound is of the size of what is left out.
     #[test]
     fn what_is_left_out_is_bounded_at_every_time_of_a_window() {
@@ -321,9 +322,9 @@ mod tests {
                     omega,
                     Some(damping),
                 );
-                let looks: Vec<(f64, [Vec<f64>; 2])> = (1..=400)
+                let looks: Vec<(f64, [Vec<f64>; 2])> = (1..=420)
                     .map(|k| {
-                        let t = r / omega * f64::from(k) / 400.0;
+                        let t = r / omega * f64::from(k) / 420.0;
                         let f = nodes.functions(t);
                         (t, [nodes.coefficients(&f.rate), nodes.coefficients(&f.g)])
                     })
@@ -338,7 +339,7 @@ mod tests {
                             let e = left(&c[i], n);
                             let size = [1.0, *t][i] * (-alpha * t).exp().max(1.0);
                             // of the coefficients themselves
-                            let rounding = 2e-15 * size * (1.0 + r);
+                            let rounding = 4e-16 * nodes.len() as f64 * size;
                             let of_length = [whole.rate, whole.g][i] * whole.share(*t);
                             let bound = if n == whole.terms { of_length } else { bounds[i] };
                             assert!(
@@ -361,23 +362,7 @@ mod tests {
             }
         }
         println!("at most {:.0} and {:.0} times what is left out", worst[0], worst[1]);
-        assert!(worst[0] < 3e4 && worst[1] < 3e4, "{worst:?}");
-    }
-
-    /// Six looks at a window are no bound: between them more is left out.
-    #[test]
-    fn looks_at_some_times_are_no_bound() {
-        let (omega, damping, r) = (3.0, Rayleigh { alpha: 0.0, beta: 4.0 }, 40.0);
-        let nodes = Nodes::new(300, omega, Some(damping));
-        let left = |part: f64| {
-            let c = nodes.coefficients(&nodes.functions(part * r / omega).rate);
-            2.0 * c.iter().skip(40).map(|c| c.abs()).sum::<f64>()
-        };
-        let of_looks = (1..=LOOKS).map(|k| left(k as f64 / LOOKS as f64)).fold(0.0, f64::max);
-        let of_all = (1..=600).map(|k| left(f64::from(k) / 600.0)).fold(0.0, f64::max);
-        println!("{of_looks:.1e} at six looks, {of_all:.1e} at all times");
-        assert!(of_all > of_looks);
-        assert!(of_all <= left_out(40, r / omega, omega, damping)[0]);
+        assert!(worst[0] < 1e4 && worst[1] < 1e4, "{worst:?}");
     }
 
     /// The number of terms is what independent prototypes measured (to 1e-14, load at ω_max/50).
