@@ -63,7 +63,7 @@ fn nearly_dependent_modes_tell_their_error() {
             "{off:e}: {error:e} {:e}",
             exact.state_error
         );
-        assert_eq!(exact.is_certified(), exact.state_error <= 1e-6);
+        assert_eq!(exact.is_certified(), exact.state_error <= 1e-4);
         told.push(exact.state_error);
     }
     assert!(told.len() >= 4 && told[0] < 1e-12, "{told:?}");
@@ -125,9 +125,9 @@ fn an_inertia_that_is_left_out_is_named() {
     let scene = |contact: &str| {
         let text = format!(
             "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n\
-             [contact]\ndisplacements = [5, 8, 11]\ngap = 0.2\n{contact}\n[damping]\nrayleigh = [0.0, 0.05]\n\
-             [[load]]\nkind = \"force\"\ndisplacement = 11\namplitude = 0.05\nomega = 0.12\n\
-             [run]\nuntil = 60.0\nsamples = 10\n[orbit]\nrange = [0.11, 0.13]\n"
+             [contact]\ndisplacements = [5, 8, 11]\ngap = 0.2\n{contact}\n[damping]\nrayleigh = [0.0, 0.5]\n\
+             [[load]]\nkind = \"force\"\ndisplacement = 11\namplitude = 0.01\nomega = 0.11\n\
+             [run]\nuntil = 60.0\nsamples = 10\n[orbit]\nrange = [0.11, 0.4]\n"
         );
         let path = place.path().join("m.toml");
         std::fs::write(&path, text).unwrap();
