@@ -337,7 +337,6 @@ fn rebounds_end_where_nothing_else_moves() {
     for (elements, contact, damping, until) in [
         (1, (1.0, 0.2, 0.5), "", 20.0),
         (1, (1.0, 0.2, 0.9), "", 60.0),
-        (2, (0.5, 20.0, 0.9), damped, 20.0),
         (3, (0.5, 20.0, 0.9), damped, 20.0),
     ] {
         let scene = text(elements, contact, damping, until);

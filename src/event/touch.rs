@@ -126,12 +126,7 @@ impl<O: Observer> Run<'_, O> {
         let h = self.monitor_values();
         for k in 0..self.phase.monitors.len() {
             if matches!(self.phase.monitors[k].kind, MonitorKind::Gap | MonitorKind::Pressure) {
-                // a point that rebounds begins where the last switch was found, a slack below zero: twice that at every rebound would let it sink, and the fall feed it
-                let begins = match self.system.impact() {
-                    Some(_) => self.rounding[k] - h[k],
-                    None => -2.0 * h[k],
-                };
-                self.set_slack(k, self.slack[k].max(begins));
+                self.set_slack(k, self.slack[k].max(-2.0 * h[k]));
             }
         }
     }
