@@ -55,7 +55,9 @@ fn damping_of_a_stiffness_in_proportion_to_the_mass_is_mass_damping() {
             format!("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 {x}\n2 2 {x}\n");
         folder.write(name, &text);
     };
-    (matrix("M.mtx", 3.0), matrix("K.mtx", 0.7), matrix("C.mtx", 0.06));
+    for (name, value) in [("M.mtx", 3.0), ("K.mtx", 0.7), ("C.mtx", 0.06)] {
+        matrix(name, value);
+    }
     let text = "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\ndamping_matrix = \"C.mtx\"\n\
                 [contact]\ndisplacements = [0]\ngap = 1.0\nmethod = \"penalty\"\nstiffness = 10.0\n\
                 [[load]]\nkind = \"force\"\ndisplacement = 0\namplitude = 0.1\n[run]\nuntil = 1.0\n";

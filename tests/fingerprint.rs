@@ -96,6 +96,9 @@ fn sum(place: &Path) -> u64 {
     fingerprint(&scene, &problem(&scene))
 }
 
+/// A change of a problem.
+type Change = Box<dyn Fn(&mut Problem)>;
+
 /// Everything of a problem that no file and no text need say: each alone makes another fingerprint.
 #[test]
 fn every_number_of_a_problem_counts() {
@@ -109,7 +112,7 @@ fn every_number_of_a_problem_counts() {
         let t = vec![0.0, 1.0 + late, 2.0, 3.0];
         Course::Measured(Arc::new(Spline::new(t, vec![0.0, scale, -1.0, 0.5])))
     };
-    let changes: [(&str, Box<dyn Fn(&mut Problem)>); 18] = [
+    let changes: [(&str, Change); 18] = [
         ("alpha", Box::new(|p| p.system.damping = Some(Rayleigh { alpha: 0.01, beta: 0.0 }))),
         ("beta", Box::new(|p| p.system.damping = Some(Rayleigh { alpha: 0.0, beta: 0.01 }))),
         ("no damping", Box::new(|p| p.system.damping = None)),

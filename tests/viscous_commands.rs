@@ -263,7 +263,8 @@ fn series_of_viscous_modes_are_cross_checked() {
         // three harmonics lead to the orbit of all others, with other switches than their own
         let [first, more @ ..] = three else { panic!("{three:?}") };
         assert!(["orbit", "another orbit"].iter().any(|v| first["verdict"] == *v), "{first}");
-        assert_eq!(first["verdict"] == "orbit", first["same_sequence"] == true);
+        let is_near = first["same_sequence"] == true && first["moved"].as_f64() <= Some(0.1);
+        assert_eq!(first["verdict"] == "orbit", is_near, "{first}");
         assert!(more.iter().all(|r| r["verdict"] == "orbit"), "{three:?}");
         let e = energy(&three[2]);
         assert!(three.iter().all(|r| (energy(r) / e - 1.0).abs() < 1e-6), "{three:?}");

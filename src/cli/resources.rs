@@ -167,7 +167,7 @@ mod tests {
     /// What one command is allowed says nothing of another in the same process.
     #[test]
     fn one_command_may_be_large_and_the_next_not() {
-        let text = "[body]\nkind = 'plate'\nsize = [1.0, 1.0]\nelements = [1000000, 1000000]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n";
+        let text = "[body]\nkind = 'plate'\nsize = [1.0, 1.0]\nelements = [7000, 7000]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n";
         let scene = Scene::parse(text, "large.toml".as_ref()).unwrap_or_else(|e| panic!("{e}"));
         let mut allowed = scene.clone();
         allowed.unlimited = true;

@@ -137,7 +137,7 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
     let off = index.iter().zip(missing.iter()).map(left).map(|x| x.abs() / of_all);
     // the largest, and not a number where one is none
     let off = off.fold(0.0f64, |m, x| if x <= m { m } else { x });
-    if !(off <= MOMENTS) {
+    if off.is_nan() || off > MOMENTS {
         return Err(ContactError::Moments { off });
     }
     let mut weight = vec![0.0; mesh.n_nodes()];

@@ -87,7 +87,7 @@ pub(crate) fn from_toml(error: &toml::de::Error, file: &str, text: &str) -> Scen
     };
     let mut key = key_at(text, span.start);
     let is_gap = key.rsplit('.').next() == Some("gap");
-    let help = match is_gap && summary.starts_with("invalid type: sequence") {
+    let help = match is_gap && summary.starts_with("invalid type: list") {
         true => format!(
             "{help}; a list is gaps = [1.0, 2.0]: one number a contact displacement of a body from matrices"
         ),

@@ -18,6 +18,8 @@ pub fn unavailable(what: &str, kind: Kind) {
     let strict = std::env::var_os("SIGNORINI_STRICT").is_some_and(|v| v == "1");
     assert!(kind == Kind::System || !strict, "{what}: is pinned, and must be there");
     let test = std::thread::current().name().unwrap_or_default().to_owned();
+    // eprintln! is captured, and nobody would read it
+    #[allow(clippy::explicit_write)]
     writeln!(std::io::stderr(), "SKIPPED: {what} is not there: {test}").unwrap();
     if let Some(list) = std::env::var_os("SIGNORINI_SKIPPED") {
         let file = std::fs::OpenOptions::new().append(true).create(true).open(list);

@@ -10,10 +10,13 @@ use crate::report::families::{Axis, error_entries, of_branch};
 use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, legend_columns};
 use crate::store::StoredFamily;
 
+/// The name of a file, and the entries of its curves.
+type OfFile = (String, Vec<(String, RGBColor, Mark)>);
+
 /// Names in the legend.
 pub(super) struct Names {
     /// Of each file of responses: what stands before its ratios, and these.
-    responses: Vec<(String, Vec<(String, RGBColor, Mark)>)>,
+    responses: Vec<OfFile>,
     checked: String,
     series: String,
     harmonics: Vec<(String, RGBColor)>,
@@ -130,11 +133,11 @@ fn of_files(name: &str, scene: &Scene, wanted: fn(&Look) -> bool) -> String {
 }
 
 /// What stands before the ratios of each file, and these with their colours. Where each kind of response comes from one file, one row for all.
-fn responses(scene: &Scene) -> Vec<(String, Vec<(String, RGBColor, Mark)>)> {
+fn responses(scene: &Scene) -> Vec<OfFile> {
     let named = |r: Option<f64>| r.map(|r| format!("{r} %"));
     let several = scene.files() > 1;
     let full = scene.any(|look| matches!(look, Look::Response(..)));
-    let mut rows: Vec<(String, Vec<(String, RGBColor, Mark)>)> = vec![];
+    let mut rows: Vec<OfFile> = vec![];
     let mut last: Option<*const StoredFamily> = None;
     if !several && scene.any(is_response) {
         let mark = if full { Mark::Line } else { Mark::Thin };
