@@ -83,10 +83,15 @@ pub(super) fn shares(area: &Area, tallies: &[Tally]) -> Drawn {
         tallies.iter().map(|t| ((t.n_h.max(1) as f64).log10(), share(t))).collect()
     };
     let curves = [
-        Curve { name: "orbit found", points: points(|t| t.orbits), colour: INK, mark: Mark::Ring },
         Curve {
-            name: "with the same switches",
-            points: points(|t| t.same_sequence),
+            name: "orbit found",
+            points: points(|t| t.orbits + t.others),
+            colour: INK,
+            mark: Mark::Ring,
+        },
+        Curve {
+            name: "that the series approximates",
+            points: points(|t| t.orbits),
             colour: INK,
             mark: Mark::Dot,
         },

@@ -15,8 +15,6 @@ pub struct Tally {
     pub orbits: usize,
     /// How many led to another orbit.
     pub others: usize,
-    /// How many of all these orbits have the switches of the series.
-    pub same_sequence: usize,
     /// The other verdicts, and how often each was given.
     pub verdicts: BTreeMap<VerdictKind, usize>,
     /// Median relative distance to the orbit, this one or another; NaN: there is none.
@@ -53,7 +51,6 @@ pub fn by_harmonics(rows: &[CheckRow]) -> Vec<Tally> {
             points: of().count(),
             orbits: of().filter(|r| r.is_orbit()).count(),
             others: of().filter(|r| r.verdict == VerdictKind::AnotherOrbit).count(),
-            same_sequence: orbits().filter(|r| r.same_sequence).count(),
             verdicts,
             median_moved: median(orbits().map(|r| r.moved)),
             median_residual: median(of().map(|r| r.residual)),
@@ -88,7 +85,7 @@ mod tests {
             row(VerdictKind::Fold, f64::NAN, false),
         ];
         let [t] = &by_harmonics(&rows)[..] else { panic!("one number of harmonics") };
-        assert_eq!((t.n_h, t.points, t.orbits, t.others, t.same_sequence), (3, 4, 1, 2, 2));
+        assert_eq!((t.n_h, t.points, t.orbits, t.others), (3, 4, 1, 2));
         assert_eq!((t.median_moved, t.median_residual), (0.2, 0.5));
         assert_eq!(t.verdicts.get(&VerdictKind::Fold), Some(&1));
     }
