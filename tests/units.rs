@@ -77,10 +77,12 @@ fn check(of: impl Fn(Units) -> Numbers, decimal: &[Units], tolerance: f64) {
     for &units in decimal {
         let other = of(units);
         assert_eq!(other.kinds, plain.kinds, "{units:?}");
-        let pairs = plain.values.iter().zip(&other.values);
-        let off = pairs.flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs() / sizes[c]));
-        let off = off.fold(0.0, f64::max);
-        assert!(off < tolerance, "{units:?}: {off:.1e}");
+        for (k, (a, b)) in plain.values.iter().zip(&other.values).enumerate() {
+            let off = (0..3).map(|c| (a[c] - b[c]).abs() / sizes[c]).fold(0.0, f64::max);
+            // at a branch point the corrector's matrix is singular: the root of rounding
+            let limit = if plain.kinds[k] == "branch point" { 1e-7 } else { tolerance };
+            assert!(off < limit, "{units:?}, {}: {off:.1e}", plain.kinds[k]);
+        }
     }
 }
 
