@@ -216,7 +216,7 @@ fn bounds(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 fn tally_json(t: &Tally) -> Value {
     let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
     json!({
-        "harmonics": t.n_h, "points": t.points, "orbits": t.orbits, "same_sequence": t.same_sequence,
+        "harmonics": t.n_h, "points": t.points, "orbits": t.orbits, "another_orbit": t.others,
         "verdicts": t.verdicts, "median_moved": number(t.median_moved),
         "median_residual": number(t.median_residual),
     })
@@ -224,8 +224,8 @@ fn tally_json(t: &Tally) -> Value {
 
 fn tally_text(t: &Tally) -> String {
     let mut parts = vec![format!(
-        "{} points: {} orbits ({} with the same switches)",
-        t.points, t.orbits, t.same_sequence
+        "{} points: {} approximate an orbit, {} lead to another",
+        t.points, t.orbits, t.others
     )];
     parts.extend(t.verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}")));
     let moved = match t.median_moved.is_finite() {
