@@ -72,9 +72,10 @@ class Result(Group):
                 return self[group][name]
         if name in self._said:
             return self._said[name]
-        if name in {k for c in type(self).__mro__ for k in c.__dict__.get("__annotations__", ())}:
-            # a key of the JSON object that is null
-            return None
+        declared = {k: a for c in type(self).__mro__ for k, a in c.__dict__.get("__annotations__", {}).items()}
+        if name in declared:
+            # a key of the JSON object that is null, or a list that is empty
+            return [] if str(declared[name]).startswith("list[") else None
         raise KeyError(name)
 
     def __getattr__(self, name: str) -> Any:
@@ -189,6 +190,9 @@ class Run(Result):
     loosened_monitors: int
     verdict: str
     warning: str | None
+    mesh_warning: str | None
+    warnings: list[str]
+    places: list[dict]
     integrator_note: str | None
     lcp_check: Group | None
     damping: Group | None
