@@ -6,9 +6,8 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
-use std::time::Duration;
 
-use common::{datasets, program, root};
+use common::{datasets, program, root, wait_until};
 use tempfile::TempDir;
 
 const SCENE: &str = "scenarios/half-plate-orbit.toml";
@@ -197,7 +196,8 @@ fn a_damaged_journal_is_told_and_mended() {
     let words = [&list.each_ref().map(String::as_str)[..], &["-q", "--threads", "1"]].concat();
     let mut held = Held::at(8, &words);
     let journal = PathBuf::from(format!("{cut}.journal"));
-    wait_until(|| std::fs::read_to_string(&journal).is_ok_and(|t| t.lines().count() > 8));
+    let begun = || std::fs::read_to_string(&journal).is_ok_and(|t| t.lines().count() > 8);
+    wait_until("some points are written down", begun);
     held.child.kill().unwrap();
     held.child.wait().unwrap();
     let original = std::fs::read_to_string(&journal).unwrap();
@@ -261,13 +261,6 @@ impl Held {
         let mut said = String::new();
         self.stderr.read_to_string(&mut said).unwrap();
         (self.child.wait().unwrap().code(), said)
-    }
-}
-
-/// For what another process has begun and will surely do.
-fn wait_until(condition: impl Fn() -> bool) {
-    while !condition() {
-        std::thread::sleep(Duration::from_millis(5));
     }
 }
 

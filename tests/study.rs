@@ -6,9 +6,8 @@ use std::collections::BTreeMap;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
-use common::{datasets, root};
+use common::{datasets, root, wait_until};
 use serde_json::Value;
 
 /// A bar that bounces for a while, by two methods on three meshes before four gaps; a viscous look at families costs more than a test may.
@@ -74,9 +73,9 @@ impl Place {
 
     /// Wait for at least so many answers.
     fn wait_for(&self, done: u64) {
-        while !self.path("s.study/study.json").exists() || self.count("done") < done {
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        wait_until(&format!("{done} tasks are done"), || {
+            self.path("s.study/study.json").exists() && self.count("done") >= done
+        });
     }
 
     /// The processes of tasks that said they stop, by their numbers.
@@ -93,18 +92,14 @@ impl Place {
 
     /// Wait until two tasks stand still that did not before: they neither end nor go on by themselves.
     fn wait_for_stopped(&self, before: &[String]) -> Vec<String> {
-        let stands = |number: &String| {
-            let stat = std::fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
-            stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('T'))
-        };
-        loop {
-            let mut now = self.processes();
+        let stands = |number: &String| state_of_process(number) == Some('T');
+        let mut now = vec![];
+        wait_until("two tasks stand still", || {
+            now = self.processes();
             now.retain(|number| !before.contains(number) && stands(number));
-            if now.len() == 2 {
-                return now;
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
+            now.len() == 2
+        });
+        now
     }
 
     /// Answers as they stand, by task.
@@ -123,6 +118,12 @@ impl Place {
         assert!(all.contains_key("/study/state") && all.len() > 8, "{:?}", all.keys());
         all
     }
+}
+
+/// Its letter in the table of processes; none of a process that is not there.
+fn state_of_process(number: &str) -> Option<char> {
+    let stat = std::fs::read_to_string(format!("/proc/{number}/stat")).ok()?;
+    stat.rsplit(") ").next()?.chars().next()
 }
 
 fn kill(what: &str) {
@@ -443,20 +444,20 @@ fn a_job_array_of_slurm_gives_the_same_data() {
         .for_each(|job| drop(slurm.run("scancel", &["--signal=KILL", job])));
     let pid = std::fs::read_to_string(slurm.folder.path().join("slurmctld.pid")).unwrap();
     kill(pid.trim());
-    // until the system has taken it away
-    while Path::new("/proc").join(pid.trim()).exists() {
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    // one whose parent does not ask after it stays in the table of processes, as Z
+    wait_until("the controller is dead", || {
+        matches!(state_of_process(pid.trim()), None | Some('Z'))
+    });
     slurm.run("slurmctld", &[]);
-    while slurm.run("squeue", &["-h"]).trim().is_empty() && place.count("done") < 23 {
-        std::thread::sleep(Duration::from_millis(500));
+    wait_until("the controller knows of the array, or the array is done", || {
+        !slurm.run("squeue", &["-h"]).trim().is_empty() || place.count("done") >= 23
+    });
+    // the killed one is submitted again by the second, if it was not done
+    for _ in 0..2 {
+        let mut waits = place.begin(&[&words[..], &["--wait"]].concat());
+        wait_until("the array is done", || waits.try_wait().unwrap().is_some());
     }
-    let (_, answer) = place.said(&[&words[..], &["--wait"]].concat());
-    // the killed one is submitted again by the next, if it was not done
-    if answer["counts"]["done"] != 24 {
-        let answer = place.done(&[&words[..], &["--wait"]].concat());
-        assert_eq!(answer["counts"]["done"], 24, "{answer}");
-    }
+    assert_eq!(place.count("done"), 24);
     let now = place.answers();
     assert!(done.iter().all(|(id, answer)| now[id] == *answer));
     assert_eq!(place.collected(), here.collected());

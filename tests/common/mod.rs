@@ -34,6 +34,15 @@ pub fn program() -> std::process::Command {
     command
 }
 
+/// Until what another process has begun, and will surely do, is done. A test that waits in vain fails here, with words: it does not hold up a suite.
+pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let begun = std::time::Instant::now();
+    while !is_so() {
+        assert!(begun.elapsed().as_secs() < 600, "ten minutes, and still not: {what}");
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+}
+
 /// The program with arguments, on one thread.
 pub fn run(arguments: &[&str]) -> std::process::Output {
     program().args(arguments).args(["--threads", "1"]).output().unwrap()

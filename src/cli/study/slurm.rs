@@ -53,14 +53,18 @@ fn arrays(folder: &Folder) -> Vec<Array> {
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// What Slurm still has of the study; nothing where there is no Slurm.
-pub fn queue(folder: &Folder) -> Vec<Queued> {
+/// What Slurm still has of the study; nothing where there is no Slurm. `Err`: it does not answer, so that nobody knows.
+pub fn queue(folder: &Folder) -> Result<Vec<Queued>, String> {
     let mut all = vec![];
     for array in arrays(folder) {
         let asked =
             Command::new("squeue").args(["-h", "-r", "-o", "%K %T", "-j", &array.job]).output();
-        // a job that is over is an error to squeue
         let Ok(answer) = asked else { continue };
+        let errors = String::from_utf8_lossy(&answer.stderr);
+        // a job that is over is an error to squeue, too
+        if !answer.status.success() && !errors.contains("Invalid job id") {
+            return Err(errors.lines().last().unwrap_or("squeue failed").trim().to_owned());
+        }
         for line in String::from_utf8_lossy(&answer.stdout).lines() {
             let Some((index, state)) = line.trim().split_once(' ') else { continue };
             let Ok(index) = index.parse::<usize>() else { continue };
@@ -69,7 +73,7 @@ pub fn queue(folder: &Folder) -> Vec<Queued> {
             all.push(Queued { id, job, index, state });
         }
     }
-    all
+    Ok(all)
 }
 
 /// Submit what is neither done nor in the queue.
@@ -79,7 +83,13 @@ pub fn submit(
     run: &Run,
     global: &Global,
 ) -> Result<Answer, CliError> {
-    let queued: BTreeSet<String> = queue(folder).into_iter().map(|q| q.id).collect();
+    // a task that may be in the queue is not submitted a second time
+    let silent = |why| {
+        let next = "nothing was submitted; try again when `squeue` answers";
+        CliError::Other(format!("Slurm does not tell what is in its queue ({why}): {next}"))
+    };
+    let queued: BTreeSet<String> =
+        queue(folder).map_err(silent)?.into_iter().map(|q| q.id).collect();
     let missing: Vec<&TaskPlace> = open
         .iter()
         .filter(|t| {
@@ -97,7 +107,8 @@ pub fn submit(
     if run.wait {
         let begun = std::time::Instant::now();
         global.caller.watch();
-        while !queue(folder).is_empty() {
+        // a controller that is away for a while still has the array
+        while queue(folder).map_or(true, |left| !left.is_empty()) {
             if let Some(signal) = global.caller.signal() {
                 let text = "interrupted: the array goes on without this command; look with `signorini study status`";
                 return Err(CliError::Interrupted(signal, text.into()));

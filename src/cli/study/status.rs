@@ -14,8 +14,14 @@ const TOLD: usize = 10;
 /// Tell how far every task is.
 pub fn run(which: &Which, global: &Global) -> Result<Answer, CliError> {
     let folder = which.open()?;
-    let queued = slurm::queue(&folder);
-    let (json, text) = told(&folder, &queued);
+    let (queued, silent) = match slurm::queue(&folder) {
+        Ok(queued) => (queued, None),
+        Err(why) => (vec![], Some(why)),
+    };
+    let (json, mut text) = told(&folder, &queued);
+    if let Some(why) = silent {
+        text += &format!("  {:<14}does not tell what is in its queue ({why})\n", "slurm");
+    }
     Ok(global.answer(|| json, || text))
 }
 
