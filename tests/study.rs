@@ -404,10 +404,24 @@ impl Slurm {
             Command::new(program).args(words).env("SLURM_CONF", &self.conf).output().unwrap();
         String::from_utf8_lossy(&output.stdout).into_owned()
     }
+
+    fn answers(&self, program: &str) -> bool {
+        let asked = Command::new(program).env("SLURM_CONF", &self.conf).output();
+        asked.unwrap().status.success()
+    }
 }
 
 impl Drop for Slurm {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("{}{}", self.run("sinfo", &["-N", "-l"]), self.run("squeue", &["-l"]));
+            for log in ["slurmctld.log", "slurmd.log"] {
+                let text =
+                    std::fs::read_to_string(self.folder.path().join(log)).unwrap_or_default();
+                let lines: Vec<&str> = text.lines().collect();
+                eprintln!("{log}:\n{}", lines[lines.len().saturating_sub(30)..].join("\n"));
+            }
+        }
         let _ = Command::new(root().join("tests/slurm/node.sh"))
             .arg("stop")
             .arg(self.folder.path())
@@ -449,15 +463,13 @@ fn a_job_array_of_slurm_gives_the_same_data() {
         matches!(state_of_process(pid.trim()), None | Some('Z'))
     });
     slurm.run("slurmctld", &[]);
-    wait_until("the controller knows of the array, or the array is done", || {
-        !slurm.run("squeue", &["-h"]).trim().is_empty() || place.count("done") >= 23
-    });
-    // the killed one is submitted again by the second, if it was not done
-    for _ in 0..2 {
+    wait_until("the controller answers", || slurm.answers("squeue"));
+    // what was killed is submitted again by the next, and so is an array that the controller had not yet written down
+    wait_until("the array is done", || {
         let mut waits = place.begin(&[&words[..], &["--wait"]].concat());
-        wait_until("the array is done", || waits.try_wait().unwrap().is_some());
-    }
-    assert_eq!(place.count("done"), 24);
+        wait_until("the queue is empty", || waits.try_wait().unwrap().is_some());
+        place.count("done") == 24
+    });
     let now = place.answers();
     assert!(done.iter().all(|(id, answer)| now[id] == *answer));
     assert_eq!(place.collected(), here.collected());
