@@ -154,6 +154,7 @@ impl<'a, O: Observer> Bar<'a, O> {
         self.touches = k.active == [true];
         self.ledger = Ledger::of_numbers(k.ledger);
         (self.next_sample, self.stored) = (k.counts[0], k.rows[0]);
+        self.fronts = k.flow[0] as u64;
         self.log = log;
     }
 
@@ -346,7 +347,8 @@ impl<'a, O: Observer> Bar<'a, O> {
             let at = (self.t, std::iter::once(self.end).chain(pieces).collect());
             let counts = [self.next_sample, self.stored, self.log.switches()];
             let set = ActiveSet::new(vec![self.touches]);
-            self.observer.phase(Checkpoint::marched(at, &set, &self.ledger, (0.0, 0.0), counts));
+            let marched = Checkpoint::marched(at, &set, &self.ledger, (0.0, 0.0), counts);
+            self.observer.phase(Checkpoint { flow: vec![self.fronts as f64], ..marched });
         }
         Ok(())
     }

@@ -284,6 +284,21 @@ fn orbits_and_series_have_the_energy_of_the_whole_body() {
     assert!((orbit.energy / most - 1.0).abs() < 0.01, "{} {most}", orbit.energy);
     let energy = Summary::new(&r, &s).unwrap().energy;
     assert!((energy / most - 1.0).abs() < 0.01, "{energy} {most}");
+    // that of the series is the largest of it, at ends of phases as well: none of many states has more
+    assert!(s.crossings.len() >= 2);
+    let mut dense = 0.0f64;
+    for (set, (a, b)) in s.phases() {
+        for k in 0..=4000 {
+            let theta = a + (b - a) * f64::from(k) / 4000.0;
+            let (q, dq) = s.q.at(theta);
+            dense = dense.max(p.system.energy_in(set, theta / 1.3, &r.state(&q, &dq, 1.3)));
+        }
+    }
+    println!(
+        "energy of the series over that of dense states, less 1: {:.1e}",
+        energy / dense - 1.0
+    );
+    assert!(energy > dense * (1.0 - 1e-13) && energy < dense * (1.0 + 1e-6), "{energy} {dense}");
 }
 
 /// With a mass that leaves the contact points out, gravity acts on that mass: the equilibrium under weight is that of the mesh but for what hangs on the

@@ -166,9 +166,8 @@ fn links_lead_somewhere() {
     assert!(count > 40, "{count}");
 }
 
-/// What the code cites as "theory §n" is a section of the page of theory, and the modules that the page names are there.
-#[test]
-fn the_theory_that_the_code_cites_is_there() {
+/// All of the program's source.
+fn code() -> String {
     fn texts(folder: &Path, found: &mut String) {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -179,9 +178,16 @@ fn the_theory_that_the_code_cites_is_there() {
             }
         }
     }
+    let mut all = String::new();
+    texts(&root().join("src"), &mut all);
+    all
+}
+
+/// What the code cites as "theory §n" is a section of the page of theory, and the modules that the page names are there.
+#[test]
+fn the_theory_that_the_code_cites_is_there() {
     let page = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
-    let mut code = String::new();
-    texts(&root().join("src"), &mut code);
+    let code = code();
     let mut count = 0;
     for cited in code.split("theory §").skip(1) {
         let number: String = cited.chars().take_while(char::is_ascii_digit).collect();
@@ -204,22 +210,11 @@ fn the_theory_that_the_code_cites_is_there() {
 /// Each hypothesis of the theorem of theory §12 is named by a line of code that stands for it, and no line names one that is not there.
 #[test]
 fn every_hypothesis_of_the_certificate_stands_in_the_code() {
-    fn texts(folder: &Path, found: &mut String) {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                texts(&path, found);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                found.push_str(&std::fs::read_to_string(path).unwrap());
-            }
-        }
-    }
     let number = |text: &str| text.chars().take_while(char::is_ascii_digit).collect::<String>();
     let page = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
     let section = page.split("\n## 12. ").nth(1).unwrap();
     let stated: BTreeSet<String> = section.split("\n- **H").skip(1).map(number).collect();
-    let mut code = String::new();
-    texts(&root().join("src"), &mut code);
+    let code = code();
     let cited: BTreeSet<String> = code.split("theory §12, H").skip(1).map(number).collect();
     assert_eq!(stated, cited);
     assert!(stated.len() >= 7, "{stated:?}");

@@ -10,13 +10,14 @@ use signorini::contact::State;
 use signorini::continuation::{Family, Go, Options, Stop};
 use signorini::event::{Observer, Sample};
 use signorini::orbit::along::{Start, arclength};
+use signorini::orbit::border::Border;
 use signorini::orbit::branch::{mode_guess, place_of};
 use signorini::orbit::census::{all, starts};
 use signorini::orbit::chain::Propagator;
 use signorini::orbit::credentials::examine;
 use signorini::orbit::period_map::{integrate, integrate_with};
 use signorini::orbit::search::{Effort, Verdict, chain_of, find};
-use signorini::orbit::segments::{Border, Segments};
+use signorini::orbit::segments::Segments;
 use signorini::orbit::shooting::{Closure, linearised};
 use signorini::orbit::{Orbit, floquet};
 use signorini::problem::Problem;
@@ -197,7 +198,8 @@ fn multipliers_of_a_reversible_orbit_are_reciprocal() {
     }
     let z: Vec<f64> = orbit.z.iter().copied().chain(vec![0.0; body.n()]).collect();
     let passage = integrate(&body, &orbit.state, orbit.period).unwrap();
-    let m = floquet::monodromy(&body, &z, &passage, orbit.period).unwrap();
+    let walk = body.walk(&passage.chain, &z, &passage.times, orbit.period).unwrap();
+    let m = floquet::monodromy(&body, (&passage.chain, &walk)).unwrap();
     assert!((m.determinant().abs() - 1.0).abs() < 1e-8);
 }
 

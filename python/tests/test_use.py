@@ -208,6 +208,8 @@ def test_the_interpreter_goes_on_meanwhile():
 def test_ctrl_c(code, tmp_path):
     script = f"""
         import os, signal, sys, threading, time
+        # what is started in the background of a script ignores the signal, and hands that on
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         root = os.getcwd()
         import signorini as sg
         os.makedirs({str(tmp_path)!r}, exist_ok=True)

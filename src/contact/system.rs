@@ -400,6 +400,15 @@ impl System {
         0.5 * square + self.loads.carried.elastic(t, u)
     }
 
+    /// Energy `H` at `t` of a state along an active set.
+    pub fn energy_in(&self, set: &ActiveSet, t: f64, state: &State) -> f64 {
+        let phase = self.phase(set);
+        let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
+        phase.expand_displacement(t, &state.u, &mut u);
+        phase.expand_velocity(t, &state.v, &mut v);
+        self.elastic(t, &u) + self.kinetic(t, &v)
+    }
+
     /// Displacements of the body at the contact points along their normals, of a full displacement: `u_C`, but for tips of springs.
     pub fn along_normals(&self, u: &[f64]) -> Vec<f64> {
         let (u_o, u_c) = u.split_at(self.n_o());

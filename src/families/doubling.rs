@@ -12,7 +12,7 @@ use super::FamilyError;
 use crate::orbit::along::Start;
 use crate::orbit::period_map::integrate;
 use crate::orbit::search::{Effort, find};
-use crate::orbit::{Closure, Propagator, floquet};
+use crate::orbit::{Closure, OrbitError, Propagator, floquet};
 use crate::records::{Bifurcation, Outside, PointKind, PointRecord};
 use crate::store::StoredFamily;
 
@@ -91,7 +91,8 @@ pub fn start(
 /// The unit eigenvector of the lowest real multiplier, by inverse iteration; none if that is far from −1.
 fn flip(body: &Propagator, z: &[f64], period: f64) -> Result<Option<Vec<f64>>, FamilyError> {
     let passage = integrate(body, &body.state(z), period)?;
-    let m = floquet::monodromy(body, z, &passage, period)?;
+    let walk = body.walk(&passage.chain, z, &passage.times, period).map_err(OrbitError::from)?;
+    let m = floquet::monodromy(body, (&passage.chain, &walk))?;
     let all = floquet::multipliers(&m)?;
     let real = all.iter().filter(|m| m.1 == 0.0 && m.0 < LOWEST);
     let Some(mu) = real.map(|m| m.0).min_by(f64::total_cmp) else { return Ok(None) };

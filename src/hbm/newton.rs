@@ -64,6 +64,13 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Active sets with the phase angles at which they begin and end.
+    pub fn phases(&self) -> impl Iterator<Item = (&ActiveSet, (f64, f64))> {
+        let ends = self.crossings.iter().map(|c| c.theta);
+        let begins = std::iter::once(0.0).chain(ends.clone());
+        self.sets.iter().zip(begins.zip(ends.chain([self.q.basis.end()])))
+    }
+
     /// The switches over a whole period in their order: contact point, closes.
     pub fn sequence(&self) -> Vec<(usize, bool)> {
         let forth = self.crossings.iter().map(|c| (c.contact, c.closes));

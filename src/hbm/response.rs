@@ -12,6 +12,7 @@ use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
 use crate::contact::{ActiveSet, State, System};
 use crate::continuation::{Family, JUMP, Units, norm};
+use crate::orbit::Highest;
 use crate::records::crest;
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
@@ -46,8 +47,7 @@ impl Summary {
     /// Walk along a solution whose displacements are known.
     pub(super) fn along(interface: &Interface, s: &Solution, series: &Series) -> Summary {
         let system = &interface.system;
-        let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
-        let (mut energy, mut amplitude) = (0.0f64, 0.0f64);
+        let (mut u, mut amplitude) = (vec![0.0; system.n()], 0.0f64);
         let end = s.q.basis.end();
         let mut phases = std::collections::HashMap::new();
         let mut last: Vec<(f64, Vec<f64>)> = vec![];
@@ -62,10 +62,6 @@ impl Summary {
             let state = state(series, theta, s.omega);
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
-            phase.expand_velocity(t, &state.v, &mut v);
-            if k == 0 || s.q.basis == Basis::Full {
-                energy = energy.max(system.kinetic(t, &v) + system.elastic(t, &u));
-            }
             let moved: Vec<f64> = system.along_normals(&u).iter().map(|u| u.abs()).collect();
             amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));
             if let [(t0, a), (t1, b)] = &last[..] {
@@ -76,6 +72,11 @@ impl Summary {
             }
             last.push((t, moved));
         }
+        let energy = match s.q.basis {
+            // the far point
+            Basis::Cosine => system.energy_in(&s.sets[0], 0.0, &state(series, 0.0, s.omega)),
+            Basis::Full => largest_energy(system, s, series),
+        };
         let tau = std::f64::consts::TAU;
         let mut switches: Vec<(f64, usize, bool)> =
             s.crossings.iter().map(|c| (c.theta / s.omega, c.contact, c.closes)).collect();
@@ -90,15 +91,35 @@ impl Summary {
             switches.extend(back);
         }
         let mut contact_time = 0.0;
-        for (j, set) in s.sets.iter().enumerate() {
+        for (set, (a, b)) in s.phases() {
             if set.count() > 0 {
-                let a = if j == 0 { 0.0 } else { s.crossings[j - 1].theta };
-                let b = s.crossings.get(j).map_or(end, |c| c.theta);
                 contact_time += (b - a) / s.omega * if mirrored { 2.0 } else { 1.0 };
             }
         }
         Summary { energy, amplitude, contact_time, switches }
     }
+}
+
+/// The largest energy of a series, which jumps at its switches: states of every phase with both of its ends, and the maxima between them.
+fn largest_energy(system: &System, s: &Solution, series: &Series) -> f64 {
+    let of = |set: &ActiveSet, theta: f64| {
+        system.energy_in(set, theta / s.omega, &state(series, theta, s.omega))
+    };
+    let mut highest = Highest::default();
+    for (set, (a, b)) in s.phases() {
+        let steps = (SAMPLES as f64 * (b - a) / s.q.basis.end()).ceil().max(4.0) as usize;
+        for k in 0..=steps {
+            let theta = a + (b - a) * k as f64 / steps as f64;
+            highest.note(theta, of(set, theta));
+        }
+        highest.end_phase();
+    }
+    let phases: Vec<_> = s.phases().collect();
+    let energy = |theta: f64| {
+        let j = phases.partition_point(|(_, (_, end))| *end < theta);
+        of(phases[j.min(phases.len() - 1)].0, theta)
+    };
+    highest.of(Some(&energy))
 }
 
 /// The modal displacement of a mode of the open phase (from 0) that grazes the obstacle.

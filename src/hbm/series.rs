@@ -145,10 +145,20 @@ impl Polynomial {
         (value, slope)
     }
 
-    /// The first `θ` in `(a, b]` at which the polynomial falls below `−slack`, then polished to its root: proved by bounds of
-    /// the fourth derivative on intervals that are halved where nothing can be said. A tangency before it that stays undecided when
-    /// nothing is left to halve is counted.
+    /// The first `θ` in `(a, b]` at which the polynomial falls below `−slack`, then polished to its root. A tangency before it that stays undecided
+    /// when nothing is left to halve is counted.
     pub fn first_crossing(&self, a: f64, b: f64, slack: f64, undecided: &mut usize) -> Option<f64> {
+        self.first_below(a, b, slack, undecided).map(|t| self.polish(t))
+    }
+
+    /// A point of `[a, b]` at which the polynomial is below `−slack`.
+    pub fn below(&self, a: f64, b: f64, slack: f64) -> Option<f64> {
+        self.first_below(a, b, slack, &mut 0)
+    }
+
+    /// A point right behind the first place at which the polynomial falls below `−slack`: proved by bounds of the fourth derivative on intervals that are halved
+    /// where nothing can be said.
+    fn first_below(&self, a: f64, b: f64, slack: f64, undecided: &mut usize) -> Option<f64> {
         let width = std::f64::consts::PI / (2.0 * self.cos.len() as f64);
         let parts = ((b - a) / width).ceil().max(1.0);
         let step = (b - a) / parts;
@@ -159,27 +169,15 @@ impl Polynomial {
             let at_right = self.at(right);
             let known = *undecided;
             let ends = (at_left, at_right);
-            if let Some(t) = self.crossing_in(left, right, ends, slack, 0, undecided) {
-                return Some(self.polish(t));
+            let found = self.crossing_in(left, right, ends, slack, 0, undecided);
+            if found.is_some() {
+                return found;
             }
             // neighbours that cannot be told apart are one touch
             *undecided = (*undecided).min(known + 1);
             at_left = at_right;
         }
         None
-    }
-
-    /// A point of `[a, b]` at which the polynomial is below `−slack`, by the same bounds.
-    pub fn below(&self, a: f64, b: f64, slack: f64) -> Option<f64> {
-        let width = std::f64::consts::PI / (2.0 * self.cos.len() as f64);
-        let parts = ((b - a) / width).ceil().max(1.0);
-        let at = |j: usize| if j == parts as usize { b } else { a + j as f64 * (b - a) / parts };
-        let piece = |j: usize| {
-            let (left, right) = (at(j), at(j + 1));
-            let ends = (self.at(left), self.at(right));
-            self.crossing_in(left, right, ends, slack, 0, &mut 0)
-        };
-        (0..parts as usize).find_map(piece)
     }
 
     fn crossing_in(

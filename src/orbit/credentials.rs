@@ -6,11 +6,12 @@
 use std::f64::consts::TAU;
 
 use super::OrbitError;
-use super::chain::Propagator;
+use super::chain::{Chain, Propagator};
 use super::floquet::{Stability, stability, stability_under_load};
 use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
+use super::walk::Walk;
 use crate::contact::{OMITTED_INERTIA, State};
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
@@ -225,17 +226,22 @@ fn if_known(computed: Result<Stability, OrbitError>) -> Result<Option<Stability>
 fn feedback(
     body: &Propagator,
     (alpha, beta): (f64, f64),
-    start: &[f64],
-    passage: &Passage,
-    period: f64,
+    along: (&Chain, &Walk),
     multipliers: bool,
 ) -> Result<Feedback, OrbitError> {
-    let walk = body.walk(&passage.chain, start, &passage.times, period)?;
     let under_load = match multipliers {
-        true => if_known(stability_under_load(body, start, passage, period, alpha))?,
+        true => if_known(stability_under_load(body, along, alpha))?,
         false => None,
     };
-    Ok(Feedback { alpha, beta, turned_over: alpha * walk.squared_speed(), under_load })
+    Ok(Feedback { alpha, beta, turned_over: alpha * along.1.squared_speed(), under_load })
+}
+
+/// `H` of a walk, which is continuous from the left.
+fn energy_along(body: &Propagator, walk: &Walk, chain: &Chain, t: f64) -> f64 {
+    let system = &body.system;
+    let Some((k, u_o, v_o)) = walk.state(t) else { return f64::NAN };
+    let Some(set) = chain.sets.get(k) else { return f64::NAN };
+    system.energy_in(set, t, &State { u: u_o, v: v_o })
 }
 
 /// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.
@@ -278,23 +284,26 @@ pub fn examine(
     }
     let stiffness =
         system.constraints.iter().map(|c| c.stiffness).fold(f64::MIN_POSITIVE, f64::max);
-    // large bodies have no motion in closed form
-    let walk = match body.is_large() {
-        true => None,
-        false => body.walk(&passage.chain, &start, &passage.times, period).ok(),
-    };
-    let known = walk.as_ref().map(|walk| (walk, &passage.chain));
-    let largest = scan.energy.of(body, known);
-    let energy = largest.max(f64::MIN_POSITIVE);
     let wanted = multipliers && body.n() <= MULTIPLIER_LIMIT;
-    let stability = match wanted {
-        true => if_known(stability(body, closure, &start, &passage, period))?,
-        false => None,
+    // the motion in closed form: the energy alone does without it
+    let needed = wanted || matches!(closure, Closure::Viscous(_));
+    let walk = match needed || !body.is_large() {
+        true => body.walk(&passage.chain, &start, &passage.times, period).map(Some),
+        false => Ok(None),
     };
-    let viscous = match closure {
-        Closure::Viscous(pin) => {
+    let walk = if needed { walk? } else { walk.unwrap_or_default() };
+    let along = walk.as_ref().map(|walk| (&passage.chain, walk));
+    let energy_of = along.map(|(chain, walk)| move |t: f64| energy_along(body, walk, chain, t));
+    let largest = scan.energy.of(energy_of.as_ref().map(|e| e as &dyn Fn(f64) -> f64));
+    let energy = largest.max(f64::MIN_POSITIVE);
+    let stability = match along {
+        Some(along) if wanted => if_known(stability(body, closure, &start, along))?,
+        _ => None,
+    };
+    let viscous = match (closure, along) {
+        (Closure::Viscous(pin), Some(along)) => {
             let alpha = z[z.len() - 1];
-            Some(feedback(body, (alpha, pin.beta), &start, &passage, period, wanted)?)
+            Some(feedback(body, (alpha, pin.beta), along, wanted)?)
         }
         _ => None,
     };

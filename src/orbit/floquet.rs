@@ -9,9 +9,9 @@
 use faer::Mat;
 
 use super::OrbitError;
-use super::chain::Propagator;
-use super::period_map::Passage;
+use super::chain::{Chain, Propagator};
 use super::shooting::Closure;
+use super::walk::Walk;
 use crate::continuation::norm;
 
 /// A multiplier: real and imaginary part.
@@ -54,32 +54,24 @@ impl Stability {
 /// Multipliers further out than this are unstable.
 const OUTSIDE: f64 = 1e-6;
 
-/// The monodromy matrix in the frame, from the passage of a whole period.
-pub fn monodromy(
-    body: &Propagator,
-    z: &[f64],
-    passage: &Passage,
-    period: f64,
-) -> Result<Mat<f64>, OrbitError> {
-    let n = body.n();
-    let walk = body.walk(&passage.chain, z, &passage.times, period)?;
-    Ok(body.derivative((&passage.chain, &walk), 2 * n, (None, 0.0))?)
+/// The monodromy matrix in the frame, along the motion of a whole period.
+pub fn monodromy(body: &Propagator, along: (&Chain, &Walk)) -> Result<Mat<f64>, OrbitError> {
+    Ok(body.derivative(along, 2 * body.n(), (None, 0.0))?)
 }
 
-/// Stability of an orbit from its monodromy matrix.
+/// Stability of an orbit that begins at `z`, from its monodromy matrix.
 pub fn stability(
     body: &Propagator,
     closure: Closure,
     z: &[f64],
-    passage: &Passage,
-    period: f64,
+    along: (&Chain, &Walk),
 ) -> Result<Stability, OrbitError> {
-    let m = monodromy(body, z, passage, period)?;
+    let m = monodromy(body, along)?;
     let autonomous = !closure.is_forced();
     let rest = if autonomous {
         let mut full = z.to_vec();
         full.resize(2 * body.n(), 0.0);
-        deflate(&m, &body.rate(&full, &passage.chain)?)
+        deflate(&m, &body.rate(&full, along.0)?)
     } else {
         m
     };
@@ -100,14 +92,10 @@ pub fn stability(
 /// The multipliers of the damped body that `αM u̇(t)` of its orbit drives as a prescribed load: the same switches, `α = 0` in the variation.
 pub fn stability_under_load(
     body: &Propagator,
-    z: &[f64],
-    passage: &Passage,
-    period: f64,
+    along: (&Chain, &Walk),
     alpha: f64,
 ) -> Result<Stability, OrbitError> {
-    let n = body.n();
-    let walk = body.walk(&passage.chain, z, &passage.times, period)?;
-    let m = body.derivative((&passage.chain, &walk), 2 * n, (None, alpha))?;
+    let m = body.derivative(along, 2 * body.n(), (None, alpha))?;
     Ok(Stability::of(vec![], multipliers(&m)?))
 }
 

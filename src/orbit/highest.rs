@@ -3,8 +3,6 @@
 //! Within a phase `H` is smooth; at a switch of the nodal boundary method it jumps, so that its largest value often stands at the end of a phase. The states of a
 //! run give brackets of the maxima, the motion in closed form the maxima themselves.
 
-use super::chain::{Chain, Propagator};
-use super::walk::Walk;
 use crate::records::crest;
 
 /// Maxima nearer to the largest than this, relative, may be the largest themselves; at most so many are looked at.
@@ -17,7 +15,7 @@ const STEPS: usize = 26;
 
 /// Where `H` may be largest.
 #[derive(Debug, Default)]
-pub(super) struct Highest {
+pub struct Highest {
     /// The states of the present phase: the first two, the last two.
     phase: Vec<(f64, f64)>,
     /// The largest value at a state or at the end of a phase.
@@ -48,8 +46,8 @@ impl Highest {
         self.end_phase();
     }
 
-    /// A maximum may lie in the first or the last step of a phase.
-    fn end_phase(&mut self) {
+    /// The last state of a phase is noted: a maximum may lie in its first or its last step.
+    pub fn end_phase(&mut self) {
         for ends in [self.phase.first_chunk::<2>(), self.phase.last_chunk::<2>()] {
             if let Some([a, b]) = ends
                 && (a.1 - b.1).abs() > EVEN * a.1.max(b.1)
@@ -60,33 +58,18 @@ impl Highest {
         self.phase.clear();
     }
 
-    /// The largest energy; `walk`: the motion in closed form, if it is known. Without it the tops of the parabolas stand for the maxima.
-    pub fn of(mut self, body: &Propagator, known: Option<(&Walk, &Chain)>) -> f64 {
+    /// The largest energy; `energy`: as a function of time, if it is known. Without it the tops of the parabolas stand for the maxima.
+    pub fn of(mut self, energy: Option<&dyn Fn(f64) -> f64>) -> f64 {
         self.end_phase();
         let near = |value: &f64| *value > (1.0 - RIVAL) * self.largest;
         let mut crests: Vec<_> = self.crests.iter().filter(|c| near(&c.0)).collect();
         crests.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let Some((walk, chain)) = known else {
+        let Some(energy) = energy else {
             return crests.first().map_or(self.largest, |c| c.0.max(self.largest));
         };
-        let tops = crests
-            .iter()
-            .take(RIVALS)
-            .map(|(_, span)| top(*span, &|t| energy(body, walk, chain, t)));
+        let tops = crests.iter().take(RIVALS).map(|(_, span)| top(*span, energy));
         tops.fold(self.largest, f64::max)
     }
-}
-
-/// `H` of a walk, which is continuous from the left.
-fn energy(body: &Propagator, walk: &Walk, chain: &Chain, t: f64) -> f64 {
-    let system = &body.system;
-    let Some((k, u_o, v_o)) = walk.state(t) else { return f64::NAN };
-    let Some(set) = chain.sets.get(k) else { return f64::NAN };
-    let phase = system.phase(set);
-    let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
-    phase.expand_displacement(t, &u_o, &mut u);
-    phase.expand_velocity(t, &v_o, &mut v);
-    system.elastic(t, &u) + system.kinetic(t, &v)
 }
 
 /// The largest value of a function with one maximum in a bracket, by golden section.

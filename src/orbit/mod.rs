@@ -9,6 +9,7 @@
 //! - [`nearest`] — the conservative orbit nearest to a viscous one;
 //! - [`saltation`] — how a perturbation passes a switch;
 //! - [`viscous`] — the viscous nonlinear mode: what is pinned, which viscosity, where to start;
+//! - [`border`] — where a chart ends;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
@@ -20,6 +21,7 @@
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
 pub mod along;
+pub mod border;
 pub mod branch;
 pub mod census;
 pub mod chain;
@@ -42,6 +44,7 @@ pub mod walk;
 pub use chain::{Chain, Propagator};
 pub use credentials::Orbit;
 pub use floquet::Stability;
+pub use highest::Highest;
 pub use segments::Segments;
 pub use shooting::Closure;
 pub use viscous::Pin;

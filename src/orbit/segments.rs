@@ -7,10 +7,9 @@
 //! - a switch meets the start or the middle of a reversible orbit: it disappears with its mirror image; of a forced orbit: it goes round;
 //! - a monitor touches: a pair of switches (one switch, at a point of symmetry) appears, of length zero.
 
-use std::fmt;
-
 use faer::Mat;
 
+use super::border::Border;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
@@ -32,37 +31,6 @@ pub struct Segments<'a> {
     pub watch: bool,
     /// The last solution that was examined.
     examined: Option<(Vec<f64>, Orbit)>,
-}
-
-/// Where a chart ends.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Border {
-    /// The phase of this number shrinks to nothing.
-    Phase {
-        /// Which.
-        phase: usize,
-        /// In words.
-        what: String,
-    },
-    /// A monitor touches zero inside a phase.
-    Touch {
-        /// Phase.
-        phase: usize,
-        /// Contact node.
-        contact: usize,
-        /// Where, as a fraction of the time to the end.
-        near: f64,
-        /// In words.
-        what: String,
-    },
-}
-
-impl fmt::Display for Border {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Border::Phase { what, .. } | Border::Touch { what, .. } => f.write_str(what),
-        }
-    }
 }
 
 /// Times this near to each other, over the time to the end, are in order.

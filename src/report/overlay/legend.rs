@@ -10,12 +10,17 @@ use crate::report::families::{Axis, error_entries, of_branch};
 use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, legend_columns};
 use crate::store::StoredFamily;
 
-/// The name of a file, and the entries of its curves.
-type OfFile = (String, Vec<(String, RGBColor, Mark)>);
+/// The row of a file.
+struct OfFile {
+    /// What stands before its ratios.
+    lead: String,
+    /// The ratios of its curves.
+    ratios: Vec<(String, RGBColor, Mark)>,
+}
 
 /// Names in the legend.
 pub(super) struct Names {
-    /// Of each file of responses: what stands before its ratios, and these.
+    /// Of each file of responses.
     responses: Vec<OfFile>,
     checked: String,
     series: String,
@@ -46,7 +51,7 @@ impl Names {
     /// Draw what belongs together in rows of its own; what is left of the sheet.
     pub fn draw<'b>(&self, sheet: Area<'b>, scene: &Scene) -> Result<Area<'b>, FigureError> {
         let mut sheet = sheet;
-        for (lead, ratios) in &self.responses {
+        for OfFile { lead, ratios } in &self.responses {
             let mut entries: Vec<Entry> = vec![(lead, INK, Mark::Nothing)];
             entries.extend(ratios.iter().map(|(n, colour, mark)| (n.as_str(), *colour, *mark)));
             if self.responses.len() == 1 {
@@ -146,7 +151,8 @@ fn responses(scene: &Scene) -> Vec<OfFile> {
             true => "forced response:",
             false => "forced response, damping ratio ξ:",
         };
-        return vec![(lead.to_owned(), scene.ratios.iter().map(entry).collect())];
+        let ratios = scene.ratios.iter().map(entry).collect();
+        return vec![OfFile { lead: lead.to_owned(), ratios }];
     }
     for (family, _, look) in &scene.branches {
         let (ratio, mark, what) = match look {
@@ -156,13 +162,13 @@ fn responses(scene: &Scene) -> Vec<OfFile> {
         };
         if last != Some(std::ptr::from_ref(*family)) {
             last = Some(std::ptr::from_ref(*family));
-            rows.push((format!("{}, {what}:", stem(family)), vec![]));
+            rows.push(OfFile { lead: format!("{}, {what}:", stem(family)), ratios: vec![] });
         }
         let name = named(*ratio).unwrap_or_else(|| "response".into());
-        if let Some((_, entries)) = rows.last_mut()
-            && !entries.iter().any(|(known, ..)| *known == name)
+        if let Some(row) = rows.last_mut()
+            && !row.ratios.iter().any(|(known, ..)| *known == name)
         {
-            entries.push((name, scene.colour(*look), mark));
+            row.ratios.push((name, scene.colour(*look), mark));
         }
     }
     rows
