@@ -140,12 +140,9 @@ fn a_killed_backbone_resumes_to_the_identical_branch() {
             .unwrap();
         // as soon as a few points are on disk
         let journal = PathBuf::from(format!("{cut_name}.journal"));
-        for _ in 0..2000 {
-            std::thread::sleep(std::time::Duration::from_millis(2));
-            if std::fs::read_to_string(&journal).is_ok_and(|text| text.lines().count() >= 6) {
-                break;
-            }
-        }
+        common::wait_until("six lines in the journal", || {
+            std::fs::read_to_string(&journal).is_ok_and(|text| text.lines().count() >= 6)
+        });
         child.kill().unwrap();
         child.wait().unwrap();
         // the HDF5 file may have been hit in the middle of a write; the journal never is

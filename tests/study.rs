@@ -462,6 +462,9 @@ fn a_job_array_of_slurm_gives_the_same_data() {
     wait_until("the controller is dead", || {
         matches!(state_of_process(pid.trim()), None | Some('Z'))
     });
+    // nobody takes this for an empty queue
+    let status = place.done(&["study", "status", "s.toml"]);
+    assert!(status["queue_unknown"].is_string() && status["queued"].is_null(), "{status}");
     slurm.run("slurmctld", &[]);
     wait_until("the controller answers", || slurm.answers("squeue"));
     // what was killed is submitted again by the next, and so is an array that the controller had not yet written down

@@ -400,9 +400,8 @@ impl System {
         0.5 * square + self.loads.carried.elastic(t, u)
     }
 
-    /// Energy `H` at `t` of a state along an active set.
-    pub fn energy_in(&self, set: &ActiveSet, t: f64, state: &State) -> f64 {
-        let phase = self.phase(set);
+    /// Energy `H` at `t` of a state in a phase.
+    pub fn energy_in(&self, phase: &Phase, t: f64, state: &State) -> f64 {
         let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
         phase.expand_displacement(t, &state.u, &mut u);
         phase.expand_velocity(t, &state.v, &mut v);

@@ -35,6 +35,12 @@ pub struct Crossing {
     pub closes: bool,
 }
 
+/// Where the phases between the switches of a series begin and end.
+pub(super) fn spans(crossings: &[Crossing], basis: Basis) -> impl Iterator<Item = (f64, f64)> {
+    let ends = crossings.iter().map(|c| c.theta);
+    std::iter::once(0.0).chain(ends.clone()).zip(ends.chain([basis.end()]))
+}
+
 /// Projections along a series.
 #[derive(Debug)]
 pub struct Balance {
@@ -192,13 +198,9 @@ fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balan
     let operators: Result<Vec<Rc<PhaseOperator>>, HbmError> =
         sets.iter().map(|s| interface.phase(s)).collect();
     let operators = operators?;
-    let bound = |j: usize| match j {
-        0 => 0.0,
-        j if j <= crossings.len() => crossings[j - 1].theta,
-        _ => basis.end(),
-    };
+    let ends = spans(&crossings, basis).map(|(_, end)| end);
     let tables: Vec<Integrals> =
-        (0..=operators.len()).map(|j| Integrals::new(n_h, bound(j))).collect();
+        std::iter::once(0.0).chain(ends).map(|theta| Integrals::new(n_h, theta)).collect();
     // the open phase has no interface terms
     let active: Vec<usize> = (0..sets.len()).filter(|&j| sets[j].count() > 0).collect();
     // ∫ f_k f_l over every phase, over the norm of f_k: phase by phase for all k and l

@@ -12,7 +12,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::HbmError;
-use super::balance::{Balance, Crossing, Quadrature};
+use super::balance::{Balance, Crossing, Quadrature, spans};
 use super::interface::Interface;
 use super::receptance::Receptance;
 use super::series::{Basis, Series};
@@ -66,9 +66,7 @@ pub struct Solution {
 impl Solution {
     /// Active sets with the phase angles at which they begin and end.
     pub fn phases(&self) -> impl Iterator<Item = (&ActiveSet, (f64, f64))> {
-        let ends = self.crossings.iter().map(|c| c.theta);
-        let begins = std::iter::once(0.0).chain(ends.clone());
-        self.sets.iter().zip(begins.zip(ends.chain([self.q.basis.end()])))
+        self.sets.iter().zip(spans(&self.crossings, self.q.basis))
     }
 
     /// The switches over a whole period in their order: contact point, closes.
@@ -199,12 +197,7 @@ fn inadmissible(
     omega: f64,
     balance: &Balance,
 ) -> Result<Option<f64>, HbmError> {
-    let bound = |j: usize| match j {
-        0 => 0.0,
-        j => balance.crossings.get(j - 1).map_or(y.basis.end(), |c| c.theta),
-    };
-    for (j, set) in balance.sets.iter().enumerate() {
-        let (a, b) = (bound(j), bound(j + 1));
+    for (set, (a, b)) in balance.sets.iter().zip(spans(&balance.crossings, y.basis)) {
         // switches at one time have nothing between them
         if b - a <= 1e-9 {
             continue;

@@ -10,7 +10,7 @@ use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
-use crate::contact::{ActiveSet, State, System};
+use crate::contact::{ActiveSet, Phase, State, System};
 use crate::continuation::{Family, JUMP, Units, norm};
 use crate::orbit::Highest;
 use crate::records::crest;
@@ -74,7 +74,9 @@ impl Summary {
         }
         let energy = match s.q.basis {
             // the far point
-            Basis::Cosine => system.energy_in(&s.sets[0], 0.0, &state(series, 0.0, s.omega)),
+            Basis::Cosine => {
+                system.energy_in(&system.phase(&s.sets[0]), 0.0, &state(series, 0.0, s.omega))
+            }
             Basis::Full => largest_energy(system, s, series),
         };
         let tau = std::f64::consts::TAU;
@@ -102,22 +104,23 @@ impl Summary {
 
 /// The largest energy of a series, which jumps at its switches: states of every phase with both of its ends, and the maxima between them.
 fn largest_energy(system: &System, s: &Solution, series: &Series) -> f64 {
-    let of = |set: &ActiveSet, theta: f64| {
-        system.energy_in(set, theta / s.omega, &state(series, theta, s.omega))
+    let of = |phase: &Phase, theta: f64| {
+        system.energy_in(phase, theta / s.omega, &state(series, theta, s.omega))
     };
+    let phases: Vec<(Phase, (f64, f64))> =
+        s.phases().map(|(set, span)| (system.phase(set), span)).collect();
     let mut highest = Highest::default();
-    for (set, (a, b)) in s.phases() {
+    for (phase, (a, b)) in &phases {
         let steps = (SAMPLES as f64 * (b - a) / s.q.basis.end()).ceil().max(4.0) as usize;
         for k in 0..=steps {
             let theta = a + (b - a) * k as f64 / steps as f64;
-            highest.note(theta, of(set, theta));
+            highest.note(theta, of(phase, theta));
         }
         highest.end_phase();
     }
-    let phases: Vec<_> = s.phases().collect();
     let energy = |theta: f64| {
         let j = phases.partition_point(|(_, (_, end))| *end < theta);
-        of(phases[j.min(phases.len() - 1)].0, theta)
+        of(&phases[j.min(phases.len() - 1)].0, theta)
     };
     highest.of(Some(&energy))
 }

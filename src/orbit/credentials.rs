@@ -12,7 +12,7 @@ use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
 use super::walk::Walk;
-use crate::contact::{OMITTED_INERTIA, State};
+use crate::contact::{OMITTED_INERTIA, Phase, State, System};
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
 use crate::records::crest;
@@ -236,12 +236,11 @@ fn feedback(
     Ok(Feedback { alpha, beta, turned_over: alpha * along.1.squared_speed(), under_load })
 }
 
-/// `H` of a walk, which is continuous from the left.
-fn energy_along(body: &Propagator, walk: &Walk, chain: &Chain, t: f64) -> f64 {
-    let system = &body.system;
+/// `H` of a walk along the phases of its chain; continuous from the left.
+fn energy_along(system: &System, walk: &Walk, phases: &[Phase], t: f64) -> f64 {
     let Some((k, u_o, v_o)) = walk.state(t) else { return f64::NAN };
-    let Some(set) = chain.sets.get(k) else { return f64::NAN };
-    system.energy_in(set, t, &State { u: u_o, v: v_o })
+    let Some(phase) = phases.get(k) else { return f64::NAN };
+    system.energy_in(phase, t, &State { u: u_o, v: v_o })
 }
 
 /// Integrate a candidate over a period and write down what it is; `multipliers` only where they are asked for.
@@ -287,13 +286,18 @@ pub fn examine(
     let wanted = multipliers && body.n() <= MULTIPLIER_LIMIT;
     // the motion in closed form: the energy alone does without it
     let needed = wanted || matches!(closure, Closure::Viscous(_));
-    let walk = match needed || !body.is_large() {
-        true => body.walk(&passage.chain, &start, &passage.times, period).map(Some),
-        false => Ok(None),
+    let walk = || body.walk(&passage.chain, &start, &passage.times, period);
+    let walk = match needed {
+        true => Some(walk()?),
+        false if body.is_large() => None,
+        // without it the tops of parabolas between the states stand for the largest energy
+        false => walk().ok(),
     };
-    let walk = if needed { walk? } else { walk.unwrap_or_default() };
     let along = walk.as_ref().map(|walk| (&passage.chain, walk));
-    let energy_of = along.map(|(chain, walk)| move |t: f64| energy_along(body, walk, chain, t));
+    let energy_of = along.map(|(chain, walk)| {
+        let phases: Vec<Phase> = chain.sets.iter().map(|set| system.phase(set)).collect();
+        move |t: f64| energy_along(system, walk, &phases, t)
+    });
     let largest = scan.energy.of(energy_of.as_ref().map(|e| e as &dyn Fn(f64) -> f64));
     let energy = largest.max(f64::MIN_POSITIVE);
     let stability = match along {

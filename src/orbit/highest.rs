@@ -58,7 +58,7 @@ impl Highest {
         self.phase.clear();
     }
 
-    /// The largest energy; `energy`: as a function of time, if it is known. Without it the tops of the parabolas stand for the maxima.
+    /// The largest energy, after the last phase, whether its end was told or not; `energy`: as a function of time, if it is known. Without it the tops of the parabolas stand for the maxima.
     pub fn of(mut self, energy: Option<&dyn Fn(f64) -> f64>) -> f64 {
         self.end_phase();
         let near = |value: &f64| *value > (1.0 - RIVAL) * self.largest;

@@ -144,8 +144,7 @@ impl Stored {
             None => vec![],
         };
         let dof_map: Array2<i64> = mesh.dataset("dof_map")?.table()?;
-        let of_nodes = dof_map.iter().filter_map(|&i| usize::try_from(i).ok());
-        let n = of_nodes.chain(contact_dofs.iter().copied()).max().map_or(0, |i| i + 1);
+        let n = check_displacements(path, &dof_map, &contact_dofs)?;
         let n_c = gap.len();
         Ok(Stored {
             path: path.to_owned(),
@@ -464,6 +463,21 @@ impl Stored {
 /// A place or direction of a table: zero along an axis that it does not have.
 fn in_space(row: ndarray::ArrayView1<f64>) -> Point {
     std::array::from_fn(|c| row.get(c).copied().unwrap_or(0.0))
+}
+
+/// Number of displacements that these tables name: one more than the largest number. It is at most as many as they have entries, for each displacement of the
+/// body stands in one of them; a larger one is that of a damaged file, and nothing of that size is asked for.
+fn check_displacements(
+    path: &Path,
+    dof_map: &Array2<i64>,
+    contact_dofs: &[usize],
+) -> Result<usize, StoreError> {
+    let of_nodes = dof_map.iter().filter_map(|&i| usize::try_from(i).ok());
+    let n = of_nodes.chain(contact_dofs.iter().copied()).max().map_or(0, |i| i.saturating_add(1));
+    match n <= dof_map.len() + contact_dofs.len() {
+        true => Ok(n),
+        false => Err(StoreError::unusable(path, "damaged: /mesh/dof_map")),
+    }
 }
 
 /// A file keeps so many of so many displacements.

@@ -18,8 +18,9 @@ pub fn run(which: &Which, global: &Global) -> Result<Answer, CliError> {
         Ok(queued) => (queued, None),
         Err(why) => (vec![], Some(why)),
     };
-    let (json, mut text) = told(&folder, &queued);
+    let (mut json, mut text) = told(&folder, &queued);
     if let Some(why) = silent {
+        json["queue_unknown"] = why.to_string().into();
         text += &format!("  {:<14}does not tell what is in its queue ({why})\n", "slurm");
     }
     Ok(global.answer(|| json, || text))
