@@ -291,7 +291,11 @@ fn orbits_and_series_have_the_energy_of_the_whole_body() {
         for k in 0..=4000 {
             let theta = a + (b - a) * f64::from(k) / 4000.0;
             let (q, dq) = s.q.at(theta);
-            dense = dense.max(p.system.energy_in(set, theta / 1.3, &r.state(&q, &dq, 1.3)));
+            dense = dense.max(p.system.energy_in(
+                &p.system.phase(set),
+                theta / 1.3,
+                &r.state(&q, &dq, 1.3),
+            ));
         }
     }
     println!(
