@@ -163,24 +163,41 @@ def _family(make: type[Figure], f: Family, axis: str = "energy") -> Figure:
     return figure
 
 
+def _wide(axes: Axes, *values: np.ndarray) -> None:
+    """A logarithmic axis where the values span a decade; a linear one has readable ticks below."""
+    x = np.abs(np.concatenate(values))
+    x = x[np.isfinite(x) & (x > 0)]
+    if len(x) and x.max() > 10 * x.min():
+        axes.set_yscale("log")
+        axes.set_ylim(10 ** np.floor(np.log10(x.min() / 1.2)), 10 ** np.ceil(np.log10(1.2 * x.max())))
+
+
 def _crosscheck(make: type[Figure], c: Crosscheck) -> Figure:
-    """Energies of the series and of the orbits that shooting finds from them."""
-    figure = make(figsize=(11, 4.5), layout="constrained")
+    """Energies of the series and of the orbits that shooting finds from them; how far both are from each other."""
+    figure = make(figsize=(9.5, 4.5), layout="constrained")
     left, right = figure.subplots(1, 2)
-    own_orbit = c.verdict == "orbit"
-    found = own_orbit | (c.verdict == "another orbit")
+    own_orbit, other = c.verdict == "orbit", c.verdict == "another orbit"
+    found = own_orbit | other
     for k, n in enumerate(np.unique(c.harmonics)):
         own, colour = c.harmonics == n, COLOURS[k % 7]
-        left.plot(c.omega[own], c.hbm_energy[own], "-", lw=1.2, color=colour, label=f"N_h = {int(n)}")
-        left.plot(c.omega[own & found], c.orbit_energy[own & found], "o", ms=4, mfc="none", color=colour)
-        left.plot(c.omega[own & own_orbit], c.orbit_energy[own & own_orbit], "o", ms=4, color=colour)
-        right.semilogy(c.omega[own], c.residual[own], "-", lw=1.2, color=colour)
-        right.semilogy(c.omega[own & found], c.moved[own & found], "o", ms=4, mfc="none", color=colour)
-    left.set_yscale("log")
-    left.legend(fontsize="small", frameon=False)
-    _clean(left, "circular frequency", "energy (lines: series, discs: orbits near them, circles: other orbits)")
-    _clean(right, "circular frequency", "lines: residual in time, circles: distance to the orbit")
-    figure.suptitle(c.title)
+        left.plot(c.omega[own], c.hbm_energy[own], "-", lw=1.2, color=colour, label=f"series, N_h = {int(n)}")
+        right.plot(c.omega[own], c.residual[own], "-", lw=1.2, color=colour)
+        for which, filled in [(own & own_orbit, colour), (own & other, "none")]:
+            left.plot(c.omega[which], c.orbit_energy[which], "o", ms=4.5, mfc=filled, color=colour)
+            right.plot(c.omega[which], c.moved[which], "o", ms=4.5, mfc=filled, color=colour)
+    # what marks mean, once, in grey
+    marks = [(own_orbit, "0.3", "orbit of the series"), (other, "none", "another orbit")]
+    for _, filled, name in (m for m in marks if m[0].any()):
+        left.plot([], [], "o", ms=4.5, mfc=filled, color="0.3", label=name)
+    right.plot([], [], "-", lw=1.2, color="0.3", label="residual in time")
+    if found.any():
+        right.plot([], [], "o", ms=4.5, mfc="none", color="0.3", label="distance to the orbit")
+    _wide(left, c.hbm_energy, c.orbit_energy[found])
+    _wide(right, c.residual, c.moved[found])
+    for axes, y in [(left, "energy"), (right, "relative")]:
+        axes.legend(fontsize="small", frameon=False, loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.2)
+        _clean(axes, "circular frequency", y)
+    figure.suptitle(c.title, x=0.01, ha="left")
     return figure
 
 
