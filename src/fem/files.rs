@@ -33,6 +33,9 @@ fn read_hdf5(path: &Path, dataset: &str) -> Result<Csr, String> {
     }
     let data = hdf5::File::open(path).and_then(|f| f.dataset(dataset)).map_err(fail)?;
     check_size(&data, size_of::<f64>()).map_err(fail)?;
+    if data.size() == 0 {
+        return Err(format!("{}:/{dataset}: is empty, {:?}", path.display(), data.shape()));
+    }
     let a: ndarray::Array2<f64> = data.read_2d().map_err(fail)?;
     let a = if data.attr("MATLAB_class").is_ok() { a.reversed_axes() } else { a };
     if let Some(((i, j), v)) = a.indexed_iter().find(|(_, v)| !v.is_finite()) {
@@ -253,6 +256,17 @@ mod tests {
         std::fs::write(&path, bytes).unwrap();
         let said = check().unwrap_err().to_string();
         assert!(said.contains("a word claims"), "{said}");
+    }
+
+    /// Four thousand million rows of no column take no place in a file, and are given none in memory.
+    #[test]
+    fn a_matrix_of_no_entries_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = hdf5::File::create(folder.path().join("a.h5")).unwrap();
+        file.new_dataset::<f64>().shape((4_000_000_000usize, 0)).create("K").unwrap();
+        file.close().unwrap();
+        let said = read_matrix(folder.path(), "a.h5:/K").unwrap_err();
+        assert!(said.contains("is empty, [4000000000, 0]"), "{said}");
     }
 
     #[test]
