@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
-use signorini::contact::ActiveSet;
+use signorini::contact::States;
 use signorini::event::{Silent, find};
 use signorini::flow::{Chebyshev, Flow};
 use signorini::problem::Problem;
@@ -31,7 +31,7 @@ fn lcp(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
     let u: Vec<f64> = problem.initial.u.iter().map(|x| -x).collect();
     let system = &problem.system;
-    let open = ActiveSet::open(system.n_contact());
+    let open = States::open(system.n_contact());
     let start = system.select(0.0, &u, &open).expect("solvable").set;
     bencher.bench_local(|| system.select(0.0, black_box(&u), &start));
 }
@@ -40,7 +40,7 @@ fn lcp(bencher: Bencher, mesh: [usize; 2]) {
 #[divan::bench(args = MESHES)]
 fn new_phase(bencher: Bencher, mesh: [usize; 2]) {
     let (_, problem) = plate(mesh);
-    let closed = ActiveSet::closed(problem.system.n_contact());
+    let closed = States::closed(problem.system.n_contact());
     bencher.bench_local(|| problem.system.phase(black_box(&closed)));
 }
 

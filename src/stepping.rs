@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::DMatrix;
 
-use crate::contact::{ActiveSet, ContactError, March, Rule, State, System, lcp};
+use crate::contact::{PointState, States, ContactError, March, Rule, State, System, lcp};
 use crate::event::{
     Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
@@ -104,7 +104,7 @@ struct Stepper<'a, O: Observer> {
     q: Vec<f64>,
     v: Vec<f64>,
     /// Points that were pushed in the last step, and the impulses.
-    set: ActiveSet,
+    set: States,
     impulse: Vec<f64>,
     force: Vec<f64>,
     /// Work of the loads on the displacements that are not held.
@@ -161,7 +161,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             step: 0,
             q: initial.u.clone(),
             v: initial.v.clone(),
-            set: ActiveSet::open(size),
+            set: States::open(size),
             impulse: vec![0.0; size],
             external: 0.0,
             carried: 0.0,
@@ -182,7 +182,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
         self.q.copy_from_slice(&c.y[..n]);
         self.v.copy_from_slice(&c.y[n..2 * n]);
         (self.external, self.dissipated) = (c.y[2 * n], c.y[2 * n + 1]);
-        self.set = ActiveSet::new(c.active);
+        self.set = c.states;
         self.ledger = Ledger::of_numbers(c.ledger);
         (self.next_sample, self.stored) = (c.counts[0], c.rows[0]);
         (self.penetration, self.blows) = (c.extremes[3], c.extremes[7]);
@@ -264,7 +264,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
                 .map(|(&k, w)| rate(k, &v) + s.restitution * w)
                 .collect();
             let largest = v.iter().chain(&self.v).fold(0.0f64, |m, x| m.max(x.abs()));
-            let start: Vec<bool> = touching.iter().map(|&k| !self.set.is_active(k)).collect();
+            let start: Vec<bool> = touching.iter().map(|&k| !self.set.touches(k)).collect();
             let solution = lcp::solve(&d.into(), &q, &vec![4.0 * largest; q.len()], &start)
                 .map_err(ContactError::from)?;
             for (&k, p) in touching.iter().zip(&solution.w) {
@@ -300,10 +300,10 @@ impl<'a, O: Observer> Stepper<'a, O> {
         let mut jump = jump;
         for contact in 0..self.impulse.len() {
             let is = self.impulse[contact] > 0.0;
-            if is == self.set.is_active(contact) {
+            if is == self.set.touches(contact) {
                 continue;
             }
-            let after = self.set.with(contact, is);
+            let after = self.set.with(contact, PointState::of_contact(is));
             let change = Switch {
                 t: self.t(),
                 contact,

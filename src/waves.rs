@@ -15,7 +15,7 @@
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-use crate::contact::{ActiveSet, Instants, March, State, System};
+use crate::contact::{States, Instants, March, State, System};
 use crate::event::{
     Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
@@ -151,7 +151,7 @@ impl<'a, O: Observer> Bar<'a, O> {
         (self.t, self.end) = (k.t, k.y[0]);
         self.last_stored = k.t;
         self.pieces = k.y[1..].chunks_exact(2).map(|p| (p[0], p[1])).collect();
-        self.touches = k.active == [true];
+        self.touches = k.states.count_closed() > 0;
         self.ledger = Ledger::of_numbers(k.ledger);
         (self.next_sample, self.stored) = (k.counts[0], k.rows[0]);
         self.fronts = k.flow[0] as u64;
@@ -237,7 +237,7 @@ impl<'a, O: Observer> Bar<'a, O> {
     }
 
     fn switch(&mut self, touches: bool, r: f64) -> Result<(), RunError<O::Error>> {
-        let before = ActiveSet::new(vec![self.touches]);
+        let before = States::of_contact([self.touches]);
         self.touches = touches;
         let change = Switch {
             t: self.t,
@@ -248,7 +248,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             energy_jump: 0.0,
             struck: vec![],
             before,
-            after: ActiveSet::new(vec![touches]),
+            after: States::of_contact([touches]),
         };
         self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         self.sample()
@@ -335,7 +335,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             t: self.t,
             u: &u,
             v: &v,
-            active: &ActiveSet::new(vec![self.touches]),
+            active: &States::of_contact([self.touches]),
             pressure: &[pressure],
             energies: Some(energies),
             jumps: 0.0,
@@ -346,7 +346,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             let pieces = self.pieces.iter().flat_map(|&(l, x)| [l, x]);
             let at = (self.t, std::iter::once(self.end).chain(pieces).collect());
             let counts = [self.next_sample, self.stored, self.log.switches()];
-            let set = ActiveSet::new(vec![self.touches]);
+            let set = States::of_contact([self.touches]);
             let marched = Checkpoint::marched(at, &set, &self.ledger, (0.0, 0.0), counts);
             self.observer.phase(Checkpoint { flow: vec![self.fronts as f64], ..marched });
         }
@@ -368,7 +368,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             t_end: self.t,
             last: (
                 State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() },
-                ActiveSet::new(vec![self.touches]),
+                States::of_contact([self.touches]),
             ),
             log: self.log,
             counters: Counters { steps: self.fronts, ..Counters::default() },

@@ -6,7 +6,7 @@ mod common;
 use std::f64::consts::TAU;
 
 use common::{bar_with as bar, observed, problem, reference_problem, relative};
-use signorini::contact::{ActiveSet, State, System};
+use signorini::contact::{States, State, System};
 use signorini::event::{Report, Silent, Verified};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
@@ -131,7 +131,7 @@ fn the_energy_stays_and_the_acceleration_does_not_jump() {
     let all = run(&p.system, &p.initial, 30.0, Integrator::Modal);
     for s in &all.switches {
         let there = run(&p.system, &p.initial, s.t, Integrator::Modal).last;
-        let mut acceleration = |set: &ActiveSet| {
+        let mut acceleration = |set: &States| {
             let mut a = vec![0.0; p.system.n_o()];
             let phase = p.system.phase(set);
             phase.acceleration(s.t, &there.u, &there.v, &mut scratch, &mut a);

@@ -4,7 +4,7 @@ mod common;
 
 use common::root;
 use signorini::contact::Gaps;
-use signorini::contact::{ActiveSet, ContactError, Contacts, MassChoice, State, Stress, System};
+use signorini::contact::{States, ContactError, Contacts, MassChoice, State, Stress, System};
 use signorini::fem::{Body, DofMap, Facing, Held, Material, StressState, eigen};
 use signorini::mesh::ElementKind;
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
@@ -368,7 +368,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
             near(conditions.n_c.dense().norm(), operator[0], 1e-8, "|N_C|");
             let square: f64 = conditions.n_o.triplets().map(|t| t.2 * t.2).sum();
             near(square.sqrt(), operator[1], 1e-8, "|N_O|");
-            let modes = phase_modes(&system, &system.phase(&ActiveSet::open(n_c)), 3).unwrap();
+            let modes = phase_modes(&system, &system.phase(&States::open(n_c)), 3).unwrap();
             for (w, exact) in modes.omega.iter().zip(open) {
                 near(*w, exact, 1e-8, "open frequency");
             }

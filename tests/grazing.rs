@@ -7,7 +7,7 @@ mod common;
 
 use common::{Collector, problem, random};
 use signorini::contact::State;
-use signorini::contact::{ActiveSet, System};
+use signorini::contact::{PointState, State, States, System};
 use signorini::event::{self, GrazingKind, Options};
 use signorini::flow::Tolerances;
 use signorini::scenario::Integrator;
@@ -18,7 +18,7 @@ const PLATE: &str = "[body]\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [4, 2
     [contact]\nedge = 'right'\ngap = 1.0\n";
 
 /// A grazing state of node `i`, and the curvatures `s = ∇p_i·ü` in the free and in the contact phase.
-fn grazing_state(system: &System, i: usize, seed: u64) -> (State, ActiveSet, [f64; 2]) {
+fn grazing_state(system: &System, i: usize, seed: u64) -> (State, States, [f64; 2]) {
     let n = system.n_o();
     let (mut u, mut v) = (random(n, 2 * seed), random(n, 2 * seed + 1));
     let row: Vec<(usize, f64)> = system.conditions().n_o.row(i).collect();
@@ -32,9 +32,9 @@ fn grazing_state(system: &System, i: usize, seed: u64) -> (State, ActiveSet, [f6
             v[j] -= rate * x / norm;
         });
     }
-    let set = system.select(0.0, &u, &ActiveSet::open(system.n_contact())).unwrap().set;
+    let set = system.select(0.0, &u, &States::open(system.n_contact())).unwrap().set;
     let curvature = [false, true].map(|active| {
-        let phase = system.phase(&set.with(i, active));
+        let phase = system.phase(&set.with(i, PointState::of_contact(active)));
         let mut a = vec![0.0; n];
         phase.acceleration(0.0, &u, &v, &mut system.scratch(), &mut a);
         -system.conditions().n_o.row_dot(i, &a)
@@ -80,17 +80,17 @@ fn accelerations_decide_where_velocities_cannot() {
         match (free < 0.0, contact > 0.0) {
             (true, false) => {
                 counts[0] += 1;
-                assert!(!first.is_active(i) && kinds.is_empty(), "seed {seed}");
+                assert!(!first.touches(i) && kinds.is_empty(), "seed {seed}");
             }
             (false, true) => {
                 counts[1] += 1;
-                assert!(first.is_active(i) && kinds.is_empty(), "seed {seed}");
+                assert!(first.touches(i) && kinds.is_empty(), "seed {seed}");
             }
             (true, true) => {
                 counts[2] += 1;
                 assert_eq!(
-                    first.is_active(i),
-                    start.is_active(i),
+                    first.touches(i),
+                    start.touches(i),
                     "seed {seed}: the present phase is kept"
                 );
                 assert_eq!(kinds, [GrazingKind::Ambiguous]);
@@ -247,6 +247,6 @@ fn the_velocity_decides_the_first_active_set() {
         let text = format!("{text}[initial]\nvelocity = ['{velocity}', '0']\n");
         let problem = problem(&text);
         let (_, states) = run(&problem.system, &problem.initial, 1e-3);
-        assert!(states.active[0].flags().iter().all(|&a| a == active), "{velocity}");
+        assert!(states.active[0].iter().all(|s| s.touches() == active), "{velocity}");
     }
 }

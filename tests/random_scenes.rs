@@ -5,7 +5,7 @@ mod common;
 use common::{Collector, problem, random};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use signorini::contact::ActiveSet;
+use signorini::contact::States;
 use signorini::contact::State;
 use signorini::event::{self, Options};
 use signorini::flow::Tolerances;
@@ -59,7 +59,7 @@ proptest! {
         prop_assert_eq!(report.missed, 0);
         let n_o = system.n_o();
         let size = states.u.iter().flatten().fold(1.0f64, |m, x| m.max(x.abs()));
-        let mut set = ActiveSet::open(system.n_contact());
+        let mut set = States::open(system.n_contact());
         for (u, p) in states.u.iter().zip(&states.pressure) {
             // the stored state is *the* solution of the complementarity problem at its u_O
             let solution = system.conditions().solve(&u[..n_o], None, &set).unwrap();
@@ -69,7 +69,7 @@ proptest! {
                 prop_assert!((w - solution.w[i]).abs() < 1e-12 * size, "{} {}", w, solution.w[i]);
                 prop_assert!((p[i] - solution.p[i]).abs() < 1e-11 * size * system.conditions().n_c[(i, i)]);
             }
-            set = ActiveSet::new(solution.active);
+            set = States::of_contact(solution.active);
         }
         // every switch changes one node, and no node switches twice the same way
         let mut last = states.active[0].clone();

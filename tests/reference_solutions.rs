@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Reference, reference_problem, relative};
-use signorini::contact::ActiveSet;
+use signorini::contact::States;
 use signorini::event::{self, Options, Report, Silent, Verified};
 use signorini::flow::Tolerances;
 use signorini::problem::phase_modes;
@@ -90,7 +90,7 @@ fn frequencies_of_the_open_and_the_closed_body() {
         let system = &r.problem.system;
         let n_c = system.n_contact();
         for (set, expected) in
-            [(ActiveSet::open(n_c), &r.omega_open), (ActiveSet::closed(n_c), &r.omega_closed)]
+            [(States::open(n_c), &r.omega_open), (States::closed(n_c), &r.omega_closed)]
         {
             let phase = system.phase(&set);
             let modes = phase_modes(system, &phase, expected.len()).unwrap();

@@ -145,7 +145,7 @@ class Run(Result):
             of the columns only: ``columns`` says which (``None`` where it keeps all).
         active: 1 where a contact point touches [s, n_C].
         pressure: contact pressure, > 0 in contact [s, n_C].
-        switches: table with ``t``, ``node``, ``kind`` ("close", "open"; of an impact law also "impact", "stick"), ``energy_jump``, ``monitor_rate``.
+        switches: table with ``t``, ``node``, ``kind`` ("close", "open"; of an impact law also "impact", "rest"), ``energy_jump``, ``monitor_rate``.
         grazings: table with ``t``, ``node``, ``distance``, ``kind``.
         ledger: group with ``t``, ``kinetic``, ``elastic``, ``external``, ``dissipated``, ``jumps`` [s].
         n_dof, n_o, n_contact: numbers of displacements, of those that move by themselves, of contact points.

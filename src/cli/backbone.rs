@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use signorini::contact::{ActiveSet, State};
+use signorini::contact::{States, State};
 use signorini::continuation::Options;
 use signorini::families::bar;
 use signorini::families::conservative;
@@ -380,7 +380,7 @@ fn warn_below_first_mode(
     if system.constraints.iter().any(|c| c.gap <= 0.0) || range.0 <= 0.0 {
         return Ok(());
     }
-    let open = system.phase(&ActiveSet::open(system.n_contact()));
+    let open = system.phase(&States::open(system.n_contact()));
     let modes = phase_modes(system, &open, 1).map_err(|e| CliError::Numerics(e.to_string()))?;
     if let Some(first) = modes.omega.first().filter(|w| range.0 < 0.999 * **w) {
         let (low, first) = (significant(range.0, 6), significant(*first, 6));

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use signorini::contact::ActiveSet;
+use signorini::contact::States;
 use signorini::mesh::slender::stiff_in_bending;
 use signorini::problem::phase_modes;
 use signorini::report::summary::significant;
@@ -32,16 +32,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let problem = load::of_scene(&scene)?;
     let system = &problem.system;
     let count = arguments.count as usize;
-    let modes = |set: ActiveSet| {
+    let modes = |set: States| {
         let phase = system.phase(&set);
         phase_modes(system, &phase, count).map_err(|e| CliError::Numerics(e.to_string()))
     };
-    let open = modes(ActiveSet::open(system.n_contact()))?;
+    let open = modes(States::open(system.n_contact()))?;
     let closed = match system.n_contact() {
         0 => None,
         // forces without a potential have no natural modes
         _ if !system.has_potential() => None,
-        n => Some(modes(ActiveSet::closed(n))?),
+        n => Some(modes(States::closed(n))?),
     };
     Ok(global.answer(
         || {

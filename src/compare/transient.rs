@@ -66,7 +66,7 @@ impl Observer for Watch<'_> {
     type Error = std::convert::Infallible;
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         self.trace.push(s.t, s.pressure, self.areas, &self.touched);
-        self.touched.copy_from_slice(s.active.flags());
+        self.touched = s.active.flags();
         s.u.clone_into(&mut self.u);
         self.largest = s.u.iter().fold(self.largest, |m, u| m.max(u.abs()));
         Ok(())
@@ -222,10 +222,10 @@ impl Measured {
         set(Quantity::EnergyDrift, r.energy_drift_total);
         set(Quantity::Switches, r.switches.len() as f64);
         set(Quantity::Wall, self.wall);
-        let stuck = r.switches.iter().filter(|s| s.kind == SwitchKind::Stick).count();
+        let rests = r.switches.iter().filter(|s| s.kind == SwitchKind::Rest).count();
         let mut notes = vec![];
-        if stuck > 0 {
-            notes.push(format!("{stuck} accumulations of impacts"));
+        if rests > 0 {
+            notes.push(format!("{rests} accumulations of impacts"));
         }
         if size <= VANISHED {
             notes.push(

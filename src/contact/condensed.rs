@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::DMatrix;
 
 use super::ContactError;
-use super::active::ActiveSet;
+use super::states::States;
 use super::conditions::Conditions;
 use super::kinematics::Following;
 use crate::fem::{Body, Csr, Loads, SolveScratch, SpdFactor};
@@ -59,7 +59,7 @@ impl Condensed {
         let light = Csr::from_triplets(size, masses.len(), light);
         let factor = SpdFactor::new(&light.product(&all.transposed()), "mass of the contact")?;
         let rows = all.triplets().filter(|e| e.1 < n_o).collect();
-        let open = ActiveSet::open(conditions.len());
+        let open = States::open(conditions.len());
         Ok(Some(Condensed {
             inverse: masses[..n_o].iter().map(|m| 1.0 / m).collect(),
             rows: Csr::from_triplets(size, n_o, rows),

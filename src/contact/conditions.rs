@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 
 use nalgebra::DMatrix;
 
-use super::active::ActiveSet;
+use super::states::{PointState, States};
 use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
 use super::lcp::{self, Comparison, LcpError, LcpSolution, PMatrix, Place};
@@ -132,9 +132,9 @@ impl Conditions {
     }
 
     /// Where the displacements stand when the points of a set touch.
-    pub fn places(&self, set: &ActiveSet) -> Vec<Place> {
+    pub fn places(&self, set: &States) -> Vec<Place> {
         let mut places = vec![Place::Free; self.count()];
-        let touching = self.points.iter().zip(set.flags()).filter(|(_, touches)| **touches);
+        let touching = self.points.iter().zip(set.iter()).filter(|(_, state)| state.touches());
         for (&(d, s), _) in touching {
             places[d] = if s > 0.0 { Place::Front } else { Place::Behind };
         }
@@ -222,11 +222,11 @@ impl Conditions {
         &self,
         u_o: &[f64],
         load: Option<&[f64]>,
-        start: &ActiveSet,
+        start: &States,
     ) -> Result<LcpSolution, LcpError> {
         let (q, scale) = self.data(u_o, load);
         if self.way.is_empty() {
-            return lcp::solve(&self.n_c, &q, &scale, start.flags());
+            return lcp::solve(&self.n_c, &q, &scale, &start.flags());
         }
         let found = lcp::solve_between(&self.n_c, (&q, &scale), &self.way, &self.places(start))?;
         let side = |s: f64| if s > 0.0 { Place::Front } else { Place::Behind };
@@ -256,10 +256,10 @@ impl Conditions {
     /// degenerate follow with `ṗ = 0`, those in contact stay (theory §5). Returns the set and the points that stay degenerate.
     pub fn solve_rates(
         &self,
-        present: &ActiveSet,
+        present: &States,
         degenerate: &[usize],
         rates: Rates,
-    ) -> Result<(ActiveSet, Vec<usize>), LcpError> {
+    ) -> Result<(States, Vec<usize>), LcpError> {
         let size = rates.x.iter().fold(0.0f64, |m, x| m.max(x.abs())) + rates.blur;
         let load = |d: usize| rates.load.map_or(0.0, |p| p[d]);
         let (own, signs): (Vec<usize>, Vec<f64>) =
@@ -307,10 +307,10 @@ impl Conditions {
                 schur[(a, b)] *= s * t;
             }
         }
-        let start: Vec<bool> = degenerate.iter().map(|&i| present.is_active(i)).collect();
+        let start: Vec<bool> = degenerate.iter().map(|&i| present.touches(i)).collect();
         let solution = lcp::solve(&schur.into(), &q, &scale, &start)?;
         let mut set = present.clone();
-        degenerate.iter().zip(&solution.active).for_each(|(&i, &a)| set.set(i, a));
+        degenerate.iter().zip(&solution.active).for_each(|(&i, &a)| set.set(i, PointState::of_contact(a)));
         Ok((set, solution.degenerate.iter().map(|&k| degenerate[k]).collect()))
     }
 }

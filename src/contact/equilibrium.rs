@@ -3,7 +3,7 @@
 //! Principal pivoting as for the complementarity problem ([`super::lcp`]): solve in the present set, change all points that are infeasible
 //! while their number falls, one at a time otherwise.
 
-use super::active::ActiveSet;
+use super::states::States;
 use super::lcp::UNITS;
 use super::phase::Phase;
 use super::system::System;
@@ -24,11 +24,11 @@ pub enum NoEquilibrium {
 
 impl System {
     /// The active set and `u_O` of the static equilibrium; harmonic loads are left out.
-    pub fn equilibrium(&self) -> Result<(ActiveSet, Vec<f64>), NoEquilibrium> {
+    pub fn equilibrium(&self) -> Result<(States, Vec<f64>), NoEquilibrium> {
         let n_c = self.n_contact();
         // a body that can move rigidly is held by the obstacle, or not at all
         let free = !self.body.rigid_motions(false).is_empty();
-        let mut set = if free { ActiveSet::closed(n_c) } else { ActiveSet::open(n_c) };
+        let mut set = if free { States::closed(n_c) } else { States::open(n_c) };
         let (mut fewest, mut patience) = (n_c + 1, 3);
         let limit = 50 + 20 * n_c * n_c;
         for _ in 0..limit {
@@ -42,7 +42,7 @@ impl System {
                 patience -= 1;
             }
             let change = if patience >= 0 { &wrong[..] } else { &[first][..] };
-            change.iter().for_each(|&i| set.set(i, !set.is_active(i)));
+            change.iter().for_each(|&k| set.set(phase.monitors[k].point, phase.monitors[k].to));
         }
         Err(NoEquilibrium::Pivots(limit))
     }
@@ -73,5 +73,5 @@ fn infeasible(phase: &Phase, u: &[f64], unit: f64) -> Vec<usize> {
     // displacements of a static solution carry more than one rounding error
     let rounding = phase.monitor_rounding(size);
     let negative = |k: &usize| h[*k] < -1e-12 / UNITS * rounding[*k];
-    (0..h.len()).filter(negative).map(|k| phase.monitors[k].node).collect()
+    (0..h.len()).filter(negative).map(|k| phase.monitors[k].point).collect()
 }

@@ -6,6 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::phase::{Monitor, MonitorKind, Phase, Scratch};
+use super::states::PointState;
 
 impl Phase {
     /// The phase `self`, in which the nodes `held` are in contact, with these nodes held; `released` are the phases with each one of them
@@ -13,9 +14,10 @@ impl Phase {
     pub(super) fn hold(mut self, held: Vec<usize>, released: Vec<Phase>) -> Phase {
         let mut monitors = vec![];
         for m in &self.monitors {
-            if held.contains(&m.node) {
-                monitors.push(Monitor { node: m.node, kind: MonitorKind::HeldToContact });
-                monitors.push(Monitor { node: m.node, kind: MonitorKind::HeldToFree });
+            let of = |kind, to| Monitor { point: m.point, kind, to };
+            if held.contains(&m.point) {
+                monitors.push(of(MonitorKind::HeldToContact, PointState::Closed));
+                monitors.push(of(MonitorKind::HeldToFree, PointState::Open));
             } else {
                 monitors.push(*m);
             }
@@ -56,11 +58,8 @@ impl Phase {
             let mut a = vec![0.0; u_o.len()];
             phase.smooth_acceleration(t, u_o, v_o, s, &mut a);
             let rate = self.monitor_curvatures_at(t, &a);
-            let of_node = |i: &usize| {
-                let k = self.monitors.iter().position(|m| m.node == *i);
-                k.map_or(0.0, |k| rate[k])
-            };
-            rates.push(self.held.iter().map(of_node).collect::<Vec<f64>>());
+            let of_point = |i: &usize| self.monitor_of(*i).map_or(0.0, |k| rate[k]);
+            rates.push(self.held.iter().map(of_point).collect::<Vec<f64>>());
             accelerations.push(a);
         }
         rates.rotate_right(1);

@@ -8,7 +8,7 @@
 
 use nalgebra::DMatrix;
 
-use super::active::ActiveSet;
+use super::states::States;
 use super::inertia::HeldMass;
 use super::kinematics::{Drive, Part};
 use super::system::Constraint;
@@ -37,10 +37,10 @@ impl Holding {
     pub fn new(
         (mass, through): (&HeldMass, &[Vec<f64>]),
         constraints: &[Constraint],
-        set: &ActiveSet,
+        set: &States,
         loads: &Loads,
     ) -> Holding {
-        let (free, closed) = (set.free_nodes(), set.closed_nodes());
+        let (free, closed) = (set.open_points(), set.closed_points());
         let size = closed.len();
         let inverse = mass
             .block(&closed)

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
-use super::active::ActiveSet;
+use super::states::States;
 use super::boundary::BoundaryOperator;
 use super::conditions::{Conditions, Gaps};
 use super::holding::Holding;
@@ -194,10 +194,10 @@ impl Impact {
 
     /// The jump of velocities as a linear map, for as long as the same points are struck, of which `held` were at rest before:
     /// `R = I − M⁻¹nᵀ D⁻¹ E n` with `1 + e` in the diagonal matrix `E`, 1 for points at rest. The factors `M⁻¹nᵀ D⁻¹ E` column by column.
-    pub fn blow(&self, struck: &[usize], held: &ActiveSet) -> Option<BlowMap> {
+    pub fn blow(&self, struck: &[usize], held: &States) -> Option<BlowMap> {
         let mass = &self.mass;
         let inverse = mass.block(struck).try_inverse()?;
-        let factor = |k: usize| if held.is_active(k) { 1.0 } else { 1.0 + self.restitution };
+        let factor = |k: usize| if held.touches(k) { 1.0 } else { 1.0 + self.restitution };
         let column = |j: usize| -> Vec<f64> {
             let mut sum = vec![0.0; mass.normal.n_cols()];
             for (i, &k) in struck.iter().enumerate() {
@@ -279,7 +279,7 @@ impl Method for ImpactLaw {
         _: &Loads,
         _: f64,
         x: &[f64],
-        start: &ActiveSet,
+        start: &States,
     ) -> Result<Selection, ContactError> {
         let size = x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let touches = |k: usize| {
@@ -287,11 +287,11 @@ impl Method for ImpactLaw {
             let moved = -self.conditions.n_o.row_dot(k, x) / self.constraints[k].stiffness;
             gap - moved <= 64.0 * lcp::UNITS * size.max(gap.abs())
         };
-        let set = (0..self.constraints.len()).map(|k| start.is_active(k) && touches(k)).collect();
-        Ok(Selection { set: ActiveSet::new(set), degenerate: vec![] })
+        let touching = (0..self.constraints.len()).map(|k| start.touches(k) && touches(k));
+        Ok(Selection { set: States::of_contact(touching), degenerate: vec![] })
     }
 
-    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
+    fn phase(&self, parts: &Parts, set: &States) -> Phase {
         let inertia = PhaseInertia::new(&self.inertia, &self.conditions, set);
         let mass = (&*self.law.mass, &*self.through);
         let holding = Holding::new(mass, &self.constraints, set, &parts.loads);

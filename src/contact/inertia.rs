@@ -19,7 +19,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::ContactError;
-use super::active::ActiveSet;
+use super::states::States;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::coupling::Coupling;
@@ -253,9 +253,9 @@ impl ConstantMass {
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of the monitors of a phase.
-    fn gradient_bounds(&self, kinematics: &Following, set: &ActiveSet) -> Vec<f64> {
+    fn gradient_bounds(&self, kinematics: &Following, set: &States) -> Vec<f64> {
         let conditions = &kinematics.conditions;
-        let points = 0..set.flags().len();
+        let points = 0..set.len();
         if conditions.n_c.is_sparse()
             && let Some(known) = conditions.follow_bounds()
         {
@@ -266,7 +266,7 @@ impl ConstantMass {
                 }
             };
             let [gap, pressure] = known.follow(&conditions.n_c, norms);
-            let of = |k: usize| if set.is_active(k) { &pressure } else { &gap };
+            let of = |k: usize| if set.touches(k) { &pressure } else { &gap };
             return points.map(|k| of(k)[conditions.points[k].0]).collect();
         }
         let l = kinematics.over_stress();
@@ -378,12 +378,12 @@ impl Schur {
 }
 
 impl PhaseInertia {
-    pub fn new(shared: &Arc<Inertia>, conditions: &Conditions, set: &ActiveSet) -> PhaseInertia {
+    pub fn new(shared: &Arc<Inertia>, conditions: &Conditions, set: &States) -> PhaseInertia {
         let size = conditions.count();
         let places = conditions.places(set);
         let row = |d: usize| if places[d] == Place::Free { size + d } else { d };
         let rows = match &**shared {
-            Inertia::Held(_) => set.closed_nodes(),
+            Inertia::Held(_) => set.closed_points(),
             _ => (0..size).map(row).collect(),
         };
         PhaseInertia { shared: shared.clone(), rows, schur: OnceLock::new() }
@@ -537,15 +537,15 @@ impl PhaseInertia {
     }
 
     /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact.
-    pub fn gradient_bounds(&self, kinematics: &Kinematics, set: &ActiveSet) -> Vec<f64> {
-        let size = set.flags().len();
+    pub fn gradient_bounds(&self, kinematics: &Kinematics, set: &States) -> Vec<f64> {
+        let size = set.len();
         let Kinematics::Following(kinematics) = kinematics else {
             return vec![f64::INFINITY; size];
         };
         self.bounds_of(kinematics, set, size)
     }
 
-    fn bounds_of(&self, kinematics: &Following, set: &ActiveSet, size: usize) -> Vec<f64> {
+    fn bounds_of(&self, kinematics: &Following, set: &States, size: usize) -> Vec<f64> {
         match &*self.shared {
             Inertia::Held(_) => vec![f64::INFINITY; size],
             // the Gram matrix's own diagonal, of which a phase only subtracts
@@ -554,7 +554,7 @@ impl PhaseInertia {
                     let (d, count) =
                         (kinematics.conditions.points[k].0, kinematics.conditions.count());
                     let norm = |row: usize| p.gram[(row, row)].max(0.0).sqrt();
-                    match set.is_active(k) {
+                    match set.touches(k) {
                         false => norm(d),
                         true => kinematics.conditions.stiffness(k).abs() * norm(count + d),
                     }

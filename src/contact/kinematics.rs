@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::active::ActiveSet;
+use super::states::States;
 use super::conditions::Conditions;
 use super::coupling::Block;
 use super::holding::Holding;
@@ -161,7 +161,7 @@ pub(super) struct Following {
     /// Where the others stand.
     pub closed: Vec<(usize, f64)>,
     /// Points in contact.
-    set: ActiveSet,
+    set: States,
     block: Block,
     /// `d_α` under constant loads, all of `u_C`.
     offset: Vec<f64>,
@@ -171,11 +171,11 @@ pub(super) struct Following {
 }
 
 impl Following {
-    pub fn new(conditions: &Arc<Conditions>, set: &ActiveSet, loads: &Loads) -> Following {
+    pub fn new(conditions: &Arc<Conditions>, set: &States, loads: &Loads) -> Following {
         let c = conditions;
         let places = c.places(set);
         let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Place::Free).collect();
-        let touching = set.closed_nodes().into_iter().map(|k| (c.points[k], c.gap[k]));
+        let touching = set.closed_points().into_iter().map(|k| (c.points[k], c.gap[k]));
         let closed = touching.map(|((d, s), gap)| (d, s * gap)).collect();
         // principal blocks of a P-matrix are regular; one that is not gives what is no number
         let singular = |_| Block::Diagonal(vec![f64::NAN; free.len()]);
@@ -227,7 +227,7 @@ impl Following {
         let displacement = self.shift(Some(&p), false);
         let c = &self.conditions;
         // those in contact do not move
-        let monitor = (0..c.len()).map(|k| match (self.set.is_active(k), c.points[k]) {
+        let monitor = (0..c.len()).map(|k| match (self.set.touches(k), c.points[k]) {
             (false, (d, s)) => -s * displacement[d],
             (true, (d, s)) => s * (p[d] - c.n_c.row_dot(d, &displacement)),
         });
@@ -334,7 +334,7 @@ impl Following {
         }
         for (k, h) in h.iter_mut().enumerate() {
             let (d, s) = c.points[k];
-            *h = match self.set.is_active(k) {
+            *h = match self.set.touches(k) {
                 false if affine => c.gap[k] - s * u[d],
                 false => -s * u[d],
                 true => {
@@ -423,7 +423,7 @@ impl Following {
             unit[k] = 0.0;
         }
         // a gap behind an obstacle that a displacement touches does not change
-        DMatrix::from_fn(c.len(), size, |k, j| match (self.set.is_active(k), c.points[k]) {
+        DMatrix::from_fn(c.len(), size, |k, j| match (self.set.touches(k), c.points[k]) {
             (true, (d, s)) => s * l[(d, j)],
             (false, (d, s)) if !is_closed[d] => -s * l[(d, j)],
             (false, _) => 0.0,

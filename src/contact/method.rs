@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::ContactError;
-use super::active::ActiveSet;
+use super::states::States;
 use super::conditions::{Conditions, Rates};
 use super::impact::Impact;
 use super::inertia::{Inertia, PhaseInertia};
@@ -21,7 +21,7 @@ use crate::fem::{Body, ContactPoint, Loads, Reduction};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
     /// The set.
-    pub set: ActiveSet,
+    pub set: States,
     /// Contact points that may be counted to either side: `w = p = 0` to rounding.
     pub degenerate: Vec<usize>,
 }
@@ -30,7 +30,7 @@ pub struct Selection {
 #[derive(Debug, Clone, Copy)]
 pub struct Degenerate<'a> {
     /// The set of all other points.
-    pub present: &'a ActiveSet,
+    pub present: &'a States,
     /// The degenerate points.
     pub points: &'a [usize],
     /// Time.
@@ -97,11 +97,11 @@ pub(super) trait Method: Debug + Send + Sync {
         loads: &Loads,
         t: f64,
         x: &[f64],
-        start: &ActiveSet,
+        start: &States,
     ) -> Result<Selection, ContactError> {
         let load = self.conditions().load_pressure(loads, t, 0);
         let solution = self.conditions().solve(x, load.as_deref(), start)?;
-        Ok(Selection { set: ActiveSet::new(solution.active), degenerate: solution.degenerate })
+        Ok(Selection { set: States::of_contact(solution.active), degenerate: solution.degenerate })
     }
 
     /// The same one order up, on the degenerate points alone.
@@ -113,7 +113,7 @@ pub(super) trait Method: Debug + Send + Sync {
     }
 
     /// The phase of a set.
-    fn phase(&self, parts: &Parts, set: &ActiveSet) -> Phase {
+    fn phase(&self, parts: &Parts, set: &States) -> Phase {
         let following = Following::new(self.conditions(), set, &parts.loads);
         let kinematics = Kinematics::Following(following);
         let inertia = PhaseInertia::new(self.inertia(), self.conditions(), set);

@@ -1,6 +1,6 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
-pub mod active;
+pub mod states;
 pub mod boundary;
 mod condensed;
 pub mod conditions;
@@ -22,7 +22,7 @@ mod redistribution;
 mod springs;
 pub mod system;
 
-pub use active::ActiveSet;
+pub use states::{PointState, States};
 pub use conditions::{Conditions, Gaps};
 pub use equilibrium::NoEquilibrium;
 pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use super::active::ActiveSet;
+use super::states::{PointState, States};
 use super::inertia::{Inertia, PhaseInertia};
 use super::kinematics::{Drive, Kinematics, Part};
 use super::system::Rayleigh;
@@ -23,23 +23,37 @@ pub enum MonitorKind {
     HeldToFree,
 }
 
-/// One switching function of a phase.
+/// One switching function of a phase: positive inside it, zero where its point changes its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Monitor {
-    /// Contact node (index in `u_C`).
-    pub node: usize,
+    /// Contact point (index in `u_C`).
+    pub point: usize,
     /// What is watched.
     pub kind: MonitorKind,
+    /// The state that it leads to.
+    pub to: PointState,
+}
+
+impl Monitor {
+    /// Of a point that is in `state`, without friction.
+    pub(super) fn of_state(point: usize, state: PointState) -> Monitor {
+        match state {
+            PointState::Open => Monitor { point, kind: MonitorKind::Gap, to: PointState::Closed },
+            PointState::Closed => {
+                Monitor { point, kind: MonitorKind::Pressure, to: PointState::Open }
+            }
+        }
+    }
 }
 
 /// A phase: an active set and what follows from it.
 #[derive(Debug)]
 pub struct Phase {
     /// The active set (held nodes count as in contact).
-    pub set: ActiveSet,
+    pub set: States,
     /// Nodes held on the switching surface (none but in exceptional cases: theory §5).
     pub held: Vec<usize>,
-    /// The monitors of the phase, in the order of the contact nodes.
+    /// The monitors of the phase, in the order of their points.
     pub monitors: Vec<Monitor>,
     pub(super) parts: Parts,
     pub(super) kinematics: Kinematics,
@@ -102,17 +116,21 @@ impl Phase {
         parts: Parts,
         kinematics: Kinematics,
         inertia: PhaseInertia,
-        set: ActiveSet,
+        set: States,
     ) -> Phase {
-        let kind = |i| if set.is_active(i) { MonitorKind::Pressure } else { MonitorKind::Gap };
-        let monitors =
-            (0..set.flags().len()).map(|node| Monitor { node, kind: kind(node) }).collect();
+        let of_point = |(point, state)| Monitor::of_state(point, state);
+        let monitors = set.iter().enumerate().map(of_point).collect();
         Phase { set, held: vec![], monitors, parts, kinematics, inertia, released: vec![] }
     }
 
     /// Length of `u`.
     pub fn n(&self) -> usize {
         self.parts.body.dofs.n()
+    }
+
+    /// Where the first monitor of a contact point stands in the list; `None` for a point that is not of this phase.
+    pub fn monitor_of(&self, point: usize) -> Option<usize> {
+        self.monitors.iter().position(|m| m.point == point)
     }
 
     /// `u = A* u_O + d*(t)`.
@@ -274,9 +292,9 @@ impl Phase {
         if self.held.is_empty() {
             return self.kinematics.monitors(x_o, h, part);
         }
-        let mut of_points = vec![0.0; self.set.flags().len()];
+        let mut of_points = vec![0.0; self.set.len()];
         self.kinematics.monitors(x_o, &mut of_points, part);
-        h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h = of_points[m.node]);
+        h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h = of_points[m.point]);
     }
 
     fn new_monitors(&self, x_o: &[f64], part: Part) -> Vec<f64> {
@@ -323,13 +341,13 @@ impl Phase {
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.
     pub fn gradient_bounds(&self) -> Vec<f64> {
         let of_points = self.inertia.gradient_bounds(&self.kinematics, &self.set);
-        self.monitors.iter().map(|m| of_points[m.node]).collect()
+        self.monitors.iter().map(|m| of_points[m.point]).collect()
     }
 
     /// Rounding error of each monitor when displacements are of the order of `u`.
     pub fn monitor_rounding(&self, u: f64) -> Vec<f64> {
         let rounding = |m: &Monitor| {
-            let [gap, pressure] = self.kinematics.scales(m.node, u);
+            let [gap, pressure] = self.kinematics.scales(m.point, u);
             match m.kind {
                 MonitorKind::Gap => super::lcp::UNITS * gap,
                 MonitorKind::Pressure => super::lcp::UNITS * pressure,
@@ -342,8 +360,8 @@ impl Phase {
     /// Rounding error of each monitor's rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
     pub fn rate_rounding(&self, size: f64) -> Vec<f64> {
         let rounding = |m: &Monitor| {
-            let [gap, pressure] = self.kinematics.rate_scales(m.node, size);
-            super::lcp::UNITS * if self.set.is_active(m.node) { pressure } else { gap }
+            let [gap, pressure] = self.kinematics.rate_scales(m.point, size);
+            super::lcp::UNITS * if self.set.touches(m.point) { pressure } else { gap }
         };
         self.monitors.iter().map(rounding).collect()
     }
@@ -354,7 +372,7 @@ impl Phase {
         p.fill(0.0);
         for (h, m) in h.iter().zip(&self.monitors) {
             if m.kind == MonitorKind::Pressure {
-                p[m.node] = *h;
+                p[m.point] = *h;
             }
         }
     }
@@ -459,7 +477,7 @@ mod tests {
             let n = system.n();
             system.loads_mut().push(wave(n, 0.7), Some(2.0), 0.3);
             for flags in 0..32u32 {
-                let set = ActiveSet::new((0..5).map(|i| flags >> i & 1 == 1).collect());
+                let set = States::of_contact((0..5).map(|i| flags >> i & 1 == 1));
                 let phase = system.phase(&set);
                 let (u, v) = (wave(system.n_o(), 0.9), wave(system.n_o(), 1.7));
                 let mut s = system.scratch();
@@ -495,13 +513,13 @@ mod tests {
             let system = example(false, lumped);
             for k in 1..20 {
                 let u: Vec<f64> = wave(system.n_o(), 0.1 * k as f64);
-                let open = ActiveSet::open(5);
+                let open = States::open(5);
                 let solution = system.conditions().solve(&u, None, &open).unwrap();
-                let phase = system.phase(&ActiveSet::new(solution.active.clone()));
+                let phase = system.phase(&States::of_contact(solution.active.clone()));
                 let mut h = vec![0.0; 5];
                 phase.monitor_values(0.0, &u, &mut h);
                 for (h, m) in h.iter().zip(&phase.monitors) {
-                    let expected = solution.w[m.node].max(solution.p[m.node]);
+                    let expected = solution.w[m.point].max(solution.p[m.point]);
                     assert!((h - expected).abs() < 1e-12 * (1.0 + expected) && *h >= 0.0);
                 }
                 let mut full = vec![0.0; system.n()];
@@ -527,7 +545,7 @@ mod tests {
                 system.loads_mut().push(wave(n, 1.3), Some(2.0), 0.3);
                 let open = system.open_phase().matrices().1;
                 for flags in 0..32u32 {
-                    let set = ActiveSet::new((0..5).map(|i| flags >> i & 1 == 1).collect());
+                    let set = States::of_contact((0..5).map(|i| flags >> i & 1 == 1));
                     let phase = system.phase(&set);
                     let (k, m) = phase.matrices();
                     assert_eq!(
@@ -565,7 +583,7 @@ mod tests {
         system.loads_mut().push(wave(n, 1.3), Some(2.0), 0.3);
         let zero = vec![0.0; system.n_o()];
         for flags in [0u32, 5, 31] {
-            let set = ActiveSet::new((0..5).map(|i| flags >> i & 1 == 1).collect());
+            let set = States::of_contact((0..5).map(|i| flags >> i & 1 == 1));
             let phase = system.phase(&set);
             let (t, h) = (0.7, 1e-5);
             let at = |t: f64| phase.monitor_values_at(t, &zero);
@@ -585,8 +603,8 @@ mod tests {
                 assert!((bend - second[i]).abs() < 1e-3 * (1.0 + second[i].abs()));
                 let force = rest[system.n_o() + i];
                 let expected =
-                    if set.is_active(i) { force / system.constraints[i].area } else { 0.0 };
-                let pressure = if set.is_active(i) { now[i] } else { force };
+                    if set.touches(i) { force / system.constraints[i].area } else { 0.0 };
+                let pressure = if set.touches(i) { now[i] } else { force };
                 assert!((pressure - expected).abs() < 1e-11, "{pressure} {expected}");
             }
         }
@@ -595,7 +613,7 @@ mod tests {
     #[test]
     fn two_solves_equal_stored_columns() {
         let system = example(false, false);
-        let phase = system.phase(&ActiveSet::new(vec![true, false, true, false, false]));
+        let phase = system.phase(&States::of_contact([true, false, true, false, false]));
         let mut other = system.phase(&phase.set);
         let conditions = system.conditions();
         other.inertia.shared = Inertia::Projected(

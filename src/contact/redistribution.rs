@@ -17,7 +17,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
-use super::active::ActiveSet;
+use super::states::States;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::inertia::{ConstantMass, gram};
@@ -81,7 +81,7 @@ pub(super) fn condensed(
 
 /// `A*_∅`.
 fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
-    let open = ActiveSet::open(conditions.len());
+    let open = States::open(conditions.len());
     Following::new(conditions, &open, &Loads::default()).a_star()
 }
 

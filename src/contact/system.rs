@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::ContactError;
-use super::active::ActiveSet;
+use super::states::{PointState, States};
 use super::boundary::{self, BoundaryOperator};
 use super::conditions::{Conditions, Gaps};
 use super::impact::{self, Impact, March};
@@ -97,7 +97,7 @@ pub struct State {
 impl State {
     /// All displacements and velocities at `t = 0`, in the phase of the state.
     pub fn full(&self, system: &System) -> Result<(Vec<f64>, Vec<f64>), ContactError> {
-        let open = ActiveSet::open(system.n_contact());
+        let open = States::open(system.n_contact());
         let phase = system.phase(&system.select(0.0, &self.u, &open)?.set);
         let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
         phase.expand_displacement(0.0, &self.u, &mut u);
@@ -298,23 +298,24 @@ impl System {
     }
 
     /// The phase of an active set.
-    pub fn phase(&self, set: &ActiveSet) -> Phase {
+    pub fn phase(&self, set: &States) -> Phase {
         self.method.phase(&self.parts(), set)
     }
 
     /// The phase in which no point touches.
     pub fn open_phase(&self) -> Phase {
-        self.phase(&ActiveSet::open(self.n_contact()))
+        self.phase(&States::open(self.n_contact()))
     }
 
     /// The phase of an active set with points held on the switching surface.
-    pub fn held_phase(&self, set: &ActiveSet, held: &[usize]) -> Phase {
+    pub fn held_phase(&self, set: &States, held: &[usize]) -> Phase {
         if held.is_empty() {
             return self.phase(set);
         }
         let mut set = set.clone();
-        held.iter().for_each(|&i| set.set(i, true));
-        let released = held.iter().map(|&i| self.phase(&set.with(i, false))).collect();
+        held.iter().for_each(|&i| set.set(i, PointState::Closed));
+        let without = |&i: &usize| self.phase(&set.with(i, PointState::Open));
+        let released = held.iter().map(without).collect();
         self.phase(&set).hold(held.to_vec(), released)
     }
 
@@ -323,7 +324,7 @@ impl System {
         &self,
         t: f64,
         u_o: &[f64],
-        start: &ActiveSet,
+        start: &States,
     ) -> Result<Selection, ContactError> {
         self.method.select(&self.loads, t, u_o, start)
     }

@@ -5,7 +5,7 @@
 
 use super::ledger::Ledger;
 use super::log::Log;
-use crate::contact::ActiveSet;
+use crate::contact::States;
 
 /// The state of a run at the beginning of a phase.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,8 +14,8 @@ pub struct Checkpoint {
     pub t: f64,
     /// `u_O`, `u̇_O`, and the integrals of work and dissipation where there are such.
     pub y: Vec<f64>,
-    /// Active set of the phase that begins.
-    pub active: Vec<bool>,
+    /// States of the contact points in the phase that begins.
+    pub states: States,
     /// Nodes held on the surface.
     pub held: Vec<usize>,
     /// Contact nodes whose near misses are recorded.
@@ -37,11 +37,11 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Of a scheme of its own, that knows neither flows nor a search: time and state, points in contact, largest penetration and impulses; the next
+    /// Of a scheme of its own, that knows neither flows nor a search: time and state, states of the points, largest penetration and impulses; the next
     /// sample, stored states and switches.
     pub fn marched(
         (t, y): (f64, Vec<f64>),
-        active: &ActiveSet,
+        states: &States,
         ledger: &Ledger,
         (penetration, blows): (f64, f64),
         [next_sample, stored, switches]: [usize; 3],
@@ -49,9 +49,9 @@ impl Checkpoint {
         Checkpoint {
             t,
             y,
-            active: active.flags().to_vec(),
+            states: states.clone(),
             held: vec![],
-            armed: vec![true; active.flags().len()],
+            armed: vec![true; states.len()],
             recent: vec![],
             ledger: ledger.numbers(),
             extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0, blows, 0.0, 0.0],

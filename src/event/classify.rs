@@ -10,7 +10,9 @@ use thiserror::Error;
 
 use super::held::is_weight;
 use crate::contact::lcp::UNITS;
-use crate::contact::{ActiveSet, ContactError, Degenerate, Phase, Scratch, Selection, System};
+use crate::contact::{
+    ContactError, Degenerate, Phase, PointState, Scratch, Selection, States, System,
+};
 
 /// How a switch was decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -27,7 +29,7 @@ pub enum Order {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     /// Active set (held nodes count as in contact).
-    pub set: ActiveSet,
+    pub set: States,
     /// Nodes held on the surface.
     pub held: Vec<usize>,
     /// What decided.
@@ -76,7 +78,7 @@ impl Surface<'_> {
     /// Decide the degenerate nodes; the others keep their place in `present`.
     pub fn decide(
         &self,
-        present: &ActiveSet,
+        present: &States,
         degenerate: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
@@ -97,7 +99,7 @@ impl Surface<'_> {
         }
         // undecided nodes enter as they are in the present phase
         let mut base = set;
-        undecided.iter().for_each(|&i| base.set(i, present.is_active(i)));
+        undecided.iter().for_each(|&i| base.set(i, present.at(i)));
         match self.system.is_smooth() {
             true => self.by_common_acceleration(&base, &undecided, scratch),
             false => self.by_acceleration(&base, &undecided, scratch),
@@ -113,7 +115,7 @@ impl Surface<'_> {
     /// `0 ≤ ẇ ⟂ ṗ ≥ 0` on the degenerate nodes; returns the set and the nodes that stay degenerate.
     fn by_velocity(
         &self,
-        present: &ActiveSet,
+        present: &States,
         points: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Selection, ClassifyError> {
@@ -131,14 +133,14 @@ impl Surface<'_> {
     /// then stays as it is: every continuation is the same.
     fn by_common_acceleration(
         &self,
-        base: &ActiveSet,
+        base: &States,
         points: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
         let a = self.acceleration(&self.system.phase(base), scratch);
         let at = Degenerate { present: base, points, t: self.t, x: &a, order: 2, blur: 0.0 };
         let Selection { mut set, degenerate } = self.system.select_rates(at)?;
-        degenerate.iter().for_each(|&i| set.set(i, base.is_active(i)));
+        degenerate.iter().for_each(|&i| set.set(i, base.at(i)));
         let grazing = points.to_vec();
         let order = Order::Acceleration;
         Ok(Decision { set, held: vec![], order, grazing, ambiguous: Some(false) })
@@ -156,7 +158,7 @@ impl Surface<'_> {
         let curvatures = phase.monitor_curvatures_at(self.t, &a);
         let rounding = phase.rate_rounding(largest);
         let of = |&i: &usize| {
-            let k = phase.monitors.iter().position(|m| m.node == i).unwrap_or(0);
+            let k = phase.monitor_of(i).unwrap_or(0);
             curvatures[k] / (16.0 * rounding[k]).max(f64::MIN_POSITIVE)
         };
         nodes.iter().map(of).collect()
@@ -164,11 +166,11 @@ impl Surface<'_> {
 
     fn by_acceleration(
         &self,
-        base: &ActiveSet,
+        base: &States,
         nodes: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
-        let decision = |set: ActiveSet, ambiguous| Decision {
+        let decision = |set: States, ambiguous| Decision {
             set,
             held: vec![],
             order: Order::Acceleration,
@@ -178,17 +180,17 @@ impl Surface<'_> {
         if nodes.len() > ENUMERATION_LIMIT {
             return self.by_iteration(base, nodes, scratch);
         }
-        let mut best: Option<(usize, ActiveSet)> = None;
+        let mut best: Option<(usize, States)> = None;
         let mut strict = 0;
         for bits in 0..1usize << nodes.len() {
             let mut set = base.clone();
-            nodes.iter().enumerate().for_each(|(k, &i)| set.set(i, bits >> k & 1 == 1));
+            nodes.iter().enumerate().for_each(|(k, &i)| set.set(i, PointState::of_contact(bits >> k & 1 == 1)));
             let curvature = self.curvatures(&self.system.phase(&set), nodes, scratch);
             if curvature.iter().any(|&c| c < -1.0) {
                 continue;
             }
             strict += usize::from(curvature.iter().all(|&c| c > 1.0));
-            let changes = nodes.iter().filter(|&&i| set.is_active(i) != base.is_active(i)).count();
+            let changes = nodes.iter().filter(|&&i| set.at(i) != base.at(i)).count();
             if best.as_ref().is_none_or(|(least, _)| changes < *least) {
                 best = Some((changes, set));
             }
@@ -203,7 +205,7 @@ impl Surface<'_> {
     /// sides: it is held, and let go where its weight leaves `[0, 1]`. Whether there are other solutions is not asked.
     fn by_iteration(
         &self,
-        base: &ActiveSet,
+        base: &States,
         nodes: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
@@ -230,16 +232,16 @@ impl Surface<'_> {
                 };
                 // one is free, zero in contact
                 let released = held.remove(k);
-                set.set(released, theta[k] < 0.5);
+                set.set(released, PointState::of_contact(theta[k] < 0.5));
                 changes[released] = 0;
                 continue;
             };
             let change = if round < TOGETHER { &wrong[..] } else { &[first][..] };
             for &i in change {
-                set.set(i, !set.is_active(i));
+                set.set(i, phase.monitor_of(i).map_or(set.at(i), |k| phase.monitors[k].to));
                 changes[i] += usize::from(round >= TOGETHER);
                 if changes[i] > RESTLESS {
-                    set.set(i, true);
+                    set.set(i, PointState::Closed);
                     held.push(i);
                 }
             }

@@ -2,7 +2,7 @@
 //! [`crate::flow`]).
 
 use super::classify::{ClassifyError, Decision, Order, Surface};
-use super::{ActiveSet, MonitorKind, Observer, Root, Run, Scratch};
+use super::{MonitorKind, PointState, States, Observer, Root, Run, Scratch};
 
 /// Up to this many nodes all combinations of held nodes are tried.
 const HELD_LIMIT: usize = 5;
@@ -18,7 +18,7 @@ impl Surface<'_> {
     /// Neither side can be entered: hold as few nodes as possible on the surface.
     pub(super) fn held(
         &self,
-        base: &ActiveSet,
+        base: &States,
         nodes: &[usize],
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
@@ -36,7 +36,7 @@ impl Surface<'_> {
             let mut set = base.clone();
             let (mut held, mut others) = (vec![], vec![]);
             for (k, &i) in nodes.iter().enumerate() {
-                set.set(i, digit(code, k) >= 1);
+                set.set(i, PointState::of_contact(digit(code, k) >= 1));
                 if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
             }
             let phase = self.system.held_phase(&set, &held);
@@ -59,16 +59,14 @@ impl Surface<'_> {
 
 impl<O: Observer> Run<'_, O> {
     /// A held node whose weight reached 0 or 1 leaves the surface to that side.
-    pub(super) fn leave_hold(&self, root: &Root, base: &ActiveSet) -> Option<Decision> {
+    pub(super) fn leave_hold(&self, root: &Root, base: &States) -> Option<Decision> {
         let monitor = self.phase.monitors[root.index];
-        let active = match monitor.kind {
-            MonitorKind::HeldToContact => true,
-            MonitorKind::HeldToFree => false,
-            _ => return None,
-        };
-        let held = self.phase.held.iter().copied().filter(|&i| i != monitor.node).collect();
+        if !matches!(monitor.kind, MonitorKind::HeldToContact | MonitorKind::HeldToFree) {
+            return None;
+        }
+        let held = self.phase.held.iter().copied().filter(|&i| i != monitor.point).collect();
         let order = Order::Acceleration;
-        let set = base.with(monitor.node, active);
+        let set = base.with(monitor.point, monitor.to);
         Some(Decision { set, held, order, grazing: vec![], ambiguous: Some(false) })
     }
 }

@@ -5,7 +5,7 @@
 //! are no measure: where nothing but the rebounding points moves, they shrink with the rebounds.
 
 use super::{
-    ActiveSet, Done, MonitorKind, Observer, Outcome, Root, Run, RunError, Switch, SwitchKind,
+    Done, MonitorKind, PointState, States, Observer, Outcome, Root, Run, RunError, Switch, SwitchKind,
 };
 use crate::contact::lcp::UNITS;
 use crate::contact::{ContactError, Impact};
@@ -24,7 +24,7 @@ pub(super) struct Meeting {
     /// Points that were hit.
     hit: Vec<usize>,
     /// Of these, points whose rebound was cut off.
-    stuck: Vec<usize>,
+    resting: Vec<usize>,
     /// Points that are held from now on.
     staying: Vec<usize>,
 }
@@ -40,25 +40,25 @@ impl<O: Observer> Run<'_, O> {
         let present = self.phase.set.clone();
         let monitor = self.phase.monitors[root.index];
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
-        let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.node).collect();
+        let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.point).collect();
         // what a blow does to supports that move is work of theirs
         let kinetic = self.system.kinetic_of_free(&self.v);
         let meeting = match monitor.kind {
             MonitorKind::Pressure => {
                 let resting: Vec<usize> =
-                    present.closed_nodes().into_iter().filter(|k| *k != monitor.node).collect();
+                    present.closed_points().into_iter().filter(|k| *k != monitor.point).collect();
                 Meeting { staying: self.staying(law, &resting)?, ..Meeting::default() }
             }
             _ => {
                 let mut touching = self.degenerate(root, &[]);
-                touching.extend(present.closed_nodes());
+                touching.extend(present.closed_points());
                 touching.sort_unstable();
                 touching.dedup();
                 self.meet(law, &touching)?
             }
         };
-        let mut set = ActiveSet::open(self.system.n_contact());
-        meeting.staying.iter().for_each(|&k| set.set(k, true));
+        let mut set = States::open(self.system.n_contact());
+        meeting.staying.iter().for_each(|&k| set.set(k, PointState::Closed));
         self.phase = self.system.phase(&set);
         self.phases += 1;
         self.begin_phase();
@@ -68,20 +68,21 @@ impl<O: Observer> Run<'_, O> {
         self.ledger.switch(jump, energies.as_ref());
         let mut before = present.clone();
         // the point that was met first: what others do follows from its blow
-        let first = monitor.node;
+        let first = monitor.point;
         let others = (0..self.system.n_contact()).filter(|k| *k != first);
         for contact in std::iter::once(first).chain(others) {
-            let (was, is) = (present.is_active(contact), set.is_active(contact));
-            let hit = !was && meeting.hit.contains(&contact);
-            let kind = match (was, is) {
-                (true, false) => SwitchKind::Open,
-                (false, true) if meeting.stuck.contains(&contact) => SwitchKind::Stick,
-                (false, true) => SwitchKind::Close,
-                (false, false) if hit => SwitchKind::Impact,
+            let hit = meeting.hit.contains(&contact);
+            let kind = match (present.at(contact), set.at(contact)) {
+                (PointState::Closed, PointState::Open) => SwitchKind::Open,
+                (PointState::Open, PointState::Closed) if meeting.resting.contains(&contact) => {
+                    SwitchKind::Rest
+                }
+                (PointState::Open, PointState::Closed) => SwitchKind::Close,
+                (PointState::Open, PointState::Open) if hit => SwitchKind::Impact,
                 _ => continue,
             };
-            let after = before.with(contact, is);
-            let index = of_monitors.iter().position(|node| *node == contact);
+            let after = before.with(contact, set.at(contact));
+            let index = of_monitors.iter().position(|point| *point == contact);
             let change = Switch {
                 t: self.t,
                 contact,
@@ -108,7 +109,7 @@ impl<O: Observer> Run<'_, O> {
     }
 
     /// The points on the obstacle when the run begins; or those inside it, from where no motion goes on.
-    pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<Result<ActiveSet, Vec<usize>>, O> {
+    pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<Result<States, Vec<usize>>, O> {
         let h = self.monitor_values();
         let rounding = self.phase.monitor_rounding(self.largest_u);
         let inside: Vec<usize> =
@@ -119,8 +120,8 @@ impl<O: Observer> Run<'_, O> {
         let on = |k: &usize| h[*k] <= 4.0 * rounding[*k];
         let touching: Vec<usize> = (0..h.len()).filter(on).collect();
         let meeting = self.meet(law, &touching)?;
-        let mut set = ActiveSet::open(self.system.n_contact());
-        meeting.staying.iter().for_each(|&k| set.set(k, true));
+        let mut set = States::open(self.system.n_contact());
+        meeting.staying.iter().for_each(|&k| set.set(k, PointState::Closed));
         Ok(Ok(set))
     }
 
@@ -142,7 +143,7 @@ impl<O: Observer> Run<'_, O> {
             if *rate <= least * speed {
                 resting.push(k);
                 if *rate > ROUNDING * speed {
-                    meeting.stuck.push(k);
+                    meeting.resting.push(k);
                 }
             }
         }

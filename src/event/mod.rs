@@ -27,7 +27,9 @@ pub use verify::{LcpCheck, Verified};
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use crate::contact::{ActiveSet, ContactError, MonitorKind, Phase, Scratch, State, System};
+use crate::contact::{
+    ContactError, MonitorKind, Phase, PointState, Scratch, State, States, System,
+};
 use crate::flow::{Flow, FlowError, Layout};
 use classify::{ClassifyError, Decision, Surface};
 use find::Root;
@@ -253,10 +255,9 @@ impl<O: Observer> Run<'_, O> {
         let selection = self.system.select(self.t, self.layout.u(&self.y), &present)?;
         let degenerate = self.degenerate(&root, &selection.degenerate);
         let mut base = present.clone();
-        for i in 0..self.system.n_contact() {
-            let active = selection.set.is_active(i);
-            if !degenerate.contains(&i) && base.is_active(i) != active {
-                base.set(i, active);
+        for (i, _, to) in present.changes(&selection.set) {
+            if !degenerate.contains(&i) {
+                base.set(i, to);
                 self.missed += 1;
             }
         }
@@ -282,9 +283,9 @@ impl<O: Observer> Run<'_, O> {
             .enumerate()
             .filter(|&(k, m)| {
                 let at_zero = h[k] + rate[k].min(0.0) * resolution <= 4.0 * self.slack[k];
-                at_zero || k == root.index || of_lcp.contains(&m.node)
+                at_zero || k == root.index || of_lcp.contains(&m.point)
             })
-            .map(|(_, m)| m.node)
+            .map(|(_, m)| m.point)
             .collect();
         nodes.dedup();
         nodes
@@ -293,7 +294,7 @@ impl<O: Observer> Run<'_, O> {
     /// The next phase, or the outcome of a run that none continues.
     fn decide(
         &mut self,
-        base: &ActiveSet,
+        base: &States,
         degenerate: &[usize],
     ) -> Done<Result<Decision, Outcome>, O> {
         let surface = Surface {
@@ -316,13 +317,13 @@ impl<O: Observer> Run<'_, O> {
     fn change_phase(
         &mut self,
         root: &Root,
-        present: ActiveSet,
+        present: States,
         decision: Decision,
     ) -> Done<Option<Outcome>, O> {
         let h = self.monitor_values()[root.index];
         if decision.set == present && decision.held == self.phase.held {
             // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
-            let contact = self.phase.monitors[root.index].node;
+            let contact = self.phase.monitors[root.index].point;
             if self.is_too_deep(root.index, h) {
                 let nodes = self.mesh_nodes(&[contact]);
                 return Ok(Some(Outcome::Unresolved { t: self.t, nodes }));
@@ -336,22 +337,13 @@ impl<O: Observer> Run<'_, O> {
         }
         self.note_grazing(&decision, h)?;
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
-        let rate_of = |i: usize| {
-            let k = self.phase.monitors.iter().position(|m| m.node == i);
-            k.map_or(0.0, |k| rates[k])
-        };
-        for contact in 0..self.system.n_contact() {
-            self.armed[contact] |= decision.set.is_active(contact) != present.is_active(contact);
-        }
-        let mut before = present;
+        let rate_of = |i: usize| self.phase.monitor_of(i).map_or(0.0, |k| rates[k]);
+        let mut before = present.clone();
         let mut jump = 0.0;
         let mut changes = vec![];
-        for contact in 0..self.system.n_contact() {
-            let active = decision.set.is_active(contact);
-            if active == before.is_active(contact) {
-                continue;
-            }
-            let after = before.with(contact, active);
+        for (contact, _, to) in present.changes(&decision.set) {
+            self.armed[contact] = true;
+            let after = before.with(contact, to);
             let u_c = self.v[self.layout.n_o..].to_vec();
             self.system.phase(&after).complete_velocity(self.t, &mut self.v);
             let energy_jump = self.system.kinetic_jump(&u_c, &self.v);
@@ -359,7 +351,7 @@ impl<O: Observer> Run<'_, O> {
                 t: self.t,
                 contact,
                 node: self.system.constraints[contact].node,
-                kind: if active { SwitchKind::Close } else { SwitchKind::Open },
+                kind: SwitchKind::of_state(to),
                 monitor_rate: rate_of(contact),
                 energy_jump,
                 struck: vec![],

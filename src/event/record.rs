@@ -6,7 +6,7 @@ use super::checkpoint::Checkpoint;
 use super::ledger::{Energies, Ledger};
 use super::log::Log;
 use super::verify::LcpCheck;
-use crate::contact::{ActiveSet, State};
+use crate::contact::{PointState, State, States};
 use crate::flow::{Counters, FlowError};
 
 /// A stored state.
@@ -19,7 +19,7 @@ pub struct Sample<'a> {
     /// All velocities.
     pub v: &'a [f64],
     /// Active set (continuous from the right).
-    pub active: &'a ActiveSet,
+    pub active: &'a States,
     /// Pressure at the contact nodes.
     pub pressure: &'a [f64],
     /// Energies and work; none where only the surroundings of the contact are known ([`crate::flow::Flow::near`]): there other displacements and
@@ -39,13 +39,13 @@ pub enum SwitchKind {
     /// A node rebounded (impact law): it is free before and after.
     Impact,
     /// A node whose rebounds accumulated came to rest on the obstacle (impact law).
-    Stick,
+    Rest,
 }
 
 impl SwitchKind {
     /// All kinds.
     pub const ALL: [SwitchKind; 4] =
-        [SwitchKind::Close, SwitchKind::Open, SwitchKind::Impact, SwitchKind::Stick];
+        [SwitchKind::Close, SwitchKind::Open, SwitchKind::Impact, SwitchKind::Rest];
 
     /// Name in files and JSON.
     pub fn name(self) -> &'static str {
@@ -53,13 +53,20 @@ impl SwitchKind {
             SwitchKind::Close => "close",
             SwitchKind::Open => "open",
             SwitchKind::Impact => "impact",
-            SwitchKind::Stick => "stick",
+            SwitchKind::Rest => "rest",
         }
     }
 
     /// The kind of a name in a file.
     pub fn of_name(name: &str) -> SwitchKind {
+        // what rest was called in files of earlier versions
+        let name = if name == "stick" { "rest" } else { name };
         SwitchKind::ALL.into_iter().find(|k| k.name() == name).unwrap_or(SwitchKind::Open)
+    }
+
+    /// Of a point that goes into a state.
+    pub fn of_state(to: PointState) -> SwitchKind {
+        SwitchKind::of_crossing(to.touches())
     }
 
     /// Of a node that comes into contact, or leaves it.
@@ -92,9 +99,9 @@ pub struct Switch {
     /// Points that were pushed by an impulse at this time (impact law): their velocities jumped together.
     pub struck: Vec<usize>,
     /// Active set before.
-    pub before: ActiveSet,
+    pub before: States,
     /// Active set after.
-    pub after: ActiveSet,
+    pub after: States,
 }
 
 /// A touch, or a switch that velocities could not decide.
@@ -216,7 +223,7 @@ pub struct Report {
     /// Last state.
     pub last: State,
     /// Last active set.
-    pub active: ActiveSet,
+    pub active: States,
     /// Number of smooth phases.
     pub phases: usize,
     /// How many switches and grazings there were, and the first and the last.
@@ -280,7 +287,7 @@ pub struct Marched {
     /// Time reached.
     pub t_end: f64,
     /// Last state, last active set.
-    pub last: (State, ActiveSet),
+    pub last: (State, States),
     /// All switches.
     pub log: Log,
     /// Work done.

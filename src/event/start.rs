@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{
-    ActiveSet, Checkpoint, Done, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed,
+    States, Checkpoint, Done, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed,
     Run, State, System,
 };
 
@@ -20,7 +20,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let n_o = run.layout.n_o;
         run.y[..n_o].copy_from_slice(&initial.u);
         run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
-        let open = ActiveSet::open(system.n_contact());
+        let open = States::open(system.n_contact());
         if let Some(law) = system.impact() {
             match run.meet_at_start(law)? {
                 Ok(set) => run.phase = system.phase(&set),
@@ -67,7 +67,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let Resumed { checkpoint: c, log } = resumed;
         let mut run = Self::blank(system, options, flow, observer)?;
         (run.t, run.y) = (c.t, c.y);
-        run.phase = system.held_phase(&ActiveSet::new(c.active), &c.held);
+        run.phase = system.held_phase(&c.states, &c.held);
         run.armed = c.armed;
         run.recent = c.recent.into();
         run.ledger = Ledger::of_numbers(c.ledger);
@@ -166,7 +166,7 @@ impl<'a, O: Observer> Run<'a, O> {
         let checkpoint = Checkpoint {
             t: self.t,
             y: self.y.clone(),
-            active: self.phase.set.flags().to_vec(),
+            states: self.phase.set.clone(),
             held: self.phase.held.clone(),
             armed: self.armed.clone(),
             recent: self.recent.iter().copied().collect(),

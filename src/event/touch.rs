@@ -45,7 +45,7 @@ impl<O: Observer> Run<'_, O> {
             if !matches!(monitor.kind, MonitorKind::Gap | MonitorKind::Pressure) {
                 continue;
             }
-            let contact = monitor.node;
+            let contact = monitor.point;
             let level = self.rounding[index] * (NEAR_MISS / UNITS);
             if !self.armed[contact] {
                 let end = self.flow.enclose(index, window.1, window.1);

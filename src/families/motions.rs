@@ -65,7 +65,7 @@ impl Observer for Rows<'_> {
         self.t.push(s.t);
         self.u.extend(of_mesh(s.u));
         self.v.extend(of_mesh(s.v));
-        self.active.extend(s.active.flags().iter().map(|&a| u8::from(a)));
+        self.active.extend(s.active.codes());
         self.pressure.extend(s.pressure);
         let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
         let row = [kinetic, elastic, external, dissipated, s.jumps];
@@ -198,7 +198,7 @@ fn along_series<'b>(
         alpha: None,
     };
     let mut rows = Rows::new(&system.body);
-    let mut present = crate::contact::ActiveSet::open(system.n_contact());
+    let mut present = crate::contact::States::open(system.n_contact());
     let period = std::f64::consts::TAU / point.omega;
     for k in 0..=states {
         let t = period * k as f64 / states as f64;

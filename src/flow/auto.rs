@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use super::choice::{Choice, Rule};
 use super::{Chebyshev, Counters, Flow, Modal, RungeKutta, Tolerances, dop853::DOP853};
-use crate::contact::{ActiveSet, Phase, System};
+use crate::contact::{States, Phase, System};
 
 /// Seconds of an eigensolution over `n³`, and the largest size for which modes are considered: their matrices fill the memory. Real modes, and complex
 /// ones of phases that the real ones do not decouple.
@@ -38,9 +38,9 @@ pub struct LeastCost {
     least: f64,
     other: &'static str,
     /// Products that each set has cost so far.
-    paid: HashMap<ActiveSet, f64>,
+    paid: HashMap<States, f64>,
     /// The phase that products go into, with those before it.
-    open: Option<(ActiveSet, f64)>,
+    open: Option<(States, f64)>,
     modal_phases: u64,
     other_phases: u64,
 }
@@ -82,24 +82,28 @@ impl LeastCost {
     }
 
     /// What a set has cost before the present phase.
-    fn paid(&self, set: &ActiveSet) -> f64 {
+    fn paid(&self, set: &States) -> f64 {
         *self.paid.get(set).unwrap_or(&0.0)
     }
 }
 
-/// Flags in one number: as many as its mantissa holds.
-const PACK: usize = 52;
+/// Bits of a state, and states in one number: as many as its mantissa of 52 bits holds.
+const BITS: usize = 3;
+const PACK: usize = 52 / BITS;
 
 /// A set as numbers.
-fn packed(set: &ActiveSet) -> impl Iterator<Item = f64> {
-    let bits = |flags: &[bool]| flags.iter().rev().fold(0u64, |b, f| 2 * b + u64::from(*f));
-    set.flags().chunks(PACK).map(move |flags| bits(flags) as f64)
+fn packed(set: &States) -> impl Iterator<Item = f64> {
+    let codes: Vec<u8> = set.codes().collect();
+    let bits = |codes: &[u8]| codes.iter().rev().fold(0u64, |b, c| b << BITS | u64::from(*c));
+    let numbers: Vec<f64> = codes.chunks(PACK).map(|codes| bits(codes) as f64).collect();
+    numbers.into_iter()
 }
 
 /// The set that [`packed`] made numbers of.
-fn unpacked(numbers: &[f64], points: usize) -> ActiveSet {
-    let flag = |i: usize| (numbers[i / PACK] as u64 >> (i % PACK)) & 1 == 1;
-    ActiveSet::new((0..points).map(flag).collect())
+fn unpacked(numbers: &[f64], points: usize) -> States {
+    let mask = (1 << BITS) - 1;
+    let code = |i: usize| (numbers[i / PACK] as u64 >> (BITS * (i % PACK)) & mask) as u8;
+    States::of_codes((0..points).map(code))
 }
 
 /// Products so far.
@@ -185,8 +189,8 @@ mod tests {
 
     #[test]
     fn a_set_is_packed_and_unpacked() {
-        for points in [0usize, 1, 51, 52, 53, 200] {
-            let set = ActiveSet::new((0..points).map(|i| (i * i) % 7 < 3).collect());
+        for points in [0usize, 1, PACK - 1, PACK, PACK + 1, 200] {
+            let set = States::of_contact((0..points).map(|i| (i * i) % 7 < 3));
             let numbers: Vec<f64> = packed(&set).collect();
             assert_eq!(numbers.len(), points.div_ceil(PACK));
             assert_eq!(unpacked(&numbers, points), set);

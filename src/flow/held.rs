@@ -33,7 +33,7 @@ pub(super) fn enclose(
         })
         .collect();
     let of_monitor = |(index, monitor): (usize, &crate::contact::Monitor)| {
-        let j = phase.held.iter().position(|&i| i == monitor.node)?;
+        let j = phase.held.iter().position(|&i| i == monitor.point)?;
         let value = |theta: f64| match monitor.kind {
             MonitorKind::HeldToFree => 1.0 - theta,
             _ => theta,

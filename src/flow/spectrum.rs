@@ -17,7 +17,7 @@ use super::coupled::{CoupledMotion, Coupling, Operators, dot};
 use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
-use crate::contact::{ActiveSet, Drive, Phase, Rayleigh, System};
+use crate::contact::{States, Drive, Phase, Rayleigh, System};
 use crate::fem::{Csr, FemError, Loads, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
@@ -386,7 +386,7 @@ const BUDGET: usize = 512 << 20;
 /// The spectra of the phases of one body, computed when they are first asked for; the least recently used go when there are too many.
 #[derive(Debug)]
 pub struct Spectra {
-    known: RefCell<Cache<ActiveSet, Rc<Spectrum>>>,
+    known: RefCell<Cache<States, Rc<Spectrum>>>,
     computed: Cell<u64>,
 }
 
@@ -411,7 +411,7 @@ impl Spectra {
     }
 
     /// What is known of an active set, under the present damping.
-    fn known(&self, system: &System, set: &ActiveSet) -> Result<Option<Rc<Spectrum>>, FemError> {
+    fn known(&self, system: &System, set: &States) -> Result<Option<Rc<Spectrum>>, FemError> {
         let mut known = self.known.borrow_mut();
         let Some(spectrum) = known.get_mut(set) else { return Ok(None) };
         if spectrum.damping != system.damping {
@@ -421,7 +421,7 @@ impl Spectra {
     }
 
     /// The spectrum of an active set.
-    pub fn of_set(&self, system: &System, set: &ActiveSet) -> Result<Rc<Spectrum>, FemError> {
+    pub fn of_set(&self, system: &System, set: &States) -> Result<Rc<Spectrum>, FemError> {
         if let Some(known) = self.known(system, set)? {
             return Ok(known);
         }

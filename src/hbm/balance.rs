@@ -13,7 +13,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use super::HbmError;
 use super::interface::{Interface, PhaseOperator};
 use super::series::{Basis, Function, Integrals, Series};
-use crate::contact::ActiveSet;
+use crate::contact::{Monitor, PointState, States};
 
 /// How the projections are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,10 +29,12 @@ pub enum Quadrature {
 pub struct Crossing {
     /// Where.
     pub theta: f64,
-    /// Contact node.
-    pub contact: usize,
-    /// Whether it closes.
-    pub closes: bool,
+    /// Contact point.
+    pub point: usize,
+    /// Its state before.
+    pub from: PointState,
+    /// Its state after.
+    pub to: PointState,
 }
 
 /// Where the phases between the switches of a series begin and end.
@@ -51,7 +53,7 @@ pub struct Balance {
     /// Switches on the interval of the balance (half a period for a cosine series).
     pub crossings: Vec<Crossing>,
     /// Active sets between them.
-    pub sets: Vec<ActiveSet>,
+    pub sets: Vec<States>,
     /// Touches that may be crossings: tangencies that could not be decided, and switches whose monitor has no slope (the derivative knows
     /// nothing of how they move).
     pub undecided: usize,
@@ -85,42 +87,49 @@ fn blocks(op: &PhaseOperator, l: usize, is_sine: bool, omega: f64) -> (Mat<f64>,
     (own, partner)
 }
 
-/// Active sets along a series, the switches between them, the slope of the monitor at each, and the number of undecided touches.
-type Path = (Vec<ActiveSet>, Vec<Crossing>, Vec<f64>, usize);
+/// The monitor that crosses zero at a switch, of the phase before it, and its slope there.
+#[derive(Debug)]
+struct Crossed {
+    monitor: usize,
+    slope: f64,
+}
+
+/// Active sets along a series, the switches between them, what crosses zero at each, and the number of undecided touches.
+type Path = (Vec<States>, Vec<Crossing>, Vec<Crossed>, usize);
 
 /// The switches along a series.
 fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
     let system = &interface.system;
     let n_c = system.n_contact();
     let u = interface.representative(&y.at(0.0).0);
-    let mut set = system.select(0.0, &u, &ActiveSet::open(n_c))?.set;
+    let mut set = system.select(0.0, &u, &States::open(n_c))?.set;
     let (basis, n_h) = (y.basis, y.n_h);
-    let (mut sets, mut crossings, mut slopes) = (vec![set.clone()], vec![], vec![]);
+    let (mut sets, mut crossings, mut crossed) = (vec![set.clone()], vec![], vec![]);
     let mut theta = 0.0;
     let mut undecided = 0;
     let limit = SWITCHES * n_c * (n_h + 1);
     loop {
         let op = interface.phase(&set)?;
         let mut first: Option<(f64, usize, f64)> = None;
-        for i in 0..n_c {
-            let h = interface.monitor(&op, i, y);
+        for k in 0..op.monitors.len() {
+            let h = interface.monitor(&op, k, y);
             let end = first.map_or(basis.end(), |f| f.0);
             // a monitor may vanish altogether (at rest on the obstacle)
-            let slack = 1e-13 * h.size + 1e-15 * op.units[i];
+            let slack = 1e-13 * h.size + 1e-15 * op.units[k];
             if let Some(t) = h.first_crossing(theta, end, slack, &mut undecided)
                 && t < end
             {
-                first = Some((t.max(theta), i, h.at(t).1));
+                first = Some((t.max(theta), k, h.at(t).1));
             }
         }
-        let Some((t, contact, slope)) = first else {
-            return Ok((sets, crossings, slopes, undecided));
+        let Some((t, monitor, slope)) = first else {
+            return Ok((sets, crossings, crossed, undecided));
         };
-        let closes = !set.is_active(contact);
-        set.set(contact, closes);
+        let Monitor { point, to, .. } = op.monitors[monitor];
+        crossings.push(Crossing { theta: t, point, from: set.at(point), to });
+        crossed.push(Crossed { monitor, slope });
+        set.set(point, to);
         sets.push(set.clone());
-        crossings.push(Crossing { theta: t, contact, closes });
-        slopes.push(slope);
         theta = t;
         if crossings.len() > limit {
             return Err(HbmError::Switches(limit));
@@ -189,7 +198,7 @@ impl Balance {
 }
 
 fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balance, HbmError> {
-    let (sets, crossings, slopes, mut undecided) = walk(interface, y)?;
+    let (sets, crossings, crossed, mut undecided) = walk(interface, y)?;
     let (basis, n_h) = (y.basis, y.n_h);
     let functions = basis.functions(n_h);
     let (r, r_in, count) = (interface.rank(), y.n, functions.len());
@@ -202,7 +211,7 @@ fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balan
     let tables: Vec<Integrals> =
         std::iter::once(0.0).chain(ends).map(|theta| Integrals::new(n_h, theta)).collect();
     // the open phase has no interface terms
-    let active: Vec<usize> = (0..sets.len()).filter(|&j| sets[j].count() > 0).collect();
+    let active: Vec<usize> = (0..sets.len()).filter(|&j| sets[j].count_closed() > 0).collect();
     // ∫ f_k f_l over every phase, over the norm of f_k: phase by phase for all k and l
     let mut integrals = vec![0.0; count * count * active.len()];
     for (place, &j) in active.iter().enumerate() {
@@ -233,7 +242,7 @@ fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balan
             n.a.iter_mut().zip(derivative.col_as_slice(column)).for_each(|(n, d)| *n += d * yc);
         }
     }
-    let path = Moving { interface, y, omega, operators: &operators, slopes: &slopes };
+    let path = Moving { interface, y, omega, operators: &operators, crossed: &crossed };
     undecided += path.add(&crossings, &mut derivative);
     Ok(Balance { n, derivative, crossings, sets, undecided })
 }
@@ -294,13 +303,13 @@ struct Moving<'a> {
     y: &'a Series,
     omega: f64,
     operators: &'a [Rc<PhaseOperator>],
-    slopes: &'a [f64],
+    crossed: &'a [Crossed],
 }
 
 impl Moving<'_> {
     /// Add the part of every switch; returns the number of those whose monitor has no slope.
     fn add(&self, crossings: &[Crossing], derivative: &mut Mat<f64>) -> usize {
-        let Moving { interface, y, omega, operators, slopes } = *self;
+        let Moving { interface, y, omega, operators, crossed } = *self;
         let (basis, n_h) = (y.basis, y.n_h);
         let functions = basis.functions(n_h);
         let (r, r_in, count) = (interface.rank(), y.n, functions.len());
@@ -310,7 +319,7 @@ impl Moving<'_> {
         let mut undecided = 0;
         let mut f = vec![];
         for (j, crossing) in crossings.iter().enumerate() {
-            let slope = slopes[j];
+            let Crossed { monitor, slope } = crossed[j];
             if slope == 0.0 {
                 undecided += 1;
                 continue;
@@ -326,7 +335,7 @@ impl Moving<'_> {
             for l in 0..count {
                 for c in 0..r {
                     delays[(j, l * r + c)] =
-                        -operators[j].rows[(crossing.contact, c)] * f[l] / slope;
+                        -operators[j].rows[(monitor, c)] * f[l] / slope;
                 }
             }
         }
@@ -352,7 +361,7 @@ fn sampled(
     let mut n = Series::zeros(basis, n_h, r);
     let mut derivative = Mat::<f64>::zeros(count * r, count * r_in);
     let system = &interface.system;
-    let mut set = ActiveSet::open(system.n_contact());
+    let mut set = States::open(system.n_contact());
     let (mut sets, mut crossings) = (vec![], vec![]);
     let mut f = vec![];
     // midpoints: the same rule for half and whole periods
@@ -362,21 +371,15 @@ fn sampled(
         let u = interface.representative(&y.at(theta).0);
         let now = system.select(theta / omega, &u, &set)?.set;
         if t > 0 {
-            for contact in 0..system.n_contact() {
-                if now.is_active(contact) != set.is_active(contact) {
-                    crossings.push(Crossing {
-                        theta: theta - 0.5 * h,
-                        contact,
-                        closes: now.is_active(contact),
-                    });
-                    sets.push(now.clone());
-                }
+            for (point, from, to) in set.changes(&now) {
+                crossings.push(Crossing { theta: theta - 0.5 * h, point, from, to });
+                sets.push(now.clone());
             }
         } else {
             sets.push(now.clone());
         }
         set = now;
-        if set.count() == 0 {
+        if set.count_closed() == 0 {
             continue;
         }
         let op = interface.phase(&set)?;

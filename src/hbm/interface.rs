@@ -12,7 +12,7 @@ use faer::linalg::solvers::Solve;
 use super::HbmError;
 use super::series::{Basis, Polynomial, Series};
 use crate::contact::lcp::UNITS;
-use crate::contact::{ActiveSet, Drive, Monitor, MonitorKind, System};
+use crate::contact::{States, Drive, Monitor, MonitorKind, System};
 use crate::continuation::dot;
 use crate::fem::{Csr, Loads};
 use crate::flow::cache::Cache;
@@ -46,7 +46,9 @@ pub struct PhaseOperator {
     pub s: Vec<f64>,
     /// Parts of the harmonic loads: amplitude of each load.
     pub loads: Vec<Vec<f64>>,
-    /// Monitors: one row a contact node, on `y₁`.
+    /// The monitors of the phase.
+    pub monitors: Vec<Monitor>,
+    /// One row a monitor, on `y₁`.
     pub rows: Mat<f64>,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
@@ -64,19 +66,19 @@ impl PhaseOperator {
         all.into_iter().flatten().map(of).sum()
     }
 
-    /// The part of a monitor that does not depend on the motion, in the function of this index (constant, `cos θ`, `sin θ`, …).
-    pub fn monitor_constant(&self, contact: usize, function: usize, loads: &Loads) -> f64 {
+    /// The part of monitor `k` that does not depend on the motion, in the function of this index (constant, `cos θ`, `sin θ`, …).
+    pub fn monitor_constant(&self, k: usize, function: usize, loads: &Loads) -> f64 {
         let driven = |of_phase: &dyn Fn(f64) -> f64| -> f64 {
             let drives = self.drives.iter();
             let part = |d: &Drive| {
                 let load = &loads.harmonics[d.index];
-                load.size() * d.monitor[contact] * of_phase(load.angle())
+                load.size() * d.monitor[self.monitors[k].point] * of_phase(load.angle())
             };
             drives.map(part).sum()
         };
         // cos(θ + φ) = cos φ cos θ − sin φ sin θ
         match function {
-            0 => self.offsets[contact],
+            0 => self.offsets[k],
             1 => driven(&f64::cos),
             2 => driven(&|phase| -phase.sin()),
             _ => 0.0,
@@ -103,7 +105,7 @@ pub struct Interface {
     stiffness: Csr,
     /// `Lᵀf` of the constant force, and of each harmonic load, on the open phase.
     pub(super) forces: (Vec<f64>, Vec<Vec<f64>>),
-    phases: RefCell<Cache<ActiveSet, Rc<PhaseOperator>>>,
+    phases: RefCell<Cache<States, Rc<PhaseOperator>>>,
 }
 
 /// Directions shorter than this, over their length before they were made orthogonal to others, are rounding errors.
@@ -190,19 +192,19 @@ impl Interface {
         u
     }
 
-    /// The monitor of a contact point in a phase along a series of projections.
-    pub(super) fn monitor(&self, phase: &PhaseOperator, contact: usize, y: &Series) -> Polynomial {
+    /// Monitor `k` of a phase along a series of projections.
+    pub(super) fn monitor(&self, phase: &PhaseOperator, k: usize, y: &Series) -> Polynomial {
         let of_function = |f: usize| {
             let of_first = y.of(f).iter().take(phase.rows.ncols());
-            let dot: f64 = of_first.enumerate().map(|(c, y)| phase.rows[(contact, c)] * y).sum();
-            dot + phase.monitor_constant(contact, f, &self.system.loads)
+            let dot: f64 = of_first.enumerate().map(|(c, y)| phase.rows[(k, c)] * y).sum();
+            dot + phase.monitor_constant(k, f, &self.system.loads)
         };
         let coefficients: Vec<f64> = (0..y.basis.len(y.n_h)).map(of_function).collect();
         Polynomial::new(y.basis, y.n_h, &coefficients)
     }
 
     /// A phase on the reduced directions.
-    pub fn phase(&self, set: &ActiveSet) -> Result<Rc<PhaseOperator>, HbmError> {
+    pub fn phase(&self, set: &States) -> Result<Rc<PhaseOperator>, HbmError> {
         if let Some(known) = self.phases.borrow_mut().get_mut(set) {
             return Ok(known.clone());
         }
@@ -211,7 +213,7 @@ impl Interface {
         Ok(new)
     }
 
-    fn build(&self, set: &ActiveSet) -> Result<PhaseOperator, HbmError> {
+    fn build(&self, set: &States) -> Result<PhaseOperator, HbmError> {
         let system = &self.system;
         let phase = system.phase(set);
         let (k, m) = phase.matrices();
@@ -238,7 +240,7 @@ impl Interface {
         // the gradients of all monitors lie among the directions
         let gradients: Vec<Vec<f64>> =
             (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c))).collect();
-        let rows = Mat::from_fn(system.n_contact(), r, |i, c| gradients[c][i]);
+        let rows = Mat::from_fn(phase.monitors.len(), r, |k, c| gradients[c][k]);
         let offsets = phase.monitor_offsets();
         let drives = phase.drives().to_vec();
         let length = system.units.length;
@@ -246,6 +248,7 @@ impl Interface {
             MonitorKind::Gap => length,
             _ => rounding / UNITS,
         };
+        let monitors = phase.monitors.clone();
         let units =
             phase.monitors.iter().zip(phase.monitor_rounding(length)).map(of_length).collect();
         match self.form {
@@ -256,7 +259,7 @@ impl Interface {
                 let v = damped
                     .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));
                 let a = (!springs).then_some(s_m);
-                Ok(PhaseOperator { p: s_k, v, a, s, loads, rows, offsets, drives, units })
+                Ok(PhaseOperator { p: s_k, v, a, s, loads, monitors, rows, offsets, drives, units })
             }
             Form::Acceleration => {
                 // M_α⁻¹ = I − Q T Qᵀ,  T = (I + S)⁻¹ S
@@ -281,7 +284,7 @@ impl Interface {
                 let (constant, harmonics) = &self.forces;
                 let s = lift(&s, constant);
                 let loads = loads.iter().zip(harmonics).map(|(d, f0)| lift(d, f0)).collect();
-                Ok(PhaseOperator { p, v, a: None, s, loads, rows, offsets, drives, units })
+                Ok(PhaseOperator { p, v, a: None, s, loads, monitors, rows, offsets, drives, units })
             }
         }
     }

@@ -16,7 +16,7 @@ use super::balance::{Balance, Crossing, Quadrature, spans};
 use super::interface::Interface;
 use super::receptance::Receptance;
 use super::series::{Basis, Series};
-use crate::contact::ActiveSet;
+use crate::contact::States;
 
 /// Limits and choices of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,21 +58,21 @@ pub struct Solution {
     /// Switches on the interval of the balance.
     pub crossings: Vec<Crossing>,
     /// Active sets between them.
-    pub sets: Vec<ActiveSet>,
+    pub sets: Vec<States>,
     /// Touches that may be crossings, and were taken for none.
     pub undecided: usize,
 }
 
 impl Solution {
     /// Active sets with the phase angles at which they begin and end.
-    pub fn phases(&self) -> impl Iterator<Item = (&ActiveSet, (f64, f64))> {
+    pub fn phases(&self) -> impl Iterator<Item = (&States, (f64, f64))> {
         self.sets.iter().zip(spans(&self.crossings, self.q.basis))
     }
 
     /// The switches over a whole period in their order: contact point, closes.
     pub fn sequence(&self) -> Vec<(usize, bool)> {
-        let forth = self.crossings.iter().map(|c| (c.contact, c.closes));
-        let back = self.crossings.iter().rev().map(|c| (c.contact, !c.closes));
+        let forth = self.crossings.iter().map(|c| (c.point, c.to.touches()));
+        let back = self.crossings.iter().rev().map(|c| (c.point, c.from.touches()));
         // a cosine series is walked over half a period
         let mirrored = self.q.basis == Basis::Cosine;
         forth.chain(back.filter(|_| mirrored)).collect()
@@ -175,7 +175,7 @@ pub(super) fn flaw(
     balance: &Balance,
     quadrature: Quadrature,
 ) -> Result<Option<Failure>, HbmError> {
-    let touches = !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count() > 0);
+    let touches = !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count_closed() > 0);
     if !touches && interface.system.loads.harmonics.is_empty() {
         return Ok(Some(Failure::NoContact));
     }
@@ -203,9 +203,9 @@ fn inadmissible(
             continue;
         }
         let op = interface.phase(set)?;
-        for i in 0..interface.system.n_contact() {
-            let monitor = interface.monitor(&op, i, y);
-            let slack = VIOLATION * (monitor.size + op.units[i]);
+        for k in 0..op.monitors.len() {
+            let monitor = interface.monitor(&op, k, y);
+            let slack = VIOLATION * (monitor.size + op.units[k]);
             if let Some(theta) = monitor.below(a, b, slack) {
                 return Ok(Some(theta));
             }
@@ -214,9 +214,8 @@ fn inadmissible(
         let u = interface.representative(&y.at(theta).0);
         let t = theta / omega;
         let there = interface.system.select(t, &u, set)?;
-        let differs =
-            |c: usize| there.set.is_active(c) != set.is_active(c) && !there.degenerate.contains(&c);
-        if (0..interface.system.n_contact()).any(differs) {
+        let mut decided = set.changes(&there.set).filter(|(c, ..)| !there.degenerate.contains(c));
+        if decided.next().is_some() {
             return Ok(Some(theta));
         }
     }

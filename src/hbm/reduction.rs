@@ -7,7 +7,7 @@ use faer::Mat;
 
 use super::HbmError;
 use super::interface::{Form, Interface, orthonormal};
-use crate::contact::{ActiveSet, Rayleigh, State, System};
+use crate::contact::{States, Rayleigh, State, System};
 use crate::flow::spectrum::{Spectra, Spectrum};
 
 /// A body whose series are those of the modes `q` of its open phase.
@@ -60,7 +60,7 @@ impl Reduction {
         super::check_frequencies(&system)?;
         let form = form.of(&system);
         let spectra = Spectra::default();
-        let open = spectra.of_set(&system, &ActiveSet::open(system.n_contact()))?;
+        let open = spectra.of_set(&system, &States::open(system.n_contact()))?;
         let n = system.n_o();
         let pairs = system.directions().into_iter().map(|column| {
             let of_mode = |j: usize| column.iter().map(|&(i, v)| open.shapes[(i, j)] * v).sum();
@@ -94,7 +94,7 @@ impl Reduction {
         debug_assert!(self.form == Form::Acceleration || self.system.body.tips.is_some());
         debug_assert!(self.system.damping.is_some_and(|d| d.beta == damping.beta));
         self.system.damping = Some(damping);
-        let open = ActiveSet::open(self.system.n_contact());
+        let open = States::open(self.system.n_contact());
         self.open = self.spectra.of_set(&self.system, &open)?;
         Ok(())
     }

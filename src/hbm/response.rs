@@ -10,7 +10,7 @@ use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
-use crate::contact::{ActiveSet, Phase, State, System};
+use crate::contact::{States, Phase, State, System};
 use crate::continuation::{Family, JUMP, Units, norm};
 use crate::orbit::Highest;
 use crate::records::crest;
@@ -54,7 +54,7 @@ impl Summary {
         for k in 0..=SAMPLES {
             let theta = end * k as f64 / SAMPLES as f64;
             let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
-            let set: &ActiveSet = &s.sets[j.min(s.sets.len() - 1)];
+            let set: &States = &s.sets[j.min(s.sets.len() - 1)];
             if !phases.contains_key(set) {
                 phases.insert(set.clone(), system.phase(set));
             }
@@ -81,20 +81,20 @@ impl Summary {
         };
         let tau = std::f64::consts::TAU;
         let mut switches: Vec<(f64, usize, bool)> =
-            s.crossings.iter().map(|c| (c.theta / s.omega, c.contact, c.closes)).collect();
+            s.crossings.iter().map(|c| (c.theta / s.omega, c.point, c.to.touches())).collect();
         let mirrored = s.q.basis == Basis::Cosine;
         if mirrored {
             let back: Vec<_> = s
                 .crossings
                 .iter()
                 .rev()
-                .map(|c| ((tau - c.theta) / s.omega, c.contact, !c.closes))
+                .map(|c| ((tau - c.theta) / s.omega, c.point, c.from.touches()))
                 .collect();
             switches.extend(back);
         }
         let mut contact_time = 0.0;
         for (set, (a, b)) in s.phases() {
-            if set.count() > 0 {
+            if set.count_closed() > 0 {
                 contact_time += (b - a) / s.omega * if mirrored { 2.0 } else { 1.0 };
             }
         }

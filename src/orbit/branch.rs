@@ -7,7 +7,6 @@ use super::floquet::Stability;
 use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
 use super::viscous;
-use crate::contact::ActiveSet;
 use crate::continuation::{Go, JUMP, Place, Special, guesses};
 use crate::records::{
     GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange, VerdictKind,
@@ -62,7 +61,7 @@ pub(super) fn place_record(place: &Place<Chain>, memory: Vec<f64>) -> PlaceRecor
         step: place.step,
         orientation: place.orientation,
         signature: place.signature.clone(),
-        sets: place.chart.sets.iter().map(|s| s.flags().to_vec()).collect(),
+        sets: place.chart.sets.clone(),
         nodes: place.chart.nodes.clone(),
         base: vec![],
         memory,
@@ -78,7 +77,7 @@ pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
         orientation: record.orientation,
         signature: record.signature.clone(),
         chart: Chain {
-            sets: record.sets.iter().map(|s| ActiveSet::new(s.clone())).collect(),
+            sets: record.sets.clone(),
             nodes: record.nodes.clone(),
             struck: vec![],
         },

@@ -23,7 +23,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
-use crate::contact::{ActiveSet, Rayleigh, State, System};
+use crate::contact::{States, Rayleigh, State, System};
 use crate::fem::FemError;
 use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
@@ -36,7 +36,7 @@ const LARGE: usize = 800;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chain {
     /// Active sets, one more than events.
-    pub sets: Vec<ActiveSet>,
+    pub sets: Vec<States>,
     /// Contact node of each event.
     pub nodes: Vec<usize>,
     /// Points that each event strikes, of a motion whose velocities jump (else empty).
@@ -71,7 +71,7 @@ impl Jump {
 }
 
 /// From the modes of one active set to those of another.
-type Transforms = Cache<(ActiveSet, ActiveSet), Rc<Mat<f64>>>;
+type Transforms = Cache<(States, States), Rc<Mat<f64>>>;
 
 /// Bytes of the transforms that are kept.
 const BUDGET: usize = 96 << 20;
@@ -92,7 +92,7 @@ pub struct Propagator {
     pub scale: Vec<f64>,
     /// The unit of frame vectors: [`crate::flow::spectrum::Eigenbasis::root_of_energy`].
     pub unit: f64,
-    pub(super) open_set: ActiveSet,
+    pub(super) open_set: States,
     /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
     pub stop: Option<Arc<AtomicBool>>,
     transforms: RefCell<Transforms>,
@@ -109,7 +109,7 @@ impl Propagator {
     /// Modes of the open phase of a body.
     pub fn new(system: System) -> Result<Propagator, FemError> {
         let spectra = Rc::new(Spectra::default());
-        let open_set = ActiveSet::open(system.n_contact());
+        let open_set = States::open(system.n_contact());
         let open = spectra.of_set(&system, &open_set)?;
         let (scale, unit) = (open.scale(), open.root_of_energy(&system));
         let transforms = RefCell::new(Cache::new(BUDGET));
@@ -156,8 +156,8 @@ impl Propagator {
     /// Columns in the modal coordinates of one set in those of another: `Φ_bᵀ M_b Φ_a b`; none if the sets are the same.
     pub(super) fn passed(
         &self,
-        from: &ActiveSet,
-        to: &ActiveSet,
+        from: &States,
+        to: &States,
         b: MatRef<f64>,
     ) -> Result<Option<Mat<f64>>, FemError> {
         if from == to {
@@ -173,7 +173,7 @@ impl Propagator {
     }
 
     /// `Φ_bᵀ M_b Φ_a`.
-    fn transform(&self, from: &ActiveSet, to: &ActiveSet) -> Result<Rc<Mat<f64>>, FemError> {
+    fn transform(&self, from: &States, to: &States) -> Result<Rc<Mat<f64>>, FemError> {
         let key = (from.clone(), to.clone());
         if let Some(known) = self.transforms.borrow_mut().get_mut(&key) {
             return Ok(known.clone());

@@ -9,7 +9,7 @@ use super::period_map::integrate;
 use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
 use crate::contact::State;
-use crate::contact::{ActiveSet, Phase};
+use crate::contact::{States, Phase};
 use crate::continuation::norm;
 use crate::records::VerdictKind;
 
@@ -167,12 +167,12 @@ fn along(
     let system = &body.system;
     let n = body.n();
     let mut scratch = system.scratch();
-    let mut phases: std::collections::HashMap<ActiveSet, Phase> = std::collections::HashMap::new();
+    let mut phases: std::collections::HashMap<States, Phase> = std::collections::HashMap::new();
     let (mut defect, mut size, mut contact_time) = (0.0, 0.0, 0.0);
-    let mut set = ActiveSet::open(system.n_contact());
-    let mut last: Option<(f64, ActiveSet)> = None;
+    let mut set = States::open(system.n_contact());
+    let mut last: Option<(f64, States)> = None;
     let mut sequence = vec![];
-    let set_at = |t: f64, start: &ActiveSet| -> Result<ActiveSet, OrbitError> {
+    let set_at = |t: f64, start: &States| -> Result<States, OrbitError> {
         let [u, ..] = candidate.at(n, t);
         Ok(system.select(t, &u, start)?.set)
     };
@@ -183,7 +183,7 @@ fn along(
         if let Some((before, previous)) = &last {
             refine(&set_at, (*before, previous.clone()), (t, set.clone()), 0, &mut sequence)?;
             // between two samples the trapezoidal rule of "any node touches"
-            let touching = [previous, &set].iter().filter(|s| s.count() > 0).count();
+            let touching = [previous, &set].iter().filter(|s| s.count_closed() > 0).count();
             contact_time += 0.5 * touching as f64 * (t - before);
         }
         last = Some((t, set.clone()));
@@ -205,21 +205,21 @@ fn along(
 
 /// The order of the switches between two times at which the sets are known, by halving where several nodes changed.
 fn refine(
-    set_at: &dyn Fn(f64, &ActiveSet) -> Result<ActiveSet, OrbitError>,
-    (a, before): (f64, ActiveSet),
-    (b, after): (f64, ActiveSet),
+    set_at: &dyn Fn(f64, &States) -> Result<States, OrbitError>,
+    (a, before): (f64, States),
+    (b, after): (f64, States),
     depth: u32,
     sequence: &mut Vec<(f64, usize, bool)>,
 ) -> Result<(), OrbitError> {
     let changes: Vec<usize> =
-        (0..before.flags().len()).filter(|&i| before.is_active(i) != after.is_active(i)).collect();
+        (0..before.len()).filter(|&i| before.touches(i) != after.touches(i)).collect();
     if changes.len() > 1 && depth < 40 {
         let middle = 0.5 * (a + b);
         let set = set_at(middle, &before)?;
         refine(set_at, (a, before), (middle, set.clone()), depth + 1, sequence)?;
         return refine(set_at, (middle, set), (b, after), depth + 1, sequence);
     }
-    sequence.extend(changes.into_iter().map(|i| (0.5 * (a + b), i, after.is_active(i))));
+    sequence.extend(changes.into_iter().map(|i| (0.5 * (a + b), i, after.touches(i))));
     Ok(())
 }
 

@@ -12,7 +12,7 @@ use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
 use super::walk::Walk;
-use crate::contact::{OMITTED_INERTIA, Phase, State, System};
+use crate::contact::{OMITTED_INERTIA, Phase, State, States, System};
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
 use crate::records::crest;
@@ -154,8 +154,8 @@ struct Scan<'a> {
     amplitude: f64,
     contact_time: f64,
     grazing: f64,
-    /// Last two stored states: time, flags, monitors as displacements.
-    last: Vec<(f64, Vec<bool>, Vec<f64>)>,
+    /// Last two stored states: time, states of the points, monitors as displacements.
+    last: Vec<(f64, States, Vec<f64>)>,
     /// Contact displacements there.
     sizes: Vec<Vec<f64>>,
 }
@@ -168,7 +168,7 @@ impl Observer for Scan<'_> {
         let u_c = system.towards_obstacles(s.u);
         let energy = s.energies.map_or(f64::NAN, |e| e.total());
         self.kinetic = self.kinetic.max(s.energies.map_or(0.0, |e| e.kinetic));
-        let switched = self.last.last().is_some_and(|(_, flags, _)| flags != s.active.flags());
+        let switched = self.last.last().is_some_and(|(_, states, _)| states != s.active);
         if switched || s.jumps != self.jumps {
             self.energy.switch(s.t, energy - (s.jumps - self.jumps));
             self.jumps = s.jumps;
@@ -176,19 +176,19 @@ impl Observer for Scan<'_> {
         self.energy.note(s.t, energy);
         let moved = system.along_normals(s.u);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
-        let monitor = |i: usize| match s.active.is_active(i) {
+        let monitor = |i: usize| match s.active.touches(i) {
             true => s.pressure[i] / system.constraints[i].stiffness,
             false => system.constraints[i].gap - u_c[i],
         };
         let now: Vec<f64> = (0..system.n_contact()).map(monitor).collect();
-        if let Some((t, flags, _)) = self.last.last()
-            && flags.contains(&true)
+        if let Some((t, states, _)) = self.last.last()
+            && states.count_closed() > 0
         {
             self.contact_time += s.t - t;
         }
         if let [(t0, f0, a), (t1, f1, b)] = &self.last[..]
             && f0 == f1
-            && f1 == s.active.flags()
+            && f1 == s.active
         {
             if let [u0, u1] = &self.sizes[..] {
                 let times = [*t0, *t1, s.t];
@@ -208,7 +208,7 @@ impl Observer for Scan<'_> {
             self.sizes.remove(0);
         }
         self.sizes.push(moved);
-        self.last.push((s.t, s.active.flags().to_vec(), now));
+        self.last.push((s.t, s.active.clone(), now));
         Ok(())
     }
 }

@@ -17,6 +17,7 @@ use super::shooting::Closure;
 use super::tangent::Variation;
 use super::walk::Walk;
 use super::{OrbitError, OrbitFamily};
+use crate::contact::PointState;
 use crate::continuation::{Family, Units, norm};
 
 /// A family of orbits of one body.
@@ -74,7 +75,7 @@ impl<'a> Segments<'a> {
         let system = &self.body.system;
         let i = self.chain.nodes[j];
         let unit = system.units.length;
-        let monitor = if self.chain.sets[j].is_active(i) {
+        let monitor = if self.chain.sets[j].touches(i) {
             system.constraints[i].stiffness * unit
         } else {
             unit
@@ -98,14 +99,14 @@ impl<'a> Segments<'a> {
     /// neighbouring phase, as long as the node stays what it is.
     fn touch(&self, walk: &Walk, phase: usize, contact: usize, near: f64) -> Touch {
         let sets = &self.chain.sets;
-        let active = sets[phase].is_active(contact);
+        let active = sets[phase].touches(contact);
         let end = walk.links[walk.links.len() - 1].span.1;
         let near = near * end;
         let at =
             |phase: usize, t: f64| Touch { phase, t, h: walk.links[phase].monitor(contact, t).0 };
         let rate = |phase: usize, t: f64| walk.links[phase].monitor(contact, t).1;
         let goes_on =
-            |phase: usize| sets.get(phase).is_some_and(|s| s.is_active(contact) == active);
+            |phase: usize| sets.get(phase).is_some_and(|s| s.touches(contact) == active);
         // downhill from `near`, in growing steps, until the rate changes its sign or the contact state ends
         let mut phase = phase;
         let (mut a, mut b) = walk.links[phase].span;
@@ -292,7 +293,7 @@ impl Family for Segments<'_> {
             return Ok(vec![Border::Touch { phase: agree.min(times.len()), contact, near, what }]);
         }
         let differs =
-            |i: &usize| passage.chain.sets[0].is_active(*i) != self.chain.sets[0].is_active(*i);
+            |i: &usize| passage.chain.sets[0].touches(*i) != self.chain.sets[0].touches(*i);
         let contact = (0..self.body.system.n_contact()).find(differs).unwrap_or(0);
         let what = format!("node {} touches at the start", self.node_name(contact));
         Ok(vec![Border::Touch { phase: 0, contact, near: 0.0, what }])
@@ -311,7 +312,7 @@ impl Family for Segments<'_> {
                 let walk = self.walk(x)?;
                 let system = &self.body.system;
                 let unit = system.units.length;
-                let active = self.chain.sets[*phase].is_active(*contact);
+                let active = self.chain.sets[*phase].touches(*contact);
                 let scale =
                     if active { unit * system.constraints[*contact].stiffness } else { unit };
                 Ok(self.touch(&walk, *phase, *contact, *near).h / scale)
@@ -358,11 +359,7 @@ impl Family for Segments<'_> {
                         // α → β → γ becomes α → β′ → γ: what the second switch changes goes first
                         let (a, b, c) = (&sets[phase - 1], &sets[*phase], &sets[phase + 1]);
                         let mut other = a.clone();
-                        for i in 0..self.body.system.n_contact() {
-                            if b.is_active(i) != c.is_active(i) {
-                                other.set(i, c.is_active(i));
-                            }
-                        }
+                        b.changes(c).for_each(|(i, _, to)| other.set(i, to));
                         sets[*phase] = other;
                         nodes.swap(phase - 1, *phase);
                         let t = 0.5 * (times[phase - 1] + times[*phase]);
@@ -373,8 +370,8 @@ impl Family for Segments<'_> {
             Border::Touch { phase, contact, near, .. } => {
                 let walk = self.walk(x).ok()?;
                 let Touch { phase, t, .. } = self.touch(&walk, *phase, *contact, *near);
-                let active = sets[phase].is_active(*contact);
-                let changed = sets[phase].with(*contact, !active);
+                let there = PointState::of_contact(!sets[phase].touches(*contact));
+                let changed = sets[phase].with(*contact, there);
                 let symmetric = self.closure == Closure::Reversible;
                 if symmetric && t == 0.0 && phase == 0 {
                     sets.insert(0, changed);

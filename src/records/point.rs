@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::States;
 use super::{CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
 
 /// Where a continuation stood.
@@ -21,8 +22,8 @@ pub struct PlaceRecord {
     pub orientation: f64,
     /// Signature.
     pub signature: Vec<i64>,
-    /// Active sets of the chart, one row each.
-    pub sets: Vec<Vec<bool>>,
+    /// States of the contact points in the phases of the chart.
+    pub sets: Vec<States>,
     /// Contact node of each event.
     pub nodes: Vec<usize>,
     /// Harmonic balance: the solution of one harmonic that the ladder at this frequency began with.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::StoreError;
 use super::journal::checksum;
 use super::output::{beside, replace};
+use crate::contact::States;
 use crate::event::Checkpoint;
 use crate::records::bits;
 
@@ -20,7 +21,8 @@ struct Record {
     t: f64,
     #[serde(with = "bits::many")]
     y: Vec<f64>,
-    active: Vec<bool>,
+    #[serde(alias = "active")]
+    states: States,
     held: Vec<usize>,
     armed: Vec<bool>,
     #[serde(with = "bits::many")]
@@ -47,7 +49,7 @@ pub(super) fn write(path: &Path, problem: u64, c: &Checkpoint) -> Result<(), Sto
         problem,
         t: c.t,
         y: c.y.clone(),
-        active: c.active.clone(),
+        states: c.states.clone(),
         held: c.held.clone(),
         armed: c.armed.clone(),
         recent_t: c.recent.iter().map(|r| r.0).collect(),
@@ -77,7 +79,7 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
     let checkpoint = Checkpoint {
         t: r.t,
         y: r.y,
-        active: r.active,
+        states: r.states,
         held: r.held,
         armed: r.armed,
         recent: r.recent_t.into_iter().zip(r.recent_node).collect(),

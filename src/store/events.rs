@@ -8,7 +8,7 @@ use ndarray::Array2;
 use super::StoreError;
 use super::reader::Careful;
 use super::table::{Form, Place, Table};
-use crate::contact::{ActiveSet, System};
+use crate::contact::{States, System};
 use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 
 /// A word in a table.
@@ -19,11 +19,6 @@ const CHUNK: usize = 512;
 
 fn word(text: &str) -> Word {
     Word::from_ascii(text.as_bytes()).unwrap_or_default()
-}
-
-/// A set as numbers: 1 = contact.
-pub(super) fn flags(set: &ActiveSet) -> Vec<u8> {
-    set.flags().iter().map(|&a| u8::from(a)).collect()
 }
 
 /// The open tables of switches and grazings.
@@ -97,8 +92,8 @@ impl Events {
         self.switch_kind.push(&[word(s.kind.name())]);
         self.switch_rate.push(&[s.monitor_rate]);
         self.switch_jump.push(&[s.energy_jump]);
-        self.switch_before.push(&flags(&s.before));
-        self.switch_after.push(&flags(&s.after));
+        self.switch_before.push(&codes(&s.before));
+        self.switch_after.push(&codes(&s.after));
     }
 
     pub fn grazing(&mut self, g: &Grazing) {
@@ -118,10 +113,10 @@ impl Events {
             &self.grazing_distance,
         ];
         let numbers = numbers.map(Table::waiting_bytes);
-        let flags = [&self.switch_before, &self.switch_after].map(Table::waiting_bytes);
+        let states = [&self.switch_before, &self.switch_after].map(Table::waiting_bytes);
         let nodes = [&self.switch_node, &self.grazing_node].map(Table::waiting_bytes);
         let words = [&self.switch_kind, &self.grazing_kind].map(Table::waiting_bytes);
-        numbers.into_iter().chain(flags).chain(nodes).chain(words).sum()
+        numbers.into_iter().chain(states).chain(nodes).chain(words).sum()
     }
 
     /// Append all rows that wait.
@@ -148,13 +143,18 @@ impl Events {
     }
 }
 
-/// The sets of a table.
-pub(super) fn sets(file: &hdf5::File, name: &str) -> Result<Vec<ActiveSet>, StoreError> {
-    Ok(active_sets(&file.dataset(name)?.table()?))
+/// A row of a table of states.
+pub(super) fn codes(states: &States) -> Vec<u8> {
+    states.codes().collect()
 }
 
-fn active_sets(rows: &Array2<u8>) -> Vec<ActiveSet> {
-    let set = |r: ndarray::ArrayView1<u8>| ActiveSet::new(r.iter().map(|&a| a == 1).collect());
+/// The rows of a table of states.
+pub(super) fn read_states(file: &hdf5::Group, name: &str) -> Result<Vec<States>, StoreError> {
+    Ok(states_of(&file.dataset(name)?.table()?))
+}
+
+fn states_of(rows: &Array2<u8>) -> Vec<States> {
+    let set = |r: ndarray::ArrayView1<u8>| States::of_codes(r.iter().copied());
     rows.rows().into_iter().map(set).collect()
 }
 
@@ -164,11 +164,11 @@ fn contact_of(system: &System, node: i64) -> usize {
 }
 
 /// The contact point that switches: that of the node whose flag changes, as a node may have two; without a change (an impact) the first.
-pub(super) fn point_of(nodes: &[usize], node: usize, before: &[bool], after: &[bool]) -> usize {
+pub(super) fn point_of(nodes: &[usize], node: usize, before: &States, after: &States) -> usize {
     let is_node = |i: &usize| nodes[*i] == node;
-    let changes = |i: &usize| before.get(*i) != after.get(*i);
     let all = || (0..nodes.len()).filter(is_node);
-    all().find(changes).or_else(|| all().next()).unwrap_or(0)
+    let changing = before.changes(after).map(|(i, ..)| i);
+    changing.filter(|i| nodes.get(*i) == Some(&node)).next().or_else(|| all().next()).unwrap_or(0)
 }
 
 /// So many first switches and grazings: with `lists` all of them, else their number.
@@ -204,15 +204,15 @@ fn read_switches(
     let (t, rate, jump) = (numbers("t")?, numbers("monitor_rate")?, numbers("energy_jump")?);
     let node = some::<i64>(file, "node", &rows)?;
     let kind = some::<Word>(file, "kind", &rows)?;
-    let set = |name: &str| -> Result<Vec<ActiveSet>, StoreError> {
+    let set = |name: &str| -> Result<Vec<States>, StoreError> {
         let table = file.dataset(&format!("switches/{name}"))?;
-        Ok(active_sets(&table.read_slice_2d::<u8, _>((rows.clone(), ..))?))
+        Ok(states_of(&table.read_slice_2d::<u8, _>((rows.clone(), ..))?))
     };
     let (before, after) = (set("active_before")?, set("active_after")?);
     let nodes: Vec<usize> = system.constraints.iter().map(|c| c.node).collect();
     let switch = |k: usize| Switch {
         t: t[k],
-        contact: point_of(&nodes, node[k] as usize, before[k].flags(), after[k].flags()),
+        contact: point_of(&nodes, node[k] as usize, &before[k], &after[k]),
         node: node[k] as usize,
         kind: SwitchKind::of_name(kind[k].as_str()),
         monitor_rate: rate[k],

@@ -21,7 +21,7 @@ use super::series::SeriesWriter;
 use super::stored::{StoredFamily, names_of};
 use super::table::{Form, Table};
 use super::{StoreError, WriterOptions, write_text};
-use crate::contact::System;
+use crate::contact::{States, System};
 use crate::records::{
     Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Peak, PointRecord, Solver, Status,
     ViscousRecord, Walk, Way, peaks,
@@ -402,7 +402,7 @@ fn size_of_point(p: &PointRecord, harmonics: usize, n_o: usize) -> u64 {
         o.u0.len() + o.v0.len() + 2 * o.multipliers.len() + 5 * o.switches.len() + 512
     });
     let place = p.place.as_ref().map_or(0, |place| {
-        let sets: usize = place.sets.iter().map(Vec::len).sum();
+        let sets: usize = place.sets.iter().map(States::len).sum();
         2 * place.x.len() + sets + place.base.len() + 512
     });
     let series = p.series.as_ref().map_or(0, |_| (2 * harmonics + 1) * n_o + 64);

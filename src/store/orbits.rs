@@ -6,10 +6,11 @@ use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
 
+use super::events::read_states;
 use super::reader::{Careful, open, reading};
 use super::report::fresh_group;
 use super::{StoreError, Writer, read_text, write_text};
-use crate::contact::System;
+use crate::contact::{States, System};
 use crate::event::SwitchKind;
 use crate::records::{OrbitRecord, PlaceRecord, ViscousRecord};
 
@@ -165,9 +166,9 @@ pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreErr
     c.new_dataset_builder().with_data(&place.x).create("x")?;
     c.new_dataset_builder().with_data(&place.tangent).create("tangent")?;
     c.new_dataset_builder().with_data(&place.signature).create("signature")?;
-    let n_c = place.sets.first().map_or(0, Vec::len);
-    let flags = place.sets.iter().flatten().map(|&a| u8::from(a)).collect();
-    let sets = matrix(place.sets.len(), n_c, flags)?;
+    let n_c = place.sets.first().map_or(0, States::len);
+    let codes = place.sets.iter().flat_map(States::codes).collect();
+    let sets = matrix(place.sets.len(), n_c, codes)?;
     c.new_dataset_builder().with_data(&sets).create("active")?;
     let nodes: Vec<i64> = place.nodes.iter().map(|&n| n as i64).collect();
     c.new_dataset_builder().with_data(&nodes).create("node")?;
@@ -182,7 +183,6 @@ pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreErr
 
 pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
     let Ok(c) = g.group("continuation") else { return Ok(None) };
-    let sets: Array2<u8> = c.dataset("active")?.table()?;
     let nodes: Vec<i64> = c.dataset("node")?.values()?;
     let optional = |name: &str| c.dataset(name).and_then(|d| d.values()).unwrap_or_default();
     Ok(Some(PlaceRecord {
@@ -191,7 +191,7 @@ pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
         step: read_scalar(&c, "step")?,
         orientation: read_scalar(&c, "orientation")?,
         signature: c.dataset("signature")?.values()?,
-        sets: sets.rows().into_iter().map(|r| r.iter().map(|&a| a == 1).collect()).collect(),
+        sets: read_states(&c, "active")?,
         nodes: nodes.iter().map(|&n| n as usize).collect(),
         base: optional("base"),
         memory: optional("memory"),

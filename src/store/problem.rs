@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::{Array1, Array2, ArrayD};
 
 use super::StoreError;
-use crate::contact::{ActiveSet, System};
+use crate::contact::{States, System};
 use crate::fem::Csr;
 use crate::problem::Problem;
 
@@ -40,13 +40,13 @@ fn operators(problem: &Problem) -> Vec<(&'static str, ArrayD<f64>)> {
 pub fn write_problem_flat(
     path: &Path,
     problem: &Problem,
-    active: &ActiveSet,
+    active: &States,
     until: f64,
 ) -> Result<(), StoreError> {
     let system = &problem.system;
     let mut all = vec![system.n_o() as f64, system.n_contact() as f64, until];
     operators(problem).into_iter().for_each(|(_, array)| all.extend(array));
-    all.extend(active.flags().iter().map(|&a| f64::from(u8::from(a))));
+    all.extend(active.codes().map(f64::from));
     let bytes: Vec<u8> = all.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
     std::fs::write(path, bytes).map_err(|e| StoreError::write(path, e))
 }
@@ -56,14 +56,14 @@ pub fn write_problem_flat(
 pub fn write_problem(
     path: &Path,
     problem: &Problem,
-    active: &ActiveSet,
+    active: &States,
     until: f64,
 ) -> Result<(), StoreError> {
     let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
     for (name, array) in operators(problem) {
         file.new_dataset_builder().with_data(&array).create(name)?;
     }
-    let active: Vec<u8> = active.flags().iter().map(|&a| u8::from(a)).collect();
+    let active: Vec<u8> = active.codes().collect();
     file.new_dataset_builder().with_data(&active).create("active0")?;
     file.new_dataset::<f64>().create("until")?.write_scalar(&until)?;
     file.flush()?;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
-use super::events::{point_of, sets};
+use super::events::{point_of, read_states};
 use super::{StoreError, read_text};
-use crate::contact::ActiveSet;
+use crate::contact::States;
 use crate::fem::check_size;
 use crate::mesh::{ElementKind, Point};
 use crate::records::Status;
@@ -211,10 +211,10 @@ impl Stored {
         self.switch_t = switches.dataset("t")?.values()?;
         let nodes: Vec<i64> = switches.dataset("node")?.values()?;
         self.switch_node = nodes.into_iter().map(|i| i as usize).collect();
-        let before = sets(file, "switches/active_before")?;
-        let after = sets(file, "switches/active_after")?;
-        let point = |((node, before), after): ((&usize, &ActiveSet), &ActiveSet)| {
-            point_of(&self.contact_nodes, *node, before.flags(), after.flags())
+        let before = read_states(file, "switches/active_before")?;
+        let after = read_states(file, "switches/active_after")?;
+        let point = |((node, before), after): ((&usize, &States), &States)| {
+            point_of(&self.contact_nodes, *node, before, after)
         };
         self.switch_point = self.switch_node.iter().zip(&before).zip(&after).map(point).collect();
         let kinds = switches.dataset("kind")?.values::<FixedAscii<32>>()?;

@@ -1,10 +1,10 @@
 //! `/trajectory` and `/energy`: the tables of the stored states.
 
-use super::events::flags;
+use super::events::codes;
 use super::kept::Kept;
 use super::table::{Form, Place, Table};
 use super::{StoreError, write_text};
-use crate::contact::ActiveSet;
+use crate::contact::States;
 use crate::event::{Energies, Sample};
 
 /// Aim of a chunk's size in bytes.
@@ -18,7 +18,7 @@ pub(super) struct Row {
     t: f64,
     u: Vec<f64>,
     v: Vec<f64>,
-    active: ActiveSet,
+    active: States,
     pressure: Vec<f64>,
     energies: Option<Energies>,
     jumps: f64,
@@ -111,7 +111,7 @@ impl Trajectory {
         self.t.push(&[s.t]);
         self.u.push(&s.u);
         self.v.push(&s.v);
-        self.active.push(&flags(&s.active));
+        self.active.push(&codes(&s.active));
         self.pressure.push(&s.pressure);
         let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
         let row = [s.t, kinetic, elastic, external, dissipated, s.jumps];

@@ -292,7 +292,7 @@ pub struct Collector {
     pub u: Vec<Vec<f64>>,
     pub v: Vec<Vec<f64>>,
     pub pressure: Vec<Vec<f64>>,
-    pub active: Vec<signorini::contact::ActiveSet>,
+    pub active: Vec<signorini::contact::States>,
 }
 
 impl signorini::event::Observer for Collector {

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use signorini::contact::State;
-use signorini::contact::{ActiveSet, System};
+use signorini::contact::{States, System};
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -37,7 +37,7 @@ struct Half {
 }
 
 fn half(system: &System, active: bool) -> Result<Half, String> {
-    let phase = system.phase(&ActiveSet::new(vec![active]));
+    let phase = system.phase(&States::of_contact([active]));
     let (k, m) = phase.matrices();
     let n = system.n_o();
     let dense = |a: &signorini::fem::Csr| {

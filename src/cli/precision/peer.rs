@@ -6,7 +6,7 @@ use std::process::Command;
 use clap::ValueEnum;
 use serde_json::Value;
 
-use signorini::contact::ActiveSet;
+use signorini::contact::States;
 use signorini::report::precision::Point;
 use signorini::store::{write_problem, write_problem_flat};
 
@@ -96,7 +96,7 @@ impl Peer {
         let system = &bench.problem.system;
         let file = std::env::temp_dir().join(format!("signorini-peer-{}", std::process::id()));
         let start = system
-            .select(0.0, &bench.problem.initial.u, &ActiveSet::open(system.n_contact()))
+            .select(0.0, &bench.problem.initial.u, &States::open(system.n_contact()))
             .map_err(|e| CliError::Numerics(e.to_string()))?;
         match self {
             Peer::Scipy => write_problem(&file, bench.problem, &start.set, bench.options.until)?,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::contact::{ActiveSet, Contacts, Gaps, MassChoice, Rayleigh, Stress};
+use crate::contact::{States, Contacts, Gaps, MassChoice, Rayleigh, Stress};
 use crate::fem::{Body, DofMap, Facing, Held, Material};
 use crate::flow::Modal;
 use crate::mesh::structured;
@@ -15,8 +15,8 @@ fn plate(nx: usize, ny: usize, lumped: bool, choice: (Stress, MassChoice)) -> Sy
 }
 
 /// Every second node in contact.
-fn mixed(system: &System) -> ActiveSet {
-    ActiveSet::new((0..system.n_contact()).map(|i| i % 2 == 0).collect())
+fn mixed(system: &System) -> States {
+    States::of_contact((0..system.n_contact()).map(|i| i % 2 == 0))
 }
 
 fn wave(n: usize, k: f64) -> Vec<f64> {

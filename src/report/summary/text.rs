@@ -199,15 +199,15 @@ fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
 fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
     let log = &report.log;
     let count = |kind| log.of_kind(kind);
-    let (impacts, sticks) = (count(SwitchKind::Impact), count(SwitchKind::Stick));
+    let (impacts, rests) = (count(SwitchKind::Impact), count(SwitchKind::Rest));
     let mut text = format!(
         "{} ({} close, {} open",
         plural(log.switches(), "switch", "switches"),
         count(SwitchKind::Close),
         count(SwitchKind::Open),
     );
-    if impacts + sticks > 0 {
-        let accumulations = plural(sticks, "accumulation", "accumulations");
+    if impacts + rests > 0 {
+        let accumulations = plural(rests, "accumulation", "accumulations");
         let _ = write!(text, ", {}, {accumulations}", plural(impacts, "rebound", "rebounds"));
     }
     let _ = write!(text, ") in {}", plural(report.phases, "smooth phase", "smooth phases"));
