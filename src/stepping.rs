@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::DMatrix;
 
-use crate::contact::{PointState, States, ContactError, March, Rule, State, System, lcp};
+use crate::contact::{ContactError, March, Monitor, PointState, Rule, State, States, System, lcp};
 use crate::event::{
     Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
@@ -309,6 +309,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
                 contact,
                 node: self.scheme.system.constraints[contact].node,
                 kind: if is { SwitchKind::Close } else { SwitchKind::Open },
+                monitor: Monitor::of_state(contact, self.set.at(contact)).kind,
                 monitor_rate: -self.scheme.normal.row_dot(contact, was),
                 energy_jump: std::mem::take(&mut jump),
                 struck: vec![],

@@ -6,7 +6,7 @@ mod common;
 use std::f64::consts::TAU;
 
 use common::{bar_with as bar, observed, problem, reference_problem, relative};
-use signorini::contact::{States, State, System};
+use signorini::contact::{State, States, System};
 use signorini::event::{Report, Silent, Verified};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};

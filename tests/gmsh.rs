@@ -4,7 +4,7 @@ mod common;
 
 use common::root;
 use signorini::contact::Gaps;
-use signorini::contact::{States, ContactError, Contacts, MassChoice, State, Stress, System};
+use signorini::contact::{ContactError, Contacts, MassChoice, State, States, Stress, System};
 use signorini::fem::{Body, DofMap, Facing, Held, Material, StressState, eigen};
 use signorini::mesh::ElementKind;
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};

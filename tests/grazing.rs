@@ -7,7 +7,7 @@ mod common;
 
 use common::{Collector, problem, random};
 use signorini::contact::State;
-use signorini::contact::{PointState, State, States, System};
+use signorini::contact::{PointState, States, System};
 use signorini::event::{self, GrazingKind, Options};
 use signorini::flow::Tolerances;
 use signorini::scenario::Integrator;

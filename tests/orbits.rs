@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use common::{problem, random, shipped};
 use faer::Mat;
-use signorini::contact::State;
+use signorini::contact::{PointState, State};
 use signorini::continuation::{Family, Go, Options, Stop};
 use signorini::event::{Observer, Sample};
 use signorini::orbit::along::{Start, arclength};
@@ -484,15 +484,17 @@ fn touches_are_found_beside_phases_of_no_length() {
     let orbit = orbit_at(&mut body, -1.1, 1.8);
     let (chain, times) = chain_of(&body, &orbit).unwrap();
     let n = body.n();
-    let contact = (0..body.system.n_contact()).find(|c| !chain.nodes.contains(c)).unwrap_or(0);
+    let point = (0..body.system.n_contact()).find(|c| !chain.points.contains(c)).unwrap_or(0);
+    let sets = chain.sets.clone();
     let mut family = Segments::new(&mut body, Closure::Reversible, chain);
     for shift in [0.0, 1e-3] {
         let mut times = times.clone();
         times[1] = times[0] - shift;
         let x = family.unknowns(&orbit.z[..n], &times, orbit.omega());
         for phase in 0..=times.len() {
+            let to = PointState::of_contact(!sets[phase].touches(point));
             for near in [0.0, times[0] * orbit.omega() / (0.5 * TAU), 1.0] {
-                let border = Border::Touch { phase, contact, near, what: String::new() };
+                let border = Border::Touch { phase, point, to, near, what: String::new() };
                 let margin = family.margin(&x, &border).unwrap();
                 assert!(margin.is_finite(), "{phase} {near}");
             }

@@ -145,7 +145,7 @@ class Run(Result):
             of the columns only: ``columns`` says which (``None`` where it keeps all).
         active: 1 where a contact point touches [s, n_C].
         pressure: contact pressure, > 0 in contact [s, n_C].
-        switches: table with ``t``, ``node``, ``kind`` ("close", "open"; of an impact law also "impact", "rest"), ``energy_jump``, ``monitor_rate``.
+        switches: table with ``t``, ``node``, ``point``, ``monitor`` (what vanished: "gap", "pressure"), ``from``, ``to`` ("open", "closed"), ``kind`` ("close", "open"; of an impact law also "impact", "rest"), ``energy_jump``, ``monitor_rate``.
         grazings: table with ``t``, ``node``, ``distance``, ``kind``.
         ledger: group with ``t``, ``kinetic``, ``elastic``, ``external``, ``dissipated``, ``jumps`` [s].
         n_dof, n_o, n_contact: numbers of displacements, of those that move by themselves, of contact points.
@@ -212,7 +212,9 @@ class Run(Result):
 
     @property
     def switches(self) -> np.recarray:
-        return self["switches"].rows("t", "node", "kind", "energy_jump", "monitor_rate")
+        columns = ("t", "node", "point", "kind", "monitor", "from", "to", "energy_jump", "monitor_rate")
+        # files of earlier versions have no point, monitor and states
+        return self["switches"].rows(*(c for c in columns if c in self["switches"].keys()))
 
     @property
     def grazings(self) -> np.recarray:

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use signorini::contact::{States, State};
+use signorini::contact::{State, States};
 use signorini::continuation::Options;
 use signorini::families::bar;
 use signorini::families::conservative;

@@ -245,7 +245,7 @@ fn answer(
 fn ended_early(report: &Report, has_impacts: bool, output: &Path) -> String {
     let advice = match report.outcome {
         Outcome::Accumulation { .. } if has_impacts => {
-            "\n  rebounds that die out stick within that number: these points are thrown back at the obstacle ever anew. Look at \
+            "\n  rebounds that die out come to rest within that number: these points are thrown back at the obstacle ever anew. Look at \
              /switches, give another restitution, or a larger run.switch_limit"
         }
         Outcome::Accumulation { .. } => {

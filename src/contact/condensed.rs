@@ -14,9 +14,9 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::DMatrix;
 
 use super::ContactError;
-use super::states::States;
 use super::conditions::Conditions;
 use super::kinematics::Following;
+use super::states::States;
 use crate::fem::{Body, Csr, Loads, SolveScratch, SpdFactor};
 
 /// The mass and what solves with it.

@@ -14,10 +14,10 @@ use std::sync::OnceLock;
 
 use nalgebra::DMatrix;
 
-use super::states::{PointState, States};
 use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
 use super::lcp::{self, Comparison, LcpError, LcpSolution, PMatrix, Place};
+use super::states::{PointState, States};
 use crate::fem::{Csr, Loads};
 
 /// `N_C`, `N_O`, gaps and areas of all contact points.
@@ -310,7 +310,10 @@ impl Conditions {
         let start: Vec<bool> = degenerate.iter().map(|&i| present.touches(i)).collect();
         let solution = lcp::solve(&schur.into(), &q, &scale, &start)?;
         let mut set = present.clone();
-        degenerate.iter().zip(&solution.active).for_each(|(&i, &a)| set.set(i, PointState::of_contact(a)));
+        degenerate
+            .iter()
+            .zip(&solution.active)
+            .for_each(|(&i, &a)| set.set(i, PointState::of_contact(a)));
         Ok((set, solution.degenerate.iter().map(|&k| degenerate[k]).collect()))
     }
 }

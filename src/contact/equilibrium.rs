@@ -3,9 +3,9 @@
 //! Principal pivoting as for the complementarity problem ([`super::lcp`]): solve in the present set, change all points that are infeasible
 //! while their number falls, one at a time otherwise.
 
-use super::states::States;
 use super::lcp::UNITS;
 use super::phase::Phase;
+use super::states::States;
 use super::system::System;
 use crate::fem::SpdFactor;
 

@@ -8,9 +8,9 @@
 
 use nalgebra::DMatrix;
 
-use super::states::States;
 use super::inertia::HeldMass;
 use super::kinematics::{Drive, Part};
+use super::states::States;
 use super::system::Constraint;
 use crate::fem::{Csr, Harmonic, Loads};
 

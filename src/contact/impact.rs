@@ -13,7 +13,6 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
-use super::states::States;
 use super::boundary::BoundaryOperator;
 use super::conditions::{Conditions, Gaps};
 use super::holding::Holding;
@@ -22,6 +21,7 @@ use super::kinematics::Kinematics;
 use super::lcp::{self, LcpError};
 use super::method::{Method, Promise, Selection};
 use super::phase::{Parts, Phase};
+use super::states::States;
 use super::system::Constraint;
 use crate::fem::{Body, ContactPoint, Csr, FemError, Loads, Reduction, Tips, load};
 

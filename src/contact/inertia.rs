@@ -19,13 +19,13 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::ContactError;
-use super::states::States;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::coupling::Coupling;
 use super::kinematics::{Following, Kinematics};
 use super::lcp::Place;
 use super::phase::Scratch;
+use super::states::States;
 use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
 /// Columns of `M⁻¹Rᵀ` are kept while they hold at most this many numbers.

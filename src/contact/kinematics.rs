@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::states::States;
 use super::conditions::Conditions;
 use super::coupling::Block;
 use super::holding::Holding;
 use super::lcp::Place;
+use super::states::States;
 use crate::fem::{Csr, Harmonic, Loads};
 
 /// What a harmonic load adds to displacements and monitors, times `cos(ωt + φ)`.

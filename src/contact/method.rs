@@ -8,12 +8,12 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::ContactError;
-use super::states::States;
 use super::conditions::{Conditions, Rates};
 use super::impact::Impact;
 use super::inertia::{Inertia, PhaseInertia};
 use super::kinematics::{Following, Kinematics};
 use super::phase::{Parts, Phase};
+use super::states::States;
 use super::system::Constraint;
 use crate::fem::{Body, ContactPoint, Loads, Reduction};
 

@@ -1,6 +1,5 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
-pub mod states;
 pub mod boundary;
 mod condensed;
 pub mod conditions;
@@ -20,9 +19,9 @@ pub mod phase;
 mod recurrence;
 mod redistribution;
 mod springs;
+pub mod states;
 pub mod system;
 
-pub use states::{PointState, States};
 pub use conditions::{Conditions, Gaps};
 pub use equilibrium::NoEquilibrium;
 pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
@@ -33,6 +32,7 @@ pub use nbm::{MassChoice, Stress};
 pub use phase::{Monitor, MonitorKind, Phase, Scratch};
 pub use recurrence::{Recurrence, Step};
 pub use springs::{Law, SpringPoint, at_displacements, on_sides};
+pub use states::{PointState, States};
 pub use system::{Constraint, Contacts, OMITTED_INERTIA, Rayleigh, State, System, Units};
 
 use crate::fem::FemError;

@@ -4,9 +4,9 @@
 
 use std::sync::Arc;
 
-use super::states::{PointState, States};
 use super::inertia::{Inertia, PhaseInertia};
 use super::kinematics::{Drive, Kinematics, Part};
+use super::states::{PointState, States};
 use super::system::Rayleigh;
 use crate::fem::{Body, Csr, Kernel, Loads, SolveScratch};
 
@@ -23,6 +23,31 @@ pub enum MonitorKind {
     HeldToFree,
 }
 
+impl MonitorKind {
+    /// All kinds.
+    pub const ALL: [MonitorKind; 4] = [
+        MonitorKind::Gap,
+        MonitorKind::Pressure,
+        MonitorKind::HeldToContact,
+        MonitorKind::HeldToFree,
+    ];
+
+    /// Word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            MonitorKind::Gap => "gap",
+            MonitorKind::Pressure => "pressure",
+            MonitorKind::HeldToContact => "closing",
+            MonitorKind::HeldToFree => "opening",
+        }
+    }
+
+    /// The kind of a word in a file.
+    pub fn of_word(word: &str) -> Option<MonitorKind> {
+        MonitorKind::ALL.into_iter().find(|k| k.word() == word)
+    }
+}
+
 /// One switching function of a phase: positive inside it, zero where its point changes its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Monitor {
@@ -36,7 +61,7 @@ pub struct Monitor {
 
 impl Monitor {
     /// Of a point that is in `state`, without friction.
-    pub(super) fn of_state(point: usize, state: PointState) -> Monitor {
+    pub fn of_state(point: usize, state: PointState) -> Monitor {
         match state {
             PointState::Open => Monitor { point, kind: MonitorKind::Gap, to: PointState::Closed },
             PointState::Closed => {

@@ -17,13 +17,13 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
-use super::states::States;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::inertia::{ConstantMass, gram};
 use super::kinematics::Following;
 use super::lcp;
 use super::nbm::Stress;
+use super::states::States;
 use crate::fem::{Body, Csr, Loads, SpdFactor, load};
 use crate::mesh::Point;
 

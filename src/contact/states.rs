@@ -38,6 +38,14 @@ impl PointState {
         Self::ALL.get(usize::from(code)).copied()
     }
 
+    /// Word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            PointState::Open => "open",
+            PointState::Closed => "closed",
+        }
+    }
+
     /// Letter in print.
     pub fn letter(self) -> char {
         match self {
@@ -218,7 +226,8 @@ mod tests {
 
     #[test]
     fn changes_are_told_with_both_states() {
-        let (a, b) = (States::of_contact([false, true, true]), States::of_contact([true, true, false]));
+        let (a, b) =
+            (States::of_contact([false, true, true]), States::of_contact([true, true, false]));
         let (open, closed) = (PointState::Open, PointState::Closed);
         let all: Vec<_> = a.changes(&b).collect();
         assert_eq!(all, [(0, open, closed), (2, closed, open)]);

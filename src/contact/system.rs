@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::ContactError;
-use super::states::{PointState, States};
 use super::boundary::{self, BoundaryOperator};
 use super::conditions::{Conditions, Gaps};
 use super::impact::{self, Impact, March};
@@ -13,6 +12,7 @@ use super::nbm::{MassChoice, Nbm, Stress};
 use super::phase::{Parts, Phase, Scratch};
 use super::redistribution;
 use super::springs::{self, Law, SpringPoint};
+use super::states::{PointState, States};
 use crate::fem::{Body, Csr, Harmonic, Kernel, Loads, Measured, Reduction};
 
 /// Rayleigh damping `C = α M + β K`.
@@ -320,12 +320,7 @@ impl System {
     }
 
     /// The active set of a state, warm from `start`.
-    pub fn select(
-        &self,
-        t: f64,
-        u_o: &[f64],
-        start: &States,
-    ) -> Result<Selection, ContactError> {
+    pub fn select(&self, t: f64, u_o: &[f64], start: &States) -> Result<Selection, ContactError> {
         self.method.select(&self.loads, t, u_o, start)
     }
 

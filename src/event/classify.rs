@@ -184,7 +184,10 @@ impl Surface<'_> {
         let mut strict = 0;
         for bits in 0..1usize << nodes.len() {
             let mut set = base.clone();
-            nodes.iter().enumerate().for_each(|(k, &i)| set.set(i, PointState::of_contact(bits >> k & 1 == 1)));
+            nodes
+                .iter()
+                .enumerate()
+                .for_each(|(k, &i)| set.set(i, PointState::of_contact(bits >> k & 1 == 1)));
             let curvature = self.curvatures(&self.system.phase(&set), nodes, scratch);
             if curvature.iter().any(|&c| c < -1.0) {
                 continue;

@@ -2,7 +2,7 @@
 //! [`crate::flow`]).
 
 use super::classify::{ClassifyError, Decision, Order, Surface};
-use super::{MonitorKind, PointState, States, Observer, Root, Run, Scratch};
+use super::{MonitorKind, Observer, PointState, Root, Run, Scratch, States};
 
 /// Up to this many nodes all combinations of held nodes are tried.
 const HELD_LIMIT: usize = 5;

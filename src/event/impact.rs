@@ -5,7 +5,8 @@
 //! are no measure: where nothing but the rebounding points moves, they shrink with the rebounds.
 
 use super::{
-    Done, MonitorKind, PointState, States, Observer, Outcome, Root, Run, RunError, Switch, SwitchKind,
+    Done, Monitor, MonitorKind, Observer, Outcome, PointState, Root, Run, RunError, States, Switch,
+    SwitchKind,
 };
 use crate::contact::lcp::UNITS;
 use crate::contact::{ContactError, Impact};
@@ -88,6 +89,7 @@ impl<O: Observer> Run<'_, O> {
                 contact,
                 node: self.system.constraints[contact].node,
                 kind,
+                monitor: Monitor::of_state(contact, present.at(contact)).kind,
                 monitor_rate: index.map_or(0.0, |k| rates[k]),
                 // one energy for all that happens at one time: booked with the first
                 energy_jump: std::mem::take(&mut jump),

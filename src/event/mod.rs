@@ -28,7 +28,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::contact::{
-    ContactError, MonitorKind, Phase, PointState, Scratch, State, States, System,
+    ContactError, Monitor, MonitorKind, Phase, PointState, Scratch, State, States, System,
 };
 use crate::flow::{Flow, FlowError, Layout};
 use classify::{ClassifyError, Decision, Surface};
@@ -337,13 +337,17 @@ impl<O: Observer> Run<'_, O> {
         }
         self.note_grazing(&decision, h)?;
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
-        let rate_of = |i: usize| self.phase.monitor_of(i).map_or(0.0, |k| rates[k]);
+        let of_point = |i: usize, from: PointState| match self.phase.monitor_of(i) {
+            Some(k) => (self.phase.monitors[k].kind, rates[k]),
+            None => (Monitor::of_state(i, from).kind, 0.0),
+        };
         let mut before = present.clone();
         let mut jump = 0.0;
         let mut changes = vec![];
-        for (contact, _, to) in present.changes(&decision.set) {
+        for (contact, from, to) in present.changes(&decision.set) {
             self.armed[contact] = true;
             let after = before.with(contact, to);
+            let (monitor, monitor_rate) = of_point(contact, from);
             let u_c = self.v[self.layout.n_o..].to_vec();
             self.system.phase(&after).complete_velocity(self.t, &mut self.v);
             let energy_jump = self.system.kinetic_jump(&u_c, &self.v);
@@ -352,7 +356,8 @@ impl<O: Observer> Run<'_, O> {
                 contact,
                 node: self.system.constraints[contact].node,
                 kind: SwitchKind::of_state(to),
-                monitor_rate: rate_of(contact),
+                monitor,
+                monitor_rate,
                 energy_jump,
                 struck: vec![],
                 before,

@@ -6,7 +6,7 @@ use super::checkpoint::Checkpoint;
 use super::ledger::{Energies, Ledger};
 use super::log::Log;
 use super::verify::LcpCheck;
-use crate::contact::{PointState, State, States};
+use crate::contact::{MonitorKind, PointState, State, States};
 use crate::flow::{Counters, FlowError};
 
 /// A stored state.
@@ -92,7 +92,9 @@ pub struct Switch {
     pub node: usize,
     /// Direction.
     pub kind: SwitchKind,
-    /// Rate of the monitor that reached zero (gap or pressure per time), ≤ 0.
+    /// What reached zero.
+    pub monitor: MonitorKind,
+    /// Rate of that monitor (gap or pressure per time), ≤ 0.
     pub monitor_rate: f64,
     /// `½ u̇_Oᵀ (M⁺ − M⁻) u̇_O`
     pub energy_jump: f64,
@@ -102,6 +104,18 @@ pub struct Switch {
     pub before: States,
     /// Active set after.
     pub after: States,
+}
+
+impl Switch {
+    /// State of the point before.
+    pub fn from(&self) -> PointState {
+        self.before.at(self.contact)
+    }
+
+    /// State of the point after.
+    pub fn to(&self) -> PointState {
+        self.after.at(self.contact)
+    }
 }
 
 /// A touch, or a switch that velocities could not decide.

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use super::{
-    States, Checkpoint, Done, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed,
-    Run, State, System,
+    Checkpoint, Done, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed, Run, State,
+    States, System,
 };
 
 impl<'a, O: Observer> Run<'a, O> {

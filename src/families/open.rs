@@ -104,7 +104,7 @@ fn misfit(
 ) -> Option<String> {
     let (n, n_o, n_c) = (system.body.nodal_dofs().n_columns(), system.n_o(), system.n_contact());
     let place_fits = |place: &PlaceRecord| {
-        let (x, tangent, events) = (&place.x, &place.tangent, place.nodes.len());
+        let (x, tangent, events) = (&place.x, &place.tangent, place.points.len());
         let numbers = x.iter().chain(tangent).chain([&place.step, &place.orientation]);
         let along = !tangent.is_empty();
         let length = match unknowns {
@@ -120,7 +120,7 @@ fn misfit(
             && numbers.clone().all(|x| x.is_finite())
             && x[x.len() - 1] > 0.0
             && place.sets.iter().all(|s| s.len() == n_c)
-            && place.nodes.iter().all(|c| *c < n_c)
+            && place.points.iter().all(|c| *c < n_c)
     };
     let fits = |p: &PointRecord| {
         let orbit = p.orbit.as_ref().is_none_or(|o| o.u0.len() == n && o.v0.len() == n);

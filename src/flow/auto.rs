@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use super::choice::{Choice, Rule};
 use super::{Chebyshev, Counters, Flow, Modal, RungeKutta, Tolerances, dop853::DOP853};
-use crate::contact::{States, Phase, System};
+use crate::contact::{Phase, States, System};
 
 /// Seconds of an eigensolution over `n³`, and the largest size for which modes are considered: their matrices fill the memory. Real modes, and complex
 /// ones of phases that the real ones do not decouple.

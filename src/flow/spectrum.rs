@@ -17,7 +17,7 @@ use super::coupled::{CoupledMotion, Coupling, Operators, dot};
 use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
-use crate::contact::{States, Drive, Phase, Rayleigh, System};
+use crate::contact::{Drive, Monitor, Phase, PointState, Rayleigh, States, System};
 use crate::fem::{Csr, FemError, Loads, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
@@ -46,7 +46,9 @@ pub struct Eigenbasis {
     pub constant: Vec<f64>,
     /// Modal forces of each harmonic load.
     pub harmonics: Vec<Vec<f64>>,
-    /// `r = ∇h Φ`, one row a monitor (in the order of the contact nodes).
+    /// The monitors of the phase.
+    pub monitors: Vec<Monitor>,
+    /// `r = ∇h Φ`, one row a monitor.
     pub rows: DMatrix<f64>,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
@@ -307,6 +309,7 @@ impl Eigenbasis {
             inverse,
             constant,
             harmonics,
+            monitors: phase.monitors.clone(),
             rows,
             offsets,
         })
@@ -324,8 +327,17 @@ impl Eigenbasis {
         Drives(drives)
     }
 
+    /// The monitor through which a point leaves the phase to the state `to`; the first of the point where it stays what it is (an impact).
+    pub fn monitor_of(&self, point: usize, to: PointState) -> Option<usize> {
+        let of = |leads: bool| {
+            let is = |m: &Monitor| m.point == point && (!leads || m.to == to);
+            self.monitors.iter().position(is)
+        };
+        of(true).or_else(|| of(false))
+    }
+
     /// Values of all monitors at modal displacements `q`, without drives.
-    pub fn monitors(&self, q: &[f64]) -> Vec<f64> {
+    pub fn monitor_values(&self, q: &[f64]) -> Vec<f64> {
         let mut h = self.offsets.clone();
         for (k, q) in q.iter().enumerate() {
             h.iter_mut().zip(self.rows.column(k).iter()).for_each(|(h, r)| *h += r * q);

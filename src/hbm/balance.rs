@@ -334,8 +334,7 @@ impl Moving<'_> {
             }
             for l in 0..count {
                 for c in 0..r {
-                    delays[(j, l * r + c)] =
-                        -operators[j].rows[(monitor, c)] * f[l] / slope;
+                    delays[(j, l * r + c)] = -operators[j].rows[(monitor, c)] * f[l] / slope;
                 }
             }
         }

@@ -12,7 +12,7 @@ use faer::linalg::solvers::Solve;
 use super::HbmError;
 use super::series::{Basis, Polynomial, Series};
 use crate::contact::lcp::UNITS;
-use crate::contact::{States, Drive, Monitor, MonitorKind, System};
+use crate::contact::{Drive, Monitor, MonitorKind, States, System};
 use crate::continuation::dot;
 use crate::fem::{Csr, Loads};
 use crate::flow::cache::Cache;
@@ -284,7 +284,18 @@ impl Interface {
                 let (constant, harmonics) = &self.forces;
                 let s = lift(&s, constant);
                 let loads = loads.iter().zip(harmonics).map(|(d, f0)| lift(d, f0)).collect();
-                Ok(PhaseOperator { p, v, a: None, s, loads, monitors, rows, offsets, drives, units })
+                Ok(PhaseOperator {
+                    p,
+                    v,
+                    a: None,
+                    s,
+                    loads,
+                    monitors,
+                    rows,
+                    offsets,
+                    drives,
+                    units,
+                })
             }
         }
     }

@@ -175,7 +175,8 @@ pub(super) fn flaw(
     balance: &Balance,
     quadrature: Quadrature,
 ) -> Result<Option<Failure>, HbmError> {
-    let touches = !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count_closed() > 0);
+    let touches =
+        !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count_closed() > 0);
     if !touches && interface.system.loads.harmonics.is_empty() {
         return Ok(Some(Failure::NoContact));
     }

@@ -7,7 +7,7 @@ use faer::Mat;
 
 use super::HbmError;
 use super::interface::{Form, Interface, orthonormal};
-use crate::contact::{States, Rayleigh, State, System};
+use crate::contact::{Rayleigh, State, States, System};
 use crate::flow::spectrum::{Spectra, Spectrum};
 
 /// A body whose series are those of the modes `q` of its open phase.

@@ -10,7 +10,7 @@ use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use super::{Balanced, HbmError, Interface};
-use crate::contact::{States, Phase, State, System};
+use crate::contact::{Phase, State, States, System};
 use crate::continuation::{Family, JUMP, Units, norm};
 use crate::orbit::Highest;
 use crate::records::crest;

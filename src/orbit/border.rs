@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::contact::PointState;
+
 /// Where a chart ends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Border {
@@ -16,8 +18,10 @@ pub enum Border {
     Touch {
         /// Phase.
         phase: usize,
-        /// Contact node.
-        contact: usize,
+        /// Contact point.
+        point: usize,
+        /// The state that it would go into.
+        to: PointState,
         /// Where, as a fraction of the time to the end.
         near: f64,
         /// In words.

@@ -62,7 +62,7 @@ pub(super) fn place_record(place: &Place<Chain>, memory: Vec<f64>) -> PlaceRecor
         orientation: place.orientation,
         signature: place.signature.clone(),
         sets: place.chart.sets.clone(),
-        nodes: place.chart.nodes.clone(),
+        points: place.chart.points.clone(),
         base: vec![],
         memory,
     }
@@ -76,11 +76,7 @@ pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
         step: record.step,
         orientation: record.orientation,
         signature: record.signature.clone(),
-        chart: Chain {
-            sets: record.sets.clone(),
-            nodes: record.nodes.clone(),
-            struck: vec![],
-        },
+        chart: Chain { sets: record.sets.clone(), points: record.points.clone(), struck: vec![] },
     }
 }
 

@@ -23,7 +23,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
-use crate::contact::{States, Rayleigh, State, System};
+use crate::contact::{Rayleigh, State, States, System};
 use crate::fem::FemError;
 use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
@@ -31,14 +31,14 @@ use crate::flow::spectrum::{Spectra, Spectrum};
 /// Above this size orbits are shot without the modes of the phases.
 const LARGE: usize = 800;
 
-/// The sequence of active sets: `sets[j]` holds between event `j − 1` and event `j`; `nodes[j]` is the contact node whose monitor
-/// reaches zero at event `j` (the first one where several switch at one time).
+/// The sequence of active sets: `sets[j]` holds between event `j − 1` and event `j`; `points[j]` is the contact point of which a
+/// monitor reaches zero at event `j` (the first one where several switch at one time).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chain {
     /// Active sets, one more than events.
     pub sets: Vec<States>,
-    /// Contact node of each event.
-    pub nodes: Vec<usize>,
+    /// Contact point of each event.
+    pub points: Vec<usize>,
     /// Points that each event strikes, of a motion whose velocities jump (else empty).
     pub struck: Vec<Vec<usize>>,
 }
@@ -46,12 +46,12 @@ pub struct Chain {
 impl Chain {
     /// Number of events.
     pub fn events(&self) -> usize {
-        self.nodes.len()
+        self.points.len()
     }
 
-    /// Event `j` ends a phase that the same node began.
+    /// Event `j` ends a phase that the same point began.
     pub fn is_pair(&self, j: usize) -> bool {
-        j > 0 && self.nodes[j] == self.nodes[j - 1] && self.sets[j - 1] == self.sets[j + 1]
+        j > 0 && self.points[j] == self.points[j - 1] && self.sets[j - 1] == self.sets[j + 1]
     }
 }
 

@@ -9,7 +9,7 @@ use super::period_map::integrate;
 use super::search::{Effort, Verdict, find};
 use super::shooting::Closure;
 use crate::contact::State;
-use crate::contact::{States, Phase};
+use crate::contact::{Phase, States};
 use crate::continuation::norm;
 use crate::records::VerdictKind;
 

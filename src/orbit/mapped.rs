@@ -221,7 +221,7 @@ impl Family for Mapped<'_> {
     }
 
     fn chart(&self) -> Chain {
-        Chain { sets: vec![], nodes: vec![], struck: vec![] }
+        Chain { sets: vec![], points: vec![], struck: vec![] }
     }
 
     fn set_chart(&mut self, _: &Chain) {}

@@ -81,17 +81,17 @@ pub fn integrate_with<O: Observer<Error = Infallible>>(
         return Err(OrbitError::Held { t: g.t, node: g.node });
     }
     let first = report.switches.first().map_or(&report.active, |s| &s.before);
-    let mut chain = Chain { sets: vec![first.clone()], nodes: vec![], struck: vec![] };
+    let mut chain = Chain { sets: vec![first.clone()], points: vec![], struck: vec![] };
     let mut times: Vec<f64> = vec![];
     for s in &report.switches {
         let together = times.last().is_some_and(|t| s.t - t <= SAME_TIME * until);
         // a node that switches twice at one time is a grazing, not a group
-        if together && chain.nodes.last() != Some(&s.contact) {
+        if together && chain.points.last() != Some(&s.contact) {
             let last = chain.sets.len() - 1;
             chain.sets[last] = s.after.clone();
         } else {
             chain.sets.push(s.after.clone());
-            chain.nodes.push(s.contact);
+            chain.points.push(s.contact);
             chain.struck.push(s.struck.clone());
             times.push(s.t);
         }

@@ -73,15 +73,17 @@ impl<'a> Segments<'a> {
     /// What makes an equation of event `j` a number of the kind and size of `z`.
     fn equation_scale(&self, j: usize) -> f64 {
         let system = &self.body.system;
-        let i = self.chain.nodes[j];
-        let unit = system.units.length;
-        let monitor = if self.chain.sets[j].touches(i) {
-            system.constraints[i].stiffness * unit
-        } else {
-            unit
-        };
         let rate = if self.chain.is_pair(j) { system.units.frequency } else { 1.0 };
-        self.body.unit / (monitor * rate)
+        self.body.unit / (self.monitor_unit(j, self.chain.points[j]) * rate)
+    }
+
+    /// What the unit of length makes of the monitors of a point in a phase: a length, or a pressure.
+    fn monitor_unit(&self, phase: usize, point: usize) -> f64 {
+        let system = &self.body.system;
+        match self.chain.sets[phase].at(point) {
+            PointState::Open => system.units.length,
+            PointState::Closed => system.constraints[point].stiffness * system.units.length,
+        }
     }
 
     fn assemble(&self, x: &[f64], walk: &Walk) -> Vec<f64> {
@@ -95,18 +97,26 @@ impl<'a> Segments<'a> {
         self.body.system.constraints[contact].node
     }
 
-    /// The touch of a monitor nearest to `near`: phase, time and value of the minimum there. A minimum may lie in a
-    /// neighbouring phase, as long as the node stays what it is.
-    fn touch(&self, walk: &Walk, phase: usize, contact: usize, near: f64) -> Touch {
+    /// The touch nearest to `near` of the monitor through which a point would leave to `to`: phase, time and value of the minimum there. A minimum may lie
+    /// in a neighbouring phase, as long as the point stays what it is.
+    fn touch(
+        &self,
+        walk: &Walk,
+        phase: usize,
+        (point, to): (usize, PointState),
+        near: f64,
+    ) -> Touch {
         let sets = &self.chain.sets;
-        let active = sets[phase].touches(contact);
+        let present = sets[phase].at(point);
         let end = walk.links[walk.links.len() - 1].span.1;
         let near = near * end;
-        let at =
-            |phase: usize, t: f64| Touch { phase, t, h: walk.links[phase].monitor(contact, t).0 };
-        let rate = |phase: usize, t: f64| walk.links[phase].monitor(contact, t).1;
-        let goes_on =
-            |phase: usize| sets.get(phase).is_some_and(|s| s.touches(contact) == active);
+        let monitor = |phase: usize, t: f64| {
+            let link = &walk.links[phase];
+            link.monitor(link.monitor_of(point, to), t)
+        };
+        let at = |phase: usize, t: f64| Touch { phase, t, h: monitor(phase, t).0 };
+        let rate = |phase: usize, t: f64| monitor(phase, t).1;
+        let goes_on = |phase: usize| sets.get(phase).is_some_and(|s| s.at(point) == present);
         // downhill from `near`, in growing steps, until the rate changes its sign or the contact state ends
         let mut phase = phase;
         let (mut a, mut b) = walk.links[phase].span;
@@ -266,7 +276,7 @@ impl Family for Segments<'_> {
         let passage = integrate(self.body, &self.body.state(z), end)?;
         let same_time = |k: usize| {
             k < passage.times.len().min(times.len())
-                && passage.chain.nodes[k] == self.chain.nodes[k]
+                && passage.chain.points[k] == self.chain.points[k]
                 && (passage.times[k] - times[k]).abs() <= 1e-7 * end
         };
         if passage.chain.sets[0] == self.chain.sets[0] {
@@ -281,22 +291,23 @@ impl Family for Segments<'_> {
             let Some(&t) = passage.times.get(agree) else {
                 return Ok(vec![self.unknown_border(agree.saturating_sub(1))]);
             };
-            let contact = passage.chain.nodes[agree];
-            let partner = match passage.chain.nodes.get(agree + 1) {
-                Some(&next) if next == contact => Some(passage.times[agree + 1]),
+            let point = passage.chain.points[agree];
+            let to = passage.chain.sets[agree + 1].at(point);
+            let partner = match passage.chain.points.get(agree + 1) {
+                Some(&next) if next == point => Some(passage.times[agree + 1]),
                 _ if self.closure == Closure::Reversible && agree == times.len() => Some(end),
                 _ => None,
             };
             let middle = partner.map_or(t, |p| if p == end { end } else { 0.5 * (t + p) });
-            let what = format!("node {} touches", self.node_name(contact));
-            let near = middle / end;
-            return Ok(vec![Border::Touch { phase: agree.min(times.len()), contact, near, what }]);
+            let what = format!("node {} touches", self.node_name(point));
+            let (phase, near) = (agree.min(times.len()), middle / end);
+            return Ok(vec![Border::Touch { phase, point, to, near, what }]);
         }
-        let differs =
-            |i: &usize| passage.chain.sets[0].touches(*i) != self.chain.sets[0].touches(*i);
-        let contact = (0..self.body.system.n_contact()).find(differs).unwrap_or(0);
-        let what = format!("node {} touches at the start", self.node_name(contact));
-        Ok(vec![Border::Touch { phase: 0, contact, near: 0.0, what }])
+        // the first sets differ
+        let first = self.chain.sets[0].changes(&passage.chain.sets[0]).next();
+        let Some((point, _, to)) = first else { return Ok(vec![]) };
+        let what = format!("node {} touches at the start", self.node_name(point));
+        Ok(vec![Border::Touch { phase: 0, point, to, near: 0.0, what }])
     }
 
     fn margin(&mut self, x: &[f64], border: &Border) -> Result<f64, OrbitError> {
@@ -308,14 +319,10 @@ impl Family for Segments<'_> {
                 let b = times.get(*phase).copied().unwrap_or(end);
                 Ok((b - a) / end)
             }
-            Border::Touch { phase, contact, near, .. } => {
+            Border::Touch { phase, point, to, near, .. } => {
                 let walk = self.walk(x)?;
-                let system = &self.body.system;
-                let unit = system.units.length;
-                let active = self.chain.sets[*phase].touches(*contact);
-                let scale =
-                    if active { unit * system.constraints[*contact].stiffness } else { unit };
-                Ok(self.touch(&walk, *phase, *contact, *near).h / scale)
+                let touch = self.touch(&walk, *phase, (*point, *to), *near);
+                Ok(touch.h / self.monitor_unit(*phase, *point))
             }
         }
     }
@@ -324,35 +331,35 @@ impl Family for Segments<'_> {
         let (z, times, omega) = self.parts(x);
         let (z, mut times) = (z.to_vec(), times.to_vec());
         let end = self.end(omega);
-        let Chain { mut sets, mut nodes, .. } = self.chain.clone();
+        let Chain { mut sets, mut points, .. } = self.chain.clone();
         match border {
             Border::Phase { phase, .. } => {
-                let (first, last) = (*phase == 0, *phase == nodes.len());
+                let (first, last) = (*phase == 0, *phase == points.len());
                 match self.closure {
                     Closure::Reversible if first || last => {
                         sets.remove(*phase);
-                        let event = if first { 0 } else { nodes.len() - 1 };
-                        nodes.remove(event);
+                        let event = if first { 0 } else { points.len() - 1 };
+                        points.remove(event);
                         times.remove(event);
                     }
                     _ if first => {
                         // the first switch becomes the last one of the period before
                         sets.remove(0);
                         sets.push(sets[0].clone());
-                        nodes.rotate_left(1);
+                        points.rotate_left(1);
                         times.rotate_left(1);
                         *times.last_mut()? = end;
                     }
                     _ if last => {
                         sets.pop();
                         sets.insert(0, sets[sets.len() - 1].clone());
-                        nodes.rotate_right(1);
+                        points.rotate_right(1);
                         times.rotate_right(1);
                         *times.first_mut()? = 0.0;
                     }
                     _ if sets[phase - 1] == sets[phase + 1] => {
                         sets.drain(*phase..=*phase + 1);
-                        nodes.drain(phase - 1..=*phase);
+                        points.drain(phase - 1..=*phase);
                         times.drain(phase - 1..=*phase);
                     }
                     _ => {
@@ -361,38 +368,37 @@ impl Family for Segments<'_> {
                         let mut other = a.clone();
                         b.changes(c).for_each(|(i, _, to)| other.set(i, to));
                         sets[*phase] = other;
-                        nodes.swap(phase - 1, *phase);
+                        points.swap(phase - 1, *phase);
                         let t = 0.5 * (times[phase - 1] + times[*phase]);
                         (times[phase - 1], times[*phase]) = (t, t);
                     }
                 }
             }
-            Border::Touch { phase, contact, near, .. } => {
+            Border::Touch { phase, point, to, near, .. } => {
                 let walk = self.walk(x).ok()?;
-                let Touch { phase, t, .. } = self.touch(&walk, *phase, *contact, *near);
-                let there = PointState::of_contact(!sets[phase].touches(*contact));
-                let changed = sets[phase].with(*contact, there);
+                let Touch { phase, t, .. } = self.touch(&walk, *phase, (*point, *to), *near);
+                let changed = sets[phase].with(*point, *to);
                 let symmetric = self.closure == Closure::Reversible;
                 if symmetric && t == 0.0 && phase == 0 {
                     sets.insert(0, changed);
-                    nodes.insert(0, *contact);
+                    points.insert(0, *point);
                     times.insert(0, 0.0);
-                } else if symmetric && phase == nodes.len() && t >= end * (1.0 - 1e-12) {
+                } else if symmetric && phase == points.len() && t >= end * (1.0 - 1e-12) {
                     sets.push(changed);
-                    nodes.push(*contact);
+                    points.push(*point);
                     times.push(end);
                 } else {
                     let back = sets[phase].clone();
                     sets.insert(phase + 1, changed);
                     sets.insert(phase + 2, back);
                     for _ in 0..2 {
-                        nodes.insert(phase, *contact);
+                        points.insert(phase, *point);
                         times.insert(phase, t);
                     }
                 }
             }
         }
-        let chain = Chain { sets, nodes, struck: vec![] };
+        let chain = Chain { sets, points, struck: vec![] };
         let mut all = z;
         all.extend(times);
         all.push(omega);
@@ -454,8 +460,8 @@ impl Segments<'_> {
     }
 
     fn describe(&self, phase: usize) -> String {
-        let name = |event: usize| self.node_name(self.chain.nodes[event]);
-        let last = self.chain.nodes.len();
+        let name = |event: usize| self.node_name(self.chain.points[event]);
+        let last = self.chain.points.len();
         match phase {
             0 => format!("switch of node {} meets the start of the period", name(0)),
             p if p == last && self.closure == Closure::Reversible => {

@@ -159,11 +159,11 @@ impl Propagator {
                     equations[(j, given + j - 1)] += e.by_last_time;
                 }
             } else {
-                let gradient = link.row(chain.nodes[j]);
+                let gradient = link.row(e.monitor);
                 let mut slopes: Vec<f64> =
                     (0..k).map(|c| dot(&gradient, b.col_as_slice(c))).collect();
                 if by == Some(Parameter::Frequency) {
-                    slopes[k - 1] += link.monitor_by_frequency(chain.nodes[j]);
+                    slopes[k - 1] += link.monitor_by_frequency(e.monitor);
                 }
                 let next = &chain.sets[j + 1];
                 if let Some(passed) = self.passed(place, next, b.as_ref())? {

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use faer::Mat;
 
 use super::chain::{Chain, Jump, Propagator};
-use crate::contact::System;
+use crate::contact::{PointState, System};
 use crate::continuation::dot;
 use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
@@ -19,7 +19,7 @@ use crate::flow::spectrum::Spectrum;
 impl Propagator {
     /// The rate of the frame vector at `t = 0` in the first phase of a chain.
     pub fn rate(&self, z: &[f64], chain: &Chain) -> Result<Vec<f64>, FemError> {
-        let still = Chain { sets: vec![chain.sets[0].clone()], nodes: vec![], struck: vec![] };
+        let still = Chain { sets: vec![chain.sets[0].clone()], points: vec![], struck: vec![] };
         Ok(self.walk(&still, z, &[], 0.0)?.rate_end)
     }
 
@@ -153,25 +153,31 @@ impl Link {
         motion.at(&spectrum, span.1, &mut q1, &mut v1);
         motion.acceleration(&spectrum, span.1, &q1, &v1, &mut a1);
         let drives = spectrum.drives(&system.loads);
-        let mut h0 = spectrum.monitors(q0);
+        let mut h0 = spectrum.monitor_values(q0);
         h0.iter_mut().enumerate().for_each(|(i, h)| *h += drives.at(i, span.0, 0));
         let (q0, v0) = (q0.to_vec(), v0.to_vec());
         Link { spectrum, motion, drives, span, q0, v0, q1, v1, a0, a1, h0 }
     }
 
-    /// `∇h Φ` of a contact node's monitor in this phase.
-    pub(super) fn row(&self, node: usize) -> Vec<f64> {
-        self.spectrum.rows.row(node).iter().copied().collect()
+    /// Which monitor of the phase it is through which a point leaves to the state `to`.
+    pub fn monitor_of(&self, point: usize, to: PointState) -> usize {
+        // every contact point has one
+        self.spectrum.monitor_of(point, to).unwrap_or(0)
     }
 
-    /// Monitor of a contact node and its rate at any time of the phase.
-    pub fn monitor(&self, node: usize, t: f64) -> (f64, f64) {
+    /// `∇h Φ` of monitor `k` of this phase.
+    pub(super) fn row(&self, k: usize) -> Vec<f64> {
+        self.spectrum.rows.row(k).iter().copied().collect()
+    }
+
+    /// Monitor `k` and its rate at any time of the phase.
+    pub fn monitor(&self, k: usize, t: f64) -> (f64, f64) {
         let n = self.spectrum.modes.len();
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         self.motion.at(&self.spectrum, t, &mut q, &mut v);
-        let r = self.row(node);
-        let h = dot(&r, &q) + self.spectrum.offsets[node] + self.drives.at(node, t, 0);
-        (h, dot(&r, &v) + self.drives.at(node, t, 1))
+        let r = self.row(k);
+        let h = dot(&r, &q) + self.spectrum.offsets[k] + self.drives.at(k, t, 0);
+        (h, dot(&r, &v) + self.drives.at(k, t, 1))
     }
 
     /// `u_O` and `u̇_O` at a time of the phase.
@@ -219,9 +225,9 @@ impl Link {
         b.col_as_slice_mut(k + column).iter_mut().zip(of_v).for_each(|(b, x)| *b += x);
     }
 
-    /// `∂h/∂ω` of a contact node's monitor at the end of the phase, at a fixed state: what the loads on `u_C` give.
-    pub(super) fn monitor_by_frequency(&self, node: usize) -> f64 {
-        self.drives.by_frequency(node, self.span.1)
+    /// `∂h/∂ω` of monitor `k` at the end of the phase, at a fixed state: what the loads on `u_C` give.
+    pub(super) fn monitor_by_frequency(&self, k: usize) -> f64 {
+        self.drives.by_frequency(k, self.span.1)
     }
 
     fn squared_speed(&self) -> f64 {
@@ -230,12 +236,14 @@ impl Link {
 
     /// The switch at the end of the phase.
     fn event(&self, chain: &Chain, j: usize, jump: Vec<f64>, frequency_bound: f64) -> Event {
-        let node = chain.nodes[j];
-        let r = self.row(node);
+        let point = chain.points[j];
+        let monitor = self.monitor_of(point, chain.sets[j + 1].at(point));
+        let r = self.row(monitor);
         let t = self.span.1;
-        let h = dot(&r, &self.q1) + self.spectrum.offsets[node] + self.drives.at(node, t, 0);
-        let rate = dot(&r, &self.v1) + self.drives.at(node, t, 1);
+        let h = dot(&r, &self.q1) + self.spectrum.offsets[monitor] + self.drives.at(monitor, t, 0);
+        let rate = dot(&r, &self.v1) + self.drives.at(monitor, t, 1);
         let plain = Event {
+            monitor,
             h,
             rate,
             equation: h,
@@ -248,13 +256,14 @@ impl Link {
             by_time: rate,
             by_last_time: 0.0,
         };
-        if chain.is_pair(j) { self.divided(plain, node, frequency_bound) } else { plain }
+        if chain.is_pair(j) { self.divided(plain, frequency_bound) } else { plain }
     }
 
     /// The divided difference of the monitor over the phase in place of its end value.
-    fn divided(&self, plain: Event, node: usize, frequency_bound: f64) -> Event {
+    fn divided(&self, plain: Event, frequency_bound: f64) -> Event {
         let tau = self.span.1 - self.span.0;
         let n = self.spectrum.modes.len();
+        let k = plain.monitor;
         let r = plain.by_u;
         let (mut by_u, mut by_v) = (vec![0.0; n], vec![0.0; n]);
         if frequency_bound * tau.abs() > 2.0 {
@@ -262,8 +271,8 @@ impl Link {
             for i in 0..n {
                 (by_u[i], by_v[i]) = ((of_q[i] - r[i]) / tau, of_v[i] / tau);
             }
-            let d = (plain.h - self.h0[node]) / tau;
-            let start_rate = self.monitor(node, self.span.0).1;
+            let d = (plain.h - self.h0[k]) / tau;
+            let start_rate = self.monitor(k, self.span.0).1;
             return Event {
                 equation: d,
                 from_start: true,
@@ -282,8 +291,8 @@ impl Link {
                 let (t, w) = (self.span.0 + s * tau, 0.5 * weight);
                 self.motion.at(&self.spectrum, t, &mut q, &mut v);
                 self.motion.acceleration(&self.spectrum, t, &q, &v, &mut a);
-                d += w * (dot(&r, &v) + self.drives.at(node, t, 1));
-                let second = dot(&r, &a) + self.drives.at(node, t, 2);
+                d += w * (dot(&r, &v) + self.drives.at(k, t, 1));
+                let second = dot(&r, &a) + self.drives.at(k, t, 2);
                 by_time += w * s * second;
                 by_last_time += w * (1.0 - s) * second;
                 let [_, _, of_q, of_v] = self.spectrum.row_carried(&r, s * tau);
@@ -300,7 +309,9 @@ impl Link {
 /// A switch of a walk: the monitor, its equation and the equation's derivatives.
 #[derive(Debug)]
 pub struct Event {
-    /// Monitor at the switch.
+    /// Which monitor of the phase before it reaches zero.
+    pub(super) monitor: usize,
+    /// Its value at the switch.
     pub h: f64,
     /// Its rate before the switch.
     pub rate: f64,

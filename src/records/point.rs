@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::States;
 use super::{CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
+use crate::contact::States;
 
 /// Where a continuation stood.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -24,8 +24,9 @@ pub struct PlaceRecord {
     pub signature: Vec<i64>,
     /// States of the contact points in the phases of the chart.
     pub sets: Vec<States>,
-    /// Contact node of each event.
-    pub nodes: Vec<usize>,
+    /// Contact point of each event.
+    #[serde(alias = "nodes")]
+    pub points: Vec<usize>,
     /// Harmonic balance: the solution of one harmonic that the ladder at this frequency began with.
     #[serde(with = "bits::many")]
     pub base: Vec<f64>,

@@ -8,7 +8,7 @@ use super::{StoreError, write_text};
 /// Dataset, what it is, names of its dimensions.
 type Entry = (&'static str, &'static str, &'static [&'static str]);
 
-const DATASETS: [Entry; 58] = [
+const DATASETS: [Entry; 62] = [
     ("mesh/nodes", "places of the nodes: x, y (and z in space)", &["node", "axis"]),
     (
         "mesh/elements",
@@ -68,9 +68,17 @@ const DATASETS: [Entry; 58] = [
     ("trajectory/columns", "which of all displacements u and v hold", &["column"]),
     ("switches/t", "time of each switch of the active set", &["switch"]),
     ("switches/node", "mesh node that switches", &["switch"]),
+    ("switches/point", "its contact point: column of the tables by contact point", &["switch"]),
+    (
+        "switches/monitor",
+        "what vanishes: gap, pressure; of a point held on the surface: closing, opening",
+        &["switch"],
+    ),
+    ("switches/from", "state of the point before the switch: open, closed", &["switch"]),
+    ("switches/to", "state of the point behind the switch", &["switch"]),
     (
         "switches/kind",
-        "close or open; of an impact law also impact (a rebound) or stick (rebounds that ended)",
+        "close or open; of an impact law also impact (a rebound) or rest (rebounds that ended)",
         &["switch"],
     ),
     (

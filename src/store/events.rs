@@ -1,6 +1,7 @@
 //! `/switches` and `/grazings`: their tables, and what an interrupted run reads back from them.
 
 use std::ops::Range;
+use std::path::Path;
 
 use hdf5::types::FixedAscii;
 use ndarray::Array2;
@@ -8,24 +9,34 @@ use ndarray::Array2;
 use super::StoreError;
 use super::reader::Careful;
 use super::table::{Form, Place, Table};
-use crate::contact::{States, System};
+use crate::contact::{MonitorKind, States, System};
 use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 
 /// A word in a table.
 type Word = FixedAscii<32>;
 
+/// The name of a state or a monitor.
+type Name = FixedAscii<8>;
+
+const MONITORS: &str = "gap | pressure | closing | opening";
+const STATES: &str = "open | closed";
+
 /// Rows of a chunk: there are few as a rule, and a library that keeps an index of chunks where there are a million.
 const CHUNK: usize = 512;
 
-fn word(text: &str) -> Word {
-    Word::from_ascii(text.as_bytes()).unwrap_or_default()
+fn word<const N: usize>(text: &str) -> FixedAscii<N> {
+    FixedAscii::from_ascii(text.as_bytes()).unwrap_or_default()
 }
 
 /// The open tables of switches and grazings.
 pub(super) struct Events {
     switch_t: Table<f64>,
     switch_node: Table<i64>,
+    switch_point: Table<i64>,
     switch_kind: Table<Word>,
+    switch_monitor: Table<Name>,
+    switch_from: Table<Name>,
+    switch_to: Table<Name>,
     switch_rate: Table<f64>,
     switch_jump: Table<f64>,
     switch_before: Table<u8>,
@@ -46,7 +57,11 @@ impl Events {
         let rate_units = "length/time (close) | stress/time (open)";
         let switch_t = Table::create(&s, "t", form, "time")?;
         let switch_node = Table::create(&s, "node", form, "mesh node")?;
-        let switch_kind = Table::create(&s, "kind", form, "close | open | impact | stick")?;
+        let switch_kind = Table::create(&s, "kind", form, "close | open | impact | rest")?;
+        let switch_point = Table::create(&s, "point", form, "contact point")?;
+        let switch_monitor = Table::create(&s, "monitor", form, MONITORS)?;
+        let switch_from = Table::create(&s, "from", form, STATES)?;
+        let switch_to = Table::create(&s, "to", form, STATES)?;
         let switch_rate = Table::create(&s, "monitor_rate", form, rate_units)?;
         let switch_jump = Table::create(&s, "energy_jump", form, "energy")?;
         let (switch_before, switch_after) = (set("active_before")?, set("active_after")?);
@@ -55,7 +70,11 @@ impl Events {
         Ok(Events {
             switch_t,
             switch_node,
+            switch_point,
             switch_kind,
+            switch_monitor,
+            switch_from,
+            switch_to,
             switch_rate,
             switch_jump,
             switch_before,
@@ -71,10 +90,18 @@ impl Events {
     pub fn reopen(file: &hdf5::File, switches: Place, grazings: Place) -> Result<Self, StoreError> {
         let s = file.group("switches")?;
         let g = file.group("grazings")?;
+        if !s.link_exists("point") {
+            let why = "its switches have the columns of an earlier version of the program: start anew with --force";
+            return Err(StoreError::unusable(Path::new(&file.filename()), why));
+        }
         Ok(Events {
             switch_t: Table::reopen(&s, "t", switches)?,
             switch_node: Table::reopen(&s, "node", switches)?,
+            switch_point: Table::reopen(&s, "point", switches)?,
             switch_kind: Table::reopen(&s, "kind", switches)?,
+            switch_monitor: Table::reopen(&s, "monitor", switches)?,
+            switch_from: Table::reopen(&s, "from", switches)?,
+            switch_to: Table::reopen(&s, "to", switches)?,
             switch_rate: Table::reopen(&s, "monitor_rate", switches)?,
             switch_jump: Table::reopen(&s, "energy_jump", switches)?,
             switch_before: Table::reopen(&s, "active_before", switches)?,
@@ -89,6 +116,10 @@ impl Events {
     pub fn switch(&mut self, s: &Switch) {
         self.switch_t.push(&[s.t]);
         self.switch_node.push(&[s.node as i64]);
+        self.switch_point.push(&[s.contact as i64]);
+        self.switch_monitor.push(&[word(s.monitor.word())]);
+        self.switch_from.push(&[word(s.from().word())]);
+        self.switch_to.push(&[word(s.to().word())]);
         self.switch_kind.push(&[word(s.kind.name())]);
         self.switch_rate.push(&[s.monitor_rate]);
         self.switch_jump.push(&[s.energy_jump]);
@@ -114,9 +145,12 @@ impl Events {
         ];
         let numbers = numbers.map(Table::waiting_bytes);
         let states = [&self.switch_before, &self.switch_after].map(Table::waiting_bytes);
-        let nodes = [&self.switch_node, &self.grazing_node].map(Table::waiting_bytes);
+        let nodes = [&self.switch_node, &self.switch_point, &self.grazing_node];
+        let nodes = nodes.map(Table::waiting_bytes);
+        let names = [&self.switch_monitor, &self.switch_from, &self.switch_to];
+        let names = names.map(Table::waiting_bytes);
         let words = [&self.switch_kind, &self.grazing_kind].map(Table::waiting_bytes);
-        numbers.into_iter().chain(states).chain(nodes).chain(words).sum()
+        numbers.into_iter().chain(states).chain(nodes).chain(names).chain(words).sum()
     }
 
     /// Append all rows that wait.
@@ -133,7 +167,10 @@ impl Events {
         for table in [&mut self.switch_before, &mut self.switch_after] {
             table.append()?;
         }
-        for table in [&mut self.switch_node, &mut self.grazing_node] {
+        for table in [&mut self.switch_node, &mut self.switch_point, &mut self.grazing_node] {
+            table.append()?;
+        }
+        for table in [&mut self.switch_monitor, &mut self.switch_from, &mut self.switch_to] {
             table.append()?;
         }
         for table in [&mut self.switch_kind, &mut self.grazing_kind] {
@@ -204,15 +241,18 @@ fn read_switches(
     let (t, rate, jump) = (numbers("t")?, numbers("monitor_rate")?, numbers("energy_jump")?);
     let node = some::<i64>(file, "node", &rows)?;
     let kind = some::<Word>(file, "kind", &rows)?;
+    let (point, monitor) =
+        (some::<i64>(file, "point", &rows)?, some::<Name>(file, "monitor", &rows)?);
     let set = |name: &str| -> Result<Vec<States>, StoreError> {
         let table = file.dataset(&format!("switches/{name}"))?;
         Ok(states_of(&table.read_slice_2d::<u8, _>((rows.clone(), ..))?))
     };
     let (before, after) = (set("active_before")?, set("active_after")?);
-    let nodes: Vec<usize> = system.constraints.iter().map(|c| c.node).collect();
+    let last = system.n_contact().saturating_sub(1);
     let switch = |k: usize| Switch {
         t: t[k],
-        contact: point_of(&nodes, node[k] as usize, &before[k], &after[k]),
+        contact: usize::try_from(point[k]).unwrap_or(0).min(last),
+        monitor: MonitorKind::of_word(monitor[k].as_str()).unwrap_or(MonitorKind::Gap),
         node: node[k] as usize,
         kind: SwitchKind::of_name(kind[k].as_str()),
         monitor_rate: rate[k],

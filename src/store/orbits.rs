@@ -170,8 +170,8 @@ pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreErr
     let codes = place.sets.iter().flat_map(States::codes).collect();
     let sets = matrix(place.sets.len(), n_c, codes)?;
     c.new_dataset_builder().with_data(&sets).create("active")?;
-    let nodes: Vec<i64> = place.nodes.iter().map(|&n| n as i64).collect();
-    c.new_dataset_builder().with_data(&nodes).create("node")?;
+    let points: Vec<i64> = place.points.iter().map(|&p| p as i64).collect();
+    c.new_dataset_builder().with_data(&points).create("node")?;
     if !place.base.is_empty() {
         c.new_dataset_builder().with_data(&place.base).create("base")?;
     }
@@ -183,7 +183,7 @@ pub(super) fn write_place(g: &Group, place: &PlaceRecord) -> Result<(), StoreErr
 
 pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
     let Ok(c) = g.group("continuation") else { return Ok(None) };
-    let nodes: Vec<i64> = c.dataset("node")?.values()?;
+    let points: Vec<i64> = c.dataset("node")?.values()?;
     let optional = |name: &str| c.dataset(name).and_then(|d| d.values()).unwrap_or_default();
     Ok(Some(PlaceRecord {
         x: c.dataset("x")?.values()?,
@@ -192,7 +192,7 @@ pub(super) fn read_place(g: &Group) -> Result<Option<PlaceRecord>, StoreError> {
         orientation: read_scalar(&c, "orientation")?,
         signature: c.dataset("signature")?.values()?,
         sets: read_states(&c, "active")?,
-        nodes: nodes.iter().map(|&n| n as usize).collect(),
+        points: points.iter().map(|&p| p as usize).collect(),
         base: optional("base"),
         memory: optional("memory"),
     }))

@@ -1,5 +1,5 @@
 use super::*;
-use crate::contact::{States, Contacts, Gaps, MassChoice, Rayleigh, Stress};
+use crate::contact::{Contacts, Gaps, MassChoice, Rayleigh, States, Stress};
 use crate::fem::{Body, DofMap, Facing, Held, Material};
 use crate::flow::Modal;
 use crate::mesh::structured;

@@ -22,6 +22,7 @@ pub fn run_json(
         .map(|s| {
             json!({
                 "t": s.t, "node": s.node, "point": s.contact, "kind": s.kind.name(),
+                "monitor": s.monitor.word(), "from": s.from().word(), "to": s.to().word(),
                 "energy_jump": s.energy_jump, "monitor_rate": s.monitor_rate,
             })
         })

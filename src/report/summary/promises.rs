@@ -75,7 +75,7 @@ pub(super) fn promises(system: &System) -> [String; 2] {
             1.0 => "energy conserved; rebounds chatter",
             0.0 => "every impact takes the energy of its point, O(h); pressures are impulses",
             _ => {
-                "impacts take energy, rebounds accumulate: below a millionth of the velocities they stick"
+                "impacts take energy, rebounds accumulate: below a millionth of the velocities they come to rest"
             }
         };
         return [conditions.to_owned(), energy.to_owned()];
