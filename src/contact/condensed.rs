@@ -15,7 +15,8 @@ use nalgebra::DMatrix;
 
 use super::ContactError;
 use super::conditions::Conditions;
-use super::kinematics::Following;
+use super::expansion::{Expansion, Part};
+use super::following::following;
 use super::states::States;
 use crate::fem::{Body, Csr, Loads, SolveScratch, SpdFactor};
 
@@ -31,7 +32,7 @@ pub(super) struct Condensed {
     /// `Σ`, factorised.
     factor: SpdFactor,
     /// `A_∅`
-    open: Following,
+    open: Expansion,
     /// `M_0` over `u`, where somebody asks for it.
     formed: OnceLock<Csr>,
 }
@@ -64,7 +65,7 @@ impl Condensed {
             inverse: masses[..n_o].iter().map(|m| 1.0 / m).collect(),
             rows: Csr::from_triplets(size, n_o, rows),
             factor,
-            open: Following::new(conditions, &open, &Loads::default()),
+            open: following(conditions, &open, &Loads::default()).0,
             masses,
             formed: OnceLock::new(),
         }))
@@ -109,7 +110,7 @@ impl Condensed {
     fn follow(&self, x: &[f64]) -> Vec<f64> {
         let n_o = self.inverse.len();
         let mut of_c = vec![0.0; self.masses.len() - n_o];
-        self.open.fill_linear(&x[..n_o], &mut of_c);
+        self.open.undriven(&x[..n_o], &mut of_c, Part::Linear);
         of_c
     }
 

@@ -186,6 +186,11 @@ impl Conditions {
         self.n_o_sums[d] * u + self.n_c_sums[d] * u.max(self.gap[i].abs())
     }
 
+    /// Sums of magnitudes of the rows of `N_O` and `N_C` of a displacement.
+    pub(super) fn sums(&self, d: usize) -> (f64, f64) {
+        (self.n_o_sums[d], self.n_c_sums[d])
+    }
+
     /// Size of the terms of `∇p_i · x` for `x` of the order of `size` (a velocity, an acceleration).
     pub fn pressure_rate_scale(&self, i: usize, size: f64) -> f64 {
         self.n_o_sums[self.points[i].0] * size

@@ -5,24 +5,28 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::phase::{Monitor, MonitorKind, Phase, Scratch};
+use super::monitor::{Monitor, MonitorKind};
+use super::phase::{Phase, Scratch};
 use super::states::PointState;
 
 impl Phase {
     /// The phase `self`, in which the nodes `held` are in contact, with these nodes held; `released` are the phases with each one of them
     /// free.
     pub(super) fn hold(mut self, held: Vec<usize>, released: Vec<Phase>) -> Phase {
-        let mut monitors = vec![];
-        for m in &self.monitors {
+        let (mut monitors, mut rows) = (vec![], vec![]);
+        for (m, row) in self.monitors.iter().zip(&self.rows) {
             let of = |kind, to| Monitor { point: m.point, kind, to };
             if held.contains(&m.point) {
                 monitors.push(of(MonitorKind::HeldToContact, PointState::Closed));
                 monitors.push(of(MonitorKind::HeldToFree, PointState::Open));
+                rows.push(row.clone());
             } else {
                 monitors.push(*m);
             }
+            rows.push(row.clone());
         }
-        (self.monitors, self.held, self.released) = (monitors, held, released);
+        (self.monitors, self.rows) = (monitors, rows);
+        (self.held, self.released) = (held, released);
         self
     }
 

@@ -15,9 +15,8 @@ use nalgebra::{DMatrix, DVector};
 use super::ContactError;
 use super::boundary::BoundaryOperator;
 use super::conditions::{Conditions, Gaps};
-use super::holding::Holding;
+use super::holding::holding;
 use super::inertia::{HeldMass, Inertia, PhaseInertia};
-use super::kinematics::Kinematics;
 use super::lcp::{self, LcpError};
 use super::method::{Method, Promise, Selection};
 use super::phase::{Parts, Phase};
@@ -294,8 +293,8 @@ impl Method for ImpactLaw {
     fn phase(&self, parts: &Parts, set: &States) -> Phase {
         let inertia = PhaseInertia::new(&self.inertia, &self.conditions, set);
         let mass = (&*self.law.mass, &*self.through);
-        let holding = Holding::new(mass, &self.constraints, set, &parts.loads);
-        Phase::new(parts.clone(), Kinematics::Holding(holding), inertia, set.clone())
+        let affine = holding(mass, &self.constraints, set, &parts.loads);
+        Phase::new(parts.clone(), affine, inertia, set.clone())
     }
 
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {

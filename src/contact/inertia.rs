@@ -22,7 +22,7 @@ use super::ContactError;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::coupling::Coupling;
-use super::kinematics::{Following, Kinematics};
+use super::expansion::{Expansion, Solved};
 use super::lcp::Place;
 use super::phase::Scratch;
 use super::states::States;
@@ -253,8 +253,8 @@ impl ConstantMass {
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of the monitors of a phase.
-    fn gradient_bounds(&self, kinematics: &Following, set: &States) -> Vec<f64> {
-        let conditions = &kinematics.conditions;
+    fn gradient_bounds(&self, solved: &Solved, set: &States) -> Vec<f64> {
+        let conditions = &solved.conditions;
         let points = 0..set.len();
         if conditions.n_c.is_sparse()
             && let Some(known) = conditions.follow_bounds()
@@ -269,8 +269,15 @@ impl ConstantMass {
             let of = |k: usize| if set.touches(k) { &pressure } else { &gap };
             return points.map(|k| of(k)[conditions.points[k].0]).collect();
         }
-        let l = kinematics.over_stress();
-        points.map(|i| row_norm(&l, i, self.gram(conditions))).collect()
+        let l = solved.over_stress();
+        let mut is_free = vec![false; conditions.count()];
+        solved.free.iter().for_each(|&d| is_free[d] = true);
+        // a gap behind an obstacle that a displacement touches does not change
+        let of = |k: usize| match conditions.points[k].0 {
+            d if !set.touches(k) && !is_free[d] => 0.0,
+            d => row_norm(&l, d, self.gram(conditions)),
+        };
+        points.map(of).collect()
     }
 }
 
@@ -438,7 +445,7 @@ impl PhaseInertia {
     }
 
     /// `a_O = M_α⁻¹ A*ᵀ b` for the force `s.b`.
-    pub fn accelerate(&self, kinematics: &Kinematics, s: &mut Scratch, a_o: &mut [f64]) {
+    pub fn accelerate(&self, expansion: &Expansion, s: &mut Scratch, a_o: &mut [f64]) {
         match &*self.shared {
             Inertia::Projected(p) => {
                 s.x.copy_from_slice(&s.b);
@@ -447,7 +454,7 @@ impl PhaseInertia {
                 a_o.copy_from_slice(&s.x[..a_o.len()]);
             }
             Inertia::Constant(c) => {
-                kinematics.reduce(&mut s.b);
+                expansion.reduce(&mut s.b);
                 a_o.copy_from_slice(&s.b[..a_o.len()]);
                 c.solve(a_o, &mut s.solve);
             }
@@ -478,7 +485,7 @@ impl PhaseInertia {
     /// The same for one force or two, one after the other in `b`, with room for as many numbers in `room`; matrix and factor are read once.
     pub fn accelerate_all<const N: usize>(
         &self,
-        kinematics: &Kinematics,
+        expansion: &Expansion,
         b: &mut [f64],
         room: &mut [f64],
         s: &mut Scratch,
@@ -508,7 +515,7 @@ impl PhaseInertia {
                 let n_o = y_o[0].len();
                 // the right-hand sides side by side
                 for k in 0..N {
-                    kinematics.reduce(&mut b[k * n..(k + 1) * n]);
+                    expansion.reduce(&mut b[k * n..(k + 1) * n]);
                     b.copy_within(k * n..k * n + n_o, k * n_o);
                 }
                 c.solve(&mut b[..N * n_o], &mut s.solve);
@@ -537,30 +544,30 @@ impl PhaseInertia {
     }
 
     /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact.
-    pub fn gradient_bounds(&self, kinematics: &Kinematics, set: &States) -> Vec<f64> {
+    pub fn gradient_bounds(&self, expansion: &Expansion, set: &States) -> Vec<f64> {
         let size = set.len();
-        let Kinematics::Following(kinematics) = kinematics else {
+        let Some(solved) = expansion.solved() else {
             return vec![f64::INFINITY; size];
         };
-        self.bounds_of(kinematics, set, size)
+        self.bounds_of(solved, set, size)
     }
 
-    fn bounds_of(&self, kinematics: &Following, set: &States, size: usize) -> Vec<f64> {
+    fn bounds_of(&self, solved: &Solved, set: &States, size: usize) -> Vec<f64> {
         match &*self.shared {
             Inertia::Held(_) => vec![f64::INFINITY; size],
             // the Gram matrix's own diagonal, of which a phase only subtracts
             Inertia::Projected(p) => (0..size)
                 .map(|k| {
                     let (d, count) =
-                        (kinematics.conditions.points[k].0, kinematics.conditions.count());
+                        (solved.conditions.points[k].0, solved.conditions.count());
                     let norm = |row: usize| p.gram[(row, row)].max(0.0).sqrt();
                     match set.touches(k) {
                         false => norm(d),
-                        true => kinematics.conditions.stiffness(k).abs() * norm(count + d),
+                        true => solved.conditions.stiffness(k).abs() * norm(count + d),
                     }
                 })
                 .collect(),
-            Inertia::Constant(c) => c.gradient_bounds(kinematics, set),
+            Inertia::Constant(c) => c.gradient_bounds(solved, set),
         }
     }
 }

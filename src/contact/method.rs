@@ -11,7 +11,7 @@ use super::ContactError;
 use super::conditions::{Conditions, Rates};
 use super::impact::Impact;
 use super::inertia::{Inertia, PhaseInertia};
-use super::kinematics::{Following, Kinematics};
+use super::following::following;
 use super::phase::{Parts, Phase};
 use super::states::States;
 use super::system::Constraint;
@@ -114,10 +114,9 @@ pub(super) trait Method: Debug + Send + Sync {
 
     /// The phase of a set.
     fn phase(&self, parts: &Parts, set: &States) -> Phase {
-        let following = Following::new(self.conditions(), set, &parts.loads);
-        let kinematics = Kinematics::Following(following);
+        let affine = following(self.conditions(), set, &parts.loads);
         let inertia = PhaseInertia::new(self.inertia(), self.conditions(), set);
-        Phase::new(parts.clone(), kinematics, inertia, set.clone())
+        Phase::new(parts.clone(), affine, inertia, set.clone())
     }
 
     /// The law by which velocities jump, of a method that has one.

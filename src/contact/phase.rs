@@ -5,71 +5,11 @@
 use std::sync::Arc;
 
 use super::inertia::{Inertia, PhaseInertia};
-use super::kinematics::{Drive, Kinematics, Part};
-use super::states::{PointState, States};
+use super::monitor::{Monitor, MonitorKind, Row};
+use super::states::States;
+use super::expansion::{Drive, Expansion, Part};
 use super::system::Rayleigh;
 use crate::fem::{Body, Csr, Kernel, Loads, SolveScratch};
-
-/// What a monitor watches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MonitorKind {
-    /// Gap of a free node.
-    Gap,
-    /// Pressure of a node in contact.
-    Pressure,
-    /// `θ` of a held node: at zero it goes into contact.
-    HeldToContact,
-    /// `1 − θ` of a held node: at zero it is released.
-    HeldToFree,
-}
-
-impl MonitorKind {
-    /// All kinds.
-    pub const ALL: [MonitorKind; 4] = [
-        MonitorKind::Gap,
-        MonitorKind::Pressure,
-        MonitorKind::HeldToContact,
-        MonitorKind::HeldToFree,
-    ];
-
-    /// Word in files.
-    pub fn word(self) -> &'static str {
-        match self {
-            MonitorKind::Gap => "gap",
-            MonitorKind::Pressure => "pressure",
-            MonitorKind::HeldToContact => "closing",
-            MonitorKind::HeldToFree => "opening",
-        }
-    }
-
-    /// The kind of a word in a file.
-    pub fn of_word(word: &str) -> Option<MonitorKind> {
-        MonitorKind::ALL.into_iter().find(|k| k.word() == word)
-    }
-}
-
-/// One switching function of a phase: positive inside it, zero where its point changes its state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Monitor {
-    /// Contact point (index in `u_C`).
-    pub point: usize,
-    /// What is watched.
-    pub kind: MonitorKind,
-    /// The state that it leads to.
-    pub to: PointState,
-}
-
-impl Monitor {
-    /// Of a point that is in `state`, without friction.
-    pub fn of_state(point: usize, state: PointState) -> Monitor {
-        match state {
-            PointState::Open => Monitor { point, kind: MonitorKind::Gap, to: PointState::Closed },
-            PointState::Closed => {
-                Monitor { point, kind: MonitorKind::Pressure, to: PointState::Open }
-            }
-        }
-    }
-}
 
 /// A phase: an active set and what follows from it.
 #[derive(Debug)]
@@ -81,7 +21,9 @@ pub struct Phase {
     /// The monitors of the phase, in the order of their points.
     pub monitors: Vec<Monitor>,
     pub(super) parts: Parts,
-    pub(super) kinematics: Kinematics,
+    /// What each monitor is.
+    pub(super) rows: Vec<Row>,
+    pub(super) expansion: Expansion,
     pub(super) inertia: PhaseInertia,
     /// The phases with one of the held nodes released.
     pub(super) released: Vec<Phase>,
@@ -136,16 +78,16 @@ impl Scratch {
 }
 
 impl Phase {
-    /// The phase of an active set.
+    /// The phase of an active set: its displacements, and its monitors, one a point.
     pub(super) fn new(
         parts: Parts,
-        kinematics: Kinematics,
+        (expansion, rows): (Expansion, Vec<Row>),
         inertia: PhaseInertia,
         set: States,
     ) -> Phase {
         let of_point = |(point, state)| Monitor::of_state(point, state);
         let monitors = set.iter().enumerate().map(of_point).collect();
-        Phase { set, held: vec![], monitors, parts, kinematics, inertia, released: vec![] }
+        Phase { set, held: vec![], monitors, rows, parts, expansion, inertia, released: vec![] }
     }
 
     /// Length of `u`.
@@ -160,38 +102,38 @@ impl Phase {
 
     /// `u = A* u_O + d*(t)`.
     pub fn expand_displacement(&self, t: f64, u_o: &[f64], u: &mut [f64]) {
-        self.kinematics.expand(u_o, u, Part::Whole(t));
+        self.expansion.expand(u_o, u, Part::Whole(t));
     }
 
     /// `u̇ = A* u̇_O + ḋ*(t)`.
     pub fn expand_velocity(&self, t: f64, v_o: &[f64], v: &mut [f64]) {
-        self.kinematics.expand(v_o, v, Part::Derivative(t, 1));
+        self.expansion.expand(v_o, v, Part::Derivative(t, 1));
     }
 
     /// `A* x`.
     pub fn expand(&self, x_o: &[f64], x: &mut [f64]) {
-        self.kinematics.expand(x_o, x, Part::Linear);
+        self.expansion.expand(x_o, x, Part::Linear);
     }
 
     /// `u = A* u_O + d*(t)` of the first entries of a full vector, in place.
     pub fn complete_displacement(&self, t: f64, u: &mut [f64]) {
-        self.kinematics.fill(u, self.parts.body.dofs.n_o, Part::Whole(t));
+        self.expansion.fill(u, self.parts.body.dofs.n_o, Part::Whole(t));
     }
 
     /// `u̇ = A* u̇_O + ḋ*(t)`, likewise.
     pub fn complete_velocity(&self, t: f64, v: &mut [f64]) {
-        self.kinematics.fill(v, self.parts.body.dofs.n_o, Part::Derivative(t, 1));
+        self.expansion.fill(v, self.parts.body.dofs.n_o, Part::Derivative(t, 1));
     }
 
     /// `A* x` of the first entries of a full vector, in place: `u_C` follows.
     pub fn complete(&self, x: &mut [f64]) {
-        self.kinematics.fill(x, self.parts.body.dofs.n_o, Part::Linear);
+        self.expansion.fill(x, self.parts.body.dofs.n_o, Part::Linear);
     }
 
     /// `A*ᵀ f`.
     pub fn reduce(&self, force: &[f64]) -> Vec<f64> {
         let mut b = force.to_vec();
-        self.kinematics.reduce(&mut b);
+        self.expansion.reduce(&mut b);
         b.truncate(self.parts.body.dofs.n_o);
         b
     }
@@ -200,10 +142,12 @@ impl Phase {
     pub fn constant_force(&self) -> Vec<f64> {
         let (n, n_o) = (self.parts.body.dofs.n(), self.parts.body.dofs.n_o);
         let mut d = vec![0.0; n];
-        self.kinematics.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
+        self.expansion.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
         let mut force = self.parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
-        if let Kinematics::Holding(k) = &self.kinematics {
-            return k.constant_force(&self.parts.body.stiffness, force);
+        if let Some(held) = &self.expansion.held {
+            force.truncate(n_o);
+            Expansion::decoupled_force(&self.parts.body.stiffness, &mut force, held);
+            return force;
         }
         self.parts.body.stiffness.mul_sub(&d, &mut force);
         self.reduce(&force)
@@ -256,7 +200,7 @@ impl Phase {
         if damping.is_some() || loads.is_driven() {
             self.expand_velocity(t, v_o, &mut s.v);
         }
-        self.inertia.accelerate(&self.kinematics, s, a_o);
+        self.inertia.accelerate(&self.expansion, s, a_o);
         if let Some(d) = damping.filter(|d| d.alpha != 0.0) {
             a_o.iter_mut().zip(v_o).for_each(|(a, v)| *a -= d.alpha * v);
         }
@@ -266,13 +210,13 @@ impl Phase {
     pub fn stiffness_product(&self, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
         self.expand(x_o, &mut s.u);
         self.parts.kernel.mul(&self.parts.body.stiffness, [&s.u], [&mut s.b]);
-        self.inertia.accelerate(&self.kinematics, s, y_o);
+        self.inertia.accelerate(&self.expansion, s, y_o);
     }
 
     /// `b = M_α⁻¹ A*ᵀ F`
     pub fn force_acceleration(&self, force: &[f64], s: &mut Scratch, b_o: &mut [f64]) {
         s.b.copy_from_slice(force);
-        self.inertia.accelerate(&self.kinematics, s, b_o);
+        self.inertia.accelerate(&self.expansion, s, b_o);
     }
 
     /// Dissipated power `u̇_Oᵀ C_α u̇_O`, and what forces without a potential take, for the displacement in `s.u`; leaves `A* u̇_O` in `s.v`.
@@ -314,12 +258,18 @@ impl Phase {
     }
 
     fn monitors_of(&self, x_o: &[f64], h: &mut [f64], part: Part) {
-        if self.held.is_empty() {
-            return self.kinematics.monitors(x_o, h, part);
+        let x_c = self.expansion.seen(x_o, part);
+        for (h, row) in h.iter_mut().zip(&self.rows) {
+            *h = row.value(x_o, &x_c, part.is_affine());
         }
-        let mut of_points = vec![0.0; self.set.len()];
-        self.kinematics.monitors(x_o, &mut of_points, part);
-        h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h = of_points[m.point]);
+        if self.held.is_empty() {
+            part.add_drives(&self.expansion.drives, h, |d| &d.monitor);
+            return;
+        }
+        // drives know the monitors of the phase in which the held points are in contact
+        let mut driven = vec![0.0; self.set.len()];
+        part.add_drives(&self.expansion.drives, &mut driven, |d| &d.monitor);
+        h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h += driven[m.point]);
     }
 
     fn new_monitors(&self, x_o: &[f64], part: Part) -> Vec<f64> {
@@ -360,35 +310,27 @@ impl Phase {
 
     /// What harmonic loads on `u_C` add to the monitors (of a phase without held nodes).
     pub fn drives(&self) -> &[Drive] {
-        self.kinematics.drives()
+        &self.expansion.drives
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.
     pub fn gradient_bounds(&self) -> Vec<f64> {
-        let of_points = self.inertia.gradient_bounds(&self.kinematics, &self.set);
+        let of_points = self.inertia.gradient_bounds(&self.expansion, &self.set);
         self.monitors.iter().map(|m| of_points[m.point]).collect()
     }
 
     /// Rounding error of each monitor when displacements are of the order of `u`.
     pub fn monitor_rounding(&self, u: f64) -> Vec<f64> {
-        let rounding = |m: &Monitor| {
-            let [gap, pressure] = self.kinematics.scales(m.point, u);
-            match m.kind {
-                MonitorKind::Gap => super::lcp::UNITS * gap,
-                MonitorKind::Pressure => super::lcp::UNITS * pressure,
-                _ => 1e-12,
-            }
+        let rounding = |(m, row): (&Monitor, &Row)| match m.kind {
+            MonitorKind::Gap | MonitorKind::Pressure => row.rounding(u),
+            MonitorKind::HeldToContact | MonitorKind::HeldToFree => 1e-12,
         };
-        self.monitors.iter().map(rounding).collect()
+        self.monitors.iter().zip(&self.rows).map(rounding).collect()
     }
 
     /// Rounding error of each monitor's rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
     pub fn rate_rounding(&self, size: f64) -> Vec<f64> {
-        let rounding = |m: &Monitor| {
-            let [gap, pressure] = self.kinematics.rate_scales(m.point, size);
-            super::lcp::UNITS * if self.set.touches(m.point) { pressure } else { gap }
-        };
-        self.monitors.iter().map(rounding).collect()
+        self.rows.iter().map(|row| row.rate_rounding(size)).collect()
     }
 
     /// Pressures at the contact nodes: exactly zero where free.
@@ -405,9 +347,10 @@ impl Phase {
     /// `K_α = A*ᵀ K A*` and `M_α` as sparse matrices (for modes and exact flows; the event-driven Runge–Kutta methods never form
     /// them).
     pub fn matrices(&self) -> (Csr, Csr) {
-        if let Kinematics::Holding(k) = &self.kinematics {
+        if let Some(held) = &self.expansion.held {
             let body = &self.parts.body;
-            return (k.decoupled(&body.stiffness), k.decoupled(&body.mass));
+            let decoupled = |a: &Csr| Expansion::decoupled(a, body.dofs.n_o, held);
+            return (decoupled(&body.stiffness), decoupled(&body.mass));
         }
         let a = self.a_star();
         (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&self.parts.body, &a))
@@ -415,16 +358,13 @@ impl Phase {
 
     /// Displacements of `u_O` that reactions hold: in [`Phase::matrices`] they know of no other.
     pub fn held_displacements(&self) -> Vec<usize> {
-        match &self.kinematics {
-            Kinematics::Holding(k) => k.held_displacements(),
-            Kinematics::Following(_) => vec![],
-        }
+        self.expansion.held.iter().flatten().map(|h| h.0).collect()
     }
 
     /// What damps of a phase whose springs do not.
     pub fn structural(&self) -> Option<Structural> {
         let (body, tips) = (&self.parts.body, self.parts.body.tips.as_ref()?);
-        if matches!(self.kinematics, Kinematics::Holding(_)) {
+        if self.expansion.held.is_some() {
             return None;
         }
         let matrix = tips.structure.leading(body.dofs.n_o);
@@ -440,7 +380,7 @@ impl Phase {
         let energy = body.tips.as_ref()?.energy.as_ref()?;
         let skew = Csr::combination(1.0, &body.stiffness, -1.0, energy);
         let mut d = vec![0.0; body.dofs.n()];
-        self.kinematics.expand(&vec![0.0; body.dofs.n_o], &mut d, Part::Undriven);
+        self.expansion.expand(&vec![0.0; body.dofs.n_o], &mut d, Part::Undriven);
         let mut rest = vec![0.0; d.len()];
         skew.mul(&d, &mut rest);
         let a = self.a_star();
@@ -449,15 +389,12 @@ impl Phase {
 
     /// `‖A_α‖_∞`
     pub(super) fn amplification(&self) -> f64 {
-        match &self.kinematics {
-            Kinematics::Following(k) => k.amplification(),
-            Kinematics::Holding(_) => 0.0,
-        }
+        self.expansion.amplification()
     }
 
     /// `A* = [I; A_α]`, sparse.
     pub fn a_star(&self) -> Csr {
-        self.kinematics.a_star()
+        self.expansion.a_star()
     }
 }
 

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::condensed::Condensed;
 use super::inertia::{ConstantMass, Inertia, Projector};
-use super::kinematics::{Kinematics, Part};
+use super::expansion::Part;
 use super::phase::{Parts, Phase, Scratch};
 use super::system::System;
 use crate::fem::{Csr, SpdFactor, blocks};
@@ -100,7 +100,7 @@ impl Recurrence {
     ) {
         let mut u = std::mem::take(&mut s.u);
         u[self.reach.clone()].copy_from_slice(&u_o[self.reach.clone()]);
-        phase.kinematics.fill(&mut u, u_o.len(), Part::Whole(t));
+        phase.expansion.fill(&mut u, u_o.len(), Part::Whole(t));
         let load = phase.parts.loads.constant.as_deref();
         let mut step = [Step { before: None, now: &u, next: a_o }];
         if let Some(inverse) = self.local(phase, Factors { f: -1.0, g: 0.0 }, &mut step, load, s) {
@@ -228,7 +228,7 @@ impl Recurrence {
         step: &mut Step,
         (load, s): (Option<&[f64]>, &mut Scratch),
     ) {
-        let Kinematics::Following(kinematics) = &phase.kinematics else { return };
+        let Some(solved) = phase.expansion.solved() else { return };
         let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
         let force = |i: usize| stiffness.row_dot(i, step.now) - load.map_or(0.0, |l| l[i]);
         for i in n_o..stiffness.n_rows() {
@@ -238,7 +238,7 @@ impl Recurrence {
             s.x[j] = inverse[j] * force(j);
         }
         let (b, x) = (&s.b, &mut s.x);
-        kinematics.push(&b[n_o..], |j, v| {
+        solved.push(&b[n_o..], |j, v| {
             x[j] += inverse[j] * v;
             step.next[j] += f * inverse[j] * v;
         });
@@ -269,7 +269,7 @@ impl Recurrence {
         });
         phase.parts.kernel.mul(&phase.parts.body.stiffness, now, forces);
         let next = steps.each_mut().map(|s| &mut s.next[..n_o]);
-        phase.inertia.accelerate_all(&phase.kinematics, &mut b, &mut room, s, next);
+        phase.inertia.accelerate_all(&phase.expansion, &mut b, &mut room, s, next);
         for step in steps {
             let of_rows = step.next[..n_o].iter_mut().zip(step.now);
             match step.before {

@@ -20,7 +20,7 @@ use super::ContactError;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::inertia::{ConstantMass, gram};
-use super::kinematics::Following;
+use super::following::following;
 use super::lcp;
 use super::nbm::Stress;
 use super::states::States;
@@ -82,7 +82,7 @@ pub(super) fn condensed(
 /// `A*_∅`.
 fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
     let open = States::open(conditions.len());
-    Following::new(conditions, &open, &Loads::default()).a_star()
+    following(conditions, &open, &Loads::default()).0.a_star()
 }
 
 /// By how much the moments of the optimal mass may differ from those of the body, over mass and size.

@@ -202,10 +202,9 @@ fn contact_of(system: &System, node: i64) -> usize {
 
 /// The contact point that switches: that of the node whose flag changes, as a node may have two; without a change (an impact) the first.
 pub(super) fn point_of(nodes: &[usize], node: usize, before: &States, after: &States) -> usize {
-    let is_node = |i: &usize| nodes[*i] == node;
-    let all = || (0..nodes.len()).filter(is_node);
     let changing = before.changes(after).map(|(i, ..)| i);
-    changing.filter(|i| nodes.get(*i) == Some(&node)).next().or_else(|| all().next()).unwrap_or(0)
+    let is_node = |i: &usize| nodes.get(*i) == Some(&node);
+    changing.chain(0..nodes.len()).find(is_node).unwrap_or(0)
 }
 
 /// So many first switches and grazings: with `lists` all of them, else their number.

@@ -1,0 +1,329 @@
+//! What one phase makes of the displacements: `u_C = A_α u_O + d_α(t)` (theory §3), from the method that makes the phase.
+//!
+//! Where contact displacements follow from the others: in contact `u_C = g`; free `u_C,f = N_ff⁻¹ (p_f,f(t) − N_f,O u_O − N_f,c g_c)`. Where they have
+//! inertia they are displacements of the body, seen along the normals, `u_C = n u_O`, and reactions hold some. Harmonic loads on `u_C` move it: they
+//! come as *drives*.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::conditions::Conditions;
+use super::coupling::Block;
+use crate::fem::{Csr, Harmonic};
+
+/// What a harmonic load adds to displacements and monitors, times `cos(ωt + φ)`.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// Which harmonic load it is.
+    pub index: usize,
+    /// The load's frequency and phase.
+    pub load: Harmonic,
+    /// What it adds to `u_C`.
+    pub displacement: Vec<f64>,
+    /// What it adds to each monitor.
+    pub monitor: Vec<f64>,
+}
+
+/// Which part of an affine function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Part {
+    /// All of it at a time.
+    Whole(f64),
+    /// Its time derivative of this order (1 or 2) at a time, for the derivative of `u_O` of the same order.
+    Derivative(f64, u32),
+    /// All but the drives.
+    Undriven,
+    /// The linear part.
+    Linear,
+}
+
+impl Part {
+    /// Whether the constant part is in it.
+    pub fn is_affine(self) -> bool {
+        matches!(self, Part::Whole(_) | Part::Undriven)
+    }
+
+    /// Add the drives' share of `u_C` or of the monitors, as `of` tells.
+    pub fn add_drives<'a>(
+        self,
+        drives: &'a [Drive],
+        x: &mut [f64],
+        of: impl Fn(&'a Drive) -> &'a [f64],
+    ) {
+        let (t, order) = match self {
+            Part::Whole(t) => (t, 0),
+            Part::Derivative(t, order) => (t, order),
+            Part::Undriven | Part::Linear => return,
+        };
+        for drive in drives {
+            let c = drive.load.factor(t, order);
+            x.iter_mut().zip(of(drive)).for_each(|(x, d)| *x += c * d);
+        }
+    }
+}
+
+/// `A_α`, as a method gives it.
+#[derive(Debug)]
+pub(super) enum Follow {
+    /// Rows over `u_O`.
+    Rows(Csr),
+    /// `−N_ff⁻¹ N_fO` on the free displacements, nothing on the others.
+    Solved(Solved),
+}
+
+/// The free contact displacements, which follow from `N_ff u_f = −N_fO u_O + …`.
+#[derive(Debug)]
+pub(super) struct Solved {
+    pub conditions: Arc<Conditions>,
+    /// Displacements that are free.
+    pub free: Vec<usize>,
+    /// `N_ff⁻¹`
+    block: Block,
+}
+
+impl Solved {
+    pub fn new(conditions: &Arc<Conditions>, free: Vec<usize>) -> Solved {
+        // principal blocks of a P-matrix are regular; one that is not gives what is no number
+        let singular = |_| Block::Diagonal(vec![f64::NAN; free.len()]);
+        let block = conditions.n_c.block(&free).unwrap_or_else(singular);
+        Solved { conditions: conditions.clone(), free, block }
+    }
+
+    /// `x ← N_ff⁻¹ x` over the free displacements.
+    pub fn solve(&self, x: &mut [f64]) {
+        if self.block.solve(x).is_err() {
+            x.fill(f64::NAN);
+        }
+    }
+
+    /// From `stress = N_O x` to `A x` over the free displacements.
+    fn follow(&self, stress: &[f64]) -> Vec<f64> {
+        let mut x: Vec<f64> = self.free.iter().map(|&i| -stress[i]).collect();
+        self.solve(&mut x);
+        x
+    }
+
+    /// `N_ff⁻¹` where no contact point knows of another.
+    fn diagonal(&self) -> Option<&Vec<f64>> {
+        match &self.block {
+            Block::Diagonal(inverse) if self.conditions.is_diagonal => Some(inverse),
+            _ => None,
+        }
+    }
+
+    /// `x_C += A_α x_O`
+    fn add(&self, x_o: &[f64], x_c: &mut [f64]) {
+        let n_o = &self.conditions.n_o;
+        match self.diagonal() {
+            Some(inverse) => {
+                for (&i, inverse) in self.free.iter().zip(inverse) {
+                    x_c[i] -= n_o.row_dot(i, x_o) * inverse;
+                }
+            }
+            None => {
+                let stress: Vec<f64> =
+                    (0..self.conditions.count()).map(|i| n_o.row_dot(i, x_o)).collect();
+                let free = self.follow(&stress);
+                self.free.iter().zip(free.iter()).for_each(|(&i, &v)| x_c[i] += v);
+            }
+        }
+    }
+
+    /// What forces on `u_C` add to displacements, `A_αᵀ b_C`, entry by entry.
+    pub fn push(&self, b_c: &[f64], mut add: impl FnMut(usize, f64)) {
+        let mut x: Vec<f64> = self.free.iter().map(|&i| -b_c[i]).collect();
+        self.block.solve_transposed(&mut x);
+        for (&i, &y) in self.free.iter().zip(x.iter()) {
+            self.conditions.n_o.row(i).for_each(|(j, v)| add(j, y * v));
+        }
+    }
+
+    /// The rows of `A_α` as entries (row, column, value).
+    fn entries(&self) -> Vec<(usize, usize, f64)> {
+        let c = &self.conditions;
+        let mut entries = vec![];
+        match self.diagonal() {
+            Some(inverse) => {
+                for (&i, inverse) in self.free.iter().zip(inverse) {
+                    entries.extend(c.n_o.row(i).map(|(j, v)| (i, j, -inverse * v)));
+                }
+            }
+            None => {
+                let mut columns: Vec<usize> =
+                    self.free.iter().flat_map(|&i| c.n_o.row(i).map(|(j, _)| j)).collect();
+                columns.sort_unstable();
+                columns.dedup();
+                let mut stress = DMatrix::<f64>::zeros(c.count(), columns.len());
+                for &i in &self.free {
+                    for (j, v) in c.n_o.row(i) {
+                        if let Ok(k) = columns.binary_search(&j) {
+                            stress[(i, k)] = v;
+                        }
+                    }
+                }
+                for (k, &j) in columns.iter().enumerate() {
+                    let free = self.follow(stress.column(k).as_slice());
+                    let rows = self.free.iter().zip(free.iter());
+                    entries.extend(rows.map(|(&i, &v)| (i, j, v)));
+                }
+            }
+        }
+        entries
+    }
+
+    /// `‖A_α‖_∞`, row by row: `|e_iᵀ N_ff⁻¹ N_O|`.
+    fn amplification(&self) -> f64 {
+        let n_o = &self.conditions.n_o;
+        let mut row = vec![0.0; n_o.n_cols()];
+        let mut of_row = |i: usize| {
+            let mut x = vec![0.0; self.free.len()];
+            x[i] = 1.0;
+            self.block.solve_transposed(&mut x);
+            row.fill(0.0);
+            let rows = self.free.iter().zip(&x);
+            rows.for_each(|(&k, x)| n_o.row(k).for_each(|(j, v)| row[j] += x * v));
+            row.iter().map(|v| v.abs()).sum::<f64>()
+        };
+        (0..self.free.len()).map(&mut of_row).fold(0.0, f64::max)
+    }
+
+    /// Over `N_O`, one row a contact displacement: `u_C` of those that are free, the pressure of the others.
+    pub fn over_stress(&self) -> DMatrix<f64> {
+        let c = &self.conditions;
+        let size = c.count();
+        let mut l = DMatrix::<f64>::zeros(size, size);
+        let mut unit = vec![0.0; size];
+        let mut is_closed = vec![true; size];
+        self.free.iter().for_each(|&i| is_closed[i] = false);
+        for k in 0..size {
+            unit[k] = 1.0;
+            let free = self.follow(&unit);
+            for (&i, &u) in self.free.iter().zip(free.iter()) {
+                l[(i, k)] = u;
+                for (j, v) in c.n_c.column(i).filter(|(j, _)| is_closed[*j]) {
+                    l[(j, k)] -= v * u;
+                }
+            }
+            if is_closed[k] {
+                l[(k, k)] -= 1.0;
+            }
+            unit[k] = 0.0;
+        }
+        l
+    }
+}
+
+/// A displacement of `u_O` that a reaction holds, and where.
+pub(super) type HeldAt = (usize, f64);
+
+/// `u = A* u_O + d*(t)`, `A* = [I; A_α]`.
+#[derive(Debug)]
+pub(super) struct Expansion {
+    pub follow: Follow,
+    /// `d_α` under constant loads, all of `u_C`.
+    pub offset: Vec<f64>,
+    pub drives: Vec<Drive>,
+    /// Where contact displacements have inertia: those that reactions hold.
+    pub held: Option<Vec<HeldAt>>,
+}
+
+impl Expansion {
+    /// The displacements that follow from conditions, if they do.
+    pub fn solved(&self) -> Option<&Solved> {
+        match &self.follow {
+            Follow::Solved(solved) => Some(solved),
+            Follow::Rows(_) => None,
+        }
+    }
+
+    /// `x_C`, without the drives: `d_α + A_α x_O`, or the linear part.
+    pub fn undriven(&self, x_o: &[f64], x_c: &mut [f64], part: Part) {
+        match part.is_affine() {
+            true => x_c.copy_from_slice(&self.offset),
+            false => x_c.fill(0.0),
+        }
+        match &self.follow {
+            Follow::Rows(rows) => {
+                x_c.iter_mut().enumerate().for_each(|(i, x)| *x += rows.row_dot(i, x_o));
+            }
+            Follow::Solved(solved) => solved.add(x_o, x_c),
+        }
+    }
+
+    /// The same as a new vector, which monitors see.
+    pub fn seen(&self, x_o: &[f64], part: Part) -> Vec<f64> {
+        let mut x_c = vec![0.0; self.offset.len()];
+        self.undriven(x_o, &mut x_c, part);
+        x_c
+    }
+
+    /// `u = A* u_O + d*(t)`, its rate, or `A* x`.
+    pub fn expand(&self, x_o: &[f64], x: &mut [f64], part: Part) {
+        x[..x_o.len()].copy_from_slice(x_o);
+        self.fill(x, x_o.len(), part);
+    }
+
+    /// [`Expansion::expand`] of the first `n_o` entries of `x`, in place.
+    pub fn fill(&self, x: &mut [f64], n_o: usize, part: Part) {
+        let (x_o, x_c) = x.split_at_mut(n_o);
+        self.undriven(x_o, x_c, part);
+        part.add_drives(&self.drives, x_c, |d| &d.displacement);
+    }
+
+    /// `A*ᵀ b`, in place: the first `n_O` entries of `b`. Forces on held displacements move nothing; there is none on what is but seen along normals.
+    pub fn reduce(&self, b: &mut [f64]) {
+        if let Some(held) = &self.held {
+            held.iter().for_each(|&(j, _)| b[j] = 0.0);
+        }
+        if let Follow::Solved(solved) = &self.follow {
+            let (b_o, b_c) = b.split_at_mut(solved.conditions.n_o.n_cols());
+            solved.push(b_c, |j, x| b_o[j] += x);
+        }
+    }
+
+    /// `A* = [I; A_α]`, sparse.
+    pub fn a_star(&self) -> Csr {
+        let (n_o, rows) = match &self.follow {
+            Follow::Rows(rows) => (rows.n_cols(), rows.triplets().collect()),
+            Follow::Solved(solved) => (solved.conditions.n_o.n_cols(), solved.entries()),
+        };
+        let own = (0..n_o).map(|i| (i, i, 1.0));
+        let all = own.chain(rows.into_iter().map(|(i, j, v)| (n_o + i, j, v)));
+        Csr::from_triplets(n_o + self.offset.len(), n_o, all.collect())
+    }
+
+    /// What forces on `u_C` add to displacements, `A_αᵀ b_C`, entry by entry, where contact displacements follow.
+    pub fn push(&self, b_c: &[f64], add: impl FnMut(usize, f64)) {
+        if let Some(solved) = self.solved() {
+            solved.push(b_c, add);
+        }
+    }
+
+    /// A matrix over `u_O` in which held displacements know of no other.
+    pub fn decoupled(a: &Csr, n_o: usize, held: &[HeldAt]) -> Csr {
+        let is_held = |i: usize| held.iter().any(|h| h.0 == i);
+        let kept = a
+            .triplets()
+            .filter(|&(i, j, _)| i < n_o && j < n_o && (i == j || !(is_held(i) || is_held(j))));
+        Csr::from_triplets(n_o, n_o, kept.collect())
+    }
+
+    /// The constant force on `u_O` beside the decoupled matrices: held displacements are at rest under it.
+    pub fn decoupled_force(stiffness: &Csr, force: &mut [f64], held: &[HeldAt]) {
+        let mut d = vec![0.0; stiffness.n_cols()];
+        held.iter().for_each(|&(j, x)| d[j] = x);
+        for (i, f) in force.iter_mut().enumerate() {
+            *f -= stiffness.row_dot(i, &d);
+        }
+        for &(j, x) in held {
+            let own = stiffness.row(j).find(|e| e.0 == j).map_or(0.0, |e| e.1);
+            force[j] = own * x;
+        }
+    }
+
+    /// `‖A_α‖_∞`; zero where contact displacements are displacements of the body.
+    pub fn amplification(&self) -> f64 {
+        self.solved().map_or(0.0, Solved::amplification)
+    }
+}

@@ -1,0 +1,143 @@
+//! The switching functions of a phase, `h_k ≥ 0` while it is valid: each an affine function of the displacements (theory §3, §5).
+//!
+//! ```text
+//! h = c + r_O · u_O + r_C · u_C
+//! ```
+//!
+//! The rows share the matrices of the method; gaps are `g − s u_C`, pressures `s (p_f − N_O u_O − N_C u_C)`, or reactions over an area.
+
+use std::sync::Arc;
+
+use super::conditions::Conditions;
+use super::lcp::UNITS;
+use super::states::PointState;
+
+/// What a monitor watches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MonitorKind {
+    /// Gap of a free node.
+    Gap,
+    /// Pressure of a node in contact.
+    Pressure,
+    /// `θ` of a held node: at zero it goes into contact.
+    HeldToContact,
+    /// `1 − θ` of a held node: at zero it is released.
+    HeldToFree,
+}
+
+impl MonitorKind {
+    /// All kinds.
+    pub const ALL: [MonitorKind; 4] = [
+        MonitorKind::Gap,
+        MonitorKind::Pressure,
+        MonitorKind::HeldToContact,
+        MonitorKind::HeldToFree,
+    ];
+
+    /// Word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            MonitorKind::Gap => "gap",
+            MonitorKind::Pressure => "pressure",
+            MonitorKind::HeldToContact => "closing",
+            MonitorKind::HeldToFree => "opening",
+        }
+    }
+
+    /// The kind of a word in a file.
+    pub fn of_word(word: &str) -> Option<MonitorKind> {
+        MonitorKind::ALL.into_iter().find(|k| k.word() == word)
+    }
+}
+
+/// One switching function of a phase: positive inside it, zero where its point changes its state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Monitor {
+    /// Contact point (index in `u_C`).
+    pub point: usize,
+    /// What is watched.
+    pub kind: MonitorKind,
+    /// The state that it leads to.
+    pub to: PointState,
+}
+
+impl Monitor {
+    /// Of a point that is in `state`, without friction.
+    pub fn of_state(point: usize, state: PointState) -> Monitor {
+        match state {
+            PointState::Open => Monitor { point, kind: MonitorKind::Gap, to: PointState::Closed },
+            PointState::Closed => {
+                Monitor { point, kind: MonitorKind::Pressure, to: PointState::Open }
+            }
+        }
+    }
+}
+
+/// A function of the displacements of a body: `factor` times a row of a matrix that phases share, or one entry.
+#[derive(Debug, Clone)]
+pub(super) enum Term {
+    /// Entry of `u_C`.
+    Entry(usize),
+    /// Row of `N_O` on `u_O`.
+    StressO(Arc<Conditions>, usize),
+    /// Row of `N_C` on `u_C`.
+    StressC(Arc<Conditions>, usize),
+    /// A row of its own on `u_O`.
+    Own(Arc<[f64]>),
+}
+
+impl Term {
+    fn value(&self, x_o: &[f64], x_c: &[f64]) -> f64 {
+        match self {
+            Term::Entry(d) => x_c[*d],
+            Term::StressO(c, d) => c.n_o.row_dot(*d, x_o),
+            Term::StressC(c, d) => c.n_c.row_dot(*d, x_c),
+            Term::Own(row) => row.iter().zip(x_o).map(|(r, x)| r * x).sum(),
+        }
+    }
+}
+
+/// Size of the terms of a monitor, for displacements of the order of `u`: `(a u + b max(u, |g|))/c`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Size {
+    pub a: f64,
+    pub b: f64,
+    /// The gap of the point.
+    pub gap: f64,
+    pub c: f64,
+}
+
+impl Size {
+    fn of(&self, u: f64) -> f64 {
+        (self.a * u + self.b * u.max(self.gap.abs())) / self.c
+    }
+}
+
+/// One switching function.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    /// At `u = 0`, without drives.
+    pub constant: f64,
+    /// The linear part: factors and terms.
+    pub terms: Vec<(f64, Term)>,
+    /// Of its value, and of its rates (or second derivatives).
+    pub size: [Size; 2],
+}
+
+impl Row {
+    /// `c + r_O · x_O + r_C · x_C`, or the linear part.
+    pub fn value(&self, x_o: &[f64], x_c: &[f64], is_affine: bool) -> f64 {
+        let constant = if is_affine { self.constant } else { 0.0 };
+        self.terms.iter().fold(constant, |h, (factor, term)| h + factor * term.value(x_o, x_c))
+    }
+
+    /// Its rounding error when displacements are of the order of `u`.
+    pub fn rounding(&self, u: f64) -> f64 {
+        UNITS * self.size[0].of(u)
+    }
+
+    /// That of its rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
+    pub fn rate_rounding(&self, size: f64) -> f64 {
+        UNITS * self.size[1].of(size)
+    }
+}
