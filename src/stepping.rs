@@ -306,7 +306,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             let after = self.set.with(contact, PointState::of_contact(is));
             let change = Switch {
                 t: self.t(),
-                contact,
+                point: contact,
                 node: self.scheme.system.constraints[contact].node,
                 kind: if is { SwitchKind::Close } else { SwitchKind::Open },
                 monitor: Monitor::of_state(contact, self.set.at(contact)).kind,

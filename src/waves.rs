@@ -241,7 +241,7 @@ impl<'a, O: Observer> Bar<'a, O> {
         self.touches = touches;
         let change = Switch {
             t: self.t,
-            contact: 0,
+            point: 0,
             node: self.system.constraints[0].node,
             kind: if touches { SwitchKind::Close } else { SwitchKind::Open },
             monitor: Monitor::of_state(0, before.at(0)).kind,

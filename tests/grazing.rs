@@ -71,12 +71,8 @@ fn accelerations_decide_where_velocities_cannot() {
         let (state, start, [free, contact]) = grazing_state(system, i, seed);
         let (report, states) = run(system, &state, 1e-3);
         let first = &states.active[0];
-        let kinds: Vec<GrazingKind> = report
-            .grazings
-            .iter()
-            .filter(|g| g.t == 0.0 && g.contact == i)
-            .map(|g| g.kind)
-            .collect();
+        let kinds: Vec<GrazingKind> =
+            report.grazings.iter().filter(|g| g.t == 0.0 && g.point == i).map(|g| g.kind).collect();
         match (free < 0.0, contact > 0.0) {
             (true, false) => {
                 counts[0] += 1;

@@ -48,7 +48,7 @@ fn units_do_not_matter() {
     // the motion is symmetric: which node of a pair is told first is rounding
     for node in 0..5 {
         let of = |r: &Report, unit: f64| -> Vec<f64> {
-            r.switches.iter().filter(|s| s.contact == node).map(|s| s.t / unit).collect()
+            r.switches.iter().filter(|s| s.point == node).map(|s| s.t / unit).collect()
         };
         let (mine, other) = (of(&a, 1.0), of(&b, time));
         assert_eq!(mine.len(), other.len());
@@ -75,7 +75,7 @@ fn time_runs_backwards_to_the_start() {
         assert!((back.energy_end - forth.energy_start).abs() < 1e-10);
         assert_eq!(forth.switches.len(), back.switches.len());
         for (a, b) in forth.switches.iter().zip(back.switches.iter().rev()) {
-            assert!(a.contact == b.contact && (a.t + b.t - r.until).abs() < 1e-9);
+            assert!(a.point == b.point && (a.t + b.t - r.until).abs() < 1e-9);
         }
     }
 }
@@ -155,7 +155,7 @@ fn the_contact_edge_may_be_any() {
         let (other, c) = run(&text(size, elements, held, edge, u));
         assert_eq!(other.switches.len(), right.switches.len(), "{edge}");
         for (a, b) in right.switches.iter().zip(&other.switches) {
-            assert!((a.t - b.t).abs() < 1e-8 && a.contact == b.contact, "{edge}: {} {}", a.t, b.t);
+            assert!((a.t - b.t).abs() < 1e-8 && a.point == b.point, "{edge}: {} {}", a.t, b.t);
         }
         let n = states.pressure.len();
         for k in 0..n {

@@ -262,11 +262,11 @@ fn stops_on_both_sides_are_mirror_images() {
     };
     let ((p, up), (_, down)) = (of(2e-3), of(-2e-3));
     let group = |k: usize| p.system.constraints[k].group;
-    assert!(up.switches.iter().any(|s| group(s.contact) == 0));
-    assert!(up.switches.iter().any(|s| group(s.contact) == 1));
+    assert!(up.switches.iter().any(|s| group(s.point) == 0));
+    assert!(up.switches.iter().any(|s| group(s.point) == 1));
     same_motion(&up, &down, 1.0, 1e-6);
     for (a, b) in up.switches.iter().zip(&down.switches) {
-        assert!(group(a.contact) + group(b.contact) == 1);
+        assert!(group(a.point) + group(b.point) == 1);
     }
 }
 
@@ -509,10 +509,10 @@ fn a_displacement_moves_between_two_stops() {
         };
         let ((p, here), (_, there)) = (of([0.3, 0.2], 1.0), of([0.2, 0.3], -1.0));
         assert_eq!(p.system.n_contact(), 2);
-        assert!(here.switches.iter().any(|s| s.contact == 0));
-        assert!(here.switches.iter().any(|s| s.contact == 1));
+        assert!(here.switches.iter().any(|s| s.point == 0));
+        assert!(here.switches.iter().any(|s| s.point == 1));
         same_motion(&here, &there, 1.0, 1e-9);
-        assert!(here.switches.iter().zip(&there.switches).all(|(a, b)| a.contact != b.contact));
+        assert!(here.switches.iter().zip(&there.switches).all(|(a, b)| a.point != b.point));
         if !method.is_empty() {
             assert!((here.energy_end / here.energy_start - 1.0).abs() < 1e-12);
         }
@@ -531,8 +531,7 @@ fn a_displacement_moves_between_two_stops() {
         "[initial]\nvelocity = [\"1.0*x\"]\n",
     );
     let (rigid, springs) = (solved(&rigid).1, solved(&springs).1);
-    let first =
-        |r: &Report, point: usize| r.switches.iter().find(|s| s.contact == point).unwrap().t;
+    let first = |r: &Report, point: usize| r.switches.iter().find(|s| s.point == point).unwrap().t;
     for point in 0..2 {
         let (a, b) = (first(&rigid, point), first(&springs, point));
         assert!((a - b).abs() < 0.05, "{a} {b}");

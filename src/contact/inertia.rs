@@ -558,8 +558,7 @@ impl PhaseInertia {
             // the Gram matrix's own diagonal, of which a phase only subtracts
             Inertia::Projected(p) => (0..size)
                 .map(|k| {
-                    let (d, count) =
-                        (solved.conditions.points[k].0, solved.conditions.count());
+                    let (d, count) = (solved.conditions.points[k].0, solved.conditions.count());
                     let norm = |row: usize| p.gram[(row, row)].max(0.0).sqrt();
                     match set.touches(k) {
                         false => norm(d),

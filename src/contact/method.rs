@@ -9,9 +9,9 @@ use std::sync::Arc;
 
 use super::ContactError;
 use super::conditions::{Conditions, Rates};
+use super::following::following;
 use super::impact::Impact;
 use super::inertia::{Inertia, PhaseInertia};
-use super::following::following;
 use super::phase::{Parts, Phase};
 use super::states::States;
 use super::system::Constraint;

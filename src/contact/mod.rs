@@ -26,12 +26,12 @@ pub mod system;
 
 pub use conditions::{Conditions, Gaps};
 pub use equilibrium::NoEquilibrium;
-pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
 pub use expansion::Drive;
+pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
-pub use nbm::{MassChoice, Stress};
 pub use monitor::{Monitor, MonitorKind};
+pub use nbm::{MassChoice, Stress};
 pub use phase::{Phase, Scratch};
 pub use recurrence::{Recurrence, Step};
 pub use springs::{Law, SpringPoint, at_displacements, on_sides};

@@ -4,10 +4,10 @@
 
 use std::sync::Arc;
 
+use super::expansion::{Drive, Expansion, Part};
 use super::inertia::{Inertia, PhaseInertia};
 use super::monitor::{Monitor, MonitorKind, Row};
 use super::states::States;
-use super::expansion::{Drive, Expansion, Part};
 use super::system::Rayleigh;
 use crate::fem::{Body, Csr, Kernel, Loads, SolveScratch};
 

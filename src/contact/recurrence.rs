@@ -8,8 +8,8 @@
 use std::ops::Range;
 
 use super::condensed::Condensed;
-use super::inertia::{ConstantMass, Inertia, Projector};
 use super::expansion::Part;
+use super::inertia::{ConstantMass, Inertia, Projector};
 use super::phase::{Parts, Phase, Scratch};
 use super::system::System;
 use crate::fem::{Csr, SpdFactor, blocks};

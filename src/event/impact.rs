@@ -86,7 +86,7 @@ impl<O: Observer> Run<'_, O> {
             let index = of_monitors.iter().position(|point| *point == contact);
             let change = Switch {
                 t: self.t,
-                contact,
+                point: contact,
                 node: self.system.constraints[contact].node,
                 kind,
                 monitor: Monitor::of_state(contact, present.at(contact)).kind,

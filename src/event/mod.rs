@@ -353,7 +353,7 @@ impl<O: Observer> Run<'_, O> {
             let energy_jump = self.system.kinetic_jump(&u_c, &self.v);
             changes.push(Switch {
                 t: self.t,
-                contact,
+                point: contact,
                 node: self.system.constraints[contact].node,
                 kind: SwitchKind::of_state(to),
                 monitor,

@@ -86,8 +86,8 @@ impl SwitchKind {
 pub struct Switch {
     /// Time.
     pub t: f64,
-    /// Contact node (index in `u_C`).
-    pub contact: usize,
+    /// Contact point.
+    pub point: usize,
     /// Mesh node.
     pub node: usize,
     /// Direction.
@@ -109,12 +109,12 @@ pub struct Switch {
 impl Switch {
     /// State of the point before.
     pub fn from(&self) -> PointState {
-        self.before.at(self.contact)
+        self.before.at(self.point)
     }
 
     /// State of the point after.
     pub fn to(&self) -> PointState {
-        self.after.at(self.contact)
+        self.after.at(self.point)
     }
 }
 
@@ -123,8 +123,8 @@ impl Switch {
 pub struct Grazing {
     /// Time.
     pub t: f64,
-    /// Contact node (index in `u_C`).
-    pub contact: usize,
+    /// Contact point.
+    pub point: usize,
     /// Mesh node.
     pub node: usize,
     /// Least value of the monitor.

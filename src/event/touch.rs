@@ -89,7 +89,7 @@ impl<O: Observer> Run<'_, O> {
         kind: GrazingKind,
     ) -> Done<(), O> {
         let node = self.system.constraints[contact].node;
-        let grazing = Grazing { t, contact, node, distance, kind };
+        let grazing = Grazing { t, point: contact, node, distance, kind };
         self.log.grazing(grazing, self.observer).map_err(RunError::Observer)
     }
 

@@ -71,7 +71,7 @@ impl Likeness {
     pub fn new(orbit: &Orbit, z: &[f64], sequence: &[(usize, bool)]) -> Likeness {
         let found = orbit.closure.frame(&orbit.z);
         let d: Vec<f64> = found.iter().zip(z).map(|(a, b)| a - b).collect();
-        let of_orbit = orbit.switches.iter().map(|s| (s.contact, s.kind.arrives()));
+        let of_orbit = orbit.switches.iter().map(|s| (s.point, s.kind.arrives()));
         let same_sequence = of_orbit.eq(sequence.iter().copied());
         Likeness { moved: norm(&d) / norm(found), same_sequence }
     }

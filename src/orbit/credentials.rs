@@ -277,7 +277,7 @@ pub fn examine(
     for s in &report.switches {
         let scale = match s.kind {
             kind if kind.arrives() => 1.0,
-            _ => system.constraints[s.contact].stiffness,
+            _ => system.constraints[s.point].stiffness,
         };
         scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
     }

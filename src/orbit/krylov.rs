@@ -69,7 +69,7 @@ pub fn half_period<'a>(
         let (before, after) = (system.phase(&s.before), system.phase(&s.after));
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
         let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();
-        let monitor = before.monitor_of(s.contact).unwrap_or(0);
+        let monitor = before.monitor_of(s.point).unwrap_or(0);
         let rate = before.monitor_rates_at(s.t, &x.v)[monitor];
         jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
     }

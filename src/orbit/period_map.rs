@@ -86,12 +86,12 @@ pub fn integrate_with<O: Observer<Error = Infallible>>(
     for s in &report.switches {
         let together = times.last().is_some_and(|t| s.t - t <= SAME_TIME * until);
         // a node that switches twice at one time is a grazing, not a group
-        if together && chain.points.last() != Some(&s.contact) {
+        if together && chain.points.last() != Some(&s.point) {
             let last = chain.sets.len() - 1;
             chain.sets[last] = s.after.clone();
         } else {
             chain.sets.push(s.after.clone());
-            chain.points.push(s.contact);
+            chain.points.push(s.point);
             chain.struck.push(s.struck.clone());
             times.push(s.t);
         }

@@ -314,7 +314,7 @@ pub fn same(body: &Propagator, a: &Orbit, b: &Orbit) -> Result<bool, OrbitError>
 /// Whether contact points switch in the same cyclic order: all that two orbits without a common instant can be asked.
 fn same_sequence(a: &Orbit, b: &Orbit) -> bool {
     let of = |o: &Orbit| -> Vec<(usize, bool)> {
-        o.switches.iter().map(|s| (s.contact, s.kind.arrives())).collect()
+        o.switches.iter().map(|s| (s.point, s.kind.arrives())).collect()
     };
     let (a, b) = (of(a), of(b));
     a.is_empty() || (0..a.len()).any(|k| a[k..].iter().chain(&a[..k]).eq(&b))

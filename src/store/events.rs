@@ -116,7 +116,7 @@ impl Events {
     pub fn switch(&mut self, s: &Switch) {
         self.switch_t.push(&[s.t]);
         self.switch_node.push(&[s.node as i64]);
-        self.switch_point.push(&[s.contact as i64]);
+        self.switch_point.push(&[s.point as i64]);
         self.switch_monitor.push(&[word(s.monitor.word())]);
         self.switch_from.push(&[word(s.from().word())]);
         self.switch_to.push(&[word(s.to().word())]);
@@ -250,7 +250,7 @@ fn read_switches(
     let last = system.n_contact().saturating_sub(1);
     let switch = |k: usize| Switch {
         t: t[k],
-        contact: usize::try_from(point[k]).unwrap_or(0).min(last),
+        point: usize::try_from(point[k]).unwrap_or(0).min(last),
         monitor: MonitorKind::of_word(monitor[k].as_str()).unwrap_or(MonitorKind::Gap),
         node: node[k] as usize,
         kind: SwitchKind::of_name(kind[k].as_str()),
@@ -280,7 +280,7 @@ fn read_grazings(file: &hdf5::File, system: &System) -> Result<Vec<Grazing>, Sto
     let kind: Vec<Word> = file.dataset("grazings/kind")?.values()?;
     let grazing = |k: usize| Grazing {
         t: t[k],
-        contact: contact_of(system, node[k]),
+        point: contact_of(system, node[k]),
         node: node[k] as usize,
         distance: distance[k],
         kind: GrazingKind::of_name(kind[k].as_str()).unwrap_or(GrazingKind::NearMiss),

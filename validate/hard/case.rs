@@ -241,10 +241,10 @@ fn same(a: &Report, b: &Report, tolerance: f64) -> bool {
             // simultaneous switches may be listed in either order
             let twin = || {
                 b.switches.iter().any(|y| {
-                    y.contact == x.contact && y.kind == x.kind && (x.t - y.t).abs() < tolerance
+                    y.point == x.point && y.kind == x.kind && (x.t - y.t).abs() < tolerance
                 })
             };
-            (x.contact == y.contact && x.kind == y.kind && (x.t - y.t).abs() < tolerance) || twin()
+            (x.point == y.point && x.kind == y.kind && (x.t - y.t).abs() < tolerance) || twin()
         })
 }
 

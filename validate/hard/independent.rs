@@ -171,7 +171,7 @@ fn disturbed<'a>(
 /// The program's run in the words of the witness.
 fn of_program(report: Report, course: &Course) -> Course {
     let change =
-        |x: &Switch| Change { t: x.t, contact: x.contact, closes: x.kind == SwitchKind::Close };
+        |x: &Switch| Change { t: x.t, contact: x.point, closes: x.kind == SwitchKind::Close };
     Course {
         changes: report.switches.iter().map(change).collect(),
         end: report.t_end,

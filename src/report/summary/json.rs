@@ -21,7 +21,7 @@ pub fn run_json(
         .iter()
         .map(|s| {
             json!({
-                "t": s.t, "node": s.node, "point": s.contact, "kind": s.kind.name(),
+                "t": s.t, "node": s.node, "point": s.point, "kind": s.kind.name(),
                 "monitor": s.monitor.word(), "from": s.from().word(), "to": s.to().word(),
                 "energy_jump": s.energy_jump, "monitor_rate": s.monitor_rate,
             })
