@@ -298,19 +298,19 @@ impl<'a, O: Observer> Stepper<'a, O> {
     /// Points that begin or cease to be pushed.
     fn tell_switches(&mut self, jump: f64, was: &[f64]) -> Result<(), RunError<O::Error>> {
         let mut jump = jump;
-        for contact in 0..self.impulse.len() {
-            let is = self.impulse[contact] > 0.0;
-            if is == self.set.touches(contact) {
+        for point in 0..self.impulse.len() {
+            let is = self.impulse[point] > 0.0;
+            if is == self.set.touches(point) {
                 continue;
             }
-            let after = self.set.with(contact, PointState::of_contact(is));
+            let after = self.set.with(point, PointState::of_contact(is));
             let change = Switch {
                 t: self.t(),
-                point: contact,
-                node: self.scheme.system.constraints[contact].node,
+                point,
+                node: self.scheme.system.constraints[point].node,
                 kind: if is { SwitchKind::Close } else { SwitchKind::Open },
-                monitor: Monitor::of_state(contact, self.set.at(contact)).kind,
-                monitor_rate: -self.scheme.normal.row_dot(contact, was),
+                monitor: Monitor::of_state(point, self.set.at(point)).kind,
+                monitor_rate: -self.scheme.normal.row_dot(point, was),
                 energy_jump: std::mem::take(&mut jump),
                 struck: vec![],
                 before: self.set.clone(),

@@ -71,25 +71,25 @@ impl<O: Observer> Run<'_, O> {
         // the point that was met first: what others do follows from its blow
         let first = monitor.point;
         let others = (0..self.system.n_contact()).filter(|k| *k != first);
-        for contact in std::iter::once(first).chain(others) {
-            let hit = meeting.hit.contains(&contact);
-            let kind = match (present.at(contact), set.at(contact)) {
+        for point in std::iter::once(first).chain(others) {
+            let hit = meeting.hit.contains(&point);
+            let kind = match (present.at(point), set.at(point)) {
                 (PointState::Closed, PointState::Open) => SwitchKind::Open,
-                (PointState::Open, PointState::Closed) if meeting.resting.contains(&contact) => {
+                (PointState::Open, PointState::Closed) if meeting.resting.contains(&point) => {
                     SwitchKind::Rest
                 }
                 (PointState::Open, PointState::Closed) => SwitchKind::Close,
                 (PointState::Open, PointState::Open) if hit => SwitchKind::Impact,
                 _ => continue,
             };
-            let after = before.with(contact, set.at(contact));
-            let index = of_monitors.iter().position(|point| *point == contact);
+            let after = before.with(point, set.at(point));
+            let index = of_monitors.iter().position(|p| *p == point);
             let change = Switch {
                 t: self.t,
-                point: contact,
-                node: self.system.constraints[contact].node,
+                point,
+                node: self.system.constraints[point].node,
                 kind,
-                monitor: Monitor::of_state(contact, present.at(contact)).kind,
+                monitor: Monitor::of_state(point, present.at(point)).kind,
                 monitor_rate: index.map_or(0.0, |k| rates[k]),
                 // one energy for all that happens at one time: booked with the first
                 energy_jump: std::mem::take(&mut jump),
@@ -98,7 +98,7 @@ impl<O: Observer> Run<'_, O> {
                 after: after.clone(),
             };
             before = after;
-            self.armed[contact] = true;
+            self.armed[point] = true;
             self.recent.push_back((change.t, change.node));
             self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }

@@ -323,14 +323,14 @@ impl<O: Observer> Run<'_, O> {
         let h = self.monitor_values()[root.index];
         if decision.set == present && decision.held == self.phase.held {
             // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
-            let contact = self.phase.monitors[root.index].point;
+            let point = self.phase.monitors[root.index].point;
             if self.is_too_deep(root.index, h) {
-                let nodes = self.mesh_nodes(&[contact]);
+                let nodes = self.mesh_nodes(&[point]);
                 return Ok(Some(Outcome::Unresolved { t: self.t, nodes }));
             }
             let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
             self.undecided += usize::from(root.tangent);
-            self.push_grazing(self.t, contact, h, kind)?;
+            self.push_grazing(self.t, point, h, kind)?;
             let slack = 4.0 * self.slack[root.index].max(-h);
             self.set_slack(root.index, slack);
             return Ok(None);
@@ -344,17 +344,17 @@ impl<O: Observer> Run<'_, O> {
         let mut before = present.clone();
         let mut jump = 0.0;
         let mut changes = vec![];
-        for (contact, from, to) in present.changes(&decision.set) {
-            self.armed[contact] = true;
-            let after = before.with(contact, to);
-            let (monitor, monitor_rate) = of_point(contact, from);
+        for (point, from, to) in present.changes(&decision.set) {
+            self.armed[point] = true;
+            let after = before.with(point, to);
+            let (monitor, monitor_rate) = of_point(point, from);
             let u_c = self.v[self.layout.n_o..].to_vec();
             self.system.phase(&after).complete_velocity(self.t, &mut self.v);
             let energy_jump = self.system.kinetic_jump(&u_c, &self.v);
             changes.push(Switch {
                 t: self.t,
-                point: contact,
-                node: self.system.constraints[contact].node,
+                point,
+                node: self.system.constraints[point].node,
                 kind: SwitchKind::of_state(to),
                 monitor,
                 monitor_rate,

@@ -45,18 +45,18 @@ impl<O: Observer> Run<'_, O> {
             if !matches!(monitor.kind, MonitorKind::Gap | MonitorKind::Pressure) {
                 continue;
             }
-            let contact = monitor.point;
+            let point = monitor.point;
             let level = self.rounding[index] * (NEAR_MISS / UNITS);
-            if !self.armed[contact] {
+            if !self.armed[point] {
                 let end = self.flow.enclose(index, window.1, window.1);
-                self.armed[contact] = end.polynomial.coefficients()[0] > DEPARTURE * level;
+                self.armed[point] = end.polynomial.coefficients()[0] > DEPARTURE * level;
                 continue;
             }
             if let Some((t, distance)) =
                 find::near_miss(self.flow, index, level, window, resolution)
             {
-                self.armed[contact] = false;
-                self.push_grazing(t, contact, distance, GrazingKind::NearMiss)?;
+                self.armed[point] = false;
+                self.push_grazing(t, point, distance, GrazingKind::NearMiss)?;
             }
         }
         Ok(())
@@ -64,8 +64,8 @@ impl<O: Observer> Run<'_, O> {
 
     pub(super) fn note_grazing(&mut self, decision: &Decision, distance: f64) -> Done<(), O> {
         // only the exceptional cases are worth a record at the start; elsewhere every grazing is
-        for &contact in &decision.grazing {
-            let kind = if decision.held.contains(&contact) {
+        for &point in &decision.grazing {
+            let kind = if decision.held.contains(&point) {
                 GrazingKind::Held
             } else if decision.ambiguous == Some(true) {
                 GrazingKind::Ambiguous
@@ -76,7 +76,7 @@ impl<O: Observer> Run<'_, O> {
             } else {
                 continue;
             };
-            self.push_grazing(self.t, contact, distance, kind)?;
+            self.push_grazing(self.t, point, distance, kind)?;
         }
         Ok(())
     }
@@ -84,12 +84,12 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn push_grazing(
         &mut self,
         t: f64,
-        contact: usize,
+        point: usize,
         distance: f64,
         kind: GrazingKind,
     ) -> Done<(), O> {
-        let node = self.system.constraints[contact].node;
-        let grazing = Grazing { t, point: contact, node, distance, kind };
+        let node = self.system.constraints[point].node;
+        let grazing = Grazing { t, point, node, distance, kind };
         self.log.grazing(grazing, self.observer).map_err(RunError::Observer)
     }
 
