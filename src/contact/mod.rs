@@ -30,7 +30,7 @@ pub use expansion::Drive;
 pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
-pub use monitor::{Monitor, MonitorKind};
+pub use monitor::{Monitor, MonitorKind, leading};
 pub use nbm::{MassChoice, Stress};
 pub use phase::{Phase, Scratch};
 pub use recurrence::{Recurrence, Step};

@@ -73,6 +73,12 @@ impl Monitor {
     }
 }
 
+/// Which of the monitors of a phase it is through which a point leaves to the state `to`; the first of the point where it stays what it is (an impact).
+pub fn leading(monitors: &[Monitor], point: usize, to: PointState) -> Option<usize> {
+    let of = |leads: bool| monitors.iter().position(|m| m.point == point && (!leads || m.to == to));
+    of(true).or_else(|| of(false))
+}
+
 /// A function of the displacements of a body: `factor` times a row of a matrix that phases share, or one entry.
 #[derive(Debug, Clone)]
 pub(super) enum Term {

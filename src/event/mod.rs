@@ -28,7 +28,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::contact::{
-    ContactError, Monitor, MonitorKind, Phase, PointState, Scratch, State, States, System,
+    ContactError, Monitor, MonitorKind, Phase, PointState, Scratch, State, States, System, leading,
 };
 use crate::flow::{Flow, FlowError, Layout};
 use classify::{ClassifyError, Decision, Surface};
@@ -337,9 +337,13 @@ impl<O: Observer> Run<'_, O> {
         }
         self.note_grazing(&decision, h)?;
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
-        let of_point = |i: usize, from: PointState| match self.phase.monitor_of(i) {
+        let of_point = |point: usize, from: PointState, to: PointState| match leading(
+            &self.phase.monitors,
+            point,
+            to,
+        ) {
             Some(k) => (self.phase.monitors[k].kind, rates[k]),
-            None => (Monitor::of_state(i, from).kind, 0.0),
+            None => (Monitor::of_state(point, from).kind, 0.0),
         };
         let mut before = present.clone();
         let mut jump = 0.0;
@@ -347,7 +351,7 @@ impl<O: Observer> Run<'_, O> {
         for (point, from, to) in present.changes(&decision.set) {
             self.armed[point] = true;
             let after = before.with(point, to);
-            let (monitor, monitor_rate) = of_point(point, from);
+            let (monitor, monitor_rate) = of_point(point, from, to);
             let u_c = self.v[self.layout.n_o..].to_vec();
             self.system.phase(&after).complete_velocity(self.t, &mut self.v);
             let energy_jump = self.system.kinetic_jump(&u_c, &self.v);

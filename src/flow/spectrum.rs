@@ -17,7 +17,7 @@ use super::coupled::{CoupledMotion, Coupling, Operators, dot};
 use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
-use crate::contact::{Drive, Monitor, Phase, PointState, Rayleigh, States, System};
+use crate::contact::{Drive, Monitor, Phase, Rayleigh, States, System};
 use crate::fem::{Csr, FemError, Loads, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
@@ -325,15 +325,6 @@ impl Eigenbasis {
         let mut drives = self.drives.clone();
         drives.iter_mut().for_each(|d| d.load = loads.harmonics[d.index].clone());
         Drives(drives)
-    }
-
-    /// The monitor through which a point leaves the phase to the state `to`; the first of the point where it stays what it is (an impact).
-    pub fn monitor_of(&self, point: usize, to: PointState) -> Option<usize> {
-        let of = |leads: bool| {
-            let is = |m: &Monitor| m.point == point && (!leads || m.to == to);
-            self.monitors.iter().position(is)
-        };
-        of(true).or_else(|| of(false))
     }
 
     /// Values of all monitors at modal displacements `q`, without drives.

@@ -4,8 +4,7 @@
 //! saltation at every switch; `∂R/∂z · d` costs about as much as the motion itself, and no phase needs modes. The linear systems are solved by
 //! GMRES, preconditioned by the half-period map of the open body, which is diagonal in the frame: `∂(q̇ + …) = −sin(ω_i T/2)`.
 
-use crate::contact::Phase;
-use crate::contact::State;
+use crate::contact::{Phase, State, leading};
 use crate::event::{Observer, Sample};
 use crate::flow::Tangent;
 
@@ -36,9 +35,9 @@ pub struct HalfPeriod<'a> {
 
 /// States as they are stored: every switch is followed by one.
 #[derive(Default)]
-struct States(Vec<(f64, State)>, usize);
+struct Kept(Vec<(f64, State)>, usize);
 
-impl Observer for States {
+impl Observer for Kept {
     type Error = std::convert::Infallible;
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         let cut = |x: &[f64]| x[..self.1].to_vec();
@@ -54,8 +53,8 @@ pub fn half_period<'a>(
     end: f64,
 ) -> Result<(Passage, HalfPeriod<'a>), OrbitError> {
     let system = &body.system;
-    let mut states = States(vec![], body.n());
-    let passage = integrate_with(body, &body.state(z), end, 0, &mut states)?;
+    let mut kept = Kept(vec![], body.n());
+    let passage = integrate_with(body, &body.state(z), end, 0, &mut kept)?;
     let mut scratch = system.scratch();
     let n = body.n();
     let mut jumps = vec![];
@@ -65,11 +64,11 @@ pub fn half_period<'a>(
         a
     };
     for s in &passage.report.switches {
-        let Some((_, x)) = states.0.iter().find(|(t, _)| *t == s.t) else { continue };
+        let Some((_, x)) = kept.0.iter().find(|(t, _)| *t == s.t) else { continue };
         let (before, after) = (system.phase(&s.before), system.phase(&s.after));
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
         let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();
-        let monitor = before.monitor_of(s.point).unwrap_or(0);
+        let monitor = leading(&before.monitors, s.point, s.to()).unwrap_or(0);
         let rate = before.monitor_rates_at(s.t, &x.v)[monitor];
         jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
     }

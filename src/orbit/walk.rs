@@ -8,7 +8,7 @@ use std::rc::Rc;
 use faer::Mat;
 
 use super::chain::{Chain, Jump, Propagator};
-use crate::contact::{PointState, System};
+use crate::contact::{PointState, System, leading};
 use crate::continuation::dot;
 use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
@@ -162,7 +162,7 @@ impl Link {
     /// Which monitor of the phase it is through which a point leaves to the state `to`.
     pub fn monitor_of(&self, point: usize, to: PointState) -> usize {
         // every contact point has one
-        self.spectrum.monitor_of(point, to).unwrap_or(0)
+        leading(&self.spectrum.monitors, point, to).unwrap_or(0)
     }
 
     /// `∇h Φ` of monitor `k` of this phase.
