@@ -51,7 +51,7 @@ impl<'a> Scheme<'a> {
         let n_o = system.n_o();
         let steps = (until / stepping.step - 1e-9).ceil().max(1.0) as usize;
         let h = until / steps as f64;
-        let (mass, stiffness) = (system.mass().leading(n_o), tips.structure.leading(n_o));
+        let (mass, stiffness) = (system.mass().leading(n_o), system.body.structure().leading(n_o));
         let damping = system.damping.map(|d| Csr::combination(d.alpha, &mass, d.beta, &stiffness));
         let elastic = Csr::combination(1.0, &mass, h * h * THETA * THETA, &stiffness);
         let w = match &damping {
@@ -184,8 +184,8 @@ impl<'a, O: Observer> Stepper<'a, O> {
         (self.external, self.dissipated) = (c.y[2 * n], c.y[2 * n + 1]);
         self.set = c.states;
         self.ledger = Ledger::of_numbers(c.ledger);
-        (self.next_sample, self.stored) = (c.counts[0], c.rows[0]);
-        (self.penetration, self.blows) = (c.extremes[3], c.extremes[7]);
+        (self.next_sample, self.stored) = (c.next_sample, c.rows[0]);
+        (self.penetration, self.blows) = (c.seen.gap_error, c.seen.blows);
         self.force = self.scheme.force(self.t());
         self.log = log;
     }

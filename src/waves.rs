@@ -153,7 +153,7 @@ impl<'a, O: Observer> Bar<'a, O> {
         self.pieces = k.y[1..].chunks_exact(2).map(|p| (p[0], p[1])).collect();
         self.touches = k.states.count_closed() > 0;
         self.ledger = Ledger::of_numbers(k.ledger);
-        (self.next_sample, self.stored) = (k.counts[0], k.rows[0]);
+        (self.next_sample, self.stored) = (k.next_sample, k.rows[0]);
         self.fronts = k.flow[0] as u64;
         self.log = log;
     }

@@ -224,20 +224,19 @@ impl Phase {
         self.expand(v_o, &mut s.v);
         let v = &s.v;
         let mut power = 0.0;
-        let tips = self.parts.body.tips.as_ref();
-        if let Some(energy) = tips.and_then(|t| t.energy.as_ref()) {
-            let forces = &self.parts.body.stiffness;
+        let body = &self.parts.body;
+        if let Some(energy) = body.own_energy() {
+            let forces = &body.stiffness;
             let of = |i: usize| forces.row_dot(i, &s.u) - energy.row_dot(i, &s.u);
             power += v.iter().enumerate().map(|(i, v)| v * of(i)).sum::<f64>();
         }
         let Some(Rayleigh { alpha, beta }) = self.parts.damping else { return power };
         if alpha != 0.0 {
-            let rows = 0..self.parts.body.dofs.n_o;
-            power += alpha * self.inertia.shared.quadratic(&self.parts.body, rows, v);
+            let rows = 0..body.dofs.n_o;
+            power += alpha * self.inertia.shared.quadratic(body, rows, v);
         }
         if beta > 0.0 {
-            let damps = tips.map_or(&self.parts.body.stiffness, |t| &t.structure);
-            power += beta * damps.quadratic(v);
+            power += beta * body.structure().quadratic(v);
         }
         power
     }
@@ -377,7 +376,7 @@ impl Phase {
     /// Of forces without a potential: `K_α`, and what of it, and of the constant force, has none: the power `u̇_Oᵀ(N u_O + r)` is lost.
     pub fn without_potential(&self) -> Option<(Csr, Csr, Vec<f64>)> {
         let body = &self.parts.body;
-        let energy = body.tips.as_ref()?.energy.as_ref()?;
+        let energy = body.own_energy()?;
         let skew = Csr::combination(1.0, &body.stiffness, -1.0, energy);
         let mut d = vec![0.0; body.dofs.n()];
         self.expansion.expand(&vec![0.0; body.dofs.n_o], &mut d, Part::Undriven);

@@ -261,7 +261,7 @@ impl System {
 
     /// Whether elastic forces and those of the obstacle have a potential in every phase: Nitsche's with `θ ≠ 1` have none.
     pub fn has_potential(&self) -> bool {
-        self.body.tips.as_ref().is_none_or(|t| t.energy.is_none())
+        self.body.own_energy().is_none()
     }
 
     /// Whether the natural modes of a phase decouple its motion: `K_α` is symmetric, and damping a combination of `M_α` and `K_α`.
@@ -388,8 +388,7 @@ impl System {
 
     /// Elastic energy of the body at `t` and a full displacement: `½ uᵀ K u`, springs of the obstacle included, and what supports that move add.
     pub fn elastic(&self, t: f64, u: &[f64]) -> f64 {
-        let energy = self.body.tips.as_ref().and_then(|t| t.energy.as_ref());
-        let square = match energy {
+        let square = match self.body.own_energy() {
             Some(energy) => energy.quadratic(u),
             None => self.kernel.quadratic(&self.body.stiffness, u),
         };

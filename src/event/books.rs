@@ -34,7 +34,7 @@ impl<O: Observer> Run<'_, O> {
         }
         self.take_end(b);
         let largest = self.layout.u(&self.y)[self.known()].iter();
-        self.largest_u = largest.fold(self.largest_u, |m, x| m.max(x.abs()));
+        self.seen.largest_u = largest.fold(self.seen.largest_u, |m, x| m.max(x.abs()));
         self.expand();
         self.note_violations();
         let Some(energies) = self.energies() else { return Ok(()) };
@@ -129,16 +129,16 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn note_violations(&mut self) {
         let h = self.monitor_values();
         if self.system.promise().yields {
-            self.entered = self.entered.max(self.system.penetration(&self.u));
+            self.seen.entered = self.seen.entered.max(self.system.penetration(&self.u));
         }
         for (k, (h, m)) in h.iter().zip(&self.phase.monitors).enumerate() {
             match m.kind {
-                MonitorKind::Gap => self.gap_error = self.gap_error.max(-h),
-                MonitorKind::Pressure => self.max_tension = self.max_tension.max(-h),
+                MonitorKind::Gap => self.seen.gap_error = self.seen.gap_error.max(-h),
+                MonitorKind::Pressure => self.seen.max_tension = self.seen.max_tension.max(-h),
                 _ => continue,
             }
-            let scale = self.rounding[k] / UNITS;
-            self.violation = self.violation.max(-h / scale);
+            let scale = self.search.rounding[k] / UNITS;
+            self.seen.violation = self.seen.violation.max(-h / scale);
         }
     }
 
@@ -178,24 +178,24 @@ impl<O: Observer> Run<'_, O> {
             log,
             switches,
             grazings,
-            uncertified_phases: self.uncertified,
-            undecided: self.undecided,
+            uncertified_phases: self.seen.uncertified,
+            undecided: self.seen.undecided,
             flow_note: self.flow.note(),
-            loosened: self.loosened,
-            state_error: self.state_error,
-            missed: self.missed,
+            loosened: self.seen.loosened,
+            state_error: self.seen.state_error,
+            missed: self.seen.missed,
             energy_start: self.ledger.start(),
             energy_end: self.ledger.end(),
             energy_jumps: self.ledger.jumps(),
-            blows: self.blows,
+            blows: self.seen.blows,
             energy_external: energies.external,
             energy_dissipated: energies.dissipated,
             energy_drift: self.ledger.drift_in_phase(),
             energy_drift_total: self.ledger.drift_total(),
-            max_penetration: self.gap_error.max(self.entered),
-            gap_error: self.gap_error,
-            max_tension: self.max_tension,
-            violation: self.violation,
+            max_penetration: self.seen.gap_error.max(self.seen.entered),
+            gap_error: self.seen.gap_error,
+            max_tension: self.seen.max_tension,
+            violation: self.seen.violation,
             counters: self.flow.counters(),
             lcp_check: None,
         }

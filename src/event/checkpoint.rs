@@ -3,6 +3,7 @@
 //! Inside a phase the flow is anchored at its beginning; a run that goes on from there takes the same steps as one that was never
 //! interrupted.
 
+use super::evidence::Evidence;
 use super::ledger::Ledger;
 use super::log::Log;
 use crate::contact::States;
@@ -24,12 +25,16 @@ pub struct Checkpoint {
     pub recent: Vec<(f64, usize)>,
     /// The ledger.
     pub ledger: [f64; 8],
-    /// Largest displacement, potential of the loads at the start, time of the last stored state, largest gap error and tension, largest
-    /// relative violation, largest penetration of an obstacle that yields, impulses of blows, largest velocity at a switch of an impact law, error of
-    /// the states.
-    pub extremes: [f64; 10],
-    /// Next sample, phases, missed, uncertified, undecided, loosened.
-    pub counts: [usize; 6],
+    /// Counts and extremes.
+    pub seen: Evidence,
+    /// Potential of the loads at the start.
+    pub potential_start: f64,
+    /// Time of the last stored state.
+    pub last_stored: f64,
+    /// Next sample.
+    pub next_sample: usize,
+    /// Phases.
+    pub phases: usize,
     /// What the flow has learnt.
     pub flow: Vec<f64>,
     /// Stored states, switches and grazings until here.
@@ -54,8 +59,11 @@ impl Checkpoint {
             armed: vec![true; states.len()],
             recent: vec![],
             ledger: ledger.numbers(),
-            extremes: [0.0, 0.0, t, penetration, 0.0, 0.0, 0.0, blows, 0.0, 0.0],
-            counts: [next_sample, 0, 0, 0, 0, 0],
+            seen: Evidence { gap_error: penetration, blows, ..Evidence::default() },
+            potential_start: 0.0,
+            last_stored: t,
+            next_sample,
+            phases: 0,
             flow: vec![],
             rows: [stored, switches, 0],
         }

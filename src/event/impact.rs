@@ -98,7 +98,7 @@ impl<O: Observer> Run<'_, O> {
                 after: after.clone(),
             };
             before = after;
-            self.armed[point] = true;
+            self.search.armed[point] = true;
             self.recent.push_back((change.t, change.node));
             self.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }
@@ -113,7 +113,7 @@ impl<O: Observer> Run<'_, O> {
     /// The points on the obstacle when the run begins; or those inside it, from where no motion goes on.
     pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<Result<States, Vec<usize>>, O> {
         let h = self.monitor_values();
-        let rounding = self.phase.monitor_rounding(self.largest_u);
+        let rounding = self.phase.monitor_rounding(self.seen.largest_u);
         let inside: Vec<usize> =
             (0..h.len()).filter(|&k| h[k] < -INSIDE / UNITS * rounding[k]).collect();
         if !inside.is_empty() {
@@ -131,10 +131,10 @@ impl<O: Observer> Run<'_, O> {
     fn meet(&mut self, law: &Impact, touching: &[usize]) -> Done<Meeting, O> {
         let n = self.layout.n_o;
         let mut v = self.layout.v(&self.y).to_vec();
-        self.largest_v = v.iter().fold(self.largest_v, |m, v| m.max(v.abs()));
-        let speed = self.largest_v;
+        self.seen.largest_v = v.iter().fold(self.seen.largest_v, |m, v| m.max(v.abs()));
+        let speed = self.seen.largest_v;
         let blow = law.strike(touching, &mut v).map_err(ContactError::from)?;
-        self.blows += blow.impulse.iter().sum::<f64>();
+        self.seen.blows += blow.impulse.iter().sum::<f64>();
         let heaviest = blow.impulse.iter().fold(0.0f64, |m, r| m.max(*r));
         let least = if law.restitution < 1.0 { STICKS } else { ROUNDING };
         let (mut resting, mut meeting) = (vec![], Meeting::default());

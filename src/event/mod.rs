@@ -6,6 +6,7 @@
 mod books;
 mod checkpoint;
 pub mod classify;
+mod evidence;
 pub mod find;
 mod held;
 mod impact;
@@ -17,6 +18,7 @@ mod touch;
 mod verify;
 
 pub use checkpoint::{Checkpoint, Resumed};
+pub use evidence::Evidence;
 pub use ledger::{Energies, Ledger};
 pub use log::Log;
 pub use record::{
@@ -95,13 +97,7 @@ struct Run<'a, O: Observer> {
     layout: Layout,
     scratch: Scratch,
     phase: Phase,
-    slack: Vec<f64>,
-    /// Rounding errors of the monitors: what the slack begins with.
-    rounding: Vec<f64>,
-    /// Contact nodes whose near misses are recorded.
-    armed: Vec<bool>,
-    /// The monitors are no numbers any more.
-    blind: bool,
+    search: Search,
     /// Stored states so far.
     stored: usize,
     /// Time of the state `y`.
@@ -113,9 +109,7 @@ struct Run<'a, O: Observer> {
     unbooked: bool,
     u: Vec<f64>,
     v: Vec<f64>,
-    largest_u: f64,
-    /// Largest velocity at a switch of an impact law.
-    largest_v: f64,
+    seen: Evidence,
     potential_start: f64,
     next_sample: usize,
     last_stored: f64,
@@ -123,21 +117,21 @@ struct Run<'a, O: Observer> {
     recent: VecDeque<(f64, usize)>,
     phases: usize,
     log: Log,
-    missed: usize,
-    uncertified: usize,
-    undecided: usize,
-    loosened: usize,
-    /// How far monitors may have been from those of the equations at the end of a phase, over their sizes.
-    state_error: f64,
-    gap_error: f64,
-    entered: f64,
-    /// Impulses of blows.
-    blows: f64,
     /// Ten shortest natural periods: the time in which switches are counted.
     window: f64,
-    max_tension: f64,
-    violation: f64,
     early: Option<Outcome>,
+}
+
+/// What the search for switches knows of the monitors of the present phase.
+struct Search {
+    /// How far below zero each may be without having crossed it.
+    slack: Vec<f64>,
+    /// Their rounding errors: what the slack begins with.
+    rounding: Vec<f64>,
+    /// Contact points whose near misses are recorded.
+    armed: Vec<bool>,
+    /// The monitors are no numbers any more.
+    blind: bool,
 }
 
 /// What a station of the run returns.
@@ -153,7 +147,7 @@ impl<O: Observer> Run<'_, O> {
                 return Ok(Outcome::Flow(e));
             }
             let root = self.locate();
-            if self.blind {
+            if self.search.blind {
                 return Ok(Outcome::Flow(FlowError::NotFinite { t: self.t }));
             }
             self.record_window(root.is_some())?;
@@ -196,17 +190,17 @@ impl<O: Observer> Run<'_, O> {
     fn locate(&mut self) -> Option<Root> {
         let window = self.flow.window();
         let resolution = self.resolution(window.1);
-        let mut root = find::earliest(self.flow, &self.slack, window, resolution)?;
+        let mut root = find::earliest(self.flow, &self.search.slack, window, resolution)?;
         if root.tangent {
             // a monitor whose bounds are no numbers: nothing can be found in this window, or behind it
             let all = self.flow.enclose(root.index, window.0, window.1);
-            self.blind = !(all.polynomial.min() - all.error).is_finite();
+            self.search.blind = !(all.polynomial.min() - all.error).is_finite();
         }
         for _ in 0..8 {
             self.flow.cut(&self.phase, root.t);
             // the cut step is more accurate than the interpolant: another monitor may be first
             let before = (window.0, root.t - 4.0 * resolution);
-            let search = || find::earliest(self.flow, &self.slack, before, resolution);
+            let search = || find::earliest(self.flow, &self.search.slack, before, resolution);
             if let Some(earlier) = (before.1 > before.0).then(search).flatten() {
                 root = earlier;
                 continue;
@@ -258,7 +252,7 @@ impl<O: Observer> Run<'_, O> {
         for (i, _, to) in present.changes(&selection.set) {
             if !degenerate.contains(&i) {
                 base.set(i, to);
-                self.missed += 1;
+                self.seen.missed += 1;
             }
         }
         let decision = match self.leave_hold(&root, &base) {
@@ -282,7 +276,7 @@ impl<O: Observer> Run<'_, O> {
             .iter()
             .enumerate()
             .filter(|&(k, m)| {
-                let at_zero = h[k] + rate[k].min(0.0) * resolution <= 4.0 * self.slack[k];
+                let at_zero = h[k] + rate[k].min(0.0) * resolution <= 4.0 * self.search.slack[k];
                 at_zero || k == root.index || of_lcp.contains(&m.point)
             })
             .map(|(_, m)| m.point)
@@ -329,9 +323,9 @@ impl<O: Observer> Run<'_, O> {
                 return Ok(Some(Outcome::Unresolved { t: self.t, nodes }));
             }
             let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
-            self.undecided += usize::from(root.tangent);
+            self.seen.undecided += usize::from(root.tangent);
             self.push_grazing(self.t, point, h, kind)?;
-            let slack = 4.0 * self.slack[root.index].max(-h);
+            let slack = 4.0 * self.search.slack[root.index].max(-h);
             self.set_slack(root.index, slack);
             return Ok(None);
         }
@@ -349,7 +343,7 @@ impl<O: Observer> Run<'_, O> {
         let mut jump = 0.0;
         let mut changes = vec![];
         for (point, from, to) in present.changes(&decision.set) {
-            self.armed[point] = true;
+            self.search.armed[point] = true;
             let after = before.with(point, to);
             let (monitor, monitor_rate) = of_point(point, from, to);
             let u_c = self.v[self.layout.n_o..].to_vec();

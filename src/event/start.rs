@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use super::{
-    Checkpoint, Done, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed, Run, State,
-    States, System,
+    Checkpoint, Done, Evidence, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed,
+    Run, Search, State, States, System,
 };
 
 impl<'a, O: Observer> Run<'a, O> {
@@ -68,32 +68,15 @@ impl<'a, O: Observer> Run<'a, O> {
         let mut run = Self::blank(system, options, flow, observer)?;
         (run.t, run.y) = (c.t, c.y);
         run.phase = system.held_phase(&c.states, &c.held);
-        run.armed = c.armed;
+        run.search.armed = c.armed;
         run.recent = c.recent.into();
         run.ledger = Ledger::of_numbers(c.ledger);
-        let [
-            largest_u,
-            potential_start,
-            last_stored,
-            gap_error,
-            tension,
-            violation,
-            entered,
-            blows,
-            largest_v,
-            state_error,
-        ] = c.extremes;
-        (run.largest_u, run.potential_start, run.last_stored) =
-            (largest_u, potential_start, last_stored);
-        let [next_sample, phases, missed, uncertified, undecided, loosened] = c.counts;
+        (run.potential_start, run.last_stored) = (c.potential_start, c.last_stored);
+        run.seen.largest_u = c.seen.largest_u;
         run.resume_phase(&c.flow);
         // what the beginning of the phase counts is in these numbers already
-        (run.gap_error, run.max_tension) = (gap_error, tension);
-        (run.violation, run.entered, run.blows) = (violation, entered, blows);
-        run.largest_v = largest_v;
-        run.state_error = state_error;
-        (run.next_sample, run.phases, run.missed) = (next_sample, phases, missed);
-        (run.uncertified, run.undecided, run.loosened) = (uncertified, undecided, loosened);
+        run.seen = Evidence { largest_u: run.seen.largest_u, ..c.seen };
+        (run.next_sample, run.phases) = (c.next_sample, c.phases);
         run.stored = c.rows[0];
         run.log = log;
         run.expand();
@@ -122,10 +105,12 @@ impl<'a, O: Observer> Run<'a, O> {
             layout,
             scratch: system.scratch(),
             phase,
-            slack: vec![],
-            rounding: vec![],
-            armed: vec![true; system.n_contact()],
-            blind: false,
+            search: Search {
+                slack: vec![],
+                rounding: vec![],
+                armed: vec![true; system.n_contact()],
+                blind: false,
+            },
             stored: 0,
             t: 0.0,
             y,
@@ -133,8 +118,7 @@ impl<'a, O: Observer> Run<'a, O> {
             unbooked: false,
             u: vec![0.0; system.n()],
             v: vec![0.0; system.n()],
-            largest_u: system.units.length,
-            largest_v: 0.0,
+            seen: Evidence { largest_u: system.units.length, ..Evidence::default() },
             potential_start: 0.0,
             next_sample: 0,
             last_stored: f64::NEG_INFINITY,
@@ -142,17 +126,7 @@ impl<'a, O: Observer> Run<'a, O> {
             recent: VecDeque::new(),
             phases: 1,
             log: Log::new(lists),
-            missed: 0,
-            uncertified: 0,
-            undecided: 0,
-            loosened: 0,
-            state_error: 0.0,
-            gap_error: 0.0,
-            entered: 0.0,
-            blows: 0.0,
             window: 10.0 * std::f64::consts::TAU / bound,
-            max_tension: 0.0,
-            violation: 0.0,
             early: None,
         })
     }
@@ -168,29 +142,14 @@ impl<'a, O: Observer> Run<'a, O> {
             y: self.y.clone(),
             states: self.phase.set.clone(),
             held: self.phase.held.clone(),
-            armed: self.armed.clone(),
+            armed: self.search.armed.clone(),
             recent: self.recent.iter().copied().collect(),
             ledger: self.ledger.numbers(),
-            extremes: [
-                self.largest_u,
-                self.potential_start,
-                self.last_stored,
-                self.gap_error,
-                self.max_tension,
-                self.violation,
-                self.entered,
-                self.blows,
-                self.largest_v,
-                self.state_error,
-            ],
-            counts: [
-                self.next_sample,
-                self.phases,
-                self.missed,
-                self.uncertified,
-                self.undecided,
-                self.loosened,
-            ],
+            seen: self.seen.clone(),
+            potential_start: self.potential_start,
+            last_stored: self.last_stored,
+            next_sample: self.next_sample,
+            phases: self.phases,
             flow: self.flow.memory(),
             rows: [self.stored, self.log.switches(), self.log.grazings()],
         };

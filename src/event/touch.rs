@@ -46,16 +46,16 @@ impl<O: Observer> Run<'_, O> {
                 continue;
             }
             let point = monitor.point;
-            let level = self.rounding[index] * (NEAR_MISS / UNITS);
-            if !self.armed[point] {
+            let level = self.search.rounding[index] * (NEAR_MISS / UNITS);
+            if !self.search.armed[point] {
                 let end = self.flow.enclose(index, window.1, window.1);
-                self.armed[point] = end.polynomial.coefficients()[0] > DEPARTURE * level;
+                self.search.armed[point] = end.polynomial.coefficients()[0] > DEPARTURE * level;
                 continue;
             }
             if let Some((t, distance)) =
                 find::near_miss(self.flow, index, level, window, resolution)
             {
-                self.armed[point] = false;
+                self.search.armed[point] = false;
                 self.push_grazing(t, point, distance, GrazingKind::NearMiss)?;
             }
         }
@@ -100,10 +100,10 @@ impl<O: Observer> Run<'_, O> {
             return;
         }
         let of_monitor = |(d, r): (f64, &f64)| d / (r / UNITS);
-        let all = self.flow.deviations().into_iter().zip(&self.rounding).map(of_monitor);
+        let all = self.flow.deviations().into_iter().zip(&self.search.rounding).map(of_monitor);
         let largest = all.fold(0.0, largest_or_nan);
-        self.uncertified += usize::from(largest.is_nan() || largest > KNOWN);
-        self.state_error = largest_or_nan(self.state_error, largest);
+        self.seen.uncertified += usize::from(largest.is_nan() || largest > KNOWN);
+        self.seen.state_error = largest_or_nan(self.seen.state_error, largest);
     }
 
     /// Hand the state to the flow; set the slack of the new monitors.
@@ -120,13 +120,13 @@ impl<O: Observer> Run<'_, O> {
     }
 
     fn measure_phase(&mut self) {
-        self.uncertified += usize::from(!self.flow.is_exact());
-        self.rounding = self.phase.monitor_rounding(2.0 * self.largest_u);
-        self.slack = self.rounding.clone();
+        self.seen.uncertified += usize::from(!self.flow.is_exact());
+        self.search.rounding = self.phase.monitor_rounding(2.0 * self.seen.largest_u);
+        self.search.slack = self.search.rounding.clone();
         let h = self.monitor_values();
         for k in 0..self.phase.monitors.len() {
             if matches!(self.phase.monitors[k].kind, MonitorKind::Gap | MonitorKind::Pressure) {
-                self.set_slack(k, self.slack[k].max(-2.0 * h[k]));
+                self.set_slack(k, self.search.slack[k].max(-2.0 * h[k]));
             }
         }
     }
@@ -134,14 +134,15 @@ impl<O: Observer> Run<'_, O> {
     /// The most slack of a monitor.
     fn most_slack(&self, index: usize) -> f64 {
         let share = if self.flow.is_exact() { LOOSEST } else { LOOSEST_OF_STEPS };
-        share * self.rounding[index] / UNITS
+        share * self.search.rounding[index] / UNITS
     }
 
     /// How far a monitor may lie below zero without being a switch (theory §12, H3). More than rounding explains is told.
     pub(super) fn set_slack(&mut self, index: usize, slack: f64) {
-        let scale = self.rounding[index] / UNITS;
-        self.loosened += usize::from(slack > LOOSE * scale && self.slack[index] <= LOOSE * scale);
-        self.slack[index] = granted(slack, self.most_slack(index));
+        let scale = self.search.rounding[index] / UNITS;
+        self.seen.loosened +=
+            usize::from(slack > LOOSE * scale && self.search.slack[index] <= LOOSE * scale);
+        self.search.slack[index] = granted(slack, self.most_slack(index));
     }
 
     /// Whether a monitor lies so far below zero that no slack lets the phase go on with it: it would be found again at once, without end.

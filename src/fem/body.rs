@@ -151,6 +151,16 @@ impl Body {
         Body { dofs: self.dofs.with_points(n_c), mass, stiffness, tips: Some(tips), ..self }
     }
 
+    /// Stiffness over `u` of the body alone, without springs of the obstacle: what Rayleigh's damping multiplies.
+    pub fn structure(&self) -> &Csr {
+        self.tips.as_ref().map_or(&self.stiffness, |t| &t.structure)
+    }
+
+    /// The quadratic form of the energy over `u` where the forces `K u` have none.
+    pub fn own_energy(&self) -> Option<&Csr> {
+        self.tips.as_ref()?.energy.as_ref()
+    }
+
     /// The materials of the regions; none for given matrices.
     pub fn materials(&self) -> &[Material] {
         match &self.origin {

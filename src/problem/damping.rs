@@ -75,8 +75,7 @@ pub(super) fn rayleigh_of(
         d
     };
     let body = &system.body;
-    let whole = body.tips.as_ref().map_or(&body.stiffness, |t| &t.structure);
-    let (c, m, k) = (dense(&c), dense(&body.mass.leading(n)), dense(&whole.leading(n)));
+    let (c, m, k) = (dense(&c), dense(&body.mass.leading(n)), dense(&body.structure().leading(n)));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     // an orthonormal basis of M and K, so that nothing is lost where they are of very different size, or nearly parallel
     let norm = |a: &[f64]| dot(a, a).sqrt();

@@ -10,7 +10,7 @@ use super::StoreError;
 use super::journal::checksum;
 use super::output::{beside, replace};
 use crate::contact::States;
-use crate::event::Checkpoint;
+use crate::event::{Checkpoint, Evidence};
 use crate::records::bits;
 
 /// A checkpoint as it is kept.
@@ -43,6 +43,28 @@ pub(super) fn name_of(path: &Path) -> PathBuf {
     beside(path, ".checkpoint")
 }
 
+/// Numbers in the order of the file.
+fn extremes(c: &Checkpoint) -> [f64; 10] {
+    let s = &c.seen;
+    [
+        s.largest_u,
+        c.potential_start,
+        c.last_stored,
+        s.gap_error,
+        s.max_tension,
+        s.violation,
+        s.entered,
+        s.blows,
+        s.largest_v,
+        s.state_error,
+    ]
+}
+
+fn counts(c: &Checkpoint) -> [usize; 6] {
+    let s = &c.seen;
+    [c.next_sample, c.phases, s.missed, s.uncertified, s.undecided, s.loosened]
+}
+
 /// Replace the checkpoint of the file `path`; `problem` is the fingerprint of what is integrated.
 pub(super) fn write(path: &Path, problem: u64, c: &Checkpoint) -> Result<(), StoreError> {
     let record = Record {
@@ -55,9 +77,9 @@ pub(super) fn write(path: &Path, problem: u64, c: &Checkpoint) -> Result<(), Sto
         recent_t: c.recent.iter().map(|r| r.0).collect(),
         recent_node: c.recent.iter().map(|r| r.1).collect(),
         ledger: c.ledger.to_vec(),
-        extremes: c.extremes.to_vec(),
+        extremes: extremes(c).to_vec(),
         flow: c.flow.clone(),
-        counts: c.counts,
+        counts: counts(c),
         rows: c.rows,
     };
     let name = name_of(path);
@@ -76,6 +98,33 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
         return Err(damaged());
     }
     let r: Record = serde_json::from_str(text).map_err(|_| damaged())?;
+    let [next_sample, phases, missed, uncertified, undecided, loosened] = r.counts;
+    let [
+        largest_u,
+        potential_start,
+        last_stored,
+        gap_error,
+        max_tension,
+        violation,
+        entered,
+        blows,
+        largest_v,
+        state_error,
+    ] = r.extremes.try_into().map_err(|_| damaged())?;
+    let seen = Evidence {
+        missed,
+        uncertified,
+        undecided,
+        loosened,
+        largest_u,
+        largest_v,
+        gap_error,
+        max_tension,
+        violation,
+        entered,
+        blows,
+        state_error,
+    };
     let checkpoint = Checkpoint {
         t: r.t,
         y: r.y,
@@ -84,9 +133,12 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
         armed: r.armed,
         recent: r.recent_t.into_iter().zip(r.recent_node).collect(),
         ledger: r.ledger.try_into().map_err(|_| damaged())?,
-        extremes: r.extremes.try_into().map_err(|_| damaged())?,
+        seen,
+        potential_start,
+        last_stored,
+        next_sample,
+        phases,
         flow: r.flow,
-        counts: r.counts,
         rows: r.rows,
     };
     Ok((checkpoint, r.problem))
