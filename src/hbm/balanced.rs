@@ -2,10 +2,11 @@
 
 use super::dynamic::Dynamic;
 use super::interface::{Form, Interface};
-use super::newton::{Failure, Settings, Solution};
+use super::newton::Settings;
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::Series;
+use super::solution::{Failure, Solution};
 use super::{HbmError, modes, response};
 use crate::contact::System;
 

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::newton::{Failure, Settings};
+use super::newton::Settings;
 use super::response::{self, Harmonics, Origin, Point, Summary, Track};
+use super::solution::Failure;
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
 use crate::event::SwitchKind;

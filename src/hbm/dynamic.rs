@@ -14,9 +14,10 @@ use faer::{Mat, c64};
 
 use super::balance::Balance;
 use super::interface::{Form, Interface, orthonormal};
-use super::newton::{self, Failure, Settings, Solution, condensed, condensed_residual};
+use super::newton::{self, Settings, condensed, condensed_residual};
 use super::receptance::{Receptance, load_series};
 use super::series::Series;
+use super::solution::{Ended, Failure, Solution};
 use super::{Balanced, HbmError};
 use crate::contact::System;
 use crate::continuation::{dot, norm};
@@ -290,8 +291,9 @@ impl Balanced for Dynamic {
         let (at, iterations) = newton::damped(start, settings, |at| at.size, step, trial);
         let Iterate { y, n, balance, size, floor } = at;
         let settings = Settings { tolerance: settings.tolerance.max(floor), ..*settings };
-        let (series, end) = ((y.clone(), y, n), (omega, size, iterations + 1));
-        newton::conclude(&self.interface, series, balance, end, &settings)
+        let iterations = iterations + 1;
+        let ended = Ended { omega, q: y.clone(), y, n, residual: size, iterations };
+        newton::conclude(&self.interface, ended, balance, &settings)
     }
 
     fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {

@@ -32,6 +32,7 @@ pub mod receptance;
 pub mod reduction;
 pub mod response;
 pub mod series;
+pub mod solution;
 pub mod tongue;
 pub mod viscous;
 
@@ -39,9 +40,9 @@ pub use balance::{Balance, Quadrature};
 pub use balanced::{Balanced, prepare};
 pub use dynamic::Dynamic;
 pub use interface::{Form, Interface};
-pub use newton::{Failure, Solution};
 pub use reduction::Reduction;
 pub use series::{Basis, Series};
+pub use solution::{Failure, Solution};
 pub use viscous::Viscous;
 
 use crate::contact::{ContactError, System};

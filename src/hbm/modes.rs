@@ -9,10 +9,11 @@ use faer::{Mat, c64};
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
 use super::impedance::Impedance;
-use super::newton::{Failure, Settings, Solution, conclude, condensed, damped};
+use super::newton::{Settings, conclude, condensed, damped};
 use super::receptance::{Receptance, load_series};
 use super::reduction::Reduction;
 use super::series::Series;
+use super::solution::{Ended, Failure, Solution};
 use crate::continuation::{dot, norm};
 
 /// The parts of the equations that do not depend on the motion.
@@ -166,7 +167,8 @@ pub fn solve(
     let (at, iterations) = damped(start, settings, |at| at.size, step, trial);
     let Whole { q, y, balance, size, .. } = at;
     let n = balance.n.clone();
-    conclude(reduction, (q, y, n), balance, (omega, size, iterations), settings)
+    let ended = Ended { omega, q, y, n, residual: size, iterations };
+    conclude(reduction, ended, balance, settings)
 }
 
 /// An iterate in modal coordinates.

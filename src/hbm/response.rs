@@ -5,10 +5,11 @@ use std::convert::Infallible;
 use faer::Mat;
 
 use super::balance::{Balance, Quadrature};
-use super::newton::{Failure, Settings, Solution, condensed_residual, flaw};
+use super::newton::{Settings, condensed_residual};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
+use super::solution::{Ended, Failure, Solution};
 use super::{Balanced, HbmError, Interface};
 use crate::contact::{Phase, State, States, System};
 use crate::continuation::{Family, JUMP, Units, norm};
@@ -54,7 +55,7 @@ impl Summary {
         for k in 0..=SAMPLES {
             let theta = end * k as f64 / SAMPLES as f64;
             let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
-            let set: &States = &s.sets[j.min(s.sets.len() - 1)];
+            let set: &States = &s.sets()[j.min(s.sets().len() - 1)];
             if !phases.contains_key(set) {
                 phases.insert(set.clone(), system.phase(set));
             }
@@ -75,7 +76,7 @@ impl Summary {
         let energy = match s.q.basis {
             // the far point
             Basis::Cosine => {
-                system.energy_in(&system.phase(&s.sets[0]), 0.0, &state(series, 0.0, s.omega))
+                system.energy_in(&system.phase(&s.sets()[0]), 0.0, &state(series, 0.0, s.omega))
             }
             Basis::Full => largest_energy(system, s, series),
         };
@@ -206,12 +207,9 @@ impl Harmonics<'_> {
         let y = receptance.answer(Some(&n));
         let q = self.body.series_of(&n, omega)?;
         let interface = self.body.interface();
-        if let Some(flaw) = flaw(interface, &y, omega, &balance, Quadrature::EventResolved)? {
-            return Ok(Err(flaw));
-        }
         let residual = norm(&r) / norm(&n.a).max(f64::MIN_POSITIVE);
-        let Balance { n, crossings, sets, undecided, .. } = balance;
-        Ok(Ok(Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided }))
+        let ended = Ended { omega, q, y, n: balance.n.clone(), residual, iterations: 0 };
+        Solution::examine(interface, ended, balance, Quadrature::EventResolved)
     }
 
     /// The residual, the projections, and what the open body answers.

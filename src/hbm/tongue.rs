@@ -10,8 +10,9 @@ use super::balance::{Balance, Quadrature};
 use super::branch::{self, Begin, without};
 use super::fed::{Body, point};
 use super::modes::{Linear, project_in};
-use super::newton::{condensed_residual, flaw};
+use super::newton::condensed_residual;
 use super::series::{Basis, Series};
+use super::solution::Ended;
 use super::viscous::{Fed, Viscous};
 use super::{Failure, HbmError, Solution};
 use crate::continuation::{Family, Go, Options, Place, Stop, Units, norm};
@@ -72,14 +73,10 @@ impl Tongue<'_> {
         let Some((r, _, q, balance)) = self.at(x)? else { return Ok(Err(nowhere)) };
         let (reduction, exact) = (self.body.reduction(), Quadrature::EventResolved);
         let y = project_in(reduction, &q);
-        if let Some(flaw) = flaw(reduction, &y, omega, &balance, exact)? {
-            return Ok(Err(flaw));
-        }
         let residual = norm(&r) / norm(n).max(f64::MIN_POSITIVE);
-        let Balance { n, crossings, sets, undecided, .. } = balance;
-        let solution =
-            Solution { omega, q, n, residual, iterations: 0, crossings, sets, undecided };
-        Ok(Ok(Fed { solution, alpha }))
+        let ended = Ended { omega, q, y, n: balance.n.clone(), residual, iterations: 0 };
+        let found = Solution::examine(reduction, ended, balance, exact)?;
+        Ok(found.map(|solution| Fed { solution, alpha }))
     }
 
     /// Size that makes a projection a number of the order of one.

@@ -22,6 +22,7 @@ use super::balance::{Balance, Quadrature};
 use super::modes::{Linear, project_in, residual};
 use super::newton::{Settings, conclude};
 use super::series::{Basis, Series};
+use super::solution::Ended;
 use super::{Failure, Form, HbmError, Reduction, Solution};
 use crate::contact::System;
 use crate::orbit::Pin;
@@ -151,8 +152,8 @@ impl Viscous {
         let Evaluated { balance, size, .. } = at;
         self.set_feedback(alpha)?;
         let y = project_in(&self.reduction, &q);
-        let (series, end) = ((q, y, balance.n.clone()), (omega, size, iterations));
-        let found = conclude(&self.reduction, series, balance, end, settings)?;
+        let ended = Ended { omega, q, y, n: balance.n.clone(), residual: size, iterations };
+        let found = conclude(&self.reduction, ended, balance, settings)?;
         Ok(found.map(|solution| Fed { solution, alpha }))
     }
 

@@ -1,0 +1,173 @@
+//! A solution of the harmonic balance: a series that converged and obeys the contact conditions over its whole period; or why there is none.
+
+use super::HbmError;
+use super::balance::{Balance, Crossing, Quadrature, spans};
+use super::interface::Interface;
+use super::series::{Basis, Series};
+use crate::contact::States;
+
+/// A converged series.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// Frequency.
+    pub omega: f64,
+    /// The series, in the coordinates of its body.
+    pub q: Series,
+    /// Its interface terms.
+    pub n: Series,
+    /// Residual over the size of its terms.
+    pub residual: f64,
+    /// Newton steps.
+    pub iterations: usize,
+    /// Switches on the interval of the balance.
+    pub crossings: Vec<Crossing>,
+    /// Active sets between them; private, so that [`Solution::examine`] alone makes a solution.
+    sets: Vec<States>,
+    /// Touches that may be crossings, and were taken for none.
+    pub undecided: usize,
+}
+
+/// What an iteration ends with.
+#[derive(Debug)]
+pub(super) struct Ended {
+    /// Frequency.
+    pub omega: f64,
+    /// The series, in the coordinates of its body.
+    pub q: Series,
+    /// Its projections.
+    pub y: Series,
+    /// Its interface terms.
+    pub n: Series,
+    /// Residual over the size of its terms.
+    pub residual: f64,
+    /// Newton steps.
+    pub iterations: usize,
+}
+
+impl Solution {
+    /// Ask of a converged series whether it is a solution of the contact problem: nothing else makes one, whatever found it.
+    pub(super) fn examine(
+        interface: &Interface,
+        ended: Ended,
+        balance: Balance,
+        quadrature: Quadrature,
+    ) -> Result<Result<Solution, Failure>, HbmError> {
+        let Ended { omega, q, y, n, residual, iterations } = ended;
+        if let Some(failure) = flaw(interface, &y, omega, &balance, quadrature)? {
+            return Ok(Err(failure));
+        }
+        let Balance { crossings, sets, undecided, .. } = balance;
+        Ok(Ok(Solution { omega, q, n, residual, iterations, crossings, sets, undecided }))
+    }
+
+    /// Active sets between the switches, one more than these.
+    pub fn sets(&self) -> &[States] {
+        &self.sets
+    }
+
+    /// Active sets with the phase angles at which they begin and end.
+    pub fn phases(&self) -> impl Iterator<Item = (&States, (f64, f64))> {
+        self.sets.iter().zip(spans(&self.crossings, self.q.basis))
+    }
+
+    /// The switches over a whole period in their order: contact point, closes.
+    pub fn sequence(&self) -> Vec<(usize, bool)> {
+        let forth = self.crossings.iter().map(|c| (c.point, c.to.touches()));
+        let back = self.crossings.iter().rev().map(|c| (c.point, c.from.touches()));
+        // a cosine series is walked over half a period
+        let mirrored = self.q.basis == Basis::Cosine;
+        forth.chain(back.filter(|_| mirrored)).collect()
+    }
+}
+
+/// Why there is no solution.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Failure {
+    /// The iteration did not converge.
+    NotConverged {
+        /// Least residual.
+        residual: f64,
+        /// Newton steps.
+        iterations: usize,
+    },
+    /// It converged to a motion without contact.
+    NoContact,
+    /// It converged along active sets that are not those of the contact conditions.
+    Inadmissible {
+        /// Phase angle at which they are not.
+        theta: f64,
+    },
+    /// There was nothing to start from.
+    NoStart,
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Failure::NotConverged { residual, iterations } => {
+                write!(f, "not converged: residual {residual:.1e} after {iterations} steps")
+            }
+            Failure::NoContact => write!(f, "a motion without contact"),
+            Failure::Inadmissible { theta } => {
+                write!(f, "the active sets violate the contact conditions at phase {theta:.6}")
+            }
+            Failure::NoStart => write!(f, "no solution with fewer harmonics to start from"),
+        }
+    }
+}
+
+/// Why a converged series is no solution of the contact problem, if so.
+fn flaw(
+    interface: &Interface,
+    y: &Series,
+    omega: f64,
+    balance: &Balance,
+    quadrature: Quadrature,
+) -> Result<Option<Failure>, HbmError> {
+    let touches =
+        !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count_closed() > 0);
+    if !touches && interface.system.loads.harmonics.is_empty() {
+        return Ok(Some(Failure::NoContact));
+    }
+    if quadrature != Quadrature::EventResolved {
+        return Ok(None);
+    }
+    let theta = inadmissible(interface, y, omega, balance)?;
+    Ok(theta.map(|theta| Failure::Inadmissible { theta }))
+}
+
+/// Over the size of its terms, so far a monitor may be on the wrong side of zero.
+const VIOLATION: f64 = 1e-9;
+
+/// A phase angle at which the contact conditions are violated: where a monitor of the present set is negative anywhere in its phase, or where the complementarity
+/// problem, solved anew in the middle of the phase, has another active set than the walk along the series.
+fn inadmissible(
+    interface: &Interface,
+    y: &Series,
+    omega: f64,
+    balance: &Balance,
+) -> Result<Option<f64>, HbmError> {
+    for (set, (a, b)) in balance.sets.iter().zip(spans(&balance.crossings, y.basis)) {
+        // switches at one time have nothing between them
+        if b - a <= 1e-9 {
+            continue;
+        }
+        let op = interface.phase(set)?;
+        for k in 0..op.monitors.len() {
+            let monitor = interface.monitor(&op, k, y);
+            let slack = VIOLATION * (monitor.size + op.units[k]);
+            if let Some(theta) = monitor.below(a, b, slack) {
+                return Ok(Some(theta));
+            }
+        }
+        let theta = 0.5 * (a + b);
+        let u = interface.representative(&y.at(theta).0);
+        let t = theta / omega;
+        let there = interface.system.select(t, &u, set)?;
+        let mut decided = set.changes(&there.set).filter(|(c, ..)| !there.degenerate.contains(c));
+        if decided.next().is_some() {
+            return Ok(Some(theta));
+        }
+    }
+    Ok(None)
+}
