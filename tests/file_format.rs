@@ -58,8 +58,9 @@ for name in ["t", "kinetic", "elastic", "external", "dissipated", "jumps"]:
 assert np.array_equal(en["t"][:], t)
 kinds = sw["kind"].asstr()[:] if sw["kind"].dtype.kind == "O" else np.char.decode(sw["kind"][:], "ascii")
 assert set(kinds) == {"close", "open"}
-for name in ["t", "node", "monitor_rate", "energy_jump"]:
+for name in ["t", "node", "point", "monitor", "from", "to", "monitor_rate", "energy_jump"]:
     assert sw[name].shape == kinds.shape, name
+words = {name: np.char.decode(sw[name][:], "ascii") for name in ["monitor", "from", "to"]}
 assert sw["active_before"].shape == (len(kinds), n_c) == sw["active_after"].shape
 # every switch is a stored time, and flips one node
 for k in range(len(kinds)):
@@ -67,7 +68,10 @@ for k in range(len(kinds)):
     before, after = sw["active_before"][k], sw["active_after"][k]
     node = list(mesh["contact_nodes"]).index(sw["node"][k])
     changed = np.flatnonzero(before != after)
-    assert list(changed) == [node] and after[node] == (kinds[k] == "close")
+    assert list(changed) == [node] == [sw["point"][k]] and after[node] == (kinds[k] == "close")
+    states = np.array(["open", "closed"])
+    assert words["from"][k] == states[before[node]] and words["to"][k] == states[after[node]]
+    assert words["monitor"][k] == ("pressure" if before[node] else "gap")
 # complementarity of what is stored
 u = traj["u"][:, N - n_c:]
 gap = mesh["gap"][:] - u

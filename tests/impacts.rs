@@ -87,6 +87,8 @@ fn accumulations_end_and_take_energy() {
     };
     let rates: Vec<f64> = report.switches.iter().map(|s| s.monitor_rate).collect();
     assert_eq!(report.switches.last().map(|s| s.kind), Some(SwitchKind::Rest));
+    // as files of earlier versions called it
+    assert_eq!(SwitchKind::of_name("stick"), SwitchKind::Rest);
     for pair in rates[rates.len() - 8..].windows(2) {
         assert!((pair[1] / pair[0] - 0.5).abs() < 1e-3, "{rates:?}");
     }
