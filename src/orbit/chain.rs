@@ -17,7 +17,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -123,6 +123,11 @@ impl Propagator {
             self.open = self.spectra.of_set(&self.system, &self.open_set)?;
         }
         Ok(())
+    }
+
+    /// Whether the search is asked to end.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// Number of displacements `u_O`.

@@ -113,7 +113,8 @@ impl HalfPeriod<'_> {
         let mut triangle: Vec<Vec<f64>> = vec![];
         let mut rotations: Vec<(f64, f64)> = vec![];
         let mut g = vec![size];
-        while basis.len() <= most.min(n) {
+        // what is asked to stop takes the step that it has: the next integration says so
+        while basis.len() <= most.min(n) && !(basis.len() > 1 && self.body.is_stopped()) {
             let k = basis.len() - 1;
             let x: Vec<f64> = basis[k].iter().zip(&diagonal).map(|(b, d)| b / d).collect();
             let mut w = self.product(&x, &mut tangent);
