@@ -4,6 +4,7 @@
 //! while their number falls, one at a time otherwise.
 
 use super::lcp::UNITS;
+use super::monitor::Monitor;
 use super::phase::Phase;
 use super::states::States;
 use super::system::System;
@@ -42,7 +43,7 @@ impl System {
                 patience -= 1;
             }
             let change = if patience >= 0 { &wrong[..] } else { &[first][..] };
-            change.iter().for_each(|&k| set.set(phase.monitors[k].point, phase.monitors[k].to));
+            change.iter().for_each(|m| set.set(m.point, m.to));
         }
         Err(NoEquilibrium::Pivots(limit))
     }
@@ -65,13 +66,13 @@ fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
     (held && u.iter().all(|u| u.is_finite())).then_some(u)
 }
 
-/// The points whose gap or pressure is negative.
-fn infeasible(phase: &Phase, u: &[f64], unit: f64) -> Vec<usize> {
+/// The monitors that are negative.
+fn infeasible(phase: &Phase, u: &[f64], unit: f64) -> Vec<Monitor> {
     let size = u.iter().fold(unit, |m, x| m.max(x.abs()));
     let mut h = vec![0.0; phase.monitors.len()];
     phase.monitor_undriven(u, &mut h);
     // displacements of a static solution carry more than one rounding error
     let rounding = phase.monitor_rounding(size);
     let negative = |k: &usize| h[*k] < -1e-12 / UNITS * rounding[*k];
-    (0..h.len()).filter(negative).map(|k| phase.monitors[k].point).collect()
+    (0..h.len()).filter(negative).map(|k| phase.monitors[k]).collect()
 }
