@@ -211,15 +211,15 @@ fn refine(
     depth: u32,
     sequence: &mut Vec<(f64, usize, bool)>,
 ) -> Result<(), OrbitError> {
-    let changes: Vec<usize> =
-        (0..before.len()).filter(|&i| before.touches(i) != after.touches(i)).collect();
+    let changes: Vec<(usize, bool)> =
+        before.changes(&after).map(|(i, _, to)| (i, to.touches())).collect();
     if changes.len() > 1 && depth < 40 {
         let middle = 0.5 * (a + b);
         let set = set_at(middle, &before)?;
         refine(set_at, (a, before), (middle, set.clone()), depth + 1, sequence)?;
         return refine(set_at, (middle, set), (b, after), depth + 1, sequence);
     }
-    sequence.extend(changes.into_iter().map(|i| (0.5 * (a + b), i, after.touches(i))));
+    sequence.extend(changes.into_iter().map(|(i, closes)| (0.5 * (a + b), i, closes)));
     Ok(())
 }
 

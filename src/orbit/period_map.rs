@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 use std::rc::Rc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
@@ -36,7 +35,7 @@ pub fn flow(body: &Propagator) -> Choice<'_, choice::Only> {
 }
 
 /// Observes nothing, and ends the motion when it is asked to.
-struct Stoppable<'a>(Option<&'a AtomicBool>);
+struct Stoppable<'a>(&'a Propagator);
 
 impl Observer for Stoppable<'_> {
     type Error = Infallible;
@@ -44,7 +43,7 @@ impl Observer for Stoppable<'_> {
         Ok(())
     }
     fn progress(&mut self, _: f64) -> Result<Go, Infallible> {
-        match self.0.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+        match self.0.is_stopped() {
             true => Ok(Go::Break(())),
             false => Ok(Go::Continue(())),
         }
@@ -53,7 +52,7 @@ impl Observer for Stoppable<'_> {
 
 /// Integrate from `x` at `t = 0` to `until` with the body's exact flow.
 pub fn integrate(body: &Propagator, x: &State, until: f64) -> Result<Passage, OrbitError> {
-    integrate_with(body, x, until, 0, &mut Stoppable(body.stop.as_deref()))
+    integrate_with(body, x, until, 0, &mut Stoppable(body))
 }
 
 /// The same with an observer and a number of stored states.
