@@ -22,9 +22,9 @@
 //! Legrand, *Nodal-Boundary Finite-Element Method for the Signorini Problem in Two Dimensions*, IDETC-CIE 2021 (its
 //! printed eq. 4 has the sign inside the max reversed).
 //!
-//! The modules stand in the order of the data; each uses only what stands before it:
-//! [`mesh`], [`scenario`], [`fem`], [`contact`], [`problem`], [`flow`], [`event`], [`simulate`], [`records`], [`continuation`],
-//! [`orbit`], [`hbm`], [`store`], [`report`], [`families`], [`compare`], [`study`]; last [`cli`], the commands.
+//! The numerics are a crate of their own, [`signorini_core`]: [`mesh`], [`fem`], [`contact`], [`flow`], [`event`], [`schemes`], [`continuation`], [`orbit`],
+//! [`hbm`]. What stands here is the program around them. Its modules stand in the order of the data; each uses only what stands before it:
+//! [`scenario`], [`matrices`], [`problem`], [`simulate`], [`records`], [`store`], [`report`], [`families`], [`compare`], [`study`]; last [`cli`], the commands.
 //!
 //! ```
 //! use signorini::{event::Silent, problem::Problem, scenario::Scene, simulate::simulate};
@@ -42,21 +42,14 @@ extern crate self as signorini;
 
 pub mod cli;
 pub mod compare;
-pub mod contact;
-pub mod continuation;
-pub mod event;
 pub mod families;
-pub mod fem;
-pub mod flow;
-pub mod hbm;
-pub mod mesh;
-pub mod orbit;
+pub mod matrices;
 pub mod problem;
 pub mod records;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
-pub mod stepping;
 pub mod store;
 pub mod study;
-pub mod waves;
+
+pub use signorini_core::{contact, continuation, event, fem, flow, hbm, mesh, orbit, schemes};

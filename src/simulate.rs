@@ -1,13 +1,13 @@
 //! One call from a scene to a report: what `signorini run` does, for library users.
 
-use crate::contact::{March, State, System};
+use crate::contact::{State, System};
 use crate::event::{self, Observer, Options, Report, Resumed, RunError, Verified};
 use crate::flow::dop853::DOP853;
 use crate::flow::dopri5::DOPRI5;
 use crate::flow::{Chebyshev, Flow, Modal, RungeKutta, Tolerances, Zoned, auto, exact};
 use crate::problem::Problem;
 use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
-use crate::{stepping, waves};
+use crate::schemes;
 
 /// The `[run]` table of a scene, or the error that says it is missing.
 pub fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
@@ -50,14 +50,7 @@ fn run<O: Observer>(
     let options = Options { until, samples: run.samples, switch_limit: run.switch_limit };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
     let (system, initial) = (&problem.system, &problem.initial);
-    let marched = match system.impact().and_then(|law| law.march) {
-        None => None,
-        Some(March::Steps(_)) => {
-            stepping::run(system, initial, resumed.clone(), &options, observer)?
-        }
-        Some(March::Waves(_)) => waves::run(system, initial, resumed.clone(), &options, observer)?,
-    };
-    if let Some(report) = marched {
+    if let Some(report) = schemes::run(system, initial, resumed.clone(), &options, observer)? {
         return Ok(report);
     }
     let around = || around_contact(run.integrator, &problem.system);

@@ -4,8 +4,9 @@
 mod common;
 
 use common::{relative, scene};
+use signorini::contact::phase_modes;
 use signorini::event::{Report, Silent};
-use signorini::problem::{Problem, phase_modes};
+use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
 use signorini::simulate::simulate;
 

@@ -4,11 +4,11 @@ mod common;
 
 use common::root;
 use signorini::contact::Gaps;
+use signorini::contact::phase_modes;
 use signorini::contact::{ContactError, Contacts, MassChoice, State, States, Stress, System};
 use signorini::fem::{Body, DofMap, Facing, Held, Material, StressState, eigen};
 use signorini::mesh::ElementKind;
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
-use signorini::problem::phase_modes;
 use signorini::scenario::{Inertia, Integrator};
 
 fn imported(name: &str) -> Imported {

@@ -743,7 +743,7 @@ fn the_optimal_mass_follows_a_body_that_is_moved() {
         let p = problem(&scene);
         let report = simulate(&scene, &p, false, &mut Silent).unwrap();
         assert!(report.outcome.is_complete() && report.switches.len() > 1);
-        let modes = signorini::problem::phase_modes(&p.system, &p.system.open_phase(), 6).unwrap();
+        let modes = signorini::contact::phase_modes(&p.system, &p.system.open_phase(), 6).unwrap();
         (modes.omega, report.last.u, report.switches.len())
     };
     let (omega, u, n) = at(0.0);

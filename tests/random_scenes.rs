@@ -7,9 +7,9 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use signorini::contact::State;
 use signorini::contact::States;
+use signorini::contact::phase_modes;
 use signorini::event::{self, Options};
 use signorini::flow::Tolerances;
-use signorini::problem::phase_modes;
 use signorini::scenario::Integrator;
 use signorini::simulate::by_name;
 

@@ -4,9 +4,9 @@ mod common;
 
 use common::{Reference, reference_problem, relative};
 use signorini::contact::States;
+use signorini::contact::phase_modes;
 use signorini::event::{self, Options, Report, Silent, Verified};
 use signorini::flow::Tolerances;
-use signorini::problem::phase_modes;
 use signorini::scenario::Integrator;
 use signorini::simulate::by_name;
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use libfuzzer_sys::{Corpus, fuzz_target};
-use signorini::fem::read_matrix;
+use signorini::matrices::read_matrix;
 use signorini::mesh::gmsh;
 use signorini::problem::Problem;
 use signorini::scenario::Scene;

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
+use signorini::contact::phase_modes;
 use signorini::contact::{State, States};
 use signorini::continuation::Options;
 use signorini::families::bar;
@@ -16,7 +17,7 @@ use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
 use signorini::orbit::along::Start;
 use signorini::orbit::{Closure, Propagator};
-use signorini::problem::{Problem, phase_modes};
+use signorini::problem::Problem;
 use signorini::records::{
     Branch, BranchEnd, Direction, FamilyKind, Grid, PointMethod, PointRecord, Walk, fingerprint,
 };

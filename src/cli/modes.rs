@@ -7,8 +7,8 @@ use clap::Args;
 use serde_json::json;
 
 use signorini::contact::States;
+use signorini::contact::phase_modes;
 use signorini::mesh::slender::stiff_in_bending;
-use signorini::problem::phase_modes;
 use signorini::report::summary::significant;
 
 use super::{Answer, CliError, Global, load};

@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use signorini::families::motions::{Motions, NoMotion};
-use signorini::fem::law::materials;
+use signorini::problem::materials;
 use signorini::report::comparison;
 use signorini::report::page::{self, View};
 use signorini::scenario::Scene;

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use super::ProblemError;
 use super::given::{folder, given_length};
 use super::imported;
+use super::materials::materials;
 use crate::contact::{Contacts, Gaps, MassChoice, Stress};
-use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, law::materials, read_matrix};
+use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held};
+use crate::matrices::read_matrix;
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario::{
     BodyKind, Contact, ContactMethod, Field, Inertia, Issue, MassKind, Obstacle, RedistributedMass,

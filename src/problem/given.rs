@@ -7,7 +7,8 @@ use nalgebra::DMatrix;
 use super::ProblemError;
 use super::body::check_way;
 use crate::contact::boundary::{self, BoundaryOperator};
-use crate::fem::{Body, Csr, FemError, read_matrix};
+use crate::fem::{Body, Csr, FemError};
+use crate::matrices::read_matrix;
 use crate::scenario::{Contact, Issue, Scene, StressKey};
 
 /// Files are named relative to the scene.

@@ -2,11 +2,11 @@
 
 use super::ProblemError;
 use super::body::place;
-use super::modes::{OpenModes, grazing_scale};
+use super::modes::OpenModes;
 use super::moving;
 use super::notes::{self, Notes, Placed};
 use super::table::history;
-use crate::contact::System;
+use crate::contact::{System, grazing_scale};
 use crate::fem::{Course, Loads, load};
 use crate::mesh::point::{minus, norm};
 use crate::mesh::{Point, bounds};

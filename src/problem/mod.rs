@@ -9,6 +9,7 @@ mod given;
 mod imported;
 mod initial;
 mod loads;
+mod materials;
 mod modes;
 mod moving;
 mod notes;
@@ -28,13 +29,13 @@ use crate::scenario::{
 };
 
 pub use body::mesh;
-pub use modes::{grazing_scale, phase_modes};
 
 use body::{assemble, contacts, discretisation};
 use damping::{damping, rayleigh_of};
 use given::{given_body, given_gaps_behind};
 use initial::initial_state;
 use loads::loads;
+pub use materials::materials;
 use modes::OpenModes;
 pub use notes::{Notes, Placed};
 

@@ -1,8 +1,8 @@
 //! The modes that a scene names.
 
 use super::ProblemError;
-use crate::contact::{Phase, System};
-use crate::fem::{FemError, Modes, eigen};
+use crate::contact::{Phase, System, phase_modes};
+use crate::fem::Modes;
 use crate::scenario::{Issue, Scene};
 
 /// The modes of the open phase that a scene names, computed once and only if it names any.
@@ -50,49 +50,4 @@ impl OpenModes {
         phase.expand(&modes.shapes[k - 1], &mut shape);
         Ok((modes.omega[k - 1], shape))
     }
-}
-
-/// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
-/// displacement of largest magnitude positive (the largest displacement where there is no contact).
-pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes, FemError> {
-    let (k, m) = phase.matrices();
-    // held displacements are modes of their own, and none of the body's
-    let held = phase.held_displacements();
-    let mut modes = eigen::lowest(&k, &m, count + held.len(), system.units.frequency)?;
-    let is_own = |x: &[f64]| held.iter().all(|&j| x[j] == 0.0 || x[j].abs() < 1e-9 * largest_of(x));
-    let kept: Vec<bool> = modes.shapes.iter().map(|x| is_own(x)).collect();
-    let mut keep = kept.iter();
-    modes.omega.retain(|_| keep.next() == Some(&true));
-    let mut keep = kept.iter();
-    modes.shapes.retain(|_| keep.next() == Some(&true));
-    modes.omega.truncate(count);
-    modes.shapes.truncate(count);
-    let mut full = vec![0.0; system.n()];
-    for shape in &mut modes.shapes {
-        phase.expand(shape, &mut full);
-        let largest = |x: &[f64]| {
-            x.iter()
-                .copied()
-                .fold(0.0f64, |m, x| if x.abs() > m.abs() * (1.0 + 1e-9) { x } else { m })
-        };
-        let of_contact = largest(&system.along_normals(&full));
-        let of_all = largest(&full);
-        let leading = if of_contact.abs() > 1e-9 * of_all.abs() { of_contact } else { of_all };
-        if leading < 0.0 {
-            shape.iter_mut().for_each(|x| *x = -*x);
-        }
-    }
-    Ok(modes)
-}
-
-fn largest_of(x: &[f64]) -> f64 {
-    x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
-}
-
-/// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
-pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
-    let largest = largest_of(shape);
-    let contact = system.along_normals(shape).into_iter().zip(&system.constraints);
-    let factors = contact.filter(|(u, _)| u.abs() > 1e-9 * largest).map(|(u, c)| c.gap / u);
-    factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
 }

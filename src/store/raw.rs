@@ -100,6 +100,6 @@ fn values(data: &Dataset) -> Result<Raw, StoreError> {
 }
 
 fn words<T: H5Type + ToString>(data: &Dataset) -> Result<Vec<String>, StoreError> {
-    crate::fem::check_size(data, size_of::<T>())?;
+    crate::matrices::check_size(data, size_of::<T>())?;
     Ok(data.read_raw::<T>()?.iter().map(T::to_string).collect())
 }

@@ -8,7 +8,7 @@ use ndarray::Array2;
 use super::events::{point_of, read_states};
 use super::{StoreError, read_text};
 use crate::contact::States;
-use crate::fem::check_size;
+use crate::matrices::check_size;
 use crate::mesh::{ElementKind, Point};
 use crate::records::Status;
 

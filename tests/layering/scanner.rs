@@ -63,13 +63,16 @@ pub fn named(text: &str, module: &[&str]) -> Vec<Named> {
     written.iter().filter_map(absolute).collect()
 }
 
-/// Whether a file consists of `pub mod NAME;` alone.
+/// Whether a file consists of `pub mod NAME;` alone, and of modules of the numerics that it hands on.
 pub fn declares_modules_only(text: &str) -> bool {
     let tokens = tokens(text);
     let all: Vec<&str> = tokens.iter().map(|t| t.text.as_str()).collect();
     // its own name gives it no other
     let all = all.strip_prefix(&["extern", "crate", "self", "as", CRATE, ";"]).unwrap_or(&all);
-    all.chunks(4).all(|c| matches!(c, ["pub", "mod", _, ";"]))
+    let handed_on = ["pub", "use", "signorini_core", "::", "{"];
+    let end = all.windows(handed_on.len()).position(|w| w == handed_on).unwrap_or(all.len());
+    let is_list = all[end..].iter().skip(handed_on.len()).all(|t| !matches!(*t, "::" | "as" | "*"));
+    is_list && all[..end].chunks(4).all(|c| matches!(c, ["pub", "mod", _, ";"]))
 }
 
 /// Whether a file takes in other files than those of its modules.
@@ -425,7 +428,9 @@ fn lines_and_whole_paths_are_kept() {
 #[test]
 fn files_that_are_taken_in_are_seen() {
     assert!(declares_modules_only("//! x\n/// y\npub mod a;\npub mod b;\n"));
+    assert!(declares_modules_only("pub mod a;\npub use signorini_core::{b, c};\n"));
     assert!(!declares_modules_only("pub mod a;\npub use a::B;\n"));
+    assert!(!declares_modules_only("pub use signorini_core::{b as c};\n"));
     assert!(
         takes_in_files("#[path = \"../x.rs\"] mod x;") && takes_in_files("include!(\"x.rs\");")
     );

@@ -1,8 +1,8 @@
 //! Loads, supports and obstacles that move, measured histories.
 
 use signorini::contact::System;
+use signorini::contact::{grazing_scale, phase_modes};
 use signorini::fem::{Body, DofMap, Material};
-use signorini::problem::{grazing_scale, phase_modes};
 
 use super::common::{problem, scene};
 use super::{assert_near, dense, plate, vector};

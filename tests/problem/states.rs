@@ -1,7 +1,7 @@
 //! Gaps, modes, damping, initial states, rigid motions, reduction.
 
 use signorini::contact::System;
-use signorini::problem::{grazing_scale, phase_modes};
+use signorini::contact::{grazing_scale, phase_modes};
 
 use super::common::{bar, problem};
 use super::{assert_near, dense, plate, refused, vector};

@@ -12,9 +12,10 @@ pub use independent::MILLION;
 use rayon::prelude::*;
 
 use signorini::contact::State;
+use signorini::contact::phase_modes;
 use signorini::event::{self, GrazingKind, Options, Report, Silent};
 use signorini::flow::{Flow, Tolerances};
-use signorini::problem::{Problem, phase_modes};
+use signorini::problem::Problem;
 use signorini::scenario::{Field, Integrator, Scene};
 use signorini::simulate::by_name;
 

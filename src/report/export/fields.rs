@@ -13,10 +13,10 @@
 
 use super::ExportError;
 use super::cell::CellType;
-use crate::fem::law::materials;
 use crate::fem::stress::{self, Stress};
 use crate::fem::{Material, Shape};
 use crate::mesh::{ElementKind, Point};
+use crate::problem::materials;
 use crate::scenario::{BodyKind, Scene};
 use crate::store::Stored;
 

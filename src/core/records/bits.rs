@@ -1,5 +1,8 @@
 //! Numbers in JSON by their bits: what is read is what was written.
 
+// functions that serde calls
+#![allow(missing_docs)]
+
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// One number.

@@ -135,7 +135,7 @@ pub(super) fn grazing_of_mode(reduction: &Reduction, mode: usize) -> Option<f64>
 pub(super) fn grazing_of(system: &System, shape: &[f64]) -> Option<f64> {
     let mut full = vec![0.0; system.n()];
     system.open_phase().expand(shape, &mut full);
-    crate::problem::grazing_scale(system, &full)
+    crate::contact::grazing_scale(system, &full)
 }
 
 /// The start that the method knows: one harmonic, the first mode at `amplitude` times grazing.

@@ -243,7 +243,7 @@ pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<
     let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, k)]).collect();
     let mut full = vec![0.0; body.system.n()];
     body.system.open_phase().expand(&shape, &mut full);
-    let scale = crate::problem::grazing_scale(&body.system, &full)?;
+    let scale = crate::contact::grazing_scale(&body.system, &full)?;
     let mut z = vec![0.0; n];
     z[k] = amplitude * scale * body.scale[k];
     Some(z)

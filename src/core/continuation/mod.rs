@@ -13,8 +13,9 @@ mod sequence;
 mod tests;
 
 pub use arclength::{Go, Options, Place, Point, Special, Stop, follow};
+pub(crate) use newton::dot;
+pub use newton::norm;
 pub use newton::{Corrected, approach, correct, least_singular_value, tangent};
-pub(crate) use newton::{dot, norm};
 pub use sequence::{Guess, guesses};
 
 use faer::Mat;

@@ -25,7 +25,7 @@ pub struct Corrected {
 }
 
 /// `‖x‖₂`
-pub(crate) fn norm(x: &[f64]) -> f64 {
+pub fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 

@@ -13,7 +13,6 @@ pub mod structured;
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use kind::ElementKind;
@@ -30,7 +29,8 @@ pub fn bounds<'p>(points: impl IntoIterator<Item = &'p Point>) -> [Point; 2] {
 }
 
 /// An edge of a generated body by name: its group.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Edge {
     /// `x = 0`, outward normal −x.

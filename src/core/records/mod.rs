@@ -1,0 +1,20 @@
+//! Points of families of orbits as plain data: what every solver hands out.
+//!
+//! A point ([`PointRecord`]) is of some kind ([`PointKind`]), and has an orbit in time ([`OrbitRecord`]), a Fourier series ([`SeriesRecord`]), the verdict of a
+//! cross-check ([`CheckRow`]), and the place from which a continuation goes on ([`PlaceRecord`]), or lacks some of them. Numbers are in the scene's units. In JSON
+//! they stand by their [`bits`].
+
+pub mod bits;
+mod check;
+mod orbit;
+mod point;
+mod ridge;
+mod series;
+mod special;
+
+pub use check::{CheckRow, VerdictKind};
+pub use orbit::{OrbitRecord, ViscousRecord};
+pub use point::{PlaceRecord, PointRecord};
+pub use ridge::{Peak, crest, peaks};
+pub use series::{SeriesRecord, place_of_function};
+pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};
