@@ -46,7 +46,7 @@ const WORDS: [(ContactMethod, &str, &str); 11] = {
 /// The key that a number stands for.
 fn number_key(method: ContactMethod) -> Option<&'static str> {
     match method {
-        ContactMethod::Penalty => Some("stiffness"),
+        ContactMethod::Penalty | ContactMethod::Stop => Some("stiffness"),
         ContactMethod::Nitsche => Some("gamma"),
         ContactMethod::Impact | ContactMethod::MoreauJean => Some("restitution"),
         _ => None,

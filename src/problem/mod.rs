@@ -21,7 +21,7 @@ mod table;
 use thiserror::Error;
 
 use crate::contact::{
-    ContactError, Gaps, Instants, March, MassChoice, Rule, State, Stepping, System,
+    ContactError, Gaps, Instants, March, MassChoice, Restitution, Rule, State, Stepping, System,
 };
 use crate::fem::{Body, FemError};
 use crate::scenario::{
@@ -167,7 +167,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
             let contacts = contacts(scene, &body)?;
             match scene.contact.as_ref().filter(|c| c.has_impacts()) {
                 Some(c) => {
-                    let law = (c.restitution.unwrap_or(0.0), march(c, &body));
+                    let coefficient = c.restitution.unwrap_or(0.0);
+                    let law = Restitution { coefficient, march: march(c, &body) };
                     System::with_impacts(body, contacts.gaps.front, law)
                 }
                 None => System::new(body, &contacts, choice),

@@ -66,11 +66,9 @@ impl Sum {
         let (body, conditions) = (&system.body, system.conditions());
         let matrices = [&body.mass, &body.stiffness, &conditions.n_o, conditions.n_c.rows()];
         matrices.into_iter().for_each(|a| self.matrix(a));
-        if let Some(tips) = &body.tips {
-            self.matrix(&tips.normal);
-            self.matrix(&tips.structure);
-            tips.energy.iter().for_each(|a| self.matrix(a));
-        }
+        body.structure.iter().for_each(|a| self.matrix(a));
+        system.obstacle_rows().iter().flatten().for_each(|a| self.matrix(a));
+        self.0.write(system.method_name().as_bytes());
         body.mesh.nodes().iter().for_each(|x| self.numbers(x));
         for block in body.mesh.blocks() {
             self.0.write(format!("{:?}", block.kind).as_bytes());

@@ -39,8 +39,10 @@ pub struct Contact {
     pub inertia: Option<Inertia>,
     /// `mass-redistribution`: which mass.
     pub mass: Option<RedistributedMass>,
-    /// `penalty`: stiffness over `E′/h` (1 by default); of kind `matrices` that of a spring at each contact displacement.
+    /// `penalty`: stiffness over `E′/h` (1 by default); of kind `matrices`, and of `stop`, that of a spring.
     pub stiffness: Option<f64>,
+    /// `stop`: what its spring is compressed by, 0 by default.
+    pub preload: Option<f64>,
     /// `nitsche`: stiffness over `E′/h`, 2 by default.
     pub gamma: Option<f64>,
     /// `nitsche`: 1 (symmetric), 0 or −1.
@@ -124,9 +126,13 @@ pub(super) struct Table {
     /// `mass-redistribution`: which mass.
     #[schemars(extend("default" = "condensed"))]
     mass: Option<RedistributedMass>,
-    /// `penalty`: stiffness κ₀ over `E′/h`; of bodies from matrices that of a spring at each contact displacement (no default).
+    /// `penalty`: stiffness κ₀ over `E′/h`; of bodies from matrices that of a spring at each contact displacement (no default). `stop` (no default): pressure over
+    /// penetration, of bodies from matrices force over penetration.
     #[schemars(extend("default" = 1.0))]
     stiffness: Option<f64>,
+    /// `stop`: the pressure (of bodies from matrices the force) by which its spring is compressed already.
+    #[schemars(extend("default" = 0.0), range(min = 0.0))]
+    preload: Option<f64>,
     /// `nitsche`: γ₀ over `E′/h`, above a bound that a refusal names.
     #[schemars(extend("default" = 2.0))]
     gamma: Option<f64>,
@@ -230,6 +236,7 @@ impl Tables {
             inertia: self.one("inertia", |t| &t.inertia)?,
             mass: self.one("mass", |t| &t.mass)?,
             stiffness: self.one("stiffness", |t| &t.stiffness)?,
+            preload: self.one("preload", |t| &t.preload)?,
             gamma: self.one("gamma", |t| &t.gamma)?,
             theta: self.one("theta", |t| &t.theta)?,
             restitution: self.one("restitution", |t| &t.restitution)?,
@@ -303,6 +310,7 @@ impl Contact {
             "boundary_mass" => is_lumped,
             "mass" => self.mass.is_some(),
             "stiffness" => self.stiffness.is_some(),
+            "preload" => self.preload.is_some(),
             "gamma" => self.gamma.is_some(),
             "theta" => self.theta.is_some(),
             "restitution" => self.restitution.is_some(),
@@ -324,6 +332,18 @@ impl Contact {
             return Err(Issue::new("contact.boundary_mass", message, "remove the key"));
         }
         self.stiffness.map_or(Ok(()), |k| positive("contact.stiffness", k))?;
+        if let Some(p) = self.preload.filter(|p| !(p.is_finite() && *p >= 0.0)) {
+            let message = format!("is {p}");
+            return Err(Issue::new(
+                "contact.preload",
+                message,
+                "give a number that is not negative",
+            ));
+        }
+        if self.method == ContactMethod::Stop && self.stiffness.is_none() {
+            let message = "is missing: what the stop pushes with, over penetration";
+            return Err(Issue::new(self.key(0, "stiffness"), message, "stiffness = 100.0"));
+        }
         self.gamma.map_or(Ok(()), |k| positive("contact.gamma", k))?;
         self.step.map_or(Ok(()), |k| positive("contact.step", k))?;
         if let Some(e) = self.restitution.filter(|e| !(0.0..=1.0).contains(e)) {
@@ -362,7 +382,7 @@ impl Contact {
 
     /// Whether the obstacle pushes like springs at points of the edge.
     pub fn has_springs(&self) -> bool {
-        matches!(self.method, ContactMethod::Penalty | ContactMethod::Nitsche)
+        matches!(self.method, ContactMethod::Penalty | ContactMethod::Nitsche | ContactMethod::Stop)
     }
 }
 

@@ -22,6 +22,8 @@ pub enum ContactMethod {
     Penalty,
     /// Nitsche's method: consistent springs.
     Nitsche,
+    /// Bilinear stops: springs behind the gap that somebody measured, which may be compressed already.
+    Stop,
     /// Newton's law of impact, event-driven.
     Impact,
     /// The time-stepping scheme of Moreau and Jean.
@@ -32,11 +34,12 @@ pub enum ContactMethod {
 
 impl ContactMethod {
     /// All methods.
-    pub const ALL: [ContactMethod; 7] = [
+    pub const ALL: [ContactMethod; 8] = [
         ContactMethod::NodalBoundary,
         ContactMethod::MassRedistribution,
         ContactMethod::Penalty,
         ContactMethod::Nitsche,
+        ContactMethod::Stop,
         ContactMethod::Impact,
         ContactMethod::MoreauJean,
         ContactMethod::Waves,
@@ -54,6 +57,7 @@ impl ContactMethod {
             ContactMethod::MassRedistribution => "mass-redistribution",
             ContactMethod::Penalty => "penalty",
             ContactMethod::Nitsche => "nitsche",
+            ContactMethod::Stop => "stop",
             ContactMethod::Impact => "impact",
             ContactMethod::MoreauJean => "moreau-jean",
             ContactMethod::Waves => "waves",
@@ -62,23 +66,24 @@ impl ContactMethod {
 }
 
 /// Keys of `[contact]` that some methods read and others do not.
-pub const METHOD_KEYS: [(&str, &[ContactMethod]); 12] = {
+pub const METHOD_KEYS: [(&str, &[ContactMethod]); 13] = {
     use ContactMethod::{
-        Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Waves,
+        Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Stop, Waves,
     };
     [
         ("stress", &[NodalBoundary]),
         ("inertia", &[NodalBoundary]),
         ("boundary_mass", &[NodalBoundary]),
         ("mass", &[MassRedistribution]),
-        ("stiffness", &[Penalty]),
+        ("stiffness", &[Penalty, Stop]),
+        ("preload", &[Stop]),
         ("gamma", &[Nitsche]),
         ("theta", &[Nitsche]),
         ("restitution", &[Impact, MoreauJean]),
         ("step", &[MoreauJean]),
         ("instants", &[Waves]),
         ("activation", &[MoreauJean]),
-        ("gap_behind", &[NodalBoundary, MassRedistribution, Penalty, Nitsche]),
+        ("gap_behind", &[NodalBoundary, MassRedistribution, Penalty, Nitsche, Stop]),
     ]
 };
 

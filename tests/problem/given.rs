@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use nalgebra::DMatrix;
+use signorini::contact::{States, System};
 use signorini::mesh::ElementKind;
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
@@ -122,9 +123,9 @@ fn materials_of_a_mesh_go_to_their_groups() {
     }
 }
 
-/// `springs.rs`: an obstacle of springs is `½ k (tip − end)²` beside the energy of the body, on both sides where there are two.
+/// `springs.rs`: an obstacle of springs adds its stiffness to that of the body where it pushes, and `½ k d²` to the energy, on both sides where there are two.
 #[test]
-fn springs_stand_between_the_body_and_its_tips() {
+fn springs_push_where_the_body_has_passed_the_gap() {
     let text = |more: &str| {
         bar(4).replace(
             "[contact]\n",
@@ -133,24 +134,15 @@ fn springs_stand_between_the_body_and_its_tips() {
     };
     let one = problem(&text("")).system;
     assert_eq!((one.n_o(), one.n_contact()), (4, 1));
-    let tips = one.body.tips.as_ref().unwrap();
-    let springs = dense(&one.body.stiffness) - dense(&tips.structure);
-    let stiffness = springs[(4, 4)];
-    assert!(stiffness > 0.0);
+    let open = dense(&one.open_phase().matrices().0);
+    let closed = dense(&one.phase(&States::closed(1)).matrices().0);
+    let springs = closed - &open;
     let end = (0..4).find(|&j| springs[(j, j)] != 0.0).unwrap();
-    for i in 0..5 {
-        for j in 0..5 {
-            let of = |k: usize| {
-                if k == 4 {
-                    1.0
-                } else if k == end {
-                    -1.0
-                } else {
-                    0.0
-                }
-            };
-            assert!((springs[(i, j)] - stiffness * of(i) * of(j)).abs() < 1e-13);
-        }
+    let stiffness = springs[(end, end)];
+    assert!((stiffness - 3.0 * 4.0).abs() < 1e-13, "{stiffness}");
+    for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+        let expected = if (i, j) == (end, end) { stiffness } else { 0.0 };
+        assert!((springs[(i, j)] - expected).abs() < 1e-13);
     }
     // the body alone is the bar: 4 elements of stiffness 4
     let of_bar = DMatrix::from_fn(4, 4, |i, j| match i.abs_diff(j) {
@@ -164,9 +156,22 @@ fn springs_stand_between_the_body_and_its_tips() {
         1 => -4.0,
         _ => 0.0,
     });
-    assert!((dense(&tips.structure).view((0, 0), (4, 4)) - of_bar).norm() < 1e-12);
+    assert!((open - of_bar).norm() < 1e-12);
+    // a body that is moved as a whole: strained at the support, and pressed by what is beyond the gap
+    let energy = |system: &System, moved: f64| {
+        let mut u = vec![moved; 4];
+        u.resize(system.n(), 0.0);
+        system.elastic(0.0, &u)
+    };
+    for (moved, pressed) in [(0.5, 0.0), (1.5, 0.5), (-1.5, 0.0)] {
+        let expected = 0.5 * 4.0 * moved * moved + 0.5 * stiffness * pressed * pressed;
+        assert!((energy(&one, moved) - expected).abs() < 1e-12);
+    }
     let two = problem(&text("gap_behind = 0.4\n")).system;
     assert_eq!(two.constraints.iter().map(|c| c.gap).collect::<Vec<_>>(), [1.0, 0.4]);
-    let normal = dense(&two.body.tips.as_ref().unwrap().normal);
+    let [normal, ..] = two.obstacle_rows().unwrap();
+    let normal = dense(normal);
     assert_eq!((normal[(0, end)], normal[(1, end)]), (1.0, -1.0));
+    let expected = 0.5 * 4.0 * 1.5 * 1.5 + 0.5 * stiffness * 1.1 * 1.1;
+    assert!((energy(&two, -1.5) - expected).abs() < 1e-12);
 }

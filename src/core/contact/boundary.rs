@@ -12,6 +12,18 @@ use crate::fem::shape::{self, Local};
 use crate::fem::{Body, ContactPoint, Csr, DofMap, Material, Shape};
 use crate::mesh::{Element, Facet, Point};
 
+/// Where the pressure comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stress {
+    /// The stress of the displacement field, projected onto the nodes: the paper's.
+    #[default]
+    Projection,
+    /// The mean of the stresses in the elements that have the node, weighted by their volumes.
+    NodalMean,
+    /// The nodal reaction `(K u − f)_C` over the node's area.
+    Reaction,
+}
+
 /// The operators of all contact points.
 #[derive(Debug, Clone)]
 pub struct BoundaryOperator {

@@ -16,9 +16,8 @@ use nalgebra::DMatrix;
 use super::ContactError;
 use super::conditions::Conditions;
 use super::expansion::{Expansion, Part};
-use super::following::following;
-use super::states::States;
-use crate::fem::{Body, Csr, Loads, SolveScratch, SpdFactor};
+use super::following::open_expansion;
+use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
 /// The mass and what solves with it.
 #[derive(Debug)]
@@ -60,12 +59,11 @@ impl Condensed {
         let light = Csr::from_triplets(size, masses.len(), light);
         let factor = SpdFactor::new(&light.product(&all.transposed()), "mass of the contact")?;
         let rows = all.triplets().filter(|e| e.1 < n_o).collect();
-        let open = States::open(conditions.len());
         Ok(Some(Condensed {
             inverse: masses[..n_o].iter().map(|m| 1.0 / m).collect(),
             rows: Csr::from_triplets(size, n_o, rows),
             factor,
-            open: following(conditions, &open, &Loads::default()).0,
+            open: open_expansion(conditions),
             masses,
             formed: OnceLock::new(),
         }))
@@ -150,7 +148,7 @@ impl Condensed {
     /// `N_O M_0⁻¹ N_Oᵀ`
     pub fn gram(&self, n_o: &Csr) -> DMatrix<f64> {
         let mut scratch = self.scratch();
-        super::inertia::gram_by(n_o, |x| self.solve(x, &mut scratch), |_, _| ())
+        super::gram::gram_by(n_o, |x| self.solve(x, &mut scratch), |_, _| ())
     }
 
     /// Bounds of `√(N_O M_0⁻¹ N_Oᵀ)_kk`: of `D ≤ M_0` in place of it.

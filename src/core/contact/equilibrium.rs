@@ -36,13 +36,13 @@ impl System {
             let phase = self.phase(&set);
             let u = static_displacement(&phase).ok_or(NoEquilibrium::NotHeld)?;
             let wrong = infeasible(&phase, &u, self.units.length);
-            let Some(&first) = wrong.first() else { return Ok((set, u)) };
+            let Some(first) = wrong.first() else { return Ok((set, u)) };
             if wrong.len() < fewest {
                 (fewest, patience) = (wrong.len(), 3);
             } else {
                 patience -= 1;
             }
-            let change = if patience >= 0 { &wrong[..] } else { &[first][..] };
+            let change = if patience >= 0 { &wrong[..] } else { std::slice::from_ref(first) };
             change.iter().for_each(|m| set.set(m.point, m.to));
         }
         Err(NoEquilibrium::Pivots(limit))
@@ -74,5 +74,5 @@ fn infeasible(phase: &Phase, u: &[f64], unit: f64) -> Vec<Monitor> {
     // displacements of a static solution carry more than one rounding error
     let rounding = phase.monitor_rounding(size);
     let negative = |k: &usize| h[*k] < -1e-12 / UNITS * rounding[*k];
-    (0..h.len()).filter(negative).map(|k| phase.monitors[k]).collect()
+    (0..h.len()).filter(negative).map(|k| phase.monitors[k].clone()).collect()
 }

@@ -1,8 +1,7 @@
 //! What one phase makes of the displacements: `u_C = A_α u_O + d_α(t)` (theory §3), from the method that makes the phase.
 //!
 //! Where contact displacements follow from the others: in contact `u_C = g`; free `u_C,f = N_ff⁻¹ (p_f,f(t) − N_f,O u_O − N_f,c g_c)`. Where they have
-//! inertia they are displacements of the body, seen along the normals, `u_C = n u_O`, and reactions hold some. Harmonic loads on `u_C` move it: they
-//! come as *drives*.
+//! inertia they are displacements of the body, seen along the normals, `u_C = n u_O`. Harmonic loads on `u_C` move it: they come as *drives*.
 
 use std::sync::Arc;
 
@@ -12,7 +11,15 @@ use super::conditions::Conditions;
 use super::coupling::Block;
 use crate::fem::{Csr, Harmonic};
 
-/// What a harmonic load adds to displacements and monitors, times `cos(ωt + φ)`.
+/// What a harmonic load adds to displacements, times `cos(ωt + φ)`; what it adds to monitors stands in their rows.
+#[derive(Debug, Clone)]
+pub(super) struct Driven {
+    pub index: usize,
+    pub load: Harmonic,
+    pub displacement: Vec<f64>,
+}
+
+/// What a harmonic load adds to displacements and monitors of a phase, times `cos(ωt + φ)`.
 #[derive(Debug, Clone)]
 pub struct Drive {
     /// Which harmonic load it is.
@@ -44,30 +51,22 @@ impl Part {
         matches!(self, Part::Whole(_) | Part::Undriven)
     }
 
-    /// Add the drives' share of `u_C` or of the monitors, as `of` tells.
-    pub fn add_drives<'a>(
-        self,
-        drives: &'a [Drive],
-        x: &mut [f64],
-        of: impl Fn(&'a Drive) -> &'a [f64],
-    ) {
+    /// Each drive with its factor, where drives are part of it.
+    pub fn each_drive(self, drives: &[Driven], mut add: impl FnMut(usize, f64)) {
         let (t, order) = match self {
             Part::Whole(t) => (t, 0),
             Part::Derivative(t, order) => (t, order),
             Part::Undriven | Part::Linear => return,
         };
-        for drive in drives {
-            let c = drive.load.factor(t, order);
-            x.iter_mut().zip(of(drive)).for_each(|(x, d)| *x += c * d);
-        }
+        drives.iter().enumerate().for_each(|(k, d)| add(k, d.load.factor(t, order)));
     }
 }
 
 /// `A_α`, as a method gives it.
 #[derive(Debug)]
 pub(super) enum Follow {
-    /// Rows over `u_O`.
-    Rows(Csr),
+    /// Rows over `u_O`, the same in every phase: displacements of the body, seen along the normals.
+    Rows(Arc<Csr>),
     /// `−N_ff⁻¹ N_fO` on the free displacements, nothing on the others.
     Solved(Solved),
 }
@@ -214,18 +213,13 @@ impl Solved {
     }
 }
 
-/// A displacement of `u_O` that a reaction holds, and where.
-pub(super) type HeldAt = (usize, f64);
-
 /// `u = A* u_O + d*(t)`, `A* = [I; A_α]`.
 #[derive(Debug)]
 pub(super) struct Expansion {
     pub follow: Follow,
     /// `d_α` under constant loads, all of `u_C`.
     pub offset: Vec<f64>,
-    pub drives: Vec<Drive>,
-    /// Where contact displacements have inertia: those that reactions hold.
-    pub held: Option<Vec<HeldAt>>,
+    pub drives: Vec<Driven>,
 }
 
 impl Expansion {
@@ -268,14 +262,13 @@ impl Expansion {
     pub fn fill(&self, x: &mut [f64], n_o: usize, part: Part) {
         let (x_o, x_c) = x.split_at_mut(n_o);
         self.undriven(x_o, x_c, part);
-        part.add_drives(&self.drives, x_c, |d| &d.displacement);
+        part.each_drive(&self.drives, |k, c| {
+            x_c.iter_mut().zip(&self.drives[k].displacement).for_each(|(x, d)| *x += c * d);
+        });
     }
 
-    /// `A*ᵀ b`, in place: the first `n_O` entries of `b`. Forces on held displacements move nothing; there is none on what is but seen along normals.
+    /// `A*ᵀ b`, in place: the first `n_O` entries of `b`. There is no force on what is but seen along normals.
     pub fn reduce(&self, b: &mut [f64]) {
-        if let Some(held) = &self.held {
-            held.iter().for_each(|&(j, _)| b[j] = 0.0);
-        }
         if let Follow::Solved(solved) = &self.follow {
             let (b_o, b_c) = b.split_at_mut(solved.conditions.n_o.n_cols());
             solved.push(b_c, |j, x| b_o[j] += x);
@@ -297,28 +290,6 @@ impl Expansion {
     pub fn push(&self, b_c: &[f64], add: impl FnMut(usize, f64)) {
         if let Some(solved) = self.solved() {
             solved.push(b_c, add);
-        }
-    }
-
-    /// A matrix over `u_O` in which held displacements know of no other.
-    pub fn decoupled(a: &Csr, n_o: usize, held: &[HeldAt]) -> Csr {
-        let is_held = |i: usize| held.iter().any(|h| h.0 == i);
-        let kept = a
-            .triplets()
-            .filter(|&(i, j, _)| i < n_o && j < n_o && (i == j || !(is_held(i) || is_held(j))));
-        Csr::from_triplets(n_o, n_o, kept.collect())
-    }
-
-    /// The constant force on `u_O` beside the decoupled matrices: held displacements are at rest under it.
-    pub fn decoupled_force(stiffness: &Csr, force: &mut [f64], held: &[HeldAt]) {
-        let mut d = vec![0.0; stiffness.n_cols()];
-        held.iter().for_each(|&(j, x)| d[j] = x);
-        for (i, f) in force.iter_mut().enumerate() {
-            *f -= stiffness.row_dot(i, &d);
-        }
-        for &(j, x) in held {
-            let own = stiffness.row(j).find(|e| e.0 == j).map_or(0.0, |e| e.1);
-            force[j] = own * x;
         }
     }
 

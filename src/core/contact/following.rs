@@ -6,28 +6,52 @@
 use std::sync::Arc;
 
 use super::conditions::Conditions;
-use super::expansion::{Drive, Expansion, Follow, Solved};
+use super::expansion::{Driven, Expansion, Follow, Solved};
+use super::inertia::{Inertia, PhaseInertia};
+use super::law::{Exit, Law};
 use super::lcp::Place;
-use super::monitor::{Row, Size, Term};
+use super::monitor::{Monitor, Row, Size, Term};
+use super::phase::{Data, Parts, Phase};
 use super::states::States;
-use crate::fem::{Harmonic, Loads};
+use crate::fem::Harmonic;
 
-/// The displacements and the monitors of a set, one a point.
+/// The phase of some states: displacements that follow, and monitors as the law says.
 pub(super) fn following(
+    law: &dyn Law,
     conditions: &Arc<Conditions>,
+    inertia: &Arc<Inertia>,
+    parts: &Parts,
     set: &States,
-    loads: &Loads,
-) -> (Expansion, Vec<Row>) {
-    let c = conditions;
-    let places = c.places(set);
-    let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Place::Free).collect();
-    let maker = Maker { c, set, solved: Solved::new(c, free) };
+) -> Phase {
+    let maker = Maker::new(conditions, set);
+    let loads = &parts.loads;
     let load = loads.constant.as_ref().and_then(|f| maker.load_on_contact(f));
     let offset = maker.shift(load.as_deref(), true);
-    let drives: Vec<Drive> =
+    let drives: Vec<(Driven, Vec<f64>)> =
         loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h)).collect();
-    let rows = (0..c.len()).map(|k| maker.row(k, load.as_deref())).collect();
-    (Expansion { follow: Follow::Solved(maker.solved), offset, drives, held: None }, rows)
+    let driven = |k: usize| -> Vec<f64> { drives.iter().map(|d| d.1[k]).collect() };
+    let (mut monitors, mut reactions) = (vec![], vec![]);
+    for (point, state) in set.iter().enumerate() {
+        let row = maker.row(point, load.as_deref(), driven(point));
+        if state.touches() {
+            reactions.push((point, row.clone()));
+        }
+        let of = |&(kind, to): &Exit| Monitor { point, kind, to, row: row.clone() };
+        monitors.extend(law.exits(state).iter().map(of));
+    }
+    let inertia = PhaseInertia::new(inertia, conditions, set);
+    let drives = drives.into_iter().map(|d| d.0).collect();
+    let expansion = Expansion { follow: Follow::Solved(maker.solved), offset, drives };
+    let data = Data { expansion, inertia, pushes: vec![], reactions };
+    Phase::new(parts.clone(), set.clone(), monitors, data)
+}
+
+/// `A_∅`: how contact displacements follow where none touches, without loads.
+pub(super) fn open_expansion(conditions: &Arc<Conditions>) -> Expansion {
+    let open = States::open(conditions.len());
+    let maker = Maker::new(conditions, &open);
+    let offset = maker.shift(None, true);
+    Expansion { follow: Follow::Solved(maker.solved), offset, drives: vec![] }
 }
 
 struct Maker<'a> {
@@ -36,7 +60,13 @@ struct Maker<'a> {
     solved: Solved,
 }
 
-impl Maker<'_> {
+impl<'a> Maker<'a> {
+    fn new(c: &'a Arc<Conditions>, set: &'a States) -> Maker<'a> {
+        let places = c.places(set);
+        let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Place::Free).collect();
+        Maker { c, set, solved: Solved::new(c, free) }
+    }
+
     /// The pressures that a force brings in, if it does.
     fn load_on_contact(&self, force: &[f64]) -> Option<Vec<f64>> {
         if !self.c.bears_loads {
@@ -64,7 +94,8 @@ impl Maker<'_> {
         d
     }
 
-    fn drive(&self, index: usize, load: &Harmonic) -> Option<Drive> {
+    /// What a harmonic load adds to displacements, and to the gap or pressure of each point.
+    fn drive(&self, index: usize, load: &Harmonic) -> Option<(Driven, Vec<f64>)> {
         let p = self.load_on_contact(&load.force)?;
         let displacement = self.shift(Some(&p), false);
         let c = self.c;
@@ -73,12 +104,12 @@ impl Maker<'_> {
             (false, (d, s)) => -s * displacement[d],
             (true, (d, s)) => s * (p[d] - c.n_c.row_dot(d, &displacement)),
         });
-        let monitor = monitor.collect();
-        Some(Drive { index, load: load.clone(), displacement, monitor })
+        let of_points = monitor.collect();
+        Some((Driven { index, load: load.clone(), displacement }, of_points))
     }
 
     /// Gap of a free point, pressure of one in contact, under constant loads.
-    fn row(&self, k: usize, load: Option<&[f64]>) -> Row {
+    fn row(&self, k: usize, load: Option<&[f64]>, drives: Vec<f64>) -> Row {
         let c = self.c;
         let (d, s) = c.points[k];
         let (of_o, of_c) = c.sums(d);
@@ -88,13 +119,14 @@ impl Maker<'_> {
         };
         if !self.set.touches(k) {
             let terms = vec![(-s, Term::Entry(d))];
-            return Row { constant: c.gap[k], terms, size: size(c.stiffness(k)) };
+            return Row { constant: c.gap[k], terms, drives, size: size(c.stiffness(k)) };
         }
         let own = match c.is_diagonal {
             true => (-s * c.n_c[(d, d)], Term::Entry(d)),
             false => (-s, Term::StressC(c.clone(), d)),
         };
         let constant = s * load.map_or(0.0, |p| p[d]);
-        Row { constant, terms: vec![(-s, Term::StressO(c.clone(), d)), own], size: size(1.0) }
+        let terms = vec![(-s, Term::StressO(c.clone(), d)), own];
+        Row { constant, terms, drives, size: size(1.0) }
     }
 }

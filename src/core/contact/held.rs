@@ -6,26 +6,26 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::monitor::{Monitor, MonitorKind};
-use super::phase::{Phase, Scratch};
+use super::phase::Phase;
+use super::scratch::Scratch;
 use super::states::PointState;
 
 impl Phase {
     /// The phase `self`, in which the nodes `held` are in contact, with these nodes held; `released` are the phases with each one of them
     /// free.
     pub(super) fn hold(mut self, held: Vec<usize>, released: Vec<Phase>) -> Phase {
-        let (mut monitors, mut rows) = (vec![], vec![]);
-        for (m, row) in self.monitors.iter().zip(&self.rows) {
-            let of = |kind, to| Monitor { point: m.point, kind, to };
-            if held.contains(&m.point) {
-                monitors.push(of(MonitorKind::HeldToContact, PointState::Closed));
-                monitors.push(of(MonitorKind::HeldToFree, PointState::Open));
-                rows.push(row.clone());
-            } else {
-                monitors.push(*m);
+        let mut monitors = vec![];
+        for m in std::mem::take(&mut self.monitors) {
+            let of = |kind, to| Monitor { kind, to, ..m.clone() };
+            match held.contains(&m.point) {
+                true => {
+                    monitors.push(of(MonitorKind::HeldToContact, PointState::Closed));
+                    monitors.push(of(MonitorKind::HeldToFree, PointState::Open));
+                }
+                false => monitors.push(m),
             }
-            rows.push(row.clone());
         }
-        (self.monitors, self.rows) = (monitors, rows);
+        self.monitors = monitors;
         (self.held, self.released) = (held, released);
         self
     }

@@ -16,15 +16,17 @@
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::coupling::Coupling;
 use super::expansion::{Expansion, Solved};
+use super::gram::{Schur, gram};
 use super::lcp::Place;
-use super::phase::Scratch;
+use super::reactions::Holds;
+use super::scratch::Scratch;
 use super::states::States;
 use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
@@ -36,36 +38,6 @@ const STORE_LIMIT: usize = 2_000_000;
 pub(super) enum Inertia {
     Projected(Box<Projector>),
     Constant(Arc<ConstantMass>),
-    /// The body's own mass; points in contact are held by reactions.
-    Held(Arc<HeldMass>),
-}
-
-/// The body's mass, with what a reaction at each contact point does.
-#[derive(Debug)]
-pub(super) struct HeldMass {
-    /// `[M, 0; 0, 0]` over `u`.
-    mass: Csr,
-    factor: SpdFactor,
-    /// `n`: displacement of each point along its normal, rows over `u_O`.
-    pub normal: Csr,
-    /// `M⁻¹nᵀ`
-    pub columns: Vec<Vec<f64>>,
-    /// `D = n M⁻¹nᵀ`
-    pub gram: DMatrix<f64>,
-}
-
-impl HeldMass {
-    pub fn new(body: &Body, normal: Csr) -> Result<HeldMass, ContactError> {
-        let factor = SpdFactor::new(&body.mass.leading(body.dofs.n_o), "mass matrix")?;
-        let mut columns = vec![];
-        let gram = gram(&factor, &normal, |_, x| columns.push(x.to_vec()));
-        Ok(HeldMass { mass: body.mass.clone(), factor, normal, columns, gram })
-    }
-
-    /// `D` of some of the points.
-    pub fn block(&self, points: &[usize]) -> DMatrix<f64> {
-        DMatrix::from_fn(points.len(), points.len(), |i, j| self.gram[(points[i], points[j])])
-    }
 }
 
 /// What the projections of all phases share: the factor of the body's own `M`, the rows, their Gram matrix.
@@ -99,37 +71,6 @@ pub(super) enum ConstantMass {
         /// `N_O M_0⁻¹ N_Oᵀ`, where somebody asks for it.
         gram: OnceLock<DMatrix<f64>>,
     },
-}
-
-/// `R M⁻¹ Rᵀ` of sparse rows; `each` is shown the columns `M⁻¹ Rᵀ` one after the other.
-pub(super) fn gram(
-    factor: &SpdFactor,
-    rows: &Csr,
-    each: impl FnMut(usize, &[f64]),
-) -> DMatrix<f64> {
-    let mut scratch = factor.scratch();
-    gram_by(rows, |x| factor.solve(x, &mut scratch), each)
-}
-
-/// The same with what solves with `M`.
-pub(super) fn gram_by(
-    rows: &Csr,
-    mut solve: impl FnMut(&mut [f64]),
-    mut each: impl FnMut(usize, &[f64]),
-) -> DMatrix<f64> {
-    let size = rows.n_rows();
-    let mut gram = DMatrix::<f64>::zeros(size, size);
-    let mut x = vec![0.0; rows.n_cols()];
-    for k in 0..size {
-        x.fill(0.0);
-        rows.row(k).for_each(|(j, v)| x[j] = v);
-        solve(&mut x);
-        for l in 0..size {
-            gram[(l, k)] = rows.row_dot(l, &x);
-        }
-        each(k, &x);
-    }
-    gram
 }
 
 impl Projector {
@@ -287,7 +228,6 @@ impl Inertia {
         match self {
             Inertia::Projected(_) => &body.mass,
             Inertia::Constant(c) => c.matrix(body),
-            Inertia::Held(h) => &h.mass,
         }
     }
 
@@ -322,7 +262,6 @@ impl Inertia {
         match self {
             Inertia::Projected(p) => p.factor.scratch(),
             Inertia::Constant(c) => c.scratch(),
-            Inertia::Held(h) => h.factor.scratch(),
         }
     }
 }
@@ -340,60 +279,39 @@ fn row_norm(l: &DMatrix<f64>, i: usize, gram: &DMatrix<f64>) -> f64 {
     square.max(0.0).sqrt() + far.into_iter().map(size).sum::<f64>()
 }
 
-/// The inertia of one active set.
+/// The inertia of one phase.
 #[derive(Debug)]
 pub(super) struct PhaseInertia {
     pub shared: Arc<Inertia>,
-    /// Rows of the conditions that the set chooses.
+    /// Rows of the conditions that the set chooses, of a projected mass.
     rows: Vec<usize>,
     /// `R_α M⁻¹ R_αᵀ`, factorised when a force first asks for an acceleration.
     schur: OnceLock<Option<Schur>>,
-}
-
-/// The factor of a small or full matrix, or of a large one with few entries.
-#[derive(Debug)]
-enum Schur {
-    Dense(nalgebra::Cholesky<f64, Dyn>),
-    Sparse(SpdFactor),
-}
-
-impl Schur {
-    /// Of a dense matrix; none where it is not positive definite.
-    fn dense(matrix: DMatrix<f64>) -> Option<Schur> {
-        matrix.cholesky().map(Schur::Dense)
-    }
-
-    /// Of a block of a matrix that may be sparse.
-    fn of(gram: &Coupling, points: &[usize]) -> Option<Schur> {
-        match gram.is_sparse() {
-            true => SpdFactor::new(&gram.among(points), "reduced mass").ok().map(Schur::Sparse),
-            false => {
-                let entry = |a: usize, b: usize| gram[(points[a], points[b])];
-                Schur::dense(DMatrix::from_fn(points.len(), points.len(), entry))
-            }
-        }
-    }
-
-    fn solve(&self, x: &mut DVector<f64>) {
-        match self {
-            Schur::Dense(factor) => {
-                factor.solve_mut(x);
-            }
-            Schur::Sparse(factor) => factor.solve(x.as_mut_slice(), &mut factor.scratch()),
-        }
-    }
+    /// What reactions hold.
+    holds: Option<Holds>,
 }
 
 impl PhaseInertia {
+    /// Of a phase in which contact displacements follow from conditions.
     pub fn new(shared: &Arc<Inertia>, conditions: &Conditions, set: &States) -> PhaseInertia {
         let size = conditions.count();
         let places = conditions.places(set);
         let row = |d: usize| if places[d] == Place::Free { size + d } else { d };
         let rows = match &**shared {
-            Inertia::Held(_) => set.closed_points(),
-            _ => (0..size).map(row).collect(),
+            Inertia::Projected(_) => (0..size).map(row).collect(),
+            Inertia::Constant(_) => vec![],
         };
-        PhaseInertia { shared: shared.clone(), rows, schur: OnceLock::new() }
+        PhaseInertia { shared: shared.clone(), rows, schur: OnceLock::new(), holds: None }
+    }
+
+    /// Of a phase in which reactions hold some displacements, if any.
+    pub fn holding(shared: &Arc<Inertia>, holds: Option<Holds>) -> PhaseInertia {
+        PhaseInertia { shared: shared.clone(), rows: vec![], schur: OnceLock::new(), holds }
+    }
+
+    /// What reactions hold.
+    pub fn holds(&self) -> Option<&Holds> {
+        self.holds.as_ref()
     }
 
     /// Rows of the conditions that the set chooses.
@@ -458,27 +376,13 @@ impl PhaseInertia {
                 a_o.copy_from_slice(&s.b[..a_o.len()]);
                 c.solve(a_o, &mut s.solve);
             }
-            Inertia::Held(h) => {
-                a_o.copy_from_slice(&s.b[..a_o.len()]);
-                h.factor.solve(a_o, &mut s.solve);
-                self.hold(h, a_o);
-            }
         }
+        self.hold(a_o);
     }
 
-    /// `a ← a − M⁻¹nᵀ D_cc⁻¹ n a` over the points in contact.
-    fn hold(&self, h: &HeldMass, a: &mut [f64]) {
-        let rows = &self.rows;
-        if rows.is_empty() {
-            return;
-        }
-        let schur = self.schur.get_or_init(|| Schur::dense(h.block(rows)));
-        let Some(schur) = schur else { return a.fill(f64::NAN) };
-        let mut mu =
-            DVector::from_iterator(rows.len(), rows.iter().map(|&k| h.normal.row_dot(k, a)));
-        schur.solve(&mut mu);
-        for (&mu, &k) in mu.iter().zip(rows) {
-            a.iter_mut().zip(&h.columns[k]).for_each(|(a, c)| *a -= mu * c);
+    fn hold(&self, a: &mut [f64]) {
+        if let Some(holds) = &self.holds {
+            holds.stop(a);
         }
     }
 
@@ -509,6 +413,7 @@ impl PhaseInertia {
                         &mut s.solve,
                     );
                     y_o.copy_from_slice(&b[part][..y_o.len()]);
+                    self.hold(y_o);
                 }
             }
             Inertia::Constant(c) => {
@@ -521,40 +426,27 @@ impl PhaseInertia {
                 c.solve(&mut b[..N * n_o], &mut s.solve);
                 for (k, y_o) in y_o.into_iter().enumerate() {
                     y_o.copy_from_slice(&b[k * n_o..(k + 1) * n_o]);
-                }
-            }
-            Inertia::Held(h) => {
-                for (k, y_o) in y_o.into_iter().enumerate() {
-                    let from = &b[k * n..];
-                    y_o.copy_from_slice(&from[..y_o.len()]);
-                    h.factor.solve(y_o, &mut s.solve);
-                    self.hold(h, y_o);
+                    self.hold(y_o);
                 }
             }
         }
     }
 
-    /// `M_α`.
+    /// `M_α` where contact displacements follow.
     pub fn matrix(&self, body: &Body, a_star: &Csr) -> Csr {
         match &*self.shared {
             Inertia::Projected(_) => body.mass.congruence(a_star),
             Inertia::Constant(c) => c.matrix(body).leading(body.dofs.n_o),
-            Inertia::Held(h) => h.mass.leading(body.dofs.n_o),
         }
     }
 
-    /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact.
+    /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact. None known where contact displacements have inertia.
     pub fn gradient_bounds(&self, expansion: &Expansion, set: &States) -> Vec<f64> {
         let size = set.len();
         let Some(solved) = expansion.solved() else {
             return vec![f64::INFINITY; size];
         };
-        self.bounds_of(solved, set, size)
-    }
-
-    fn bounds_of(&self, solved: &Solved, set: &States, size: usize) -> Vec<f64> {
         match &*self.shared {
-            Inertia::Held(_) => vec![f64::INFINITY; size],
             // the Gram matrix's own diagonal, of which a phase only subtracts
             Inertia::Projected(p) => (0..size)
                 .map(|k| {

@@ -9,13 +9,14 @@ use std::sync::Arc;
 
 use super::ContactError;
 use super::conditions::{Conditions, Rates};
-use super::following::following;
+use super::constraint::Constraint;
 use super::impact::Impact;
-use super::inertia::{Inertia, PhaseInertia};
+use super::inertia::Inertia;
+use super::law::Law;
+use super::obstacle::Obstacle;
 use super::phase::{Parts, Phase};
 use super::states::States;
-use super::system::Constraint;
-use crate::fem::{Body, ContactPoint, Loads, Reduction};
+use crate::fem::{Body, Loads, Reduction};
 
 /// The active set of a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,33 +67,36 @@ pub(super) trait Method: Debug + Send + Sync {
     /// What can be relied on.
     fn promise(&self) -> Promise;
 
+    /// What one point does.
+    fn law(&self) -> &dyn Law;
+
     /// The complementarity problem.
     fn conditions(&self) -> &Arc<Conditions>;
 
     /// The mass of the phases.
     fn inertia(&self) -> &Arc<Inertia>;
 
-    /// The contact points in the order of `u_C`: nodes of the mesh, where nothing else is said.
-    fn constraints(&self, body: &Body) -> Vec<Constraint> {
-        let (dofs, conditions) = (&body.dofs, self.conditions());
-        let constraint = |i: usize| {
-            let (d, s) = conditions.points[i];
-            let ContactPoint { node, direction, group, .. } = dofs.contact[d];
-            Constraint {
-                node,
-                position: body.mesh.nodes()[node],
-                normal: if s > 0.0 { direction } else { direction.map(|x| -x) },
-                group,
-                gap: conditions.gap[i],
-                area: conditions.area[d],
-                stiffness: conditions.stiffness(i),
-            }
-        };
-        (0..conditions.len()).map(constraint).collect()
+    /// The contact points in the order of active sets.
+    fn constraints(&self, body: &Body) -> Vec<Constraint>;
+
+    /// The obstacle, where contact displacements have inertia.
+    fn obstacle(&self) -> Option<&Arc<Obstacle>> {
+        None
     }
 
     /// The set of a state, warm from `start`.
     fn select(
+        &self,
+        loads: &Loads,
+        t: f64,
+        x: &[f64],
+        start: &States,
+    ) -> Result<Selection, ContactError> {
+        self.select_by_conditions(loads, t, x, start)
+    }
+
+    /// The set by the complementarity problem.
+    fn select_by_conditions(
         &self,
         loads: &Loads,
         t: f64,
@@ -113,11 +117,7 @@ pub(super) trait Method: Debug + Send + Sync {
     }
 
     /// The phase of a set.
-    fn phase(&self, parts: &Parts, set: &States) -> Phase {
-        let affine = following(self.conditions(), set, &parts.loads);
-        let inertia = PhaseInertia::new(self.inertia(), self.conditions(), set);
-        Phase::new(parts.clone(), affine, inertia, set.clone())
-    }
+    fn phase(&self, parts: &Parts, set: &States) -> Phase;
 
     /// The law by which velocities jump, of a method that has one.
     fn impact(&self) -> Option<&Impact> {

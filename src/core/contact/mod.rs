@@ -3,42 +3,58 @@
 pub mod boundary;
 mod condensed;
 pub mod conditions;
+mod constraint;
 pub mod coupling;
+mod damping;
 pub mod distance;
 mod equilibrium;
 mod expansion;
 mod following;
+mod gram;
 mod held;
-mod holding;
 mod impact;
 mod inertia;
+pub mod law;
 pub mod lcp;
+mod massive;
 mod method;
 mod modes;
 mod monitor;
 mod nbm;
+mod obstacle;
 pub mod oracle;
 pub mod phase;
+mod reactions;
 mod recurrence;
 mod redistribution;
-mod springs;
+mod scratch;
+mod site;
 pub mod states;
 pub mod system;
 
+pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};
+pub use constraint::Constraint;
+pub use damping::Rayleigh;
 pub use equilibrium::NoEquilibrium;
 pub use expansion::Drive;
-pub use impact::{Blow, BlowMap, Impact, Instants, March, Rule, Stepping};
+pub use impact::{Blow, BlowMap, Impact};
+pub use law::{
+    Conduct, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule, Signorini,
+    Stepping, Stop,
+};
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
 pub use modes::{grazing_scale, phase_modes};
 pub use monitor::{Monitor, MonitorKind, leading};
-pub use nbm::{MassChoice, Stress};
-pub use phase::{Phase, Scratch};
+pub use obstacle::Spring;
+pub use phase::{Lost, Phase};
 pub use recurrence::{Recurrence, Step};
-pub use springs::{Law, SpringPoint, at_displacements, on_sides};
+pub use redistribution::MassChoice;
+pub use scratch::Scratch;
+pub use site::{Site, at_displacements, on_sides};
 pub use states::{PointState, States};
-pub use system::{Constraint, Contacts, OMITTED_INERTIA, Rayleigh, State, System, Units};
+pub use system::{Contacts, OMITTED_INERTIA, State, System, Units};
 
 use crate::fem::FemError;
 use thiserror::Error;

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use super::conditions::Conditions;
 use super::lcp::UNITS;
 use super::states::PointState;
+use crate::fem::Csr;
 
 /// What a monitor watches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +20,8 @@ pub enum MonitorKind {
     Gap,
     /// Pressure of a node in contact.
     Pressure,
+    /// How deep a node is in an obstacle that yields.
+    Depth,
     /// `θ` of a held node: at zero it goes into contact.
     HeldToContact,
     /// `1 − θ` of a held node: at zero it is released.
@@ -27,9 +30,10 @@ pub enum MonitorKind {
 
 impl MonitorKind {
     /// All kinds.
-    pub const ALL: [MonitorKind; 4] = [
+    pub const ALL: [MonitorKind; 5] = [
         MonitorKind::Gap,
         MonitorKind::Pressure,
+        MonitorKind::Depth,
         MonitorKind::HeldToContact,
         MonitorKind::HeldToFree,
     ];
@@ -39,9 +43,15 @@ impl MonitorKind {
         match self {
             MonitorKind::Gap => "gap",
             MonitorKind::Pressure => "pressure",
+            MonitorKind::Depth => "depth",
             MonitorKind::HeldToContact => "closing",
             MonitorKind::HeldToFree => "opening",
         }
+    }
+
+    /// Whether it is a weight of a held node, and not a function of the displacements.
+    pub fn is_weight(self) -> bool {
+        matches!(self, MonitorKind::HeldToContact | MonitorKind::HeldToFree)
     }
 
     /// The kind of a word in a file.
@@ -51,7 +61,7 @@ impl MonitorKind {
 }
 
 /// One switching function of a phase: positive inside it, zero where its point changes its state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Monitor {
     /// Contact point (index in `u_C`).
     pub point: usize,
@@ -59,18 +69,8 @@ pub struct Monitor {
     pub kind: MonitorKind,
     /// The state that it leads to.
     pub to: PointState,
-}
-
-impl Monitor {
-    /// Of a point that is in `state`, without friction.
-    pub fn of_state(point: usize, state: PointState) -> Monitor {
-        match state {
-            PointState::Open => Monitor { point, kind: MonitorKind::Gap, to: PointState::Closed },
-            PointState::Closed => {
-                Monitor { point, kind: MonitorKind::Pressure, to: PointState::Open }
-            }
-        }
-    }
+    /// Its value.
+    pub(super) row: Row,
 }
 
 /// Which of the monitors of a phase it is through which a point leaves to the state `to`; the first of the point where it stays what it is (an impact).
@@ -88,6 +88,8 @@ pub(super) enum Term {
     StressO(Arc<Conditions>, usize),
     /// Row of `N_C` on `u_C`.
     StressC(Arc<Conditions>, usize),
+    /// A row of a matrix over `u_O`.
+    Over(Arc<Csr>, usize),
     /// A row of its own on `u_O`.
     Own(Arc<[f64]>),
 }
@@ -98,6 +100,7 @@ impl Term {
             Term::Entry(d) => x_c[*d],
             Term::StressO(c, d) => c.n_o.row_dot(*d, x_o),
             Term::StressC(c, d) => c.n_c.row_dot(*d, x_c),
+            Term::Over(matrix, i) => matrix.row_dot(*i, x_o),
             Term::Own(row) => row.iter().zip(x_o).map(|(r, x)| r * x).sum(),
         }
     }
@@ -126,6 +129,8 @@ pub(super) struct Row {
     pub constant: f64,
     /// The linear part: factors and terms.
     pub terms: Vec<(f64, Term)>,
+    /// What each drive of the phase adds.
+    pub drives: Vec<f64>,
     /// Of its value, and of its rates (or second derivatives).
     pub size: [Size; 2],
 }

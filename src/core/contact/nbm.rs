@@ -8,36 +8,17 @@
 use std::sync::Arc;
 
 use super::ContactError;
-use super::boundary::BoundaryOperator;
+use super::boundary::{BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
+use super::constraint::Constraint;
+use super::following::following;
 use super::inertia::{Inertia, Projector};
+use super::law::{Law, Signorini};
 use super::method::{Method, Promise};
-use super::redistribution::{self, Redistributed};
-use crate::fem::{Body, Reduction, load};
-
-/// Where the pressure comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Stress {
-    /// The stress of the displacement field, projected onto the nodes: the paper's.
-    #[default]
-    Projection,
-    /// The mean of the stresses in the elements that have the node, weighted by their volumes.
-    NodalMean,
-    /// The nodal reaction `(K u − f)_C` over the node's area.
-    Reaction,
-}
-
-/// The mass of the phases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum MassChoice {
-    /// `M_α = A*ᵀ M A*`: the paper's.
-    #[default]
-    Paper,
-    /// `M_0 = A_∅ᵀ M A_∅` in every phase.
-    Condensed,
-    /// The nearest mass without inertia at the contact that keeps all moments (Khenous, Laborde, Renard 2008).
-    Optimal,
-}
+use super::phase::{Parts, Phase};
+use super::redistribution::{self, MassChoice, Redistributed};
+use super::states::States;
+use crate::fem::{Body, ContactPoint, Reduction, load};
 
 /// The method; see the module's text.
 #[derive(Debug)]
@@ -79,7 +60,8 @@ impl Nbm {
                         (mass.clone(), bound * body.frequency_bound())
                     }
                     Redistributed::Optimal { mass, .. } => {
-                        (mass.clone(), redistribution::bound_of_all(body, mass))
+                        let held = body.stiffness.leading(body.dofs.n_o);
+                        (mass.clone(), redistribution::bound_of_all(&held, body, mass))
                     }
                 };
                 (Inertia::Constant(constant), highest)
@@ -127,12 +109,39 @@ impl Method for Nbm {
         }
     }
 
+    fn law(&self) -> &dyn Law {
+        &Signorini
+    }
+
     fn conditions(&self) -> &Arc<Conditions> {
         &self.conditions
     }
 
     fn inertia(&self) -> &Arc<Inertia> {
         &self.inertia
+    }
+
+    /// Nodes of the mesh.
+    fn constraints(&self, body: &Body) -> Vec<Constraint> {
+        let (dofs, conditions) = (&body.dofs, &self.conditions);
+        let constraint = |i: usize| {
+            let (d, s) = conditions.points[i];
+            let ContactPoint { node, direction, group, .. } = dofs.contact[d];
+            Constraint {
+                node,
+                position: body.mesh.nodes()[node],
+                normal: if s > 0.0 { direction } else { direction.map(|x| -x) },
+                group,
+                gap: conditions.gap[i],
+                area: conditions.area[d],
+                stiffness: conditions.stiffness(i),
+            }
+        };
+        (0..conditions.len()).map(constraint).collect()
+    }
+
+    fn phase(&self, parts: &Parts, set: &States) -> Phase {
+        following(&Signorini, &self.conditions, &self.inertia, parts, set)
     }
 
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {

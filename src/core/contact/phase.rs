@@ -1,41 +1,51 @@
 //! One smooth phase: expansions, accelerations, monitors of one active set (theory §3–5).
 //!
-//! A phase owns the operators that it needs: it can be handed about without the body that it was made from.
+//! A phase is plain data: it owns, or shares, the operators that it needs, and can be handed about without the method that it was made by.
+//!
+//! ```text
+//! M_α ü_O + C_α u̇_O + K_α u_O = f_α(t),      u = A* u_O + d*(t),      h_k ≥ 0
+//! K_α = A*ᵀ K A* + Σ w γ t bᵀ
+//! ```
+//!
+//! with the sum over the points at which the obstacle pushes ([`super::obstacle`]); `K_α` is symmetric where each `t = b`.
 
 use std::sync::Arc;
 
-use super::expansion::{Drive, Expansion, Part};
-use super::inertia::{Inertia, PhaseInertia};
+use super::damping::Rayleigh;
+use super::expansion::{Drive, Driven, Expansion, Part};
+use super::inertia::PhaseInertia;
 use super::monitor::{Monitor, MonitorKind, Row};
+use super::obstacle::Obstacle;
+use super::scratch::Scratch;
 use super::states::States;
-use super::system::Rayleigh;
-use crate::fem::{Body, Csr, Kernel, Loads, SolveScratch};
+use crate::fem::{Body, Csr, Kernel, Loads};
 
-/// A phase: an active set and what follows from it.
+/// A phase: the states of the contact points and what follows from them.
 #[derive(Debug)]
 pub struct Phase {
-    /// The active set (held nodes count as in contact).
+    /// The states (held nodes count as in contact).
     pub set: States,
     /// Nodes held on the switching surface (none but in exceptional cases: theory §5).
     pub held: Vec<usize>,
     /// The monitors of the phase, in the order of their points.
     pub monitors: Vec<Monitor>,
     pub(super) parts: Parts,
-    /// What each monitor is.
-    pub(super) rows: Vec<Row>,
-    pub(super) expansion: Expansion,
-    pub(super) inertia: PhaseInertia,
+    pub(super) data: Data,
     /// The phases with one of the held nodes released.
     pub(super) released: Vec<Phase>,
 }
 
-/// The stiffness of the body without the springs of the obstacle.
+/// What a method makes of an active set.
 #[derive(Debug)]
-pub struct Structural {
-    /// Over `u_O`.
-    pub matrix: Csr,
-    /// It is the whole stiffness of the phase: no spring acts.
-    pub is_whole: bool,
+pub(super) struct Data {
+    /// `u = A* u_O + d*(t)`
+    pub expansion: Expansion,
+    /// `M_α`
+    pub inertia: PhaseInertia,
+    /// Points at which the obstacle pushes.
+    pub pushes: Vec<usize>,
+    /// Pressures of points in contact.
+    pub reactions: Vec<(usize, Row)>,
 }
 
 /// What all phases of a system share.
@@ -46,53 +56,37 @@ pub(super) struct Parts {
     pub kernel: Arc<Kernel>,
     pub damping: Option<Rayleigh>,
     pub loads: Arc<Loads>,
+    /// Of laws at displacements that have inertia.
+    pub obstacle: Option<Arc<Obstacle>>,
 }
 
-/// Work vectors of one thread.
+/// Of forces without a potential: the power `u̇_Oᵀ(N u_O + r)` is lost.
 #[derive(Debug)]
-pub struct Scratch {
-    /// Full displacement of the last evaluation.
-    pub u: Vec<f64>,
-    /// Full velocity (where it was needed).
-    pub v: Vec<f64>,
-    pub(super) b: Vec<f64>,
-    pub(super) x: Vec<f64>,
-    pub(super) pair: [Vec<f64>; 2],
-    pub(super) mu: nalgebra::DVector<f64>,
-    pub(super) solve: SolveScratch,
+pub struct Lost {
+    /// `N`
+    pub matrix: Csr,
+    /// `r`
+    pub constant: Vec<f64>,
 }
 
-impl Scratch {
-    pub(super) fn new(n: usize, n_c: usize, inertia: &Inertia) -> Scratch {
-        let zero = || vec![0.0; n];
-        Scratch {
-            u: zero(),
-            v: zero(),
-            b: zero(),
-            x: zero(),
-            pair: [vec![], vec![]],
-            mu: nalgebra::DVector::zeros(n_c),
-            solve: inertia.scratch(),
-        }
-    }
+/// A row along a vector.
+fn along(entries: &[(usize, f64)], x: &[f64]) -> f64 {
+    entries.iter().map(|&(j, v)| v * x[j]).sum()
 }
 
 impl Phase {
-    /// The phase of an active set: its displacements, and its monitors, one a point.
-    pub(super) fn new(
-        parts: Parts,
-        (expansion, rows): (Expansion, Vec<Row>),
-        inertia: PhaseInertia,
-        set: States,
-    ) -> Phase {
-        let of_point = |(point, state)| Monitor::of_state(point, state);
-        let monitors = set.iter().enumerate().map(of_point).collect();
-        Phase { set, held: vec![], monitors, rows, parts, expansion, inertia, released: vec![] }
+    /// The phase of some states.
+    pub(super) fn new(parts: Parts, set: States, monitors: Vec<Monitor>, data: Data) -> Phase {
+        Phase { set, held: vec![], monitors, parts, data, released: vec![] }
     }
 
     /// Length of `u`.
     pub fn n(&self) -> usize {
         self.parts.body.dofs.n()
+    }
+
+    fn n_o(&self) -> usize {
+        self.parts.body.dofs.n_o
     }
 
     /// Where the first monitor of a contact point stands in the list; `None` for a point that is not of this phase.
@@ -102,58 +96,85 @@ impl Phase {
 
     /// `u = A* u_O + d*(t)`.
     pub fn expand_displacement(&self, t: f64, u_o: &[f64], u: &mut [f64]) {
-        self.expansion.expand(u_o, u, Part::Whole(t));
+        self.data.expansion.expand(u_o, u, Part::Whole(t));
     }
 
     /// `u̇ = A* u̇_O + ḋ*(t)`.
     pub fn expand_velocity(&self, t: f64, v_o: &[f64], v: &mut [f64]) {
-        self.expansion.expand(v_o, v, Part::Derivative(t, 1));
+        self.data.expansion.expand(v_o, v, Part::Derivative(t, 1));
     }
 
     /// `A* x`.
     pub fn expand(&self, x_o: &[f64], x: &mut [f64]) {
-        self.expansion.expand(x_o, x, Part::Linear);
+        self.data.expansion.expand(x_o, x, Part::Linear);
     }
 
     /// `u = A* u_O + d*(t)` of the first entries of a full vector, in place.
     pub fn complete_displacement(&self, t: f64, u: &mut [f64]) {
-        self.expansion.fill(u, self.parts.body.dofs.n_o, Part::Whole(t));
+        self.data.expansion.fill(u, self.n_o(), Part::Whole(t));
     }
 
     /// `u̇ = A* u̇_O + ḋ*(t)`, likewise.
     pub fn complete_velocity(&self, t: f64, v: &mut [f64]) {
-        self.expansion.fill(v, self.parts.body.dofs.n_o, Part::Derivative(t, 1));
+        self.data.expansion.fill(v, self.n_o(), Part::Derivative(t, 1));
     }
 
     /// `A* x` of the first entries of a full vector, in place: `u_C` follows.
     pub fn complete(&self, x: &mut [f64]) {
-        self.expansion.fill(x, self.parts.body.dofs.n_o, Part::Linear);
+        self.data.expansion.fill(x, self.n_o(), Part::Linear);
     }
 
-    /// `A*ᵀ f`.
+    /// `A*ᵀ f`; forces on displacements that are held move nothing.
     pub fn reduce(&self, force: &[f64]) -> Vec<f64> {
         let mut b = force.to_vec();
-        self.expansion.reduce(&mut b);
-        b.truncate(self.parts.body.dofs.n_o);
+        self.data.expansion.reduce(&mut b);
+        b.truncate(self.n_o());
+        self.data.inertia.holds().iter().flat_map(|h| h.displacements()).for_each(|j| b[j] = 0.0);
         b
     }
 
-    /// `A*ᵀ (f₀ − K d*)`: the constant force on `u_O` (a drive's `K d*` is balanced on the points that it moves).
-    pub fn constant_force(&self) -> Vec<f64> {
-        let (n, n_o) = (self.parts.body.dofs.n(), self.parts.body.dofs.n_o);
-        let mut d = vec![0.0; n];
-        self.expansion.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
-        let mut force = self.parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
-        if let Some(held) = &self.expansion.held {
-            force.truncate(n_o);
-            Expansion::decoupled_force(&self.parts.body.stiffness, &mut force, held);
-            return force;
-        }
-        self.parts.body.stiffness.mul_sub(&d, &mut force);
-        self.reduce(&force)
+    /// The obstacle, where it pushes at some points.
+    fn pushing(&self) -> Option<(&Obstacle, &[usize])> {
+        let pushes = &self.data.pushes[..];
+        self.parts.obstacle.as_deref().filter(|_| !pushes.is_empty()).map(|o| (o, pushes))
     }
 
-    /// Acceleration `ü_O` at `(t, u_O, v_O)`: `M_α ü_O + C_α u̇_O + K_α u_O = A*ᵀ f − A*ᵀ K d*`.
+    /// The forces of the obstacle as those that act against accelerations: `b += Σ w t (P + γ d)`, or their linear part.
+    pub(super) fn add_pushes(&self, u_o: &[f64], b: &mut [f64], is_affine: bool) {
+        let Some((obstacle, pushes)) = self.pushing() else { return };
+        for &k in pushes {
+            let push = obstacle.push(k, u_o, is_affine);
+            obstacle.direction.row(k).for_each(|(j, t)| b[j] += t * push);
+        }
+    }
+
+    /// The constant force on `u_O` (a drive's `K d*` is balanced on the points that it moves).
+    pub fn constant_force(&self) -> Vec<f64> {
+        let (n, n_o) = (self.n(), self.n_o());
+        let (body, expansion) = (&self.parts.body, &self.data.expansion);
+        let mut force = self.parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
+        if expansion.solved().is_some() {
+            // A*ᵀ (f₀ − K d*)
+            let mut d = vec![0.0; n];
+            expansion.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
+            body.stiffness.mul_sub(&d, &mut force);
+            expansion.reduce(&mut force);
+        }
+        force.truncate(n_o);
+        if let Some((obstacle, pushes)) = self.pushing() {
+            let at_rest = vec![0.0; n_o];
+            for &k in pushes {
+                let push = obstacle.push(k, &at_rest, true);
+                obstacle.direction.row(k).for_each(|(j, t)| force[j] -= t * push);
+            }
+        }
+        if let Some(holds) = self.data.inertia.holds() {
+            holds.decoupled_force(&self.whole_stiffness(), &mut force);
+        }
+        force
+    }
+
+    /// Acceleration `ü_O` at `(t, u_O, v_O)`: `M_α ü_O + C_α u̇_O + K_α u_O = f_α(t)`.
     ///
     /// Leaves the full displacement in `s.u` and, where damping or a harmonic load needs it, the full velocity in `s.v`.
     pub fn acceleration(&self, t: f64, u_o: &[f64], v_o: &[f64], s: &mut Scratch, a_o: &mut [f64]) {
@@ -164,8 +185,7 @@ impl Phase {
         }
     }
 
-    /// `ü_O = M_α⁻¹ A*ᵀ (f − K (u + β A*u̇_O)) − α u̇_O`: the mass-proportional damping stays inside the admissible space. Springs of the
-    /// obstacle are part of `K` and do not damp.
+    /// `ü_O = M_α⁻¹ A*ᵀ (f − K (u + β A*u̇_O)) − α u̇_O`: the mass-proportional damping stays inside the admissible space, the obstacle does not damp.
     pub(super) fn smooth_acceleration(
         &self,
         t: f64,
@@ -174,14 +194,14 @@ impl Phase {
         s: &mut Scratch,
         a_o: &mut [f64],
     ) {
-        let Parts { body, kernel, damping, loads } = &self.parts;
+        let Parts { body, kernel, damping, loads, .. } = &self.parts;
         self.expand_displacement(t, u_o, &mut s.u);
         if loads.is_none() {
             s.b.fill(0.0);
         } else {
             loads.at(t, &mut s.b);
         }
-        match (damping.filter(|d| d.beta > 0.0), &body.tips) {
+        match (damping.filter(|d| d.beta > 0.0), &body.structure) {
             (None, _) => kernel.mul_sub(&body.stiffness, &s.u, &mut s.b),
             (Some(d), None) => {
                 self.expand(v_o, &mut s.v);
@@ -190,17 +210,23 @@ impl Phase {
                 }
                 kernel.mul_sub(&body.stiffness, &s.x, &mut s.b);
             }
-            // the springs do not damp
-            (Some(d), Some(tips)) => {
+            // what the contact adds to the stiffness does not damp
+            (Some(d), Some(own)) => {
                 kernel.mul_sub(&body.stiffness, &s.u, &mut s.b);
                 s.x.iter_mut().zip(v_o).for_each(|(x, v)| *x = d.beta * v);
-                tips.structure.mul_sub(&s.x, &mut s.b);
+                own.mul_sub(&s.x, &mut s.b);
+            }
+        }
+        if let Some((obstacle, pushes)) = self.pushing() {
+            for &k in pushes {
+                let push = obstacle.push(k, u_o, true);
+                obstacle.direction.row(k).for_each(|(j, t)| s.b[j] -= t * push);
             }
         }
         if damping.is_some() || loads.is_driven() {
             self.expand_velocity(t, v_o, &mut s.v);
         }
-        self.inertia.accelerate(&self.expansion, s, a_o);
+        self.data.inertia.accelerate(&self.data.expansion, s, a_o);
         if let Some(d) = damping.filter(|d| d.alpha != 0.0) {
             a_o.iter_mut().zip(v_o).for_each(|(a, v)| *a -= d.alpha * v);
         }
@@ -210,13 +236,14 @@ impl Phase {
     pub fn stiffness_product(&self, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
         self.expand(x_o, &mut s.u);
         self.parts.kernel.mul(&self.parts.body.stiffness, [&s.u], [&mut s.b]);
-        self.inertia.accelerate(&self.expansion, s, y_o);
+        self.add_pushes(x_o, &mut s.b, false);
+        self.data.inertia.accelerate(&self.data.expansion, s, y_o);
     }
 
     /// `b = M_α⁻¹ A*ᵀ F`
     pub fn force_acceleration(&self, force: &[f64], s: &mut Scratch, b_o: &mut [f64]) {
         s.b.copy_from_slice(force);
-        self.inertia.accelerate(&self.expansion, s, b_o);
+        self.data.inertia.accelerate(&self.data.expansion, s, b_o);
     }
 
     /// Dissipated power `u̇_Oᵀ C_α u̇_O`, and what forces without a potential take, for the displacement in `s.u`; leaves `A* u̇_O` in `s.v`.
@@ -225,15 +252,15 @@ impl Phase {
         let v = &s.v;
         let mut power = 0.0;
         let body = &self.parts.body;
-        if let Some(energy) = body.own_energy() {
-            let forces = &body.stiffness;
-            let of = |i: usize| forces.row_dot(i, &s.u) - energy.row_dot(i, &s.u);
-            power += v.iter().enumerate().map(|(i, v)| v * of(i)).sum::<f64>();
+        if let Some((obstacle, pushes)) = self.pushing().filter(|(o, _)| !o.has_potential()) {
+            let u_o = &s.u[..v_o.len()];
+            let of = |&k: &usize| along(&obstacle.lost_along(k), v_o) * obstacle.push(k, u_o, true);
+            power += pushes.iter().map(of).sum::<f64>();
         }
         let Some(Rayleigh { alpha, beta }) = self.parts.damping else { return power };
         if alpha != 0.0 {
             let rows = 0..body.dofs.n_o;
-            power += alpha * self.inertia.shared.quadratic(body, rows, v);
+            power += alpha * self.data.inertia.shared.quadratic(body, rows, v);
         }
         if beta > 0.0 {
             power += beta * body.structure().quadratic(v);
@@ -241,7 +268,7 @@ impl Phase {
         power
     }
 
-    /// Values of the gap and pressure monitors at `u_O` (for held nodes: the pressure).
+    /// Values of the monitors at `u_O` (for held nodes: those of their phase in contact).
     pub fn monitor_values(&self, t: f64, u_o: &[f64], h: &mut [f64]) {
         self.monitors_of(u_o, h, Part::Whole(t));
     }
@@ -257,18 +284,14 @@ impl Phase {
     }
 
     fn monitors_of(&self, x_o: &[f64], h: &mut [f64], part: Part) {
-        let x_c = self.expansion.seen(x_o, part);
-        for (h, row) in h.iter_mut().zip(&self.rows) {
-            *h = row.value(x_o, &x_c, part.is_affine());
+        let expansion = &self.data.expansion;
+        let x_c = expansion.seen(x_o, part);
+        for (h, monitor) in h.iter_mut().zip(&self.monitors) {
+            *h = monitor.row.value(x_o, &x_c, part.is_affine());
         }
-        if self.held.is_empty() {
-            part.add_drives(&self.expansion.drives, h, |d| &d.monitor);
-            return;
-        }
-        // drives know the monitors of the phase in which the held points are in contact
-        let mut driven = vec![0.0; self.set.len()];
-        part.add_drives(&self.expansion.drives, &mut driven, |d| &d.monitor);
-        h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h += driven[m.point]);
+        part.each_drive(&expansion.drives, |k, c| {
+            h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h += c * m.row.drives[k]);
+        });
     }
 
     fn new_monitors(&self, x_o: &[f64], part: Part) -> Vec<f64> {
@@ -304,96 +327,137 @@ impl Phase {
 
     /// The same at `u_O = 0`, as a new vector.
     pub fn monitor_offsets(&self) -> Vec<f64> {
-        self.new_monitors(&vec![0.0; self.parts.body.dofs.n_o], Part::Undriven)
+        self.new_monitors(&vec![0.0; self.n_o()], Part::Undriven)
     }
 
-    /// What harmonic loads on `u_C` add to the monitors (of a phase without held nodes).
-    pub fn drives(&self) -> &[Drive] {
-        &self.expansion.drives
+    /// What harmonic loads on `u_C` add to displacements and monitors; weights of held nodes are none of theirs.
+    pub fn drives(&self) -> Vec<Drive> {
+        let of_monitor =
+            |m: &Monitor, k: usize| if m.kind.is_weight() { 0.0 } else { m.row.drives[k] };
+        let of = |(k, d): (usize, &Driven)| Drive {
+            index: d.index,
+            load: d.load.clone(),
+            displacement: d.displacement.clone(),
+            monitor: self.monitors.iter().map(|m| of_monitor(m, k)).collect(),
+        };
+        self.data.expansion.drives.iter().enumerate().map(of).collect()
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.
     pub fn gradient_bounds(&self) -> Vec<f64> {
-        let of_points = self.inertia.gradient_bounds(&self.expansion, &self.set);
+        if let Some(obstacle) = &self.parts.obstacle {
+            let of = |m: &Monitor| match m.kind {
+                MonitorKind::Pressure => {
+                    let stiffness = obstacle.springs.get(m.point).map_or(1.0, |s| s.stiffness);
+                    stiffness * obstacle.norms[m.point]
+                }
+                _ => obstacle.norms[m.point],
+            };
+            return self.monitors.iter().map(of).collect();
+        }
+        let of_points = self.data.inertia.gradient_bounds(&self.data.expansion, &self.set);
         self.monitors.iter().map(|m| of_points[m.point]).collect()
     }
 
     /// Rounding error of each monitor when displacements are of the order of `u`.
     pub fn monitor_rounding(&self, u: f64) -> Vec<f64> {
-        let rounding = |(m, row): (&Monitor, &Row)| match m.kind {
-            MonitorKind::Gap | MonitorKind::Pressure => row.rounding(u),
-            MonitorKind::HeldToContact | MonitorKind::HeldToFree => 1e-12,
-        };
-        self.monitors.iter().zip(&self.rows).map(rounding).collect()
+        let rounding = |m: &Monitor| if m.kind.is_weight() { 1e-12 } else { m.row.rounding(u) };
+        self.monitors.iter().map(rounding).collect()
     }
 
     /// Rounding error of each monitor's rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
     pub fn rate_rounding(&self, size: f64) -> Vec<f64> {
-        self.rows.iter().map(|row| row.rate_rounding(size)).collect()
+        self.monitors.iter().map(|m| m.row.rate_rounding(size)).collect()
     }
 
-    /// Pressures at the contact nodes: exactly zero where free.
+    /// Pressures at the contact nodes: exactly zero where free, and where a node is held on the switching surface.
     pub fn pressures(&self, t: f64, u_o: &[f64], p: &mut [f64]) {
-        let h = self.monitor_values_at(t, u_o);
+        let expansion = &self.data.expansion;
+        let part = Part::Whole(t);
+        let x_c = expansion.seen(u_o, part);
         p.fill(0.0);
-        for (h, m) in h.iter().zip(&self.monitors) {
-            if m.kind == MonitorKind::Pressure {
-                p[m.point] = *h;
+        for (point, row) in &self.data.reactions {
+            if !self.held.contains(point) {
+                let h = &mut p[*point];
+                *h = row.value(u_o, &x_c, true);
+                part.each_drive(&expansion.drives, |k, c| *h += c * row.drives[k]);
             }
         }
     }
 
-    /// `K_α = A*ᵀ K A*` and `M_α` as sparse matrices (for modes and exact flows; the event-driven Runge–Kutta methods never form
-    /// them).
-    pub fn matrices(&self) -> (Csr, Csr) {
-        if let Some(held) = &self.expansion.held {
-            let body = &self.parts.body;
-            let decoupled = |a: &Csr| Expansion::decoupled(a, body.dofs.n_o, held);
-            return (decoupled(&body.stiffness), decoupled(&body.mass));
+    /// `K` over `u_O` with what the obstacle adds where it pushes: `K_α` where contact displacements have inertia, but for what is held.
+    fn whole_stiffness(&self) -> Csr {
+        let n_o = self.n_o();
+        let own = self.parts.body.stiffness.leading(n_o);
+        match self.pushing() {
+            None => own,
+            Some((obstacle, pushes)) => {
+                let more = pushes.iter().flat_map(|&k| obstacle.stiffness(k));
+                Csr::from_triplets(n_o, n_o, own.triplets().chain(more).collect())
+            }
         }
-        let a = self.a_star();
-        (self.parts.body.stiffness.congruence(&a), self.inertia.matrix(&self.parts.body, &a))
+    }
+
+    /// `K_α` and `M_α` as sparse matrices (for modes and exact flows; the event-driven Runge–Kutta methods never form them).
+    pub fn matrices(&self) -> (Csr, Csr) {
+        let (body, inertia) = (&self.parts.body, &self.data.inertia);
+        let (stiffness, mass) = match self.data.expansion.solved() {
+            Some(_) => {
+                let a = self.a_star();
+                (body.stiffness.congruence(&a), inertia.matrix(body, &a))
+            }
+            None => (self.whole_stiffness(), inertia.shared.mass(body).leading(self.n_o())),
+        };
+        match inertia.holds() {
+            Some(holds) => (holds.decoupled(&stiffness), holds.decoupled(&mass)),
+            None => (stiffness, mass),
+        }
     }
 
     /// Displacements of `u_O` that reactions hold: in [`Phase::matrices`] they know of no other.
     pub fn held_displacements(&self) -> Vec<usize> {
-        self.expansion.held.iter().flatten().map(|h| h.0).collect()
+        self.data.inertia.holds().iter().flat_map(|h| h.displacements()).collect()
     }
 
-    /// What damps of a phase whose springs do not.
-    pub fn structural(&self) -> Option<Structural> {
-        let (body, tips) = (&self.parts.body, self.parts.body.tips.as_ref()?);
-        if self.expansion.held.is_some() {
-            return None;
-        }
-        let matrix = tips.structure.leading(body.dofs.n_o);
-        let rest = Csr::combination(1.0, &self.matrices().0, -1.0, &matrix);
-        let size = |a: &Csr| a.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
-        let is_whole = size(&rest) <= 1e-14 * size(&matrix);
-        Some(Structural { matrix, is_whole })
+    /// Whether `K_α` is symmetric, so that the phase has natural modes.
+    pub fn is_symmetric(&self) -> bool {
+        self.pushing().is_none_or(|(obstacle, _)| obstacle.has_potential())
     }
 
-    /// Of forces without a potential: `K_α`, and what of it, and of the constant force, has none: the power `u̇_Oᵀ(N u_O + r)` is lost.
-    pub fn without_potential(&self) -> Option<(Csr, Csr, Vec<f64>)> {
+    /// The stiffness over `u_O` that damps, where it is not `K_α` itself: that of the body alone.
+    pub fn damping_stiffness(&self) -> Option<Csr> {
         let body = &self.parts.body;
-        let energy = body.own_energy()?;
-        let skew = Csr::combination(1.0, &body.stiffness, -1.0, energy);
-        let mut d = vec![0.0; body.dofs.n()];
-        self.expansion.expand(&vec![0.0; body.dofs.n_o], &mut d, Part::Undriven);
-        let mut rest = vec![0.0; d.len()];
-        skew.mul(&d, &mut rest);
-        let a = self.a_star();
-        Some((body.stiffness.congruence(&a), skew.congruence(&a), self.reduce(&rest)))
+        let differs = self.pushing().is_some() || body.structure.is_some();
+        differs.then(|| body.structure().leading(self.n_o()))
+    }
+
+    /// The stiffness without pushes, of which natural modes serve as coordinates where `K_α` is not symmetric.
+    pub fn open_stiffness(&self) -> Csr {
+        self.parts.body.stiffness.leading(self.n_o())
+    }
+
+    /// What forces without a potential take.
+    pub fn lost(&self) -> Option<Lost> {
+        let (obstacle, pushes) = self.pushing().filter(|(o, _)| !o.has_potential())?;
+        let n_o = self.n_o();
+        let entries = pushes.iter().flat_map(|&k| obstacle.lost(k)).collect();
+        let mut constant = vec![0.0; n_o];
+        let at_rest = vec![0.0; n_o];
+        for &k in pushes {
+            let push = obstacle.push(k, &at_rest, true);
+            obstacle.lost_along(k).into_iter().for_each(|(j, x)| constant[j] += x * push);
+        }
+        Some(Lost { matrix: Csr::from_triplets(n_o, n_o, entries), constant })
     }
 
     /// `‖A_α‖_∞`
     pub(super) fn amplification(&self) -> f64 {
-        self.expansion.amplification()
+        self.data.expansion.amplification()
     }
 
     /// `A* = [I; A_α]`, sparse.
     pub fn a_star(&self) -> Csr {
-        self.expansion.a_star()
+        self.data.expansion.a_star()
     }
 }
 
@@ -577,7 +641,7 @@ mod tests {
         let phase = system.phase(&States::of_contact([true, false, true, false, false]));
         let mut other = system.phase(&phase.set);
         let conditions = system.conditions();
-        other.inertia.shared = Inertia::Projected(
+        other.data.inertia.shared = Inertia::Projected(
             Projector::storing(&system.body.mass, conditions, 0).unwrap().into(),
         )
         .into();

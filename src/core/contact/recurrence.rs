@@ -10,7 +10,8 @@ use std::ops::Range;
 use super::condensed::Condensed;
 use super::expansion::Part;
 use super::inertia::{ConstantMass, Inertia, Projector};
-use super::phase::{Parts, Phase, Scratch};
+use super::phase::{Parts, Phase};
+use super::scratch::Scratch;
 use super::system::System;
 use crate::fem::{Csr, SpdFactor, blocks};
 
@@ -54,7 +55,6 @@ impl Recurrence {
                 ConstantMass::Condensed { mass, .. } => mass.support(),
                 ConstantMass::Formed { .. } => vec![],
             },
-            Inertia::Held(_) => vec![],
         };
         let highest = system.units.highest;
         let all = 0..system.n_o();
@@ -79,7 +79,6 @@ impl Recurrence {
                 ConstantMass::Condensed { .. } => true,
                 ConstantMass::Formed { factor, .. } => matches!(factor, SpdFactor::Diagonal(_)),
             },
-            Inertia::Held(_) => false,
         }
     }
 
@@ -100,13 +99,19 @@ impl Recurrence {
     ) {
         let mut u = std::mem::take(&mut s.u);
         u[self.reach.clone()].copy_from_slice(&u_o[self.reach.clone()]);
-        phase.expansion.fill(&mut u, u_o.len(), Part::Whole(t));
+        phase.data.expansion.fill(&mut u, u_o.len(), Part::Whole(t));
         let load = phase.parts.loads.constant.as_deref();
         let mut step = [Step { before: None, now: &u, next: a_o }];
         if let Some(inverse) = self.local(phase, Factors { f: -1.0, g: 0.0 }, &mut step, load, s) {
             let moving =
                 self.rows.clone().zip(load.into_iter().flat_map(|f| &f[self.rows.clone()]));
             moving.for_each(|(i, f)| a_o[i] += inverse[i] * f);
+            // the pushes so far were linear
+            let (o, rest) = (&phase.parts.obstacle, &phase.data.pushes);
+            for (o, &k) in o.iter().flat_map(|o| rest.iter().map(move |k| (o, k))) {
+                let push = o.push(k, u_o, true) - o.push(k, u_o, false);
+                o.direction.row(k).for_each(|(j, t)| a_o[j] -= inverse[j] * t * push);
+            }
         }
         s.u = u;
     }
@@ -135,7 +140,7 @@ impl Recurrence {
         load: Option<&[f64]>,
         s: &mut Scratch,
     ) -> Option<&'p [f64]> {
-        match &*phase.inertia.shared {
+        match &*phase.data.inertia.shared {
             Inertia::Projected(p) => {
                 let (inverse, columns) = p.diagonal()?;
                 self.pass(phase, inverse, factors, steps);
@@ -154,11 +159,21 @@ impl Recurrence {
                 };
                 self.pass(phase, inverse, factors, steps);
                 for step in steps {
+                    self.add_pushes(phase, inverse, factors.f, step);
                     self.push(phase, (inverse, condensed), factors.f, step, (load, s));
                 }
                 Some(inverse)
             }
-            Inertia::Held(_) => None,
+        }
+    }
+
+    /// What the obstacle adds where it pushes: `f D⁻¹ Σ wγ t bᵀ now`.
+    fn add_pushes(&self, phase: &Phase, inverse: &[f64], f: f64, step: &mut Step) {
+        let Some(o) = &phase.parts.obstacle else { return };
+        let n_o = phase.parts.body.dofs.n_o;
+        for &k in &phase.data.pushes {
+            let push = o.push(k, &step.now[..n_o], false);
+            o.direction.row(k).for_each(|(j, t)| step.next[j] += f * inverse[j] * t * push);
         }
     }
 
@@ -209,10 +224,10 @@ impl Recurrence {
             let force = stiffness.row_dot(j, step.now) - load.map_or(0.0, |l| l[j]);
             s.x[j] = inverse[j] * force;
         }
-        if !phase.inertia.multipliers(p, &s.x, &mut s.mu) {
+        if !phase.data.inertia.multipliers(p, &s.x, &mut s.mu) {
             return step.next.fill(f64::NAN);
         }
-        for (&mu, &k) in s.mu.iter().zip(phase.inertia.rows()) {
+        for (&mu, &k) in s.mu.iter().zip(phase.data.inertia.rows()) {
             for (j, v) in columns.row(k).filter(|(j, _)| *j < n_o) {
                 step.next[j] -= f * mu * v;
             }
@@ -228,7 +243,7 @@ impl Recurrence {
         step: &mut Step,
         (load, s): (Option<&[f64]>, &mut Scratch),
     ) {
-        let Some(solved) = phase.expansion.solved() else { return };
+        let Some(solved) = phase.data.expansion.solved() else { return };
         let (stiffness, n_o) = (&phase.parts.body.stiffness, phase.parts.body.dofs.n_o);
         let force = |i: usize| stiffness.row_dot(i, step.now) - load.map_or(0.0, |l| l[i]);
         for i in n_o..stiffness.n_rows() {
@@ -268,8 +283,11 @@ impl Recurrence {
             first
         });
         phase.parts.kernel.mul(&phase.parts.body.stiffness, now, forces);
+        for (b, now) in b.chunks_exact_mut(n).zip(now) {
+            phase.add_pushes(&now[..n_o], b, false);
+        }
         let next = steps.each_mut().map(|s| &mut s.next[..n_o]);
-        phase.inertia.accelerate_all(&phase.expansion, &mut b, &mut room, s, next);
+        phase.data.inertia.accelerate_all(&phase.data.expansion, &mut b, &mut room, s, next);
         for step in steps {
             let of_rows = step.next[..n_o].iter_mut().zip(step.now);
             match step.before {

@@ -17,15 +17,27 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
+use super::boundary::Stress;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
-use super::following::following;
-use super::inertia::{ConstantMass, gram};
+use super::following::open_expansion;
+use super::gram::gram;
+use super::inertia::ConstantMass;
 use super::lcp;
-use super::nbm::Stress;
-use super::states::States;
-use crate::fem::{Body, Csr, Loads, SpdFactor, load};
+use crate::fem::{Body, Csr, SpdFactor, load};
 use crate::mesh::Point;
+
+/// The mass of the phases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MassChoice {
+    /// `M_α = A*ᵀ M A*`: the paper's.
+    #[default]
+    Paper,
+    /// `M_0 = A_∅ᵀ M A_∅` in every phase.
+    Condensed,
+    /// The nearest mass without inertia at the contact that keeps all moments (Khenous, Laborde, Renard 2008).
+    Optimal,
+}
 
 /// A mass over `u_O`, and what gravity acts on.
 #[derive(Debug)]
@@ -72,17 +84,11 @@ pub(super) fn condensed(
     let mass = match Condensed::new(body, conditions)? {
         Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass: mass.into() },
         None => {
-            let a_star = open_expansion(conditions);
+            let a_star = open_expansion(conditions).a_star();
             ConstantMass::formed(body.mass.congruence(&a_star), conditions, Some(a_star))?
         }
     };
     Ok(Redistributed::Condensed(mass.into()))
-}
-
-/// `A*_∅`.
-fn open_expansion(conditions: &Arc<Conditions>) -> Csr {
-    let open = States::open(conditions.len());
-    following(conditions, &open, &Loads::default()).0.a_star()
 }
 
 /// By how much the moments of the optimal mass may differ from those of the body, over mass and size.
@@ -171,7 +177,7 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
 fn mass_spectrum(body: &Body, conditions: &Arc<Conditions>) -> Result<Vec<f64>, ContactError> {
     let (size, n_o) = (conditions.count(), body.dofs.n_o);
     let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix of the displacements u_O")?;
-    let a_star = open_expansion(conditions);
+    let a_star = open_expansion(conditions).a_star();
     let mut entries = vec![];
     for i in 0..size {
         let coupling = body.mass.row(n_o + i).filter(|(j, _)| *j < n_o);
@@ -250,11 +256,10 @@ pub(super) fn bound(
     Ok((1.0 + 1e-9) * (1.0 + ((1.0 + kappa * kappa) * weight * largest.max(0.0)).sqrt()))
 }
 
-/// A bound of the frequencies of `(K_OO, M_0)`, and with nodal reactions of all phases: estimated by power iteration, proved by a Cholesky factor of
-/// `ω²M_0 − K_OO`. Not finite where none was found.
-pub(super) fn bound_of_all(body: &Body, mass: &ConstantMass) -> f64 {
+/// A bound of the frequencies of `(K, M_0)`, `K` over `u_O` not below that of any phase: estimated by power iteration, proved by a Cholesky factor of `ω²M_0 − K`.
+/// Not finite where none was found.
+pub(super) fn bound_of_all(stiffness: &Csr, body: &Body, mass: &ConstantMass) -> f64 {
     let n_o = body.dofs.n_o;
-    let stiffness = body.stiffness.leading(n_o);
     let mut scratch = mass.scratch();
     let reduced = mass.matrix(body).leading(n_o);
     let mut x: Vec<f64> = (0..n_o).map(|i| (1.7 * (i * i) as f64 + 0.3).sin()).collect();
@@ -268,7 +273,7 @@ pub(super) fn bound_of_all(body: &Body, mass: &ConstantMass) -> f64 {
     }
     for _ in 0..40 {
         square *= 1.05;
-        let rest = Csr::combination(square, &reduced, -1.0, &stiffness);
+        let rest = Csr::combination(square, &reduced, -1.0, stiffness);
         if SpdFactor::new(&rest, "bound of the frequencies").is_ok() {
             return (1.0 + 1e-9) * square.sqrt();
         }

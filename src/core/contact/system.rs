@@ -3,26 +3,23 @@
 use std::sync::Arc;
 
 use super::ContactError;
-use super::boundary::{self, BoundaryOperator};
+use super::boundary::{self, BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
-use super::impact::{self, Impact, March};
+use super::constraint::Constraint;
+use super::damping::Rayleigh;
+use super::impact::Impact;
 use super::inertia::Inertia;
+use super::law::{Law, Restitution};
+use super::massive;
 use super::method::{Degenerate, Method, Promise, Selection};
-use super::nbm::{MassChoice, Nbm, Stress};
-use super::phase::{Parts, Phase, Scratch};
-use super::redistribution;
-use super::springs::{self, Law, SpringPoint};
+use super::monitor::MonitorKind;
+use super::nbm::Nbm;
+use super::phase::{Parts, Phase};
+use super::redistribution::{self, MassChoice};
+use super::scratch::Scratch;
+use super::site::{self, Site};
 use super::states::{PointState, States};
 use crate::fem::{Body, Csr, Harmonic, Kernel, Loads, Measured, Reduction};
-
-/// Rayleigh damping `C = α M + β K`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rayleigh {
-    /// Mass-proportional part.
-    pub alpha: f64,
-    /// Stiffness-proportional part.
-    pub beta: f64,
-}
 
 /// What a scene says of the contact points that a body's numbering has.
 #[derive(Debug, Clone, Default)]
@@ -31,25 +28,6 @@ pub struct Contacts {
     pub gaps: Gaps,
     /// Whether `G` is lumped.
     pub lumped: bool,
-}
-
-/// A contact point: one entry of an active set.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Constraint {
-    /// What files and messages name: the mesh node, or the number of a point that is no node.
-    pub node: usize,
-    /// Place on the undeformed body.
-    pub position: [f64; 3],
-    /// Direction of the contact: `u_C` is the displacement along it.
-    pub normal: [f64; 3],
-    /// Which of the groups before obstacles it belongs to.
-    pub group: usize,
-    /// Gap.
-    pub gap: f64,
-    /// Area (force = pressure × area).
-    pub area: f64,
-    /// Pressure that a unit displacement of this point alone takes away: the unit of pressure over length.
-    pub stiffness: f64,
 }
 
 /// What is of the order of one.
@@ -107,7 +85,7 @@ impl State {
 }
 
 impl System {
-    /// A method with conditions at nodes; a body without contact points is a linear one.
+    /// Signorini's conditions at nodes; a body without contact points is a linear one.
     pub fn new(
         body: Body,
         contacts: &Contacts,
@@ -133,27 +111,25 @@ impl System {
         Ok(System::of_method(body, Arc::new(method)))
     }
 
-    /// An obstacle that pushes like springs at points of a body whose contact displacements move by themselves; one gap a point.
-    pub fn with_springs(
+    /// A law at places where displacements have inertia, of a body whose contact displacements move by themselves; one gap a site.
+    pub fn with_law(
         body: Body,
-        points: Vec<SpringPoint>,
+        sites: Vec<Site>,
         gap: Vec<f64>,
-        law: Law,
+        law: Arc<dyn Law>,
     ) -> Result<System, ContactError> {
-        let (body, method) = springs::attach(body, points, gap, law)?;
+        let (body, method) = massive::attach(body, sites, gap, law)?;
         Ok(System::of_method(body, Arc::new(method)))
     }
 
-    /// Newton's law of impact (`e`, and a scheme of its own where there are to be no events) at the contact points of a body whose contact displacements
-    /// move by themselves.
+    /// Newton's law of impact at the contact nodes of such a body.
     pub fn with_impacts(
         body: Body,
         gap: Vec<f64>,
-        law: (f64, Option<March>),
+        law: Restitution,
     ) -> Result<System, ContactError> {
-        let area = boundary::areas(&body);
-        let (body, method) = impact::attach(body, gap, area, law)?;
-        Ok(System::of_method(body, Arc::new(method)))
+        let sites = site::at_nodes(&body, &boundary::areas(&body));
+        System::with_law(body, sites, gap, Arc::new(law))
     }
 
     /// The law by which velocities jump, of a method that has one.
@@ -207,9 +183,19 @@ impl System {
         self.constraints.len()
     }
 
-    /// Number of displacements (or coordinates) of the body: tips of springs are none.
+    /// Whether contact displacements have inertia: `u_C` are displacements of the body that are seen, no unknowns that follow.
+    pub fn contact_has_inertia(&self) -> bool {
+        self.method.obstacle().is_some()
+    }
+
+    /// The rows over `u_O` by which an obstacle meets displacements that have inertia: along the normals, what meets it, what its push acts on.
+    pub fn obstacle_rows(&self) -> Option<[&Csr; 3]> {
+        self.method.obstacle().map(|o| [&*o.normal, &*o.depth, &*o.direction])
+    }
+
+    /// Number of displacements (or coordinates) of the body: those that are but seen are none.
     pub fn n_displacements(&self) -> usize {
-        if self.body.tips.is_some() { self.n_o() } else { self.n() }
+        if self.contact_has_inertia() { self.n_o() } else { self.n() }
     }
 
     /// Length of `u`.
@@ -220,6 +206,16 @@ impl System {
     /// The method in words.
     pub fn method_name(&self) -> String {
         self.method.name()
+    }
+
+    /// What one contact point does.
+    pub fn law(&self) -> &dyn Law {
+        self.method.law()
+    }
+
+    /// What a length makes of a monitor of a point, over that length: itself, or a pressure.
+    pub fn monitor_unit(&self, kind: MonitorKind, point: usize) -> f64 {
+        if kind == MonitorKind::Pressure { self.constraints[point].stiffness } else { 1.0 }
     }
 
     /// What the method promises.
@@ -261,12 +257,12 @@ impl System {
 
     /// Whether elastic forces and those of the obstacle have a potential in every phase: Nitsche's with `θ ≠ 1` have none.
     pub fn has_potential(&self) -> bool {
-        self.body.own_energy().is_none()
+        self.method.obstacle().is_none_or(|o| o.has_potential())
     }
 
     /// Whether the natural modes of a phase decouple its motion: `K_α` is symmetric, and damping a combination of `M_α` and `K_α`.
     pub fn is_decoupled(&self) -> bool {
-        let plain = self.body.tips.is_none() || self.damping.is_none_or(|d| d.beta == 0.0);
+        let plain = !self.contact_has_inertia() || self.damping.is_none_or(|d| d.beta == 0.0);
         plain && self.has_potential()
     }
 
@@ -279,7 +275,7 @@ impl System {
     /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping of contact displacements makes it
     /// jump even where the method does not.
     pub fn is_smooth(&self) -> bool {
-        let plain = self.body.tips.is_some() || self.damping.is_none_or(|d| d.beta == 0.0);
+        let plain = self.contact_has_inertia() || self.damping.is_none_or(|d| d.beta == 0.0);
         self.promise().is_lipschitz && plain
     }
 
@@ -294,6 +290,7 @@ impl System {
             kernel: self.kernel.clone(),
             damping: self.damping,
             loads: self.loads.clone(),
+            obstacle: self.method.obstacle().cloned(),
         }
     }
 
@@ -386,13 +383,11 @@ impl System {
         self.method.inertia().mul(&self.body, x, y);
     }
 
-    /// Elastic energy of the body at `t` and a full displacement: `½ uᵀ K u`, springs of the obstacle included, and what supports that move add.
+    /// Elastic energy of the body at `t` and a full displacement: `½ uᵀ K u`, what an obstacle that yields holds of it, and what supports that move add.
     pub fn elastic(&self, t: f64, u: &[f64]) -> f64 {
-        let square = match self.body.own_energy() {
-            Some(energy) => energy.quadratic(u),
-            None => self.kernel.quadratic(&self.body.stiffness, u),
-        };
-        0.5 * square + self.loads.carried.elastic(t, u)
+        let square = self.kernel.quadratic(&self.body.stiffness, u);
+        let obstacle = self.method.obstacle().map_or(0.0, |o| o.energy(&u[..self.n_o()]));
+        0.5 * square + obstacle + self.loads.carried.elastic(t, u)
     }
 
     /// Energy `H` at `t` of a state in a phase.
@@ -403,18 +398,20 @@ impl System {
         self.elastic(t, &u) + self.kinetic(t, &v)
     }
 
-    /// Displacements of the body at the contact points along their normals, of a full displacement: `u_C`, but for tips of springs.
+    /// Displacements of the body at the contact points along their normals, of a full displacement.
     pub fn along_normals(&self, u: &[f64]) -> Vec<f64> {
-        let (u_o, u_c) = u.split_at(self.n_o());
-        match &self.body.tips {
-            Some(tips) => (0..u_c.len()).map(|i| tips.normal.row_dot(i, u_o)).collect(),
-            None => self.conditions().at_points(u_c),
-        }
+        self.conditions().at_points(&u[self.n_o()..])
     }
 
-    /// Displacements of the contact points towards their obstacles, of a full displacement: those of tips, where springs have such.
+    /// Displacements of the contact points that meet their obstacles, of a full displacement: at most the gap, where the obstacle yields.
     pub fn towards_obstacles(&self, u: &[f64]) -> Vec<f64> {
-        self.conditions().at_points(&u[self.n_o()..])
+        match self.method.obstacle().filter(|o| !o.springs.is_empty()) {
+            Some(o) => {
+                let u_o = &u[..self.n_o()];
+                (0..o.gap.len()).map(|k| o.depth.row_dot(k, u_o).min(o.gap[k])).collect()
+            }
+            None => self.along_normals(u),
+        }
     }
 
     /// How far a shape `u_O` of the open body moves a contact point at the most.
@@ -444,6 +441,6 @@ impl System {
     /// Work vectors for the phases of this body.
     pub fn scratch(&self) -> Scratch {
         let (n, n_c) = (self.n(), self.conditions().count());
-        Scratch::new(n, n_c, self.method.inertia())
+        Scratch::new(n, n_c, self.method.inertia().scratch())
     }
 }

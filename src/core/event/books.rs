@@ -133,7 +133,9 @@ impl<O: Observer> Run<'_, O> {
         }
         for (k, (h, m)) in h.iter().zip(&self.phase.monitors).enumerate() {
             match m.kind {
-                MonitorKind::Gap => self.seen.gap_error = self.seen.gap_error.max(-h),
+                MonitorKind::Gap | MonitorKind::Depth => {
+                    self.seen.gap_error = self.seen.gap_error.max(-h)
+                }
                 MonitorKind::Pressure => self.seen.max_tension = self.seen.max_tension.max(-h),
                 _ => continue,
             }

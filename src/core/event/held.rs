@@ -2,7 +2,7 @@
 //! [`crate::flow`]).
 
 use super::classify::{ClassifyError, Decision, Order, Surface};
-use super::{MonitorKind, Observer, PointState, Root, Run, Scratch, States};
+use super::{Observer, PointState, Root, Run, Scratch, States};
 
 /// Up to this many nodes all combinations of held nodes are tried.
 const HELD_LIMIT: usize = 5;
@@ -60,8 +60,8 @@ impl Surface<'_> {
 impl<O: Observer> Run<'_, O> {
     /// A held node whose weight reached 0 or 1 leaves the surface to that side.
     pub(super) fn leave_hold(&self, root: &Root, base: &States) -> Option<Decision> {
-        let monitor = self.phase.monitors[root.index];
-        if !matches!(monitor.kind, MonitorKind::HeldToContact | MonitorKind::HeldToFree) {
+        let monitor = &self.phase.monitors[root.index];
+        if !monitor.kind.is_weight() {
             return None;
         }
         let held = self.phase.held.iter().copied().filter(|&i| i != monitor.point).collect();

@@ -5,7 +5,7 @@
 //! are no measure: where nothing but the rebounding points moves, they shrink with the rebounds.
 
 use super::{
-    Done, Monitor, MonitorKind, Observer, Outcome, PointState, Root, Run, RunError, States, Switch,
+    Done, MonitorKind, Observer, Outcome, PointState, Root, Run, RunError, States, Switch,
     SwitchKind,
 };
 use crate::contact::lcp::UNITS;
@@ -39,7 +39,7 @@ impl<O: Observer> Run<'_, O> {
     /// The switch of an impact law at the state of the run.
     pub(super) fn impact(&mut self, law: &Impact, root: &Root) -> Done<Option<Outcome>, O> {
         let present = self.phase.set.clone();
-        let monitor = self.phase.monitors[root.index];
+        let monitor = self.phase.monitors[root.index].clone();
         let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
         let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.point).collect();
         // what a blow does to supports that move is work of theirs
@@ -89,7 +89,7 @@ impl<O: Observer> Run<'_, O> {
                 point,
                 node: self.system.constraints[point].node,
                 kind,
-                monitor: Monitor::of_state(point, present.at(point)).kind,
+                monitor: self.system.law().watched(present.at(point)),
                 monitor_rate: index.map_or(0.0, |k| rates[k]),
                 // one energy for all that happens at one time: booked with the first
                 energy_jump: std::mem::take(&mut jump),

@@ -30,7 +30,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::contact::{
-    ContactError, Monitor, MonitorKind, Phase, PointState, Scratch, State, States, System, leading,
+    ContactError, MonitorKind, Phase, PointState, Scratch, State, States, System, leading,
 };
 use crate::flow::{Flow, FlowError, Layout};
 use classify::{ClassifyError, Decision, Surface};
@@ -225,7 +225,7 @@ impl<O: Observer> Run<'_, O> {
         if self.flow.is_exact() {
             return None;
         }
-        if root.tangent || matches!(kind, MonitorKind::HeldToContact | MonitorKind::HeldToFree) {
+        if root.tangent || kind.is_weight() {
             return None;
         }
         let y = self.flow.end_state();
@@ -337,7 +337,7 @@ impl<O: Observer> Run<'_, O> {
             to,
         ) {
             Some(k) => (self.phase.monitors[k].kind, rates[k]),
-            None => (Monitor::of_state(point, from).kind, 0.0),
+            None => (self.system.law().watched(from), 0.0),
         };
         let mut before = present.clone();
         let mut jump = 0.0;

@@ -1,7 +1,7 @@
 //! Touches: near misses, grazings, and how far a monitor may lie below zero without being a switch.
 
 use super::classify::Decision;
-use super::{Done, Grazing, GrazingKind, MonitorKind, Observer, Run, RunError, find};
+use super::{Done, Grazing, GrazingKind, Observer, Run, RunError, find};
 use crate::contact::lcp::UNITS;
 
 /// Near misses within this fraction of a monitor's scale are recorded.
@@ -41,8 +41,8 @@ impl<O: Observer> Run<'_, O> {
         // the position of a minimum is known to half the digits only
         let resolution = (window.1 - window.0) * 1e-7;
         for index in 0..self.phase.monitors.len() {
-            let monitor = self.phase.monitors[index];
-            if !matches!(monitor.kind, MonitorKind::Gap | MonitorKind::Pressure) {
+            let monitor = &self.phase.monitors[index];
+            if monitor.kind.is_weight() {
                 continue;
             }
             let point = monitor.point;
@@ -125,7 +125,7 @@ impl<O: Observer> Run<'_, O> {
         self.search.slack = self.search.rounding.clone();
         let h = self.monitor_values();
         for k in 0..self.phase.monitors.len() {
-            if matches!(self.phase.monitors[k].kind, MonitorKind::Gap | MonitorKind::Pressure) {
+            if !self.phase.monitors[k].kind.is_weight() {
                 self.set_slack(k, self.search.slack[k].max(-2.0 * h[k]));
             }
         }
@@ -147,9 +147,7 @@ impl<O: Observer> Run<'_, O> {
 
     /// Whether a monitor lies so far below zero that no slack lets the phase go on with it: it would be found again at once, without end.
     pub(super) fn is_too_deep(&self, index: usize, h: f64) -> bool {
-        let of_contact =
-            matches!(self.phase.monitors[index].kind, MonitorKind::Gap | MonitorKind::Pressure);
-        of_contact && -h > self.most_slack(index)
+        !self.phase.monitors[index].kind.is_weight() && -h > self.most_slack(index)
     }
 }
 

@@ -39,9 +39,9 @@ impl<'a, O> Verified<'a, O> {
         let load = system.load_pressure(s.t);
         let u_o = &s.u[..system.n_o()];
         // the gaps in front are the unknowns
-        let u_c = &s.u[system.n_o()..];
+        let u_c = system.towards_obstacles(s.u);
         let (q, _) = conditions.data(u_o, load.as_deref());
-        let w: Vec<f64> = system.constraints.iter().zip(u_c).map(|(c, u)| c.gap - u).collect();
+        let w: Vec<f64> = system.constraints.iter().zip(&u_c).map(|(c, u)| c.gap - u).collect();
         let scale = w.iter().fold(system.units.length, |m, x| m.max(x.abs()));
         let distance = |other: &[f64]| {
             w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale

@@ -50,20 +50,8 @@ pub struct Body {
     pub mass: Csr,
     /// Stiffness matrix `K`.
     pub stiffness: Csr,
-    /// Where `u_C` are no displacements of nodes.
-    pub tips: Option<Tips>,
-}
-
-/// Contact points that are no nodes: the body carries a spring without mass there, whose tip meets the obstacle, and `u_C` are the displacements of
-/// the tips. Springs are part of `K`.
-#[derive(Debug, Clone)]
-pub struct Tips {
-    /// Displacement of the body at each contact point along its normal: rows over `u_O`.
-    pub normal: Csr,
-    /// Stiffness over `u` of the body without springs.
-    pub structure: Csr,
-    /// The quadratic form of the energy over `u`, where it is not that of `K`.
-    pub energy: Option<Csr>,
+    /// Stiffness over `u` of the body alone, where the contact adds to it in every state: what Rayleigh's damping multiplies.
+    pub structure: Option<Csr>,
 }
 
 /// Elements whose matrices are integrated together, on all threads.
@@ -140,25 +128,25 @@ impl Body {
             mesh,
             dofs,
             origin: Origin::Elements(materials.to_vec()),
-            tips: None,
+            structure: None,
         }
     }
 
-    /// The body with springs at points of its contact edge: `stiffness` and `tips` over the displacements it has and the tips.
-    pub fn with_tips(self, stiffness: Csr, tips: Tips) -> Body {
-        let (n_c, n) = (tips.normal.n_rows(), stiffness.n_rows());
-        let mass = Csr::from_triplets(n, n, self.mass.triplets().collect());
-        Body { dofs: self.dofs.with_points(n_c), mass, stiffness, tips: Some(tips), ..self }
+    /// The body with `points` contact displacements that are but seen, `u_C = n u_O`: they have no rows of their own. `terms` over `u_O` come to its stiffness, and do
+    /// not damp.
+    pub fn with_points(self, points: usize, terms: Vec<(usize, usize, f64)>) -> Body {
+        let n = self.dofs.n_o + points;
+        let whole = |entries: Vec<(usize, usize, f64)>| Csr::from_triplets(n, n, entries);
+        let mass = whole(self.mass.triplets().collect());
+        let own: Vec<_> = self.stiffness.triplets().collect();
+        let structure = (!terms.is_empty()).then(|| whole(own.clone()));
+        let stiffness = whole(own.into_iter().chain(terms).collect());
+        Body { dofs: self.dofs.with_points(points), mass, stiffness, structure, ..self }
     }
 
-    /// Stiffness over `u` of the body alone, without springs of the obstacle: what Rayleigh's damping multiplies.
+    /// Stiffness over `u` of the body alone.
     pub fn structure(&self) -> &Csr {
-        self.tips.as_ref().map_or(&self.stiffness, |t| &t.structure)
-    }
-
-    /// The quadratic form of the energy over `u` where the forces `K u` have none.
-    pub fn own_energy(&self) -> Option<&Csr> {
-        self.tips.as_ref()?.energy.as_ref()
+        self.structure.as_ref().unwrap_or(&self.stiffness)
     }
 
     /// The materials of the regions; none for given matrices.
@@ -173,23 +161,17 @@ impl Body {
     pub fn reduced(&self, reduction: Arc<Reduction>) -> Result<Body, FemError> {
         let (mass, stiffness) =
             (reduction.congruence(&self.mass), reduction.congruence(&self.stiffness));
-        // tips have no mass: held they are stiffest
-        let of_body = |a: &Csr| match self.tips {
-            Some(_) => a.leading(reduction.n_y()),
-            None => a.clone(),
+        // what is but seen has no rows
+        let of_body = |a: &Csr| match self.dofs.is_seen {
+            true => a.leading(reduction.n_y()),
+            false => a.clone(),
         };
         let (k, m) = (of_body(&stiffness), of_body(&mass));
         let modes = eigen::all(&k, &m, self.frequency_unit())?;
         let highest = (1.0 + 1e-9) * modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
         let materials = self.materials().to_vec();
-        let of_tips = |t: &Tips| Tips {
-            normal: reduction.operator(&t.normal),
-            structure: reduction.congruence(&t.structure),
-            energy: t.energy.as_ref().map(|e| reduction.congruence(e)),
-        };
-        let tips = self.tips.as_ref().map(of_tips);
         Ok(Body {
-            tips,
+            structure: self.structure.as_ref().map(|k| reduction.congruence(k)),
             mesh: self.mesh.clone(),
             dofs: self.dofs.of_coordinates(reduction.n_y()),
             origin: Origin::Reduced { materials, highest, reduction },
@@ -221,18 +203,11 @@ impl Body {
         self.reduction().map_or(Cow::Borrowed(u_o), |r| Cow::Owned(r.project(u_o)))
     }
 
-    /// `u = (u_O, u_C)` of the mesh; at contact points that are no nodes the displacement of the body there, not of the spring's tip.
+    /// `u = (u_O, u_C)` of the mesh.
     pub fn nodal<'x>(&self, u: &'x [f64]) -> Cow<'x, [f64]> {
         let (y, u_c) = u.split_at(self.dofs.n_o);
-        let mut all = match (self.reduction(), &self.tips) {
-            (None, None) => return Cow::Borrowed(u),
-            (reduction, _) => reduction.map_or_else(|| y.to_vec(), |r| r.expand(y)),
-        };
-        match &self.tips {
-            None => all.extend(u_c),
-            Some(tips) => all.extend((0..u_c.len()).map(|i| tips.normal.row_dot(i, y))),
-        }
-        Cow::Owned(all)
+        let expand = |r: &Reduction| Cow::Owned([&r.expand(y)[..], u_c].concat());
+        self.reduction().map_or(Cow::Borrowed(u), expand)
     }
 
     /// Whether there are elements to integrate over.
@@ -269,7 +244,7 @@ impl Body {
             mesh: structured::row(length, n),
             origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest },
             dofs,
-            tips: None,
+            structure: None,
         })
     }
 

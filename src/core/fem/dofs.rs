@@ -17,6 +17,8 @@ pub struct DofMap {
     pub n_o: usize,
     /// Length of `u_C`.
     pub n_c: usize,
+    /// `u_C` are displacements of the body that are but seen: they have no rows of their own.
+    pub is_seen: bool,
     /// Contact points of the mesh, in the order of `u_C` where these are their displacements.
     pub contact: Vec<ContactPoint>,
     /// The groups before obstacles.
@@ -77,6 +79,7 @@ impl DofMap {
             dim,
             n_o,
             n_c: if apart { contact.len() } else { 0 },
+            is_seen: false,
             contact,
             facing: facing.to_vec(),
             in_group,
@@ -109,6 +112,7 @@ impl DofMap {
             dim: 1,
             n_o,
             n_c: contact.len(),
+            is_seen: false,
             contact: contact.iter().map(point).collect(),
             facing: vec![],
             in_group: BTreeMap::new(),
@@ -120,9 +124,9 @@ impl DofMap {
         }
     }
 
-    /// The same with `n_c` contact displacements of points that are no nodes.
+    /// The same with `n_c` contact displacements that are but seen.
     pub fn with_points(self, n_c: usize) -> DofMap {
-        DofMap { n_c, ..self }
+        DofMap { n_c, is_seen: true, ..self }
     }
 
     /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.

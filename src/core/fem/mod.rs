@@ -18,7 +18,7 @@ pub mod sparse;
 pub mod spline;
 pub mod stress;
 
-pub use body::{Body, Origin, Tips};
+pub use body::{Body, Origin};
 pub use carried::Carried;
 pub use dofs::DofMap;
 pub use dynamic::{DynamicFactor, DynamicStiffness};

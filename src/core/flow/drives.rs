@@ -8,9 +8,9 @@ use crate::contact::{Drive, Phase};
 pub struct Drives(pub(super) Vec<Drive>);
 
 impl Drives {
-    /// Those of a phase without held nodes; no exact flow takes any other.
+    /// Those of a phase.
     pub fn of(phase: &Phase) -> Drives {
-        if phase.held.is_empty() { Drives(phase.drives().to_vec()) } else { Drives::default() }
+        Drives(phase.drives())
     }
 
     /// Whether there are none.

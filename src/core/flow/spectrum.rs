@@ -17,7 +17,7 @@ use super::coupled::{CoupledMotion, Coupling, Operators, dot};
 use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
-use crate::contact::{Drive, Monitor, Phase, Rayleigh, States, System};
+use crate::contact::{Drive, Lost, Monitor, Phase, Rayleigh, States, System};
 use crate::fem::{Csr, FemError, Loads, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
@@ -140,16 +140,12 @@ impl Mixing {
             matmul(product.as_mut(), Accum::Replace, left, columns.as_ref(), 1.0, Par::Seq);
             product
         };
-        let structural = phase.structural()?;
-        let forces = phase.without_potential().map(|(k, skew, rest)| Forces {
-            stiffness: projected(&k),
-            skew: (projected(&skew), transposed(shapes, &rest)),
+        let structure = phase.damping_stiffness()?;
+        let forces = phase.lost().map(|Lost { matrix, constant }| Forces {
+            stiffness: projected(&phase.matrices().0),
+            skew: (projected(&matrix), transposed(shapes, &constant)),
         });
-        // without a spring in contact damping is diagonal already
-        if structural.is_whole && forces.is_none() {
-            return None;
-        }
-        Some(Mixing { structure: projected(&structural.matrix), forces })
+        Some(Mixing { structure: projected(&structure), forces })
     }
 
     fn operators(&self, omega: &[f64], (alpha, beta): (f64, f64)) -> Operators {
@@ -275,10 +271,7 @@ impl Eigenbasis {
         let (k, m) = phase.matrices();
         let n = system.n_o();
         // forces without a potential have no natural modes: those of the body without them serve
-        let symmetric = match phase.structural() {
-            Some(structural) if !system.has_potential() => structural.matrix,
-            _ => k,
-        };
+        let symmetric = if phase.is_symmetric() { k } else { phase.open_stiffness() };
         let all = eigen::all(&symmetric, &m, system.units.frequency)?;
         let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
         let inverse = times_mass(&shapes, &m);
@@ -296,7 +289,7 @@ impl Eigenbasis {
             rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
         }
         let offsets = phase.monitor_offsets();
-        let drives = phase.drives().to_vec();
+        let drives = phase.drives();
         let mixing = Mixing::of(phase, &shapes);
         let defect = Defect::of(&symmetric, &all.omega, &shapes, &inverse);
         Ok(Eigenbasis {

@@ -125,7 +125,7 @@ fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
         let Some((t, monitor, slope)) = first else {
             return Ok((sets, crossings, crossed, undecided));
         };
-        let Monitor { point, to, .. } = op.monitors[monitor];
+        let &Monitor { point, to, .. } = &op.monitors[monitor];
         crossings.push(Crossing { theta: t, point, from: set.at(point), to });
         crossed.push(Crossed { monitor, slope });
         set.set(point, to);

@@ -125,7 +125,7 @@ impl Dynamic {
             (system.reach(&shape), (0..lifted.ncols()).map(reach).fold(0.0, f64::max));
         let furthest = if of_first_mode > NO_REACH * locally { of_first_mode } else { locally };
         let force_unit = omega * omega * system.units.length / furthest;
-        let damps = open.structural().map(|s| s.matrix);
+        let damps = open.damping_stiffness();
         Ok(Dynamic {
             stiffness: DynamicStiffness::new(&k, &m, damps.as_ref())?,
             interface: Interface::new(system, form, lifted),

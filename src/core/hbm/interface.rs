@@ -29,7 +29,7 @@ pub enum Form {
 impl Form {
     /// The form in which a body's equations are projected: with springs of the obstacle, which do not touch the inertia, both are one.
     pub(super) fn of(self, system: &System) -> Form {
-        if system.body.tips.is_some() { Form::Force } else { self }
+        if system.contact_has_inertia() { Form::Force } else { self }
     }
 }
 
@@ -72,7 +72,7 @@ impl PhaseOperator {
             let drives = self.drives.iter();
             let part = |d: &Drive| {
                 let load = &loads.harmonics[d.index];
-                load.size() * d.monitor[self.monitors[k].point] * of_phase(load.angle())
+                load.size() * d.monitor[k] * of_phase(load.angle())
             };
             drives.map(part).sum()
         };
@@ -242,11 +242,11 @@ impl Interface {
             (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c))).collect();
         let rows = Mat::from_fn(phase.monitors.len(), r, |k, c| gradients[c][k]);
         let offsets = phase.monitor_offsets();
-        let drives = phase.drives().to_vec();
+        let drives = phase.drives();
         let length = system.units.length;
         let of_length = |(m, rounding): (&Monitor, f64)| match m.kind {
-            MonitorKind::Gap => length,
-            _ => rounding / UNITS,
+            MonitorKind::Pressure => rounding / UNITS,
+            _ => length,
         };
         let monitors = phase.monitors.clone();
         let units =
@@ -254,7 +254,7 @@ impl Interface {
         match self.form {
             Form::Force => {
                 // springs of the obstacle neither damp nor have inertia
-                let springs = system.body.tips.is_some();
+                let springs = system.contact_has_inertia();
                 let damped = system.damping.is_some() && !springs;
                 let v = damped
                     .then(|| Mat::from_fn(r, r, |i, j| alpha * s_m[(i, j)] + beta * s_k[(i, j)]));

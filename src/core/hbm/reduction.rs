@@ -91,7 +91,7 @@ impl Reduction {
 
     /// Change the damping. Phases that are known stand: `β` must be what it was, and in the acceleration form `α` is not in them.
     pub(super) fn set_damping(&mut self, damping: Rayleigh) -> Result<(), HbmError> {
-        debug_assert!(self.form == Form::Acceleration || self.system.body.tips.is_some());
+        debug_assert!(self.form == Form::Acceleration || self.system.contact_has_inertia());
         debug_assert!(self.system.damping.is_some_and(|d| d.beta == damping.beta));
         self.system.damping = Some(damping);
         let open = States::open(self.system.n_contact());

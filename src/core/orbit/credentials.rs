@@ -12,7 +12,7 @@ use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
 use super::walk::Walk;
-use crate::contact::{OMITTED_INERTIA, Phase, State, States, System};
+use crate::contact::{MonitorKind, OMITTED_INERTIA, Phase, State, States, System};
 use crate::continuation::norm;
 use crate::event::{Observer, Sample, Switch};
 use crate::records::crest;
@@ -176,9 +176,10 @@ impl Observer for Scan<'_> {
         self.energy.note(s.t, energy);
         let moved = system.along_normals(s.u);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
-        let monitor = |i: usize| match s.active.touches(i) {
-            true => s.pressure[i] / system.constraints[i].stiffness,
-            false => system.constraints[i].gap - u_c[i],
+        let monitor = |i: usize| match system.law().watched(s.active.at(i)) {
+            MonitorKind::Pressure => s.pressure[i] / system.constraints[i].stiffness,
+            MonitorKind::Depth => moved[i] - system.constraints[i].gap,
+            _ => system.constraints[i].gap - u_c[i],
         };
         let now: Vec<f64> = (0..system.n_contact()).map(monitor).collect();
         if let Some((t, states, _)) = self.last.last()
@@ -275,10 +276,7 @@ pub fn examine(
     let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
     let unit = system.units.length;
     for s in &report.switches {
-        let scale = match s.kind {
-            kind if kind.arrives() => 1.0,
-            _ => system.constraints[s.point].stiffness,
-        };
+        let scale = system.monitor_unit(s.monitor, s.point);
         scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
     }
     let stiffness =

@@ -80,10 +80,8 @@ impl<'a> Segments<'a> {
     /// What the unit of length makes of the monitors of a point in a phase: a length, or a pressure.
     fn monitor_unit(&self, phase: usize, point: usize) -> f64 {
         let system = &self.body.system;
-        match self.chain.sets[phase].at(point) {
-            PointState::Open => system.units.length,
-            PointState::Closed => system.constraints[point].stiffness * system.units.length,
-        }
+        let kind = system.law().watched(self.chain.sets[phase].at(point));
+        system.monitor_unit(kind, point) * system.units.length
     }
 
     fn assemble(&self, x: &[f64], walk: &Walk) -> Vec<f64> {

@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::DMatrix;
 
-use crate::contact::{ContactError, March, Monitor, PointState, Rule, State, States, System, lcp};
+use crate::contact::{ContactError, March, PointState, Rule, State, States, System, lcp};
 use crate::event::{
     Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
@@ -46,7 +46,8 @@ struct Scheme<'a> {
 impl<'a> Scheme<'a> {
     /// None for a system that is not stepped.
     fn new(system: &'a System, until: f64) -> Result<Option<Scheme<'a>>, ContactError> {
-        let (Some(law), Some(tips)) = (system.impact(), &system.body.tips) else { return Ok(None) };
+        let Some(law) = system.impact() else { return Ok(None) };
+        let normal = law.normal();
         let Some(March::Steps(stepping)) = law.march else { return Ok(None) };
         let n_o = system.n_o();
         let steps = (until / stepping.step - 1e-9).ceil().max(1.0) as usize;
@@ -62,13 +63,13 @@ impl<'a> Scheme<'a> {
         let mut scratch = factor.scratch();
         let column = |k: usize| {
             let mut x = vec![0.0; n_o];
-            tips.normal.row(k).for_each(|(j, v)| x[j] = v);
+            normal.row(k).for_each(|(j, v)| x[j] = v);
             factor.solve(&mut x, &mut scratch);
             x
         };
         let columns: Vec<Vec<f64>> = (0..system.n_contact()).map(column).collect();
         let size = columns.len();
-        let gram = DMatrix::from_fn(size, size, |i, j| tips.normal.row_dot(i, &columns[j]));
+        let gram = DMatrix::from_fn(size, size, |i, j| normal.row_dot(i, &columns[j]));
         Ok(Some(Scheme {
             system,
             rule: stepping.rule,
@@ -78,7 +79,7 @@ impl<'a> Scheme<'a> {
             stiffness,
             damping,
             factor,
-            normal: &tips.normal,
+            normal,
             columns,
             gram,
         }))
@@ -309,7 +310,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
                 point,
                 node: self.scheme.system.constraints[point].node,
                 kind: if is { SwitchKind::Close } else { SwitchKind::Open },
-                monitor: Monitor::of_state(point, self.set.at(point)).kind,
+                monitor: self.scheme.system.law().watched(self.set.at(point)),
                 monitor_rate: -self.scheme.normal.row_dot(point, was),
                 energy_jump: std::mem::take(&mut jump),
                 struck: vec![],

@@ -15,7 +15,7 @@
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-use crate::contact::{Instants, March, Monitor, State, States, System};
+use crate::contact::{Instants, March, State, States, System};
 use crate::event::{
     Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
@@ -244,7 +244,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             point: 0,
             node: self.system.constraints[0].node,
             kind: if touches { SwitchKind::Close } else { SwitchKind::Open },
-            monitor: Monitor::of_state(0, before.at(0)).kind,
+            monitor: self.system.law().watched(before.at(0)),
             monitor_rate: -r.abs(),
             energy_jump: 0.0,
             struck: vec![],

@@ -73,6 +73,7 @@ fn contact(scene: &Scene) -> Option<String> {
         ContactMethod::MassRedistribution => "mass redistribution",
         ContactMethod::Penalty => "penalty",
         ContactMethod::Nitsche => "Nitsche",
+        ContactMethod::Stop => "stop",
         ContactMethod::Impact => "impact law",
         ContactMethod::MoreauJean => "Moreau-Jean",
         ContactMethod::Waves => "waves",
@@ -84,7 +85,9 @@ fn contact(scene: &Scene) -> Option<String> {
         words.push("constant mass");
     }
     let mut words: Vec<String> = words.into_iter().map(str::to_owned).collect();
-    words.extend(contact.stiffness.map(|k| format!("κ₀ = {k}")));
+    let stiffness = if contact.method == ContactMethod::Stop { "k" } else { "κ₀" };
+    words.extend(contact.stiffness.map(|k| format!("{stiffness} = {k}")));
+    words.extend(contact.preload.map(|p| format!("P = {p}")));
     words.extend(contact.gamma.map(|k| format!("γ₀ = {k}")));
     Some(words.join(", "))
 }

@@ -66,7 +66,7 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
     };
     let follow = match system.n_contact() {
         0 => String::new(),
-        _ if system.body.tips.is_some() => String::new(),
+        _ if system.contact_has_inertia() => String::new(),
         n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
     };
     let unknowns = match system.body.reduction() {
@@ -145,7 +145,7 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
         n => format!(", {n} of them between two obstacles"),
     };
     let nodes = format!("{}{between}", plural(count, one, many));
-    if system.body.tips.is_some() {
+    if system.contact_has_inertia() {
         out.line("contact", nodes);
         let [stress, energy] = promises(system);
         out.line("method", format!("{}: {stress}", system.method_name()));
@@ -160,7 +160,7 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
 
 /// What tells whether stress and mass suit a mesh.
 fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
-    if scene.body.kind != BodyKind::Mesh || system.body.tips.is_some() {
+    if scene.body.kind != BodyKind::Mesh || system.contact_has_inertia() {
         return;
     }
     let dofs = system.body.nodal_dofs();

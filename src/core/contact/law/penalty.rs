@@ -1,0 +1,40 @@
+//! Penalty: the obstacle pushes like a spring at points of quadrature on the contact edge.
+//!
+//! ```text
+//! M ü + K u + κ Σ w [n u − g]₊ nᵀ = f,     κ = κ₀E′/h
+//! ```
+
+use super::{Conduct, Law, Push};
+use crate::contact::obstacle::Spring;
+use crate::contact::site::Site;
+use crate::contact::states::PointState;
+
+/// The law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Penalty {
+    /// `κ₀`: stiffness over the unit of the point.
+    pub stiffness: f64,
+}
+
+impl Law for Penalty {
+    fn name(&self) -> String {
+        format!("penalty, κ₀ = {}", self.stiffness)
+    }
+
+    fn conduct(&self, state: PointState) -> Conduct {
+        match state {
+            PointState::Open => Conduct::Moves,
+            PointState::Closed => Conduct::Pushed,
+        }
+    }
+
+    fn push(&self, site: &Site) -> Option<Push> {
+        let spring = Spring { stiffness: self.stiffness * site.unit, preload: 0.0, share: 1.0 };
+        let n = site.displacement.clone();
+        Some(Push { spring, depth: n.clone(), direction: n })
+    }
+
+    fn dissipates(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,149 @@
+//! Displacements with inertia that reactions hold.
+//!
+//! ```text
+//! M ü = f − K u − nᵀλ,      n_c ü = 0   ⇒   λ_c = D_cc⁻¹ n_c M⁻¹ (f − K u),    D = n M⁻¹nᵀ
+//! ```
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::{DMatrix, DVector};
+
+use super::ContactError;
+use super::gram::{Schur, gram};
+use crate::fem::{Body, Csr, SpdFactor};
+
+/// What a reaction at each contact point of a body does.
+#[derive(Debug)]
+pub(super) struct Reactions {
+    /// `n`: displacement of each point along its normal, rows over `u_O`.
+    pub normal: Arc<Csr>,
+    /// `M⁻¹nᵀ`
+    pub columns: Vec<Vec<f64>>,
+    /// `K M⁻¹nᵀ`, column by column.
+    through: Vec<Vec<f64>>,
+    /// `D = n M⁻¹nᵀ`
+    gram: DMatrix<f64>,
+}
+
+impl Reactions {
+    /// At the points whose normal displacements are these rows.
+    pub fn new(body: &Body, normal: Arc<Csr>) -> Result<Reactions, ContactError> {
+        let (n_o, n) = (body.dofs.n_o, body.dofs.n());
+        let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix")?;
+        let mut columns = vec![];
+        let gram = gram(&factor, &normal, |_, x| columns.push(x.to_vec()));
+        let through = columns.iter().map(|c: &Vec<f64>| {
+            let mut x = c.clone();
+            x.resize(n, 0.0);
+            let mut y = vec![0.0; n];
+            body.stiffness.mul(&x, &mut y);
+            y.truncate(n_o);
+            y
+        });
+        Ok(Reactions { through: through.collect(), normal, columns, gram })
+    }
+
+    /// `D` of some of the points.
+    pub fn block(&self, points: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(points.len(), points.len(), |i, j| self.gram[(points[i], points[j])])
+    }
+
+    /// The pressures of some points that are held, over their areas: rows over `u_O`, and what a force adds.
+    pub fn pressures(&self, points: &[usize], area: &[f64]) -> Pressures<'_> {
+        let size = points.len();
+        let singular = || DMatrix::from_element(size, size, f64::NAN);
+        let mut combine = self.block(points).try_inverse().unwrap_or_else(singular);
+        for (i, &k) in points.iter().enumerate() {
+            combine.row_mut(i).iter_mut().for_each(|x| *x /= area[k]);
+        }
+        Pressures { of: self, points: points.to_vec(), combine }
+    }
+}
+
+/// `λ_c/area` of points that are held, as functions of the state.
+pub(super) struct Pressures<'a> {
+    of: &'a Reactions,
+    points: Vec<usize>,
+    /// `D_cc⁻¹`, row by row over the area.
+    combine: DMatrix<f64>,
+}
+
+impl Pressures<'_> {
+    fn combined(&self, i: usize, of: &dyn Fn(usize) -> f64) -> f64 {
+        self.points.iter().enumerate().map(|(j, &k)| self.combine[(i, j)] * of(k)).sum()
+    }
+
+    /// The row over `u_O` of the `i`-th of them.
+    pub fn row(&self, i: usize) -> Vec<f64> {
+        let n_o = self.of.normal.n_cols();
+        (0..n_o).map(|c| -self.combined(i, &|k| self.of.through[k][c])).collect()
+    }
+
+    /// What a force adds to each.
+    pub fn of_force(&self, f: &[f64]) -> Vec<f64> {
+        let along = |k: usize| self.of.columns[k].iter().zip(f).map(|(a, f)| a * f).sum::<f64>();
+        (0..self.points.len()).map(|i| self.combined(i, &along)).collect()
+    }
+}
+
+/// Points that are held in a phase.
+#[derive(Debug)]
+pub(super) struct Holds {
+    reactions: Arc<Reactions>,
+    points: Vec<usize>,
+    /// Displacements of `u_O` that stand still, and where.
+    at: Vec<(usize, f64)>,
+    /// `D_cc`, factorised when a force first asks for an acceleration.
+    schur: OnceLock<Option<Schur>>,
+}
+
+impl Holds {
+    /// Hold some points at their gaps; none where there are no points.
+    pub fn new(reactions: &Arc<Reactions>, points: Vec<usize>, gap: &[f64]) -> Option<Holds> {
+        let held = |&k: &usize| {
+            let entry = reactions.normal.row(k).next();
+            entry.map_or((0, 0.0), |(j, sign)| (j, sign * gap[k]))
+        };
+        let at = points.iter().map(held).collect();
+        let reactions = reactions.clone();
+        (!points.is_empty()).then_some(Holds { reactions, points, at, schur: OnceLock::new() })
+    }
+
+    /// `a ← a − M⁻¹nᵀ D_cc⁻¹ n a`
+    pub fn stop(&self, a: &mut [f64]) {
+        let Reactions { normal, columns, .. } = &*self.reactions;
+        let schur = self.schur.get_or_init(|| Schur::dense(self.reactions.block(&self.points)));
+        let Some(schur) = schur else { return a.fill(f64::NAN) };
+        let along = self.points.iter().map(|&k| normal.row_dot(k, a));
+        let mut mu = DVector::from_iterator(self.points.len(), along);
+        schur.solve(&mut mu);
+        for (&mu, &k) in mu.iter().zip(&self.points) {
+            a.iter_mut().zip(&columns[k]).for_each(|(a, c)| *a -= mu * c);
+        }
+    }
+
+    /// Displacements of `u_O` that stand still.
+    pub fn displacements(&self) -> impl Iterator<Item = usize> + '_ {
+        self.at.iter().map(|h| h.0)
+    }
+
+    /// A matrix over `u_O` in which held displacements know of no other.
+    pub fn decoupled(&self, a: &Csr) -> Csr {
+        let is_held = |i: usize| self.displacements().any(|h| h == i);
+        let kept = a.triplets().filter(|&(i, j, _)| i == j || !(is_held(i) || is_held(j)));
+        Csr::from_triplets(a.n_rows(), a.n_cols(), kept.collect())
+    }
+
+    /// The constant force on `u_O` beside the decoupled matrices: held displacements are at rest under it.
+    pub fn decoupled_force(&self, stiffness: &Csr, force: &mut [f64]) {
+        let mut d = vec![0.0; stiffness.n_cols()];
+        self.at.iter().for_each(|&(j, x)| d[j] = x);
+        for (i, f) in force.iter_mut().enumerate() {
+            *f -= stiffness.row_dot(i, &d);
+        }
+        for &(j, x) in &self.at {
+            let own = stiffness.row(j).find(|e| e.0 == j).map_or(0.0, |e| e.1);
+            force[j] = own * x;
+        }
+    }
+}
