@@ -29,6 +29,7 @@ const CRATES: [Crate; 2] = [
             "continuation",
             "orbit",
             "hbm",
+            "model",
         ],
     },
     Crate {

@@ -34,6 +34,8 @@ mod oscillator_orbits;
 mod refinement;
 #[path = "ridge/case.rs"]
 mod ridge;
+#[path = "stop/case.rs"]
+mod stop;
 #[path = "strip/case.rs"]
 mod strip;
 #[path = "zero-gap-bar/case.rs"]
@@ -110,7 +112,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 16] = [
+pub static CASES: [Case; 17] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -119,6 +121,7 @@ pub static CASES: [Case; 16] = [
     methods::CASE,
     bouncing_bar::CASE,
     impact::CASE,
+    stop::CASE,
     hard::CASE,
     hard::MILLION,
     bar_orbits::CASE,

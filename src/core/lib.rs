@@ -22,8 +22,24 @@
 //! Legrand, *Nodal-Boundary Finite-Element Method for the Signorini Problem in Two Dimensions*, IDETC-CIE 2021 (its
 //! printed eq. 4 has the sign inside the max reversed).
 //!
+//! [`model`] is the front door. An oscillator of two bar elements:
+//!
+#![doc = concat!("```\n", include_str!("examples/oscillator.rs"), "\n```")]
+//!
+//! Matrices of one's own:
+//!
+#![doc = concat!("```no_run\n", include_str!("examples/matrices.rs"), "\n```")]
+//!
+//! A contact law of one's own ([`contact::Law`]):
+//!
+#![doc = concat!("```no_run\n", include_str!("examples/own_law.rs"), "\n```")]
+//!
+//! A flow by itself ([`flow::Flow`]):
+//!
+#![doc = concat!("```no_run\n", include_str!("examples/flow.rs"), "\n```")]
+//!
 //! The modules stand in the order of the data; each uses only what stands before it:
-//! [`mesh`], [`fem`], [`contact`], [`flow`], [`event`], [`schemes`], [`records`], [`continuation`], [`orbit`], [`hbm`].
+//! [`mesh`], [`fem`], [`contact`], [`flow`], [`event`], [`schemes`], [`records`], [`continuation`], [`orbit`], [`hbm`]; last the front door, [`model`].
 
 pub mod contact;
 pub mod continuation;
@@ -32,6 +48,7 @@ pub mod fem;
 pub mod flow;
 pub mod hbm;
 pub mod mesh;
+pub mod model;
 pub mod orbit;
 pub mod records;
 pub mod schemes;

@@ -398,9 +398,13 @@ impl System {
         self.elastic(t, &u) + self.kinetic(t, &v)
     }
 
-    /// Displacements of the body at the contact points along their normals, of a full displacement.
+    /// Displacements of the body at the contact points along their normals, of a full displacement; what is but seen need not be in it.
     pub fn along_normals(&self, u: &[f64]) -> Vec<f64> {
-        self.conditions().at_points(&u[self.n_o()..])
+        let (u_o, u_c) = u.split_at(self.n_o());
+        match self.method.obstacle() {
+            Some(o) => (0..u_c.len()).map(|k| o.normal.row_dot(k, u_o)).collect(),
+            None => self.conditions().at_points(u_c),
+        }
     }
 
     /// Displacements of the contact points that meet their obstacles, of a full displacement: at most the gap, where the obstacle yields.
