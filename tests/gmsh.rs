@@ -6,7 +6,7 @@ use common::root;
 use signorini::contact::Gaps;
 use signorini::contact::phase_modes;
 use signorini::contact::{ContactError, Contacts, MassChoice, State, States, Stress, System};
-use signorini::fem::{Body, DofMap, Facing, Held, Material, StressState, eigen};
+use signorini::fem::{Body, DofMap, Facing, Held, Material, Shape, StressState, eigen, shape};
 use signorini::mesh::ElementKind;
 use signorini::mesh::gmsh::{GmshError, Imported, Sides, read};
 use signorini::scenario::{Inertia, Integrator};
@@ -103,6 +103,65 @@ const TWO: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 7 
 const TWO_OLD: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n1 7 \"low side\"\n1 8 \"seam\"\n2 5 \"steel\"\n2 6 \"rubber\"\n$EndPhysicalNames\n\
     $Nodes\n7\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 1 2 0\n6 0 2 0\n40 9 9 9\n$EndNodes\n\
     $Elements\n4\n1 1 2 7 1 1 2\n2 1 2 8 2 4 3\n3 3 2 5 1 1 2 3 4\n4 3 2 6 2 4 6 5 3\n$EndElements\n";
+
+/// A quarter of a tube in prisms: volumes of cells, areas of faces, places of nodes and shape functions are Gmsh's own, curved sides included; the order of
+/// the nodes in other programs is VTK's (`meshes/prisms.py` wrote the numbers).
+#[test]
+fn prisms_are_those_of_gmsh() {
+    let text = std::fs::read_to_string(root().join("tests/reference/meshes/prisms.json")).unwrap();
+    let known: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let number = |v: &serde_json::Value| v.as_f64().unwrap();
+    let point = |v: &serde_json::Value| [0, 1, 2].map(|c| number(&v[c]));
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|c| (a[c] - b[c]).abs() < 1e-14);
+    for kind in [ElementKind::Prism6, ElementKind::Prism15, ElementKind::Prism18] {
+        let own = &known["elements"][kind.name()];
+        assert_eq!(own["number"], kind.gmsh().0);
+        for (k, &place) in shape::places(kind).iter().enumerate() {
+            assert!(near(place, point(&own["places"][k])), "{kind:?} {k}");
+        }
+        for (j, at) in own["at"].as_array().unwrap().iter().enumerate() {
+            let (values, slopes) =
+                (shape::values(kind, point(at)), shape::gradients(kind, point(at)));
+            for k in 0..kind.nodes() {
+                assert!((values[k] - number(&own["values"][j][k])).abs() < 1e-14, "{kind:?} {k}");
+                assert!(near(slopes[k], point(&own["gradients"][j][k])), "{kind:?} {k}");
+            }
+        }
+        let vtk = &known["vtk"][kind.name()];
+        assert_eq!(vtk["number"], kind.vtk());
+        let order = kind.ordered(&(0..kind.nodes()).collect::<Vec<_>>());
+        for (k, &n) in order.iter().enumerate() {
+            let [x, y, z] = shape::places(kind)[n as usize];
+            assert!(near([x, y, 0.5 * (z + 1.0)], point(&vtk["places"][k])), "{kind:?} {k}");
+        }
+        let name = kind.name().to_lowercase();
+        let (file, known) = (imported(&format!("{name}.msh")), &known["meshes"][&name]);
+        let mesh = &file.mesh;
+        assert_eq!(known["cells"], mesh.n_elements());
+        assert_eq!(known["nodes"], mesh.n_nodes());
+        let material = Material { young: 1.0, poisson: 0.3, density: 2.0, state: SOLID };
+        for (e, tag) in mesh.elements().zip(&file.cell_tags[0]) {
+            assert_eq!(e.kind, kind);
+            let volume = Shape { kind, x: &mesh.corners(e) }.volume(&material);
+            let exact = number(&known["volumes"][tag.to_string()]);
+            assert!((volume / exact - 1.0).abs() < 1e-13, "{kind:?} {tag}: {volume} {exact}");
+        }
+        let areas = known["areas"].as_object().unwrap();
+        assert_eq!(areas.len(), 6);
+        for (group, area) in areas {
+            let of_side = |&f: &signorini::mesh::Facet| -> f64 {
+                let e = mesh.element(f);
+                let points = Shape { kind, x: &mesh.corners(e) }.side(f.side);
+                points.iter().map(|p| p.area).sum()
+            };
+            let found: f64 = mesh.group(group).iter().map(of_side).sum();
+            // of a curved face a root of polynomials, by three points along each edge
+            let within = if kind.is_quadratic() { 1e-5 } else { 1e-13 };
+            let off = (found / number(area) - 1.0).abs();
+            assert!(off < within, "{kind:?} {group}: {found} {area}");
+        }
+    }
+}
 
 #[test]
 fn both_formats_say_the_same() {

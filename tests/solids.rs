@@ -10,17 +10,20 @@ use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
 use signorini::event::{Report, Silent};
 use signorini::fem::{Body, DofMap, Facing, Fix, Held, Material, StressState, eigen};
 use signorini::mesh::slender::stiff_in_bending;
-use signorini::mesh::{ElementKind, Mesh, Point};
+use signorini::mesh::{ElementKind, Family, Mesh, Point};
 use signorini::problem::{Problem, ProblemError};
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
 
-const SOLIDS: [ElementKind; 5] = [
+const SOLIDS: [ElementKind; 8] = [
     ElementKind::Tet4,
     ElementKind::Tet10,
     ElementKind::Hex8,
     ElementKind::Hex20,
     ElementKind::Hex27,
+    ElementKind::Prism6,
+    ElementKind::Prism15,
+    ElementKind::Prism18,
 ];
 
 const MATERIAL: Material =
@@ -57,6 +60,9 @@ fn a_cube_between_walls_has_the_waves_of_the_closed_form() {
         (ElementKind::Hex8, 4, 2.0),
         (ElementKind::Hex20, 2, 4.0),
         (ElementKind::Hex27, 2, 4.0),
+        (ElementKind::Prism6, 4, 2.0),
+        (ElementKind::Prism15, 3, 4.0),
+        (ElementKind::Prism18, 3, 4.0),
     ] {
         let errors: Vec<f64> = [coarse, 2 * coarse]
             .iter()
@@ -111,6 +117,9 @@ fn a_cantilever_has_the_frequencies_of_a_beam() {
         (ElementKind::Hex8, [16, 2, 2], [0.2, 0.06]),
         (ElementKind::Hex20, [8, 1, 1], [0.02, 0.01]),
         (ElementKind::Hex27, [8, 1, 1], [0.02, 0.01]),
+        (ElementKind::Prism6, [16, 2, 2], [0.3, 0.1]),
+        (ElementKind::Prism15, [8, 1, 1], [0.03, 0.01]),
+        (ElementKind::Prism18, [8, 1, 1], [0.03, 0.01]),
     ] {
         let at = |factor: usize, poisson: f64, held: &[Held]| {
             let mesh = cuboid(kind, [length, height, height], coarse.map(|n| factor * n), 0.0);
@@ -196,6 +205,52 @@ fn solved(scene: &Scene) -> (Problem, Report) {
     (problem, report)
 }
 
+/// The same body by hexahedra and by prisms: what lies between their frequencies falls with the order of both.
+#[test]
+fn prisms_and_hexahedra_agree_at_their_order() {
+    let held = ["xmin", "ymin", "zmin"].map(|g| Held { group: g.into(), fix: Fix::Normal });
+    for (hexahedron, prism, cells, order) in [
+        (ElementKind::Hex8, ElementKind::Prism6, [8, 6, 6], 2.0),
+        (ElementKind::Hex20, ElementKind::Prism15, [4, 4, 4], 4.0),
+        (ElementKind::Hex27, ElementKind::Prism18, [4, 4, 4], 4.0),
+    ] {
+        let apart = [1, 2].map(|factor| {
+            let of = |kind| {
+                let mesh = cuboid(kind, [1.0, 0.8, 0.7], cells.map(|n| factor * n), 0.0);
+                frequencies(mesh, &held, MATERIAL, 2, 1.0)
+            };
+            let (a, b) = (of(hexahedron), of(prism));
+            a.iter().zip(&b).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
+        });
+        let found = (apart[0] / apart[1]).log2();
+        println!("{prism:?}: apart {apart:?}, order {found:.2}");
+        assert!((found - order).abs() < 0.4, "{prism:?}: {apart:?} {found}");
+    }
+}
+
+/// Contact on the triangles at the end of prisms as on their quadrilaterals: the same box, meshed along either axis, moves alike.
+#[test]
+fn both_faces_of_a_prism_bear_contact() {
+    let along = |axis: usize, cells: usize| {
+        let turn = |[x, y, z]: Point| if axis == 2 { [z, x, y] } else { [x, y, z] };
+        let size = if axis == 2 { [0.5, 0.5, 1.0] } else { [1.0, 0.5, 0.5] };
+        let count = if axis == 2 { [cells, cells, 2 * cells] } else { [2 * cells, cells, cells] };
+        let place = folder(&cuboid(ElementKind::Prism6, size, count, 0.0).moved(turn));
+        let ends = if axis == 2 { ["zmin", "zmax"] } else { ["xmin", "xmax"] };
+        let body = BODY.replace("xmin", ends[0]);
+        let text = format!(
+            "{body}[contact]\ngroup = \"{}\"\ngap = 0.2\nmethod = \"mass-redistribution\"\n[initial]\nvelocity = [\"x\", \"0\", \"0\"]\n[run]\nuntil = 6.0\n",
+            ends[1]
+        );
+        let (_, report) = solved(&scene(&place, &text));
+        assert!((report.energy_end / report.energy_start - 1.0).abs() < 1e-10);
+        report.switches.iter().map(|s| s.t).fold(f64::INFINITY, f64::min)
+    };
+    let apart = [2, 4].map(|n| (along(0, n) - along(2, n)).abs());
+    println!("first contact {apart:?} apart");
+    assert!(apart[1] < 0.5 * apart[0] && apart[0] < 0.05, "{apart:?}");
+}
+
 /// Constant inertia keeps the energy over twenty periods on every element, by every way to the pressure that it allows.
 #[test]
 fn energy_is_kept_on_every_solid_element() {
@@ -203,10 +258,11 @@ fn energy_is_kept_on_every_solid_element() {
         let cells = if kind.is_quadratic() { [2, 1, 1] } else { [4, 2, 2] };
         let place = folder(&cuboid(kind, [1.0, 0.5, 0.5], cells, 0.15));
         let mut choices = vec!["stress = \"nodal-mean\"\n"];
-        if !kind.is_simplex() {
+        if kind.family() == Family::Cube {
             choices.push("stress = \"projection\"\n");
         }
-        if !matches!(kind, ElementKind::Tet10 | ElementKind::Hex20) {
+        // a face at the end of the box; of prisms along z its quadrilaterals
+        if !matches!(kind, ElementKind::Tet10 | ElementKind::Hex20 | ElementKind::Prism15) {
             choices.push("stress = \"reaction\"\n");
         }
         for choice in choices {
@@ -272,8 +328,9 @@ fn how_a_body_lies_in_space_does_not_matter() {
 fn uniform_strain_gives_its_stress_on_faces() {
     let g = [[0.02, -0.01, 0.03], [0.0, -0.01, 0.02], [0.01, 0.04, 0.015]];
     for kind in SOLIDS {
-        // the nodal mean is shown to have a P-matrix on faces of Tet10 where they are regular
-        let skew = if kind == ElementKind::Tet10 { 0.0 } else { 0.15 };
+        // the nodal mean is shown to have a P-matrix on faces of Tet10 and Prism15 where they are regular
+        let is_regular = matches!(kind, ElementKind::Tet10 | ElementKind::Prism15);
+        let skew = if is_regular { 0.0 } else { 0.15 };
         let mesh = cuboid(kind, [1.0, 0.8, 0.6], [2, 2, 2], skew);
         let nodal: Vec<f64> = mesh
             .nodes()
@@ -286,7 +343,7 @@ fn uniform_strain_gives_its_stress_on_faces() {
         let s = MATERIAL.stiffness() * strain;
         for (group, axis) in [("xmax", 0), ("ymin", 1), ("zmax", 2)] {
             for stress in [Stress::NodalMean, Stress::Projection] {
-                if stress == Stress::Projection && kind.is_simplex() {
+                if stress == Stress::Projection && kind.family() != Family::Cube {
                     continue;
                 }
                 let dofs = DofMap::new(&mesh, &[], &[Facing::surface(group)]).unwrap();
@@ -332,10 +389,16 @@ fn what_does_not_work_in_space_is_refused() {
         (ElementKind::Hex20, "method = \"mass-redistribution\"\n", "zero or tensile corner forces"),
         (ElementKind::Hex20, "method = \"impact\"\n", "zero or tensile corner forces"),
         (
+            ElementKind::Prism15,
+            "method = \"mass-redistribution\"\n",
+            "contact.method: contact forces at nodes do not work on Q8 Prism15 faces",
+        ),
+        (
             ElementKind::Tet4,
             "stress = \"projection\"\n",
-            "fewer values than there are contact nodes",
+            "\"projection\" does not work on tetrahedra: the projected stress has fewer values than there are contact nodes",
         ),
+        (ElementKind::Prism6, "stress = \"projection\"\n", "does not work on prisms"),
         (ElementKind::Tet4, "plane = { normal = [1.0, 0.0], offset = 1.3 }\n", "needs 3 numbers"),
     ] {
         let place = folder(&cuboid(kind, [1.0, 0.5, 0.5], [1, 1, 1], 0.0));

@@ -5,7 +5,7 @@ use super::body::Form;
 use super::given::folder;
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::gmsh::{self, File, Imported, Sides};
-use crate::mesh::{ElementKind, Facet, Mesh};
+use crate::mesh::{ElementKind, Facet, Family, Mesh};
 use crate::scenario::{BodyKind, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
 /// The mesh of a file, its regions numbered as the materials of the scene, and the tags of its nodes.
@@ -218,8 +218,15 @@ pub(super) fn check_elements(
     };
     let projects =
         c.method == ContactMethod::NodalBoundary && c.stress == Some(StressKey::Projection);
-    if let Some(k) = on(&|_, kind| kind.is_simplex()).filter(|_| projects) {
-        let name = if mesh.dim() == 3 { "tetrahedra" } else { "triangles" };
+    let of_one = |s: Facet, family: Family| mesh.element(s).kind.family() == family;
+    let projectless = |s: Facet, _: ElementKind| !of_one(s, Family::Cube);
+    if let Some(k) = on(&projectless).filter(|_| projects) {
+        let is_prism = |s: &Facet| of_one(*s, Family::Prism);
+        let name = match mesh.group(&dofs.facing[k].group).iter().any(is_prism) {
+            true => "prisms",
+            false if mesh.dim() == 3 => "tetrahedra",
+            false => "triangles",
+        };
         let message = format!(
             "\"projection\" does not work on {name}: the projected stress has fewer values than there are contact nodes"
         );
@@ -234,14 +241,21 @@ pub(super) fn check_elements(
         c.is_reaction() || matches!(c.method, ContactMethod::Impact | ContactMethod::MoreauJean);
     if let Some(k) = on(&bears_no_signs).filter(|_| by_forces) {
         let kinds = mesh.group(&dofs.facing[k].group).iter().map(|&s| (s, mesh.element(s).kind));
-        let kind = kinds.into_iter().find(|(s, kind)| bears_no_signs(*s, *kind));
+        let found = kinds.into_iter().find(|(s, kind)| bears_no_signs(*s, *kind));
+        let name = found.map_or_else(String::new, |(s, kind)| match kind.family() {
+            Family::Prism => {
+                format!("{} {}", kind.face(s.side).map_or("", |f| f.name()), kind.name())
+            }
+            _ => kind.name().to_owned(),
+        });
         let message = format!(
-            "contact forces at nodes do not work on {} faces: a uniform pressure has zero or tensile corner forces",
-            kind.map_or("such", |(_, kind)| kind.name())
+            "contact forces at nodes do not work on {name} faces: a uniform pressure has zero or tensile corner forces"
         );
         let (named, help) = match c.stress == Some(StressKey::Reaction) {
-            true => ("stress", "give stress = \"nodal-mean\", or mesh with Hex27, Hex8 or Tet4"),
-            false => ("method", "give method = \"nbm\", or mesh with Hex27, Hex8 or Tet4"),
+            true => {
+                ("stress", "give stress = \"nodal-mean\", or mesh with Hex27, Hex8, Tet4 or Prism6")
+            }
+            false => ("method", "give method = \"nbm\", or mesh with Hex27, Hex8, Tet4 or Prism6"),
         };
         return fail(c.key(k, named), message, help);
     }

@@ -66,7 +66,12 @@ pub fn named(text: &str, module: &[&str]) -> Vec<Named> {
 /// Whether a file consists of `pub mod NAME;` alone, and of modules of the numerics that it hands on.
 pub fn declares_modules_only(text: &str) -> bool {
     let tokens = tokens(text);
-    let all: Vec<&str> = tokens.iter().map(|t| t.text.as_str()).collect();
+    let mut all: Vec<&str> = tokens.iter().map(|t| t.text.as_str()).collect();
+    // its page may show files: documentation is no code
+    while all.starts_with(&["#", "!", "[", "doc", "="]) {
+        let end = all.iter().position(|t| *t == "]").map_or(all.len(), |k| k + 1);
+        all.drain(..end);
+    }
     // its own name gives it no other
     let all = all.strip_prefix(&["extern", "crate", "self", "as", CRATE, ";"]).unwrap_or(&all);
     let handed_on = ["pub", "use", "signorini_core", "::", "{"];
@@ -429,6 +434,10 @@ fn lines_and_whole_paths_are_kept() {
 fn files_that_are_taken_in_are_seen() {
     assert!(declares_modules_only("//! x\n/// y\npub mod a;\npub mod b;\n"));
     assert!(declares_modules_only("pub mod a;\npub use signorini_core::{b, c};\n"));
+    assert!(declares_modules_only(
+        "#![doc = concat!(\"a\", include_str!(\"b.rs\"))]\npub mod a;\n"
+    ));
+    assert!(!declares_modules_only("#![doc = \"a\"]\npub use a::B;\n"));
     assert!(!declares_modules_only("pub mod a;\npub use a::B;\n"));
     assert!(!declares_modules_only("pub use signorini_core::{b as c};\n"));
     assert!(

@@ -3,7 +3,7 @@
 //! quadrature (Gauss by Newton's method, collapsed on simplices) and both norms are computed here.
 
 use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState};
-use signorini::mesh::{ElementKind, Mesh, Point};
+use signorini::mesh::{ElementKind, Family, Mesh, Point};
 
 use super::common::cuboid::cuboid;
 use super::common::rectangle::rectangle;
@@ -35,17 +35,19 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Points and weights on the unit cube, or on the unit simplex by collapsing it.
-fn rule(dim: usize, is_simplex: bool, n: usize) -> Vec<(Point, f64)> {
+/// Points and weights on the unit cube, or by collapsing it on the unit simplex or the prism over the unit triangle.
+fn rule(dim: usize, family: Family, n: usize) -> Vec<(Point, f64)> {
     let line = gauss(n);
     let mut all = vec![];
     for &(x, a) in &line {
         for &(y, b) in &line {
             for &(z, c) in if dim == 3 { &line[..] } else { &[(0.0, 1.0)][..] } {
-                all.push(match (is_simplex, dim) {
-                    (false, _) => ([x, y, z], a * b * c),
-                    (true, 2) => ([x, y * (1.0 - x), 0.0], a * b * (1.0 - x)),
-                    (true, _) => {
+                all.push(match (family, dim) {
+                    (Family::Cube, _) => ([x, y, z], a * b * c),
+                    (Family::Prism, _) | (Family::Simplex, 2) => {
+                        ([x, y * (1.0 - x), z], a * b * c * (1.0 - x))
+                    }
+                    (Family::Simplex, _) => {
                         let (p, q) = (1.0 - x, 1.0 - y);
                         ([x, y * p, z * p * q], a * b * c * p * p * q)
                     }
@@ -57,25 +59,32 @@ fn rule(dim: usize, is_simplex: bool, n: usize) -> Vec<(Point, f64)> {
 }
 
 /// Exponents of the monomials that an element has: total degree at most `p`, each at most `p`, or (eight and twenty nodes) each at most two and together at
-/// most two where they are not one.
+/// most two where they are not one; of prisms those of a triangle times those along it, with fifteen nodes the squares along it of first degree across.
 fn monomials(kind: ElementKind) -> (i32, Vec<[i32; 3]>) {
     let quadratic = !matches!(
         kind,
-        ElementKind::Tri3 | ElementKind::Quad4 | ElementKind::Tet4 | ElementKind::Hex8
+        ElementKind::Tri3
+            | ElementKind::Quad4
+            | ElementKind::Tet4
+            | ElementKind::Hex8
+            | ElementKind::Prism6
     );
     let p = if quadratic { 2 } else { 1 };
     let top = if kind.dim() == 3 { p } else { 0 };
-    let serendipity = matches!(kind, ElementKind::Quad8 | ElementKind::Hex20);
+    let serendipity =
+        matches!(kind, ElementKind::Quad8 | ElementKind::Hex20 | ElementKind::Prism15);
     let mut all = vec![];
     for a in 0..=p {
         for b in 0..=p {
             for c in 0..=top {
                 let e = [a, b, c];
                 let above: i32 = e.iter().filter(|k| **k > 1).sum();
-                let has = match (kind.is_simplex(), serendipity) {
-                    (true, _) => a + b + c <= p,
-                    (_, true) => above <= 2,
-                    _ => true,
+                let has = match (kind.family(), serendipity) {
+                    (Family::Simplex, _) => a + b + c <= p,
+                    (Family::Prism, true) if c == 2 => a + b <= 1,
+                    (Family::Prism, _) => a + b <= p,
+                    (Family::Cube, true) => above <= 2,
+                    (Family::Cube, false) => true,
                 };
                 if has {
                     all.push(e);
@@ -174,11 +183,11 @@ impl Affine {
     fn new(kind: ElementKind, nodes: &[Point]) -> Affine {
         let dim = kind.dim();
         // the corners that follow the first along the axes
-        let along: &[usize] = match (kind.is_simplex(), dim) {
-            (true, 2) => &[1, 2],
-            (true, _) => &[1, 2, 3],
-            (false, 2) => &[1, 3],
-            (false, _) => &[1, 3, 4],
+        let along: &[usize] = match (kind.family(), dim) {
+            (Family::Simplex, 2) => &[1, 2],
+            (Family::Simplex | Family::Prism, _) => &[1, 2, 3],
+            (Family::Cube, 2) => &[1, 3],
+            (Family::Cube, _) => &[1, 3, 4],
         };
         let corner = nodes[0];
         let edges: Vec<Point> =
@@ -255,7 +264,7 @@ fn errors(kind: ElementKind, mesh: Mesh) -> (f64, f64) {
     };
     let body = Body::assemble(mesh, dofs, &[material], false);
     let (_, exponents) = monomials(kind);
-    let points = rule(dim, kind.is_simplex(), 4);
+    let points = rule(dim, kind.family(), 4);
     let cells: Vec<(Vec<usize>, Affine)> = body
         .mesh
         .elements()
@@ -354,21 +363,32 @@ fn elements_in_space_have_their_order() {
 #[test]
 fn quadrature_of_these_tests_is_exact() {
     let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
-    for (dim, is_simplex) in [(2, false), (3, false), (2, true), (3, true)] {
-        let points = rule(dim, is_simplex, 4);
+    for (dim, family) in [
+        (2, Family::Cube),
+        (3, Family::Cube),
+        (2, Family::Simplex),
+        (3, Family::Simplex),
+        (3, Family::Prism),
+    ] {
+        let points = rule(dim, family, 4);
         for e in [[0, 0, 0], [2, 1, 0], [3, 2, 0], [1, 1, 3]]
             .into_iter()
             .filter(|e| dim == 3 || e[2] == 0)
         {
             let found: f64 = points.iter().map(|(x, w)| w * monomial(e, *x)).sum();
-            let total: i32 = e.iter().sum();
-            let wanted = match is_simplex {
-                true => e.map(factorial).iter().product::<f64>() / factorial(total + dim as i32),
-                false => e.iter().map(|k| 1.0 / f64::from(k + 1)).product(),
+            let line = |k: i32| 1.0 / f64::from(k + 1);
+            let simplex = |e: &[i32], dim: i32| {
+                let all: f64 = e.iter().map(|k| factorial(*k)).product();
+                all / factorial(e.iter().sum::<i32>() + dim)
+            };
+            let wanted = match family {
+                Family::Simplex => simplex(&e, dim as i32),
+                Family::Prism => simplex(&e[..2], 2) * line(e[2]),
+                Family::Cube => e.into_iter().map(line).product(),
             };
             assert!(
                 (found / wanted - 1.0).abs() < 1e-13,
-                "{dim} {is_simplex} {e:?}: {found} {wanted}"
+                "{dim} {family:?} {e:?}: {found} {wanted}"
             );
         }
     }

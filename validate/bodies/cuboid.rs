@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use signorini::fem::shape;
-use signorini::mesh::{Block, ElementKind, Facet, Mesh, Point};
+use signorini::mesh::{Block, ElementKind, Facet, Family, Mesh, Point};
 
 /// The corners of a tetrahedron in a cube: along the axes in this order.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
-/// A box `[0, size]` of so many cells along the axes, each one hexahedron or six tetrahedra; inner nodes moved by `skew` of a cell, those of its
+/// A box `[0, size]` of so many cells along the axes, each one hexahedron, two prisms along z or six tetrahedra; inner nodes moved by `skew` of a cell, those of its
 /// faces within them. Groups `xmin`, `xmax`, `ymin`, …
 pub fn cuboid(kind: ElementKind, size: Point, cells: [usize; 3], skew: f64) -> Mesh {
     let [nx, ny, nz] = cells;
@@ -29,15 +29,21 @@ pub fn cuboid(kind: ElementKind, size: Point, cells: [usize; 3], skew: f64) -> M
             }
         }
     }
-    let is_simplex = kind.is_simplex();
-    let linear = if is_simplex { ElementKind::Tet4 } else { ElementKind::Hex8 };
+    let linear = kind.linear();
     let mut of_cells: Vec<Vec<usize>> = vec![];
     for (i, j, k) in (0..nx * ny * nz).map(|c| (c / (ny * nz), c / nz % ny, c % nz)) {
         let at = |d: [usize; 3]| corner([i + d[0], j + d[1], k + d[2]]);
-        if !is_simplex {
-            let square = [[0, 0], [1, 0], [1, 1], [0, 1]];
-            of_cells
-                .push((0..8).map(|c| at([square[c % 4][0], square[c % 4][1], c / 4])).collect());
+        let square = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        let upright = |around: &[usize]| -> Vec<usize> {
+            let of = |k: usize| around.iter().map(move |&c| [square[c][0], square[c][1], k]);
+            [0, 1].into_iter().flat_map(of).map(at).collect()
+        };
+        match kind.family() {
+            Family::Cube => of_cells.push(upright(&[0, 1, 2, 3])),
+            Family::Prism => of_cells.extend([upright(&[0, 1, 2]), upright(&[0, 2, 3])]),
+            Family::Simplex => {}
+        }
+        if kind.family() != Family::Simplex {
             continue;
         }
         for path in PATHS {

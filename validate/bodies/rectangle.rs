@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use signorini::mesh::gmsh::TYPES;
 use signorini::mesh::{Block, ElementKind, Facet, Mesh, Point};
 
 /// A rectangle `[x0, x1] × [0, h]` of `nx × ny` cells, each one quadrilateral or two triangles; inner nodes moved by `skew` of a cell.
@@ -104,11 +103,6 @@ pub fn rectangle(
 const GROUPS: [&str; 10] =
     ["left", "right", "bottom", "top", "xmin", "xmax", "ymin", "ymax", "zmin", "zmax"];
 
-/// Gmsh's number of a kind of element.
-fn number(kind: ElementKind) -> usize {
-    TYPES.iter().find(|t| t.kind() == Some(kind)).unwrap().number
-}
-
 /// A mesh in Gmsh's format 2.2, all cells in the group `body`, its groups of sides by name; `region` numbers the group of a cell by its centre.
 pub fn msh(mesh: &Mesh, region: impl Fn(Point) -> usize) -> String {
     let names: Vec<&str> = GROUPS.into_iter().filter(|n| !mesh.group(n).is_empty()).collect();
@@ -130,7 +124,8 @@ pub fn msh(mesh: &Mesh, region: impl Fn(Point) -> usize) -> String {
             let own = element.kind.side(facet.side).iter().map(|&l| element.nodes[l]);
             let own: Vec<usize> = own.collect();
             let of_line = if own.len() == 2 { 1 } else { 8 };
-            lines.push((element.kind.face().map_or(of_line, number), k + 1, own));
+            let number = element.kind.face(facet.side).map_or(of_line, |face| face.gmsh().0);
+            lines.push((number, k + 1, own));
         }
     }
     for e in mesh.elements() {
@@ -138,7 +133,7 @@ pub fn msh(mesh: &Mesh, region: impl Fn(Point) -> usize) -> String {
         let mean = |c: usize| {
             corners.iter().map(|&n| mesh.nodes()[n][c]).sum::<f64>() / corners.len() as f64
         };
-        lines.push((number(e.kind), 10 + region([mean(0), mean(1), mean(2)]), e.nodes.to_vec()));
+        lines.push((e.kind.gmsh().0, 10 + region([mean(0), mean(1), mean(2)]), e.nodes.to_vec()));
     }
     let _ = writeln!(out, "$EndNodes\n$Elements\n{}", lines.len());
     for (k, (number, group, nodes)) in lines.iter().enumerate() {

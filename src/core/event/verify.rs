@@ -41,7 +41,8 @@ impl<'a, O> Verified<'a, O> {
         // the gaps in front are the unknowns
         let u_c = system.towards_obstacles(s.u);
         let (q, _) = conditions.data(u_o, load.as_deref());
-        let w: Vec<f64> = system.constraints.iter().zip(&u_c).map(|(c, u)| c.gap - u).collect();
+        let facing = system.constraints.iter().zip(&u_c).take(conditions.count());
+        let w: Vec<f64> = facing.map(|(c, u)| c.gap - u).collect();
         let scale = w.iter().fold(system.units.length, |m, x| m.max(x.abs()));
         let distance = |other: &[f64]| {
             w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale

@@ -248,6 +248,17 @@ mod tests {
                 ElementKind::Tet4,
                 &[[0.3, 0.1, 0.2], [1.4, 0.0, 0.1], [0.5, 1.1, 0.0], [0.6, 0.3, 1.2]],
             ),
+            (6, _) => (
+                ElementKind::Prism6,
+                &[
+                    [0.2, 0.1, 0.0],
+                    [1.3, 0.0, 0.1],
+                    [0.1, 1.2, 0.05],
+                    [0.1, 0.0, 1.1],
+                    [1.2, 0.2, 1.0],
+                    [0.0, 1.0, 1.3],
+                ],
+            ),
             _ => (
                 ElementKind::Hex8,
                 &[
@@ -411,8 +422,8 @@ mod tests {
                 let normal = cross(&minus(&b, &a), &minus(&c, &b));
                 assert!(dot(&normal, &minus(&a, &middle)) > 0.0, "{kind:?} {side}");
                 // nodes behind the corners lie where the face's own kind has them
-                let Some(face) = kind.face() else { continue };
-                let linear = if face.is_simplex() { ElementKind::Tri3 } else { ElementKind::Quad4 };
+                let Some(face) = kind.face(side) else { continue };
+                let linear = face.linear();
                 let nodes = kind.side(side);
                 for (&n, &at) in nodes.iter().zip(shape::places(face)) {
                     let corners = nodes[..face.corners()].iter().map(|&l| &x[l]);

@@ -1,9 +1,9 @@
-//! Shape functions and quadrature, once per kind of element.
+//! Shape functions and quadrature by the family and the basis of an element.
 //!
 //! Local coordinates: `ξ ∈ [−1, 1]` of a bar, `(ξ, η) ∈ [−1, 1]²` of a quadrilateral, the triangle `ξ, η ≥ 0`, `ξ + η ≤ 1`; `[−1, 1]³` of a hexahedron, the
-//! tetrahedron `ξ, η, ζ ≥ 0`, `ξ + η + ζ ≤ 1`. Nodes stand in the order of Gmsh (see [`ElementKind`]).
+//! tetrahedron `ξ, η, ζ ≥ 0`, `ξ + η + ζ ≤ 1`, of a prism the triangle in `ξ, η` and `ζ ∈ [−1, 1]`. Nodes stand in the order of Gmsh (see [`ElementKind`]).
 
-use crate::mesh::ElementKind;
+use crate::mesh::{Basis, ElementKind, Family};
 
 /// A place in local coordinates: zero along those that a kind does not have.
 pub type Local = [f64; 3];
@@ -25,13 +25,15 @@ pub enum Integrand {
 
 /// Local coordinates of the nodes.
 pub fn places(kind: ElementKind) -> &'static [Local] {
-    match kind {
-        ElementKind::Bar2 => &[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
-        ElementKind::Tri3 | ElementKind::Tri6 => &TRIANGLE[..kind.nodes()],
-        ElementKind::Quad4 | ElementKind::Quad8 | ElementKind::Quad9 => &SQUARE[..kind.nodes()],
-        ElementKind::Tet4 | ElementKind::Tet10 => &TETRAHEDRON[..kind.nodes()],
-        ElementKind::Hex8 | ElementKind::Hex20 | ElementKind::Hex27 => &CUBE[..kind.nodes()],
-    }
+    let all: &[Local] = match (kind.family(), kind.dim()) {
+        (Family::Cube, 1) => &[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        (Family::Cube, 2) => &SQUARE,
+        (Family::Cube, _) => &CUBE,
+        (Family::Simplex, 2) => &TRIANGLE,
+        (Family::Simplex, _) => &TETRAHEDRON,
+        (Family::Prism, _) => &PRISM,
+    };
+    &all[..kind.nodes()]
 }
 
 /// Nodes of the six-node triangle.
@@ -71,9 +73,6 @@ static TETRAHEDRON: [Local; 10] = [
     [0.5, 0.0, 0.5],
 ];
 
-/// The corners that the edges of a tetrahedron join, in the order of its other nodes.
-const TETRAHEDRON_EDGES: [(usize, usize); 6] = [(0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3)];
-
 /// Nodes of the 27-node cube.
 static CUBE: [Local; 27] = [
     [-1.0, -1.0, -1.0],
@@ -105,23 +104,52 @@ static CUBE: [Local; 27] = [
     [0.0, 0.0, 0.0],
 ];
 
+/// Nodes of the 18-node prism.
+static PRISM: [Local; 18] = [
+    [0.0, 0.0, -1.0],
+    [1.0, 0.0, -1.0],
+    [0.0, 1.0, -1.0],
+    [0.0, 0.0, 1.0],
+    [1.0, 0.0, 1.0],
+    [0.0, 1.0, 1.0],
+    [0.5, 0.0, -1.0],
+    [0.0, 0.5, -1.0],
+    [0.0, 0.0, 0.0],
+    [0.5, 0.5, -1.0],
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.5, 0.0, 1.0],
+    [0.0, 0.5, 1.0],
+    [0.5, 0.5, 1.0],
+    [0.5, 0.0, 0.0],
+    [0.0, 0.5, 0.0],
+    [0.5, 0.5, 0.0],
+];
+
 /// The middle of an element.
 pub fn centre(kind: ElementKind) -> Local {
-    match kind {
-        ElementKind::Tri3 | ElementKind::Tri6 => [1.0 / 3.0, 1.0 / 3.0, 0.0],
-        ElementKind::Tet4 | ElementKind::Tet10 => [0.25; 3],
-        _ => [0.0; 3],
+    match (kind.family(), kind.dim()) {
+        (Family::Cube, _) => [0.0; 3],
+        (Family::Simplex, 2) | (Family::Prism, _) => [1.0 / 3.0, 1.0 / 3.0, 0.0],
+        (Family::Simplex, _) => [0.25; 3],
     }
 }
 
 /// How far a place lies outside of an element, in local coordinates.
 pub fn outside(kind: ElementKind, at: Local) -> f64 {
-    let own = &at[..kind.dim()];
-    match kind.is_simplex() {
-        true => own.iter().fold(own.iter().sum::<f64>() - 1.0, |m, x| m.max(-x)),
-        false => own.iter().fold(0.0, |m, x| f64::max(m, x.abs() - 1.0)),
+    // axes of its simplex, then those of its cube
+    let (simplex, cube) = at[..kind.dim()].split_at(of_simplex(kind));
+    let beyond = simplex.iter().fold(simplex.iter().sum::<f64>() - 1.0, |m, x| m.max(-x));
+    cube.iter().fold(beyond, |m, x| m.max(x.abs() - 1.0)).max(0.0)
+}
+
+/// How many of its local coordinates are those of a simplex.
+fn of_simplex(kind: ElementKind) -> usize {
+    match kind.family() {
+        Family::Cube => 0,
+        Family::Simplex => kind.dim(),
+        Family::Prism => 2,
     }
-    .max(0.0)
 }
 
 /// A function of the local coordinates at a place: value and gradient.
@@ -170,47 +198,76 @@ pub fn gradients(kind: ElementKind, at: Local) -> Vec<Local> {
 
 /// Value and local gradient of each shape function.
 fn functions(kind: ElementKind, at: Local) -> Vec<Function> {
+    let dim = kind.dim();
     let own = places(kind).iter();
-    match kind {
-        ElementKind::Bar2 => own.map(|p| along(0, linear(p[0], at[0]))).collect(),
-        ElementKind::Tri3 | ElementKind::Tet4 => barycentric(kind.dim(), at),
-        ElementKind::Tri6 | ElementKind::Tet10 => {
-            let simplex = barycentric(kind.dim(), at);
-            let corner = |&(l, g): &Function| (l * (2.0 * l - 1.0), g.map(|g| (4.0 * l - 1.0) * g));
-            let middle = |&(a, b): &(usize, usize)| {
-                let ((l, g), (m, h)) = (simplex[a], simplex[b]);
-                (4.0 * l * m, std::array::from_fn(|c| 4.0 * (l * h[c] + m * g[c])))
-            };
-            let edges: &[_] = match kind {
-                ElementKind::Tri6 => &TETRAHEDRON_EDGES[..3],
-                _ => &TETRAHEDRON_EDGES,
-            };
-            simplex.iter().map(corner).chain(edges.iter().map(middle)).collect()
+    let along_all = |of: fn(f64, f64) -> (f64, f64)| {
+        let factor = move |p: &Local, c: usize| match c < dim {
+            true => along(c, of(p[c], at[c])),
+            false => (1.0, [0.0; 3]),
+        };
+        move |p: &Local| product([0, 1, 2].map(|c| factor(p, c)))
+    };
+    match (kind.family(), kind.basis()) {
+        (Family::Cube, Basis::Linear) => own.map(along_all(linear)).collect(),
+        (Family::Cube, Basis::Quadratic) => own.map(along_all(quadratic)).collect(),
+        (Family::Cube, Basis::Serendipity) => own.map(|p| serendipity(dim, p, at)).collect(),
+        (Family::Simplex, Basis::Linear) => barycentric(dim, at),
+        (Family::Simplex, _) => {
+            let area = barycentric(dim, at);
+            own.map(|p| on_simplex(&area, p)).collect()
         }
-        ElementKind::Quad4 => {
-            own.map(|p| product([0, 1].map(|c| along(c, linear(p[c], at[c]))))).collect()
+        (Family::Prism, basis) => {
+            let area = barycentric(2, at);
+            own.map(|p| prism(basis, &area, p, at[2])).collect()
         }
-        ElementKind::Quad9 => {
-            own.map(|p| product([0, 1].map(|c| along(c, quadratic(p[c], at[c]))))).collect()
+    }
+}
+
+/// The quadratic of a simplex that is one at `p`: `L (2L − 1)` of a corner, `4 L M` of the middle of an edge, `L` and `M` the coordinates of its ends.
+fn on_simplex(area: &[Function], p: &Local) -> Function {
+    let own = |k: usize| share(area.len() - 1, p, k);
+    let corner = (0..area.len()).find(|&k| own(k) > 0.75);
+    let first = corner.or_else(|| (0..area.len()).find(|&k| own(k) > 0.25)).unwrap_or(0);
+    let (l, g) = area[first];
+    match (first + 1..area.len()).find(|&k| own(k) > 0.25) {
+        Some(second) => {
+            let (m, h) = area[second];
+            (4.0 * l * m, std::array::from_fn(|c| 4.0 * (l * h[c] + m * g[c])))
         }
-        ElementKind::Hex8 => {
-            own.map(|p| product([0, 1, 2].map(|c| along(c, linear(p[c], at[c]))))).collect()
+        None => (l * (2.0 * l - 1.0), g.map(|g| (4.0 * l - 1.0) * g)),
+    }
+}
+
+/// One of the area or volume coordinates of a place.
+fn share(dim: usize, at: &Local, k: usize) -> f64 {
+    if k == 0 { 1.0 - at[..dim].iter().sum::<f64>() } else { at[k - 1] }
+}
+
+/// The function of a prism that is one at `p`: products of those of its triangle and those along it. With nodes on edges only, of a corner
+/// `½ L (1 + aζ)(2L − 2 + aζ)`, of an upright edge `L (1 − ζ²)`, of the others as before but linear along the prism.
+fn prism(basis: Basis, area: &[Function], p: &Local, zeta: f64) -> Function {
+    let corner = (0..3).find(|&k| share(2, p, k) == 1.0);
+    let of = |(value, slope): (f64, f64)| along(2, (value, slope));
+    match (basis, corner) {
+        (Basis::Linear, Some(k)) => product([area[k], of(linear(p[2], zeta))]),
+        (Basis::Serendipity, Some(k)) if p[2] == 0.0 => {
+            product([area[k], of(quadratic(0.0, zeta))])
         }
-        ElementKind::Hex27 => {
-            own.map(|p| product([0, 1, 2].map(|c| along(c, quadratic(p[c], at[c]))))).collect()
+        (Basis::Serendipity, Some(k)) => {
+            let (l, g) = area[k];
+            let rest = (2.0 * l - 2.0 + p[2] * zeta, [2.0 * g[0], 2.0 * g[1], p[2]]);
+            product([area[k], of(linear(p[2], zeta)), rest])
         }
-        ElementKind::Quad8 | ElementKind::Hex20 => {
-            own.map(|p| serendipity(kind.dim(), p, at)).collect()
-        }
+        (Basis::Serendipity, None) => product([on_simplex(area, p), of(linear(p[2], zeta))]),
+        _ => product([on_simplex(area, p), of(quadratic(p[2], zeta))]),
     }
 }
 
 /// Area or volume coordinates of a simplex: the first is what the others leave of one.
 fn barycentric(dim: usize, at: Local) -> Vec<Function> {
     let of = |c: usize| along(c, (at[c], 1.0));
-    let rest = 1.0 - at[..dim].iter().sum::<f64>();
     let down = std::array::from_fn(|c| if c < dim { -1.0 } else { 0.0 });
-    std::iter::once((rest, down)).chain((0..dim).map(of)).collect()
+    std::iter::once((share(dim, &at, 0), down)).chain((0..dim).map(of)).collect()
 }
 
 /// Functions of elements whose nodes are corners and middles of edges. Of a corner `p`: the linear one times `p·ξ − (dim − 1)`; of a middle: a bubble
@@ -230,29 +287,46 @@ fn serendipity(dim: usize, p: &Local, at: Local) -> Function {
 }
 
 /// Points and weights (the weights add up to the measure of the element in local coordinates: 2 of a bar, 4 of a square, 8 of a cube, ½ of a triangle, ⅙ of a
-/// tetrahedron). `radial` asks for one order more: the integrand carries the radius.
+/// tetrahedron, 1 of a prism). `radial` asks for one order more: the integrand carries the radius.
 pub fn rule(kind: ElementKind, integrand: Integrand, radial: bool) -> Vec<(Local, f64)> {
     let gauss2 = GAUSS2.map(|x| (x, 1.0));
-    match (kind, integrand) {
-        (ElementKind::Bar2, _) => tensor(1, &gauss2),
-        (ElementKind::Tri3, Integrand::Stiffness) if !radial => simplex(2, &[(1.0 / 3.0, 1.0)]),
-        (ElementKind::Tri3, Integrand::Mass) if radial => simplex(2, &DEGREE4),
-        (ElementKind::Tri3, _) => simplex(2, &[(1.0 / 6.0, 1.0 / 3.0)]),
-        (ElementKind::Tri6, Integrand::Stiffness) if !radial => {
-            simplex(2, &[(1.0 / 6.0, 1.0 / 3.0)])
-        }
-        (ElementKind::Tri6, _) => simplex(2, &DEGREE4),
-        (ElementKind::Quad4, _) => tensor(2, &gauss2),
-        (ElementKind::Quad8 | ElementKind::Quad9, _) => tensor(2, &GAUSS3),
-        (ElementKind::Tet4, Integrand::Stiffness) => simplex(3, &[(0.25, 1.0)]),
-        (ElementKind::Tet4, Integrand::Mass) | (ElementKind::Tet10, Integrand::Stiffness) => {
-            simplex(3, &TETRAHEDRON2)
-        }
-        (ElementKind::Tet10, Integrand::Mass) => tetrahedron5(),
-        (ElementKind::Hex8, Integrand::Stiffness) => tensor(3, &gauss2),
-        (ElementKind::Hex8, Integrand::Mass) => tensor(3, &GAUSS3),
-        (ElementKind::Hex20 | ElementKind::Hex27, _) => tensor(3, &GAUSS3),
+    let is_linear = kind.basis() == Basis::Linear;
+    let is_stiffness = integrand == Integrand::Stiffness;
+    match (kind.family(), kind.dim()) {
+        (Family::Cube, dim) => match is_linear && (dim < 3 || is_stiffness) {
+            true => tensor(dim, &gauss2),
+            false => tensor(dim, &GAUSS3),
+        },
+        (Family::Simplex, 2) => triangle(match (is_linear, is_stiffness, radial) {
+            (true, true, false) => 1,
+            (true, true, true) | (true, false, false) | (false, true, false) => 2,
+            _ => 4,
+        }),
+        (Family::Simplex, _) => match (is_linear, is_stiffness) {
+            (true, true) => simplex(3, &[(0.25, 1.0)]),
+            (true, false) | (false, true) => simplex(3, &TETRAHEDRON2),
+            (false, false) => tetrahedron5(),
+        },
+        (Family::Prism, _) => match is_linear && is_stiffness {
+            true => times(&triangle(2), &gauss2),
+            false => times(&triangle(4), &GAUSS3),
+        },
     }
+}
+
+/// A rule of this degree on the triangle.
+fn triangle(degree: usize) -> Vec<(Local, f64)> {
+    match degree {
+        1 => simplex(2, &[(1.0 / 3.0, 1.0)]),
+        2 => simplex(2, &[(1.0 / 6.0, 1.0 / 3.0)]),
+        _ => simplex(2, &DEGREE4),
+    }
+}
+
+/// A rule on the triangle times one on `[−1, 1]`.
+fn times(triangle: &[(Local, f64)], line: &[(f64, f64)]) -> Vec<(Local, f64)> {
+    let of = |&([x, y, _], w): &(Local, f64)| line.iter().map(move |&(z, v)| ([x, y, z], w * v));
+    triangle.iter().flat_map(of).collect()
 }
 
 /// A rule on `[−1, 1]` along each of `dim` axes; the last runs fastest.
@@ -344,9 +418,8 @@ pub fn side_rule(kind: ElementKind, side: usize) -> Vec<SidePoint> {
         slopes: slopes(&of),
         values: of.into_iter().map(|f| f.0).collect(),
     };
-    if let Some(face) = kind.face() {
-        let corners = if face.is_simplex() { ElementKind::Tri3 } else { ElementKind::Quad4 };
-        let of = |(s, weight)| point((functions(face, s), functions(corners, s)), weight);
+    if let Some(face) = kind.face(side) {
+        let of = |(s, weight)| point((functions(face, s), functions(face.linear(), s)), weight);
         return rule(face, Integrand::Mass, false).into_iter().map(of).collect();
     }
     if nodes.len() == 1 {
@@ -436,6 +509,21 @@ mod tests {
             }
             rules.push(rule);
         }
+        // a prism: x^a y^b over the triangle, z^c over [−1, 1]
+        for (kind, integrand, degrees) in [
+            (ElementKind::Prism6, Integrand::Stiffness, [2, 3]),
+            (ElementKind::Prism6, Integrand::Mass, [4, 5]),
+            (ElementKind::Prism15, Integrand::Stiffness, [4, 5]),
+            (ElementKind::Prism18, Integrand::Mass, [4, 5]),
+        ] {
+            let rule = rule(kind, integrand, false);
+            for p in powers(3, 5).filter(|p| p[0] + p[1] <= degrees[0] && p[2] <= degrees[1]) {
+                let along = if p[2] % 2 == 0 { 2.0 / (p[2] + 1) as f64 } else { 0.0 };
+                let exact = factorial(p[0]) * factorial(p[1]) / factorial(p[0] + p[1] + 2) * along;
+                assert!((integral(&rule, p) - exact).abs() < 1e-15, "{kind:?} {p:?}");
+            }
+            assert!(rule.iter().all(|(at, w)| *w > 0.0 && outside(kind, *at) == 0.0));
+        }
         // no point outside, no weight that is not positive
         for (at, w) in rules.iter().flatten() {
             assert!(*w > 0.0 && outside(ElementKind::Tet4, *at) == 0.0);
@@ -483,11 +571,15 @@ mod tests {
             (ElementKind::Tet10, vec![0.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]),
             (ElementKind::Hex8, vec![0.25; 4]),
             (ElementKind::Hex20, [[-1.0 / 12.0; 4], [1.0 / 3.0; 4]].concat()),
+            (ElementKind::Prism6, vec![1.0 / 3.0; 3]),
+            (ElementKind::Prism18, vec![0.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]),
         ] {
             let found = side_shares(kind, 1);
             assert_eq!(found.len(), expected.len());
             assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-15), "{kind:?}");
         }
         assert!((side_shares(ElementKind::Hex27, 5)[8] - 4.0 / 9.0).abs() < 1e-15);
+        assert!((side_shares(ElementKind::Prism18, 3)[8] - 4.0 / 9.0).abs() < 1e-15);
+        assert_eq!(side_shares(ElementKind::Prism6, 4).len(), 4);
     }
 }

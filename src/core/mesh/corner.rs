@@ -1,12 +1,14 @@
 //! The corners of elements: which way they go round, and how far from regular they are.
 
-use super::{ElementKind, Point};
+use super::{ElementKind, Family, Point};
 
 /// Of each corner of a hexahedron those at the other ends of its edges, so that the edges form a right-handed system.
 const HEXAHEDRON: [[usize; 3]; 8] =
     [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
 /// The same of a tetrahedron.
 const TETRAHEDRON: [[usize; 3]; 4] = [[1, 2, 3], [2, 0, 3], [0, 1, 3], [0, 2, 1]];
+/// The same of a prism.
+const PRISM: [[usize; 3]; 6] = [[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]];
 
 /// The area or volume that the unit vectors along the edges of a corner span, with the sign of the Jacobian there: 1 where they are orthogonal.
 pub fn span(kind: ElementKind, corners: &[Point], k: usize) -> f64 {
@@ -20,7 +22,11 @@ pub fn span(kind: ElementKind, corners: &[Point], k: usize) -> f64 {
         let (a, b) = (towards((k + 1) % n), towards((k + n - 1) % n));
         return a[0] * b[1] - a[1] * b[0];
     }
-    let ends = if n == 4 { TETRAHEDRON[k] } else { HEXAHEDRON[k] };
+    let ends = match kind.family() {
+        Family::Simplex => TETRAHEDRON[k],
+        Family::Cube => HEXAHEDRON[k],
+        Family::Prism => PRISM[k],
+    };
     let [a, b, c] = ends.map(towards);
     a[0] * (b[1] * c[2] - b[2] * c[1])
         + a[1] * (b[2] * c[0] - b[0] * c[2])
@@ -29,10 +35,10 @@ pub fn span(kind: ElementKind, corners: &[Point], k: usize) -> f64 {
 
 /// The least [`span`] of a cell's corners over that of the regular cell: 1 at best, not positive where it is folded.
 pub fn quality(kind: ElementKind, corners: &[Point]) -> f64 {
-    let regular = match (kind.is_simplex(), kind.dim()) {
-        (false, _) => 1.0,
-        (true, 2) => 0.75f64.sqrt(),
-        (true, _) => 0.5f64.sqrt(),
+    let regular = match (kind.family(), kind.dim()) {
+        (Family::Cube, _) => 1.0,
+        (Family::Simplex, 2) | (Family::Prism, _) => 0.75f64.sqrt(),
+        (Family::Simplex, _) => 0.5f64.sqrt(),
     };
     let all = (0..kind.corners()).map(|k| span(kind, corners, k));
     all.fold(f64::INFINITY, f64::min) / regular
@@ -53,7 +59,10 @@ mod tests {
             .map(|&(x, y)| [x, y, 0.0])
             .chain([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| [x, y, 1.0]))
             .collect();
+        let prism: Vec<Point> =
+            [0.0, 1.0].iter().flat_map(|&z| triangle.map(|[x, y, _]| [x, y, z])).collect();
         for (kind, x) in [
+            (ElementKind::Prism6, &prism[..]),
             (ElementKind::Tri3, &triangle[..]),
             (ElementKind::Quad4, &cube[..4]),
             (ElementKind::Tet4, &tetrahedron),

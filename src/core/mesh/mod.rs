@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-pub use kind::ElementKind;
+pub use kind::{Basis, ElementKind, Family};
 
 /// A place: `(x, y, z)`, zero where the body has no such extent.
 pub type Point = [f64; 3];

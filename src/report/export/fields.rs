@@ -12,7 +12,6 @@
 //! The three fields of contact are left out where the scene has none.
 
 use super::ExportError;
-use super::cell::CellType;
 use crate::fem::stress::{self, Stress};
 use crate::fem::{Material, Shape};
 use crate::mesh::{ElementKind, Point};
@@ -66,7 +65,7 @@ pub(super) struct Cell {
 impl Cell {
     /// The nodes in the order of VTK.
     pub fn ordered(&self) -> Vec<i64> {
-        CellType::of(self.kind).ordered(&self.nodes)
+        self.kind.ordered(&self.nodes)
     }
 }
 

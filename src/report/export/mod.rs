@@ -3,7 +3,6 @@
 //! A [`Plan`] says what will be written, state by state, before anything is: [`Plan::targets`]. Every file is written beside its
 //! name and renamed when it is complete, and carries a mark that this program made it.
 
-mod cell;
 mod csv;
 mod fields;
 mod vtkhdf;

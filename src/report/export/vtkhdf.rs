@@ -9,7 +9,6 @@ use std::path::PathBuf;
 use hdf5::types::FixedAscii;
 use hdf5::{Group, H5Type};
 
-use super::cell::CellType;
 use super::fields::{Cell, Field, Fields, Place, Values};
 use super::replace;
 
@@ -44,7 +43,7 @@ fn all(part: &std::path::Path, fields: &Fields, rows: &[usize]) -> Result<(), hd
     for cell in fields.cells() {
         offsets.push(offsets[offsets.len() - 1] + cell.nodes.len() as i64);
     }
-    let types: Vec<u8> = fields.cells().iter().map(|c| CellType::of(c.kind).vtk).collect();
+    let types: Vec<u8> = fields.cells().iter().map(|c| c.kind.vtk()).collect();
     column(&root, "NumberOfPoints", &[points as i64])?;
     column(&root, "NumberOfCells", &[cells as i64])?;
     column(&root, "NumberOfConnectivityIds", &[connectivity.len() as i64])?;

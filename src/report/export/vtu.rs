@@ -10,7 +10,6 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::cell::CellType;
 use super::fields::{Cell, Field, Fields, Place, Values};
 use super::{MARK, at, escape, number, put};
 
@@ -93,7 +92,7 @@ fn mesh(fields: &Fields) -> String {
         array("Float64", "Points", 3, bytes(fields.points(), f64::to_le_bytes)),
         array("Int64", "connectivity", 1, bytes(connectivity, i64::to_le_bytes)),
         array("Int64", "offsets", 1, bytes(offsets, i64::to_le_bytes)),
-        array("UInt8", "types", 1, cells.iter().map(|c| CellType::of(c.kind).vtk).collect()),
+        array("UInt8", "types", 1, cells.iter().map(|c| c.kind.vtk()).collect()),
     )
 }
 

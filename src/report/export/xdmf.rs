@@ -12,7 +12,6 @@ use std::path::{Path, PathBuf};
 
 use hdf5::{Group, H5Type};
 
-use super::cell::CellType;
 use super::fields::{Cell, Field, Fields, Place, Values};
 use super::{MARK, escape, number, put, replace};
 use crate::store::StoreError;
@@ -26,7 +25,7 @@ pub(super) fn write(fields: &Fields, rows: &[usize], files: &[PathBuf]) -> io::R
     let name = heavy.file_name().unwrap_or_default().to_string_lossy();
     let source = escape(&name);
     let (points, cells) = (fields.n_nodes(), fields.cells().len());
-    let topology = fields.kind().map_or("Mixed", |kind| CellType::of(kind).name);
+    let topology = fields.kind().map_or("Mixed", |kind| kind.xdmf().1);
     let (table, columns) = connectivity(fields);
     let shape = [table.len() / columns, columns];
     let shape = if columns == 1 { &shape[..1] } else { &shape[..] };
@@ -55,7 +54,7 @@ fn connectivity(fields: &Fields) -> (Vec<i64>, usize) {
     if let Some(kind) = fields.kind() {
         return (fields.cells().iter().flat_map(Cell::ordered).collect(), kind.nodes());
     }
-    let of_cell = |c: &Cell| [vec![CellType::of(c.kind).xdmf], c.ordered()].concat();
+    let of_cell = |c: &Cell| [vec![c.kind.xdmf().0], c.ordered()].concat();
     (fields.cells().iter().flat_map(of_cell).collect(), 1)
 }
 

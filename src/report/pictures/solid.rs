@@ -37,11 +37,10 @@ fn surface(stored: &Stored) -> Vec<Face> {
     let mut found: HashMap<Vec<usize>, Option<Face>> = HashMap::new();
     let mut order = vec![];
     for k in 0..stored.elements.nrows() {
-        let Some((kind, face)) = stored.kind(k).and_then(|kind| Some((kind, kind.face()?))) else {
-            continue;
-        };
+        let Some(kind) = stored.kind(k) else { continue };
         let own = stored.nodes_of(k);
         for side in 0..kind.sides() {
+            let Some(face) = kind.face(side) else { continue };
             let nodes: Vec<usize> = kind.side(side).iter().map(|&l| own[l]).collect();
             let mut key = nodes.clone();
             key.sort_unstable();
@@ -84,17 +83,6 @@ impl View {
 
     fn plane(&self, p: &Point) -> [f64; 2] {
         [dot(p, &self.right), dot(p, &self.up)]
-    }
-}
-
-/// Triangles and quadrilaterals that make up a face, by its local nodes.
-fn parts(kind: ElementKind) -> &'static [&'static [usize]] {
-    match kind {
-        ElementKind::Tri3 => &[&[0, 1, 2]],
-        ElementKind::Tri6 => &[&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]],
-        ElementKind::Quad8 => &[&[0, 4, 7], &[4, 1, 5], &[5, 2, 6], &[6, 3, 7], &[4, 5, 6, 7]],
-        ElementKind::Quad9 => &[&[0, 4, 8, 7], &[4, 1, 5, 8], &[8, 5, 2, 6], &[7, 8, 6, 3]],
-        _ => &[&[0, 1, 2, 3]],
     }
 }
 
@@ -186,7 +174,7 @@ impl<'s> Scene<'s> {
         for face in &self.faces {
             let x: Vec<Point> = face.nodes.iter().map(|&n| self.place(row, n)).collect();
             // fine where the pressure has colours, and where faces are curved
-            for part in parts(face.kind) {
+            for part in face.kind.pieces() {
                 let corners: Vec<Point> = part.iter().map(|&k| x[k]).collect();
                 let minus =
                     |p: &Point, q: &Point| -> Point { std::array::from_fn(|c| p[c] - q[c]) };

@@ -198,7 +198,7 @@ impl Built {
         let Some(kind) = cell.of.kind() else {
             let message = format!("element {} is a {}", cell.tag, cell.of.name);
             let help = match cell.of.dim {
-                3 => "mesh with tetrahedra or hexahedra",
+                3 => "mesh with tetrahedra, hexahedra or prisms",
                 _ => "mesh with triangles or quadrilaterals",
             };
             return Err(GmshError::of_file(message, help));

@@ -63,41 +63,22 @@ pub struct Type {
     pub nodes: usize,
 }
 
-/// Types of element that the reader knows.
-pub const TYPES: [Type; 15] = [
-    Type { number: 15, name: "point", dim: 0, nodes: 1 },
-    Type { number: 1, name: "line of 2 nodes", dim: 1, nodes: 2 },
-    Type { number: 8, name: "line of 3 nodes", dim: 1, nodes: 3 },
-    Type { number: 2, name: "triangle of 3 nodes", dim: 2, nodes: 3 },
-    Type { number: 9, name: "triangle of 6 nodes", dim: 2, nodes: 6 },
-    Type { number: 3, name: "quadrilateral of 4 nodes", dim: 2, nodes: 4 },
-    Type { number: 16, name: "quadrilateral of 8 nodes", dim: 2, nodes: 8 },
-    Type { number: 10, name: "quadrilateral of 9 nodes", dim: 2, nodes: 9 },
-    Type { number: 4, name: "tetrahedron of 4 nodes", dim: 3, nodes: 4 },
-    Type { number: 11, name: "tetrahedron of 10 nodes", dim: 3, nodes: 10 },
-    Type { number: 5, name: "hexahedron of 8 nodes", dim: 3, nodes: 8 },
-    Type { number: 17, name: "hexahedron of 20 nodes", dim: 3, nodes: 20 },
-    Type { number: 12, name: "hexahedron of 27 nodes", dim: 3, nodes: 27 },
-    Type { number: 6, name: "prism", dim: 3, nodes: 6 },
-    Type { number: 7, name: "pyramid", dim: 3, nodes: 5 },
-];
+/// Types of element that the reader knows: those that a body has no use for, and every kind of element.
+pub fn types() -> impl Iterator<Item = Type> {
+    let other = [(15, "point", 0, 1), (8, "line of 3 nodes", 1, 3), (7, "pyramid", 3, 5)];
+    let other = other.map(|(number, name, dim, nodes)| Type { number, name, dim, nodes });
+    let of_kind = |kind: ElementKind| {
+        let (number, name) = kind.gmsh();
+        Type { number, name, dim: kind.dim(), nodes: kind.nodes() }
+    };
+    other.into_iter().chain(ElementKind::ALL.map(of_kind))
+}
 
 impl Type {
     /// The kind of element that fills the plane or space.
     pub fn kind(&self) -> Option<ElementKind> {
-        match self.number {
-            4 => Some(ElementKind::Tet4),
-            11 => Some(ElementKind::Tet10),
-            5 => Some(ElementKind::Hex8),
-            17 => Some(ElementKind::Hex20),
-            12 => Some(ElementKind::Hex27),
-            2 => Some(ElementKind::Tri3),
-            9 => Some(ElementKind::Tri6),
-            3 => Some(ElementKind::Quad4),
-            16 => Some(ElementKind::Quad8),
-            10 => Some(ElementKind::Quad9),
-            _ => None,
-        }
+        let own = |k: &ElementKind| k.gmsh().0 == self.number && self.dim > 1;
+        ElementKind::ALL.into_iter().find(own)
     }
 }
 
@@ -153,7 +134,7 @@ impl File {
     /// How many elements there are of each type.
     pub fn types(&self) -> Vec<(Type, usize)> {
         let count = |t: &Type| self.cells.iter().filter(|c| c.of.number == t.number).count();
-        TYPES.iter().map(|t| (*t, count(t))).filter(|(_, n)| *n > 0).collect()
+        types().map(|t| (t, count(&t))).filter(|(_, n)| *n > 0).collect()
     }
 
     /// The largest dimension of an element.

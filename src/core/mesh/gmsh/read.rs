@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::{Cell, File, GmshError, TYPES, Type};
+use super::{Cell, File, GmshError, Type, types};
 
 /// Most nodes and elements that are believed before they are read.
 const MOST: usize = 100_000_000;
@@ -291,8 +291,8 @@ fn announced(words: &Words, what: &str, said: usize, found: usize) -> Result<(),
 }
 
 fn of_number(words: &Words, number: usize) -> Result<Type, GmshError> {
-    match TYPES.iter().find(|t| t.number == number) {
-        Some(t) => Ok(*t),
+    match types().find(|t| t.number == number) {
+        Some(t) => Ok(t),
         None => {
             let help = "mesh with elements of first or second order";
             words.fail(format!("elements of type {number} are not known"), help)

@@ -62,7 +62,7 @@ impl Owners {
 pub(super) fn overlapping(blocks: &[Block]) -> Option<[Facet; 2]> {
     let passed = |(facet, kind, nodes): (Facet, ElementKind, &[usize])| -> ([u32; 4], Facet) {
         let mut path = [NOWHERE; 4];
-        match kind.face() {
+        match kind.face(facet.side) {
             Some(face) => {
                 let corners = &kind.side(facet.side)[..face.corners()];
                 // round from the lowest number
@@ -106,7 +106,7 @@ pub(super) fn hanging(
     let mean = sides.iter().map(extent).sum::<f64>() / sides.len() as f64;
     let grid = Grid::new(&boundary, nodes, mean);
     sides.par_iter().find_map_first(|(facet, own)| {
-        let corners = blocks[facet.block].kind.side_corners();
+        let corners = blocks[facet.block].kind.side_corners(facet.side);
         let x: Vec<Point> = own[..corners].iter().map(|&n| nodes[n]).collect();
         let size = extent(&(*facet, own.clone()));
         let slack = 1e-9 * size;
@@ -177,7 +177,7 @@ impl<'n> Grid<'n> {
     }
 }
 
-/// A face of a hexahedron on the boundary, half of which is the face of a tetrahedron: the two do not share it.
+/// A quadrilateral on the boundary, half of which is the triangle of another cell: the two do not share it.
 pub(super) fn halved(owners: &Owners, blocks: &[Block]) -> Option<[Facet; 2]> {
     let corners_of = |facet: Facet, corners: usize| -> Vec<u32> {
         let b = &blocks[facet.block];
@@ -187,8 +187,8 @@ pub(super) fn halved(owners: &Owners, blocks: &[Block]) -> Option<[Facet; 2]> {
     };
     let (triangles, squares): (Vec<Facet>, Vec<Facet>) = owners
         .boundary()
-        .filter(|f| blocks[f.block].kind.face().is_some())
-        .partition(|f| blocks[f.block].kind.side_corners() == 3);
+        .filter(|f| blocks[f.block].kind.face(f.side).is_some())
+        .partition(|f| blocks[f.block].kind.side_corners(f.side) == 3);
     if triangles.is_empty() || squares.is_empty() {
         return None;
     }
