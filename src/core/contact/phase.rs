@@ -7,7 +7,7 @@
 //! K_α = A*ᵀ K A* + Σ w γ t bᵀ
 //! ```
 //!
-//! with the sum over the points at which the obstacle pushes ([`super::obstacle`]); `K_α` is symmetric where each `t = b`.
+//! with the sum over the points at which the obstacle pushes (`contact/obstacle.rs`); `K_α` is symmetric where each `t = b`.
 
 use std::sync::Arc;
 
