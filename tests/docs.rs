@@ -205,8 +205,30 @@ fn the_theory_that_the_code_cites_is_there() {
             assert!(is_there, "{module}");
         }
     }
-    let numbers: Vec<usize> = (1..=14).filter(|n| !page.contains(&format!("({n})\n"))).collect();
-    assert!(numbers.is_empty(), "equations without a number: {numbers:?}");
+}
+
+/// Every equation of the page of theory has a number, in order, and a row that names the function which computes it; each such function is there.
+#[test]
+fn every_equation_has_its_function() {
+    let page = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
+    let (text, table) = page.split_once("\n## 13. Where each equation is\n").unwrap();
+    let number = |line: &str| -> Option<usize> {
+        let (_, last) = line.strip_suffix(')')?.rsplit_once('(')?;
+        last.parse().ok().filter(|_| line.starts_with("    "))
+    };
+    let stated: Vec<usize> = text.lines().filter_map(number).collect();
+    assert_eq!(stated, (1..=stated.len()).collect::<Vec<_>>());
+    assert!(stated.len() >= 27);
+    let mut found = BTreeSet::new();
+    for row in table.lines().filter(|l| l.starts_with("| (")) {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let [equation, _, file, function] = cells[..] else { panic!("{row}") };
+        found.insert(equation.trim_matches(['(', ')']).parse::<usize>().unwrap());
+        let code = std::fs::read_to_string(root().join(file.trim_matches('`'))).unwrap();
+        let name = format!("fn {}", function.trim_matches('`'));
+        assert!(code.contains(&format!("{name}(")) || code.contains(&format!("{name}<")), "{row}");
+    }
+    assert_eq!(found, stated.into_iter().collect());
 }
 
 /// Each hypothesis of the theorem of theory §12 is named by a line of code that stands for it, and no line names one that is not there.
