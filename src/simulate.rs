@@ -61,8 +61,9 @@ fn run<O: Observer>(
         return carry_out(system, &problem.initial, resumed, &options, flow, observer);
     }
     let mut verified = Verified::new(system, observer);
-    let report = carry_out(system, &problem.initial, resumed, &options, flow, &mut verified)?;
-    Ok(Report { lcp_check: Some(verified.check), ..report })
+    let mut report = carry_out(system, &problem.initial, resumed, &options, flow, &mut verified)?;
+    report.lcp_check = Some(verified.check);
+    Ok(report)
 }
 
 fn carry_out<O: Observer>(

@@ -18,7 +18,7 @@ fn run(scene: &Scene, integrator: Integrator) -> Report {
     let problem = Problem::new(&scene, None).unwrap();
     let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
     assert!(report.outcome.is_complete(), "{}", report.outcome);
-    assert_eq!(report.missed, 0);
+    assert_eq!(report.proof.missed, 0);
     report
 }
 

@@ -57,7 +57,7 @@ fn run_with(
     let mut collector = Collector::default();
     let report = event::run(system, state, &options, flow.as_mut(), &mut collector).unwrap();
     assert!(report.outcome.is_complete(), "{}", report.outcome);
-    assert_eq!(report.missed, 0);
+    assert_eq!(report.proof.missed, 0);
     (report, collector)
 }
 
@@ -165,7 +165,7 @@ fn exact_flows_pass_through_held_phases() {
         for integrator in [Integrator::Modal, Integrator::Chebyshev, Integrator::Auto] {
             let (exact, _) = run_with(system, &state, until, integrator);
             assert_eq!(exact.switches.len(), stepped.switches.len(), "seed {seed}");
-            assert!(exact.uncertified_phases >= 1 && !exact.is_certified());
+            assert!(exact.proof.uncertified >= 1 && !exact.is_certified());
             let e = common::relative(&exact.last.u, &stepped.last.u);
             // one seed chatters: a hundred switches amplify what its flows round, 1e-10 to 1e-8 from one flow to the next
             let bound = if exact.switches.len() > 50 { 1e-7 } else { 1e-10 };

@@ -7,11 +7,12 @@ use signorini::continuation::Go;
 use signorini::hbm::modes::{directional, solve};
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Summary, Track, ladder, mode_start, sequential};
-use signorini::hbm::{Basis, Failure, Form, Quadrature, Reduction, Series, Solution};
+use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::{Candidate, Likeness, check, series_of_orbit};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator, branch, census};
 use signorini::problem::Problem;
+use signorini::records::GapReason;
 use signorini::records::VerdictKind;
 
 fn half_plate(form: Form) -> Reduction {
@@ -31,7 +32,7 @@ fn backbone(
     r: &mut Reduction,
     harmonics: &[usize],
     grid: &[f64],
-) -> Vec<(f64, usize, Result<Solution, Failure>)> {
+) -> Vec<(f64, usize, Result<Solution, GapReason>)> {
     let mut tracks = vec![Track::default(); harmonics.len() + 1];
     let mut list = vec![];
     sequential(r, harmonics, grid, &Settings::default(), &mut tracks, |_, p| {

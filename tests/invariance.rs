@@ -16,7 +16,7 @@ fn run_from(problem: &Problem, state: &State, until: f64, rtol: f64) -> Report {
     let mut flow =
         by_name(Integrator::Dop853, &problem.system, Tolerances { rtol, atol: 1e-3 * rtol });
     let report = event::run(&problem.system, state, &options, flow.as_mut(), &mut Silent).unwrap();
-    assert!(report.outcome.is_complete() && report.missed == 0);
+    assert!(report.outcome.is_complete() && report.proof.missed == 0);
     report
 }
 

@@ -54,17 +54,17 @@ fn nearly_dependent_modes_tell_their_error() {
             of(&exact).iter().zip(of(&steps)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!(
             "{off:e}: error {error:.1e}, told {:.1e}, certified {}",
-            exact.state_error,
+            exact.proof.state_error,
             exact.is_certified()
         );
         // gaps and pressures are told over their sizes, which are above one; the steps err by 1e-13
         assert!(
-            error <= 20.0 * exact.state_error + 2e-13,
+            error <= 20.0 * exact.proof.state_error + 2e-13,
             "{off:e}: {error:e} {:e}",
-            exact.state_error
+            exact.proof.state_error
         );
-        assert_eq!(exact.is_certified(), exact.state_error <= 1e-4);
-        told.push(exact.state_error);
+        assert_eq!(exact.is_certified(), exact.proof.state_error <= 1e-4);
+        told.push(exact.proof.state_error);
     }
     assert!(told.len() >= 4 && told[0] < 1e-12, "{told:?}");
     assert!(told.iter().fold(0.0f64, |m, x| m.max(*x)) > 1e3 * told[0], "{told:?}");
@@ -96,12 +96,16 @@ fn a_run_that_ended_early_is_not_certified() {
         let flow = || by_name(integrator, &p.system, Tolerances { rtol: 1e-9, atol: 1e-12 });
         let whole =
             event::run(&p.system, &p.initial, &options, flow().as_mut(), &mut Silent).unwrap();
-        assert!(whole.is_certified() && whole.is_proved());
-        assert!(whole.state_error > 0.0 && whole.state_error < 1e-10, "{:e}", whole.state_error);
+        assert!(whole.is_certified() && whole.proof.holds());
+        assert!(
+            whole.proof.state_error > 0.0 && whole.proof.state_error < 1e-10,
+            "{:e}",
+            whole.proof.state_error
+        );
         let part =
             event::run(&p.system, &p.initial, &options, flow().as_mut(), &mut Until(3.0)).unwrap();
         assert!(matches!(part.outcome, Outcome::Interrupted { .. }), "{}", part.outcome);
-        assert!(part.is_proved() && !part.is_certified());
+        assert!(part.proof.holds() && !part.is_certified());
         assert!(part.t_end > 3.0 && part.t_end < 8.0);
     }
 }

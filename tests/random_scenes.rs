@@ -56,7 +56,7 @@ proptest! {
         let mut states = Collector::default();
         let report = event::run(system, &state, &options, flow.as_mut(), &mut states).unwrap();
         prop_assert!(report.outcome.is_complete(), "{}", report.outcome);
-        prop_assert_eq!(report.missed, 0);
+        prop_assert_eq!(report.proof.missed, 0);
         let n_o = system.n_o();
         let size = states.u.iter().flatten().fold(1.0f64, |m, x| m.max(x.abs()));
         let mut set = States::open(system.n_contact());

@@ -63,7 +63,7 @@ fn pinned_numbers_of_shipped_scenes() {
         if !same {
             failures.push(line);
         }
-        assert_eq!(report.missed, 0, "{name}");
+        assert_eq!(report.proof.missed, 0, "{name}");
         assert!(report.energy_drift < 1e-9, "{name}: {}", report.energy_drift);
         let check = report.lcp_check.unwrap();
         assert!(check.interior_point < 1e-5 && check.gave_up == 0, "{name}: {check:?}");

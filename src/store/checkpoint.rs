@@ -10,7 +10,7 @@ use super::StoreError;
 use super::journal::checksum;
 use super::output::{beside, replace};
 use crate::contact::States;
-use crate::event::{Checkpoint, Evidence};
+use crate::event::{Checkpoint, Evidence, Proof};
 use crate::records::bits;
 
 /// A checkpoint as it is kept.
@@ -52,17 +52,17 @@ fn extremes(c: &Checkpoint) -> [f64; 10] {
         c.last_stored,
         s.gap_error,
         s.max_tension,
-        s.violation,
+        s.proof.violation,
         s.entered,
         s.blows,
         s.largest_v,
-        s.state_error,
+        s.proof.state_error,
     ]
 }
 
 fn counts(c: &Checkpoint) -> [usize; 6] {
-    let s = &c.seen;
-    [c.next_sample, c.phases, s.missed, s.uncertified, s.undecided, s.loosened]
+    let p = &c.seen.proof;
+    [c.next_sample, c.phases, p.missed, p.uncertified, p.undecided, p.loosened]
 }
 
 /// Replace the checkpoint of the file `path`; `problem` is the fingerprint of what is integrated.
@@ -111,20 +111,8 @@ pub(super) fn read(path: &Path) -> Result<(Checkpoint, u64), StoreError> {
         largest_v,
         state_error,
     ] = r.extremes.try_into().map_err(|_| damaged())?;
-    let seen = Evidence {
-        missed,
-        uncertified,
-        undecided,
-        loosened,
-        largest_u,
-        largest_v,
-        gap_error,
-        max_tension,
-        violation,
-        entered,
-        blows,
-        state_error,
-    };
+    let proof = Proof { missed, uncertified, undecided, loosened, violation, state_error };
+    let seen = Evidence { proof, largest_u, largest_v, gap_error, max_tension, entered, blows };
     let checkpoint = Checkpoint {
         t: r.t,
         y: r.y,

@@ -139,7 +139,12 @@ fn simultaneous(checks: &mut Vec<Check>) -> Result<(), String> {
     };
     let worst = states.u.iter().map(|u| asymmetry(u)).fold(0.0, f64::max);
     checks.push(Check::at_most("symmetric plate, 50 periods: loss of symmetry", worst, 1e-10));
-    checks.push(Check::near("symmetric plate: missed switches", report.missed as f64, 0.0, 0.0));
+    checks.push(Check::near(
+        "symmetric plate: missed switches",
+        report.proof.missed as f64,
+        0.0,
+        0.0,
+    ));
 
     let strip = scene(include_str!("../strip/scene.toml"), Some(&[20, 6]))?;
     let mut strip = strip;
@@ -291,7 +296,9 @@ fn random_states(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> 
                 let repeated =
                     exact.switches.windows(2).filter(|w| w[0].after != w[1].before).count();
                 tally[0] += exact.switches.len() as u64;
-                tally[1] += (exact.missed + other.missed + stepped.missed + repeated) as u64;
+                tally[1] +=
+                    (exact.proof.missed + other.proof.missed + stepped.proof.missed + repeated)
+                        as u64;
                 let (c, d) = (!same(&exact, &other, 1e-8), !same(&exact, &stepped, 1e-7));
                 tally[2] += u64::from(c);
                 tally[3] += u64::from(d);

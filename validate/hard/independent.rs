@@ -118,7 +118,7 @@ impl Comparison<'_> {
         let flow = self.flow.as_mut();
         let report = event::run(&problem.system, state, &options, flow, &mut Silent)
             .map_err(|e| e.to_string())?;
-        self.tally.late += report.missed as u64;
+        self.tally.late += report.proof.missed as u64;
         if !report.outcome.is_complete() {
             self.tally.unfinished += u64::from(!course.grazes);
             return Ok(());

@@ -40,10 +40,10 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn impact(&mut self, law: &Impact, root: &Root) -> Done<Option<Outcome>, O> {
         let present = self.phase.set.clone();
         let monitor = self.phase.monitors[root.index].clone();
-        let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
+        let rates = self.now.monitor_rates(&self.phase);
         let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.point).collect();
         // what a blow does to supports that move is work of theirs
-        let kinetic = self.system.kinetic_of_free(&self.v);
+        let kinetic = self.system.kinetic_of_free(&self.now.v);
         let meeting = match monitor.kind {
             MonitorKind::Pressure => {
                 let resting: Vec<usize> =
@@ -61,12 +61,12 @@ impl<O: Observer> Run<'_, O> {
         let mut set = States::open(self.system.n_contact());
         meeting.staying.iter().for_each(|&k| set.set(k, PointState::Closed));
         self.phase = self.system.phase(&set);
-        self.phases += 1;
+        self.told.phases += 1;
         self.begin_phase();
-        self.expand();
-        let mut jump = self.system.kinetic_of_free(&self.v) - kinetic;
-        let energies = self.energies();
-        self.ledger.switch(jump, energies.as_ref());
+        self.now.expand(&self.phase);
+        let mut jump = self.system.kinetic_of_free(&self.now.v) - kinetic;
+        let energies = self.account.energies(self.system, &self.now);
+        self.account.ledger.switch(jump, energies.as_ref());
         let mut before = present.clone();
         // the point that was met first: what others do follows from its blow
         let first = monitor.point;
@@ -85,7 +85,7 @@ impl<O: Observer> Run<'_, O> {
             let after = before.with(point, set.at(point));
             let index = of_monitors.iter().position(|p| *p == point);
             let change = Switch {
-                t: self.t,
+                t: self.now.t,
                 point,
                 node: self.system.constraints[point].node,
                 kind,
@@ -99,11 +99,11 @@ impl<O: Observer> Run<'_, O> {
             };
             before = after;
             self.search.armed[point] = true;
-            self.recent.push_back((change.t, change.node));
-            self.log.switch(change, self.observer).map_err(RunError::Observer)?;
+            self.told.recent.push_back((change.t, change.node));
+            self.told.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }
         // blows at one time leave one state: times in a file ascend
-        if self.t > self.last_stored {
+        if self.now.t > self.told.last_stored {
             self.store_sample(energies)?;
         }
         self.tell_checkpoint();
@@ -112,7 +112,7 @@ impl<O: Observer> Run<'_, O> {
 
     /// The points on the obstacle when the run begins; or those inside it, from where no motion goes on.
     pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<Result<States, Vec<usize>>, O> {
-        let h = self.monitor_values();
+        let h = self.now.monitors(&self.phase);
         let rounding = self.phase.monitor_rounding(self.seen.largest_u);
         let inside: Vec<usize> =
             (0..h.len()).filter(|&k| h[k] < -INSIDE / UNITS * rounding[k]).collect();
@@ -129,8 +129,8 @@ impl<O: Observer> Run<'_, O> {
 
     /// Strike the points that touch; which of them stay.
     fn meet(&mut self, law: &Impact, touching: &[usize]) -> Done<Meeting, O> {
-        let n = self.layout.n_o;
-        let mut v = self.layout.v(&self.y).to_vec();
+        let n = self.now.layout.n_o;
+        let mut v = self.now.v_o().to_vec();
         self.seen.largest_v = v.iter().fold(self.seen.largest_v, |m, v| m.max(v.abs()));
         let speed = self.seen.largest_v;
         let blow = law.strike(touching, &mut v).map_err(ContactError::from)?;
@@ -152,16 +152,16 @@ impl<O: Observer> Run<'_, O> {
         if !resting.is_empty() {
             law.stop(&resting, &mut v);
         }
-        self.y[n..2 * n].copy_from_slice(&v);
+        self.now.y[n..2 * n].copy_from_slice(&v);
         meeting.staying = self.staying(law, &resting)?;
         Ok(meeting)
     }
 
     /// Which of the points at rest on the obstacle are pressed against it.
     fn staying(&mut self, law: &Impact, resting: &[usize]) -> Done<Vec<usize>, O> {
-        let mut a = vec![0.0; self.layout.n_o];
-        let (u, v) = (self.layout.u(&self.y), self.layout.v(&self.y));
-        self.system.open_phase().acceleration(self.t, u, v, &mut self.scratch, &mut a);
+        let mut a = vec![0.0; self.now.layout.n_o];
+        let (u, v) = (self.now.u_o(), self.now.v_o());
+        self.system.open_phase().acceleration(self.now.t, u, v, &mut self.scratch, &mut a);
         Ok(law.staying(resting, &a).map_err(ContactError::from)?)
     }
 }

@@ -3,7 +3,7 @@
 //! `u_O` and `u̇_O` are continuous across a switch; the active set, and with it `M_α`, `K_α` and the acceleration, jump.
 //! The complementarity problem is solved anew at every switch; the rules for degenerate sets are in [`classify`].
 
-mod books;
+mod account;
 mod checkpoint;
 pub mod classify;
 mod evidence;
@@ -12,8 +12,11 @@ mod held;
 mod impact;
 pub mod ledger;
 mod log;
+mod present;
+mod proof;
 pub mod record;
 mod start;
+mod told;
 mod touch;
 mod verify;
 
@@ -21,20 +24,21 @@ pub use checkpoint::{Checkpoint, Resumed};
 pub use evidence::Evidence;
 pub use ledger::{Energies, Ledger};
 pub use log::Log;
+pub use proof::Proof;
 pub use record::{
     Grazing, GrazingKind, Marched, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
 };
 pub use verify::{LcpCheck, Verified};
 
-use std::collections::VecDeque;
-use std::ops::Range;
-
 use crate::contact::{
     ContactError, MonitorKind, Phase, PointState, Scratch, State, States, System, leading,
 };
 use crate::flow::{Flow, FlowError, Layout};
+use account::Account;
 use classify::{ClassifyError, Decision, Surface};
 use find::Root;
+use present::Present;
+use told::Told;
 
 /// What a run is asked to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,31 +98,13 @@ struct Run<'a, O: Observer> {
     options: &'a Options,
     flow: &'a mut dyn Flow,
     observer: &'a mut O,
-    layout: Layout,
     scratch: Scratch,
     phase: Phase,
+    now: Present,
     search: Search,
-    /// Stored states so far.
-    stored: usize,
-    /// Time of the state `y`.
-    t: f64,
-    y: Vec<f64>,
-    /// Displacements of `u_O` of which `y` is a state, if these are not all: the others are of an earlier time.
-    near: Option<Range<usize>>,
-    /// There were switches since the energies were known last.
-    unbooked: bool,
-    u: Vec<f64>,
-    v: Vec<f64>,
+    account: Account,
+    told: Told,
     seen: Evidence,
-    potential_start: f64,
-    next_sample: usize,
-    last_stored: f64,
-    ledger: Ledger,
-    recent: VecDeque<(f64, usize)>,
-    phases: usize,
-    log: Log,
-    /// Ten shortest natural periods: the time in which switches are counted.
-    window: f64,
     early: Option<Outcome>,
 }
 
@@ -142,13 +128,13 @@ impl<O: Observer> Run<'_, O> {
         if let Some(outcome) = self.early.take() {
             return Ok(outcome);
         }
-        while self.t < self.options.until {
+        while self.now.t < self.options.until {
             if let Err(e) = self.flow.advance(&self.phase, self.options.until) {
                 return Ok(Outcome::Flow(e));
             }
             let root = self.locate();
             if self.search.blind {
-                return Ok(Outcome::Flow(FlowError::NotFinite { t: self.t }));
+                return Ok(Outcome::Flow(FlowError::NotFinite { t: self.now.t }));
             }
             self.record_window(root.is_some())?;
             if let Some(root) = root {
@@ -174,11 +160,11 @@ impl<O: Observer> Run<'_, O> {
 
     /// Leave the run at the end of the window.
     fn stop_at(&mut self, t: f64) -> Outcome {
-        if t > self.t {
-            self.take_end(t);
-            self.expand();
+        if t > self.now.t {
+            self.now.take_end(self.flow, t);
+            self.now.expand(&self.phase);
         }
-        Outcome::Interrupted { t: self.t }
+        Outcome::Interrupted { t: self.now.t }
     }
 
     /// Differences of times near `t` below this are rounding errors.
@@ -229,8 +215,8 @@ impl<O: Observer> Run<'_, O> {
             return None;
         }
         let y = self.flow.end_state();
-        let h = self.phase.monitor_values_at(root.t, self.layout.u(y))[root.index];
-        let rate = self.phase.monitor_rates_at(root.t, self.layout.v(y))[root.index];
+        let h = self.phase.monitor_values_at(root.t, self.now.layout.u(y))[root.index];
+        let rate = self.phase.monitor_rates_at(root.t, self.now.layout.v(y))[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();
@@ -239,20 +225,20 @@ impl<O: Observer> Run<'_, O> {
 
     /// Solve the complementarity problem at the switch (theory §12, H6), decide the degenerate nodes, change the phase.
     fn switch(&mut self, root: Root) -> Done<Option<Outcome>, O> {
-        if !self.is_finite() {
-            return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.t })));
+        if !self.now.is_finite() {
+            return Ok(Some(Outcome::Flow(FlowError::NotFinite { t: self.now.t })));
         }
         if let Some(law) = self.system.impact() {
             return self.impact(law, &root);
         }
         let present = self.phase.set.clone();
-        let selection = self.system.select(self.t, self.layout.u(&self.y), &present)?;
+        let selection = self.system.select(self.now.t, self.now.u_o(), &present)?;
         let degenerate = self.degenerate(&root, &selection.degenerate);
         let mut base = present.clone();
         for (i, _, to) in present.changes(&selection.set) {
             if !degenerate.contains(&i) {
                 base.set(i, to);
-                self.seen.missed += 1;
+                self.seen.proof.missed += 1;
             }
         }
         let decision = match self.leave_hold(&root, &base) {
@@ -267,9 +253,9 @@ impl<O: Observer> Run<'_, O> {
 
     /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
     fn degenerate(&self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
-        let h = self.monitor_values();
-        let rate = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
-        let resolution = 8.0 * self.resolution(self.t);
+        let h = self.now.monitors(&self.phase);
+        let rate = self.now.monitor_rates(&self.phase);
+        let resolution = 8.0 * self.resolution(self.now.t);
         let mut nodes: Vec<usize> = self
             .phase
             .monitors
@@ -294,10 +280,10 @@ impl<O: Observer> Run<'_, O> {
         let surface = Surface {
             system: self.system,
             phase: &self.phase,
-            t: self.t,
-            u_o: self.layout.u(&self.y),
-            v_o: self.layout.v(&self.y),
-            resolution: self.resolution(self.t),
+            t: self.now.t,
+            u_o: self.now.u_o(),
+            v_o: self.now.v_o(),
+            resolution: self.resolution(self.now.t),
         };
         match surface.decide(base, degenerate, &mut self.scratch) {
             Ok(decision) => Ok(Ok(decision)),
@@ -314,23 +300,23 @@ impl<O: Observer> Run<'_, O> {
         present: States,
         decision: Decision,
     ) -> Done<Option<Outcome>, O> {
-        let h = self.monitor_values()[root.index];
+        let h = self.now.monitors(&self.phase)[root.index];
         if decision.set == present && decision.held == self.phase.held {
             // a touch: the phase goes on, and the monitor may lie below zero by its rounding error
             let point = self.phase.monitors[root.index].point;
             if self.is_too_deep(root.index, h) {
                 let nodes = self.mesh_nodes(&[point]);
-                return Ok(Some(Outcome::Unresolved { t: self.t, nodes }));
+                return Ok(Some(Outcome::Unresolved { t: self.now.t, nodes }));
             }
             let kind = if root.tangent { GrazingKind::Undecided } else { GrazingKind::Decided };
-            self.seen.undecided += usize::from(root.tangent);
-            self.push_grazing(self.t, point, h, kind)?;
+            self.seen.proof.undecided += usize::from(root.tangent);
+            self.push_grazing(self.now.t, point, h, kind)?;
             let slack = 4.0 * self.search.slack[root.index].max(-h);
             self.set_slack(root.index, slack);
             return Ok(None);
         }
         self.note_grazing(&decision, h)?;
-        let rates = self.phase.monitor_rates_at(self.t, self.layout.v(&self.y));
+        let rates = self.now.monitor_rates(&self.phase);
         let of_point = |point: usize, from: PointState, to: PointState| match leading(
             &self.phase.monitors,
             point,
@@ -346,11 +332,11 @@ impl<O: Observer> Run<'_, O> {
             self.search.armed[point] = true;
             let after = before.with(point, to);
             let (monitor, monitor_rate) = of_point(point, from, to);
-            let u_c = self.v[self.layout.n_o..].to_vec();
-            self.system.phase(&after).complete_velocity(self.t, &mut self.v);
-            let energy_jump = self.system.kinetic_jump(&u_c, &self.v);
+            let u_c = self.now.v[self.now.layout.n_o..].to_vec();
+            self.system.phase(&after).complete_velocity(self.now.t, &mut self.now.v);
+            let energy_jump = self.system.kinetic_jump(&u_c, &self.now.v);
             changes.push(Switch {
-                t: self.t,
+                t: self.now.t,
                 point,
                 node: self.system.constraints[point].node,
                 kind: SwitchKind::of_state(to),
@@ -369,15 +355,14 @@ impl<O: Observer> Run<'_, O> {
             self.make_whole();
         }
         self.phase = self.system.held_phase(&decision.set, &decision.held);
-        self.phases += 1;
+        self.told.phases += 1;
         self.begin_phase();
-        self.expand();
-        let energies = self.energies();
-        self.ledger.switch(jump, energies.as_ref());
-        self.unbooked |= energies.is_none();
+        self.now.expand(&self.phase);
+        let energies = self.account.energies(self.system, &self.now);
+        self.account.switch(jump, energies.as_ref());
         for change in changes {
-            self.recent.push_back((change.t, change.node));
-            self.log.switch(change, self.observer).map_err(RunError::Observer)?;
+            self.told.recent.push_back((change.t, change.node));
+            self.told.log.switch(change, self.observer).map_err(RunError::Observer)?;
         }
         self.store_sample(energies)?;
         self.tell_checkpoint();
@@ -386,19 +371,9 @@ impl<O: Observer> Run<'_, O> {
 
     /// More switches than a node can make in so short a time.
     fn accumulation(&mut self) -> Option<Outcome> {
-        let window = self.window;
-        while self.recent.front().is_some_and(|&(t, _)| t < self.t - window) {
-            self.recent.pop_front();
-        }
-        let count = self.recent.len();
         let rebounds = self.system.impact().map_or(1.0, |law| impact::rebounds(law.restitution));
         let limit = rebounds * self.options.switch_limit * self.system.n_contact() as f64;
-        if count as f64 <= limit {
-            return None;
-        }
-        let mut nodes: Vec<usize> = self.recent.iter().map(|&(_, n)| n).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        Some(Outcome::Accumulation { t: self.t, count, window, nodes })
+        let (count, nodes) = self.told.more_than(limit, self.now.t)?;
+        Some(Outcome::Accumulation { t: self.now.t, count, window: self.told.window, nodes })
     }
 }

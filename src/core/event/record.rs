@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::checkpoint::Checkpoint;
 use super::ledger::{Energies, Ledger};
 use super::log::Log;
+use super::proof::Proof;
 use super::verify::LcpCheck;
 use crate::contact::{MonitorKind, PointState, State, States};
 use crate::flow::{Counters, FlowError};
@@ -227,8 +228,9 @@ impl std::fmt::Display for Outcome {
     }
 }
 
-/// The run in numbers.
+/// The run in numbers, with what was proved on the way. Made by what integrated it: nobody else can.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Report {
     /// How it ended.
     pub outcome: Outcome,
@@ -246,20 +248,10 @@ pub struct Report {
     pub switches: Vec<Switch>,
     /// All grazings, likewise.
     pub grazings: Vec<Grazing>,
-    /// Phases in which the search for switches rests on an approximation of the flow, not on the flow itself.
-    pub uncertified_phases: usize,
-    /// Tangencies that stayed undecided at the time resolution (recorded among the grazings).
-    pub undecided: usize,
+    /// What is proved of the search for switches.
+    pub proof: Proof,
     /// What the flow has to say of its choices.
     pub flow_note: Option<String>,
-    /// Monitors that began a phase, or were left by a touch, further below zero than rounding explains: the search for their next
-    /// switch is the blinder for it.
-    pub loosened: usize,
-    /// How far the monitors of a phase may have been at its end from those of the equations that start in the same state, over their sizes: what the errors of
-    /// modes and truncated sums add up to, estimated (theory §12, H4).
-    pub state_error: f64,
-    /// Switches that the search had missed and only the complementarity problem showed (none, or a defect).
-    pub missed: usize,
     /// `H` at the start.
     pub energy_start: f64,
     /// `H` at the end.
@@ -282,16 +274,11 @@ pub struct Report {
     pub gap_error: f64,
     /// Largest tension there.
     pub max_tension: f64,
-    /// The larger of both, each over the size of what it is a rounding error of.
-    pub violation: f64,
     /// Work done.
     pub counters: Counters,
     /// Present if the solutions were verified ([`super::Verified`]).
     pub lcp_check: Option<LcpCheck>,
 }
-
-/// Violations of the contact conditions up to here, relative, are rounding errors.
-const VIOLATION: f64 = 1e-9;
 
 /// What a scheme of its own has to say of a run, for a report.
 #[derive(Debug)]
@@ -304,6 +291,8 @@ pub struct Marched {
     pub last: (State, States),
     /// All switches.
     pub log: Log,
+    /// What is proved of them.
+    pub proof: Proof,
     /// Work done.
     pub counters: Counters,
     /// In words.
@@ -313,7 +302,7 @@ pub struct Marched {
 impl Report {
     /// The report of a scheme that knows neither flows nor a search: what it does not say is zero.
     pub fn of(marched: Marched, ledger: &Ledger) -> Report {
-        let Marched { outcome, t_end, last, log, counters, note } = marched;
+        let Marched { outcome, t_end, last, log, proof, counters, note } = marched;
         let (log, switches, grazings) = log.into_lists();
         Report {
             outcome,
@@ -324,12 +313,8 @@ impl Report {
             log,
             switches,
             grazings,
-            uncertified_phases: 0,
-            undecided: 0,
+            proof,
             flow_note: Some(note),
-            loosened: 0,
-            state_error: 0.0,
-            missed: 0,
             energy_start: ledger.start(),
             energy_end: ledger.end(),
             energy_jumps: ledger.jumps(),
@@ -341,28 +326,14 @@ impl Report {
             max_penetration: 0.0,
             gap_error: 0.0,
             max_tension: 0.0,
-            violation: 0.0,
             counters,
             lcp_check: None,
         }
     }
 
-    /// Every switch of the run that was asked for was found by proof: it reached its end, and [`Report::is_proved`] (theory §12, H7).
+    /// Every switch of the run that was asked for was found by proof: it reached its end, and what it proved holds (theory §12, H7).
     pub fn is_certified(&self) -> bool {
-        self.outcome.is_complete() && self.is_proved()
-    }
-
-    /// Every switch up to [`Report::t_end`] was found by proof.
-    pub fn is_proved(&self) -> bool {
-        // an exact flow in every phase (theory §12, H1), whose modes are known (theory §12, H4)
-        self.uncertified_phases == 0
-            // theory §12, H5
-            && self.undecided == 0
-            // theory §12, H3
-            && self.loosened == 0
-            // theory §12, H6
-            && self.missed == 0
-            && self.violation <= VIOLATION
+        self.outcome.is_complete() && self.proof.holds()
     }
 }
 

@@ -1,10 +1,11 @@
 //! A run begins, or goes on from a checkpoint.
 
-use std::collections::VecDeque;
-
+use super::account::Account;
+use super::present::Present;
+use super::told::Told;
 use super::{
-    Checkpoint, Done, Evidence, Flow, Layout, Ledger, Log, Observer, Options, Outcome, Resumed,
-    Run, Search, State, States, System,
+    Checkpoint, Done, Evidence, Flow, Layout, Ledger, Observer, Options, Outcome, Resumed, Run,
+    Search, State, States, System,
 };
 
 impl<'a, O: Observer> Run<'a, O> {
@@ -17,9 +18,9 @@ impl<'a, O: Observer> Run<'a, O> {
         observer: &'a mut O,
     ) -> Done<Self, O> {
         let mut run = Self::blank(system, options, flow, observer)?;
-        let n_o = run.layout.n_o;
-        run.y[..n_o].copy_from_slice(&initial.u);
-        run.y[n_o..2 * n_o].copy_from_slice(&initial.v);
+        let n_o = run.now.layout.n_o;
+        run.now.y[..n_o].copy_from_slice(&initial.u);
+        run.now.y[n_o..2 * n_o].copy_from_slice(&initial.v);
         let open = States::open(system.n_contact());
         if let Some(law) = system.impact() {
             match run.meet_at_start(law)? {
@@ -28,7 +29,7 @@ impl<'a, O: Observer> Run<'a, O> {
             }
             return run.begin();
         }
-        let selection = system.select(0.0, run.layout.u(&run.y), &open)?;
+        let selection = system.select(0.0, run.now.u_o(), &open)?;
         match run.decide(&selection.set, &selection.degenerate)? {
             Ok(decision) => {
                 run.note_grazing(&decision, 0.0)?;
@@ -46,12 +47,12 @@ impl<'a, O: Observer> Run<'a, O> {
     fn begin(self) -> Done<Self, O> {
         let mut run = self;
         run.begin_phase();
-        run.expand();
-        run.potential_start = run.system.potential(run.t, &run.u, &run.v);
-        let energies = run.energies();
-        run.ledger = Ledger::new(energies.unwrap_or_default());
+        run.now.expand(&run.phase);
+        run.account.potential_start = run.system.potential(run.now.t, &run.now.u, &run.now.v);
+        let energies = run.account.energies(run.system, &run.now);
+        run.account.ledger = Ledger::new(energies.unwrap_or_default());
         run.store_sample(energies)?;
-        run.next_sample = 1;
+        run.told.next_sample = 1;
         run.tell_checkpoint();
         Ok(run)
     }
@@ -66,20 +67,20 @@ impl<'a, O: Observer> Run<'a, O> {
     ) -> Done<Self, O> {
         let Resumed { checkpoint: c, log } = resumed;
         let mut run = Self::blank(system, options, flow, observer)?;
-        (run.t, run.y) = (c.t, c.y);
+        (run.now.t, run.now.y) = (c.t, c.y);
         run.phase = system.held_phase(&c.states, &c.held);
         run.search.armed = c.armed;
-        run.recent = c.recent.into();
-        run.ledger = Ledger::of_numbers(c.ledger);
-        (run.potential_start, run.last_stored) = (c.potential_start, c.last_stored);
+        run.told.recent = c.recent.into();
+        run.account.ledger = Ledger::of_numbers(c.ledger);
+        (run.account.potential_start, run.told.last_stored) = (c.potential_start, c.last_stored);
         run.seen.largest_u = c.seen.largest_u;
         run.resume_phase(&c.flow);
         // what the beginning of the phase counts is in these numbers already
         run.seen = Evidence { largest_u: run.seen.largest_u, ..c.seen };
-        (run.next_sample, run.phases) = (c.next_sample, c.phases);
-        run.stored = c.rows[0];
-        run.log = log;
-        run.expand();
+        (run.told.next_sample, run.told.phases) = (c.next_sample, c.phases);
+        run.told.stored = c.rows[0];
+        run.told.log = log;
+        run.now.expand(&run.phase);
         run.tell_checkpoint();
         Ok(run)
     }
@@ -91,9 +92,6 @@ impl<'a, O: Observer> Run<'a, O> {
         flow: &'a mut dyn Flow,
         observer: &'a mut O,
     ) -> Done<Self, O> {
-        let layout = Layout::new(system);
-        let phase = system.open_phase();
-        let y = vec![0.0; layout.len()];
         let highest = Some(system.units.highest).filter(|w| w.is_finite());
         let bound = system.body.frequency_bound().max(highest.unwrap_or(0.0));
         let lists = !observer.takes_events();
@@ -102,31 +100,18 @@ impl<'a, O: Observer> Run<'a, O> {
             options,
             flow,
             observer,
-            layout,
             scratch: system.scratch(),
-            phase,
+            phase: system.open_phase(),
+            now: Present::new(Layout::new(system), system.n()),
             search: Search {
                 slack: vec![],
                 rounding: vec![],
                 armed: vec![true; system.n_contact()],
                 blind: false,
             },
-            stored: 0,
-            t: 0.0,
-            y,
-            near: None,
-            unbooked: false,
-            u: vec![0.0; system.n()],
-            v: vec![0.0; system.n()],
+            account: Account::default(),
+            told: Told::nothing(lists, bound),
             seen: Evidence { largest_u: system.units.length, ..Evidence::default() },
-            potential_start: 0.0,
-            next_sample: 0,
-            last_stored: f64::NEG_INFINITY,
-            ledger: Ledger::default(),
-            recent: VecDeque::new(),
-            phases: 1,
-            log: Log::new(lists),
-            window: 10.0 * std::f64::consts::TAU / bound,
             early: None,
         })
     }
@@ -134,24 +119,24 @@ impl<'a, O: Observer> Run<'a, O> {
     /// Tell the observer where the run can go on from: the beginning of the present phase.
     pub(super) fn tell_checkpoint(&mut self) {
         // of a body of which only a part is known none goes on
-        if !self.observer.keeps_checkpoints() || self.near.is_some() {
+        if !self.observer.keeps_checkpoints() || self.now.near.is_some() {
             return;
         }
         let checkpoint = Checkpoint {
-            t: self.t,
-            y: self.y.clone(),
+            t: self.now.t,
+            y: self.now.y.clone(),
             states: self.phase.set.clone(),
             held: self.phase.held.clone(),
             armed: self.search.armed.clone(),
-            recent: self.recent.iter().copied().collect(),
-            ledger: self.ledger.numbers(),
+            recent: self.told.recent.iter().copied().collect(),
+            ledger: self.account.ledger.numbers(),
             seen: self.seen.clone(),
-            potential_start: self.potential_start,
-            last_stored: self.last_stored,
-            next_sample: self.next_sample,
-            phases: self.phases,
+            potential_start: self.account.potential_start,
+            last_stored: self.told.last_stored,
+            next_sample: self.told.next_sample,
+            phases: self.told.phases,
             flow: self.flow.memory(),
-            rows: [self.stored, self.log.switches(), self.log.grazings()],
+            rows: [self.told.stored, self.told.log.switches(), self.told.log.grazings()],
         };
         self.observer.phase(checkpoint);
     }

@@ -16,15 +16,6 @@ const LOOSE: f64 = 1e-9;
 const LOOSEST: f64 = 1e-6;
 const LOOSEST_OF_STEPS: f64 = 1e-2;
 
-/// A phase whose monitors are not known to this fraction of their sizes is not certified. The estimate is a product of norms, larger than the errors: 1e-5 for a
-/// slender beam, whose energy drifts by 2e-10.
-const KNOWN: f64 = 1e-4;
-
-/// The larger of two; what is not a number stays.
-fn largest_or_nan(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
-}
-
 /// The slack that is granted of what is asked for: at most `most`; what is not a number is no slack at all (theory §12, H3).
 fn granted(asked: f64, most: f64) -> f64 {
     if asked <= most {
@@ -71,12 +62,12 @@ impl<O: Observer> Run<'_, O> {
                 GrazingKind::Ambiguous
             } else if decision.ambiguous.is_none() {
                 GrazingKind::Untried
-            } else if self.t > 0.0 {
+            } else if self.now.t > 0.0 {
                 GrazingKind::Decided
             } else {
                 continue;
             };
-            self.push_grazing(self.t, point, distance, kind)?;
+            self.push_grazing(self.now.t, point, distance, kind)?;
         }
         Ok(())
     }
@@ -90,7 +81,7 @@ impl<O: Observer> Run<'_, O> {
     ) -> Done<(), O> {
         let node = self.system.constraints[point].node;
         let grazing = Grazing { t, point, node, distance, kind };
-        self.log.grazing(grazing, self.observer).map_err(RunError::Observer)
+        self.told.log.grazing(grazing, self.observer).map_err(RunError::Observer)
     }
 
     /// Note how far the monitors of the phase that ends may be from those of the equations, over their sizes; too far, and nothing is proved of the
@@ -101,29 +92,27 @@ impl<O: Observer> Run<'_, O> {
         }
         let of_monitor = |(d, r): (f64, &f64)| d / (r / UNITS);
         let all = self.flow.deviations().into_iter().zip(&self.search.rounding).map(of_monitor);
-        let largest = all.fold(0.0, largest_or_nan);
-        self.seen.uncertified += usize::from(largest.is_nan() || largest > KNOWN);
-        self.seen.state_error = largest_or_nan(self.seen.state_error, largest);
+        self.seen.proof.end_phase(all);
     }
 
     /// Hand the state to the flow; set the slack of the new monitors.
     pub(super) fn begin_phase(&mut self) {
         self.note_deviation();
-        self.flow.begin(&self.phase, self.t, &self.y);
+        self.flow.begin(&self.phase, self.now.t, &self.now.y);
         self.measure_phase();
     }
 
     /// The same for the phase of a checkpoint, with what the flow had learnt by then.
     pub(super) fn resume_phase(&mut self, memory: &[f64]) {
-        self.flow.resume(&self.phase, (self.t, &self.y), memory);
+        self.flow.resume(&self.phase, (self.now.t, &self.now.y), memory);
         self.measure_phase();
     }
 
     fn measure_phase(&mut self) {
-        self.seen.uncertified += usize::from(!self.flow.is_exact());
+        self.seen.proof.begin_phase(self.flow.is_exact());
         self.search.rounding = self.phase.monitor_rounding(2.0 * self.seen.largest_u);
         self.search.slack = self.search.rounding.clone();
-        let h = self.monitor_values();
+        let h = self.now.monitors(&self.phase);
         for k in 0..self.phase.monitors.len() {
             if !self.phase.monitors[k].kind.is_weight() {
                 self.set_slack(k, self.search.slack[k].max(-2.0 * h[k]));
@@ -140,7 +129,7 @@ impl<O: Observer> Run<'_, O> {
     /// How far a monitor may lie below zero without being a switch (theory §12, H3). More than rounding explains is told.
     pub(super) fn set_slack(&mut self, index: usize, slack: f64) {
         let scale = self.search.rounding[index] / UNITS;
-        self.seen.loosened +=
+        self.seen.proof.loosened +=
             usize::from(slack > LOOSE * scale && self.search.slack[index] <= LOOSE * scale);
         self.search.slack[index] = granted(slack, self.most_slack(index));
     }

@@ -6,9 +6,10 @@ use super::newton::Settings;
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::Series;
-use super::solution::{Failure, Solution};
+use super::solution::Solution;
 use super::{HbmError, modes, response};
 use crate::contact::System;
+use crate::records::GapReason;
 
 /// A body of any size. Its solutions are series of coordinates of its own: those of all modes of the open phase ([`Reduction`]), or the projections on the interface
 /// ([`Dynamic`]).
@@ -42,7 +43,7 @@ pub trait Balanced {
         guess: &Series,
         omega: f64,
         settings: &Settings,
-    ) -> Result<Result<Solution, Failure>, HbmError>;
+    ) -> Result<Result<Solution, GapReason>, HbmError>;
 
     /// What the open body answers at the interface.
     fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError>;
@@ -99,7 +100,7 @@ impl Balanced for Reduction {
         guess: &Series,
         omega: f64,
         settings: &Settings,
-    ) -> Result<Result<Solution, Failure>, HbmError> {
+    ) -> Result<Result<Solution, GapReason>, HbmError> {
         modes::solve(self, guess, omega, settings)
     }
 

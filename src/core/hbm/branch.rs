@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use super::newton::Settings;
 use super::response::{self, Harmonics, Origin, Point, Summary, Track};
-use super::solution::Failure;
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
 use crate::event::SwitchKind;
@@ -136,22 +135,10 @@ fn examined(
     })
 }
 
-/// Why there is no solution, as a file keeps it.
-pub(super) fn gap_reason(failure: &Failure) -> GapReason {
-    match *failure {
-        Failure::NotConverged { residual, iterations } => {
-            GapReason::NotConverged { residual, iterations }
-        }
-        Failure::NoContact => GapReason::NoContact,
-        Failure::Inadmissible { theta } => GapReason::Inadmissible { theta },
-        Failure::NoStart => GapReason::NoStart,
-    }
-}
-
 /// What a point of a sequential continuation is.
 fn kind_of_point(p: &Point) -> PointKind {
     match (&p.solution, p.jumped, p.origin) {
-        (Err(failure), ..) => PointKind::Gap(gap_reason(failure)),
+        (Err(failure), ..) => PointKind::Gap(failure.clone()),
         (Ok(_), true, _) => PointKind::Jump,
         (Ok(_), false, Origin::Started) => PointKind::Start,
         (Ok(_), false, _) => PointKind::Regular,
@@ -323,8 +310,8 @@ pub fn arclength(
 }
 
 /// A point of a branch that is no solution of the contact problem: what happens to the branch there, else why.
-pub(super) fn without(omega: f64, kind: PointKind, failure: &Failure) -> PointRecord {
-    let special = if kind.is_event() { kind } else { PointKind::Gap(gap_reason(failure)) };
+pub(super) fn without(omega: f64, kind: PointKind, failure: &GapReason) -> PointRecord {
+    let special = if kind.is_event() { kind } else { PointKind::Gap(failure.clone()) };
     PointRecord { omega, special, ..PointRecord::default() }
 }
 
@@ -365,21 +352,4 @@ pub(super) fn along<F: Family<Chart = (), Error = HbmError>>(
         }
     })?;
     failed.map_or(Ok(Some(stop)), Err)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_failure_is_called_in_files_as_it_calls_itself() {
-        for failure in [
-            Failure::NotConverged { residual: 1.25e-3, iterations: 60 },
-            Failure::NoContact,
-            Failure::Inadmissible { theta: 0.75 },
-            Failure::NoStart,
-        ] {
-            assert_eq!(gap_reason(&failure).to_string(), failure.to_string());
-        }
-    }
 }

@@ -17,11 +17,12 @@ use super::interface::{Form, Interface, orthonormal};
 use super::newton::{self, Settings, condensed, condensed_residual};
 use super::receptance::{Receptance, load_series};
 use super::series::Series;
-use super::solution::{Ended, Failure, Solution};
+use super::solution::{Ended, Solution};
 use super::{Balanced, HbmError};
 use crate::contact::System;
 use crate::continuation::{dot, norm};
 use crate::fem::{DynamicFactor, DynamicStiffness, FemError, SpdFactor, eigen};
+use crate::records::GapReason;
 
 /// A large body.
 pub struct Dynamic {
@@ -270,12 +271,12 @@ impl Balanced for Dynamic {
         guess: &Series,
         omega: f64,
         settings: &Settings,
-    ) -> Result<Result<Solution, Failure>, HbmError> {
+    ) -> Result<Result<Solution, GapReason>, HbmError> {
         let receptance = self.receptance(guess.n_h, omega)?;
         let balance = Balance::new(&self.interface, guess, omega, settings.quadrature)?;
         let n = condensed(&receptance, guess, &balance);
         if n.a.iter().any(|n| !n.is_finite()) {
-            return Ok(Err(Failure::NotConverged { residual: f64::NAN, iterations: 1 }));
+            return Ok(Err(GapReason::NotConverged { residual: f64::NAN, iterations: 1 }));
         }
         let evaluate = |n: Series| self.evaluate(&receptance, n, omega, settings);
         let start = evaluate(n)?;

@@ -1,13 +1,13 @@
 //! Families of viscous nonlinear modes by harmonic balance, point by point, with all that a file keeps of them.
 
-use super::branch::{Sequential, confirmed, gap_reason, record};
+use super::branch::{Sequential, confirmed, record};
 use super::response::is_far;
 use super::series::{Basis, Series};
 use super::viscous::{Fed, Viscous};
-use super::{Balanced, Failure, HbmError};
+use super::{Balanced, HbmError};
 use crate::continuation::{Go, guesses};
 use crate::orbit::{Closure, Propagator};
-use crate::records::{OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
+use crate::records::{GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
 
 /// With fewer harmonics `α`, the damping of the mode, is off by tens of per cent, and is not told.
 pub const LEAST_FOR_ALPHA: usize = 7;
@@ -64,7 +64,7 @@ pub fn sequential(
                 }
                 Err(failure) => PointRecord {
                     omega,
-                    special: PointKind::Gap(gap_reason(&failure)),
+                    special: PointKind::Gap(failure),
                     ..PointRecord::default()
                 },
             };
@@ -83,7 +83,7 @@ fn attempt(
     below: Option<&Fed>,
     (n_h, omega): (usize, f64),
     plan: &Sequential,
-) -> Result<Result<Fed, Failure>, HbmError> {
+) -> Result<Result<Fed, GapReason>, HbmError> {
     let n = body.reduction().n();
     let mut starts: Vec<(Series, f64)> = vec![];
     for (_, unknowns) in guesses(track, omega) {

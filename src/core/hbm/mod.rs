@@ -42,7 +42,7 @@ pub use dynamic::Dynamic;
 pub use interface::{Form, Interface};
 pub use reduction::Reduction;
 pub use series::{Basis, Series};
-pub use solution::{Failure, Solution};
+pub use solution::Solution;
 pub use viscous::Viscous;
 
 use crate::contact::{ContactError, System};

@@ -13,8 +13,9 @@ use super::newton::{Settings, conclude, condensed, damped};
 use super::receptance::{Receptance, load_series};
 use super::reduction::Reduction;
 use super::series::Series;
-use super::solution::{Ended, Failure, Solution};
+use super::solution::{Ended, Solution};
 use crate::continuation::{dot, norm};
+use crate::records::GapReason;
 
 /// The parts of the equations that do not depend on the motion.
 pub(super) struct Linear {
@@ -146,7 +147,7 @@ pub fn solve(
     guess: &Series,
     omega: f64,
     settings: &Settings,
-) -> Result<Result<Solution, Failure>, HbmError> {
+) -> Result<Result<Solution, GapReason>, HbmError> {
     let linear = Linear::new(reduction, guess.n_h, omega);
     let evaluate = |q: Series| -> Result<Whole, HbmError> {
         let y = project_in(reduction, &q);

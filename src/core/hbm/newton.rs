@@ -16,7 +16,8 @@ use super::balance::{Balance, Quadrature};
 use super::interface::Interface;
 use super::receptance::Receptance;
 use super::series::Series;
-use super::solution::{Ended, Failure, Solution};
+use super::solution::{Ended, Solution};
+use crate::records::GapReason;
 
 /// Limits and choices of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,10 +83,10 @@ pub(super) fn conclude(
     ended: Ended,
     balance: Balance,
     settings: &Settings,
-) -> Result<Result<Solution, Failure>, HbmError> {
+) -> Result<Result<Solution, GapReason>, HbmError> {
     let Ended { residual, iterations, .. } = ended;
     if residual > settings.tolerance || residual.is_nan() {
-        return Ok(Err(Failure::NotConverged { residual, iterations }));
+        return Ok(Err(GapReason::NotConverged { residual, iterations }));
     }
     Solution::examine(interface, ended, balance, settings.quadrature)
 }

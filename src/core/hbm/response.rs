@@ -9,12 +9,12 @@ use super::newton::{Settings, condensed_residual};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
-use super::solution::{Ended, Failure, Solution};
+use super::solution::{Ended, Solution};
 use super::{Balanced, HbmError, Interface};
 use crate::contact::{Phase, State, States, System};
 use crate::continuation::{Family, JUMP, Units, norm};
 use crate::orbit::Highest;
-use crate::records::crest;
+use crate::records::{GapReason, crest};
 
 /// What a solution is in the time domain: energy, amplitude, contact time, switches over a whole period.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,9 +159,9 @@ pub fn ladder(
     n_h: usize,
     omega: f64,
     settings: &Settings,
-) -> Result<Result<Solution, Failure>, HbmError> {
+) -> Result<Result<Solution, GapReason>, HbmError> {
     let mut q = from.clone();
-    let mut last = Err(Failure::NoStart);
+    let mut last = Err(GapReason::NoStart);
     for k in from.n_h + 1..=n_h {
         match body.solve(&q.with_harmonics(k), omega, settings)? {
             Ok(s) => {
@@ -200,7 +200,7 @@ impl Harmonics<'_> {
     }
 
     /// The solution at `X`, or why it is none of the contact problem.
-    pub fn solution(&mut self, x: &[f64]) -> Result<Result<Solution, Failure>, HbmError> {
+    pub fn solution(&mut self, x: &[f64]) -> Result<Result<Solution, GapReason>, HbmError> {
         let omega = x[x.len() - 1];
         let (r, balance, receptance) = self.at(x)?;
         let n = self.series(x);
@@ -301,7 +301,7 @@ pub struct Point {
     /// Number of harmonics.
     pub n_h: usize,
     /// The solution, or why there is none.
-    pub solution: Result<Solution, Failure>,
+    pub solution: Result<Solution, GapReason>,
     /// Where it came from.
     pub origin: Origin,
     /// Far from what the points before it let expect.
@@ -409,8 +409,8 @@ fn attempt(
     below: Option<&Series>,
     (n_h, omega): (usize, f64),
     settings: &Settings,
-) -> Result<Result<(Solution, Origin), Failure>, HbmError> {
-    let mut failure = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
+) -> Result<Result<(Solution, Origin), GapReason>, HbmError> {
+    let mut failure = GapReason::NotConverged { residual: f64::NAN, iterations: 0 };
     for guess in guesses {
         match body.solve(guess, omega, settings)? {
             Ok(s) => return Ok(Ok((s, Origin::Continued))),

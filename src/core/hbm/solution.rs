@@ -5,6 +5,7 @@ use super::balance::{Balance, Crossing, Quadrature, spans};
 use super::interface::Interface;
 use super::series::{Basis, Series};
 use crate::contact::States;
+use crate::records::GapReason;
 
 /// A converged series.
 #[derive(Debug, Clone)]
@@ -51,7 +52,7 @@ impl Solution {
         ended: Ended,
         balance: Balance,
         quadrature: Quadrature,
-    ) -> Result<Result<Solution, Failure>, HbmError> {
+    ) -> Result<Result<Solution, GapReason>, HbmError> {
         let Ended { omega, q, y, n, residual, iterations } = ended;
         if let Some(failure) = flaw(interface, &y, omega, &balance, quadrature)? {
             return Ok(Err(failure));
@@ -80,42 +81,6 @@ impl Solution {
     }
 }
 
-/// Why there is no solution.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Failure {
-    /// The iteration did not converge.
-    NotConverged {
-        /// Least residual.
-        residual: f64,
-        /// Newton steps.
-        iterations: usize,
-    },
-    /// It converged to a motion without contact.
-    NoContact,
-    /// It converged along active sets that are not those of the contact conditions.
-    Inadmissible {
-        /// Phase angle at which they are not.
-        theta: f64,
-    },
-    /// There was nothing to start from.
-    NoStart,
-}
-
-impl std::fmt::Display for Failure {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Failure::NotConverged { residual, iterations } => {
-                write!(f, "not converged: residual {residual:.1e} after {iterations} steps")
-            }
-            Failure::NoContact => write!(f, "a motion without contact"),
-            Failure::Inadmissible { theta } => {
-                write!(f, "the active sets violate the contact conditions at phase {theta:.6}")
-            }
-            Failure::NoStart => write!(f, "no solution with fewer harmonics to start from"),
-        }
-    }
-}
-
 /// Why a converged series is no solution of the contact problem, if so.
 fn flaw(
     interface: &Interface,
@@ -123,17 +88,17 @@ fn flaw(
     omega: f64,
     balance: &Balance,
     quadrature: Quadrature,
-) -> Result<Option<Failure>, HbmError> {
+) -> Result<Option<GapReason>, HbmError> {
     let touches =
         !balance.crossings.is_empty() || balance.sets.iter().any(|s| s.count_closed() > 0);
     if !touches && interface.system.loads.harmonics.is_empty() {
-        return Ok(Some(Failure::NoContact));
+        return Ok(Some(GapReason::NoContact));
     }
     if quadrature != Quadrature::EventResolved {
         return Ok(None);
     }
     let theta = inadmissible(interface, y, omega, balance)?;
-    Ok(theta.map(|theta| Failure::Inadmissible { theta }))
+    Ok(theta.map(|theta| GapReason::Inadmissible { theta }))
 }
 
 /// Over the size of its terms, so far a monitor may be on the wrong side of zero.

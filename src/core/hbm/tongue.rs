@@ -14,9 +14,9 @@ use super::newton::condensed_residual;
 use super::series::{Basis, Series};
 use super::solution::Ended;
 use super::viscous::{Fed, Viscous};
-use super::{Failure, HbmError, Solution};
+use super::{HbmError, Solution};
 use crate::continuation::{Family, Go, Options, Place, Stop, Units, norm};
-use crate::records::{PlaceRecord, PointRecord};
+use crate::records::{GapReason, PlaceRecord, PointRecord};
 
 /// The family of `n_h` harmonics.
 struct Tongue<'a> {
@@ -67,9 +67,9 @@ impl Tongue<'_> {
     }
 
     /// The solution at `X`, or why there is none of the contact problem.
-    fn solution(&mut self, x: &[f64]) -> Result<Result<Fed, Failure>, HbmError> {
+    fn solution(&mut self, x: &[f64]) -> Result<Result<Fed, GapReason>, HbmError> {
         let (n, alpha, omega) = self.parts(x);
-        let nowhere = Failure::NotConverged { residual: f64::NAN, iterations: 0 };
+        let nowhere = GapReason::NotConverged { residual: f64::NAN, iterations: 0 };
         let Some((r, _, q, balance)) = self.at(x)? else { return Ok(Err(nowhere)) };
         let (reduction, exact) = (self.body.reduction(), Quadrature::EventResolved);
         let y = project_in(reduction, &q);

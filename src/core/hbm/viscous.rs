@@ -23,9 +23,10 @@ use super::modes::{Linear, project_in, residual};
 use super::newton::{Settings, conclude};
 use super::series::{Basis, Series};
 use super::solution::Ended;
-use super::{Failure, Form, HbmError, Reduction, Solution};
+use super::{Form, HbmError, Reduction, Solution};
 use crate::contact::System;
 use crate::orbit::Pin;
+use crate::records::GapReason;
 
 /// A body prepared for the harmonic balance of its viscous nonlinear mode.
 pub struct Viscous {
@@ -89,10 +90,10 @@ impl Viscous {
         n_h: usize,
         omega: f64,
         settings: &Settings,
-    ) -> Result<Result<Fed, Failure>, HbmError> {
+    ) -> Result<Result<Fed, GapReason>, HbmError> {
         let alpha = self.pin.feedback();
         let rungs: Vec<usize> = RUNGS.into_iter().filter(|k| *k < n_h).chain([n_h]).collect();
-        let mut last = Err(Failure::NoStart);
+        let mut last = Err(GapReason::NoStart);
         for first in [n_h, rungs[0]] {
             for factor in AMPLITUDES {
                 let Some(start) = self.start(first, omega, factor) else { return Ok(last) };
@@ -117,7 +118,7 @@ impl Viscous {
         alpha: f64,
         omega: f64,
         settings: &Settings,
-    ) -> Result<Result<Fed, Failure>, HbmError> {
+    ) -> Result<Result<Fed, GapReason>, HbmError> {
         let (mut q, mut alpha) = (guess.clone(), alpha);
         let mut at = self.evaluate(&q, alpha, omega, settings.quadrature)?;
         let mut iterations = 0;

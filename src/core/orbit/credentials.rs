@@ -22,8 +22,9 @@ const SAMPLES: usize = 200;
 /// Above this size multipliers are not computed.
 pub const MULTIPLIER_LIMIT: usize = 700;
 
-/// A periodic orbit with its credentials.
+/// A periodic orbit with its credentials. Made by what examines it: nobody else can.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Orbit {
     /// How it closes.
     pub closure: Closure,

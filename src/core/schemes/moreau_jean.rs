@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 
 use crate::contact::{ContactError, March, PointState, Rule, State, States, System, lcp};
 use crate::event::{
-    Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
+    Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Proof, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
 };
 use crate::fem::{Csr, SolveScratch, SpdFactor};
@@ -395,6 +395,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             t_end,
             last: (State { u: self.q.clone(), v: self.v.clone() }, self.set.clone()),
             log: self.log,
+            proof: Proof { violation: self.penetration / size, ..Proof::none(phases) },
             counters: Counters { steps: self.step as u64, ..Counters::default() },
             note: format!(
                 "steps of {:.6e}; points are pushed where their gap closes {rule}",
@@ -402,13 +403,11 @@ impl<'a, O: Observer> Stepper<'a, O> {
             ),
         };
         Report {
-            uncertified_phases: phases,
             blows: self.blows,
             energy_external,
             energy_dissipated: self.dissipated,
             max_penetration: self.penetration,
             gap_error: self.penetration,
-            violation: self.penetration / size,
             ..Report::of(marched, &self.ledger)
         }
     }

@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 
 use crate::contact::{Instants, March, State, States, System};
 use crate::event::{
-    Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Report, Resumed,
+    Checkpoint, Energies, Ledger, Log, Marched, Observer, Options, Outcome, Proof, Report, Resumed,
     RunError, Sample, Switch, SwitchKind,
 };
 use crate::fem::{Material, StressState};
@@ -372,11 +372,11 @@ impl<'a, O: Observer> Bar<'a, O> {
                 States::of_contact([self.touches]),
             ),
             log: self.log,
+            proof: Proof::none(if exact { 0 } else { phases }),
             counters: Counters { steps: self.fronts, ..Counters::default() },
             note,
         };
         Report {
-            uncertified_phases: if exact { 0 } else { phases },
             max_penetration: (self.end - self.gap).max(0.0),
             ..Report::of(marched, &self.ledger)
         }

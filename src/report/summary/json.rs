@@ -50,10 +50,10 @@ pub fn run_json(
         "t_end": report.t_end,
         "switches": switches,
         "grazings": grazings,
-        "missed_switches": report.missed,
+        "missed_switches": report.proof.missed,
         "certified": report.is_certified(),
-        "uncertified_phases": report.uncertified_phases,
-        "undecided_tangencies": report.undecided,
+        "uncertified_phases": report.proof.uncertified,
+        "undecided_tangencies": report.proof.undecided,
         "integrator_note": report.flow_note,
         "phases": report.phases,
         "energy_start": report.energy_start,
@@ -66,8 +66,8 @@ pub fn run_json(
         "energy_drift": report.energy_drift,
         "energy_drift_total": report.energy_drift_total,
         "max_penetration": report.max_penetration,
-        "max_tension": report.max_tension, "violation": report.violation,
-        "loosened_monitors": report.loosened,
+        "max_tension": report.max_tension, "violation": report.proof.violation,
+        "loosened_monitors": report.proof.loosened,
         "final": {"u": system.body.nodal_o(&report.last.u), "v": system.body.nodal_o(&report.last.v)},
         "rhs_evaluations": report.counters.rhs_evaluations,
         "products": report.counters.products,
@@ -87,7 +87,7 @@ pub fn run_json(
     });
     said["warnings"] = warnings(scene, notes, report).into();
     said["places"] = places.into();
-    said["certified_until"] = json!(report.is_proved().then_some(report.t_end));
-    said["state_error"] = json!(report.state_error);
+    said["certified_until"] = json!(report.proof.holds().then_some(report.t_end));
+    said["state_error"] = json!(report.proof.state_error);
     said
 }

@@ -11,8 +11,8 @@ pub(super) fn certificate(report: &Report) -> String {
         true => String::new(),
         false => format!(" up to t = {}, where the run ended", significant(report.t_end, 9)),
     };
-    if report.is_proved() {
-        let known = match report.state_error {
+    if report.proof.holds() {
+        let known = match report.proof.state_error {
             0.0 => String::new(),
             e => format!("; these are known to {e:.0e} of their sizes at the end of a phase"),
         };
@@ -21,21 +21,24 @@ pub(super) fn certificate(report: &Report) -> String {
         );
     }
     let mut but = vec![];
-    let on_interpolants = report.uncertified_phases == report.phases;
-    if report.uncertified_phases > 0 && !on_interpolants {
-        let phases = plural(report.uncertified_phases, "phase", "phases");
+    let on_interpolants = report.proof.uncertified == report.phases;
+    if report.proof.uncertified > 0 && !on_interpolants {
+        let phases = plural(report.proof.uncertified, "phase", "phases");
         but.push(format!(
             "in {phases} on interpolants of steps or on modes that are not known well enough"
         ));
     }
-    if report.undecided > 0 {
-        but.push(plural(report.undecided, "undecided tangency", "undecided tangencies"));
+    if report.proof.undecided > 0 {
+        but.push(plural(report.proof.undecided, "undecided tangency", "undecided tangencies"));
     }
-    if report.missed > 0 {
-        but.push(format!("{} that the search missed", plural(report.missed, "switch", "switches")));
+    if report.proof.missed > 0 {
+        but.push(format!(
+            "{} that the search missed",
+            plural(report.proof.missed, "switch", "switches")
+        ));
     }
-    if report.loosened > 0 {
-        let monitors = plural(report.loosened, "monitor", "monitors");
+    if report.proof.loosened > 0 {
+        let monitors = plural(report.proof.loosened, "monitor", "monitors");
         but.push(format!("{monitors} further below zero than rounding explains"));
     }
     match (but.is_empty(), on_interpolants) {
@@ -46,7 +49,7 @@ pub(super) fn certificate(report: &Report) -> String {
         }
         (true, false) => format!(
             "not proved complete{until}: the contact conditions are violated by {:.1e}",
-            report.violation
+            report.proof.violation
         ),
         (false, _) => format!("not proved complete{until}: {}", but.join("; ")),
     }

@@ -214,8 +214,8 @@ fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
     if log.grazings() > 0 {
         let _ = write!(text, "; {}", plural(log.grazings(), "grazing", "grazings"));
     }
-    if report.missed > 0 {
-        let _ = write!(text, "; {} MISSED by the search", report.missed);
+    if report.proof.missed > 0 {
+        let _ = write!(text, "; {} MISSED by the search", report.proof.missed);
     }
     out.line("switches", text);
     if let Some([a, b]) = log.ends() {
@@ -252,7 +252,7 @@ fn search(out: &mut Lines, system: &System, report: &Report) {
         "contact error",
         format!(
             "{gap} ≤ {:.1e}, tension ≤ {:.1e} at every step and stored state ({:.1e} of the sizes at play)",
-            report.gap_error, report.max_tension, report.violation
+            report.gap_error, report.max_tension, report.proof.violation
         ),
     );
 }

@@ -36,6 +36,26 @@ const GAIN: f64 = 0.7;
 /// Steps by one recurrence until the flow begins anew.
 const ANCHOR: usize = 32;
 
+/// How the flow goes.
+#[derive(Clone, Copy, PartialEq)]
+enum Course {
+    /// No phase has begun.
+    Fresh,
+    /// As one body, in long windows.
+    Whole,
+    /// In steps of the body, with the zone from switch to switch inside.
+    Steps,
+}
+
+/// The recurrences by which what is outside of the zone goes through a step.
+#[derive(Clone, Copy, PartialEq)]
+enum Outside {
+    /// That of the accelerations and that of the velocities.
+    Both,
+    /// That of the accelerations, from the state before the step; so many such steps one after the other.
+    Mirrored(usize),
+}
+
 /// The flow; see the module's text.
 pub struct Zoned<'a> {
     layout: Layout,
@@ -50,10 +70,7 @@ pub struct Zoned<'a> {
     length: f64,
     /// Long windows of the body as one cost less than steps.
     windows_pay: bool,
-    /// The flow goes in steps; otherwise as one body.
-    steps: bool,
-    /// A phase has begun before.
-    begun: bool,
+    course: Course,
     /// Start and end of the step; whether a phase began in it.
     step: (f64, f64),
     busy: bool,
@@ -61,10 +78,7 @@ pub struct Zoned<'a> {
     start: Vec<f64>,
     before: Vec<f64>,
     has_image: bool,
-    /// Whether the step goes by one recurrence.
-    mirrors: bool,
-    /// Such steps one after the other.
-    count: usize,
+    by: Outside,
     /// State at the end of the step, once it is known.
     end: Vec<f64>,
     end_known: bool,
@@ -138,15 +152,13 @@ impl<'a> Zoned<'a> {
             zone: Chebyshev::with(system, Recurrence::within(system, rows)),
             outside: runs(n, |i| distances[i] as usize >= terms),
             length: r / omega,
-            steps: false,
-            begun: false,
+            course: Course::Fresh,
             step: (0.0, 0.0),
             busy: true,
             start: state(),
             before: state(),
             has_image: false,
-            mirrors: false,
-            count: 0,
+            by: Outside::Both,
             end: state(),
             end_known: true,
             terms,
@@ -154,18 +166,22 @@ impl<'a> Zoned<'a> {
         })
     }
 
+    fn steps(&self) -> bool {
+        self.course == Course::Steps
+    }
+
     /// The part of the body that switches are looked for in.
     fn active(&self) -> &Chebyshev<'a> {
-        if self.steps { &self.zone } else { &self.whole }
+        if self.steps() { &self.zone } else { &self.whole }
     }
 
     fn active_mut(&mut self) -> &mut Chebyshev<'a> {
-        if self.steps { &mut self.zone } else { &mut self.whole }
+        if self.steps() { &mut self.zone } else { &mut self.whole }
     }
 
     /// Whether the last window ended in the midst of a step.
     fn is_inside(&self) -> bool {
-        self.steps && self.zone.window().1 < self.step.1
+        self.steps() && self.zone.window().1 < self.step.1
     }
 
     /// Begin the next step at the end of the last one.
@@ -180,16 +196,17 @@ impl<'a> Zoned<'a> {
         self.busy = false;
         // to rounding errors of the time
         let is_whole = (self.step.1 - (t + self.length)).abs() <= 4.0 * f64::EPSILON * self.step.1;
-        self.mirrors = self.has_image && is_whole && self.count < ANCHOR;
+        let count = if let Outside::Mirrored(count) = self.by { count } else { 0 };
+        let mirrors = self.has_image && is_whole && count < ANCHOR;
         self.has_image = is_whole;
-        self.count = if self.mirrors { self.count + 1 } else { 0 };
+        self.by = if mirrors { Outside::Mirrored(count + 1) } else { Outside::Both };
         self.zone.go_on(t, &self.start);
         self.whole.go_on(t, &self.start);
         self.whole.accelerate(phase);
         self.terms = self.whole.lengths.of(self.step.1 - t).terms;
         self.nodes = Some(self.whole.lengths.nodes(self.terms));
         self.whole.a.begin(&self.whole.a0, 0..self.layout.n_o, phase);
-        self.recur(phase, !self.mirrors);
+        self.recur(phase, !mirrors);
     }
 
     /// The recurrences from the start of the step that are still missing: of accelerations, or of velocities, too.
@@ -217,9 +234,11 @@ impl<'a> Zoned<'a> {
         let f = nodes.functions(t - self.step.0);
         let twice = |f: &[f64]| f.iter().map(|f| 2.0 * f).collect::<Vec<f64>>();
         let (of_a, of_v) = (&self.whole.a, &self.whole.v);
-        let shares = match self.mirrors {
-            true => vec![Share::new(of_a, nodes, [&twice(&f.integral), &twice(&f.g)])],
-            false => vec![
+        let shares = match self.by {
+            Outside::Mirrored(_) => {
+                vec![Share::new(of_a, nodes, [&twice(&f.integral), &twice(&f.g)])]
+            }
+            Outside::Both => vec![
                 Share::new(of_a, nodes, [&f.integral, &f.g]),
                 Share::new(of_v, nodes, [&f.g, &f.rate]),
             ],
@@ -230,9 +249,9 @@ impl<'a> Zoned<'a> {
         let v = &mut rest[..n];
         for rows in &self.outside {
             for i in rows.clone() {
-                (u[i], v[i]) = match self.mirrors {
-                    true => (2.0 * start[i] - before[i], before[n + i]),
-                    false => (start[i], 0.0),
+                (u[i], v[i]) = match self.by {
+                    Outside::Mirrored(_) => (2.0 * start[i] - before[i], before[n + i]),
+                    Outside::Both => (start[i], 0.0),
                 };
             }
             add_up(&shares, rows.clone(), u, v);
@@ -258,8 +277,11 @@ impl Flow for Zoned<'_> {
         // a run may go on from here later, and knows no state before
         self.has_image = false;
         self.step = (t, t);
-        self.steps = std::mem::replace(&mut self.begun, true);
-        if !self.steps {
+        self.course = match self.course {
+            Course::Fresh => Course::Whole,
+            Course::Whole | Course::Steps => Course::Steps,
+        };
+        if !self.steps() {
             self.whole.begin(phase, t, y);
         }
         self.end.copy_from_slice(y);
@@ -268,18 +290,18 @@ impl Flow for Zoned<'_> {
     }
 
     fn advance(&mut self, phase: &Phase, t_limit: f64) -> Result<(), FlowError> {
-        if self.steps && !self.is_inside() {
+        if self.steps() && !self.is_inside() {
             if !self.busy && self.windows_pay {
                 // nothing to save
                 self.end_state();
                 self.whole.begin(phase, self.step.1, &self.end);
-                self.steps = false;
+                self.course = Course::Whole;
                 self.whole.length = Some(2.0 * self.length * self.whole.omega);
             } else if self.step.1 < t_limit {
                 self.next_step(phase, t_limit);
             }
         }
-        let limit = if self.steps { self.step.1 } else { t_limit };
+        let limit = if self.steps() { self.step.1 } else { t_limit };
         self.active_mut().advance(phase, limit)
     }
 
@@ -293,7 +315,7 @@ impl Flow for Zoned<'_> {
     }
 
     fn end_state(&mut self) -> &[f64] {
-        if !self.steps || self.is_inside() {
+        if !self.steps() || self.is_inside() {
             return self.active_mut().end_state();
         }
         if !self.end_known {
@@ -303,7 +325,7 @@ impl Flow for Zoned<'_> {
     }
 
     fn state(&self, t: f64, y: &mut [f64]) {
-        match self.steps && self.near(t).is_none() {
+        match self.steps() && self.near(t).is_none() {
             true if self.end_known => y.copy_from_slice(&self.end),
             true => self.join(t, y),
             false => self.active().state(t, y),
@@ -312,15 +334,15 @@ impl Flow for Zoned<'_> {
 
     fn near(&self, t: f64) -> Option<Range<usize>> {
         let is_end = !self.is_inside() && t == self.step.1;
-        (self.steps && !is_end).then(|| self.zone.recurrence.rows())
+        (self.steps() && !is_end).then(|| self.zone.recurrence.rows())
     }
 
     fn complete(&mut self, phase: &Phase) {
         if self.is_inside() {
             let t = self.zone.window().1;
-            if self.mirrors {
+            if self.by != Outside::Both {
                 self.recur(phase, true);
-                self.mirrors = false;
+                self.by = Outside::Both;
             }
             self.join_end();
             self.step.1 = t;
@@ -329,7 +351,8 @@ impl Flow for Zoned<'_> {
     }
 
     fn is_anchor(&self) -> bool {
-        self.steps && self.count >= ANCHOR && !self.is_inside()
+        let is_due = matches!(self.by, Outside::Mirrored(count) if count >= ANCHOR);
+        self.steps() && is_due && !self.is_inside()
     }
 
     fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
@@ -365,13 +388,16 @@ impl Flow for Zoned<'_> {
     }
 
     fn memory(&self) -> Vec<f64> {
-        vec![self.zone.distance, f64::from(u8::from(self.steps))]
+        vec![self.zone.distance, f64::from(u8::from(self.steps()))]
     }
 
     fn recall(&mut self, memory: &[f64]) {
         self.zone.distance = memory[0];
-        self.steps = memory[1] != 0.0;
-        // a phase with held nodes may come first, which another flow takes
-        self.begun |= self.steps;
+        self.course = match (memory[1] != 0.0, self.course) {
+            // a phase with held nodes may come first, which another flow takes
+            (true, _) => Course::Steps,
+            (false, Course::Fresh) => Course::Fresh,
+            (false, _) => Course::Whole,
+        };
     }
 }
