@@ -152,7 +152,7 @@ impl Condensed {
     }
 
     /// Bounds of `√(N_O M_0⁻¹ N_Oᵀ)_kk`: of `D ≤ M_0` in place of it.
-    pub fn row_norms(&self, n_o: &Csr) -> Vec<f64> {
+    pub(crate) fn row_norms(&self, n_o: &Csr) -> Vec<f64> {
         let of = |k: usize| n_o.row(k).map(|(j, v)| v * v * self.inverse[j]).sum::<f64>();
         (0..n_o.n_rows()).map(|k| of(k).sqrt()).collect()
     }

@@ -181,7 +181,7 @@ impl Conditions {
 
     /// Size of the terms that make up the pressure at point `i` when displacements are of the order of `u`: rounding errors of pressures
     /// are judged against it.
-    pub fn pressure_scale(&self, i: usize, u: f64) -> f64 {
+    pub(crate) fn pressure_scale(&self, i: usize, u: f64) -> f64 {
         let (d, _) = self.points[i];
         self.n_o_sums[d] * u + self.n_c_sums[d] * u.max(self.gap[i].abs())
     }
@@ -192,7 +192,7 @@ impl Conditions {
     }
 
     /// Size of the terms of `∇p_i · x` for `x` of the order of `size` (a velocity, an acceleration).
-    pub fn pressure_rate_scale(&self, i: usize, size: f64) -> f64 {
+    pub(crate) fn pressure_rate_scale(&self, i: usize, size: f64) -> f64 {
         self.n_o_sums[self.points[i].0] * size
     }
 
@@ -259,7 +259,7 @@ impl Conditions {
 
     /// `0 ≤ ẇ ⟂ ṗ ≥ 0` on the degenerate points, `ṗ = S ẇ + q̇` with `S` the Schur complement of `N_C` on them: the free points that are not
     /// degenerate follow with `ṗ = 0`, those in contact stay (theory §5). Returns the set and the points that stay degenerate.
-    pub fn solve_rates(
+    pub(crate) fn solve_rates(
         &self,
         present: &States,
         degenerate: &[usize],

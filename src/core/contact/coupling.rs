@@ -65,7 +65,7 @@ impl Coupling {
     }
 
     /// Large and mostly zero: each point knows a few neighbours only.
-    pub fn is_sparse(&self) -> bool {
+    pub(crate) fn is_sparse(&self) -> bool {
         self.dense.is_none()
     }
 
@@ -88,7 +88,7 @@ impl Coupling {
     }
 
     /// Whether every point knows itself only.
-    pub fn is_diagonal(&self) -> bool {
+    pub(crate) fn is_diagonal(&self) -> bool {
         self.rows.triplets().all(|(i, j, _)| i == j)
     }
 
@@ -101,7 +101,7 @@ impl Coupling {
     }
 
     /// `Σ_j |N_ij x_j|`
-    pub fn row_size(&self, i: usize, x: &[f64]) -> f64 {
+    pub(crate) fn row_size(&self, i: usize, x: &[f64]) -> f64 {
         self.rows.row(i).map(|(j, v)| (v * x[j]).abs()).sum()
     }
 
@@ -203,7 +203,7 @@ impl Block {
     }
 
     /// `x ← N_ff⁻ᵀ x`
-    pub fn solve_transposed(&self, x: &mut [f64]) {
+    pub(crate) fn solve_transposed(&self, x: &mut [f64]) {
         match self {
             _ if x.is_empty() => {}
             Block::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, d)| *x *= d),

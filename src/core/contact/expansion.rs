@@ -47,12 +47,12 @@ pub(super) enum Part {
 
 impl Part {
     /// Whether the constant part is in it.
-    pub fn is_affine(self) -> bool {
+    pub(crate) fn is_affine(self) -> bool {
         matches!(self, Part::Whole(_) | Part::Undriven)
     }
 
     /// Each drive with its factor, where drives are part of it.
-    pub fn each_drive(self, drives: &[Driven], mut add: impl FnMut(usize, f64)) {
+    pub(crate) fn each_drive(self, drives: &[Driven], mut add: impl FnMut(usize, f64)) {
         let (t, order) = match self {
             Part::Whole(t) => (t, 0),
             Part::Derivative(t, order) => (t, order),
@@ -188,7 +188,7 @@ impl Solved {
     }
 
     /// Over `N_O`, one row a contact displacement: `u_C` of those that are free, the pressure of the others.
-    pub fn over_stress(&self) -> DMatrix<f64> {
+    pub(crate) fn over_stress(&self) -> DMatrix<f64> {
         let c = &self.conditions;
         let size = c.count();
         let mut l = DMatrix::<f64>::zeros(size, size);
@@ -232,7 +232,7 @@ impl Expansion {
     }
 
     /// `x_C`, without the drives: `d_α + A_α x_O`, or the linear part.
-    pub fn undriven(&self, x_o: &[f64], x_c: &mut [f64], part: Part) {
+    pub(crate) fn undriven(&self, x_o: &[f64], x_c: &mut [f64], part: Part) {
         match part.is_affine() {
             true => x_c.copy_from_slice(&self.offset),
             false => x_c.fill(0.0),
@@ -276,7 +276,7 @@ impl Expansion {
     }
 
     /// `A* = [I; A_α]`, sparse.
-    pub fn a_star(&self) -> Csr {
+    pub(crate) fn a_star(&self) -> Csr {
         let (n_o, rows) = match &self.follow {
             Follow::Rows(rows) => (rows.n_cols(), rows.triplets().collect()),
             Follow::Solved(solved) => (solved.conditions.n_o.n_cols(), solved.entries()),

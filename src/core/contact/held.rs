@@ -77,7 +77,7 @@ impl Phase {
     }
 
     /// The weights `θ` of the held nodes at a state.
-    pub fn held_theta(&self, t: f64, u_o: &[f64], v_o: &[f64], s: &mut Scratch) -> Vec<f64> {
+    pub(crate) fn held_theta(&self, t: f64, u_o: &[f64], v_o: &[f64], s: &mut Scratch) -> Vec<f64> {
         if self.held.is_empty() { vec![] } else { self.weights(t, u_o, v_o, s).0 }
     }
 }

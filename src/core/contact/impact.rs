@@ -112,7 +112,7 @@ impl Impact {
     }
 
     /// Which of the points at rest on the obstacle stay: `0 ≤ ẅ ⟂ λ ≥ 0` with the acceleration `a` of the body without their reactions.
-    pub fn staying(&self, resting: &[usize], a: &[f64]) -> Result<Vec<usize>, LcpError> {
+    pub(crate) fn staying(&self, resting: &[usize], a: &[f64]) -> Result<Vec<usize>, LcpError> {
         let q: Vec<f64> = resting.iter().map(|&k| -self.mass.normal.row_dot(k, a)).collect();
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let reaction = self.complementary(resting, &q, largest)?;

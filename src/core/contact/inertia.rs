@@ -79,7 +79,7 @@ impl Projector {
     }
 
     /// The same with another limit of what is kept.
-    pub fn storing(
+    pub(crate) fn storing(
         mass: &Csr,
         conditions: &Conditions,
         limit: usize,
@@ -180,7 +180,7 @@ impl ConstantMass {
     }
 
     /// What forces on `u_C` add to those on `u_O` in the open phase, `A_∅ᵀ f_C`, of a condensed mass.
-    pub fn push_open(&self, f_c: &[f64], mut add: impl FnMut(usize, f64)) {
+    pub(crate) fn push_open(&self, f_c: &[f64], mut add: impl FnMut(usize, f64)) {
         match self {
             ConstantMass::Condensed { mass, .. } => mass.push(f_c, add),
             ConstantMass::Formed { open: Some(open), mass, .. } => {
@@ -305,7 +305,7 @@ impl PhaseInertia {
     }
 
     /// Of a phase in which reactions hold some displacements, if any.
-    pub fn holding(shared: &Arc<Inertia>, holds: Option<Holds>) -> PhaseInertia {
+    pub(crate) fn holding(shared: &Arc<Inertia>, holds: Option<Holds>) -> PhaseInertia {
         PhaseInertia { shared: shared.clone(), rows: vec![], schur: OnceLock::new(), holds }
     }
 
@@ -363,7 +363,7 @@ impl PhaseInertia {
     }
 
     /// `a_O = M_α⁻¹ A*ᵀ b` for the force `s.b`.
-    pub fn accelerate(&self, expansion: &Expansion, s: &mut Scratch, a_o: &mut [f64]) {
+    pub(crate) fn accelerate(&self, expansion: &Expansion, s: &mut Scratch, a_o: &mut [f64]) {
         match &*self.shared {
             Inertia::Projected(p) => {
                 s.x.copy_from_slice(&s.b);
@@ -387,7 +387,7 @@ impl PhaseInertia {
     }
 
     /// The same for one force or two, one after the other in `b`, with room for as many numbers in `room`; matrix and factor are read once.
-    pub fn accelerate_all<const N: usize>(
+    pub(crate) fn accelerate_all<const N: usize>(
         &self,
         expansion: &Expansion,
         b: &mut [f64],
@@ -441,7 +441,7 @@ impl PhaseInertia {
     }
 
     /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact. None known where contact displacements have inertia.
-    pub fn gradient_bounds(&self, expansion: &Expansion, set: &States) -> Vec<f64> {
+    pub(crate) fn gradient_bounds(&self, expansion: &Expansion, set: &States) -> Vec<f64> {
         let size = set.len();
         let Some(solved) = expansion.solved() else {
             return vec![f64::INFINITY; size];

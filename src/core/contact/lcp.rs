@@ -91,7 +91,7 @@ pub fn solve(
 }
 
 /// The same between two bounds, `0 ≤ w ≤ upper`; no upper bounds where the list is empty. `q` with the sizes of its terms.
-pub fn solve_between(
+pub(crate) fn solve_between(
     n: &Coupling,
     (q, q_scale): (&[f64], &[f64]),
     upper: &[f64],
@@ -240,7 +240,7 @@ impl Comparison {
     }
 
     /// `⟨N⟩⁻ᵀ x`
-    pub fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn solve_transposed(&self, mut x: Vec<f64>) -> Vec<f64> {
         self.0.solve_transposed(&mut x);
         x
     }
@@ -341,7 +341,7 @@ const SETS_LIMIT: usize = 10;
 /// - all sets in turn, where there are few.
 ///
 /// Infinite where none of them holds.
-pub fn coupling_bound(n: &Coupling, row_scale: &[f64]) -> f64 {
+pub(crate) fn coupling_bound(n: &Coupling, row_scale: &[f64]) -> f64 {
     let n = &n.dense();
     let size = n.nrows();
     let norm = |a: &DMatrix<f64>| a.singular_values().max();

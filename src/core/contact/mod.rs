@@ -2,9 +2,9 @@
 
 pub mod boundary;
 mod condensed;
-pub mod conditions;
+pub(crate) mod conditions;
 mod constraint;
-pub mod coupling;
+pub(crate) mod coupling;
 mod damping;
 pub mod distance;
 mod equilibrium;
@@ -14,7 +14,7 @@ mod gram;
 mod held;
 mod impact;
 mod inertia;
-pub mod law;
+pub(crate) mod law;
 pub mod lcp;
 mod massive;
 mod method;
@@ -23,14 +23,14 @@ mod monitor;
 mod nbm;
 mod obstacle;
 pub mod oracle;
-pub mod phase;
+pub(crate) mod phase;
 mod reactions;
 mod recurrence;
 mod redistribution;
 mod scratch;
 mod site;
-pub mod states;
-pub mod system;
+pub(crate) mod states;
+pub(crate) mod system;
 
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};

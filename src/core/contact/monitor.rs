@@ -50,7 +50,7 @@ impl MonitorKind {
     }
 
     /// Whether it is a weight of a held node, and not a function of the displacements.
-    pub fn is_weight(self) -> bool {
+    pub(crate) fn is_weight(self) -> bool {
         matches!(self, MonitorKind::HeldToContact | MonitorKind::HeldToFree)
     }
 
@@ -148,7 +148,7 @@ impl Row {
     }
 
     /// That of its rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
-    pub fn rate_rounding(&self, size: f64) -> f64 {
+    pub(crate) fn rate_rounding(&self, size: f64) -> f64 {
         UNITS * self.size[1].of(size)
     }
 }

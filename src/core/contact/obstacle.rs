@@ -85,7 +85,7 @@ impl Obstacle {
     }
 
     /// `t − θ b`
-    pub fn lost_along(&self, point: usize) -> Vec<(usize, f64)> {
+    pub(crate) fn lost_along(&self, point: usize) -> Vec<(usize, f64)> {
         let share = self.springs[point].share;
         let of_depth = self.depth.row(point).map(|(j, b)| (j, -share * b));
         self.direction.row(point).chain(of_depth).collect()

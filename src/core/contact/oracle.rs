@@ -10,7 +10,7 @@ use clarabel::solver::{
 use nalgebra::{DMatrix, DVector};
 
 /// All bases of size up to this are tried.
-pub const ENUMERATION_LIMIT: usize = 12;
+pub(crate) const ENUMERATION_LIMIT: usize = 12;
 
 /// Every solution found by trying all `2^n` bases (one for a P-matrix, but for degenerate data).
 pub fn enumerate(n: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<f64>> {

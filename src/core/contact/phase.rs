@@ -90,7 +90,7 @@ impl Phase {
     }
 
     /// Where the first monitor of a contact point stands in the list; `None` for a point that is not of this phase.
-    pub fn monitor_of(&self, point: usize) -> Option<usize> {
+    pub(crate) fn monitor_of(&self, point: usize) -> Option<usize> {
         self.monitors.iter().position(|m| m.point == point)
     }
 
@@ -110,12 +110,12 @@ impl Phase {
     }
 
     /// `u = A* u_O + d*(t)` of the first entries of a full vector, in place.
-    pub fn complete_displacement(&self, t: f64, u: &mut [f64]) {
+    pub(crate) fn complete_displacement(&self, t: f64, u: &mut [f64]) {
         self.data.expansion.fill(u, self.n_o(), Part::Whole(t));
     }
 
     /// `u̇ = A* u̇_O + ḋ*(t)`, likewise.
-    pub fn complete_velocity(&self, t: f64, v: &mut [f64]) {
+    pub(crate) fn complete_velocity(&self, t: f64, v: &mut [f64]) {
         self.data.expansion.fill(v, self.n_o(), Part::Derivative(t, 1));
     }
 
@@ -149,7 +149,7 @@ impl Phase {
     }
 
     /// The constant force on `u_O` (a drive's `K d*` is balanced on the points that it moves).
-    pub fn constant_force(&self) -> Vec<f64> {
+    pub(crate) fn constant_force(&self) -> Vec<f64> {
         let (n, n_o) = (self.n(), self.n_o());
         let (body, expansion) = (&self.parts.body, &self.data.expansion);
         let mut force = self.parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
@@ -233,7 +233,7 @@ impl Phase {
     }
 
     /// `y = M_α⁻¹ K_α x` for one homogeneous vector.
-    pub fn stiffness_product(&self, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
+    pub(crate) fn stiffness_product(&self, x_o: &[f64], s: &mut Scratch, y_o: &mut [f64]) {
         self.expand(x_o, &mut s.u);
         self.parts.kernel.mul(&self.parts.body.stiffness, [&s.u], [&mut s.b]);
         self.add_pushes(x_o, &mut s.b, false);
@@ -241,7 +241,7 @@ impl Phase {
     }
 
     /// `b = M_α⁻¹ A*ᵀ F`
-    pub fn force_acceleration(&self, force: &[f64], s: &mut Scratch, b_o: &mut [f64]) {
+    pub(crate) fn force_acceleration(&self, force: &[f64], s: &mut Scratch, b_o: &mut [f64]) {
         s.b.copy_from_slice(force);
         self.data.inertia.accelerate(&self.data.expansion, s, b_o);
     }
@@ -268,18 +268,8 @@ impl Phase {
         power
     }
 
-    /// Values of the monitors at `u_O` (for held nodes: those of their phase in contact).
-    pub fn monitor_values(&self, t: f64, u_o: &[f64], h: &mut [f64]) {
-        self.monitors_of(u_o, h, Part::Whole(t));
-    }
-
-    /// Their rates at a velocity `u̇_O`.
-    pub fn monitor_rates(&self, t: f64, v_o: &[f64], h: &mut [f64]) {
-        self.monitors_of(v_o, h, Part::Derivative(t, 1));
-    }
-
-    /// Their linear part: `∇h · x` for a coefficient of an interpolant, a perturbation, a mode.
-    pub fn monitor_gradient(&self, x_o: &[f64], h: &mut [f64]) {
+    /// The linear part of the monitors: `∇h · x` for a coefficient of an interpolant, a perturbation, a mode.
+    pub(crate) fn monitor_gradient(&self, x_o: &[f64], h: &mut [f64]) {
         self.monitors_of(x_o, h, Part::Linear);
     }
 
@@ -300,18 +290,18 @@ impl Phase {
         h
     }
 
-    /// [`Phase::monitor_values`] as a new vector.
-    pub fn monitor_values_at(&self, t: f64, u_o: &[f64]) -> Vec<f64> {
+    /// Values of the monitors at `u_O` (for held nodes: those of their phase in contact).
+    pub fn monitor_values(&self, t: f64, u_o: &[f64]) -> Vec<f64> {
         self.new_monitors(u_o, Part::Whole(t))
     }
 
-    /// [`Phase::monitor_rates`] as a new vector.
-    pub fn monitor_rates_at(&self, t: f64, v_o: &[f64]) -> Vec<f64> {
+    /// Their rates at a velocity `u̇_O`.
+    pub fn monitor_rates(&self, t: f64, v_o: &[f64]) -> Vec<f64> {
         self.new_monitors(v_o, Part::Derivative(t, 1))
     }
 
-    /// Second derivatives of the monitors at an acceleration `ü_O`, as a new vector.
-    pub fn monitor_curvatures_at(&self, t: f64, a_o: &[f64]) -> Vec<f64> {
+    /// Their second derivatives at an acceleration `ü_O`.
+    pub(crate) fn monitor_curvatures_at(&self, t: f64, a_o: &[f64]) -> Vec<f64> {
         self.new_monitors(a_o, Part::Derivative(t, 2))
     }
 
@@ -321,17 +311,17 @@ impl Phase {
     }
 
     /// [`Phase::monitor_values`] without what drives add.
-    pub fn monitor_undriven(&self, u_o: &[f64], h: &mut [f64]) {
+    pub(crate) fn monitor_undriven(&self, u_o: &[f64], h: &mut [f64]) {
         self.monitors_of(u_o, h, Part::Undriven);
     }
 
     /// The same at `u_O = 0`, as a new vector.
-    pub fn monitor_offsets(&self) -> Vec<f64> {
+    pub(crate) fn monitor_offsets(&self) -> Vec<f64> {
         self.new_monitors(&vec![0.0; self.n_o()], Part::Undriven)
     }
 
     /// What harmonic loads on `u_C` add to displacements and monitors; weights of held nodes are none of theirs.
-    pub fn drives(&self) -> Vec<Drive> {
+    pub(crate) fn drives(&self) -> Vec<Drive> {
         let of_monitor =
             |m: &Monitor, k: usize| if m.kind.is_weight() { 0.0 } else { m.row.drives[k] };
         let of = |(k, d): (usize, &Driven)| Drive {
@@ -344,7 +334,7 @@ impl Phase {
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.
-    pub fn gradient_bounds(&self) -> Vec<f64> {
+    pub(crate) fn gradient_bounds(&self) -> Vec<f64> {
         if let Some(obstacle) = &self.parts.obstacle {
             let of = |m: &Monitor| match m.kind {
                 MonitorKind::Pressure => {
@@ -366,7 +356,7 @@ impl Phase {
     }
 
     /// Rounding error of each monitor's rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.
-    pub fn rate_rounding(&self, size: f64) -> Vec<f64> {
+    pub(crate) fn rate_rounding(&self, size: f64) -> Vec<f64> {
         self.monitors.iter().map(|m| m.row.rate_rounding(size)).collect()
     }
 
@@ -415,24 +405,24 @@ impl Phase {
     }
 
     /// Displacements of `u_O` that reactions hold: in [`Phase::matrices`] they know of no other.
-    pub fn held_displacements(&self) -> Vec<usize> {
+    pub(crate) fn held_displacements(&self) -> Vec<usize> {
         self.data.inertia.holds().iter().flat_map(|h| h.displacements()).collect()
     }
 
     /// Whether `K_α` is symmetric, so that the phase has natural modes.
-    pub fn is_symmetric(&self) -> bool {
+    pub(crate) fn is_symmetric(&self) -> bool {
         self.pushing().is_none_or(|(obstacle, _)| obstacle.has_potential())
     }
 
     /// The stiffness over `u_O` that damps, where it is not `K_α` itself: that of the body alone.
-    pub fn damping_stiffness(&self) -> Option<Csr> {
+    pub(crate) fn damping_stiffness(&self) -> Option<Csr> {
         let body = &self.parts.body;
         let differs = self.pushing().is_some() || body.structure.is_some();
         differs.then(|| body.structure().leading(self.n_o()))
     }
 
     /// The stiffness without pushes, of which natural modes serve as coordinates where `K_α` is not symmetric.
-    pub fn open_stiffness(&self) -> Csr {
+    pub(crate) fn open_stiffness(&self) -> Csr {
         self.parts.body.stiffness.leading(self.n_o())
     }
 
@@ -456,7 +446,7 @@ impl Phase {
     }
 
     /// `A* = [I; A_α]`, sparse.
-    pub fn a_star(&self) -> Csr {
+    pub(crate) fn a_star(&self) -> Csr {
         self.data.expansion.a_star()
     }
 }
@@ -541,8 +531,7 @@ mod tests {
                 let open = States::open(5);
                 let solution = system.conditions().solve(&u, None, &open).unwrap();
                 let phase = system.phase(&States::of_contact(solution.active.clone()));
-                let mut h = vec![0.0; 5];
-                phase.monitor_values(0.0, &u, &mut h);
+                let h = phase.monitor_values(0.0, &u);
                 for (h, m) in h.iter().zip(&phase.monitors) {
                     let expected = solution.w[m.point].max(solution.p[m.point]);
                     assert!((h - expected).abs() < 1e-12 * (1.0 + expected) && *h >= 0.0);
@@ -611,10 +600,10 @@ mod tests {
             let set = States::of_contact((0..5).map(|i| flags >> i & 1 == 1));
             let phase = system.phase(&set);
             let (t, h) = (0.7, 1e-5);
-            let at = |t: f64| phase.monitor_values_at(t, &zero);
+            let at = |t: f64| phase.monitor_values(t, &zero);
             let (before, now, after) = (at(t - h), at(t), at(t + h));
             let (rate, second) =
-                (phase.monitor_rates_at(t, &zero), phase.monitor_curvatures_at(t, &zero));
+                (phase.monitor_rates(t, &zero), phase.monitor_curvatures_at(t, &zero));
             // the nodal forces of the free points vanish: the state is in equilibrium there
             let mut u = vec![0.0; system.n()];
             phase.expand_displacement(t, &zero, &mut u);

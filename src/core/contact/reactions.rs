@@ -80,7 +80,7 @@ impl Pressures<'_> {
     }
 
     /// What a force adds to each.
-    pub fn of_force(&self, f: &[f64]) -> Vec<f64> {
+    pub(crate) fn of_force(&self, f: &[f64]) -> Vec<f64> {
         let along = |k: usize| self.of.columns[k].iter().zip(f).map(|(a, f)| a * f).sum::<f64>();
         (0..self.points.len()).map(|i| self.combined(i, &along)).collect()
     }
@@ -128,14 +128,14 @@ impl Holds {
     }
 
     /// A matrix over `u_O` in which held displacements know of no other.
-    pub fn decoupled(&self, a: &Csr) -> Csr {
+    pub(crate) fn decoupled(&self, a: &Csr) -> Csr {
         let is_held = |i: usize| self.displacements().any(|h| h == i);
         let kept = a.triplets().filter(|&(i, j, _)| i == j || !(is_held(i) || is_held(j)));
         Csr::from_triplets(a.n_rows(), a.n_cols(), kept.collect())
     }
 
     /// The constant force on `u_O` beside the decoupled matrices: held displacements are at rest under it.
-    pub fn decoupled_force(&self, stiffness: &Csr, force: &mut [f64]) {
+    pub(crate) fn decoupled_force(&self, stiffness: &Csr, force: &mut [f64]) {
         let mut d = vec![0.0; stiffness.n_cols()];
         self.at.iter().for_each(|&(j, x)| d[j] = x);
         for (i, f) in force.iter_mut().enumerate() {

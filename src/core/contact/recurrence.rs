@@ -72,7 +72,7 @@ impl Recurrence {
     }
 
     /// Whether the mass is a diagonal, so that forces accelerate what they act on and nothing else.
-    pub fn is_local(system: &System) -> bool {
+    pub(crate) fn is_local(system: &System) -> bool {
         match system.inertia() {
             Inertia::Projected(p) => p.diagonal().is_some(),
             Inertia::Constant(c) => match &**c {

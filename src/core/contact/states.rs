@@ -34,7 +34,7 @@ impl PointState {
     }
 
     /// The state of a number, if it is one of a state.
-    pub fn of_code(code: u8) -> Option<Self> {
+    pub(crate) fn of_code(code: u8) -> Option<Self> {
         Self::ALL.get(usize::from(code)).copied()
     }
 
@@ -55,7 +55,7 @@ impl PointState {
     }
 
     /// The state of a letter, if it is one of a state.
-    pub fn of_letter(letter: char) -> Option<Self> {
+    pub(crate) fn of_letter(letter: char) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.letter() == letter)
     }
 }
@@ -138,13 +138,8 @@ impl States {
     }
 
     /// Points in contact: the active set.
-    pub fn closed_points(&self) -> Vec<usize> {
+    pub(crate) fn closed_points(&self) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.touches(i)).collect()
-    }
-
-    /// Free points.
-    pub fn open_points(&self) -> Vec<usize> {
-        (0..self.len()).filter(|&i| !self.touches(i)).collect()
     }
 
     /// Number of points in contact.
@@ -232,6 +227,6 @@ mod tests {
         let all: Vec<_> = a.changes(&b).collect();
         assert_eq!(all, [(0, open, closed), (2, closed, open)]);
         assert_eq!(a.with(0, closed).with(2, open), b);
-        assert_eq!((a.closed_points(), a.open_points()), (vec![1, 2], vec![0]));
+        assert_eq!(a.closed_points(), [1, 2]);
     }
 }

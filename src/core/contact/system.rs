@@ -214,7 +214,7 @@ impl System {
     }
 
     /// What a length makes of a monitor of a point, over that length: itself, or a pressure.
-    pub fn monitor_unit(&self, kind: MonitorKind, point: usize) -> f64 {
+    pub(crate) fn monitor_unit(&self, kind: MonitorKind, point: usize) -> f64 {
         if kind == MonitorKind::Pressure { self.constraints[point].stiffness } else { 1.0 }
     }
 
@@ -229,7 +229,7 @@ impl System {
     }
 
     /// `p_f(t)` of the complementarity problem: see [`Conditions`].
-    pub fn load_pressure(&self, t: f64) -> Option<Vec<f64>> {
+    pub(crate) fn load_pressure(&self, t: f64) -> Option<Vec<f64>> {
         self.method.conditions().load_pressure(&self.loads, t, 0)
     }
 
@@ -274,7 +274,7 @@ impl System {
 
     /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping of contact displacements makes it
     /// jump even where the method does not.
-    pub fn is_smooth(&self) -> bool {
+    pub(crate) fn is_smooth(&self) -> bool {
         let plain = self.contact_has_inertia() || self.damping.is_none_or(|d| d.beta == 0.0);
         self.promise().is_lipschitz && plain
     }
@@ -305,7 +305,7 @@ impl System {
     }
 
     /// The phase of an active set with points held on the switching surface.
-    pub fn held_phase(&self, set: &States, held: &[usize]) -> Phase {
+    pub(crate) fn held_phase(&self, set: &States, held: &[usize]) -> Phase {
         if held.is_empty() {
             return self.phase(set);
         }
@@ -322,7 +322,7 @@ impl System {
     }
 
     /// The same one order up, on degenerate points.
-    pub fn select_rates(&self, at: Degenerate) -> Result<Selection, ContactError> {
+    pub(crate) fn select_rates(&self, at: Degenerate) -> Result<Selection, ContactError> {
         self.method.select_rates(&self.loads, at)
     }
 
@@ -351,7 +351,7 @@ impl System {
     }
 
     /// Kinetic energy `½ vᵀ M* v` of a full velocity, supports at rest.
-    pub fn kinetic_of_free(&self, v: &[f64]) -> f64 {
+    pub(crate) fn kinetic_of_free(&self, v: &[f64]) -> f64 {
         0.5 * self.method.inertia().quadratic(&self.body, 0..self.n_o(), v)
     }
 
@@ -362,7 +362,7 @@ impl System {
     }
 
     /// By how much the kinetic energy grows where contact displacements of the velocity `u̇_C` come to have that of `v`: `½ (v − v⁻)ᵀ M* (v + v⁻)`.
-    pub fn kinetic_jump(&self, v_c: &[f64], v: &[f64]) -> f64 {
+    pub(crate) fn kinetic_jump(&self, v_c: &[f64], v: &[f64]) -> f64 {
         // a constant mass knows no contact displacements
         if matches!(self.inertia(), Inertia::Constant(_)) {
             return 0.0;
@@ -374,12 +374,12 @@ impl System {
     }
 
     /// `xᵀM*x` of a full vector that is at rest but for some displacements of `u_O` and what follows them.
-    pub fn mass_quadratic(&self, rows: std::ops::Range<usize>, x: &[f64]) -> f64 {
+    pub(crate) fn mass_quadratic(&self, rows: std::ops::Range<usize>, x: &[f64]) -> f64 {
         self.method.inertia().quadratic(&self.body, rows, x)
     }
 
     /// `y = M* x`
-    pub fn mass_product(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn mass_product(&self, x: &[f64], y: &mut [f64]) {
         self.method.inertia().mul(&self.body, x, y);
     }
 
@@ -408,7 +408,7 @@ impl System {
     }
 
     /// Displacements of the contact points that meet their obstacles, of a full displacement: at most the gap, where the obstacle yields.
-    pub fn towards_obstacles(&self, u: &[f64]) -> Vec<f64> {
+    pub(crate) fn towards_obstacles(&self, u: &[f64]) -> Vec<f64> {
         match self.method.obstacle().filter(|o| !o.springs.is_empty()) {
             Some(o) => {
                 let u_o = &u[..self.n_o()];

@@ -15,7 +15,8 @@ mod tests;
 pub use arclength::{Go, Options, Place, Point, Special, Stop, follow};
 pub(crate) use newton::dot;
 pub use newton::norm;
-pub use newton::{Corrected, approach, correct, least_singular_value, tangent};
+pub use newton::{Corrected, correct, tangent};
+pub(crate) use newton::{approach, least_singular_value};
 pub use sequence::{Guess, guesses};
 
 use faer::Mat;

@@ -156,7 +156,10 @@ fn determinant_sign(a: &Mat<f64>) -> f64 {
 }
 
 /// A solution near `x` with `λ` free: Newton steps across the null direction of the Jacobian. None if that does not converge.
-pub fn approach<F: Family>(family: &mut F, x: &[f64]) -> Result<Option<Corrected>, F::Error> {
+pub(crate) fn approach<F: Family>(
+    family: &mut F,
+    x: &[f64],
+) -> Result<Option<Corrected>, F::Error> {
     let mut x = x.to_vec();
     let mut c = vec![0.0; x.len()];
     c[x.len() - 1] = 1.0;
@@ -182,7 +185,10 @@ pub fn approach<F: Family>(family: &mut F, x: &[f64]) -> Result<Option<Corrected
 }
 
 /// Smallest singular value of `∂R/∂x` in units over the largest: zero at a fold.
-pub fn least_singular_value<F: Family>(family: &mut F, x: &[f64]) -> Result<Option<f64>, F::Error> {
+pub(crate) fn least_singular_value<F: Family>(
+    family: &mut F,
+    x: &[f64],
+) -> Result<Option<f64>, F::Error> {
     let (r, jacobian) = family.linearise(x)?;
     let scaled = family.units().of_jacobian(&jacobian);
     let square = scaled.subcols(0, r.len());

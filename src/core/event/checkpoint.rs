@@ -44,7 +44,7 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// Of a scheme of its own, that knows neither flows nor a search: time and state, states of the points, largest penetration and impulses; the next
     /// sample, stored states and switches.
-    pub fn marched(
+    pub(crate) fn marched(
         (t, y): (f64, Vec<f64>),
         states: &States,
         ledger: &Ledger,

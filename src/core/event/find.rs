@@ -130,7 +130,7 @@ fn polish(
 }
 
 /// The least interior minimum of a monitor in the window that lies below `level`, if any: a near miss.
-pub fn near_miss(
+pub(crate) fn near_miss(
     flow: &dyn Flow,
     index: usize,
     level: f64,

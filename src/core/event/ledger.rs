@@ -67,7 +67,7 @@ impl Ledger {
     }
 
     /// The ledger that had these numbers.
-    pub fn of_numbers(x: [f64; 8]) -> Ledger {
+    pub(crate) fn of_numbers(x: [f64; 8]) -> Ledger {
         let [start, end, scale, jumps, held_exchange, phase_defect, worst_in_phase, worst] = x;
         Ledger { start, end, scale, jumps, held_exchange, phase_defect, worst_in_phase, worst }
     }
@@ -96,7 +96,7 @@ impl Ledger {
     }
 
     /// A phase with held nodes exchanges energy with the surface: book it apart.
-    pub fn held_phase(&mut self, e: &Energies) {
+    pub(crate) fn held_phase(&mut self, e: &Energies) {
         self.held_exchange += self.defect(e) - self.phase_defect;
         self.end = e.total();
     }
@@ -121,12 +121,12 @@ impl Ledger {
     }
 
     /// Largest relative drift inside any one phase.
-    pub fn drift_in_phase(&self) -> f64 {
+    pub(crate) fn drift_in_phase(&self) -> f64 {
         self.relative(self.worst_in_phase)
     }
 
     /// Largest relative defect since the start: drifts of all phases added up.
-    pub fn drift_total(&self) -> f64 {
+    pub(crate) fn drift_total(&self) -> f64 {
         self.relative(self.worst)
     }
 }

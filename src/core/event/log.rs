@@ -83,7 +83,7 @@ impl Log {
     }
 
     /// All switches and grazings; none where they were only counted.
-    pub fn into_lists(self) -> (Self, Vec<Switch>, Vec<Grazing>) {
+    pub(crate) fn into_lists(self) -> (Self, Vec<Switch>, Vec<Grazing>) {
         let (switches, grazings) = self.lists.unwrap_or_default();
         (Log { lists: None, ..self }, switches, grazings)
     }

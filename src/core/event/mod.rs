@@ -5,16 +5,16 @@
 
 mod account;
 mod checkpoint;
-pub mod classify;
+pub(crate) mod classify;
 mod evidence;
 pub mod find;
 mod held;
 mod impact;
-pub mod ledger;
+pub(crate) mod ledger;
 mod log;
 mod present;
 mod proof;
-pub mod record;
+pub(crate) mod record;
 mod start;
 mod told;
 mod touch;
@@ -215,8 +215,8 @@ impl<O: Observer> Run<'_, O> {
             return None;
         }
         let y = self.flow.end_state();
-        let h = self.phase.monitor_values_at(root.t, self.now.layout.u(y))[root.index];
-        let rate = self.phase.monitor_rates_at(root.t, self.now.layout.v(y))[root.index];
+        let h = self.phase.monitor_values(root.t, self.now.layout.u(y))[root.index];
+        let rate = self.phase.monitor_rates(root.t, self.now.layout.v(y))[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();

@@ -46,7 +46,7 @@ impl Present {
     }
 
     /// The state at the end of the window becomes the present one.
-    pub fn take_end(&mut self, flow: &mut dyn Flow, t: f64) {
+    pub(crate) fn take_end(&mut self, flow: &mut dyn Flow, t: f64) {
         self.t = t;
         let rows = flow.near(t);
         let end = flow.end_state();
@@ -76,11 +76,11 @@ impl Present {
 
     /// Values and rates of the monitors of a phase.
     pub fn monitors(&self, phase: &Phase) -> Vec<f64> {
-        phase.monitor_values_at(self.t, self.u_o())
+        phase.monitor_values(self.t, self.u_o())
     }
 
-    pub fn monitor_rates(&self, phase: &Phase) -> Vec<f64> {
-        phase.monitor_rates_at(self.t, self.v_o())
+    pub(crate) fn monitor_rates(&self, phase: &Phase) -> Vec<f64> {
+        phase.monitor_rates(self.t, self.v_o())
     }
 
     /// Largest displacement that is known.

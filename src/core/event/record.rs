@@ -66,7 +66,7 @@ impl SwitchKind {
     }
 
     /// Of a point that goes into a state.
-    pub fn of_state(to: PointState) -> SwitchKind {
+    pub(crate) fn of_state(to: PointState) -> SwitchKind {
         SwitchKind::of_crossing(to.touches())
     }
 

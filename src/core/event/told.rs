@@ -35,7 +35,7 @@ impl Told {
     }
 
     /// When the next state is to be stored.
-    pub fn sample_time(&self, options: &Options) -> Option<f64> {
+    pub(crate) fn sample_time(&self, options: &Options) -> Option<f64> {
         let Options { until, samples, .. } = *options;
         match self.next_sample {
             k if k < samples => Some(k as f64 * (until / samples as f64)),
@@ -45,7 +45,7 @@ impl Told {
     }
 
     /// How many switches there were within the window before a time, and at which mesh nodes, if they are more than this.
-    pub fn more_than(&mut self, limit: f64, t: f64) -> Option<(usize, Vec<usize>)> {
+    pub(crate) fn more_than(&mut self, limit: f64, t: f64) -> Option<(usize, Vec<usize>)> {
         while self.recent.front().is_some_and(|&(then, _)| then < t - self.window) {
             self.recent.pop_front();
         }

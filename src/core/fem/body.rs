@@ -134,7 +134,7 @@ impl Body {
 
     /// The body with `points` contact displacements that are but seen, `u_C = n u_O`: they have no rows of their own. `terms` over `u_O` come to its stiffness, and do
     /// not damp.
-    pub fn with_points(self, points: usize, terms: Vec<(usize, usize, f64)>) -> Body {
+    pub(crate) fn with_points(self, points: usize, terms: Vec<(usize, usize, f64)>) -> Body {
         let n = self.dofs.n_o + points;
         let whole = |entries: Vec<(usize, usize, f64)>| Csr::from_triplets(n, n, entries);
         let mass = whole(self.mass.triplets().collect());
@@ -277,7 +277,7 @@ impl Body {
     }
 
     /// `K w` and `M w` on all nodes (components interleaved), held displacements included, of a nodal field `w`.
-    pub fn products_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
+    pub(crate) fn products_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
         let (mesh, dim) = (&self.mesh, self.mesh.dim());
         let lumped = self.mass.as_diagonal().is_some();
         let mut products = [vec![0.0; w.len()], vec![0.0; w.len()]];

@@ -96,7 +96,7 @@ impl DofMap {
     }
 
     /// The displacements of given matrices: node `i` of a row of points carries row `i`; the last node is the ground.
-    pub fn of_rows(n: usize, contact: &[usize]) -> DofMap {
+    pub(crate) fn of_rows(n: usize, contact: &[usize]) -> DofMap {
         let mut index = vec![None; n + 1];
         let mut n_o = 0;
         for i in (0..n).filter(|i| !contact.contains(i)) {
@@ -125,12 +125,12 @@ impl DofMap {
     }
 
     /// The same with `n_c` contact displacements that are but seen.
-    pub fn with_points(self, n_c: usize) -> DofMap {
+    pub(crate) fn with_points(self, n_c: usize) -> DofMap {
         DofMap { n_c, is_seen: true, ..self }
     }
 
     /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.
-    pub fn of_coordinates(&self, n_o: usize) -> DofMap {
+    pub(crate) fn of_coordinates(&self, n_o: usize) -> DofMap {
         DofMap { n_o, index: vec![None; self.index.len()], ..self.clone() }
     }
 
@@ -199,7 +199,7 @@ impl DofMap {
     }
 
     /// Whether a nodal field moves a held direction of a node.
-    pub fn moves_held(&self, node: usize, field: &[f64]) -> bool {
+    pub(crate) fn moves_held(&self, node: usize, field: &[f64]) -> bool {
         let w = &field[self.dim * node..self.dim * (node + 1)];
         self.directions(node).any(|(d, place)| {
             place.is_none() && w.iter().zip(&d).map(|(w, d)| w * d).sum::<f64>() != 0.0

@@ -168,7 +168,7 @@ impl Shape<'_> {
     }
 
     /// The stress `mᵀσn` on a face with normal `n` in the direction `m`, as a row over the displacements of the element.
-    pub fn traction_row(
+    pub(crate) fn traction_row(
         &self,
         material: &Material,
         local: Local,

@@ -159,7 +159,8 @@ impl Kernel {
     }
 
     /// The share of the rows that repeat.
-    pub fn repeating(&self) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn repeating(&self) -> f64 {
         let rows = self.runs.iter().filter(|r| r.stencil.is_some()).map(|r| r.rows.len());
         let all = self.runs.last().map_or(1, |r| r.rows.end);
         rows.sum::<usize>() as f64 / all as f64
@@ -167,7 +168,7 @@ impl Kernel {
 
     /// `y ← A x` of some rows of the matrix, for several vectors at once.
     #[inline]
-    pub fn mul_rows<const N: usize>(
+    pub(crate) fn mul_rows<const N: usize>(
         &self,
         matrix: &Csr,
         rows: Range<usize>,
@@ -200,7 +201,7 @@ impl Kernel {
     }
 
     /// `y -= A x`.
-    pub fn mul_sub(&self, matrix: &Csr, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn mul_sub(&self, matrix: &Csr, x: &[f64], y: &mut [f64]) {
         blocks([&mut y[..matrix.n_rows()]], |first, [y]| {
             self.parts(matrix, first..first + y.len(), x, |rows, of_rows| {
                 let part = rows.start - first..rows.end - first;

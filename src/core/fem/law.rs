@@ -54,7 +54,7 @@ impl Material {
     }
 
     /// `E′`, stress over strain across a wide face: E of a bar, E/(1−ν²) of a plate, E(1−ν)/((1+ν)(1−2ν)) where no direction yields.
-    pub fn axial_stiffness(&self) -> f64 {
+    pub(crate) fn axial_stiffness(&self) -> f64 {
         let (e, nu) = (self.young, self.poisson);
         match self.state {
             StressState::Uniaxial { .. } => e,
@@ -83,7 +83,7 @@ impl Material {
     }
 
     /// Whether volumes depend on the radius.
-    pub fn is_radial(&self) -> bool {
+    pub(crate) fn is_radial(&self) -> bool {
         self.state == StressState::Axisymmetric
     }
 

@@ -76,7 +76,7 @@ impl Harmonic {
     }
 
     /// `∂/∂ω` of [`Harmonic::factor`] at a fixed time.
-    pub fn factor_by_frequency(&self, t: f64) -> f64 {
+    pub(crate) fn factor_by_frequency(&self, t: f64) -> f64 {
         let m = f64::from(self.derivative);
         (m * self.factor(t, 0) + t * self.factor(t, 1)) / self.omega
     }
@@ -170,7 +170,7 @@ impl Loads {
     }
 
     /// Power `(f(t) − f₀)ᵀ v` of what changes in time.
-    pub fn driven_power(&self, t: f64, v: &[f64]) -> f64 {
+    pub(crate) fn driven_power(&self, t: f64, v: &[f64]) -> f64 {
         let dot = |force: &[f64]| -> f64 { force.iter().zip(v).map(|(f, v)| f * v).sum() };
         let harmonic = self.harmonics.iter().map(|h| h.factor(t, 0) * dot(&h.force));
         let measured = self.measured.iter().map(|m| m.history.at(t, m.derivative) * dot(&m.force));

@@ -1,21 +1,21 @@
 //! Finite elements: `M ü + C u̇ + K u = f(t)` for a bar or a plate, sparse (theory §1).
 
-pub mod body;
-pub mod carried;
-pub mod dofs;
-pub mod dynamic;
+pub(crate) mod body;
+pub(crate) mod carried;
+pub(crate) mod dofs;
+pub(crate) mod dynamic;
 pub mod eigen;
-pub mod element;
-pub mod frame;
+pub(crate) mod element;
+pub(crate) mod frame;
 pub mod interpolate;
-pub mod kernel;
-pub mod law;
+pub(crate) mod kernel;
+pub(crate) mod law;
 pub mod load;
 mod matrix_market;
-pub mod reduction;
+pub(crate) mod reduction;
 pub mod shape;
-pub mod sparse;
-pub mod spline;
+pub(crate) mod sparse;
+pub(crate) mod spline;
 pub mod stress;
 
 pub use body::{Body, Origin};

@@ -133,7 +133,7 @@ impl Reduction {
     }
 
     /// `diag(T, 1)ᵀ A diag(T, 1)` of a symmetric matrix over `u = (u_O, u_C)`.
-    pub fn congruence(&self, a: &Csr) -> Csr {
+    pub(crate) fn congruence(&self, a: &Csr) -> Csr {
         let (n_o, n_y) = (self.basis.nrows(), self.n_y());
         let n_c = a.n_rows() - n_o;
         let rows = |from: usize, to: usize| {

@@ -9,7 +9,7 @@ use crate::mesh::{Basis, ElementKind, Family};
 pub type Local = [f64; 3];
 
 /// Gauss–Legendre points of the 2-point rule on [−1, 1] (weights 1).
-pub const GAUSS2: [f64; 2] = [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
+pub(crate) const GAUSS2: [f64; 2] = [-0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
 /// The 3-point rule.
 const GAUSS3: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
@@ -405,7 +405,7 @@ pub struct SidePoint {
 
 /// The rule of a side. Of a line two points of Gauss, three where it has three nodes; of a face that of its kind, so that products of its functions are
 /// exact; the end of a bar is one point.
-pub fn side_rule(kind: ElementKind, side: usize) -> Vec<SidePoint> {
+pub(crate) fn side_rule(kind: ElementKind, side: usize) -> Vec<SidePoint> {
     let nodes = kind.side(side);
     let at = |k: usize| places(kind)[nodes[k]];
     let slopes = |of: &[Function]| of.iter().map(|f| [f.1[0], f.1[1]]).collect();

@@ -166,7 +166,7 @@ impl Csr {
 
     /// Row `i` times several vectors: the row is read once.
     #[inline]
-    pub fn row_dots<const N: usize>(&self, i: usize, x: [&[f64]; N]) -> [f64; N] {
+    pub(crate) fn row_dots<const N: usize>(&self, i: usize, x: [&[f64]; N]) -> [f64; N] {
         let (a, b) = (self.row_start[i], self.row_start[i + 1]);
         let mut sums = [0.0; N];
         for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
@@ -186,7 +186,7 @@ impl Csr {
     }
 
     /// `y -= A x`.
-    pub fn mul_sub(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn mul_sub(&self, x: &[f64], y: &mut [f64]) {
         blocks([&mut y[..self.n_rows()]], |first, [y]| {
             y.iter_mut().enumerate().for_each(|(i, y)| *y -= self.row_dot(first + i, x));
         });
@@ -198,13 +198,13 @@ impl Csr {
     }
 
     /// What some rows add to the quadratic form.
-    pub fn quadratic_of(&self, rows: Range<usize>, x: &[f64]) -> f64 {
+    pub(crate) fn quadratic_of(&self, rows: Range<usize>, x: &[f64]) -> f64 {
         let term = |i: usize| x[i] * self.row_dot(i, x);
         sum_of_blocks(rows.len(), |part| part.map(|i| term(rows.start + i)).sum())
     }
 
     /// `Aᵀ B A` of this matrix `B` and a sparse `A`.
-    pub fn congruence(&self, a: &Csr) -> Csr {
+    pub(crate) fn congruence(&self, a: &Csr) -> Csr {
         a.transposed().product(&self.product(a))
     }
 
@@ -254,7 +254,7 @@ impl Csr {
     }
 
     /// Row sums of absolute values: the growth of rounding errors in a product.
-    pub fn abs_row_sums(&self) -> Vec<f64> {
+    pub(crate) fn abs_row_sums(&self) -> Vec<f64> {
         (0..self.n_rows()).map(|i| self.row(i).map(|(_, v)| v.abs()).sum()).collect()
     }
 

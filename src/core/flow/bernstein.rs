@@ -4,7 +4,7 @@
 //! Casteljau) tightens the bound: what the certified search for switches needs. All operations are convex combinations.
 
 /// Largest degree.
-pub const MAX_DEGREE: usize = 8;
+pub(crate) const MAX_DEGREE: usize = 8;
 
 /// `Σ c_i C(n,i) θ^i (1−θ)^(n−i)`, `θ ∈ [0, 1]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ impl Bernstein {
     }
 
     /// The nested form `F₀ + θ(F₁ + (1−θ)(F₂ + θ(F₃ + …)))` of Runge–Kutta dense outputs.
-    pub fn from_nested(f: &[f64]) -> Self {
+    pub(crate) fn from_nested(f: &[f64]) -> Self {
         let last = f.len() - 1;
         let mut p = Bernstein::constant(f[last]);
         for k in (0..last).rev() {
@@ -63,7 +63,7 @@ impl Bernstein {
     }
 
     /// Add a constant.
-    pub fn add_constant(&mut self, x: f64) {
+    pub(crate) fn add_constant(&mut self, x: f64) {
         self.c[..=self.degree].iter_mut().for_each(|c| *c += x);
     }
 
@@ -104,7 +104,7 @@ impl Bernstein {
     }
 
     /// The same polynomial seen from `[a, b] ⊂ [0, 1]`.
-    pub fn restrict(&self, a: f64, b: f64) -> Self {
+    pub(crate) fn restrict(&self, a: f64, b: f64) -> Self {
         if (a, b) == (0.0, 1.0) {
             return *self;
         }
@@ -161,8 +161,6 @@ impl Bernstein {
 /// A vector-valued dense output in nested form: `F₀, F₁, …`, one after the other.
 #[derive(Debug, Clone, Default)]
 pub struct Nested {
-    /// Length of the vectors.
-    pub n: usize,
     /// `F₀, F₁, …`
     pub f: Vec<Vec<f64>>,
 }
@@ -200,7 +198,7 @@ mod tests {
     fn nested_form_restriction_and_derivative_agree() {
         let f = [0.3, -1.0, 2.0, 0.5, -0.7, 1.1, 0.2, -0.4];
         let p = Bernstein::from_nested(&f);
-        let nested = Nested { n: 1, f: f.iter().map(|&x| vec![x]).collect() };
+        let nested = Nested { f: f.iter().map(|&x| vec![x]).collect() };
         let part = p.restrict(0.2, 0.7);
         for k in 0..=20 {
             let s = k as f64 / 20.0;

@@ -279,7 +279,7 @@ impl Coupling {
     }
 
     /// `r ∂q(τ)`, then `r ∂q̇(τ)`: each by `q` and by `q̇` at the start, for a row `r`.
-    pub fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
+    pub(crate) fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
         let n = self.n();
         let of_part = |first: usize| -> [Vec<f64>; 2] {
             let over = |m: &Mat<f64>, c: usize| dot(r, &m.col_as_slice(c)[first..first + n]);
@@ -430,7 +430,7 @@ impl CoupledMotion {
     }
 
     /// The same of loads.
-    pub fn steady(coupling: &Coupling, loads: &[(f64, f64, f64)]) -> Option<Vec<f64>> {
+    pub(crate) fn steady(coupling: &Coupling, loads: &[(f64, f64, f64)]) -> Option<Vec<f64>> {
         let motion = CoupledMotion::new(coupling, &vec![0.0; 2 * coupling.n()], loads)?;
         Some(motion.response())
     }
@@ -522,7 +522,7 @@ impl CoupledMotion {
     }
 
     /// Whether no amplitude changes.
-    pub fn is_steady(&self, coupling: &Coupling) -> bool {
+    pub(crate) fn is_steady(&self, coupling: &Coupling) -> bool {
         coupling.lambda.iter().all(|l| l.re == 0.0)
     }
 
@@ -613,7 +613,7 @@ impl CoupledMotion {
     }
 
     /// `∫ q̇ᵀq̇` from `tau` to `tau + h`, without harmonic loads.
-    pub fn squared_speed(&self, coupling: &Coupling, (tau, h): (f64, f64)) -> f64 {
+    pub(crate) fn squared_speed(&self, coupling: &Coupling, (tau, h): (f64, f64)) -> f64 {
         let n = coupling.n();
         let v = [0, 1].map(|k| coupling.right[k].subrows(n, n).to_owned());
         let gram = coupling.pairs(&v, &v);
@@ -628,7 +628,7 @@ impl CoupledMotion {
     }
 
     /// `∂q/∂α`, `∂q̇/∂α` at `tau` of `D + αI` under constant loads: `ẏ = A y − (0, q̇)` from rest.
-    pub fn by_mass_damping(&self, coupling: &Coupling, tau: f64) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn by_mass_damping(&self, coupling: &Coupling, tau: f64) -> (Vec<f64>, Vec<f64>) {
         let n = coupling.n();
         let p = coupling.lambda.len();
         let velocity = |m: &Mat<f64>| m.subrows(n, n).to_owned();

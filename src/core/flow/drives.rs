@@ -24,7 +24,7 @@ impl Drives {
     }
 
     /// `∂/∂ω` of what they add to a monitor at a fixed time `t`.
-    pub fn by_frequency(&self, index: usize, t: f64) -> f64 {
+    pub(crate) fn by_frequency(&self, index: usize, t: f64) -> f64 {
         self.0.iter().map(|d| d.load.factor_by_frequency(t) * d.monitor[index]).sum()
     }
 

@@ -5,23 +5,23 @@
 //! it knows the state at every time and encloses every monitor between bounds.
 
 pub mod auto;
-pub mod bernstein;
-pub mod cache;
-pub mod chebyshev;
-pub mod choice;
-pub mod coupled;
+pub(crate) mod bernstein;
+pub(crate) mod cache;
+pub(crate) mod chebyshev;
+pub(crate) mod choice;
+pub(crate) mod coupled;
 pub mod dop853;
 pub mod dopri5;
-pub mod drives;
+pub(crate) mod drives;
 mod exponential;
 mod held;
-pub mod modal;
-pub mod motion;
-pub mod oscillator;
-pub mod runge_kutta;
-pub mod spectrum;
+pub(crate) mod modal;
+pub(crate) mod motion;
+pub(crate) mod oscillator;
+pub(crate) mod runge_kutta;
+pub(crate) mod spectrum;
 pub mod tableau;
-pub mod trigonometry;
+pub(crate) mod trigonometry;
 mod values;
 
 pub use bernstein::Bernstein;
@@ -49,7 +49,7 @@ pub struct Enclosure {
 impl Enclosure {
     /// The cubic Hermite interpolant of `(value, slope)` at both ends of an interval, where the fourth derivative is
     /// known not to exceed `fourth` (theory §12, H2): `|h − H| ≤ fourth·length⁴/384`, `|h′ − H′| ≤ fourth·length³·√3/216`.
-    pub fn hermite(a: (f64, f64), b: (f64, f64), length: f64, fourth: f64) -> Enclosure {
+    pub(crate) fn hermite(a: (f64, f64), b: (f64, f64), length: f64, fourth: f64) -> Enclosure {
         let ((ha, da), (hb, db)) = (a, b);
         let third = length / 3.0;
         let polynomial = Bernstein::new(&[ha, ha + third * da, hb - third * db, hb]);

@@ -54,7 +54,7 @@ impl<'a> Modal<'a> {
     }
 
     /// A flow that uses, and adds to, the spectra of others.
-    pub fn sharing(system: &'a System, spectra: Rc<Spectra>) -> Self {
+    pub(crate) fn sharing(system: &'a System, spectra: Rc<Spectra>) -> Self {
         let layout = Layout::new(system);
         Modal {
             system,
@@ -97,7 +97,7 @@ impl<'a> Modal<'a> {
         let (q, v) = self.modes_at(phase, t);
         // both at once: the shapes are read once
         let both: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
-        phase.from_modes(&both, &mut y[..2 * n]);
+        phase.state_of_modes(&both, &mut y[..2 * n]);
     }
 
     /// Monitor values and slopes at `t`.

@@ -319,7 +319,7 @@ impl Motion {
     }
 
     /// `∫ u̇_OᵀM_α u̇_O` from `a` to `b`.
-    pub fn squared_speed(&self, phase: &Spectrum, a: f64, b: f64) -> f64 {
+    pub(crate) fn squared_speed(&self, phase: &Spectrum, a: f64, b: f64) -> f64 {
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
             return motion.squared_speed(coupling, (a - self.start, b - a));
         }
@@ -328,7 +328,7 @@ impl Motion {
     }
 
     /// `∂q/∂α` and `∂q̇/∂α` of all modes at `t`, for a body with the damping `C = βK + αM` under constant loads (`2c = α + βω²`; the start is held).
-    pub fn by_mass_damping(&self, phase: &Spectrum, t: f64) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn by_mass_damping(&self, phase: &Spectrum, t: f64) -> (Vec<f64>, Vec<f64>) {
         let tau = t - self.start;
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
             return motion.by_mass_damping(coupling, tau);

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::exponential::{Term, power};
 
 /// Positive nodes and weights of the 10-point Gauss–Legendre rule on [−1, 1].
-pub const GAUSS10: [(f64, f64); 5] = [
+pub(crate) const GAUSS10: [(f64, f64); 5] = [
     (0.148_874_338_981_631_22, 0.295_524_224_714_752_87),
     (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
     (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
@@ -77,7 +77,7 @@ impl Oscillator {
     /// `∂S/∂c` and `∂S′/∂c` at `t`; then `∂C/∂c = ∂S′/∂c + 2S + 2c ∂S/∂c`.
     ///
     /// With `d = ω² − c²`, `S = e^{−ct} f(d)` where `f = sin(√d t)/√d`, and `∂d/∂c = −2c`.
-    pub fn basis_by_damping(&self, t: f64) -> (f64, f64) {
+    pub(crate) fn basis_by_damping(&self, t: f64) -> (f64, f64) {
         let c = self.c;
         let d = self.discriminant();
         let x = d * t * t;

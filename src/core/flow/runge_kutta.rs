@@ -71,7 +71,7 @@ impl<'a> RungeKutta<'a> {
             y1: vec![0.0; n],
             stage: vec![0.0; n],
             k: vec![vec![0.0; n]; tableau.all_stages()],
-            dense: Nested { n, f: vec![vec![0.0; n]; tableau.nested()] },
+            dense: Nested { f: vec![vec![0.0; n]; tableau.nested()] },
             monitors: vec![],
             drives: Drives::default(),
             largest: [0.0; 2],

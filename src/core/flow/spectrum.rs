@@ -230,7 +230,7 @@ impl Spectrum {
     }
 
     /// `r q(τ)` by `q` and by `q̇` at the start, then `r q̇(τ)` likewise, of a row `r`.
-    pub fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
+    pub(crate) fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
         if let Some(coupling) = &self.coupling {
             return coupling.row_carried(r, tau);
         }
@@ -244,7 +244,7 @@ impl Spectrum {
     }
 
     /// The steady response to the constant and the harmonic loads at `t = 0`, where natural modes do not decouple the phase: `q`, then `q̇`.
-    pub fn coupled_response(&self, loads: &Loads) -> Option<Vec<f64>> {
+    pub(crate) fn coupled_response(&self, loads: &Loads) -> Option<Vec<f64>> {
         let coupling = self.coupling.as_ref()?;
         let response = CoupledMotion::steady(coupling, &motion::angles(loads, 0.0));
         Some(response.unwrap_or_else(|| vec![f64::NAN; 2 * self.modes.len()]))
@@ -314,14 +314,14 @@ impl Eigenbasis {
     }
 
     /// What harmonic loads on `u_C` add to the monitors, at their present frequencies.
-    pub fn drives(&self, loads: &Loads) -> Drives {
+    pub(crate) fn drives(&self, loads: &Loads) -> Drives {
         let mut drives = self.drives.clone();
         drives.iter_mut().for_each(|d| d.load = loads.harmonics[d.index].clone());
         Drives(drives)
     }
 
     /// Values of all monitors at modal displacements `q`, without drives.
-    pub fn monitor_values(&self, q: &[f64]) -> Vec<f64> {
+    pub(crate) fn monitor_values(&self, q: &[f64]) -> Vec<f64> {
         let mut h = self.offsets.clone();
         for (k, q) in q.iter().enumerate() {
             h.iter_mut().zip(self.rows.column(k).iter()).for_each(|(h, r)| *h += r * q);
@@ -336,7 +336,7 @@ impl Eigenbasis {
 
     /// The root of twice the unit of energy: the least `ω_k q_k` of a mode of the open body that moves a contact point by the unit of length. Modal
     /// coordinates have a root of a mass in them, which the units of the system do not know.
-    pub fn root_of_energy(&self, system: &System) -> f64 {
+    pub(crate) fn root_of_energy(&self, system: &System) -> f64 {
         let of_mode = |(k, w): (usize, f64)| {
             w * system.units.length / system.reach(self.shapes.col_as_slice(k))
         };
@@ -344,7 +344,7 @@ impl Eigenbasis {
     }
 
     /// `u = Φ q`, `v = Φ q̇`, likewise.
-    pub fn from_modes(&self, q: &[f64], x: &mut [f64]) {
+    pub(crate) fn state_of_modes(&self, q: &[f64], x: &mut [f64]) {
         product(&self.shapes, q, x);
     }
 }
@@ -417,7 +417,7 @@ impl Spectra {
     }
 
     /// The spectrum of an active set.
-    pub fn of_set(&self, system: &System, set: &States) -> Result<Rc<Spectrum>, FemError> {
+    pub(crate) fn of_set(&self, system: &System, set: &States) -> Result<Rc<Spectrum>, FemError> {
         if let Some(known) = self.known(system, set)? {
             return Ok(known);
         }

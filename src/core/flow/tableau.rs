@@ -34,12 +34,12 @@ pub struct Tableau {
 
 impl Tableau {
     /// Number of stages without `k_s`.
-    pub fn stages(&self) -> usize {
+    pub(crate) fn stages(&self) -> usize {
         self.b.len()
     }
 
     /// Number of all stages.
-    pub fn all_stages(&self) -> usize {
+    pub(crate) fn all_stages(&self) -> usize {
         self.b.len() + 1 + self.extra_c.len()
     }
 

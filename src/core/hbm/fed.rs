@@ -10,7 +10,7 @@ use crate::orbit::{Closure, Propagator};
 use crate::records::{GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
 
 /// With fewer harmonics `α`, the damping of the mode, is off by tens of per cent, and is not told.
-pub const LEAST_FOR_ALPHA: usize = 7;
+pub(crate) const LEAST_FOR_ALPHA: usize = 7;
 
 /// The body of a family.
 pub struct Body {

@@ -38,7 +38,7 @@ impl Impedance {
     }
 
     /// How near mode `i` is to resonance: `|D_ii|` over the size of its terms.
-    pub fn nearness(&self, i: usize, size: f64) -> f64 {
+    pub(crate) fn nearness(&self, i: usize, size: f64) -> f64 {
         let d = match self {
             Impedance::Modes(d) => d[i],
             Impedance::Full(d, _) => d[(i, i)],
@@ -59,7 +59,7 @@ impl Impedance {
     }
 
     /// `D⁻¹ x`
-    pub fn divide(&self, x: &mut [c64]) {
+    pub(crate) fn divide(&self, x: &mut [c64]) {
         match self {
             Impedance::Modes(d) => x.iter_mut().zip(d).for_each(|(x, d)| *x /= d),
             Impedance::Full(_, lu) => {
@@ -98,7 +98,7 @@ impl Impedance {
     }
 
     /// Row `i` of `D⁻¹Q`.
-    pub fn row_of_answers(&self, i: usize, q: &Mat<f64>) -> Vec<c64> {
+    pub(crate) fn row_of_answers(&self, i: usize, q: &Mat<f64>) -> Vec<c64> {
         match self {
             Impedance::Modes(d) => {
                 (0..q.ncols()).map(|c| c64::new(q[(i, c)], 0.0) / d[i]).collect()

@@ -67,7 +67,7 @@ impl PhaseOperator {
     }
 
     /// The part of monitor `k` that does not depend on the motion, in the function of this index (constant, `cos θ`, `sin θ`, …).
-    pub fn monitor_constant(&self, k: usize, function: usize, loads: &Loads) -> f64 {
+    pub(crate) fn monitor_constant(&self, k: usize, function: usize, loads: &Loads) -> f64 {
         let driven = |of_phase: &dyn Fn(f64) -> f64| -> f64 {
             let drives = self.drives.iter();
             let part = |d: &Drive| {
@@ -184,7 +184,7 @@ impl Interface {
     }
 
     /// A displacement `u_O` with the projections `y`: the contact conditions cannot tell it from any other.
-    pub fn representative(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn representative(&self, y: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.lifted.nrows()];
         for (c, y) in y[..self.rank()].iter().enumerate() {
             u.iter_mut().zip(self.lifted.col_as_slice(c)).for_each(|(u, l)| *u += y * l);

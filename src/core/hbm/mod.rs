@@ -18,21 +18,21 @@
 //! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] and [`newton`] are what both have in common, [`response`] and [`branch`] are families of
 //! solutions. [`viscous`] has the feedback of a viscous body as one more unknown, [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
 
-pub mod balance;
-pub mod balanced;
+pub(crate) mod balance;
+pub(crate) mod balanced;
 pub mod bem;
 pub mod branch;
-pub mod dynamic;
+pub(crate) mod dynamic;
 pub mod fed;
 mod impedance;
-pub mod interface;
+pub(crate) mod interface;
 pub mod modes;
 pub mod newton;
-pub mod receptance;
-pub mod reduction;
+pub(crate) mod receptance;
+pub(crate) mod reduction;
 pub mod response;
 pub mod series;
-pub mod solution;
+pub(crate) mod solution;
 pub mod tongue;
 pub mod viscous;
 

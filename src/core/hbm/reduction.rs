@@ -40,13 +40,13 @@ impl DerefMut for Reduction {
 
 impl Reduction {
     /// Square of the lowest frequency that is not a rigid motion's: the unit of modal stiffness.
-    pub fn stiffness_unit(&self) -> f64 {
+    pub(crate) fn stiffness_unit(&self) -> f64 {
         let elastic = self.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
         elastic.unwrap_or(self.system.units.frequency).powi(2)
     }
 
     /// Size that makes an interface term a number of the order of one: the lowest frequency times the root of the unit of energy, [`crate::flow::spectrum::Eigenbasis::root_of_energy`].
-    pub fn force_unit(&self) -> f64 {
+    pub(crate) fn force_unit(&self) -> f64 {
         self.force_unit
     }
 
@@ -104,7 +104,7 @@ impl Reduction {
         let n = self.n();
         let both: Vec<f64> = q.iter().copied().chain(dq.iter().map(|d| omega * d)).collect();
         let mut x = vec![0.0; 2 * n];
-        self.open.from_modes(&both, &mut x);
+        self.open.state_of_modes(&both, &mut x);
         State { v: x.split_off(n), u: x }
     }
 

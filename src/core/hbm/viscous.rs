@@ -71,7 +71,7 @@ impl Viscous {
     }
 
     /// Give the body a feedback.
-    pub fn set_feedback(&mut self, alpha: f64) -> Result<(), HbmError> {
+    pub(crate) fn set_feedback(&mut self, alpha: f64) -> Result<(), HbmError> {
         self.reduction.set_damping(self.pin.damping(alpha))
     }
 

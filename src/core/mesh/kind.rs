@@ -345,11 +345,6 @@ impl ElementKind {
         self.row().dim
     }
 
-    /// Triangles and tetrahedra.
-    pub fn is_simplex(self) -> bool {
-        self.family() == Family::Simplex
-    }
-
     /// Second order: nodes besides its corners.
     pub fn is_quadratic(self) -> bool {
         self.basis() != Basis::Linear
@@ -372,12 +367,12 @@ impl ElementKind {
     }
 
     /// How many of the nodes of a side are its ends or corners.
-    pub fn side_corners(self, side: usize) -> usize {
+    pub(crate) fn side_corners(self, side: usize) -> usize {
         self.face(side).map_or(self.dim(), ElementKind::corners)
     }
 
     /// Exchange the nodes so that an element that is inside out is not.
-    pub fn turn_round(self, nodes: &mut [usize]) {
+    pub(crate) fn turn_round(self, nodes: &mut [usize]) {
         self.row().mirror.iter().for_each(|&(a, b)| nodes.swap(a, b));
     }
 

@@ -81,7 +81,7 @@ pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
 }
 
 /// What a special point of a continuation is as a point of a family.
-pub fn kind_of(special: &Special) -> PointKind {
+pub(crate) fn kind_of(special: &Special) -> PointKind {
     match special {
         Special::Start => PointKind::Start,
         Special::End => PointKind::EndOfRange,

@@ -126,7 +126,7 @@ impl Propagator {
     }
 
     /// Whether the search is asked to end.
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
@@ -198,7 +198,7 @@ impl Propagator {
         q[..z.len()].copy_from_slice(z);
         q[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q /= s);
         let mut x = vec![0.0; 2 * n];
-        self.open.from_modes(&q, &mut x);
+        self.open.state_of_modes(&q, &mut x);
         State { v: x.split_off(n), u: x }
     }
 

@@ -104,7 +104,7 @@ impl Candidate {
     }
 
     /// Whether it starts at rest and is symmetric in time: no sine parts.
-    pub fn is_reversible(&self, n: usize) -> bool {
+    pub(crate) fn is_reversible(&self, n: usize) -> bool {
         let size = |f: usize| norm(&self.coefficients[f * n..(f + 1) * n]);
         let functions = self.coefficients.len() / n;
         let sines: f64 = (2..functions).step_by(2).map(size).sum();

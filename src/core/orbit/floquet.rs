@@ -90,7 +90,7 @@ pub fn stability(
 }
 
 /// The multipliers of the damped body that `αM u̇(t)` of its orbit drives as a prescribed load: the same switches, `α = 0` in the variation.
-pub fn stability_under_load(
+pub(crate) fn stability_under_load(
     body: &Propagator,
     along: (&Chain, &Walk),
     alpha: f64,

@@ -47,7 +47,7 @@ impl Highest {
     }
 
     /// The last state of a phase is noted: a maximum may lie in its first or its last step.
-    pub fn end_phase(&mut self) {
+    pub(crate) fn end_phase(&mut self) {
         for ends in [self.phase.first_chunk::<2>(), self.phase.last_chunk::<2>()] {
             if let Some([a, b]) = ends
                 && (a.1 - b.1).abs() > EVEN * a.1.max(b.1)

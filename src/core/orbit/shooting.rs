@@ -81,7 +81,7 @@ impl Closure {
     }
 
     /// Give the body what the unknowns say of it: the damping of a viscous orbit.
-    pub fn adopt(self, body: &mut Propagator, z: &[f64]) -> Result<(), OrbitError> {
+    pub(crate) fn adopt(self, body: &mut Propagator, z: &[f64]) -> Result<(), OrbitError> {
         if let Closure::Viscous(pin) = self {
             let alpha = z[z.len() - 1];
             pin.check(alpha)?;
@@ -170,7 +170,7 @@ pub(super) struct Image {
 
 impl Image {
     /// The rate of the frame vector at the end; empty for a large body.
-    pub fn rate_end(&self) -> &[f64] {
+    pub(crate) fn rate_end(&self) -> &[f64] {
         self.walk.as_ref().map_or(&[], |w| &w.rate_end)
     }
 }

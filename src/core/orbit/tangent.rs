@@ -42,7 +42,7 @@ pub struct Variation<'a> {
 
 impl<'a> Variation<'a> {
     /// The derivative of the event-driven map.
-    pub fn of_map(start: MatRef<'a, f64>) -> Self {
+    pub(crate) fn of_map(start: MatRef<'a, f64>) -> Self {
         let switches = Switches::Saltation;
         Variation { start, switches, by: None, released: 0.0 }
     }

@@ -83,7 +83,7 @@ impl Pin {
     }
 
     /// Whether a feedback could be one.
-    pub fn is_feedback(&self, alpha: f64) -> bool {
+    pub(crate) fn is_feedback(&self, alpha: f64) -> bool {
         alpha.abs() <= MOST_FEEDBACK * self.omega
     }
 

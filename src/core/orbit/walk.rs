@@ -108,7 +108,7 @@ pub struct Walk {
 
 impl Walk {
     /// `∮ u̇ᵀMu̇ dt`
-    pub fn squared_speed(&self) -> f64 {
+    pub(crate) fn squared_speed(&self) -> f64 {
         self.links.iter().map(Link::squared_speed).sum()
     }
 
@@ -160,7 +160,7 @@ impl Link {
     }
 
     /// Which monitor of the phase it is through which a point leaves to the state `to`.
-    pub fn monitor_of(&self, point: usize, to: PointState) -> usize {
+    pub(crate) fn monitor_of(&self, point: usize, to: PointState) -> usize {
         // every contact point has one
         leading(&self.spectrum.monitors, point, to).unwrap_or(0)
     }
@@ -187,7 +187,7 @@ impl Link {
         let (q, v) = modal.split_at_mut(n);
         self.motion.at(&self.spectrum, t, q, v);
         let mut x = vec![0.0; 2 * n];
-        self.spectrum.from_modes(&modal, &mut x);
+        self.spectrum.state_of_modes(&modal, &mut x);
         let v = x.split_off(n);
         (x, v)
     }

@@ -15,6 +15,7 @@ mod special;
 pub use check::{CheckRow, VerdictKind};
 pub use orbit::{OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
-pub use ridge::{Peak, crest, peaks};
+pub(crate) use ridge::crest;
+pub use ridge::{Peak, peaks};
 pub use series::{SeriesRecord, place_of_function};
 pub use special::{Bifurcation, GapReason, Outside, PointKind, StabilityChange};

@@ -65,7 +65,7 @@ fn top(branch: usize, p: [[f64; 3]; 3]) -> Peak {
 }
 
 /// The top of the parabola through three values, if the middle one is the largest; else the middle one.
-pub fn crest(t: [f64; 3], y: [f64; 3]) -> f64 {
+pub(crate) fn crest(t: [f64; 3], y: [f64; 3]) -> f64 {
     if y[1] < y[0] || y[1] < y[2] {
         return y[1];
     }

@@ -122,7 +122,7 @@ impl PointKind {
     }
 
     /// Whether something happens to the branch there, whatever the solution is.
-    pub fn is_event(&self) -> bool {
+    pub(crate) fn is_event(&self) -> bool {
         use PointKind::{Border, BranchPoint, Fold, Stability};
         matches!(self, Fold | BranchPoint | Border(_) | Stability(_))
     }

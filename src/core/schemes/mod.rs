@@ -1,7 +1,7 @@
 //! Schemes that go through time in their own way, without events: what a run by events is compared with.
 
-pub mod moreau_jean;
-pub mod waves;
+pub(crate) mod moreau_jean;
+pub(crate) mod waves;
 
 use crate::contact::{March, State, System};
 use crate::event::{Observer, Options, Report, Resumed, RunError};

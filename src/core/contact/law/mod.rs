@@ -50,7 +50,7 @@ pub enum Conduct {
 pub type Exit = (MonitorKind, PointState);
 
 /// The exits of laws with contact and without, that know the gap of a free point and the pressure of one in contact.
-pub const OPEN_AND_CLOSED: [Exit; 2] =
+pub(crate) const OPEN_AND_CLOSED: [Exit; 2] =
     [(MonitorKind::Gap, PointState::Closed), (MonitorKind::Pressure, PointState::Open)];
 
 /// How an obstacle that yields pushes at a point: the force `−w t (P + γ d)` on the body, `d = b u − g`.
