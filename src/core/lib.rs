@@ -39,7 +39,8 @@
 #![doc = concat!("```no_run\n", include_str!("examples/flow.rs"), "\n```")]
 //!
 //! The modules stand in the order of the data; each uses only what stands before it:
-//! [`mesh`], [`fem`], [`contact`], [`flow`], [`event`], [`schemes`], [`records`], [`continuation`], [`orbit`], [`hbm`]; last the front door, [`model`].
+//! [`mesh`], [`fem`], [`contact`], [`flow`], [`event`], [`schemes`], [`records`], [`continuation`], [`orbit`], [`hbm`]; last the front door, [`model`]. What only the
+//! program `signorini` asks for (records of its files, its searches and families) is public and not on these pages: it may change with any version.
 
 pub mod contact;
 pub mod continuation;
@@ -50,5 +51,6 @@ pub mod hbm;
 pub mod mesh;
 pub mod model;
 pub mod orbit;
+#[doc(hidden)]
 pub mod records;
 pub mod schemes;

@@ -77,7 +77,15 @@ pub fn declares_modules_only(text: &str) -> bool {
     let handed_on = ["pub", "use", "signorini_core", "::", "{"];
     let end = all.windows(handed_on.len()).position(|w| w == handed_on).unwrap_or(all.len());
     let is_list = all[end..].iter().skip(handed_on.len()).all(|t| !matches!(*t, "::" | "as" | "*"));
-    is_list && all[..end].chunks(4).all(|c| matches!(c, ["pub", "mod", _, ";"]))
+    let mut modules = &all[..end];
+    loop {
+        // whether a module has a page is no code either
+        let rest = modules.strip_prefix(&["#", "[", "doc", "(", "hidden", ")", "]"]);
+        match rest.unwrap_or(modules) {
+            ["pub", "mod", _, ";", rest @ ..] => modules = rest,
+            rest => return is_list && rest.is_empty(),
+        }
+    }
 }
 
 /// Whether a file takes in other files than those of its modules.
@@ -434,6 +442,8 @@ fn lines_and_whole_paths_are_kept() {
 fn files_that_are_taken_in_are_seen() {
     assert!(declares_modules_only("//! x\n/// y\npub mod a;\npub mod b;\n"));
     assert!(declares_modules_only("pub mod a;\npub use signorini_core::{b, c};\n"));
+    assert!(declares_modules_only("#[doc(hidden)]\npub mod a;\n#[doc(hidden)]\npub mod b;\n"));
+    assert!(!declares_modules_only("#[doc(hidden)]\npub use a::B;\n"));
     assert!(declares_modules_only(
         "#![doc = concat!(\"a\", include_str!(\"b.rs\"))]\npub mod a;\n"
     ));

@@ -1,11 +1,13 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
+#[doc(hidden)]
 pub mod boundary;
 mod condensed;
 pub(crate) mod conditions;
 mod constraint;
 pub(crate) mod coupling;
 mod damping;
+#[doc(hidden)]
 pub mod distance;
 mod equilibrium;
 mod expansion;
@@ -22,6 +24,7 @@ mod modes;
 mod monitor;
 mod nbm;
 mod obstacle;
+#[doc(hidden)]
 pub mod oracle;
 pub(crate) mod phase;
 mod reactions;

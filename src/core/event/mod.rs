@@ -7,6 +7,7 @@ mod account;
 mod checkpoint;
 pub(crate) mod classify;
 mod evidence;
+#[doc(hidden)]
 pub mod find;
 mod held;
 mod impact;

@@ -7,15 +7,18 @@ pub(crate) mod dynamic;
 pub mod eigen;
 pub(crate) mod element;
 pub(crate) mod frame;
+#[doc(hidden)]
 pub mod interpolate;
 pub(crate) mod kernel;
 pub(crate) mod law;
 pub mod load;
 mod matrix_market;
 pub(crate) mod reduction;
+#[doc(hidden)]
 pub mod shape;
 pub(crate) mod sparse;
 pub(crate) mod spline;
+#[doc(hidden)]
 pub mod stress;
 
 pub use body::{Body, Origin};

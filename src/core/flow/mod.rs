@@ -4,6 +4,7 @@
 //! them, the work of harmonic loads and the dissipated energy. It advances window by window; inside a window
 //! it knows the state at every time and encloses every monitor between bounds.
 
+#[doc(hidden)]
 pub mod auto;
 pub(crate) mod bernstein;
 pub(crate) mod cache;
@@ -20,6 +21,7 @@ pub(crate) mod motion;
 pub(crate) mod oscillator;
 pub(crate) mod runge_kutta;
 pub(crate) mod spectrum;
+#[doc(hidden)]
 pub mod tableau;
 pub(crate) mod trigonometry;
 mod values;

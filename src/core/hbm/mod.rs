@@ -21,18 +21,23 @@
 pub(crate) mod balance;
 pub(crate) mod balanced;
 pub mod bem;
+#[doc(hidden)]
 pub mod branch;
 pub(crate) mod dynamic;
+#[doc(hidden)]
 pub mod fed;
 mod impedance;
 pub(crate) mod interface;
 pub mod modes;
+#[doc(hidden)]
 pub mod newton;
 pub(crate) mod receptance;
 pub(crate) mod reduction;
+#[doc(hidden)]
 pub mod response;
 pub mod series;
 pub(crate) mod solution;
+#[doc(hidden)]
 pub mod tongue;
 pub mod viscous;
 

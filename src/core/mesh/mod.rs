@@ -4,10 +4,13 @@
 //! the dimension; the displacement has `dim` components. The sides of an element are numbered; where they are lines, a side's nodes run so that a
 //! group of consecutive sides names its nodes in order.
 
+#[doc(hidden)]
 pub mod corner;
 pub mod gmsh;
 mod kind;
+#[doc(hidden)]
 pub mod point;
+#[doc(hidden)]
 pub mod slender;
 pub mod structured;
 

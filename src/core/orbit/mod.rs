@@ -20,21 +20,30 @@
 //! - [`check`] — a series of another method against the equations in time;
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
+#[doc(hidden)]
 pub mod along;
+#[doc(hidden)]
 pub mod border;
+#[doc(hidden)]
 pub mod branch;
+#[doc(hidden)]
 pub mod census;
 pub mod chain;
+#[doc(hidden)]
 pub mod check;
 pub mod credentials;
 pub mod floquet;
 mod highest;
+#[doc(hidden)]
 pub mod krylov;
 pub(crate) mod mapped;
+#[doc(hidden)]
 pub mod nearest;
+#[doc(hidden)]
 pub mod period_map;
 pub(crate) mod saltation;
 pub mod search;
+#[doc(hidden)]
 pub mod segments;
 pub mod shooting;
 pub(crate) mod tangent;

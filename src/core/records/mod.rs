@@ -4,6 +4,7 @@
 //! cross-check ([`CheckRow`]), and the place from which a continuation goes on ([`PlaceRecord`]), or lacks some of them. Numbers are in the scene's units. In JSON
 //! they stand by their [`bits`].
 
+#[doc(hidden)]
 pub mod bits;
 mod check;
 mod orbit;
