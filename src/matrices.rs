@@ -7,7 +7,7 @@ use crate::fem::{Csr, parse_matrix_market};
 use crate::scenario::FileName;
 
 /// Read a matrix; the message says what is wrong with the file.
-pub fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
+pub(crate) fn read_matrix(folder: &Path, name: &str) -> Result<Csr, String> {
     let FileName { file, dataset } = FileName::parse(name);
     match dataset {
         Some(dataset) => read_hdf5(&folder.join(file), dataset),

@@ -10,7 +10,7 @@ use crate::scenario::{Integrator, Issue, Run, Scene, SceneError};
 use crate::schemes;
 
 /// The `[run]` table of a scene, or the error that says it is missing.
-pub fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
+pub(crate) fn run_table(scene: &Scene) -> Result<(&Run, f64), SceneError> {
     let missing =
         || scene.error(Issue::new("run", "is missing", "add [run] with until = … or periods = …"));
     let run = scene.run.as_ref().ok_or_else(missing)?;
@@ -96,7 +96,10 @@ pub fn by_name<'a>(
 }
 
 /// The flow of a body of which nobody wants to see more than the contact: it follows the rest in longer steps, where that costs less.
-pub fn around_contact(integrator: Integrator, system: &System) -> Option<Box<dyn Flow + '_>> {
+pub(crate) fn around_contact(
+    integrator: Integrator,
+    system: &System,
+) -> Option<Box<dyn Flow + '_>> {
     let without_modes = match integrator {
         Integrator::Chebyshev => true,
         Integrator::Auto => auto::never_by_modes(system),

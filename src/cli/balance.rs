@@ -72,7 +72,7 @@ impl Arguments {
     }
 
     /// Refuse what the viscous nonlinear mode by harmonic balance does not have.
-    pub fn check_viscous(&self) -> Result<(), String> {
+    pub(crate) fn check_viscous(&self) -> Result<(), String> {
         if self.aft.is_some() {
             return Err("--aft samples a force that jumps with the acceleration of a viscous body, and half of its solutions do not converge: leave it out".into());
         }
@@ -146,12 +146,12 @@ pub struct Choice {
 
 impl Choice {
     /// Whether harmonic balance is chosen.
-    pub fn is_balance(&self) -> bool {
+    pub(crate) fn is_balance(&self) -> bool {
         self.method != Method::Shooting
     }
 
     /// Whether boundary elements are chosen.
-    pub fn is_bem(&self) -> bool {
+    pub(crate) fn is_bem(&self) -> bool {
         self.method == Method::Bem
     }
 
@@ -187,12 +187,12 @@ impl Choice {
     }
 
     /// Whether an orbit is shot from every solution.
-    pub fn is_shot(&self) -> bool {
+    pub(crate) fn is_shot(&self) -> bool {
         self.shoot
     }
 
     /// A body for the harmonic balance of its viscous nonlinear mode, and for shooting if that is asked for.
-    pub fn viscous_body(&self, problem: &Problem, pin: Pin) -> Result<fed::Body, CliError> {
+    pub(crate) fn viscous_body(&self, problem: &Problem, pin: Pin) -> Result<fed::Body, CliError> {
         let shooter = match self.shoot {
             true => Some(family::propagator(problem.system.clone())?),
             false => None,
@@ -214,13 +214,13 @@ impl Choice {
     }
 
     /// Most harmonics of a series in the file.
-    pub fn most_harmonics(&self) -> usize {
+    pub(crate) fn most_harmonics(&self) -> usize {
         let most = self.harmonics.iter().copied().max().unwrap_or(0);
         if self.is_balance() { most } else { 0 }
     }
 
     /// The branches of a sequential continuation.
-    pub fn sequential_branches(&self) -> Vec<Branch> {
+    pub(crate) fn sequential_branches(&self) -> Vec<Branch> {
         let series = |&harmonics: &usize| Branch::Series { harmonics, direction: None };
         self.harmonics.iter().map(series).collect()
     }

@@ -14,7 +14,7 @@ use signorini::report::summary::significant;
 use super::{Answer, CliError, Global};
 
 /// Whether a file is a mesh of Gmsh, by its name or its first word.
-pub fn is_mesh(path: &Path) -> bool {
+pub(crate) fn is_mesh(path: &Path) -> bool {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("msh"));
     let mut head = [0; 11];
     let read = std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut head));

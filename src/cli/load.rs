@@ -16,7 +16,7 @@ pub fn warned(scene: &Scene, global: &Global) -> Result<Problem, CliError> {
 }
 
 /// Set up the problem of a scene that is read already.
-pub fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
+pub(crate) fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
     super::resources::check_body(scene)?;
     let stored = match &scene.initial.file {
         None => None,

@@ -39,7 +39,7 @@ fn check_memory(scene: &Scene, needed: f64, what: &str) -> Result<(), CliError> 
 }
 
 /// Memory that a body takes while it is assembled and factorised.
-pub fn check_body(scene: &Scene) -> Result<(), CliError> {
+pub(crate) fn check_body(scene: &Scene) -> Result<(), CliError> {
     let b = &scene.body;
     if b.kind == BodyKind::Matrices {
         return Ok(());
@@ -74,7 +74,7 @@ pub fn check_body(scene: &Scene) -> Result<(), CliError> {
 }
 
 /// Memory of Newton's method on so many interface terms and projections: the derivative of this iterate and of the next, and the system with its factors.
-pub fn check_balance(
+pub(crate) fn check_balance(
     scene: &Scene,
     harmonics: usize,
     (terms, projections): (usize, usize),
@@ -96,7 +96,7 @@ const LARGE_FILE: f64 = 1e9;
 const MOST_STEPS: f64 = 1e10;
 
 /// Length of a run.
-pub fn check_time(scene: &Scene, problem: &Problem, until: f64) -> Result<(), CliError> {
+pub(crate) fn check_time(scene: &Scene, problem: &Problem, until: f64) -> Result<(), CliError> {
     let system = &problem.system;
     let periods = until * system.body.frequency_unit() / std::f64::consts::TAU;
     if periods > MOST_PERIODS && !scene.unlimited {
@@ -121,7 +121,7 @@ pub fn check_time(scene: &Scene, problem: &Problem, until: f64) -> Result<(), Cl
 }
 
 /// Steps and file size of a run.
-pub fn check_run(
+pub(crate) fn check_run(
     global: &Global,
     scene: &Scene,
     problem: &Problem,

@@ -19,10 +19,10 @@ use super::progress::Bar;
 use super::{CliError, Global, plain};
 
 /// What a viscous orbit is.
-pub const MEANING: &str = "periodic motion of the Kelvin-Voigt body C = beta K, kept going by -alpha M; converges with the mesh; the conservative limit is not claimed";
+pub(crate) const MEANING: &str = "periodic motion of the Kelvin-Voigt body C = beta K, kept going by -alpha M; converges with the mesh; the conservative limit is not claimed";
 
 /// What a conservative orbit is.
-pub const CONSERVATIVE: &str = "orbits of the discrete system, exact for this mesh; under refinement they have no limit (--viscous ones have)";
+pub(crate) const CONSERVATIVE: &str = "orbits of the discrete system, exact for this mesh; under refinement they have no limit (--viscous ones have)";
 
 /// Above so many displacements a viscous orbit wants a reduced body.
 const WORTH_REDUCING: usize = 700;
@@ -53,7 +53,7 @@ impl Arguments {
 }
 
 /// The viscosity of a scene, or another one.
-pub fn with_beta(
+pub(crate) fn with_beta(
     scene: &Scene,
     body: &Propagator,
     beta: Option<f64>,
@@ -99,7 +99,7 @@ pub fn state(
 }
 
 /// An error statement in lines.
-pub fn statement_text(statement: &ErrorStatement) -> Vec<String> {
+pub(crate) fn statement_text(statement: &ErrorStatement) -> Vec<String> {
     let omega = &statement.omega;
     let first = omega.first().copied().unwrap_or(f64::NAN);
     let last = omega.last().copied().unwrap_or(f64::NAN);
@@ -141,7 +141,7 @@ fn percent(shares: &[f64]) -> String {
 }
 
 /// An error statement as a JSON object.
-pub fn statement_json(statement: &ErrorStatement) -> Value {
+pub(crate) fn statement_json(statement: &ErrorStatement) -> Value {
     let variation = |v: &Variation| {
         json!({"changed": v.changed.name(), "what": v.text, "energy": v.energy, "relative": statement.relative(v),
             "shift_of_omega": statement.shift(v)})
@@ -157,7 +157,7 @@ pub fn closure(v: &Viscosity) -> Closure {
 }
 
 /// Warn of what is to be said of a viscosity on its mesh.
-pub fn warn(global: &Global, v: &Viscosity, n_o: usize, reduced: bool) {
+pub(crate) fn warn(global: &Global, v: &Viscosity, n_o: usize, reduced: bool) {
     if let Some(n) = v.elements.filter(|_| v.is_unresolved()) {
         let number = |x: f64| significant(x, 4);
         global.caller.warn(&format!(
@@ -181,7 +181,7 @@ pub fn warn(global: &Global, v: &Viscosity, n_o: usize, reduced: bool) {
 }
 
 /// The orbits of a viscous family to look near.
-pub fn orbits_of(path: &Path, problem: &Problem) -> Result<Vec<PointRecord>, CliError> {
+pub(crate) fn orbits_of(path: &Path, problem: &Problem) -> Result<Vec<PointRecord>, CliError> {
     let refuse = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
     let mut stored = StoredFamily::read(path)?;
     let mut points = std::mem::take(&mut stored.points);

@@ -15,8 +15,10 @@ use crate::problem::Problem;
 use crate::records::{Compared, Comparison, Row};
 use crate::scenario::{Scene, SceneError};
 
-pub use plan::{Plan, Request, Task};
-pub use variant::{UnknownVariant, Variant};
+pub use plan::{Plan, Request};
+
+pub(crate) use plan::Task;
+pub use variant::Variant;
 
 /// How problems are set up: files that scenes name, and what is too large, are the caller's matter.
 pub type SetUp<'a> = &'a dyn Fn(&Scene) -> Result<Problem, String>;

@@ -53,13 +53,13 @@ pub struct Task {
 }
 
 /// `10x3`
-pub fn mesh_name(elements: &[usize]) -> String {
+pub(crate) fn mesh_name(elements: &[usize]) -> String {
     let numbers: Vec<String> = elements.iter().map(usize::to_string).collect();
     numbers.join("x")
 }
 
 /// The change that gives a body a mesh.
-pub fn mesh_change(elements: &[usize]) -> Change {
+pub(crate) fn mesh_change(elements: &[usize]) -> Change {
     Change::set("body.elements", format!("{elements:?}"))
 }
 
@@ -96,7 +96,7 @@ impl Task {
     }
 
     /// Whether a row is its.
-    pub fn is_of(&self, row: &Row) -> bool {
+    pub(crate) fn is_of(&self, row: &Row) -> bool {
         (&row.variant, &row.changed, &row.mesh)
             == (&self.variant.name, &self.changed(), &self.mesh())
     }

@@ -31,7 +31,7 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 
 impl Named {
     /// What a body is compared with if nobody says it: the exact motion of a bar where there is one, else mass redistribution on the finest mesh.
-    pub fn of_body(scene: &Scene, meshes: &[Vec<usize>], first: Option<&Variant>) -> Named {
+    pub(crate) fn of_body(scene: &Scene, meshes: &[Vec<usize>], first: Option<&Variant>) -> Named {
         let at_rest = scene.contact.as_ref().is_some_and(|c| c.motion.is_none());
         let held = !scene.supports.is_empty();
         let free = scene.loads.is_empty() && scene.damping.is_none();
@@ -57,7 +57,7 @@ impl Named {
     }
 
     /// Whether it has no error of a mesh.
-    pub fn is_exact(&self) -> bool {
+    pub(crate) fn is_exact(&self) -> bool {
         matches!(self, Named::Waves(_))
     }
 }
@@ -202,7 +202,7 @@ impl Reference {
 }
 
 /// Whether the file of a plan's reference serves all its problems; nothing where the reference is no file.
-pub fn check_file(plan: &Plan) -> Result<(), String> {
+pub(crate) fn check_file(plan: &Plan) -> Result<(), String> {
     let Named::File(path) = &plan.reference else { return Ok(()) };
     let stored = Stored::read(path).map_err(|e| e.to_string())?;
     let told = |e: String| format!("--reference {}: {e}", path.display());

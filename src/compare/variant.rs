@@ -55,7 +55,7 @@ fn number_key(method: ContactMethod) -> Option<&'static str> {
 
 impl Variant {
     /// A method as it comes.
-    pub fn of_method(method: ContactMethod) -> Variant {
+    pub(crate) fn of_method(method: ContactMethod) -> Variant {
         Variant { name: method.name().to_owned(), method, options: vec![] }
     }
 
@@ -119,7 +119,7 @@ impl Variant {
     }
 
     /// Whether its name says what a key is.
-    pub fn chooses(&self, key: &str) -> bool {
+    pub(crate) fn chooses(&self, key: &str) -> bool {
         self.options.iter().any(|o| key.strip_prefix("contact.") == Some(o.0))
     }
 

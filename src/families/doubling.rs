@@ -31,7 +31,7 @@ pub struct Doubling {
 const TRIED: usize = 6;
 
 /// All period doublings of a response by shooting, of a body whose frame vectors have `size` entries.
-pub fn of_family(family: &StoredFamily, size: usize) -> Vec<Doubling> {
+pub(crate) fn of_family(family: &StoredFamily, size: usize) -> Vec<Doubling> {
     let mut found = vec![];
     for branch in 0..family.branches.len() {
         let mut points: Vec<&PointRecord> =

@@ -54,7 +54,7 @@ pub fn orbits(
 }
 
 /// The first orbit of frequency `omega` that a guess leads to.
-pub fn first_orbit(
+pub(crate) fn first_orbit(
     body: &mut Propagator,
     closure: Closure,
     guesses: &[Vec<f64>],
@@ -96,7 +96,7 @@ pub fn series(
 }
 
 /// The same of viscous nonlinear modes.
-pub fn viscous_series(
+pub(crate) fn viscous_series(
     body: &mut fed::Body,
     (n_h, omega, direction): (usize, f64, f64),
     task: Task,

@@ -23,9 +23,10 @@ pub mod start;
 pub mod statement;
 pub mod viscous;
 
-pub use known::Known;
-pub use legs::Legs;
-pub use open::{Asked, Opened, open};
+pub(crate) use known::Known;
+pub(crate) use legs::Legs;
+pub use open::open;
+pub(crate) use open::{Asked, Opened};
 
 use std::path::PathBuf;
 

@@ -66,7 +66,7 @@ pub fn orbits(
 }
 
 /// Viscous nonlinear modes by harmonic balance at each frequency, all numbers of harmonics at once; `known` as in [`series`].
-pub fn viscous_series(
+pub(crate) fn viscous_series(
     body: &mut fed::Body,
     (harmonics, settings): (&[usize], &Settings),
     stretch: Stretch,

@@ -107,7 +107,7 @@ pub fn guesses(
 }
 
 /// The first mode of the open body at several amplitudes beyond grazing.
-pub fn of_first_mode(body: &Propagator, unknowns: usize) -> Vec<Vec<f64>> {
+pub(crate) fn of_first_mode(body: &Propagator, unknowns: usize) -> Vec<Vec<f64>> {
     let resized = |mut z: Vec<f64>| {
         z.resize(unknowns, 0.0);
         z

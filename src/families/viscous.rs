@@ -18,7 +18,7 @@ pub struct Viscosity {
 
 impl Viscosity {
     /// Of a scene, or with another `β`.
-    pub fn of_scene(
+    pub(crate) fn of_scene(
         scene: &Scene,
         body: &Propagator,
         beta: Option<f64>,
@@ -83,7 +83,7 @@ impl Viscosity {
     }
 
     /// Whether fronts are sharper than the mesh resolves: `√(L/(cβ)) > n/2`.
-    pub fn is_unresolved(&self) -> bool {
+    pub(crate) fn is_unresolved(&self) -> bool {
         self.elements.is_some_and(|n| self.pin.sharpness() > 0.5 * n * (1.0 + 1e-9))
     }
 }

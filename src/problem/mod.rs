@@ -37,7 +37,7 @@ use initial::initial_state;
 use loads::loads;
 pub use materials::materials;
 use modes::OpenModes;
-pub use notes::{Notes, Placed};
+pub use notes::Notes;
 
 /// Why a problem cannot be set up.
 #[derive(Debug, Error)]

@@ -12,7 +12,7 @@ pub(super) struct OpenModes {
 }
 
 impl OpenModes {
-    pub fn for_scene(scene: &Scene, system: &System) -> Result<OpenModes, ProblemError> {
+    pub(crate) fn for_scene(scene: &Scene, system: &System) -> Result<OpenModes, ProblemError> {
         let damping = scene.damping.as_ref();
         let named = [
             scene.initial.mode,

@@ -52,7 +52,7 @@ pub enum Direction {
 
 impl Direction {
     /// Both, in the order in which branches stand.
-    pub const BOTH: [Direction; 2] = [Direction::Up, Direction::Down];
+    pub(crate) const BOTH: [Direction; 2] = [Direction::Up, Direction::Down];
 
     /// `±1`
     pub fn sign(self) -> f64 {

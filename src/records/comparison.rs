@@ -114,7 +114,7 @@ impl Compared {
     }
 
     /// The numbers of a row, in their order.
-    pub fn quantities(self) -> &'static [Quantity] {
+    pub(crate) fn quantities(self) -> &'static [Quantity] {
         use Quantity::*;
         match self {
             Compared::Run => &[
@@ -240,7 +240,7 @@ const BISECTIONS: usize = 60;
 const ORDERS: [f64; 2] = [0.02, 8.0];
 
 /// The order `p` of `f(h) = f_0 + C h^p` through three points of falling `h` (Richardson); none if the differences change sign, or grow.
-pub fn richardson(h: [f64; 3], f: [f64; 3]) -> Option<f64> {
+pub(crate) fn richardson(h: [f64; 3], f: [f64; 3]) -> Option<f64> {
     let ratio = (f[0] - f[1]) / (f[1] - f[2]);
     let of = |p: f64| (h[0].powf(p) - h[1].powf(p)) / (h[1].powf(p) - h[2].powf(p));
     let [mut low, mut high] = ORDERS;
@@ -281,7 +281,7 @@ impl Comparison {
     }
 
     /// Whether the errors of a series are rounding on every mesh.
-    pub fn is_exact(&self, series: &[&Row]) -> bool {
+    pub(crate) fn is_exact(&self, series: &[&Row]) -> bool {
         let small = |r: &&Row| r.get(Quantity::Error) <= ROUNDING;
         series.iter().all(small)
     }

@@ -291,7 +291,7 @@ impl Outline {
     }
 
     /// Whether a point need not belong together with the one before it: each was found at its own frequency.
-    pub fn is_point_by_point(&self) -> bool {
+    pub(crate) fn is_point_by_point(&self) -> bool {
         match self.way {
             Way::Sequential => true,
             Way::Response => self.solver == Solver::HarmonicBalance,

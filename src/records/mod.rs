@@ -15,10 +15,12 @@ mod status;
 mod study;
 
 pub use branch::{Branch, Direction};
-pub use comparison::{Compared, Comparison, Orders, Quantity, Row, limit, richardson};
+pub use comparison::{Compared, Comparison, Orders, Quantity, Row, limit};
 pub use fingerprint::fingerprint;
-pub use kind::{BranchEnd, EndReason, FamilyKind, Grid, Outline, PointMethod, Solver, Walk, Way};
+pub(crate) use kind::{BranchEnd, EndReason, Outline, Solver, Way};
+pub use kind::{FamilyKind, Grid, PointMethod, Walk};
 pub use signorini_core::records::*;
 pub use statement::{Changed, ErrorStatement, Variation};
-pub use status::Status;
-pub use study::{Points, StudyTable};
+pub(crate) use status::Status;
+pub use study::Points;
+pub(crate) use study::StudyTable;

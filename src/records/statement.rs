@@ -37,7 +37,7 @@ impl Changed {
     }
 
     /// Whether it is an error of the computation, which another mesh or more modes make smaller, and no choice of the model.
-    pub fn is_numerical(self) -> bool {
+    pub(crate) fn is_numerical(self) -> bool {
         self != Changed::HalfViscosity
     }
 }

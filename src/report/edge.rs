@@ -80,7 +80,7 @@ impl<'s> Edge<'s> {
     }
 
     /// Whether a run of neighbours comes back to its start.
-    pub fn is_closed(&self, part: &[usize]) -> bool {
+    pub(crate) fn is_closed(&self, part: &[usize]) -> bool {
         let place = |k: usize| self.stored.contact_place(part[k]);
         let last = part.len() - 1;
         part.len() > 3 && distance(place(0), place(last)) < 2.0 * distance(place(0), place(1))
@@ -116,7 +116,7 @@ impl<'s> Edge<'s> {
     }
 
     /// From the first to the last node.
-    pub fn span(&self) -> std::ops::Range<f64> {
+    pub(crate) fn span(&self) -> std::ops::Range<f64> {
         let last = self.fronts[self.fronts.len() - 1];
         self.position[0]..self.position[last]
     }
@@ -191,7 +191,7 @@ impl<'s> Edge<'s> {
     }
 
     /// Where obstacles limit displacements: in front, and behind with a minus, each if all nodes have the same.
-    pub fn even_limits(&self) -> Vec<f64> {
+    pub(crate) fn even_limits(&self) -> Vec<f64> {
         let even = |gaps: Vec<f64>| {
             let first = gaps.first().copied()?;
             gaps.iter().all(|g| *g == first).then_some(first)
@@ -203,7 +203,7 @@ impl<'s> Edge<'s> {
     }
 
     /// A sheet with room for the bar of the nodes' colours at its right end, where there are several.
-    pub fn beside_bar<'b>(&self, sheet: Area<'b>, at: i32) -> (Area<'b>, Option<Area<'b>>) {
+    pub(crate) fn beside_bar<'b>(&self, sheet: Area<'b>, at: i32) -> (Area<'b>, Option<Area<'b>>) {
         match self.fronts.len() {
             1 => (sheet, None),
             _ => {

@@ -57,7 +57,7 @@ fn number(x: f64) -> String {
 }
 
 /// A row for each task: `index,id,state`, varied keys, results, message.
-pub fn tasks_csv(table: &StudyTable) -> String {
+pub(crate) fn tasks_csv(table: &StudyTable) -> String {
     let names = table.varied.iter().map(|v| &v.0).chain(table.results.iter().map(|r| &r.0));
     let head: Vec<String> = names.map(|n| cell(n)).collect();
     let mut out = format!("index,id,state,{},message\n", head.join(","));
@@ -73,7 +73,7 @@ pub fn tasks_csv(table: &StudyTable) -> String {
 }
 
 /// A row for each point of a family: the task, its varied keys, the point.
-pub fn points_csv(table: &StudyTable) -> String {
+pub(crate) fn points_csv(table: &StudyTable) -> String {
     let points = &table.points;
     let names = table.varied.iter().map(|v| &v.0).chain(points.columns.iter().map(|c| &c.0));
     let head: Vec<String> = names.map(|n| cell(n)).collect();

@@ -197,7 +197,7 @@ impl<'de> Deserialize<'de> for Tables {
 
 impl Tables {
     /// The obstacles, and the one method that they share; nothing is said without a table.
-    pub fn merge(self, kind: BodyKind) -> Result<Option<Contact>, Issue> {
+    pub(crate) fn merge(self, kind: BodyKind) -> Result<Option<Contact>, Issue> {
         if self.all.is_empty() {
             return Ok(None);
         }
@@ -297,7 +297,7 @@ pub struct Motion {
 
 impl Contact {
     /// Whether the pressure is the nodal reaction.
-    pub fn is_reaction(&self) -> bool {
+    pub(crate) fn is_reaction(&self) -> bool {
         self.method == ContactMethod::MassRedistribution || self.stress == Some(StressKey::Reaction)
     }
 
@@ -370,18 +370,18 @@ impl Contact {
     }
 
     /// Whether contact displacements are among those that move by themselves.
-    pub fn moves_contact(&self) -> bool {
+    pub(crate) fn moves_contact(&self) -> bool {
         self.has_springs() || self.has_impacts()
     }
 
     /// Whether velocities jump by a law of impact.
-    pub fn has_impacts(&self) -> bool {
+    pub(crate) fn has_impacts(&self) -> bool {
         use ContactMethod::{Impact, MoreauJean, Waves};
         matches!(self.method, Impact | MoreauJean | Waves)
     }
 
     /// Whether the obstacle pushes like springs at points of the edge.
-    pub fn has_springs(&self) -> bool {
+    pub(crate) fn has_springs(&self) -> bool {
         matches!(self.method, ContactMethod::Penalty | ContactMethod::Nitsche | ContactMethod::Stop)
     }
 }

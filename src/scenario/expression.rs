@@ -70,7 +70,7 @@ impl Field {
     }
 
     /// Whether it depends on `z`.
-    pub fn is_in_space(&self) -> bool {
+    pub(crate) fn is_in_space(&self) -> bool {
         match self {
             Field::Constant(_) => false,
             Field::Expression { tree, .. } => tree.var_names().iter().any(|n| n == "z"),

@@ -25,7 +25,7 @@ impl<'a> FileName<'a> {
 
 impl Scene {
     /// The keys that name files, and what they say (see [`FileName`]).
-    pub fn named_files(&self) -> Vec<(String, String)> {
+    pub(crate) fn named_files(&self) -> Vec<(String, String)> {
         let contact = self.contact.as_ref();
         let matrices = [
             ("body.mass_matrix", self.body.mass_matrix.as_ref()),

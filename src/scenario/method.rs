@@ -66,7 +66,7 @@ impl ContactMethod {
 }
 
 /// Keys of `[contact]` that some methods read and others do not.
-pub const METHOD_KEYS: [(&str, &[ContactMethod]); 13] = {
+pub(crate) const METHOD_KEYS: [(&str, &[ContactMethod]); 13] = {
     use ContactMethod::{
         Impact, MassRedistribution, MoreauJean, Nitsche, NodalBoundary, Penalty, Stop, Waves,
     };

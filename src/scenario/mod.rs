@@ -30,27 +30,33 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-pub use crate::mesh::Edge;
+pub(crate) use crate::mesh::Edge;
 pub use attached::{Attached, Matrix};
-pub use body::{Body, BodyKind, MassKind, State};
+pub use body::{Body, State};
+pub(crate) use body::{BodyKind, MassKind};
 pub use change::Change;
-pub use contact::{Contact, Motion, Obstacle, Plane};
+pub(crate) use contact::Obstacle;
+pub use contact::{Contact, Motion};
 pub use damping::Damping;
-pub use error::{Issue, SceneError};
+pub(crate) use error::Issue;
+pub use error::SceneError;
 pub(crate) use error::{from_toml as misread, locate};
 pub use expression::{Amplitude, Field};
-pub use file::FileName;
-pub use initial::Initial;
-pub use load::{Load, LoadKind};
-pub use material::MaterialTable;
-pub use method::{
-    Activation, ContactMethod, Inertia, Instants, METHOD_KEYS, RedistributedMass, StressKey,
-};
-pub use orbit::{Auto, Beta, Orbit};
+pub(crate) use file::FileName;
+pub(crate) use initial::Initial;
+pub use load::Load;
+pub(crate) use load::LoadKind;
+pub(crate) use material::MaterialTable;
+pub(crate) use method::{Activation, Instants, METHOD_KEYS, RedistributedMass, StressKey};
+pub use method::{ContactMethod, Inertia};
+pub(crate) use orbit::Beta;
+pub use orbit::{Auto, Orbit};
 pub use reduction::Reduction;
-pub use run::{Integrator, Precision, Run, Store};
-pub use schema::schema_of;
-pub use support::{Direction, Support};
+pub use run::{Integrator, Run};
+pub(crate) use run::{Precision, Store};
+pub(crate) use schema::schema_of;
+pub use support::Direction;
+pub(crate) use support::Support;
 
 /// A body, its supports, an obstacle, loads, an initial state, and what is to be computed, in coherent units of your choice. Unknown keys are errors; a
 /// table that is absent costs nothing.

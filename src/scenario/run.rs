@@ -153,7 +153,7 @@ pub enum Precision {
 
 impl Scene {
     /// Groups whose displacements are stored, with the key that names each.
-    pub fn stored_groups(&self) -> impl Iterator<Item = (String, &str)> {
+    pub(crate) fn stored_groups(&self) -> impl Iterator<Item = (String, &str)> {
         let store = self.run.as_ref().map(|r| &r.store);
         let groups = if let Some(Store::Groups(groups)) = store { &groups[..] } else { &[] };
         groups.iter().enumerate().map(|(i, g)| (format!("run.store[{i}]"), g.as_str()))

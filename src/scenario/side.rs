@@ -4,7 +4,7 @@ use super::{BodyKind, Edge, Issue};
 
 impl BodyKind {
     /// The key by which tables name sides of the body.
-    pub fn side_key(self) -> &'static str {
+    pub(crate) fn side_key(self) -> &'static str {
         if self == BodyKind::Mesh { "group" } else { "edge" }
     }
 }

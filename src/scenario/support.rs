@@ -36,7 +36,7 @@ pub enum Direction {
 
 impl Direction {
     /// Those along the axes.
-    pub const AXES: [Direction; 3] = [Direction::X, Direction::Y, Direction::Z];
+    pub(crate) const AXES: [Direction; 3] = [Direction::X, Direction::Y, Direction::Z];
 
     /// The axis that it is along.
     pub fn axis(self) -> Option<usize> {

@@ -56,7 +56,7 @@ pub struct Origin {
 }
 
 /// Read the origin of any file.
-pub fn read_origin(path: &Path) -> Result<Origin, StoreError> {
+pub(crate) fn read_origin(path: &Path) -> Result<Origin, StoreError> {
     reading(path, || read_origin_of(path))
 }
 
@@ -81,7 +81,7 @@ fn read_origin_of(path: &Path) -> Result<Origin, StoreError> {
 }
 
 /// Rate of the monitor at every switch: for a node that closes, the negative of its velocity towards the obstacle just before.
-pub fn read_switch_rates(path: &Path) -> Result<Vec<f64>, StoreError> {
+pub(crate) fn read_switch_rates(path: &Path) -> Result<Vec<f64>, StoreError> {
     let missing = |_| StoreError::Missing { path: path.to_owned(), what: "/switches".into() };
     reading(path, || {
         let rates = open(path)?.dataset("switches/monitor_rate").map_err(missing)?;

@@ -34,7 +34,7 @@ struct Row {
 /// `alpha` stands behind `omega`. The rows
 /// may stand in any order; points come in the order of their first rows. A point has the cosine of every harmonic from 0 to its
 /// last, and either all sines or none (a motion that is symmetric in time). Cells are parted by commas, semicolons or tabs.
-pub fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
+pub(crate) fn read_csv(path: &Path, n_o: usize) -> Result<Vec<SeriesRecord>, StoreError> {
     let bytes = std::fs::read(path).map_err(|e| StoreError::unusable(path, e))?;
     read(&bytes, n_o)
         .map_err(|(line, why)| StoreError::unusable(path, format!("line {line}: {why}")))

@@ -87,7 +87,11 @@ impl Events {
     }
 
     /// Go on with the tables of a file.
-    pub fn reopen(file: &hdf5::File, switches: Place, grazings: Place) -> Result<Self, StoreError> {
+    pub(crate) fn reopen(
+        file: &hdf5::File,
+        switches: Place,
+        grazings: Place,
+    ) -> Result<Self, StoreError> {
         let s = file.group("switches")?;
         let g = file.group("grazings")?;
         if !s.link_exists("point") {
@@ -135,7 +139,7 @@ impl Events {
     }
 
     /// Bytes of all rows that wait.
-    pub fn waiting_bytes(&self) -> u64 {
+    pub(crate) fn waiting_bytes(&self) -> u64 {
         let numbers = [
             &self.switch_t,
             &self.switch_rate,

@@ -322,7 +322,7 @@ impl FamilyWriter {
 
     /// Bring the points into their order, write how the branches ended and the final status. The journal of an unfinished family
     /// stays.
-    pub fn finish(
+    pub(crate) fn finish(
         mut self,
         status: &Status,
         ends: &[BranchEnd],

@@ -29,7 +29,7 @@ impl Kept {
     }
 
     /// As `[run]` of a scene says.
-    pub fn of_run(scene: &Scene, system: &System) -> Kept {
+    pub(crate) fn of_run(scene: &Scene, system: &System) -> Kept {
         let run = scene.run.as_ref();
         let part = match run.map(|r| &r.store) {
             None | Some(Store::All) => None,

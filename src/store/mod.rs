@@ -32,24 +32,28 @@ mod table;
 mod trajectory;
 mod writer;
 
-pub use background::Background;
-pub use comparison::{ComparisonWriter, StoredComparison, read_comparison};
-pub use content::{Content, Origin, content, read_origin, read_switch_rates};
+pub(crate) use background::Background;
+pub(crate) use comparison::ComparisonWriter;
+pub use comparison::read_comparison;
+pub use content::content;
+pub(crate) use content::{Content, Origin, read_origin, read_switch_rates};
 pub use crosscheck::read_crosscheck;
-pub use csv::read_csv;
-pub use family::{FamilyPlan, FamilyWriter};
+pub(crate) use csv::read_csv;
+pub(crate) use family::{FamilyPlan, FamilyWriter};
 pub use kept::Kept;
 pub use orbits::read_stored_orbit;
-pub use output::{MARK, Outputs, beside, replace, replace_with, room};
-pub use problem::{write_problem, write_problem_flat};
+pub(crate) use output::replace_with;
+pub use output::{MARK, Outputs, beside, replace, room};
+pub(crate) use problem::{write_problem, write_problem_flat};
 pub use raw::{Entry, Raw, attributes, entries, read_raw};
 pub use reader::Stored;
-pub use series::{Names, SeriesWriter, read_series};
+pub use series::Names;
+pub(crate) use series::read_series;
 pub use state::read_state;
 pub use statement::write_statement;
 pub use stored::StoredFamily;
-pub use study::{is_collected, write_study};
-pub use writer::{Writer, WriterOptions};
+pub(crate) use study::{is_collected, write_study};
+pub(crate) use writer::{Writer, WriterOptions};
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -124,7 +128,7 @@ impl StoreError {
 }
 
 /// A number of bytes as one says it.
-pub fn in_bytes(n: u64) -> String {
+pub(crate) fn in_bytes(n: u64) -> String {
     let mut x = n as f64;
     let mut units = ["bytes", "kB", "MB", "GB", "TB"].into_iter();
     let mut unit = units.next().unwrap_or_default();

@@ -71,18 +71,18 @@ impl Outputs {
     }
 
     /// Files that the command reads.
-    pub fn reads_all(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Outputs {
+    pub(crate) fn reads_all(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Outputs {
         self.inputs.extend(paths);
         self
     }
 
     /// Whether files of this program may be replaced.
-    pub fn is_forced(&self) -> bool {
+    pub(crate) fn is_forced(&self) -> bool {
         self.force
     }
 
     /// The same rules, with another word on replacing.
-    pub fn with_force(&self, force: bool) -> Outputs {
+    pub(crate) fn with_force(&self, force: bool) -> Outputs {
         Outputs { force, ..self.clone() }
     }
 
@@ -92,7 +92,7 @@ impl Outputs {
     }
 
     /// Whether a picture or an export may be written at `path`: what this program drew may be drawn anew without `--force`.
-    pub fn check_derived(&self, path: &Path) -> Result<(), StoreError> {
+    pub(crate) fn check_derived(&self, path: &Path) -> Result<(), StoreError> {
         // a table carries no mark of its own
         self.permit(path, self.force || is_ours(path) || !is_own_table(path))
     }
@@ -153,7 +153,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
 }
 
 /// The same with a file that `write` makes at the path it is given.
-pub fn replace_with(
+pub(crate) fn replace_with(
     path: &Path,
     write: impl FnOnce(&Path) -> std::io::Result<()>,
 ) -> Result<(), StoreError> {
@@ -259,17 +259,17 @@ impl Staged {
     }
 
     /// Write the next version beside what was committed.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.at = beside(&self.path, ".part");
     }
 
     /// Go on writing where the file stands.
-    pub fn in_place(&mut self) {
+    pub(crate) fn in_place(&mut self) {
         self.at.clone_from(&self.path);
     }
 
     /// The file is whole: it takes its place. It can go on growing there.
-    pub fn commit(&mut self) -> Result<(), StoreError> {
+    pub(crate) fn commit(&mut self) -> Result<(), StoreError> {
         if is_null(&self.path) {
             let _ = std::fs::remove_file(&self.at);
         } else if self.at != self.path {
@@ -280,7 +280,7 @@ impl Staged {
     }
 
     /// Nothing of it is worth keeping.
-    pub fn discard(&self) {
+    pub(crate) fn discard(&self) {
         let _ = std::fs::remove_file(&self.at);
     }
 }
@@ -301,7 +301,7 @@ pub fn room(path: &Path) -> Option<u64> {
 }
 
 /// Whether `bytes` more fit on the disk; asked before the HDF5 library is, which leaves a broken file where they do not.
-pub fn check_room(path: &Path, bytes: u64) -> Result<(), StoreError> {
+pub(crate) fn check_room(path: &Path, bytes: u64) -> Result<(), StoreError> {
     /// For what the library writes besides the data.
     const MARGIN: u64 = 64 << 10;
     match room(path) {

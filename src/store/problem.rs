@@ -37,7 +37,7 @@ fn operators(problem: &Problem) -> Vec<(&'static str, ArrayD<f64>)> {
 
 /// Write a problem as numbers one after the other (little-endian, double precision, matrices by rows): `n_O`, `n_C`, end time, what [`write_problem`] writes in
 /// its order, `active0` (1 = contact).
-pub fn write_problem_flat(
+pub(crate) fn write_problem_flat(
     path: &Path,
     problem: &Problem,
     active: &States,
@@ -53,7 +53,7 @@ pub fn write_problem_flat(
 
 /// Write `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state `u0`, `v0`, its active set
 /// and the end time.
-pub fn write_problem(
+pub(crate) fn write_problem(
     path: &Path,
     problem: &Problem,
     active: &States,

@@ -241,7 +241,7 @@ impl Stored {
     }
 
     /// Put states in place of those that it has.
-    pub fn set_states(&mut self, u: Array2<f64>, v: Array2<f64>) {
+    pub(crate) fn set_states(&mut self, u: Array2<f64>, v: Array2<f64>) {
         self.columns = None;
         self.held = (0..u.ncols()).map(Some).collect();
         (self.u, self.v) = (u, v);
@@ -335,7 +335,7 @@ impl Stored {
 
     /// What a contact point is called where it needs a name of its own: its node; where the node meets several obstacles `GROUP:NODE`, and on the other
     /// side of the same displacement `NODE:behind`.
-    pub fn contact_name(&self, i: usize) -> String {
+    pub(crate) fn contact_name(&self, i: usize) -> String {
         let same = |&j: &usize| self.contact_nodes[j] == self.contact_nodes[i];
         let group = self.contact_groups[i];
         let several = (0..self.gap.len()).filter(same).any(|j| self.contact_groups[j] != group);
@@ -350,7 +350,7 @@ impl Stored {
     }
 
     /// Direction of contact point `i`.
-    pub fn contact_normal(&self, i: usize) -> Point {
+    pub(crate) fn contact_normal(&self, i: usize) -> Point {
         in_space(self.contact_normals.row(i))
     }
 
@@ -360,7 +360,7 @@ impl Stored {
     }
 
     /// Whether the body is one in space.
-    pub fn is_solid(&self) -> bool {
+    pub(crate) fn is_solid(&self) -> bool {
         self.nodes.ncols() == 3
     }
 
@@ -377,7 +377,7 @@ impl Stored {
     }
 
     /// Contact pressure of every node at stored state `row`: of points that are no nodes the mean at the nearest one; zero off the contact.
-    pub fn nodal_pressure(&self, row: usize) -> Vec<f64> {
+    pub(crate) fn nodal_pressure(&self, row: usize) -> Vec<f64> {
         let n = self.nodes.nrows();
         let (mut pressure, mut count) = (vec![0.0; n], vec![0.0; n]);
         for i in 0..self.gap.len() {

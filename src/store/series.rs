@@ -95,7 +95,7 @@ impl Default for Names {
 }
 
 /// Read series from an HDF5 file (own, or MATLAB v7.3) for a body of `n_o` displacements.
-pub fn read_series(
+pub(crate) fn read_series(
     path: &Path,
     names: &Names,
     n_o: usize,

@@ -81,7 +81,7 @@ impl StoredFamily {
     }
 
     /// Count the displacements of its orbits along the directions of a body's numbering in place of the axes.
-    pub fn count_along_directions(&mut self, body: &Body) {
+    pub(crate) fn count_along_directions(&mut self, body: &Body) {
         for orbit in self.points.iter_mut().filter_map(|p| p.orbit.as_mut()) {
             for x in [&mut orbit.u0, &mut orbit.v0] {
                 *x = body.nodal_dofs().from_axes(x);
@@ -100,12 +100,12 @@ impl StoredFamily {
     }
 
     /// Whether an earlier run left a journal, which it only does if it did not end.
-    pub fn is_unfinished(path: &Path) -> bool {
+    pub(crate) fn is_unfinished(path: &Path) -> bool {
         journal::exists(path)
     }
 
     /// Whether there is something of this name to go on with.
-    pub fn is_begun(path: &Path) -> bool {
+    pub(crate) fn is_begun(path: &Path) -> bool {
         path.exists() || journal::exists(path)
     }
 

@@ -32,7 +32,11 @@ fn numbers(g: &hdf5::Group, columns: &[(String, Vec<f64>)]) -> Result<(), StoreE
 }
 
 /// Write a table: `/study` (tasks: id, state, message; varied keys), `/results`, `/work` (a row for each task), `/points` (a row for each point of a family).
-pub fn write_study(path: &Path, table: &StudyTable, outputs: &Outputs) -> Result<(), StoreError> {
+pub(crate) fn write_study(
+    path: &Path,
+    table: &StudyTable,
+    outputs: &Outputs,
+) -> Result<(), StoreError> {
     let mut staged = Staged::begin(outputs, path)?;
     let at = staged.at().to_owned();
     let write = || -> Result<(), StoreError> {
@@ -75,7 +79,7 @@ pub fn write_study(path: &Path, table: &StudyTable, outputs: &Outputs) -> Result
 }
 
 /// Whether a file is a table of the study of this name.
-pub fn is_collected(path: &Path, name: &str) -> bool {
+pub(crate) fn is_collected(path: &Path, name: &str) -> bool {
     let Ok(file) = hdf5::File::open(path) else { return false };
     file.group("study/varied").is_ok() && read_text(&file, "title").as_deref() == Some(name)
 }

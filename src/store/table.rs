@@ -69,7 +69,7 @@ impl<T: H5Type + Clone> Table<T> {
     }
 
     /// Go on with a table of a file.
-    pub fn reopen(group: &Group, name: &str, place: Place) -> Result<Self, StoreError> {
+    pub(crate) fn reopen(group: &Group, name: &str, place: Place) -> Result<Self, StoreError> {
         let dataset = group.dataset(name)?;
         let shape = dataset.shape();
         let short = || hdf5::Error::from(format!("{name} has fewer rows than its checkpoint says"));
@@ -98,12 +98,12 @@ impl<T: H5Type + Clone> Table<T> {
         self.waiting += 1;
     }
 
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.waiting >= self.chunk
     }
 
     /// Bytes of what waits, and of the chunk that it may begin.
-    pub fn waiting_bytes(&self) -> u64 {
+    pub(crate) fn waiting_bytes(&self) -> u64 {
         if self.waiting == 0 {
             return 0;
         }

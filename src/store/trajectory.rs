@@ -40,7 +40,7 @@ impl Row {
 
 impl Row {
     /// Whether what is stored in single precision fits in.
-    pub fn is_single(&self) -> bool {
+    pub(crate) fn is_single(&self) -> bool {
         let mut all = self.u.iter().chain(&self.v).chain(&self.pressure);
         all.all(|x| x.abs() <= f64::from(f32::MAX))
     }
@@ -96,7 +96,7 @@ impl Trajectory {
     }
 
     /// Go on with the tables of a file.
-    pub fn reopen(file: &hdf5::File, states: Place) -> Result<Self, StoreError> {
+    pub(crate) fn reopen(file: &hdf5::File, states: Place) -> Result<Self, StoreError> {
         let g = file.group("trajectory")?;
         let column = |name: &str| Table::<f64>::reopen(&g, name, states);
         let (t, u, v, pressure) = (column("t")?, column("u")?, column("v")?, column("pressure")?);
@@ -119,12 +119,12 @@ impl Trajectory {
     }
 
     /// Whether a chunk is complete.
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.u.is_full()
     }
 
     /// Bytes of all rows that wait.
-    pub fn waiting_bytes(&self) -> u64 {
+    pub(crate) fn waiting_bytes(&self) -> u64 {
         let numbers = [&self.t, &self.u, &self.v, &self.pressure];
         let numbers = numbers.into_iter().chain(&self.energy).map(Table::waiting_bytes);
         numbers.chain([self.active.waiting_bytes()]).sum()

@@ -99,7 +99,7 @@ impl Writer {
 
     /// From now on the run can be gone on with after an interruption, as long as `problem`, the fingerprint of what is integrated, is
     /// the same.
-    pub fn keep_checkpoints(&mut self, problem: u64) -> Result<(), StoreError> {
+    pub(crate) fn keep_checkpoints(&mut self, problem: u64) -> Result<(), StoreError> {
         self.problem = problem;
         if problem != 0 {
             write_text(&self.file, PROBLEM, &format!("{problem:016x}"))?;
@@ -109,7 +109,7 @@ impl Writer {
     }
 
     /// The fingerprint of what was integrated, of a file that can be gone on with.
-    pub fn problem_of(path: &Path) -> Option<u64> {
+    pub(crate) fn problem_of(path: &Path) -> Option<u64> {
         let read = || Ok(super::read_text(&*hdf5::File::open(path)?, PROBLEM));
         u64::from_str_radix(&reading(path, read).ok()??, 16).ok()
     }
@@ -176,7 +176,7 @@ impl Writer {
     }
 
     /// Whether there is a run at `path` that can be gone on with.
-    pub fn is_interrupted(path: &Path) -> bool {
+    pub(crate) fn is_interrupted(path: &Path) -> bool {
         Self::unfinished(&path.canonicalize().unwrap_or_else(|_| path.to_owned())).is_some()
     }
 
@@ -195,7 +195,7 @@ impl Writer {
     }
 
     /// Take away the checkpoints that a kill left beside a file that is whole.
-    pub fn tidy(path: &Path) {
+    pub(crate) fn tidy(path: &Path) {
         let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         if Self::unfinished(&path).is_none() {
             for at in [beside(&path, ".part"), path] {
@@ -252,14 +252,14 @@ impl Writer {
     }
 
     /// Give the file up: nothing of it is worth keeping.
-    pub fn discard(self) {
+    pub(crate) fn discard(self) {
         let Writer { staged, file, .. } = self;
         drop(file);
         staged.discard();
     }
 
     /// Write what waits and the final status.
-    pub fn finish(mut self, status: &Status) -> Result<(), StoreError> {
+    pub(crate) fn finish(mut self, status: &Status) -> Result<(), StoreError> {
         self.flush()?;
         if !self.is_scratch {
             describe(&self.file)?;

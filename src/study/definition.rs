@@ -13,7 +13,7 @@ use crate::compare::Variant;
 use crate::scenario::{Change, FileName, Issue, Scene, SceneError, locate, misread, schema_of};
 
 /// Commands that a task may be: each reads a scene and writes one file.
-pub const COMMANDS: [&str; 4] = ["run", "orbit", "backbone", "response"];
+pub(crate) const COMMANDS: [&str; 4] = ["run", "orbit", "backbone", "response"];
 /// Options that every task is given already.
 const OWN_OPTIONS: [&str; 7] =
     ["-o", "--output", "--force", "--resume", "--json", "--threads", "--quiet"];

@@ -107,13 +107,13 @@ pub struct Done {
 
 impl Done {
     /// Whether another version of the program found it, whose numbers may be others.
-    pub fn is_outdated(&self) -> bool {
+    pub(crate) fn is_outdated(&self) -> bool {
         self.version != VERSION
     }
 }
 
 /// The version of this program.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// How far a task is.
 #[derive(Debug, Clone, PartialEq)]
@@ -249,7 +249,7 @@ impl Folder {
     }
 
     /// Whether it holds what a study asks for now.
-    pub fn is_of(&self, tasks: &[Task]) -> bool {
+    pub(crate) fn is_of(&self, tasks: &[Task]) -> bool {
         let own = self.manifest.tasks.iter().map(|e| &e.id);
         own.eq(tasks.iter().map(|t| &t.id))
     }
@@ -292,7 +292,7 @@ impl TaskPlace {
     }
 
     /// What was varied, in words.
-    pub fn describe(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         let said = self.varied.iter().zip(&self.values).map(|(k, v)| format!("{k} = {v}"));
         said.collect::<Vec<_>>().join(", ")
     }
@@ -320,7 +320,7 @@ impl TaskPlace {
     }
 
     /// Leave its answer.
-    pub fn finish(&self, done: &Done) -> Result<(), StudyError> {
+    pub(crate) fn finish(&self, done: &Done) -> Result<(), StudyError> {
         let path = self.file("done.json");
         let text =
             serde_json::to_string_pretty(done).map_err(|e| unusable(&path, e.to_string()))?;
@@ -328,7 +328,7 @@ impl TaskPlace {
     }
 
     /// Forget its answer: it will be carried out anew.
-    pub fn forget(&self) -> Result<(), StudyError> {
+    pub(crate) fn forget(&self) -> Result<(), StudyError> {
         let path = self.file("done.json");
         std::fs::remove_file(&path).map_err(|e| StoreError::write(&path, e).into())
     }

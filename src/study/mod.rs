@@ -9,6 +9,9 @@ mod definition;
 mod folder;
 mod gather;
 
-pub use definition::{COMMANDS, Study, Task, Varied};
-pub use folder::{Done, Folder, State, StudyError, TaskLock, TaskPlace, VERSION};
+pub use definition::Study;
+
+pub(crate) use definition::Task;
+pub use folder::{Done, Folder, State};
+pub(crate) use folder::{StudyError, TaskPlace, VERSION};
 pub use gather::gather;

@@ -30,7 +30,7 @@ pub struct Carried {
 }
 
 /// Carry out what is asked for: open the file, let `compute` write what is missing, show the progress, read the whole family.
-pub fn carry_out(
+pub(crate) fn carry_out(
     global: &Global,
     asked: &Asked,
     resume: bool,
@@ -55,7 +55,7 @@ pub fn carry_out(
 }
 
 /// Compute branches side by side; every point is written as soon as it is there. At the end the file has its status.
-pub fn run_jobs(
+pub(crate) fn run_jobs(
     global: &Global,
     jobs: &[Job],
     mut writer: FamilyWriter,
@@ -131,7 +131,7 @@ fn write_all(
 }
 
 /// Give the file its status: complete, interrupted by a signal, or failed.
-pub fn conclude(
+pub(crate) fn conclude(
     global: &Global,
     writer: FamilyWriter,
     ends: Result<Vec<BranchEnd>, CliError>,

@@ -5,9 +5,9 @@ mod jobs;
 mod plan;
 mod summary;
 
-pub use jobs::{Job, carry_out, conclude, run_jobs};
-pub use plan::{
-    Output, at_least_one, check_frequency, check_full, omega, propagator, range, round_number,
-    writer_options,
+pub(crate) use jobs::{Job, carry_out, conclude, run_jobs};
+pub use plan::{Output, omega, range};
+pub(crate) use plan::{
+    at_least_one, check_frequency, check_full, propagator, round_number, writer_options,
 };
 pub use summary::answer;

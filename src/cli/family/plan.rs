@@ -32,7 +32,7 @@ impl Output {
     }
 
     /// The rules for what this command writes; refused at once where `path` cannot be written.
-    pub fn rules(
+    pub(crate) fn rules(
         &self,
         global: &Global,
         scene: &Scene,
@@ -45,7 +45,7 @@ impl Output {
 }
 
 /// How the file `path` of a command is written that reads a scene, the files that it names, and `more`.
-pub fn writer_options(
+pub(crate) fn writer_options(
     global: &Global,
     scene: &Scene,
     path: &Path,
@@ -62,7 +62,7 @@ pub fn writer_options(
 }
 
 /// Refuse what is not in the coordinates of a reduced body.
-pub fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
+pub(crate) fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
     if scene.reduction.is_none() {
         return Ok(());
     }
@@ -72,12 +72,12 @@ pub fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
 }
 
 /// A number of points.
-pub fn at_least_one(text: &str) -> Result<usize, String> {
+pub(crate) fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| "give a whole number from 1".into())
 }
 
 /// The number with one digit, 1, 2 or 5, that is nearest to a positive one.
-pub fn round_number(x: f64) -> f64 {
+pub(crate) fn round_number(x: f64) -> f64 {
     let decade = 10f64.powf(x.log10().floor());
     let off = |n: &f64| (n * decade / x).ln().abs();
     let nearest = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
@@ -93,7 +93,7 @@ const MOST_NATURAL_PERIODS: f64 = 1e3;
 const HIGHEST: f64 = 10.0;
 
 /// Refuse a frequency at which one period would take for ever, or that is far above all that the body can do.
-pub fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
+pub(crate) fn check_frequency(problem: &Problem, omega: f64) -> Result<(), CliError> {
     let body = &problem.system.body;
     let (unit, bound) = (body.frequency_unit(), body.frequency_bound());
     if unit / omega > MOST_NATURAL_PERIODS {
@@ -155,6 +155,6 @@ pub fn range(scene: &Scene, given: Option<&[f64]>) -> Result<(f64, f64), CliErro
 }
 
 /// A body ready for shooting.
-pub fn propagator(system: System) -> Result<Propagator, CliError> {
+pub(crate) fn propagator(system: System) -> Result<Propagator, CliError> {
     Propagator::new(system).map_err(|e| CliError::Numerics(e.to_string()))
 }

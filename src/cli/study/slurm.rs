@@ -77,7 +77,7 @@ pub fn queue(folder: &Folder) -> Result<Vec<Queued>, String> {
 }
 
 /// Submit what is neither done nor in the queue.
-pub fn submit(
+pub(crate) fn submit(
     folder: &Folder,
     open: &[TaskPlace],
     run: &Run,

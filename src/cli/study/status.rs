@@ -27,7 +27,7 @@ pub fn run(which: &Which, global: &Global) -> Result<Answer, CliError> {
 }
 
 /// The same at the end of a run; failures are the command's.
-pub fn conclude(folder: &Folder, global: &Global) -> Result<Answer, CliError> {
+pub(crate) fn conclude(folder: &Folder, global: &Global) -> Result<Answer, CliError> {
     let (json, text) = told(folder, &[]);
     let count = |state: &str| json["counts"][state].as_u64().unwrap_or(0);
     let (failed, open) = (count("failed"), count("interrupted") + count("waiting"));

@@ -7,7 +7,8 @@ mod table;
 mod tally;
 
 pub use table::csv;
-pub use tally::{Tally, by_harmonics};
+pub use tally::Tally;
+pub(crate) use tally::by_harmonics;
 
 pub(super) use parted::{DASH, dash, parted};
 pub(super) use picture::crosscheck;

@@ -35,7 +35,7 @@ pub(super) fn of_harmonics(rows: &[CheckRow], n_h: usize) -> impl Iterator<Item 
 }
 
 /// The numbers of a cross-check, ascending by harmonics.
-pub fn by_harmonics(rows: &[CheckRow]) -> Vec<Tally> {
+pub(crate) fn by_harmonics(rows: &[CheckRow]) -> Vec<Tally> {
     let mut harmonics: Vec<usize> = rows.iter().map(|r| r.n_h).collect();
     harmonics.sort_unstable();
     harmonics.dedup();

@@ -149,7 +149,7 @@ impl<'s> Plan<'s> {
     }
 
     /// The same with displacements and velocities of some nodes, in a table.
-    pub fn with_nodes(self, nodes: &[usize]) -> Result<Plan<'s>, ExportError> {
+    pub(crate) fn with_nodes(self, nodes: &[usize]) -> Result<Plan<'s>, ExportError> {
         let nothing = |text: String| Err(ExportError::Nothing(text));
         if !nodes.is_empty() && self.format != Format::Csv {
             return nothing(
@@ -180,7 +180,7 @@ impl<'s> Plan<'s> {
     }
 
     /// The files that are in the way of this set and will be removed when it is complete.
-    pub fn leftovers(&self) -> Vec<PathBuf> {
+    pub(crate) fn leftovers(&self) -> Vec<PathBuf> {
         match self.format {
             Format::Vtu => vtu::leftovers(&self.stem, self.rows.len()),
             Format::Csv | Format::VtkHdf | Format::Xdmf => vec![],

@@ -69,23 +69,23 @@ const OF_CHECK: [Picture; 2] = [
 ];
 
 /// Names of the pictures of an orbit, beside those of a run.
-pub fn orbit_names() -> Vec<&'static str> {
+pub(crate) fn orbit_names() -> Vec<&'static str> {
     OF_ORBIT.iter().map(|p| p.0).collect()
 }
 
 /// Names of the pictures of a family.
-pub fn family_names() -> Vec<&'static str> {
+pub(crate) fn family_names() -> Vec<&'static str> {
     OF_FAMILY.iter().map(|p| p.0).collect()
 }
 
 /// Names of the pictures of a cross-check.
-pub fn check_names() -> Vec<&'static str> {
+pub(crate) fn check_names() -> Vec<&'static str> {
     OF_CHECK.iter().map(|p| p.0).collect()
 }
 
 /// Draw the named pictures of an orbit (all that make sense if `only` is empty) to be written as `STEM-NAME.svg` and `.png`;
 /// `rates` are those of the monitors at the switches.
-pub fn pictures_of_orbit(
+pub(crate) fn pictures_of_orbit(
     stored: &Stored,
     orbit: &OrbitRecord,
     rates: &[f64],
@@ -106,7 +106,7 @@ pub fn pictures_of_family(
 }
 
 /// Draw the named pictures of a cross-check, likewise.
-pub fn pictures_of_check(
+pub(crate) fn pictures_of_check(
     family: &StoredFamily,
     rows: &[CheckRow],
     stem: &Path,

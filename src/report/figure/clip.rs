@@ -6,7 +6,7 @@ use std::ops::Range;
 pub type Frame = (Range<f64>, Range<f64>);
 
 /// The parts of a line within a frame: the panel would draw what is outside along its edges.
-pub fn clipped(points: &[(f64, f64)], frame: &Frame) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn clipped(points: &[(f64, f64)], frame: &Frame) -> Vec<Vec<(f64, f64)>> {
     let (x, y) = frame;
     let mut parts: Vec<Vec<(f64, f64)>> = vec![];
     let mut open = false;
@@ -41,7 +41,7 @@ pub fn clipped(points: &[(f64, f64)], frame: &Frame) -> Vec<Vec<(f64, f64)>> {
 }
 
 /// The part of an area within a frame (Sutherland and Hodgman): one edge of the frame after the other cuts it.
-pub fn clipped_area(outline: Vec<(f64, f64)>, (x, y): &Frame) -> Vec<(f64, f64)> {
+pub(crate) fn clipped_area(outline: Vec<(f64, f64)>, (x, y): &Frame) -> Vec<(f64, f64)> {
     let edges =
         [(true, x.start, 1.0), (true, x.end, -1.0), (false, y.start, 1.0), (false, y.end, -1.0)];
     edges.into_iter().fold(outline, |outline, (across, edge, sign)| {

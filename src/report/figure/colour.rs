@@ -10,9 +10,9 @@ use super::{Area, Drawn, FigureError, line, px, text};
 /// Ink of axes and text.
 pub const INK: RGBColor = RGBColor(40, 40, 45);
 /// Fine lines of the grid.
-pub const GRID: RGBColor = RGBColor(228, 228, 232);
+pub(crate) const GRID: RGBColor = RGBColor(228, 228, 232);
 /// Contact intervals.
-pub const SHADE: RGBColor = RGBColor(236, 231, 218);
+pub(crate) const SHADE: RGBColor = RGBColor(236, 231, 218);
 /// Line colours, distinguishable in grey and by colour-blind readers (Okabe–Ito).
 pub const LINES: [RGBColor; 5] = [
     RGBColor(0, 114, 178),
@@ -23,7 +23,7 @@ pub const LINES: [RGBColor; 5] = [
 ];
 
 /// Colour of the `k`-th of several series.
-pub fn series_colour(k: usize) -> RGBColor {
+pub(crate) fn series_colour(k: usize) -> RGBColor {
     match k % (LINES.len() + 3) {
         j if j < LINES.len() => LINES[j],
         j => [INK, viridis(0.85), viridis(0.1)][j - LINES.len()],
@@ -31,13 +31,13 @@ pub fn series_colour(k: usize) -> RGBColor {
 }
 
 /// A colour thinned with white, `share ∈ [0, 1]` of it left.
-pub fn tint(colour: RGBColor, share: f64) -> RGBColor {
+pub(crate) fn tint(colour: RGBColor, share: f64) -> RGBColor {
     let thin = |c: u8| (255.0 - share * (255.0 - f64::from(c))).round() as u8;
     RGBColor(thin(colour.0), thin(colour.1), thin(colour.2))
 }
 
 /// The colour map viridis, `s ∈ [0, 1]`.
-pub fn viridis(s: f64) -> RGBColor {
+pub(crate) fn viridis(s: f64) -> RGBColor {
     const TABLE: [[u8; 3]; 9] = [
         [68, 1, 84],
         [71, 44, 122],
@@ -59,7 +59,7 @@ pub fn viridis(s: f64) -> RGBColor {
 }
 
 /// A colour bar with its range and name.
-pub fn colour_bar(
+pub(crate) fn colour_bar(
     area: &Area,
     range: Range<f64>,
     label: &str,

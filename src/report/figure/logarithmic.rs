@@ -29,7 +29,7 @@ pub fn loglog<'a, 'b>(
 }
 
 /// A panel whose vertical axis is a decimal logarithm: `y` and what is drawn are logarithms, the ticks are numbers.
-pub fn semilog<'a, 'b>(
+pub(crate) fn semilog<'a, 'b>(
     area: &'a Area<'b>,
     x: Range<f64>,
     y: Range<f64>,

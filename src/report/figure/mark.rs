@@ -57,7 +57,7 @@ impl Mark {
 }
 
 /// A small mark at a pixel of an area; marks that are drawn as lines are left out.
-pub fn symbol(area: &Area, (x, y): (i32, i32), mark: Mark, colour: RGBColor) -> Drawn {
+pub(crate) fn symbol(area: &Area, (x, y): (i32, i32), mark: Mark, colour: RGBColor) -> Drawn {
     let at = |corners: &[(f64, f64)]| -> Vec<(i32, i32)> {
         corners.iter().map(|(dx, dy)| (x + px(*dx), y + px(*dy))).collect()
     };

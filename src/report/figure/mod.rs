@@ -20,14 +20,19 @@ use thiserror::Error;
 
 use crate::store::StoreError;
 
-pub use clip::{Frame, clipped, clipped_area};
-pub use colour::{GRID, INK, LINES, SHADE, colour_bar, series_colour, tint, viridis};
+pub(crate) use clip::{Frame, clipped, clipped_area};
+pub(crate) use colour::{GRID, SHADE, colour_bar, series_colour, tint, viridis};
+pub use colour::{INK, LINES};
 pub use legend::{Entry, legend, legend_above, legend_columns};
-pub use logarithmic::{columns, loglog, semilog};
-pub use mark::{Mark, flat, symbol, symbols};
-pub use panel::{Ground, equal_panel, panel, panel_with};
+pub(crate) use logarithmic::semilog;
+pub use logarithmic::{columns, loglog};
+pub(crate) use mark::symbol;
+pub use mark::{Mark, flat, symbols};
+pub use panel::panel;
+pub(crate) use panel::{Ground, equal_panel, panel_with};
 pub use save::{DPI, Drawing, animate, save};
-pub use scale::{log_ticks, range};
+pub(crate) use scale::log_ticks;
+pub use scale::range;
 
 static FONT: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");
 const FAMILY: &str = "sans-serif";
@@ -111,7 +116,7 @@ pub fn draw_line(chart: &mut Chart, points: Vec<(f64, f64)>, style: ShapeStyle) 
 }
 
 /// An area of a chart, so far within its frame.
-pub fn draw_area(chart: &mut Chart, outline: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
+pub(crate) fn draw_area(chart: &mut Chart, outline: Vec<(f64, f64)>, style: ShapeStyle) -> Drawn {
     let outline = clipped_area(outline, &(chart.x_range(), chart.y_range()));
     if outline.len() < 3 {
         return Ok(());

@@ -28,7 +28,7 @@ pub enum Ground {
 }
 
 /// As [`panel`], with something drawn first.
-pub fn panel_with<'a, 'b>(
+pub(crate) fn panel_with<'a, 'b>(
     area: &'a Area<'b>,
     x: Range<f64>,
     y: Range<f64>,
@@ -97,7 +97,7 @@ pub(super) fn axes<'a, 'b>(
 }
 
 /// A panel with the same scale on both axes; the ranges are widened to fill it.
-pub fn equal_panel<'a, 'b>(
+pub(crate) fn equal_panel<'a, 'b>(
     area: &'a Area<'b>,
     x: Range<f64>,
     y: Range<f64>,

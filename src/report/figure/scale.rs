@@ -71,7 +71,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
 }
 
 /// Ticks of a logarithmic axis from 1, 2, …, 9 times powers of ten, and their names: none for those that would crowd.
-pub fn log_ticks(range: &Range<f64>) -> Vec<(f64, String)> {
+pub(crate) fn log_ticks(range: &Range<f64>) -> Vec<(f64, String)> {
     let decades = range.end - range.start;
     let named = |digit: i32, exponent: i32| match decades {
         d if d <= 1.0 => digit <= 5,

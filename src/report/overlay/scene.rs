@@ -171,7 +171,7 @@ impl<'f> Scene<'f> {
     }
 
     /// The series whose points were checked, where no other file draws them: frequency and energy.
-    pub fn checked_series(&self) -> Vec<(f64, f64)> {
+    pub(crate) fn checked_series(&self) -> Vec<(f64, f64)> {
         let drawn: Vec<(f64, f64)> = self
             .branches
             .iter()

@@ -58,7 +58,7 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// Draw the named pictures (all that make sense if `only` is empty), to be written as `STEM-NAME.svg` and `.png`.
-pub fn draw_all(
+pub(crate) fn draw_all(
     stored: &Stored,
     stem: &Path,
     only: &[String],

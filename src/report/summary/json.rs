@@ -10,7 +10,7 @@ use crate::problem::Notes;
 use crate::scenario::Scene;
 
 /// The JSON object of `run`; the keys are part of the product's public face.
-pub fn run_json(
+pub(crate) fn run_json(
     scene: &Scene,
     (system, notes): (&System, &Notes),
     report: &Report,

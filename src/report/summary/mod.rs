@@ -9,11 +9,11 @@ use crate::event::Report;
 use crate::problem::Notes;
 use crate::scenario::Scene;
 
-pub use json::run_json;
-pub use text::run_text;
+pub(crate) use json::run_json;
+pub(crate) use text::run_text;
 
 /// A number with so many significant digits, plain where that is readable.
-pub fn significant(x: f64, digits: usize) -> String {
+pub(crate) fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }

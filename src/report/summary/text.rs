@@ -15,7 +15,7 @@ use crate::problem::Notes;
 use crate::scenario::{BodyKind, Scene, State};
 
 /// The summary of a run in words.
-pub fn run_text(
+pub(crate) fn run_text(
     scene: &Scene,
     (system, notes): (&System, &Notes),
     report: &Report,
