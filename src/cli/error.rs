@@ -50,7 +50,7 @@ impl CliError {
         if json {
             let object = json!({"status": "error", "exit_code": code, "error": text});
             // standard error says it too
-            let _ = super::print(&format!("{object}\n"));
+            let _ = print(&format!("{object}\n"));
         }
         match scene {
             Some(e) => eprintln!("{:?}", miette::Report::new(*e)),
@@ -128,5 +128,17 @@ impl From<FigureError> for CliError {
             FigureError::Store(e) => e.into(),
             _ => CliError::Other(e.to_string()),
         }
+    }
+}
+
+/// Write to standard output. Who closed it wants no more; a disk that is full is an error like any other.
+pub(super) fn print(text: &str) -> Result<(), CliError> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(CliError::Other(format!("writing to standard output: {e}")))
+        }
+        _ => Ok(()),
     }
 }

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 2 bad input; 3 the numerics failed; 1 anything else. A command gives back an [`Answer`]: [`main`] prints it, and
 //! [`call`] hands it to a program that uses the commands as functions.
 
+mod answer;
 mod backbone;
 mod balance;
 mod caller;
@@ -37,14 +38,16 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{Args, Parser, Subcommand};
-use serde_json::Value;
+use clap::{Parser, Subcommand};
 
-use crate::scenario::{Scene, SceneError};
+use crate::scenario::Scene;
 
+pub use answer::{Answer, Global};
+use answer::{Said, plain, title};
 use caller::Caller;
 pub use caller::Desk;
 pub use error::CliError;
+use error::print;
 
 /// Reference simulator for elastic bodies that touch a rigid obstacle: event-driven integration of the
 /// nodal boundary equations.
@@ -59,107 +62,6 @@ struct Cli {
     global: Global,
     #[command(subcommand)]
     command: Command,
-}
-
-/// Options of every command.
-#[derive(Debug, Clone, Args)]
-pub struct Global {
-    /// Print one JSON object on standard output and nothing else there
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// No progress, no summary
-    #[arg(short, long, global = true)]
-    pub quiet: bool,
-    /// Number of threads (all cores by default); results do not depend on it
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
-    /// Start even what seems too large for this machine's memory or disk, or for a lifetime
-    #[arg(long, global = true)]
-    pub force_large: bool,
-    #[arg(skip)]
-    caller: Caller,
-}
-
-/// What a command has to say.
-#[derive(Debug, Clone)]
-pub struct Answer {
-    said: Said,
-    /// What the numerics failed at, if they did; the object says it too.
-    pub failure: Option<String>,
-}
-
-#[derive(Debug, Clone)]
-enum Said {
-    Object(Value),
-    Text(String),
-}
-
-impl Answer {
-    /// Nothing but a text, in whatever form results are asked for.
-    fn text(text: String) -> Answer {
-        Answer { said: Said::Text(text), failure: None }
-    }
-
-    /// What is said is the result, and the numerics failed.
-    fn failed(self, why: impl Into<String>) -> Answer {
-        Answer { failure: Some(why.into()), ..self }
-    }
-
-    /// The JSON object of the command.
-    pub fn object(self) -> Value {
-        match self.said {
-            Said::Object(value) => value,
-            Said::Text(text) => text.into(),
-        }
-    }
-}
-
-impl Global {
-    /// An object in JSON mode and for a program, a text otherwise.
-    fn answer(&self, json: impl FnOnce() -> Value, text: impl FnOnce() -> String) -> Answer {
-        if self.json || self.caller.desk.is_some() {
-            return Answer { said: Said::Object(json()), failure: None };
-        }
-        if self.quiet {
-            return Answer::text(String::new());
-        }
-        // a terminal obeys control characters, and titles come from files
-        let is_text = |c: &char| !c.is_control() || matches!(c, '\n' | '\t');
-        Answer::text(text().chars().filter(is_text).collect())
-    }
-
-    /// The scene of a command: the caller's, or the file that the arguments name.
-    fn scene(&self, path: &std::path::Path) -> Result<Scene, SceneError> {
-        let mut scene = self.caller.scene.clone().map_or_else(|| Scene::read(path), Ok)?;
-        scene.unlimited = self.force_large;
-        Ok(scene)
-    }
-}
-
-/// Write to standard output. Who closed it wants no more; a disk that is full is an error like any other.
-fn print(text: &str) -> Result<(), CliError> {
-    use std::io::Write;
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(CliError::Other(format!("writing to standard output: {e}")))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// What a scene is called in a summary. A terminal obeys control characters: they are left out.
-fn title(scene: &Scene) -> String {
-    scene.name().chars().filter(|c| !c.is_control()).collect()
-}
-
-/// A number as one writes it: no row of three hundred zeros.
-fn plain(x: f64) -> String {
-    match x.abs() {
-        0.0 => "0".into(),
-        size if (1e-4..1e9).contains(&size) => x.to_string(),
-        _ => format!("{x:e}"),
-    }
 }
 
 #[derive(Debug, Subcommand)]

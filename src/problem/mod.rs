@@ -5,6 +5,7 @@
 
 mod body;
 mod damping;
+mod error;
 mod given;
 mod imported;
 mod initial;
@@ -18,17 +19,14 @@ mod rigid;
 mod springs;
 mod table;
 
-use thiserror::Error;
-
 use crate::contact::{
     ContactError, Gaps, Instants, March, MassChoice, Restitution, Rule, State, Stepping, System,
 };
 use crate::fem::{Body, FemError};
-use crate::scenario::{
-    Activation, BodyKind, Contact, ContactMethod, Integrator, Issue, Scene, SceneError,
-};
+use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Integrator, Issue, Scene};
 
 pub use body::mesh;
+pub use error::ProblemError;
 
 use body::{assemble, contacts, discretisation};
 use damping::{damping, rayleigh_of};
@@ -38,20 +36,6 @@ use loads::loads;
 pub use materials::materials;
 use modes::OpenModes;
 pub use notes::Notes;
-
-/// Why a problem cannot be set up.
-#[derive(Debug, Error)]
-pub enum ProblemError {
-    /// The scene asks for something that is not possible.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The operators failed.
-    #[error("setting up the contact operators: {0}")]
-    Contact(#[from] ContactError),
-    /// Matrices failed.
-    #[error("setting up the matrices: {0}")]
-    Fem(#[from] FemError),
-}
 
 /// The body, its loads and its initial state.
 #[derive(Debug, Clone)]

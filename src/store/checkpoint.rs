@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::journal::checksum;
-use super::output::{beside, replace};
+use super::output::{beside, checksum, replace};
 use crate::contact::States;
 use crate::event::{Checkpoint, Evidence, Proof};
 use crate::records::bits;

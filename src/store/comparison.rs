@@ -5,10 +5,10 @@ use std::path::Path;
 
 use hdf5::types::VarLenUnicode;
 
+use super::header::WriterOptions;
 use super::header::write_origin;
 use super::output::Staged;
 use super::reader::{Careful, open, reading};
-use super::writer::WriterOptions;
 use super::{StoreError, read_text, write_text};
 use crate::records::{Compared, Comparison, Row, Status};
 use crate::scenario::Scene;

@@ -3,11 +3,22 @@
 use std::path::Path;
 
 use super::mesh::write_mesh;
-use super::writer::WriterOptions;
+use super::output::Outputs;
 use super::{StoreError, write_text};
 use crate::contact::System;
 use crate::records::Status;
 use crate::scenario::Scene;
+
+/// How a file is made.
+#[derive(Debug, Clone, Default)]
+pub struct WriterOptions {
+    /// What may be written where.
+    pub outputs: Outputs,
+    /// The command line, for the record.
+    pub command: String,
+    /// States are not compressed: for a file that is read at once and thrown away.
+    pub is_scratch: bool,
+}
 
 /// A new file with everything that every file says of its origin, and the mesh.
 pub(super) fn create_file(

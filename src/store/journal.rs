@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::output::{beside, check_room};
+use super::output::{beside, check_room, checksum};
 use super::stored::{StoredFamily, names_of};
 use crate::records::{Branch, FamilyKind, PointRecord, Status, bits};
 
@@ -36,14 +36,6 @@ pub(super) struct Journal {
 
 fn name_of(path: &Path) -> PathBuf {
     beside(path, ".journal")
-}
-
-/// The checksum of a line behind one with the checksum `before`.
-pub(super) fn checksum(before: u32, text: &str) -> u32 {
-    let mut hash = crc32fast::Hasher::new();
-    hash.update(&before.to_le_bytes());
-    hash.update(text.as_bytes());
-    hash.finalize()
 }
 
 /// A line with its checksum, which becomes the one of the line before.

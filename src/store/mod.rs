@@ -40,6 +40,7 @@ pub(crate) use content::{Content, Origin, read_origin, read_switch_rates};
 pub use crosscheck::read_crosscheck;
 pub(crate) use csv::read_csv;
 pub(crate) use family::{FamilyPlan, FamilyWriter};
+pub(crate) use header::WriterOptions;
 pub use kept::Kept;
 pub use orbits::read_stored_orbit;
 pub(crate) use output::replace_with;
@@ -53,7 +54,7 @@ pub use state::read_state;
 pub use statement::write_statement;
 pub use stored::StoredFamily;
 pub(crate) use study::{is_collected, write_study};
-pub(crate) use writer::{Writer, WriterOptions};
+pub(crate) use writer::Writer;
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -312,6 +312,14 @@ pub(crate) fn check_room(path: &Path, bytes: u64) -> Result<(), StoreError> {
     }
 }
 
+/// The checksum of a line behind one with the checksum `before`.
+pub(super) fn checksum(before: u32, text: &str) -> u32 {
+    let mut hash = crc32fast::Hasher::new();
+    hash.update(&before.to_le_bytes());
+    hash.update(text.as_bytes());
+    hash.finalize()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use super::checkpoint;
 use super::describe::describe;
 use super::events::{Events, read_log};
-use super::header::create_file;
+use super::header::{WriterOptions, create_file};
 use super::kept::Kept;
 use super::mesh::size_of_mesh;
-use super::output::{Outputs, Staged, beside, check_room};
+use super::output::{Staged, beside, check_room};
 use super::reader::reading;
 use super::table::Place;
 use super::trajectory::{Row, Trajectory};
@@ -26,17 +26,6 @@ pub(super) const FLUSH_EVERY: Duration = Duration::from_secs(2);
 
 /// Attribute of the fingerprint of what is integrated.
 const PROBLEM: &str = "problem";
-
-/// How a file is made.
-#[derive(Debug, Clone, Default)]
-pub struct WriterOptions {
-    /// What may be written where.
-    pub outputs: Outputs,
-    /// The command line, for the record.
-    pub command: String,
-    /// States are not compressed: for a file that is read at once and thrown away.
-    pub is_scratch: bool,
-}
 
 /// The open file of a run.
 pub struct Writer {

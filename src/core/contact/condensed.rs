@@ -16,7 +16,6 @@ use nalgebra::DMatrix;
 use super::ContactError;
 use super::conditions::Conditions;
 use super::expansion::{Expansion, Part};
-use super::following::open_expansion;
 use crate::fem::{Body, Csr, SolveScratch, SpdFactor};
 
 /// The mass and what solves with it.
@@ -63,7 +62,7 @@ impl Condensed {
             inverse: masses[..n_o].iter().map(|m| 1.0 / m).collect(),
             rows: Csr::from_triplets(size, n_o, rows),
             factor,
-            open: open_expansion(conditions),
+            open: Expansion::open(conditions),
             masses,
             formed: OnceLock::new(),
         }))

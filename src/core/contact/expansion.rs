@@ -223,6 +223,13 @@ pub(super) struct Expansion {
 }
 
 impl Expansion {
+    /// `A_∅`: how contact displacements follow where none touches, without loads.
+    pub fn open(conditions: &Arc<Conditions>) -> Expansion {
+        let count = conditions.count();
+        let solved = Solved::new(conditions, (0..count).collect());
+        Expansion { follow: Follow::Solved(solved), offset: vec![0.0; count], drives: vec![] }
+    }
+
     /// The displacements that follow from conditions, if they do.
     pub fn solved(&self) -> Option<&Solved> {
         match &self.follow {

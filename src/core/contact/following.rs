@@ -46,14 +46,6 @@ pub(super) fn following(
     Phase::new(parts.clone(), set.clone(), monitors, data)
 }
 
-/// `A_∅`: how contact displacements follow where none touches, without loads.
-pub(super) fn open_expansion(conditions: &Arc<Conditions>) -> Expansion {
-    let open = States::open(conditions.len());
-    let maker = Maker::new(conditions, &open);
-    let offset = maker.shift(None, true);
-    Expansion { follow: Follow::Solved(maker.solved), offset, drives: vec![] }
-}
-
 struct Maker<'a> {
     c: &'a Arc<Conditions>,
     set: &'a States,

@@ -20,7 +20,7 @@ use super::ContactError;
 use super::boundary::Stress;
 use super::condensed::Condensed;
 use super::conditions::Conditions;
-use super::following::open_expansion;
+use super::expansion::Expansion;
 use super::gram::gram;
 use super::inertia::ConstantMass;
 use super::lcp;
@@ -84,7 +84,7 @@ pub(super) fn condensed(
     let mass = match Condensed::new(body, conditions)? {
         Some(mass) => ConstantMass::Condensed { gram: OnceLock::new(), mass: mass.into() },
         None => {
-            let a_star = open_expansion(conditions).a_star();
+            let a_star = Expansion::open(conditions).a_star();
             ConstantMass::formed(body.mass.congruence(&a_star), conditions, Some(a_star))?
         }
     };
@@ -177,7 +177,7 @@ pub(super) fn optimal(body: &Body, conditions: &Conditions) -> Result<Redistribu
 fn mass_spectrum(body: &Body, conditions: &Arc<Conditions>) -> Result<Vec<f64>, ContactError> {
     let (size, n_o) = (conditions.count(), body.dofs.n_o);
     let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix of the displacements u_O")?;
-    let a_star = open_expansion(conditions).a_star();
+    let a_star = Expansion::open(conditions).a_star();
     let mut entries = vec![];
     for i in 0..size {
         let coupling = body.mass.row(n_o + i).filter(|(j, _)| *j < n_o);

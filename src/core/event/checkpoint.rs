@@ -5,7 +5,6 @@
 
 use super::evidence::Evidence;
 use super::ledger::Ledger;
-use super::log::Log;
 use crate::contact::States;
 
 /// The state of a run at the beginning of a phase.
@@ -68,13 +67,4 @@ impl Checkpoint {
             rows: [stored, switches, 0],
         }
     }
-}
-
-/// A run that goes on.
-#[derive(Debug, Clone)]
-pub struct Resumed {
-    /// Where it stood.
-    pub checkpoint: Checkpoint,
-    /// Its switches and grazings until there.
-    pub log: Log,
 }

@@ -1,6 +1,8 @@
 //! The switches and grazings of a run: counted, and listed where the observer does not take them.
 
-use super::record::{Grazing, Observer, Switch, SwitchKind};
+use super::checkpoint::Checkpoint;
+use super::observer::Observer;
+use super::switch::{Grazing, Switch, SwitchKind};
 
 /// What has happened so far, in order of time.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,4 +89,13 @@ impl Log {
         let (switches, grazings) = self.lists.unwrap_or_default();
         (Log { lists: None, ..self }, switches, grazings)
     }
+}
+
+/// A run that goes on.
+#[derive(Debug, Clone)]
+pub struct Resumed {
+    /// Where it stood.
+    pub checkpoint: Checkpoint,
+    /// Its switches and grazings until there.
+    pub log: Log,
 }

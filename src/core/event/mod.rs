@@ -13,22 +13,24 @@ mod held;
 mod impact;
 pub(crate) mod ledger;
 mod log;
+mod observer;
 mod present;
 mod proof;
-pub(crate) mod record;
+mod report;
 mod start;
+mod switch;
 mod told;
 mod touch;
 mod verify;
 
-pub use checkpoint::{Checkpoint, Resumed};
+pub use checkpoint::Checkpoint;
 pub use evidence::Evidence;
 pub use ledger::{Energies, Ledger};
-pub use log::Log;
+pub use log::{Log, Resumed};
+pub use observer::{Observer, Sample, Silent};
 pub use proof::Proof;
-pub use record::{
-    Grazing, GrazingKind, Marched, Observer, Outcome, Report, Sample, Silent, Switch, SwitchKind,
-};
+pub use report::{Marched, Outcome, Report};
+pub use switch::{Grazing, GrazingKind, Switch, SwitchKind};
 pub use verify::{LcpCheck, Verified};
 
 use crate::contact::{

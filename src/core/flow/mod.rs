@@ -28,7 +28,7 @@ mod values;
 
 pub use bernstein::Bernstein;
 pub use chebyshev::{Chebyshev, Tangent, Zoned};
-pub use choice::Choice;
+pub use choice::{Choice, exact};
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
 
@@ -233,9 +233,4 @@ pub trait Flow {
         self.begin(phase, t, y);
         self.recall(memory);
     }
-}
-
-/// An exact flow, with the stand-in for phases with held nodes.
-pub fn exact<'a>(flow: Box<dyn Flow + 'a>, system: &'a System) -> Choice<'a, choice::Only> {
-    Choice::new(flow.name(), system, vec![flow], choice::Only)
 }

@@ -41,6 +41,7 @@ pub(crate) mod mapped;
 pub mod nearest;
 #[doc(hidden)]
 pub mod period_map;
+pub(crate) mod pin;
 pub(crate) mod saltation;
 pub mod search;
 #[doc(hidden)]
@@ -54,9 +55,9 @@ pub use chain::{Chain, Propagator};
 pub use credentials::Orbit;
 pub use floquet::Stability;
 pub use highest::Highest;
+pub use pin::Pin;
 pub use segments::Segments;
 pub use shooting::Closure;
-pub use viscous::Pin;
 
 use crate::contact::ContactError;
 use crate::continuation::Family;

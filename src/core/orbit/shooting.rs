@@ -15,8 +15,8 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::krylov;
 use super::period_map::{Passage, integrate};
+use super::pin::Pin;
 use super::tangent::Parameter;
-use super::viscous::Pin;
 use super::walk::Walk;
 use crate::continuation::norm;
 

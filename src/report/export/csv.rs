@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
 
-use super::{number, put, quoted};
+use super::put::{number, put, quoted};
 use crate::store::Stored;
 
 /// The states `rows` and the switches `switches`, into the two files.

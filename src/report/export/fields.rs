@@ -11,7 +11,7 @@
 //!
 //! The three fields of contact are left out where the scene has none.
 
-use super::ExportError;
+use super::put::ExportError;
 use crate::fem::stress::{self, Stress};
 use crate::fem::{Material, Shape};
 use crate::mesh::{ElementKind, Point};

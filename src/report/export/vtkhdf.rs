@@ -10,7 +10,7 @@ use hdf5::types::FixedAscii;
 use hdf5::{Group, H5Type};
 
 use super::fields::{Cell, Field, Fields, Place, Values};
-use super::replace;
+use super::put::replace;
 
 /// Data from this many bytes a state on are compressed; smaller ones would not gain.
 const LARGE: usize = 2048;

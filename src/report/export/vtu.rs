@@ -11,7 +11,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::fields::{Cell, Field, Fields, Place, Values};
-use super::{MARK, at, escape, number, put};
+use super::put::{at, escape, number, put};
+use crate::store::MARK;
 
 /// What stands before everything else; leftovers are known by it.
 const HEAD: &str = "<?xml version=\"1.0\"?>\n";

@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use hdf5::{Group, H5Type};
 
 use super::fields::{Cell, Field, Fields, Place, Values};
-use super::{MARK, escape, number, put, replace};
-use crate::store::StoreError;
+use super::put::{escape, number, put, replace};
+use crate::store::{MARK, StoreError};
 
 /// Datasets from this many bytes on are compressed; smaller ones would not gain.
 const LARGE: usize = 2048;

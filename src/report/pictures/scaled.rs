@@ -1,10 +1,12 @@
 //! How deformed shapes are drawn: magnified displacements, states with their times.
 
 use std::ops::Range;
+use std::path::Path;
 
-use super::shapes::shape_span;
+use super::time::time_range;
 use crate::report::figure::{self, Area, Drawn, FigureError, px, title};
 use crate::report::summary;
+use crate::scenario::Scene;
 use crate::store::Stored;
 
 /// Largest displacement as drawn, as a fraction of the body's length: linear elasticity knows no scale.
@@ -12,6 +14,17 @@ const DRAWN: f64 = 0.25;
 
 /// Magnifications from one over this to this are not worth a falsified shape.
 const AS_IT_IS: f64 = 4.0;
+
+/// The span of time whose fractions are drawn: all that is stored, or the last period of a scene that
+/// has one.
+pub(super) fn shape_span(stored: &Stored) -> Range<f64> {
+    let time = time_range(stored);
+    let period = Scene::parse(&stored.scene, Path::new("stored")).ok().and_then(|s| s.period());
+    match period {
+        Some(t) if time.end - time.start > 2.0 * t => time.end - t..time.end,
+        _ => time,
+    }
+}
 
 /// How much displacements are magnified.
 pub(super) struct Magnified {

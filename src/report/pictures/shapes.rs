@@ -1,6 +1,5 @@
 //! The picture `shapes`: deformed shapes at fractions of the stored time.
 
-use std::ops::Range;
 use std::path::Path;
 
 use plotters::prelude::*;
@@ -8,24 +7,13 @@ use rayon::prelude::*;
 
 use super::Options;
 use super::plate::plate_shapes;
+use super::scaled::shape_span;
 use super::solid::solid_shapes;
-use super::time::time_range;
 use crate::report::figure::{
     self, FigureError, INK, Mark, colour_bar, legend, line, panel, px, range, title, viridis,
 };
 use crate::scenario::{BodyKind, Scene};
 use crate::store::Stored;
-
-/// The span of time whose fractions are drawn: all that is stored, or the last period of a scene that
-/// has one.
-pub(super) fn shape_span(stored: &Stored) -> Range<f64> {
-    let time = time_range(stored);
-    let period = Scene::parse(&stored.scene, Path::new("stored")).ok().and_then(|s| s.period());
-    match period {
-        Some(t) if time.end - time.start > 2.0 * t => time.end - t..time.end,
-        _ => time,
-    }
-}
 
 /// Stored states nearest to the chosen fractions of that span.
 fn chosen_rows(stored: &Stored, fractions: &[f64]) -> Vec<usize> {

@@ -1,0 +1,74 @@
+//! Who takes what a run produces: samples, switches, grazings, checkpoints.
+
+use std::ops::ControlFlow;
+
+use super::checkpoint::Checkpoint;
+use super::ledger::Energies;
+use super::switch::{Grazing, Switch};
+use crate::contact::States;
+
+/// A stored state.
+#[derive(Debug)]
+pub struct Sample<'a> {
+    /// Time.
+    pub t: f64,
+    /// All displacements `u = (u_O, u_C)`.
+    pub u: &'a [f64],
+    /// All velocities.
+    pub v: &'a [f64],
+    /// Active set (continuous from the right).
+    pub active: &'a States,
+    /// Pressure at the contact nodes.
+    pub pressure: &'a [f64],
+    /// Energies and work; none where only the surroundings of the contact are known ([`crate::flow::Flow::near`]): there other displacements and
+    /// velocities are of an earlier time, too.
+    pub energies: Option<Energies>,
+    /// Sum of the energy jumps at switches so far.
+    pub jumps: f64,
+}
+
+/// Takes what a run produces, as it is produced.
+pub trait Observer {
+    /// What can go wrong on its side.
+    type Error;
+    /// A stored state.
+    fn sample(&mut self, sample: &Sample) -> Result<(), Self::Error>;
+    /// A switch.
+    fn switch(&mut self, _switch: &Switch) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// A grazing.
+    fn grazing(&mut self, _grazing: &Grazing) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// Whether the report need not list switches and grazings: the observer takes them as they come.
+    fn takes_events(&self) -> bool {
+        false
+    }
+    /// Whether of a sample only the contact and what lies next to it ([`crate::contact::distance::NEXT`]) is looked at: a flow may then know no more
+    /// ([`Sample::energies`]).
+    fn sees_contact_alone(&self) -> bool {
+        false
+    }
+    /// Time reached; whether to go on.
+    fn progress(&mut self, _t: f64) -> Result<ControlFlow<()>, Self::Error> {
+        Ok(ControlFlow::Continue(()))
+    }
+    /// Whether [`Observer::phase`] is of use.
+    fn keeps_checkpoints(&self) -> bool {
+        false
+    }
+    /// A phase begins: all that is needed to go on from here.
+    fn phase(&mut self, _checkpoint: Checkpoint) {}
+}
+
+/// An observer that keeps nothing.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Silent;
+
+impl Observer for Silent {
+    type Error = std::convert::Infallible;
+    fn sample(&mut self, _: &Sample) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}

@@ -1,0 +1,21 @@
+//! Why a problem cannot be set up.
+
+use thiserror::Error;
+
+use crate::contact::ContactError;
+use crate::fem::FemError;
+use crate::scenario::SceneError;
+
+/// Why a problem cannot be set up.
+#[derive(Debug, Error)]
+pub enum ProblemError {
+    /// The scene asks for something that is not possible.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The operators failed.
+    #[error("setting up the contact operators: {0}")]
+    Contact(#[from] ContactError),
+    /// Matrices failed.
+    #[error("setting up the matrices: {0}")]
+    Fem(#[from] FemError),
+}
