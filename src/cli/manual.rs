@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 use serde_json::json;
 
 use signorini::store::replace;
 
-use super::{Answer, Cli, CliError, Global};
+use super::{Answer, CliError, Global};
 
 /// Arguments of `completions`.
 #[derive(Debug, Args)]
@@ -36,15 +36,18 @@ pub struct Manual {
 }
 
 /// Print the completions of a shell.
-pub fn completions(arguments: &Completions) -> Answer {
+pub fn completions(arguments: &Completions, mut command: clap::Command) -> Answer {
     let mut out = vec![];
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "signorini", &mut out);
+    clap_complete::generate(arguments.shell, &mut command, "signorini", &mut out);
     Answer::text(String::from_utf8_lossy(&out).into_owned())
 }
 
 /// Print the first page, or write all.
-pub fn manual(arguments: &Manual, global: &Global) -> Result<Answer, CliError> {
-    let mut command = Cli::command();
+pub fn manual(
+    arguments: &Manual,
+    mut command: clap::Command,
+    global: &Global,
+) -> Result<Answer, CliError> {
     command.build();
     if arguments.markdown {
         return Ok(Answer::text(markdown(&command)));

@@ -38,7 +38,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::scenario::Scene;
 
@@ -142,8 +142,8 @@ fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
         Command::Validate(a) => validate::run(a, global),
         Command::New(a) => new::run(a, global),
         Command::Schema(a) => Ok(schema::run(a)),
-        Command::Completions(a) => Ok(manual::completions(a)),
-        Command::Man(a) => manual::manual(a, global),
+        Command::Completions(a) => Ok(manual::completions(a, Cli::command())),
+        Command::Man(a) => manual::manual(a, Cli::command(), global),
     }
 }
 

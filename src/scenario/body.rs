@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{Check, length, positive};
-use super::{Issue, Scene};
+use super::number::{Check, length, positive};
+use super::{BodyKind, Issue, Scene};
 
 /// Most nodes of a mesh.
 const MOST_NODES: usize = 50_000_000;
@@ -55,20 +55,6 @@ pub struct Body {
     pub stiffness_matrix: Option<String>,
     /// `C`, likewise; a combination of `M` and `K`.
     pub damping_matrix: Option<String>,
-}
-
-/// Kinds of body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum BodyKind {
-    /// A bar along x, of elements with two nodes.
-    Bar,
-    /// A rectangle in its plane (plane stress), of elements with four nodes.
-    Plate,
-    /// A mesh of Gmsh, in the plane or in space, with a `[[material]]`.
-    Mesh,
-    /// `M`, `K` and the boundary operator from files of your own.
-    Matrices,
 }
 
 /// `state` of a body in the plane.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
-use super::check::{Check, finite, length, positive};
+use super::number::{Check, finite, length, positive};
 use super::side::side;
 use super::{
     Activation, BodyKind, ContactMethod, Edge, Field, Inertia, Instants, Issue, METHOD_KEYS,

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::check::{Check, count_from_one};
+use super::number::{Check, count_from_one};
 use super::pair;
 use super::{Issue, Scene};
 

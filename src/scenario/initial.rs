@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::check::{Check, count_from_one, finite, length};
+use super::number::{Check, count_from_one, finite, length};
 use super::{Field, Issue, Scene};
 
 /// `[initial]`

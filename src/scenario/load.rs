@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::check::{Check, count_from_one, finite, length, positive};
+use super::number::{Check, count_from_one, finite, length, positive};
 use super::side::side;
 use super::{Amplitude, BodyKind, Edge, Issue, Scene};
 

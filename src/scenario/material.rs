@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::check::{Check, positive};
+use super::number::{Check, positive};
 use super::{BodyKind, Issue, Scene, State};
 
 /// `[[material]]`

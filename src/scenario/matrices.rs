@@ -1,6 +1,6 @@
 //! What goes with a body whose matrices come from files.
 
-use super::check::Check;
+use super::number::Check;
 use super::{Issue, Load, LoadKind, MassKind, Scene};
 
 impl Scene {

@@ -17,6 +17,7 @@ mod load;
 mod material;
 mod matrices;
 mod method;
+mod number;
 mod orbit;
 mod pair;
 mod reduction;
@@ -32,8 +33,8 @@ use serde::Deserialize;
 
 pub(crate) use crate::mesh::Edge;
 pub use attached::{Attached, Matrix};
+pub(crate) use body::MassKind;
 pub use body::{Body, State};
-pub(crate) use body::{BodyKind, MassKind};
 pub use change::Change;
 pub(crate) use contact::Obstacle;
 pub use contact::{Contact, Motion};
@@ -55,6 +56,7 @@ pub use reduction::Reduction;
 pub use run::{Integrator, Run};
 pub(crate) use run::{Precision, Store};
 pub(crate) use schema::schema_of;
+pub(crate) use side::BodyKind;
 pub use support::Direction;
 pub(crate) use support::Support;
 

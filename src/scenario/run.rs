@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::check::{Check, positive};
+use super::number::{Check, positive};
 use super::{BodyKind, Edge, Issue, Scene};
 
 /// `[run]`

@@ -1,6 +1,24 @@
-//! Where a table acts: `edge` of a bar or plate, `group` of a mesh.
+//! Kinds of body, and where on each a table acts: `edge` of a bar or plate, `group` of a mesh.
 
-use super::{BodyKind, Edge, Issue};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::error::Issue;
+use crate::mesh::Edge;
+
+/// Kinds of body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BodyKind {
+    /// A bar along x, of elements with two nodes.
+    Bar,
+    /// A rectangle in its plane (plane stress), of elements with four nodes.
+    Plate,
+    /// A mesh of Gmsh, in the plane or in space, with a `[[material]]`.
+    Mesh,
+    /// `M`, `K` and the boundary operator from files of your own.
+    Matrices,
+}
 
 impl BodyKind {
     /// The key by which tables name sides of the body.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::check::Check;
+use super::number::Check;
 use super::side::side;
 use super::{BodyKind, Edge, Issue, Scene};
 

@@ -10,7 +10,8 @@ use signorini::report::study::{pictures, points_csv, tasks_csv};
 use signorini::store::{Outputs, StoreError, beside, is_collected, replace, write_study};
 use signorini::study::gather;
 
-use super::{Answer, CliError, Global, Which};
+use super::which::Which;
+use crate::cli::{Answer, CliError, Global};
 
 #[derive(Debug, Args)]
 #[command(

@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use signorini::study::{Folder, State, TaskPlace};
 
-use super::{CliError, Global, task_command};
+use super::which::task_command;
 use crate::cli::progress::Bar;
+use crate::cli::{CliError, Global};
 
 /// How often a worker looks after its task.
 const LOOK: Duration = Duration::from_millis(20);

@@ -11,7 +11,9 @@ use serde_json::{Value, json};
 use signorini::store::replace;
 use signorini::study::{Folder, State, TaskPlace};
 
-use super::{Answer, CliError, Global, Run, status, task_command, tasks};
+use super::status;
+use super::which::{self, Run, task_command, tasks};
+use crate::cli::{Answer, CliError, Global};
 
 /// An array that was submitted; `slurm/jobs.json` lists them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -153,7 +155,7 @@ fn sbatch(
     let ids: Vec<String> = tasks.iter().map(|t| t.id.clone()).collect();
     write(&list, &format!("{}\n", ids.join("\n")))?;
     let command = task_command(folder.root(), "ID")?;
-    let quoted = super::words(&command[..command.len() - 1]);
+    let quoted = which::words(&command[..command.len() - 1]);
     let limit = run.at_once.map_or(String::new(), |n| format!("%{n}"));
     let threads = global.threads.unwrap_or(1);
     let text = format!(
@@ -168,7 +170,7 @@ fn sbatch(
          exec {quoted} \"$id\" --quiet --threads \"${{SLURM_CPUS_PER_TASK:-{threads}}}\"\n",
         name = folder.name().replace(char::is_whitespace, "-"),
         list = list.display(),
-        list_word = super::words(&[list.display().to_string()]),
+        list_word = which::words(&[list.display().to_string()]),
         count = ids.len(),
         out = place.join("%A_%a.out").display(),
     );

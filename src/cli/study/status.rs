@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use signorini::study::{Folder, State, TaskPlace};
 
-use super::{Answer, CliError, Global, Which, object, slurm};
+use super::slurm;
+use super::which::{self, Which, object};
+use crate::cli::{Answer, CliError, Global};
 
 /// States in the order in which they are told.
 const STATES: [&str; 5] = ["done", "failed", "running", "interrupted", "waiting"];
@@ -67,7 +69,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
     let mut text = format!(
         "{}: {} in {}\n",
         folder.name(),
-        super::tasks(tasks.len()),
+        which::tasks(tasks.len()),
         folder.root().display()
     );
     for state in STATES.iter().filter(|s| count(s) > 0) {
@@ -77,7 +79,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         let mean = if mean < 0.05 { "less than 0.1".into() } else { format!("{mean:.1}") };
         text += &format!("  {:<14}{mean} s a task\n", "time");
     }
-    if let Some(said) = super::outdated(folder) {
+    if let Some(said) = which::outdated(folder) {
         text +=
             &format!("  {:<14}{said} (`study run --outdated` carries them out anew)\n", "outdated");
     }
@@ -86,7 +88,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         text += &format!(
             "  {:<14}{} in the queue of Slurm ({})\n",
             "slurm",
-            super::tasks(queued.len()),
+            which::tasks(queued.len()),
             slurm::words(queued)
         );
     }
@@ -106,7 +108,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
     for (cause, of) in causes.iter().take(TOLD) {
         text += &match of[..] {
             [task] => format!("  task {} ({}) failed: {cause}\n", task.index, task.describe()),
-            _ => format!("  {} failed ({}): {cause}\n", super::tasks(of.len()), numbers(of)),
+            _ => format!("  {} failed ({}): {cause}\n", which::tasks(of.len()), numbers(of)),
         };
     }
     if causes.len() > TOLD {

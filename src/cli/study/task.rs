@@ -11,7 +11,8 @@ use signorini::store::Writer;
 use signorini::study::{Done, TaskPlace, VERSION};
 
 use super::super::{Cli, Said, execute};
-use super::{Answer, CliError, Global};
+use super::which::object;
+use crate::cli::{Answer, CliError, Global};
 
 #[derive(Debug, Args)]
 #[command(
@@ -29,7 +30,7 @@ pub fn run(one: &One, global: &Global) -> Result<Answer, CliError> {
     let task = TaskPlace::open(&one.folder, &one.id)?;
     let said = |what: &str| {
         let text = format!("task {} ({}): {what}\n", task.index, task.describe());
-        global.answer(|| super::object(&task, &task.state()), || text)
+        global.answer(|| object(&task, &task.state()), || text)
     };
     let Some(_lock) = task.lock()? else {
         return Ok(said("somebody else carries it out"));
