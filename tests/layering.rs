@@ -4,6 +4,7 @@ mod common;
 #[path = "layering/scanner.rs"]
 mod scanner;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A crate: its folder, what of it belongs to others, and its modules in the order of the data.
@@ -103,6 +104,77 @@ fn no_module_uses_a_later_one() {
     assert!(upward.is_empty(), "{upward:#?}");
     // the scanner sees what is there
     assert!(uses > 300, "{uses}");
+}
+
+/// Modules with the paths that each names.
+type Names = BTreeMap<Vec<String>, Vec<Vec<String>>>;
+
+/// The module that a path leads to: the deepest on its way, or the one from which that hands the next name on.
+fn defining<'m>(modules: &'m Names, path: &[String]) -> Option<&'m Vec<String>> {
+    let deepest = |path: &[String]| {
+        (1..=path.len()).rev().find_map(|n| modules.get_key_value(&path[..n])).map(|m| m.0)
+    };
+    let found = deepest(path)?;
+    let Some(name) = path.get(found.len()) else { return Some(found) };
+    let handed_on = modules[found].iter().find(|p| p.last() == Some(name) && p.len() > 1);
+    handed_on.and_then(|p| deepest(p)).or(Some(found))
+}
+
+/// Files that use each other in a circle, whatever lies between.
+fn circles(modules: &Names) -> Vec<Vec<String>> {
+    let keys: Vec<&Vec<String>> = modules.keys().collect();
+    let place = |m: &Vec<String>| keys.binary_search(&m).unwrap();
+    let n = keys.len();
+    let mut reaches = vec![vec![false; n]; n];
+    for (k, paths) in modules.values().enumerate() {
+        for other in paths.iter().filter_map(|p| defining(modules, p)) {
+            reaches[k][place(other)] = true;
+        }
+    }
+    for through in 0..n {
+        let on = reaches[through].clone();
+        for from in reaches.iter_mut().filter(|from| from[through]) {
+            from.iter_mut().zip(&on).for_each(|(a, b)| *a |= b);
+        }
+    }
+    let mut found: Vec<Vec<String>> = vec![];
+    for k in 0..n {
+        let together: Vec<usize> =
+            (0..n).filter(|&j| j == k || reaches[k][j] && reaches[j][k]).collect();
+        if together[0] == k && together.len() > 1 {
+            found.push(together.iter().map(|&j| keys[j].join("::")).collect());
+        }
+    }
+    found
+}
+
+/// Files that cannot be read one without the other are three at the most.
+#[test]
+fn no_knot_has_more_than_three_files() {
+    for of in &CRATES {
+        let names = |(module, text): (Vec<String>, String)| {
+            let parts: Vec<&str> = module.iter().map(String::as_str).collect();
+            let paths = scanner::named(&text, &parts).into_iter().map(|n| n.path).collect();
+            (module, paths)
+        };
+        let modules: Names = of.sources().into_iter().map(names).collect();
+        let all = circles(&modules);
+        let knots: Vec<&Vec<String>> = all.iter().filter(|c| c.len() > 3).collect();
+        assert!(knots.is_empty(), "{knots:#?}");
+    }
+    // they are seen where they are, through what a module hands on
+    let path = |text: &str| text.split("::").map(String::from).collect::<Vec<String>>();
+    let of = |list: &[(&str, &[&str])]| -> Names {
+        list.iter().map(|(m, p)| (path(m), p.iter().map(|p| path(p)).collect())).collect()
+    };
+    let modules = of(&[
+        ("a", &["a::b::X"]),
+        ("a::b", &["c::Y"]),
+        ("c", &["d::Z"]),
+        ("d", &["a::X"]),
+        ("e", &["a::X"]),
+    ]);
+    assert_eq!(circles(&modules), [["a::b", "c", "d"]]);
 }
 
 /// What the root of a crate gave other names to, or what came from other files, could be used without being seen.
