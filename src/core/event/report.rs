@@ -80,7 +80,7 @@ pub struct Report {
     pub phases: usize,
     /// How many switches and grazings there were, and the first and the last.
     pub log: Log,
-    /// All switches; none if the observer took them ([`Observer::takes_events`]).
+    /// All switches; none if the observer took them ([`super::Observer::takes_events`]).
     pub switches: Vec<Switch>,
     /// All grazings, likewise.
     pub grazings: Vec<Grazing>,
