@@ -74,11 +74,12 @@ impl Present {
         all.into_iter().all(|x| x.is_finite())
     }
 
-    /// Values and rates of the monitors of a phase.
+    /// Values of the monitors of a phase.
     pub fn monitors(&self, phase: &Phase) -> Vec<f64> {
         phase.monitor_values(self.t, self.u_o())
     }
 
+    /// Their rates.
     pub(crate) fn monitor_rates(&self, phase: &Phase) -> Vec<f64> {
         phase.monitor_rates(self.t, self.v_o())
     }

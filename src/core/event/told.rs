@@ -50,9 +50,13 @@ impl Told {
             self.recent.pop_front();
         }
         let count = self.recent.len();
+        // asked at every switch: the nodes are gathered only for an answer
+        if count as f64 <= limit {
+            return None;
+        }
         let mut nodes: Vec<usize> = self.recent.iter().map(|&(_, n)| n).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        (count as f64 > limit).then_some((count, nodes))
+        Some((count, nodes))
     }
 }

@@ -71,7 +71,7 @@ pub fn types() -> impl Iterator<Item = Type> {
         let (number, name) = kind.gmsh();
         Type { number, name, dim: kind.dim(), nodes: kind.nodes() }
     };
-    other.into_iter().chain(ElementKind::ALL.map(of_kind))
+    other.into_iter().chain(ElementKind::ALL.into_iter().map(of_kind))
 }
 
 impl Type {
