@@ -37,8 +37,7 @@ impl Law for Magnet {
 
     fn push(&self, site: &Site) -> Option<Push> {
         let spring = Spring { stiffness: -self.stiffness, preload: -self.pull, share: 1.0 };
-        let row = site.displacement.clone();
-        Some(Push { spring, depth: row.clone(), direction: row })
+        Some(Push::along_normal(site, spring))
     }
 
     fn dissipates(&self) -> bool {

@@ -64,6 +64,14 @@ pub struct Push {
     pub direction: Vec<(usize, f64)>,
 }
 
+impl Push {
+    /// Of a spring along the normal, by how far the displacement is beyond the gap.
+    pub fn along_normal(site: &Site, spring: Spring) -> Push {
+        let n = site.displacement.clone();
+        Push { spring, depth: n.clone(), direction: n }
+    }
+}
+
 /// A contact law; one file each.
 pub trait Law: Debug + Send + Sync {
     /// In words, with its parameters, for summaries.

@@ -30,8 +30,7 @@ impl Law for Penalty {
 
     fn push(&self, site: &Site) -> Option<Push> {
         let spring = Spring { stiffness: self.stiffness * site.unit, preload: 0.0, share: 1.0 };
-        let n = site.displacement.clone();
-        Some(Push { spring, depth: n.clone(), direction: n })
+        Some(Push::along_normal(site, spring))
     }
 
     fn dissipates(&self) -> bool {

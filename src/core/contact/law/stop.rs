@@ -43,9 +43,8 @@ impl Law for Stop {
 
     fn push(&self, site: &Site) -> Option<Push> {
         let Stop { stiffness, preload } = *self;
-        let n = site.displacement.clone();
         let spring = Spring { stiffness, preload, share: 1.0 };
-        Some(Push { spring, depth: n.clone(), direction: n })
+        Some(Push::along_normal(site, spring))
     }
 
     fn dissipates(&self) -> bool {
