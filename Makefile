@@ -57,7 +57,7 @@ page: build
 
 # FUZZ=scene-0141 make fuzz: one case again, or all whose names begin so; FUZZ_SEED=1 make fuzz: other cases
 fuzz: setup
-	cargo test --release --locked --test fuzz -- --ignored --nocapture
+	cargo test --release --locked fuzz:: -- --ignored --nocapture
 
 # FUZZ_SECONDS=600 FUZZ_READERS='msh mtx' make fuzz-coverage
 fuzz-coverage: build
@@ -95,7 +95,7 @@ docs: build
 
 # a part of make test as well
 study-slurm: setup
-	cargo test --release --locked --test study -- --nocapture slurm
+	cargo test --release --locked study::start -- --nocapture
 
 pictures: build peers
 	@mkdir -p out docs

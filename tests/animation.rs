@@ -1,10 +1,8 @@
 //! Animations: every frame is there, of one size, and the file says who made it.
 
-mod common;
-
 use std::collections::BTreeMap;
 
-use common::{root, run};
+use crate::common::{root, run};
 
 /// Names of the chunks of a PNG and how often each stands there; the data of the first of each.
 fn chunks(bytes: &[u8]) -> BTreeMap<String, (usize, Vec<u8>)> {

@@ -1,10 +1,8 @@
 //! Input that was believed, misread or misjudged: every case once broke the program or its results.
 
-mod common;
-
 use std::process::Output;
 
-use common::{program, root};
+use crate::common::{program, root};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -113,7 +111,7 @@ fn store(file: &hdf5::File, name: &str, rows: [[f64; 2]; 2], matlab: bool) {
 fn matrices_of_matlab_are_transposed() {
     let folder = Folder::new();
     for matlab in [false, true] {
-        let file = common::hdf5_files().create(folder.at(&format!("{matlab}.mat"))).unwrap();
+        let file = crate::common::hdf5_files().create(folder.at(&format!("{matlab}.mat"))).unwrap();
         store(&file, "NC", [[2.0, -0.9], [-0.1, 1.0]], matlab);
         store(&file, "NO", [[0.0, -1.0], [0.3, -0.8]], matlab);
     }
@@ -125,7 +123,7 @@ fn matrices_of_matlab_are_transposed() {
     assert_eq!(text, switches("false.mat:/NC", "false.mat:/NO", "b.h5"));
     assert_eq!(text, switches("true.mat:/NC", "true.mat:/NO", "c.h5"));
     // what would come of the same bytes, were they believed to stand row by row
-    let file = common::hdf5_files().create(folder.at("wrong.h5")).unwrap();
+    let file = crate::common::hdf5_files().create(folder.at("wrong.h5")).unwrap();
     store(&file, "NC", [[2.0, -0.1], [-0.9, 1.0]], false);
     store(&file, "NO", [[0.0, 0.3], [-1.0, -0.8]], false);
     drop(file);
@@ -161,7 +159,7 @@ fn sizes_of_matrices_are_not_believed() {
     );
     refused(&["modes", &scene], "body.stiffness_matrix");
     // not a number
-    let file = common::hdf5_files().create(folder.at("nan.h5")).unwrap();
+    let file = crate::common::hdf5_files().create(folder.at("nan.h5")).unwrap();
     store(&file, "NC", [[2.0, f64::NAN], [-0.1, 1.0]], false);
     drop(file);
     let scene = chain(&folder, "nan.h5:/NC", "NO.mtx");
@@ -204,7 +202,7 @@ fn frequencies_and_harmonics_of_files_are_checked() {
     let spoil = |name: &str, change: &dyn Fn(&hdf5::File)| {
         let copy = folder.at(name);
         std::fs::copy(&hbm, &copy).unwrap();
-        change(&common::hdf5_files().open_rw(&copy).unwrap());
+        change(&crate::common::hdf5_files().open_rw(&copy).unwrap());
         copy
     };
     for (k, value) in [1e15 as i64, -1].into_iter().enumerate() {
@@ -241,7 +239,7 @@ fn frequencies_and_harmonics_of_files_are_checked() {
     refused(&["crosscheck", &file, SCENE, "-o", &folder.at("no.h5")], "units");
     // text where numbers should be
     let mat = folder.at("words.mat");
-    let f = common::hdf5_files().create(&mat).unwrap();
+    let f = crate::common::hdf5_files().create(&mat).unwrap();
     let words: Vec<hdf5::types::FixedAscii<8>> =
         vec![hdf5::types::FixedAscii::from_ascii("1.8").unwrap()];
     f.new_dataset_builder().with_data(&words).create("w").unwrap();
@@ -262,7 +260,7 @@ fn damaged_tables_are_refused() {
     for name in ["omega", "harmonics", "moved", "verdict", "same_sequence"] {
         let copy = folder.at("copy.h5");
         std::fs::copy(&checked, &copy).unwrap();
-        let f = common::hdf5_files().open_rw(&copy).unwrap();
+        let f = crate::common::hdf5_files().open_rw(&copy).unwrap();
         f.group("crosscheck").unwrap().unlink(name).unwrap();
         if name == "verdict" {
             let words: Vec<hdf5::types::FixedAscii<32>> = vec![Default::default(); 40];
@@ -281,7 +279,7 @@ fn damaged_tables_are_refused() {
     }
     let file = folder.at("bar.h5");
     json(&["run", "scenarios/bar.toml", "-o", &file]);
-    let f = common::hdf5_files().open_rw(&file).unwrap();
+    let f = crate::common::hdf5_files().open_rw(&file).unwrap();
     let nodes = f.dataset("mesh/nodes").unwrap();
     let mut all = nodes.read_2d::<f64>().unwrap();
     all[(3, 0)] = f64::NAN;

@@ -1,10 +1,8 @@
 //! What one begins with: scenes to change, completions, manual pages.
 
-mod common;
-
 use std::process::Command;
 
-use common::run;
+use crate::common::run;
 
 /// Every kind of new scene runs as it is, and nothing is overwritten.
 #[test]

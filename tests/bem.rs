@@ -1,7 +1,5 @@
 //! Harmonic balance of the bar by boundary elements: published coefficients, an independent prototype, the closed form.
 
-mod common;
-
 use std::f64::consts::TAU;
 
 use signorini::hbm::bem::{BarBalance, NoBarSeries};
@@ -11,7 +9,8 @@ const BAR: BarBalance =
 
 /// Period and coefficients of the published solutions (Lu and Legrand 2022, data of their repository).
 fn published() -> Vec<(f64, Vec<f64>)> {
-    let text = std::fs::read_to_string(common::root().join("tests/reference/bem-bar.csv")).unwrap();
+    let text =
+        std::fs::read_to_string(crate::common::root().join("tests/reference/bem-bar.csv")).unwrap();
     let rows = text.lines().filter(|l| !l.starts_with('#')).skip(1);
     let numbers = |l: &str| l.split(',').map(|x| x.trim().parse().unwrap()).collect::<Vec<f64>>();
     rows.map(numbers).map(|r| (r[0], r[1..].to_vec())).collect()
@@ -87,7 +86,7 @@ fn backbones_by_boundary_elements_are_files_like_others() {
                  [[support]]\nedge = \"right\"\nfix = [\"x\"]\n[contact]\nedge = \"left\"\ngap = 0.5\n";
     std::fs::write(at("bar.toml"), scene).unwrap();
     let run = |arguments: &[&str]| {
-        let output = common::program()
+        let output = crate::common::program()
             .current_dir(folder.path())
             .args([
                 "backbone",

@@ -1,10 +1,8 @@
 //! Commands that a program calls as functions: what one is asked for says nothing of the next.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::root;
+use crate::common::root;
 use signorini::cli::{Call, Desk, call};
 
 /// The command on record is the call, and not that of the program that calls; each has its own number of threads.
@@ -19,11 +17,11 @@ fn a_call_is_on_record_as_it_was_made() {
         let arguments: Vec<String> = words.iter().map(|w| w.to_string()).collect();
         let made = Call { arguments, ..Call::default() };
         assert!(call(made, Arc::new(Desk::default())).is_ok());
-        let opened = common::hdf5_files().open(&file).unwrap();
+        let opened = crate::common::hdf5_files().open(&file).unwrap();
         let command = opened.attr("command").unwrap();
         let command = command.read_scalar::<hdf5::types::VarLenUnicode>().unwrap();
         assert_eq!(command.as_str(), format!("signorini {}", words.join(" ")));
-        sets.push(common::datasets(&file));
+        sets.push(crate::common::datasets(&file));
     }
     assert!(sets[0] == sets[1] && sets[1] == sets[2]);
 }
@@ -52,7 +50,7 @@ fn a_family_is_computed_on_the_threads_of_its_call() {
         let arguments = words.iter().map(|w| w.to_string()).collect();
         let made = Call { arguments, ..Call::default() };
         assert!(call(made, Arc::new(Desk::default())).is_ok());
-        common::datasets(&file)
+        crate::common::datasets(&file)
     };
     assert!(of("1") == of("3"));
 }

@@ -1,11 +1,9 @@
 //! Energies of bodies whose supports move, or whose obstacle does: against `½uᵀKu` and `½u̇ᵀMu̇` of all nodes, from matrices formed here, and against the
 //! work of the supports' reactions.
 
-mod common;
-
 use std::convert::Infallible;
 
-use common::problem;
+use crate::common::problem;
 use nalgebra::{DMatrix, DVector};
 use signorini::contact::System;
 use signorini::event::{self, Observer, Options, Report, Sample};
@@ -106,7 +104,7 @@ fn course(t: f64, order: usize) -> f64 {
 
 fn states(p: &Problem, text: &str, held: Held) -> (Vec<Row>, Report) {
     let mut rows = Rows { system: &p.system, held, rows: vec![] };
-    let report = simulate(&common::scene(text), p, false, &mut rows).unwrap();
+    let report = simulate(&crate::common::scene(text), p, false, &mut rows).unwrap();
     assert!(report.outcome.is_complete(), "{}", report.outcome);
     (rows.rows, report)
 }
@@ -327,7 +325,7 @@ fn weight_acts_on_the_redistributed_mass() {
             .solve(&weight.select_rows(&free))
             .unwrap();
         let u: Vec<f64> = free.iter().map(|&i| u[i]).collect();
-        common::relative(&u, own.as_slice())
+        crate::common::relative(&u, own.as_slice())
     };
     let redistributed =
         ["[5, 3]", "[10, 6]", "[20, 12]"].map(|n| off("method = \"mass-redistribution\"\n", n));

@@ -1,11 +1,9 @@
 //! Continuous integration tells the truth: its exit code, its table of times, what it leaves out, and which slow tests it runs.
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 
-use common::root;
+use crate::common::root;
 
 /// What a script of steps prints, and its exit code.
 fn steps(script: &str) -> (String, Option<i32>) {
@@ -56,9 +54,8 @@ fn ignored_tests_are_accounted_for() {
         let is_source = path.extension().is_some_and(|e| e == "rs");
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
         if is_source && std::fs::read_to_string(&path).unwrap().contains("\n#[ignore") {
-            let is_named = [format!("--test {name} "), format!("`{name}` ")]
-                .iter()
-                .any(|n| script.contains(n));
+            let is_named =
+                [format!(" {name}::"), format!("`{name}` ")].iter().any(|n| script.contains(n));
             assert!(is_named, "tests/{name}.rs has an ignored test that .ci/run does not name");
             found.push(name);
         }
@@ -74,7 +71,7 @@ fn what_is_missing_is_counted_or_fails() {
     let list = place.path().join("skipped");
     let call = |strict: Option<&str>, kind: &str| {
         let mut command = Command::new(&here);
-        command.args(["--exact", "a_program_is_missing", "--nocapture"]);
+        command.args(["--exact", "ci::a_program_is_missing", "--nocapture"]);
         command.env("SIGNORINI_SKIPPED", &list).env("SIGNORINI_MISSING", kind);
         match strict {
             Some(value) => command.env("SIGNORINI_STRICT", value),
@@ -95,17 +92,22 @@ fn what_is_missing_is_counted_or_fails() {
         let (passed, said) = call(strict, kind);
         assert_eq!(passed, passes, "{strict:?} {kind}: {said}");
         assert_eq!(lines(&list), before + usize::from(passes), "{strict:?} {kind}");
-        assert_eq!(said.contains("SKIPPED: a thing is not there: a_program_is_missing"), passes);
+        assert_eq!(
+            said.contains("SKIPPED: a thing is not there: ci::a_program_is_missing"),
+            passes
+        );
     }
-    assert!(std::fs::read_to_string(&list).unwrap().contains("a thing (a_program_is_missing)\n"));
+    assert!(
+        std::fs::read_to_string(&list).unwrap().contains("a thing (ci::a_program_is_missing)\n")
+    );
 }
 
 /// The other half of the test above, which calls it.
 #[test]
 fn a_program_is_missing() {
     match std::env::var("SIGNORINI_MISSING").as_deref() {
-        Ok("pinned") => common::unavailable("a thing", common::Kind::Pinned),
-        Ok(_) => common::unavailable("a thing", common::Kind::System),
+        Ok("pinned") => crate::common::unavailable("a thing", crate::common::Kind::Pinned),
+        Ok(_) => crate::common::unavailable("a thing", crate::common::Kind::System),
         Err(_) => {}
     }
 }

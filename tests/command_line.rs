@@ -1,12 +1,10 @@
 //! The program as a user meets it: exit codes, messages, JSON, files.
 
-mod common;
-
 use std::path::Path;
 use std::process::Output;
 
+use crate::common::root;
 use assert_cmd::Command;
-use common::root;
 use serde_json::Value;
 
 fn signorini(folder: &Path, arguments: &[&str]) -> Output {
@@ -271,7 +269,7 @@ fn a_stored_state_starts_the_next_run() {
     let whole = last("whole.toml");
     last("first.toml");
     let parts = last("second.toml");
-    let e = common::relative(&parts, &whole);
+    let e = crate::common::relative(&parts, &whole);
     assert!(e < 1e-8, "{e:e}");
 }
 

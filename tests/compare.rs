@@ -1,9 +1,7 @@
 //! Contact methods side by side. Reference numbers: an independent prototype in another language, printed to two or three digits: a number may differ by one in
 //! its last digit or by two percent.
 
-mod common;
-
-use common::{json, root, run, scene};
+use crate::common::{json, root, run, scene};
 use serde_json::Value;
 use signorini::compare::reference::Named;
 use signorini::compare::{Means, Plan, Request, Variant, outline, rows};
@@ -17,7 +15,7 @@ use signorini::store::read_comparison;
 fn bar() -> Scene {
     scene(&format!(
         "{}[initial]\ndisplacement = [\"-x/0.36\"]\n[run]\nuntil = 1.68\n",
-        common::bar(20)
+        crate::common::bar(20)
     ))
 }
 
@@ -292,7 +290,7 @@ fn a_half_plate_has_the_impulses_of_the_prototype_under_refinement() {
         )),
         ..Request::default()
     };
-    let c = compared(&common::shipped("half-plate-transient.toml"), Compared::Run, request);
+    let c = compared(&crate::common::shipped("half-plate-transient.toml"), Compared::Run, request);
     assert!(!c.exact && c.rows.iter().all(|r| r.mesh == "10x3" || r.mesh == "20x6"));
     for (name, distance, impulse, switches) in table {
         let rows = of(&c, name);
@@ -318,7 +316,7 @@ fn orbits_of_a_half_plate_are_those_of_the_prototype() {
         omega: vec![1.80],
         ..Request::default()
     };
-    let c = compared(&common::shipped("half-plate-orbit.toml"), Compared::Orbit, request);
+    let c = compared(&crate::common::shipped("half-plate-orbit.toml"), Compared::Orbit, request);
     for (name, energy, switches) in [
         ("mass-redistribution", 0.8715447210, 8.0),
         ("mass-redistribution:optimal", 1.2486616740, 8.0),
@@ -362,7 +360,8 @@ fn one_limit(names: &[&str], meshes: &[usize], limits: &[(&str, f64)]) -> Compar
         beta: Some(0.01),
         ..Request::default()
     };
-    let c = compared(&common::shipped("half-plate-viscous.toml"), Compared::Viscous, request);
+    let c =
+        compared(&crate::common::shipped("half-plate-viscous.toml"), Compared::Viscous, request);
     for (name, order) in limits {
         let rows = of(&c, name);
         let found = c.limits_of(&rows, Quantity::Energy);
@@ -566,7 +565,7 @@ fn a_signal_ends_a_row_and_keeps_the_others() {
         "-o",
     ];
     // the first row looks for signals some hundred times, the second one, of 10⁸ steps, at every step
-    let mut program = common::program();
+    let mut program = crate::common::program();
     program.args(arguments).arg(&stem).env("SIGNORINI_AT_LOOK", "INT 100000");
     assert_eq!(program.output().unwrap().status.code(), Some(130));
     let stored = read_comparison(&stem.with_extension("h5")).unwrap();

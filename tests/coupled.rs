@@ -1,8 +1,6 @@
 //! Phases that natural modes do not decouple: the exact flow by complex modes against Runge–Kutta on the same equations, which knows no modes.
 
-mod common;
-
-use common::problem;
+use crate::common::problem;
 use signorini::event::{self, Options, Report, Silent};
 use signorini::flow::Tolerances;
 use signorini::problem::Problem;

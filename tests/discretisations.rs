@@ -1,11 +1,9 @@
 //! The discretisations beside the paper's: nodal reactions, constant inertia, mass redistribution. Reference numbers: an independent prototype
 //! (event-driven modal flow in another language, two resolutions of its search agreeing to 2e-15).
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{bar_with as bar, observed, problem, reference_problem, relative};
+use crate::common::{bar_with as bar, observed, problem, reference_problem, relative};
 use signorini::contact::{State, States, System};
 use signorini::event::{Report, Silent, Verified};
 use signorini::orbit::search::{Effort, find};
@@ -247,20 +245,21 @@ fn no_equilibrium_is_said() {
     let text = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [6]\nyoung = 1.0\ndensity = 1.0\n\
          [contact]\nedge = \"right\"\ngap = 1.0\n[[load]]\nkind = \"gravity\"\namplitude = -1.0\n\
          [initial]\nequilibrium = true\n";
-    let error = Problem::new(&common::scene(text), None).unwrap_err().to_string();
+    let error = Problem::new(&crate::common::scene(text), None).unwrap_err().to_string();
     assert!(error.contains("initial.equilibrium") && error.contains("holds"), "{error}");
 }
 
 /// A body from matrices needs no boundary operator where the pressure is the nodal reaction: it moves as the mesh that the matrices came from.
 #[test]
 fn matrices_alone_are_enough_for_nodal_reactions() {
-    let path = common::root().join("validate/foreign/half-plate.toml");
+    let path = crate::common::root().join("validate/foreign/half-plate.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let kept: Vec<&str> = text.lines().filter(|l| !l.starts_with("n_")).collect();
     let text = kept.join("\n").replace("[contact]", "[contact]\nmethod = \"mass-redistribution\"");
     let scene = signorini::scenario::Scene::parse(&text, &path).unwrap();
     let given = Problem::new(&scene, None).unwrap();
-    let meshed = Problem::new(&common::shipped("half-plate-redistribution.toml"), None).unwrap();
+    let meshed =
+        Problem::new(&crate::common::shipped("half-plate-redistribution.toml"), None).unwrap();
     let run = |p: &Problem| {
         let z = Propagator::new(Problem::new(&scene, None).unwrap().system).unwrap();
         let start = z.state(&signorini::orbit::branch::mode_guess(&z, 1, -1.4).unwrap());

@@ -1,12 +1,10 @@
 //! The documentation: every command in it works, every scene in it runs, every link leads somewhere.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{root, run};
+use crate::common::{root, run};
 
 fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -111,7 +109,7 @@ fn the_page_of_commands_is_what_the_program_says() {
 #[test]
 fn the_page_of_validation_has_every_case() {
     let page = std::fs::read_to_string(root().join("docs/reference/validation.md")).unwrap();
-    let cases = common::json(&["validate", "--list"]);
+    let cases = crate::common::json(&["validate", "--list"]);
     let text = |v: &serde_json::Value| v.as_str().unwrap().to_owned();
     let cases: Vec<_> =
         cases.as_array().unwrap().iter().filter(|c| c["only_by_name"] == false).collect();
@@ -248,7 +246,7 @@ fn every_hypothesis_of_the_certificate_stands_in_the_code() {
 #[test]
 fn the_matlab_reader_reads_in_octave() {
     if Command::new("octave-cli").arg("--version").output().is_err() {
-        common::unavailable("Octave", common::Kind::System);
+        crate::common::unavailable("Octave", crate::common::Kind::System);
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -266,7 +264,7 @@ fn the_matlab_reader_reads_in_octave() {
     let text = String::from_utf8_lossy(&output.stdout);
     let said = String::from_utf8_lossy(&output.stderr);
     let numbers: Vec<f64> = text.split_whitespace().map(|x| x.parse().unwrap()).collect();
-    let hdf = common::hdf5_files().open(&file).unwrap();
+    let hdf = crate::common::hdf5_files().open(&file).unwrap();
     let u = hdf.dataset("trajectory/u").unwrap().read_2d::<f64>().unwrap();
     let t = hdf.dataset("trajectory/t").unwrap().read_1d::<f64>().unwrap();
     let (rows, columns) = u.dim();

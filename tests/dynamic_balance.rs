@@ -1,8 +1,6 @@
 //! Harmonic balance by dynamic stiffness beside that by all modes: two ways to one series.
 
-mod common;
-
-use common::shipped;
+use crate::common::shipped;
 use signorini::continuation::Go;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Track, sequential};

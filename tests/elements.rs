@@ -1,9 +1,7 @@
 //! Elements of every kind against exact solutions: a bar's axial frequency, pure bending, a thick cylinder under pressure; energies converge at twice the order of the
 //! element.
 
-mod common;
-
-use common::rectangle::rectangle;
+use crate::common::rectangle::rectangle;
 use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState, eigen, load};
 use signorini::mesh::ElementKind;
 

@@ -1,9 +1,7 @@
 //! The exact flows against Dormand–Prince at a tight tolerance, on everything that their formulas tell apart:
 //! damping from none to far beyond critical, loads through resonance, rigid motions.
 
-mod common;
-
-use common::{relative, scene};
+use crate::common::{relative, scene};
 use signorini::contact::phase_modes;
 use signorini::event::{Report, Silent};
 use signorini::problem::Problem;

@@ -1,14 +1,12 @@
 //! What `signorini export` writes: the fields against closed forms and against other programs' readers, the choice of
 //! states, and what stays in the folder.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::root;
+use crate::common::root;
 use serde_json::Value;
 use signorini::report::export::{self, Format, Plan, Selection};
 use signorini::store::Stored;
@@ -44,7 +42,7 @@ fn names(folder: &Path) -> BTreeSet<String> {
 }
 
 fn dataset(file: &Path, path: &str) -> Vec<f64> {
-    common::hdf5_files().open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
+    crate::common::hdf5_files().open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
 }
 
 const PLATE: &str = "title = 'a <plate> & \"a wall\"'\n[body]\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [6, 3]\nyoung = 1.0\n\
@@ -107,7 +105,7 @@ fn the_stress_of_linear_fields_is_hookes() {
 /// Every time and value of CSV, VTU and XDMF as `meshio` (and VTK, if it is there) read them, against the run's file.
 #[test]
 fn others_read_what_is_written() {
-    let Some(python) = common::python("meshio, h5py", "meshio") else { return };
+    let Some(python) = crate::common::python("meshio, h5py", "meshio") else { return };
     let place = tempfile::tempdir().unwrap();
     let linear = linear(
         "kind = 'plate'\nsize = [1.0, 1.0]\nelements = [2, 2]\nyoung = 1.0\npoisson = 0.0\ndensity = 1.0",
@@ -166,7 +164,11 @@ fn targets_are_told_before_and_files_are_marked() {
             match path.extension().unwrap().to_str().unwrap() {
                 "csv" => {}
                 "h5" => assert!(
-                    common::hdf5_files().open(path).unwrap().attr("signorini_version").is_ok()
+                    crate::common::hdf5_files()
+                        .open(path)
+                        .unwrap()
+                        .attr("signorini_version")
+                        .is_ok()
                 ),
                 _ => {
                     let text = fs::read_to_string(path).unwrap();
@@ -312,7 +314,7 @@ fn csv_is_plain() {
 }
 
 fn whole(file: &Path, path: &str) -> Vec<i64> {
-    common::hdf5_files().open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
+    crate::common::hdf5_files().open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
 }
 
 /// A chain of five different masses, two of which meet an obstacle that they do not reach.
@@ -370,7 +372,8 @@ fn a_body_of_matrices_has_one_numbering() {
     // the force acts on row 4: it moves first
     let moved: Vec<f64> = column.iter().map(|&c| u[columns + c].abs()).collect();
     assert!(moved[..4].iter().all(|x| *x < moved[4]), "{moved:?}");
-    let description = common::hdf5_files().open(&file).unwrap().dataset("mesh/dof_map").unwrap();
+    let description =
+        crate::common::hdf5_files().open(&file).unwrap().dataset("mesh/dof_map").unwrap();
     assert!(description.attr("description").is_ok());
     // displacement 3 meets the obstacle, by this name in the summary and in the list of switches
     run(

@@ -1,7 +1,5 @@
 //! Pictures of families: what is shown, what the legends say, where a band lies.
 
-mod common;
-
 use std::path::Path;
 
 use signorini::records::{
@@ -16,7 +14,7 @@ use tempfile::TempDir;
 const SCENE: &str = "scenarios/half-plate-orbit.toml";
 
 fn scene(elements: &str, contact: &str) -> String {
-    let text = std::fs::read_to_string(common::root().join(SCENE)).unwrap();
+    let text = std::fs::read_to_string(crate::common::root().join(SCENE)).unwrap();
     text.replace("elements = [10, 3]", &format!("elements = {elements}"))
         .replace("gap = 1.0", &format!("gap = 1.0\n{contact}"))
 }
@@ -311,7 +309,8 @@ fn an_error_statement_is_a_band_or_bars_around_the_energy() {
 }
 
 fn signorini(folder: &TempDir, arguments: &[&str], code: i32) -> String {
-    let output = common::program().current_dir(folder.path()).args(arguments).output().unwrap();
+    let output =
+        crate::common::program().current_dir(folder.path()).args(arguments).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
     error

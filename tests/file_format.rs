@@ -1,17 +1,15 @@
 //! The HDF5 layout seen from outside, with h5py; and what a killed program leaves.
 
-mod common;
-
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::root;
+use crate::common::root;
 
 /// What a script in Python with h5py says of a file; none where there is no h5py.
 fn check(script: &str, file: &Path) -> Option<String> {
-    let mut child = Command::new(common::python("h5py, numpy", "h5py")?)
+    let mut child = Command::new(crate::common::python("h5py, numpy", "h5py")?)
         .arg("-")
         .arg(file)
         .stdin(Stdio::piped())

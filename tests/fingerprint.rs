@@ -1,13 +1,11 @@
 //! What guards `--resume`: everything that a result hangs on is in the text of the scene or in its fingerprint.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Output;
 use std::sync::Arc;
 
-use common::{program, root};
+use crate::common::{program, root};
 use serde_json::Value;
 use signorini::contact::Rayleigh;
 use signorini::fem::{Course, Spline};

@@ -3,9 +3,6 @@
 //! Every case is a mutation of a small proper input, drawn from a seed, and one command that reads it. Whatever the input says,
 //! the exit code is one of 0, 1, 2, 3, nothing panics, nothing takes more than ten seconds of a processor or four gigabytes, and
 //! no input is changed. `make fuzz` runs all cases and keeps the input of each that fails; the suite runs a sample of them.
-#![cfg(unix)]
-
-mod common;
 #[path = "fuzz/material.rs"]
 mod material;
 #[path = "fuzz/structure.rs"]
@@ -22,7 +19,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use common::Splitmix;
+use crate::common::Splitmix;
 use material::{Begun, FAMILIES, Material};
 
 /// What no case may take by the clock: the machine may be busy.

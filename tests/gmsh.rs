@@ -1,8 +1,6 @@
 //! Meshes of Gmsh. Reference numbers: an independent prototype (its matrices agree with scikit-fem).
 
-mod common;
-
-use common::root;
+use crate::common::root;
 use signorini::contact::Gaps;
 use signorini::contact::phase_modes;
 use signorini::contact::{ContactError, Contacts, MassChoice, State, States, Stress, System};
@@ -261,7 +259,7 @@ fn what_cannot_be_read_is_refused_with_its_reason() {
 #[test]
 fn inspect_tells_what_is_in_a_mesh() {
     let at = |name: &str| root().join("tests/reference/meshes").join(name).display().to_string();
-    let found = common::json(&["inspect", &at("t6_plate.msh")]);
+    let found = crate::common::json(&["inspect", &at("t6_plate.msh")]);
     assert_eq!(found["format"], "4.1");
     assert_eq!(found["body"]["cells"], 22);
     assert_eq!(found["body"]["size"], serde_json::json!([1.0, 0.5, 0.0]));
@@ -269,8 +267,8 @@ fn inspect_tells_what_is_in_a_mesh() {
     assert!((0.3..1.0).contains(&least), "{least}");
     assert_eq!(found["groups"].as_array().unwrap().len(), 5);
     assert_eq!(found["groups"][0]["on_boundary"], true);
-    let text =
-        String::from_utf8(common::run(&["inspect", &at("q4_distorted.msh")]).stdout).unwrap();
+    let text = String::from_utf8(crate::common::run(&["inspect", &at("q4_distorted.msh")]).stdout)
+        .unwrap();
     for words in [
         "18 × quadrilateral of 4 nodes",
         "\"right\" (lines, #3)",
@@ -282,13 +280,13 @@ fn inspect_tells_what_is_in_a_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let damaged = folder.path().join("d.msh");
     std::fs::write(&damaged, &TWO.as_bytes()[..300]).unwrap();
-    let output = common::run(&["inspect", damaged.to_str().unwrap()]);
+    let output = crate::common::run(&["inspect", damaged.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     // a mesh that is no body: what is in it, and why it is none
     std::fs::write(&damaged, TWO.replace("2 2 3 1\n4 4 6 5 3\n", "3 2 4 1\n4 4 6 5 3\n")).unwrap();
-    let found = common::json(&["inspect", damaged.to_str().unwrap()]);
+    let found = crate::common::json(&["inspect", damaged.to_str().unwrap()]);
     assert!(found["error"].as_str().unwrap().contains("degenerate"), "{found}");
-    let text = common::run(&["inspect", &at("hex8_box.msh")]).stdout;
+    let text = crate::common::run(&["inspect", &at("hex8_box.msh")]).stdout;
     let text = String::from_utf8(text).unwrap();
     for words in [
         "16 × hexahedron of 8 nodes",
@@ -440,7 +438,7 @@ fn contact_on_meshes_is_that_of_the_prototype() {
                 .collect();
             let u = system.body.dofs.gather(&u)[..n_o].to_vec();
             let initial = State { v: vec![0.0; u.len()], u };
-            let report = common::event_driven(&system, &initial, 8.0, Integrator::Modal);
+            let report = crate::common::event_driven(&system, &initial, 8.0, Integrator::Modal);
             near(report.energy_start, e0, 1e-7, "energy at the start");
             near(report.switches[0].t, t1, 1e-8, "first switch");
             assert_eq!(report.switches.len() as f64, switches, "{name} {stress:?} {inertia:?}");

@@ -3,9 +3,7 @@
 //! A state is put on the surface `p_i = w_i = 0`, `ṗ_i = ẇ_i = 0` of one node; the accelerations of the free and of the
 //! contact phase then decide. All four combinations of signs occur on a plate.
 
-mod common;
-
-use common::{Collector, problem, random};
+use crate::common::{Collector, problem, random};
 use signorini::contact::State;
 use signorini::contact::{PointState, States, System};
 use signorini::event::{self, GrazingKind, Options};
@@ -166,7 +164,7 @@ fn exact_flows_pass_through_held_phases() {
             let (exact, _) = run_with(system, &state, until, integrator);
             assert_eq!(exact.switches.len(), stepped.switches.len(), "seed {seed}");
             assert!(exact.proof.uncertified >= 1 && !exact.is_certified());
-            let e = common::relative(&exact.last.u, &stepped.last.u);
+            let e = crate::common::relative(&exact.last.u, &stepped.last.u);
             // one seed chatters: a hundred switches amplify what its flows round, 1e-10 to 1e-8 from one flow to the next
             let bound = if exact.switches.len() > 50 { 1e-7 } else { 1e-10 };
             assert!(e < bound, "seed {seed}, {integrator:?}: {e:e}");

@@ -1,8 +1,6 @@
 //! Harmonic balance against finite differences, the numbers of an independent program, and true orbits.
 
-mod common;
-
-use common::{random, shipped};
+use crate::common::{random, shipped};
 use signorini::continuation::Go;
 use signorini::hbm::modes::{directional, solve};
 use signorini::hbm::newton::Settings;

@@ -4,11 +4,9 @@
 //! section 11.4). The theory takes the sphere for a half space: what it leaves out is of the order of `a/R`, the radius of the contact over that of the
 //! sphere, and makes the sphere stiffer, the contact shorter. It falls with the velocity, `a/R ~ v^{2/5}`.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{root, run};
+use crate::common::{root, run};
 use signorini::store::Stored;
 
 const POISSON: f64 = 0.3;

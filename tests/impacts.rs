@@ -1,8 +1,6 @@
 //! Newton's law of impact. Reference numbers: an independent prototype (event-driven modal flow in another language).
 
-mod common;
-
-use common::{bar_with, event_driven as run, half_plate_with, problem};
+use crate::common::{bar_with, event_driven as run, half_plate_with, problem};
 use signorini::event::{Outcome, Report, Silent, SwitchKind};
 use signorini::problem::Problem;
 use signorini::scenario::Integrator;
@@ -310,11 +308,13 @@ fn states_and_keys_that_mean_nothing_are_refused() {
 fn files_of_impacts_name_their_nodes() {
     let folder = tempfile::TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let text = std::fs::read_to_string(common::root().join("scenarios/bar.toml")).unwrap();
+    let text = std::fs::read_to_string(crate::common::root().join("scenarios/bar.toml")).unwrap();
     let text = text.replace("gap = 1.0\n", "gap = 1.0\nmethod = \"impact\"\nrestitution = 0.5\n");
     std::fs::write(at("bar.toml"), text).unwrap();
-    let output =
-        common::program().args(["run", &at("bar.toml"), "-o", &at("bar.h5")]).output().unwrap();
+    let output = crate::common::program()
+        .args(["run", &at("bar.toml"), "-o", &at("bar.h5")])
+        .output()
+        .unwrap();
     assert!(output.status.success());
     let stored = signorini::store::Stored::read(at("bar.h5").as_ref()).unwrap();
     assert_eq!(stored.contact_nodes, [40]);
@@ -366,9 +366,10 @@ fn rebounds_end_where_nothing_else_moves() {
 fn stored(folder: &std::path::Path, name: &str, text: &str) -> [Vec<f64>; 2] {
     let (scene, file) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}.h5")));
     std::fs::write(&scene, text).unwrap();
-    let output = common::run(&["run", scene.to_str().unwrap(), "-q", "-o", file.to_str().unwrap()]);
+    let output =
+        crate::common::run(&["run", scene.to_str().unwrap(), "-q", "-o", file.to_str().unwrap()]);
     assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-    let file = common::hdf5_files().open(file).unwrap();
+    let file = crate::common::hdf5_files().open(file).unwrap();
     let t = file.dataset("trajectory/t").unwrap().read_raw::<f64>().unwrap();
     let last = |name: &str| {
         let x = file.dataset(name).unwrap().read_2d::<f64>().unwrap();
@@ -420,7 +421,7 @@ fn steps_go_on_from_their_own_file() {
     let exact = exact.replace("moreau-jean", "impact").replace("step = 0.02\n", "");
     let scene = folder.path().join("exact.toml");
     std::fs::write(&scene, exact).unwrap();
-    let output = common::run(&["run", scene.to_str().unwrap(), "-q", "-o", "/dev/null"]);
+    let output = crate::common::run(&["run", scene.to_str().unwrap(), "-q", "-o", "/dev/null"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("penetrates"), "{said}");

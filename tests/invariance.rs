@@ -1,8 +1,6 @@
 //! What must not change: units, the direction of time, symmetry, the ledger over long times.
 
-mod common;
-
-use common::{Collector, problem, reference_problem, relative, scene};
+use crate::common::{Collector, problem, reference_problem, relative, scene};
 use signorini::contact::State;
 use signorini::event::{self, Options, Report, Silent};
 use signorini::flow::Tolerances;

@@ -1,6 +1,5 @@
 //! One way through the house: a module uses only what stands before it.
 
-mod common;
 #[path = "layering/scanner.rs"]
 mod scanner;
 
@@ -60,7 +59,7 @@ fn files(folder: &Path, without: &Path, found: &mut Vec<PathBuf>) {
 impl Crate {
     /// All its files: module path and text.
     fn sources(&self) -> Vec<(Vec<String>, String)> {
-        let root = common::root();
+        let root = crate::common::root();
         let folder = root.join(self.folder);
         let mut all = vec![];
         files(&folder, &root.join(self.without), &mut all);
@@ -192,6 +191,6 @@ fn the_root_declares_modules_and_nothing_else() {
 
 #[test]
 fn main_is_thin() {
-    let text = std::fs::read_to_string(common::root().join("src/main.rs")).unwrap();
+    let text = std::fs::read_to_string(crate::common::root().join("src/main.rs")).unwrap();
     assert!(text.lines().count() <= 20);
 }

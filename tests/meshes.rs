@@ -1,11 +1,9 @@
 //! Bodies from meshes, through scenes: what does not depend on how a body lies, is meshed, or is halved; obstacles on any group; what is refused.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::rectangle::{msh, rectangle};
-use common::{json, root, run, shipped};
+use crate::common::rectangle::{msh, rectangle};
+use crate::common::{json, root, run, shipped};
 use signorini::event::{Report, Silent};
 use signorini::mesh::{ElementKind, Mesh, structured};
 use signorini::problem::Problem;
@@ -70,7 +68,7 @@ fn plate(nx: usize, ny: usize) -> Scene {
         "[body]\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = [{nx}, {ny}]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
          [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[contact]\nedge = \"right\"\ngap = 0.3\n{MOTION}"
     );
-    common::scene(&text)
+    crate::common::scene(&text)
 }
 
 #[test]
@@ -494,7 +492,7 @@ fn a_displacement_moves_between_two_stops() {
             "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [12]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
              [contact]\nedge = \"right\"\n{contact}{initial}[run]\nuntil = 20.0\n"
         );
-        common::scene(&text)
+        crate::common::scene(&text)
     };
     for method in ["", "inertia = \"constant\"\n", "method = \"mass-redistribution\"\n"] {
         let of = |gaps: [f64; 2], sign: f64| {
@@ -638,7 +636,8 @@ fn every_command_takes_a_mesh() {
     ];
     for arguments in runs {
         let all = [arguments, &["--threads", "1", "-q"]].concat();
-        let output = common::program().current_dir(place.path()).args(&all).output().unwrap();
+        let output =
+            crate::common::program().current_dir(place.path()).args(&all).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{arguments:?}: {said}");
     }
@@ -707,7 +706,7 @@ fn every_method_works_in_any_direction() {
     ] {
         let straight =
             plate(nx, ny).source.text.replace("gap = 0.3\n", &format!("gap = 0.3\n{keys}"));
-        let straight = common::scene(&format!("{straight}{more}"));
+        let straight = crate::common::scene(&format!("{straight}{more}"));
         let rest = format!(
             "{CLAMP}[contact]\ngroup = \"right\"\ngap = 0.3\n{keys}{of_mesh}{MOTION}{of_turned}"
         );
@@ -753,9 +752,13 @@ fn the_optimal_mass_follows_a_body_that_is_moved() {
         let most = 1e-13 * x + 1e-11;
         let off = omega.iter().zip(&moved).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         assert!(n == m && off < most, "{x}: {off}");
-        assert!(common::relative(&last, &u) < 100.0 * most, "{x}: {}", common::relative(&last, &u));
+        assert!(
+            crate::common::relative(&last, &u) < 100.0 * most,
+            "{x}: {}",
+            crate::common::relative(&last, &u)
+        );
     }
-    let one = common::half_plate(1, 1, optimal);
-    let error = Problem::new(&common::scene(&one), None).unwrap_err().to_string();
+    let one = crate::common::half_plate(1, 1, optimal);
+    let error = Problem::new(&crate::common::scene(&one), None).unwrap_err().to_string();
     assert!(error.contains("contact.mass") && error.contains("moments"), "{error}");
 }

@@ -1,7 +1,5 @@
 //! Supports and obstacles that move, and loads with a measured history.
 
-mod common;
-
 use std::f64::consts::PI;
 
 use signorini::contact::State;
@@ -240,7 +238,7 @@ fn harmonic_balance_knows_loads_that_follow_the_frequency() {
         let z = body.frame(&r.state(&q, &dq, omega));
         let verdict = find(&mut body, Closure::FORCED, &z, omega, &Effort::default()).unwrap();
         let orbit = verdict.orbit().unwrap_or_else(|| panic!("{verdict}"));
-        let d = common::relative(&z, &orbit.z);
+        let d = crate::common::relative(&z, &orbit.z);
         assert!(d < 0.7 * last, "{n_h}: {d}");
         last = d;
     }
@@ -301,9 +299,9 @@ fn a_run_before_a_moving_obstacle_is_gone_on_with() {
         let file = folder.path().join(format!("{name}.h5"));
         std::fs::write(&scene, text).unwrap();
         let words = ["run", scene.to_str().unwrap(), "-q", "-o", file.to_str().unwrap()];
-        let output = common::run(&words);
+        let output = crate::common::run(&words);
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        let file = common::hdf5_files().open(file).unwrap();
+        let file = crate::common::hdf5_files().open(file).unwrap();
         let u = file.dataset("trajectory/u").unwrap().read_2d::<f64>().unwrap();
         u.row(u.nrows() - 1).to_vec()
     };

@@ -1,8 +1,6 @@
 //! `orbit --near-return`: which state of a run is a guess at an orbit.
 
-mod common;
-
-use common::{json, root, run};
+use crate::common::{json, root, run};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,14 +1,12 @@
 //! What a summary says of a scene beside its result: which nodes places name, and what of it has no effect.
 
-mod common;
-
-use common::{problem, root, shipped};
+use crate::common::{problem, root, shipped};
 use serde_json::Value;
 use signorini::problem::{Notes, Problem};
 use signorini::scenario::Scene;
 
 fn plate(rest: &str) -> String {
-    format!("{}{rest}", common::half_plate(8, 3, "method = \"mass-redistribution\"\n"))
+    format!("{}{rest}", crate::common::half_plate(8, 3, "method = \"mass-redistribution\"\n"))
 }
 
 fn notes(rest: &str) -> Notes {
@@ -167,7 +165,7 @@ fn summaries_tell_places_and_warnings() {
         ));
         let scene = folder.path().join("scene.toml");
         std::fs::write(&scene, text).unwrap();
-        let mut command = common::program();
+        let mut command = crate::common::program();
         command.arg("run").arg(&scene).arg("-o").arg(folder.path().join("out.h5")).arg("--force");
         if as_json {
             command.arg("--json");

@@ -1,13 +1,11 @@
 //! Results are neither lost nor changed: resumed, interrupted, on a full disk, over other files, by several processes.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
 
-use common::{datasets, program, root, wait_until};
+use crate::common::{datasets, program, root, wait_until};
 use tempfile::TempDir;
 
 const SCENE: &str = "scenarios/half-plate-orbit.toml";
@@ -33,13 +31,13 @@ fn at(folder: &TempDir, name: &str) -> String {
 }
 
 fn omegas(file: &str) -> Vec<(f64, f64)> {
-    let file = common::hdf5_files().open(file).unwrap();
+    let file = crate::common::hdf5_files().open(file).unwrap();
     let column = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
     column("backbone/branch").into_iter().zip(column("backbone/omega")).collect()
 }
 
 fn status(file: &str) -> String {
-    let file = common::hdf5_files().open(file).unwrap();
+    let file = crate::common::hdf5_files().open(file).unwrap();
     let text = file.attr("status").unwrap().read_scalar::<hdf5::types::VarLenUnicode>().unwrap();
     text.as_str().to_owned()
 }
@@ -358,7 +356,7 @@ fn goes_on(scene: &str, cut: &str, whole: &str, note: &serde_json::Value) {
         }
         assert!(text(&output).contains("--resume"), "{}", text(&output));
         assert_eq!(status(cut), "interrupted");
-        let file = common::hdf5_files().open(cut).unwrap();
+        let file = crate::common::hdf5_files().open(cut).unwrap();
         let stored = ["trajectory/t", "switches/t"].map(|name| file.dataset(name).unwrap().size());
         let now = stored.iter().sum();
         println!("{cut}: {what} {look}: {stored:?} rows");
@@ -372,7 +370,7 @@ fn goes_on(scene: &str, cut: &str, whole: &str, note: &serde_json::Value) {
     assert_eq!(code, Some(130), "{said}");
     if status(cut) == "interrupted" {
         // a kill between the last words of a run and its end leaves them in the file
-        let file = common::hdf5_files().open_rw(cut).unwrap();
+        let file = crate::common::hdf5_files().open_rw(cut).unwrap();
         file.create_group("report").unwrap().create_group("final").unwrap();
     }
     let ended = expect(0, &["run", scene, "-o", cut, "--json", "--resume"]);

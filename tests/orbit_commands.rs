@@ -1,11 +1,9 @@
 //! orbit, backbone, response, crosscheck from the command line: keys, exit codes, files, resumed runs.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use common::root;
+use crate::common::root;
 use serde_json::Value;
 use signorini::records::PointRecord;
 use signorini::store::StoredFamily;
@@ -140,7 +138,7 @@ fn a_killed_backbone_resumes_to_the_identical_branch() {
             .unwrap();
         // as soon as a few points are on disk
         let journal = PathBuf::from(format!("{cut_name}.journal"));
-        common::wait_until("six lines in the journal", || {
+        crate::common::wait_until("six lines in the journal", || {
             // a branch that is whole has no journal any more
             child.try_wait().unwrap().is_some()
                 || std::fs::read_to_string(&journal).is_ok_and(|text| text.lines().count() >= 6)
@@ -477,7 +475,7 @@ fn what_a_user_should_know_is_said() {
     assert!(said.contains("beta = 0.05"), "{said}");
     assert!(said.contains("WARNING: more than 50 %"), "{said}");
     let energy = |file: &str| -> String {
-        let file = common::hdf5_files().open(file).unwrap();
+        let file = crate::common::hdf5_files().open(file).unwrap();
         let text = file.dataset("backbone/energy").unwrap().attr("description").unwrap();
         text.read_scalar::<hdf5::types::VarLenUnicode>().unwrap().to_string()
     };

@@ -1,10 +1,8 @@
 //! Periodic orbits against finite differences, the table of independent solutions, and the event-driven integrator.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{problem, random, shipped};
+use crate::common::{problem, random, shipped};
 use faer::Mat;
 use signorini::contact::{PointState, State};
 use signorini::continuation::{Family, Go, Options, Stop};

@@ -1,6 +1,5 @@
 //! Orders of convergence, held tightly: finite elements by manufactured solutions, integrators by fixed steps, harmonic balance by closed forms.
 
-mod common;
 #[path = "orders/elements.rs"]
 mod elements;
 #[path = "orders/harmonics.rs"]

@@ -1,13 +1,11 @@
 //! The page of `signorini view`: what it is made of, and what it refuses. How it behaves in a browser: `make page`.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::common::root;
 use base64::Engine;
-use common::root;
 use serde_json::Value;
 use signorini::store::{Stored, StoredFamily};
 

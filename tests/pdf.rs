@@ -1,11 +1,9 @@
 //! Pictures as PDF: what PDFium draws from them is what the PNG shows.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{root, run};
+use crate::common::{root, run};
 use serde_json::Value;
 
 fn done(arguments: &[&str]) {
@@ -44,7 +42,7 @@ fn pdfium_draws_what_the_png_shows() {
     std::fs::write(&foreign, b"%PDF-1.7\n% mine\n").unwrap();
     assert_eq!(run(&["plot", &beam, "--only", "gap"]).status.code(), Some(2));
     std::fs::write(&foreign, ours).unwrap();
-    let Some(python) = common::python("pypdfium2, PIL, numpy", "PDFium") else { return };
+    let Some(python) = crate::common::python("pypdfium2, PIL, numpy", "PDFium") else { return };
     for pdf in pictures {
         let png = pdf.with_extension("png");
         let words = [&root().join("tests/pdf.py"), &pdf, &png] as [&Path; 3];

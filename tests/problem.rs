@@ -1,6 +1,5 @@
 //! From a scene to the problem, file by file of `src/problem`, against slow obvious computations: dense matrices, fields written down at nodes, bisection.
 
-mod common;
 #[path = "problem/given.rs"]
 mod given;
 #[path = "problem/loads.rs"]

@@ -1,11 +1,9 @@
 //! What a run says of itself is what is proved: errors of modes, ends before time, causes of a drift.
 
-mod common;
-
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use common::{problem, root};
+use crate::common::{problem, root};
 use signorini::contact::State;
 use signorini::continuation::Go;
 use signorini::event::{self, Observer, Options, Outcome, Report, Sample, Silent};
@@ -138,7 +136,7 @@ fn an_inertia_that_is_left_out_is_named() {
         path
     };
     let said = |command: &str, path: &std::path::Path, more: &[&str]| {
-        let output = common::program()
+        let output = crate::common::program()
             .arg(command)
             .arg(path)
             .args(more)

@@ -1,8 +1,6 @@
 //! Random bodies and initial states: never a penetration, never a tension, never a missed switch.
 
-mod common;
-
-use common::{Collector, problem, random};
+use crate::common::{Collector, problem, random};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use signorini::contact::State;

@@ -1,8 +1,6 @@
 //! Independent solutions of the nodal boundary equations (exact modal flow by other software).
 
-mod common;
-
-use common::{Reference, reference_problem, relative};
+use crate::common::{Reference, reference_problem, relative};
 use signorini::contact::States;
 use signorini::contact::phase_modes;
 use signorini::event::{self, Options, Report, Silent, Verified};

@@ -1,8 +1,6 @@
 //! Every shipped scene runs and is pinned: its numbers to the integration tolerance, its cost by counters.
 
-mod common;
-
-use common::{relative, root, shipped};
+use crate::common::{relative, root, shipped};
 use signorini::event::{Report, Silent};
 use signorini::problem::Problem;
 use signorini::scenario::Integrator;

@@ -1,13 +1,11 @@
 //! The schema of scenes against what the program reads: a validator of JSON Schema that is not ours takes what the program takes, and refuses what no scene may say.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{root, run};
+use crate::common::{root, run};
 use serde_json::{Value, json};
 use signorini::scenario::Scene;
 use signorini::study::Study;
@@ -17,7 +15,7 @@ fn validate(
     schema: &Value,
     texts: &[(String, String)],
 ) -> Option<BTreeMap<String, Option<String>>> {
-    let python = common::python("jsonschema", "jsonschema")?;
+    let python = crate::common::python("jsonschema", "jsonschema")?;
     let value =
         |text: &str| toml::from_str::<Value>(text).unwrap_or_else(|e| panic!("{text}: {e}"));
     let values: Vec<Value> = texts.iter().map(|(name, t)| json!([name, value(t)])).collect();

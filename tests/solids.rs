@@ -1,11 +1,9 @@
 //! Bodies in space: frequencies with the orders of their elements, energy, what does not depend on how a body lies, what is refused.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::cuboid::cuboid;
-use common::rectangle::msh;
+use crate::common::cuboid::cuboid;
+use crate::common::rectangle::msh;
 use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
 use signorini::event::{Report, Silent};
 use signorini::fem::{Body, DofMap, Facing, Fix, Held, Material, StressState, eigen};
@@ -167,8 +165,8 @@ fn linear_tetrahedra_that_cannot_bend_are_said() {
         assert_eq!(layers(kind, slender, [10, 1, 1]), None);
     }
     // walls of a wedge that are near each other are none of a slender body
-    let sphere = common::root().join("tests/reference/meshes/sphere-eighth-coarse.msh");
-    let found = common::json(&["inspect", sphere.to_str().unwrap()]);
+    let sphere = crate::common::root().join("tests/reference/meshes/sphere-eighth-coarse.msh");
+    let found = crate::common::json(&["inspect", sphere.to_str().unwrap()]);
     assert!(found["body"]["cells"].is_u64() && found["body"]["warning"].is_null(), "{found}");
     let place = folder(&cuboid(ElementKind::Tet4, slender, [10, 1, 1], 0.0));
     let at = |name: &str| place.path().join(name).display().to_string();
@@ -178,7 +176,7 @@ fn linear_tetrahedra_that_cannot_bend_are_said() {
         (vec!["run".to_owned(), at("scene.toml"), "-o".to_owned(), at("r.h5")], "mesh_warning"),
     ] {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let found = common::json(&words);
+        let found = crate::common::json(&words);
         let said = found[key].as_str().unwrap_or_default();
         assert!(said.contains("1.0 linear tetrahedra"), "{words:?} {said}");
     }
@@ -410,8 +408,13 @@ fn what_does_not_work_in_space_is_refused() {
         assert!(found.contains(words), "{found}\nnot: {words}");
     }
     let solid = folder(&cuboid(ElementKind::Hex8, [1.0, 0.5, 0.5], [1, 1, 1], 0.0));
-    let flat =
-        folder(&common::rectangle::rectangle(ElementKind::Quad4, [0.0, 1.0], 0.5, (2, 1), 0.0));
+    let flat = folder(&crate::common::rectangle::rectangle(
+        ElementKind::Quad4,
+        [0.0, 1.0],
+        0.5,
+        (2, 1),
+        0.0,
+    ));
     let whole = format!("{BODY}{contact}{START}[run]\nuntil = 1.0\n");
     let of_plane = "file = \"body.msh\"\nstate = \"plane strain\"";
     for (place, text, words) in [
@@ -536,7 +539,7 @@ fn loads_supports_and_methods_act_in_space() {
 }
 
 /// The viscous nonlinear mode of a rod in space of ten thousand displacements by reduction, eleven orbits; and how fast a mesh is read.
-/// `cargo test --release --test solids -- --ignored --nocapture` tells the times.
+/// `cargo test --release solids:: -- --ignored --nocapture` tells the times.
 #[test]
 #[ignore = "a minute"]
 fn a_viscous_backbone_in_space_of_ten_thousand_displacements() {
@@ -549,8 +552,9 @@ fn a_viscous_backbone_in_space_of_ten_thousand_displacements() {
     std::fs::write(at("rod.toml"), text).unwrap();
     let begun = std::time::Instant::now();
     let words = ["--viscous", "--quick", "--step", "0.04"];
-    let family =
-        common::json(&[&["backbone", &at("rod.toml"), "-o", &at("rod.h5")], &words[..]].concat());
+    let family = crate::common::json(
+        &[&["backbone", &at("rod.toml"), "-o", &at("rod.h5")], &words[..]].concat(),
+    );
     let points = family["points"].as_array().unwrap().len();
     println!("{points} orbits in {:.1} s", begun.elapsed().as_secs_f64());
     assert!(points >= 11, "{family}");
@@ -560,7 +564,7 @@ fn a_viscous_backbone_in_space_of_ten_thousand_displacements() {
     std::fs::write(&file, msh(&cuboid(ElementKind::Hex8, [1.0, 0.4, 0.4], cells, 0.1), |_| 0))
         .unwrap();
     let begun = std::time::Instant::now();
-    let read = common::json(&["inspect", file.to_str().unwrap()]);
+    let read = crate::common::json(&["inspect", file.to_str().unwrap()]);
     let seconds = begun.elapsed().as_secs_f64();
     let count = cells.iter().product::<usize>();
     println!("{count} cells in {seconds:.2} s: {:.0} a second", count as f64 / seconds);

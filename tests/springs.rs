@@ -1,9 +1,7 @@
 //! Penalty and Nitsche's method. Reference numbers: an independent prototype (event-driven modal flow in another language, two resolutions of its
 //! search agreeing to 2e-15).
 
-mod common;
-
-use common::{bar_with as bar, event_driven as run, half_plate_with as half_plate};
+use crate::common::{bar_with as bar, event_driven as run, half_plate_with as half_plate};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -132,7 +130,7 @@ fn the_two_mass_system_peaks_where_both_say() {
     use signorini::hbm::response::Summary;
     use signorini::hbm::{Form, prepare};
     use std::cell::RefCell;
-    let scene = common::shipped("two-mass-stop.toml");
+    let scene = crate::common::shipped("two-mass-stop.toml");
     let system = || Problem::new(&scene, None).unwrap().system;
     let body = RefCell::new(Propagator::new(system()).unwrap());
     body.borrow_mut().system.loads_mut().set_frequency(0.5);
@@ -196,16 +194,17 @@ fn viscous_modes_agree_in_time_and_in_series() {
 fn wrong_springs_are_refused() {
     let folder = tempfile::TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let plate = common::root().join("scenarios/half-plate-orbit.toml");
+    let plate = crate::common::root().join("scenarios/half-plate-orbit.toml");
     let plate = std::fs::read_to_string(plate).unwrap();
-    let two = std::fs::read_to_string(common::root().join("scenarios/two-mass-stop.toml")).unwrap();
+    let two = std::fs::read_to_string(crate::common::root().join("scenarios/two-mass-stop.toml"))
+        .unwrap();
     for file in ["two-mass-stop-M.mtx", "two-mass-stop-K.mtx"] {
-        std::fs::copy(common::root().join("scenarios").join(file), at(file)).unwrap();
+        std::fs::copy(crate::common::root().join("scenarios").join(file), at(file)).unwrap();
     }
     let with = |keys: &str| plate.replace("gap = 1.0\n", &format!("gap = 1.0\n{keys}"));
     let refused = |text: String, command: &str, words: &str| {
         std::fs::write(at("scene.toml"), text).unwrap();
-        let output = common::program()
+        let output = crate::common::program()
             .args([command, &at("scene.toml"), "-o", &at("x.h5")])
             .output()
             .unwrap();
@@ -243,12 +242,13 @@ fn wrong_springs_are_refused() {
 fn files_know_points_that_are_no_nodes() {
     let folder = tempfile::TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let plate = common::root().join("scenarios/half-plate-orbit.toml");
+    let plate = crate::common::root().join("scenarios/half-plate-orbit.toml");
     let text = std::fs::read_to_string(plate).unwrap();
     let text = text.replace("gap = 1.0\n", "gap = 1.0\nmethod = \"nitsche\"\n");
     std::fs::write(at("scene.toml"), text).unwrap();
     let run = |arguments: &[&str]| {
-        let output = common::program().args(arguments).current_dir(folder.path()).output().unwrap();
+        let output =
+            crate::common::program().args(arguments).current_dir(folder.path()).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
         String::from_utf8_lossy(&output.stdout).into_owned()

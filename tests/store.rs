@@ -1,11 +1,9 @@
 //! `run.store`, `run.precision`, and reports that list nothing: a file with a part of the displacements says the same of that part, and refuses the rest.
 
-mod common;
-
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{problem, root};
+use crate::common::{problem, root};
 use signorini::event::{Observer, Sample, Switch};
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;

@@ -1,13 +1,11 @@
 //! Studies: the same data whoever carries the tasks out, and however often they are interrupted.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use common::{datasets, root, wait_until};
+use crate::common::{datasets, root, wait_until};
 use serde_json::Value;
 
 /// A bar that bounces for a while, by two methods on three meshes before four gaps; a viscous look at families costs more than a test may.
@@ -384,7 +382,10 @@ impl Slurm {
         };
         let is_root = Command::new("id").arg("-u").output().is_ok_and(|o| o.stdout == b"0\n");
         if !(is_root && ["munged", "slurmctld", "slurmd", "sbatch"].into_iter().all(has)) {
-            common::unavailable("Slurm (Debian: slurm-wlm, munge; and root)", common::Kind::System);
+            crate::common::unavailable(
+                "Slurm (Debian: slurm-wlm, munge; and root)",
+                crate::common::Kind::System,
+            );
             return None;
         }
         let folder = tempfile::tempdir().unwrap();

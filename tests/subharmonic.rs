@@ -1,8 +1,6 @@
 //! Orbits of several periods of the loads, and the branches that begin at period doublings.
 
-mod common;
-
-use common::{json, run};
+use crate::common::{json, run};
 use signorini::event::Silent;
 use signorini::orbit::period_map::integrate_with;
 use signorini::orbit::search::{Effort, find};

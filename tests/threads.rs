@@ -1,10 +1,8 @@
 //! Results do not depend on the number of threads: every dataset of every command, row order included.
 
-mod common;
-
 use std::path::Path;
 
-use common::{datasets, program, root};
+use crate::common::{datasets, program, root};
 use tempfile::TempDir;
 
 /// The same command on 1, 2 and 5 threads.

@@ -1,8 +1,6 @@
 //! Families do not know the units that a scene is told in: length, time and mass scaled by anything give the same points.
 
-mod common;
-
-use common::json;
+use crate::common::json;
 use signorini::records::PointKind;
 use signorini::store::StoredFamily;
 use tempfile::TempDir;

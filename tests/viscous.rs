@@ -1,8 +1,6 @@
 //! The viscous nonlinear mode against numbers of an independent program (Python, sampled switch search, its own reduction).
 
-mod common;
-
-use common::{bar, half_plate};
+use crate::common::{bar, half_plate};
 
 use signorini::contact::{Contacts, Gaps, MassChoice, Stress, System};
 use signorini::continuation::{Go, Options, Stop};
@@ -28,7 +26,7 @@ fn full_plate(nx: usize, ny: usize, more: &str) -> String {
 }
 
 fn viscous_orbit(scene: &str, beta: f64, omega: f64) -> Orbit {
-    orbit_of(common::problem(scene).system, beta, omega)
+    orbit_of(crate::common::problem(scene).system, beta, omega)
 }
 
 fn orbit_of(system: System, beta: f64, omega: f64) -> Orbit {
@@ -87,7 +85,7 @@ fn half_plates_have_the_orbits_of_the_prototype() {
 /// One more redistribution, that of the prototype's first table: the mass of the contact displacements goes to their neighbours inside.
 #[test]
 fn mass_moved_to_the_neighbours_has_the_orbit_of_the_prototype() {
-    let whole = common::problem(&half_plate(10, 3, "")).system;
+    let whole = crate::common::problem(&half_plate(10, 3, "")).system;
     let mut body = (*whole.body).clone();
     let (n, n_o) = (body.dofs.n(), body.dofs.n_o);
     let least = 1e-12;
@@ -118,7 +116,7 @@ fn large_bodies_are_reduced() {
         (full_plate(46, 21, &reduced(230)), 296, (1.2833768306, 0.1760989338, 44, 0.3869266830)),
     ];
     for (scene, unknowns, (energy, alpha, switches, first)) in cases {
-        let system = common::problem(&scene).system;
+        let system = crate::common::problem(&scene).system;
         assert_eq!(system.n_o(), unknowns);
         let orbit = orbit_of(system, 0.01, 1.80);
         let found = orbit.viscous.as_ref().unwrap().alpha;
@@ -135,7 +133,8 @@ fn large_bodies_are_reduced() {
 #[test]
 fn the_damped_body_under_a_load_has_the_orbit_of_the_prototype() {
     let load = "[damping]\nrayleigh = [0.0, 0.02]\n[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.2220197576\nomega = 1.8\nphase = -1.5707963267948966\n";
-    let mut body = Propagator::new(common::problem(&half_plate(10, 3, load)).system).unwrap();
+    let mut body =
+        Propagator::new(crate::common::problem(&half_plate(10, 3, load)).system).unwrap();
     let found = [1.2, 1.5, 1.8, 2.2].into_iter().find_map(|a| {
         let mut guess = mode_guess(&body, 1, -a).unwrap();
         guess.resize(2 * body.n(), 0.0);
@@ -159,7 +158,7 @@ fn the_damped_body_under_a_load_has_the_orbit_of_the_prototype() {
 #[test]
 fn a_tongue_is_passed_from_the_linear_mode() {
     let scene = half_plate(10, 3, "method = \"mass-redistribution\"\n");
-    let mut body = Propagator::new(common::problem(&scene).system).unwrap();
+    let mut body = Propagator::new(crate::common::problem(&scene).system).unwrap();
     let pin = Pin::new(&body, viscous::pinned_mode(&body).unwrap(), 0.01);
     let closure = Closure::Viscous(pin);
     let start = pin.guesses(&body, 1.87).into_iter().find_map(|guess| {
@@ -201,7 +200,7 @@ fn backbone(scene: &str, arguments: &[&str], unit: f64) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(at("scene.toml"), scene).unwrap();
-    let output = common::program()
+    let output = crate::common::program()
         .args(["backbone", &at("scene.toml"), "--viscous", "--quick", "--json", "-o", &at("v.h5")])
         .args(arguments)
         .output()
@@ -258,7 +257,7 @@ fn units_do_not_matter() {
 /// Dormand and Prince, which know neither modes nor closed forms, come back to where they started.
 #[test]
 fn runge_kutta_returns_to_the_viscous_orbit() {
-    let mut body = Propagator::new(common::problem(&half_plate(10, 3, "")).system).unwrap();
+    let mut body = Propagator::new(crate::common::problem(&half_plate(10, 3, "")).system).unwrap();
     let pin = Pin::new(&body, viscous::pinned_mode(&body).unwrap(), 0.01);
     let closure = Closure::Viscous(pin);
     let guess = pin.guesses(&body, 1.8).remove(0);
@@ -271,7 +270,7 @@ fn runge_kutta_returns_to_the_viscous_orbit() {
         let report =
             event::run(&body.system, &orbit.state, &options, flow.as_mut(), &mut Silent).unwrap();
         let (start, end) = (body.frame(&orbit.state), body.frame(&report.last));
-        let distance = common::relative(&end, &start);
+        let distance = crate::common::relative(&end, &start);
         assert!(distance < most, "{distance}");
         assert_eq!(report.switches.len(), orbit.switches.len());
         // the viscosity takes what the feedback gives, but for the jumps of the mass

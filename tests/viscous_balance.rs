@@ -1,8 +1,6 @@
 //! Harmonic balance of the viscous nonlinear mode against numbers of an independent program, and against orbits in time.
 
-mod common;
-
-use common::{Splitmix, bar, half_plate, problem};
+use crate::common::{Splitmix, bar, half_plate, problem};
 use signorini::continuation::{Go, Options, Stop};
 use signorini::hbm::modes::solve;
 use signorini::hbm::newton::Settings;
@@ -66,7 +64,7 @@ fn series_converge_to_the_orbit_in_time() {
         let orbit = verdict.orbit().unwrap();
         assert!((orbit.energy / 0.6567459227 - 1.0).abs() < 1e-9);
         let n = 2 * shooter.n();
-        distances.push(common::relative(&guess[..n], &orbit.z[..n]));
+        distances.push(crate::common::relative(&guess[..n], &orbit.z[..n]));
     }
     println!("{distances:?}");
     // measured by the prototype: 5.1e-2, 3.9e-3, 1.8e-4, 2.6e-5
@@ -95,7 +93,7 @@ fn the_derivative_is_that_of_the_residual() {
         let h = 1e-6;
         let (up, down, change) = (at(&mut body, h).0, at(&mut body, -h).0, at(&mut body, 0.0).1);
         let difference: Vec<f64> = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * h)).collect();
-        let e = common::relative(&difference, &change);
+        let e = crate::common::relative(&difference, &change);
         println!("{e:e}");
         assert!(e < 1e-8, "{e}");
     }

@@ -1,10 +1,8 @@
 //! The viscous nonlinear mode on the command line: what it prints, what it keeps, what it refuses; reduced bodies.
 
-mod common;
-
 use std::path::Path;
 
-use common::{datasets, hdf5_files, json, run};
+use crate::common::{datasets, hdf5_files, json, run};
 use serde_json::Value;
 use signorini::records::Changed;
 use signorini::store::StoredFamily;
@@ -219,7 +217,7 @@ fn a_reduced_body_is_told_on_its_mesh() {
     let (b, v) = read(&all, "all.h5");
     let (c, _) = read(&some, "some.h5");
     assert_eq!(u.len(), v.len());
-    assert!(common::relative(&v, &u) < 1e-9, "{}", common::relative(&v, &u));
+    assert!(crate::common::relative(&v, &u) < 1e-9, "{}", crate::common::relative(&v, &u));
     assert_eq!(
         a["final"]["u"].as_array().unwrap().len(),
         b["final"]["u"].as_array().unwrap().len()

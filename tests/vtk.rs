@@ -1,17 +1,15 @@
 //! VTK reads what is exported, where it is installed (`tests/requirements-vtk.txt` into the environment of `make setup`; CI does).
 
-mod common;
-
 use std::process::Command;
 
-use common::cuboid::cuboid;
-use common::rectangle::msh;
-use common::root;
+use crate::common::cuboid::cuboid;
+use crate::common::rectangle::msh;
+use crate::common::root;
 use signorini::mesh::ElementKind;
 
 #[test]
 fn vtk_reads_series_of_every_solid_element() {
-    let Some(python) = common::python("vtk, h5py", "VTK") else { return };
+    let Some(python) = crate::common::python("vtk, h5py", "VTK") else { return };
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
     for kind in ElementKind::ALL.into_iter().filter(|k| k.dim() == 3) {
@@ -25,7 +23,7 @@ fn vtk_reads_series_of_every_solid_element() {
             vec!["run", &at("scene.toml"), "-o", &at("run.h5"), "--force", "-q"],
             vec!["export", &at("run.h5"), "--format", "vtkhdf", "-q"],
         ] {
-            let done = common::run(&arguments);
+            let done = crate::common::run(&arguments);
             assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         }
         let read = Command::new(&python)

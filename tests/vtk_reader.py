@@ -12,7 +12,10 @@ import numpy as np
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-VTK_CELLS = {4: 10, 10: 24, 8: 12, 20: 25, 27: 29}
+# nodes of a cell: its type in VTK
+VTK_CELLS = {4: 10, 10: 24, 8: 12, 20: 25, 27: 29, 6: 13, 15: 26, 18: 32}
+# its corners, and the cell of them whose functions are linear
+CORNERS = {4: (4, vtk.vtkTetra), 10: (4, vtk.vtkTetra), 6: (6, vtk.vtkWedge), 15: (6, vtk.vtkWedge), 18: (6, vtk.vtkWedge)}
 
 
 def main(run, exported, volume):
@@ -51,9 +54,9 @@ def main(run, exported, volume):
     for c in range(grid.GetNumberOfCells()):
         cell = grid.GetCell(c)
         local, weights, place = cell.GetParametricCoords(), [0.0] * cell.GetNumberOfPoints(), [0.0] * 3
-        corners = {10: 4, 24: 4}.get(cell.GetCellType(), 8)
+        corners, linear = CORNERS.get(cell.GetNumberOfPoints(), (8, vtk.vtkHexahedron))
+        linear = linear()
         x = np.array([cell.GetPoints().GetPoint(k) for k in range(cell.GetNumberOfPoints())])
-        linear = vtk.vtkTetra() if corners == 4 else vtk.vtkHexahedron()
         for k in range(len(x)):
             functions = [0.0] * corners
             linear.InterpolateFunctions([local[3 * k + j] for j in range(3)], functions)

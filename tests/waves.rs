@@ -1,7 +1,5 @@
 //! The continuum of the uniform bar by waves: against closed forms.
 
-mod common;
-
 use signorini::event::{Report, Silent};
 use signorini::problem::Problem;
 use signorini::scenario::Scene;

@@ -1,14 +1,12 @@
 //! The flow that follows the surroundings of the contact from switch to switch and the rest of the body in steps: the same motion as that of the body as one,
 //! whose flow is checked against matrix exponentials and modes elsewhere.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use common::rectangle::{msh, rectangle};
-use common::{problem, relative, scene};
+use crate::common::rectangle::{msh, rectangle};
+use crate::common::{problem, relative, scene};
 use signorini::event::{Checkpoint, Observer, Outcome, Report, Resumed, Sample, Switch};
 use signorini::flow::Zoned;
 use signorini::mesh::{ElementKind, Facet, Mesh};
@@ -206,10 +204,15 @@ fn what_is_stored_far_away_is_no_older_state() {
         let scene = folder.path().join(format!("{store}.toml"));
         std::fs::write(&scene, text).unwrap();
         let file = scene.with_extension("h5");
-        let done =
-            common::run(&["run", scene.to_str().unwrap(), "-o", file.to_str().unwrap(), "-q"]);
+        let done = crate::common::run(&[
+            "run",
+            scene.to_str().unwrap(),
+            "-o",
+            file.to_str().unwrap(),
+            "-q",
+        ]);
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        common::hdf5_files().open(&file).unwrap()
+        crate::common::hdf5_files().open(&file).unwrap()
     };
     let (part, all) = (of("contact"), of("all"));
     let columns = part.dataset("trajectory/columns").unwrap().read_raw::<i64>().unwrap();

@@ -6,7 +6,7 @@ use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenArray, VarLenU
 use hdf5::{File, Group, H5Type, LocationType, Result};
 use ndarray::{ArrayD, IxDyn};
 
-use super::common::Splitmix;
+use crate::common::Splitmix;
 
 /// Numbers that stand in place of others.
 const NUMBERS: &[f64] = &[

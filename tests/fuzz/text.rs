@@ -1,6 +1,6 @@
 //! Mutations of bytes and of text: what a bad disk, an editor, another program, or a bad day makes of a file.
 
-use super::common::Splitmix;
+use crate::common::Splitmix;
 
 /// Tokens that stand in place of a number.
 pub const NUMBERS: &[&str] = &[

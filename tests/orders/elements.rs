@@ -5,9 +5,9 @@
 use signorini::fem::{Body, DofMap, Held, Material, SpdFactor, StressState};
 use signorini::mesh::{ElementKind, Family, Mesh, Point};
 
-use super::common::cuboid::cuboid;
-use super::common::rectangle::rectangle;
 use super::slope;
+use crate::common::cuboid::cuboid;
+use crate::common::rectangle::rectangle;
 
 const YOUNG: f64 = 2.0;
 const POISSON: f64 = 0.3;

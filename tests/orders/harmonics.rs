@@ -7,9 +7,9 @@ use signorini::hbm::newton::Settings;
 use signorini::hbm::{Basis, Form, Reduction, Series};
 use signorini::problem::Problem;
 
-use super::common::shipped;
 use super::slope;
 use super::steps::oscillator;
+use crate::common::shipped;
 
 /// The period of the oscillator from its far point `−a`.
 fn period(a: f64) -> f64 {

@@ -12,8 +12,8 @@ use signorini::problem::Problem;
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
 
-use super::common::{problem, scene, shipped};
 use super::{rms, slope};
+use crate::common::{problem, scene, shipped};
 
 /// A Runge–Kutta flow that accepts every step, of size `h` or up to the limit.
 struct Fixed<'a> {

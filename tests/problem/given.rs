@@ -8,9 +8,9 @@ use signorini::mesh::ElementKind;
 use signorini::problem::Problem;
 use signorini::scenario::Scene;
 
-use super::common::rectangle::{msh, rectangle};
-use super::common::{bar, problem};
 use super::dense;
+use crate::common::rectangle::{msh, rectangle};
+use crate::common::{bar, problem};
 
 fn written(place: &Path, name: &str, a: &DMatrix<f64>) {
     let mut text =

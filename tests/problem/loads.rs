@@ -4,8 +4,8 @@ use signorini::contact::System;
 use signorini::contact::{grazing_scale, phase_modes};
 use signorini::fem::{Body, DofMap, Material};
 
-use super::common::{problem, scene};
 use super::{assert_near, dense, plate, vector};
+use crate::common::{problem, scene};
 
 /// Forces on nodes at a time.
 fn at(system: &System, t: f64) -> Vec<f64> {

@@ -3,8 +3,8 @@
 use signorini::contact::System;
 use signorini::contact::{grazing_scale, phase_modes};
 
-use super::common::{bar, problem};
 use super::{assert_near, dense, plate, refused, vector};
+use crate::common::{bar, problem};
 
 /// `body.rs`: a gap is the expression at the node; from a plane, how far the node may go along its normal.
 #[test]
