@@ -95,7 +95,7 @@ docs: build
 
 # a part of make test as well
 study-slurm: setup
-	cargo test --release --locked study::start -- --nocapture
+	cargo test --release --locked study::a_job_array -- --nocapture
 
 pictures: build peers
 	@mkdir -p out docs
