@@ -50,8 +50,7 @@ fn family(method: PointMethod, points: &[(f64, f64)]) -> StoredFamily {
     StoredFamily {
         title: "Half plate".into(),
         scene: scene("[10, 3]", ""),
-        kind: identity.to_string(),
-        identity: Some(identity),
+        identity,
         branches: vec![branch],
         points: points.iter().enumerate().map(point).collect(),
         ..StoredFamily::default()
@@ -169,7 +168,7 @@ fn families_of_one_picture_are_called_by_what_tells_them_apart() {
 fn responses(name: &str, ratios: &[(f64, bool)]) -> StoredFamily {
     let mut family = family(PointMethod::Shooting, &UP);
     let walk = Walk::Response(Grid { origin: 1.6, step: 0.02 });
-    family.identity = Some(FamilyKind { method: PointMethod::Shooting, walk, problem: 7 });
+    family.identity = FamilyKind { method: PointMethod::Shooting, walk, problem: 7 };
     family.path = format!("{name}.h5").into();
     family.branches =
         ratios.iter().map(|r| Branch::Response { percent: Some(r.0), series: None }).collect();

@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let problem = load::of_scene(&scene)?;
     let series = read(arguments, problem.system.n_o())?;
     let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
-    let known = own.as_ref().and_then(|f| f.identity.as_ref()?.method.viscosity());
+    let known = own.as_ref().and_then(|f| f.identity.method.viscosity());
     let closure = arguments.closure(&scene, &problem, &series, known)?;
     if own.is_some_and(|f| f.scene != scene.source.text) {
         global.caller.warn(&format!(

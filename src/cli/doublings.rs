@@ -41,7 +41,7 @@ pub(super) fn of_response(
     scene: &Scene,
     problem: &Problem,
 ) -> Result<Vec<(usize, Doubling)>, CliError> {
-    if response.identity.as_ref().is_none_or(|k| k.problem != fingerprint(scene, problem)) {
+    if response.identity.problem != fingerprint(scene, problem) {
         return refuse(
             response,
             "it is no response of this scene; give the scene that it was made from",

@@ -311,7 +311,7 @@ impl Overview<'_> {
         let mut json = json!({
             "title": f.title, "status": f.status, "version": origin.version,
             "created": origin.created, "command": origin.command, "scene": f.scene,
-            "kind": f.kind, "branches": branches, "points": f.points.len(),
+            "kind": f.identity.to_string(), "branches": branches, "points": f.points.len(),
             "orbits": self.orbits().count(), "stable": stable, "unstable": unstable,
             "gaps": self.gaps(), "specials": self.specials(), "omega": self.omega(),
             "energy": self.bounds(|o| o.energy), "amplitude": self.bounds(|o| o.amplitude),
@@ -342,7 +342,7 @@ impl Overview<'_> {
                 origin.nodes, origin.elements, origin.displacements, origin.contact_points
             ),
         );
-        line("family", format!("{}, {} points", f.kind, f.points.len()));
+        line("family", format!("{}, {} points", f.identity, f.points.len()));
         for (k, branch) in f.branches.iter().enumerate() {
             let (points, orbits, omega) = self.extent(k);
             let range = omega.map_or(String::new(), |o| format!(", omega = {}", span(o)));

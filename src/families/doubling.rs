@@ -13,7 +13,7 @@ use crate::orbit::along::Start;
 use crate::orbit::period_map::integrate;
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, OrbitError, Propagator, floquet};
-use crate::records::{Bifurcation, Outside, PointKind, PointRecord};
+use crate::records::{Bifurcation, PointKind, PointRecord};
 use crate::store::StoredFamily;
 
 /// A period doubling of a stored response.
@@ -39,12 +39,11 @@ pub(crate) fn of_family(family: &StoredFamily, size: usize) -> Vec<Doubling> {
         points.sort_by_key(|p| p.index);
         for (k, p) in points.iter().enumerate() {
             let PointKind::Stability(change) = &p.special else { continue };
-            let Outside::Known { before, after } = &change.outside else { continue };
             if change.how != Bifurcation::PeriodDoubling {
                 continue;
             }
             let below = |x: &[i64]| x.get(1).copied().unwrap_or(0);
-            let opens = below(after) > below(before);
+            let opens = below(&change.after) > below(&change.before);
             let known = |p: &&PointRecord| {
                 let x = &p.place.as_ref().filter(|_| p.orbit.is_some())?.x;
                 let (omega, z) = x.split_last()?;

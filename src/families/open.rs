@@ -74,9 +74,7 @@ fn continued(asked: &Asked, stored: &StoredFamily) -> Result<FamilyPlan, FamilyE
     if stored.scene != asked.scene.source.text {
         return refuse("it was made from another scene".into());
     }
-    let Some(identity) = &stored.identity else {
-        return refuse("it is of an earlier version of signorini".into());
-    };
+    let identity = &stored.identity;
     if let Some(difference) = identity.difference(&plan.identity) {
         return refuse(format!("it was made with other options: {difference}"));
     }

@@ -1,11 +1,11 @@
 //! What a branch of a family holds.
-//!
-//! In files a branch stands as a name, which is written by [`std::fmt::Display`] and read by [`Branch::of_name`], here and nowhere else.
 
 use std::fmt::{Display, Formatter, Result};
 
+use serde::{Deserialize, Serialize};
+
 /// What a branch of a family holds.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Branch {
     /// Orbits by shooting, one at each frequency of a grid.
     Sequential,
@@ -37,12 +37,10 @@ pub enum Branch {
         /// Number of harmonics of the series.
         harmonics: usize,
     },
-    /// Named by another version.
-    Other(String),
 }
 
 /// Where a branch goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Direction {
     /// To higher frequencies.
     Up,
@@ -67,10 +65,6 @@ impl Direction {
             Direction::Up => "up",
             Direction::Down => "down",
         }
-    }
-
-    fn of_word(word: &str) -> Option<Direction> {
-        Direction::BOTH.into_iter().find(|d| d.word() == word)
     }
 }
 
@@ -101,44 +95,6 @@ impl Branch {
             _ => None,
         }
     }
-
-    /// The branch that is named so.
-    pub fn of_name(name: &str) -> Branch {
-        let plain = [Branch::Sequential].into_iter().chain(Direction::BOTH.map(Branch::Along));
-        let read = [series(name), response(name), doubled(name), checked(name)];
-        plain
-            .chain(read.into_iter().flatten())
-            .find(|branch| branch.to_string() == name)
-            .unwrap_or_else(|| Branch::Other(name.to_owned()))
-    }
-}
-
-fn series(name: &str) -> Option<Branch> {
-    let mut parts = name.strip_prefix("N_h = ")?.split(", ");
-    let harmonics = parts.next()?.parse().ok()?;
-    Some(Branch::Series { harmonics, direction: parts.next().and_then(Direction::of_word) })
-}
-
-fn response(name: &str) -> Option<Branch> {
-    let mut parts = name.split(", ");
-    let percent = match parts.next()?.strip_prefix("damping ratio ") {
-        Some(number) => Some(number.strip_suffix(" %")?.parse().ok()?),
-        None => None,
-    };
-    let harmonics = parts.next().and_then(|p| p.strip_prefix("N_h = ")?.parse().ok());
-    let direction = parts.next().and_then(Direction::of_word);
-    Some(Branch::Response { percent, series: harmonics.zip(direction) })
-}
-
-fn doubled(name: &str) -> Option<Branch> {
-    let (of, omega) = name.split_once(", doubled at ")?;
-    let Branch::Response { percent, .. } = response(of)? else { return None };
-    Some(Branch::Doubled { percent, omega: omega.parse().ok()? })
-}
-
-fn checked(name: &str) -> Option<Branch> {
-    let harmonics = name.strip_prefix("orbits shot from N_h = ")?.parse().ok()?;
-    Some(Branch::Checked { harmonics })
 }
 
 impl Display for Branch {
@@ -163,7 +119,6 @@ impl Display for Branch {
                 write!(f, "{of}, doubled at {omega}")
             }
             Branch::Checked { harmonics } => write!(f, "orbits shot from N_h = {harmonics}"),
-            Branch::Other(name) => f.write_str(name),
         }
     }
 }
@@ -178,7 +133,6 @@ mod tests {
         let mut all = vec![Branch::Sequential, Branch::Checked { harmonics: 7 }];
         let doubled = |percent| Branch::Doubled { percent, omega: 1.539_028_15 };
         all.extend([None, Some(1.0)].map(doubled));
-        all.push(Branch::Other("branch of a later version".into()));
         all.extend(Direction::BOTH.map(Branch::Along));
         all.extend(walks.map(|direction| Branch::Series { harmonics: 11, direction }));
         for percent in [None, Some(0.5), Some(100.0 * 0.07)] {
@@ -186,19 +140,17 @@ mod tests {
             all.extend(series.map(|series| Branch::Response { percent, series }));
         }
         for branch in all {
-            let name = branch.to_string();
-            assert_eq!(Branch::of_name(&name), branch, "{name}");
+            let json = serde_json::to_string(&branch).unwrap();
+            assert_eq!(serde_json::from_str::<Branch>(&json).unwrap(), branch, "{json}");
         }
     }
 
     #[test]
-    fn names_say_what_the_pictures_need() {
-        let branch = Branch::of_name("damping ratio 0.5 %, N_h = 11, up");
-        assert_eq!(branch.percent(), Some(0.5));
-        assert_eq!(branch.harmonics(), Some(11));
-        assert_eq!(branch.direction(), Some(Direction::Up));
-        for name in ["", "shooting", "N_h = 3, sideways", "damping ratio x %", "N_h = 03"] {
-            assert_eq!(Branch::of_name(name), Branch::Other(name.into()));
-        }
+    fn names_say_what_a_branch_holds() {
+        let series = Some((11, Direction::Up));
+        let branch = Branch::Response { percent: Some(0.5), series };
+        assert_eq!(branch.to_string(), "damping ratio 0.5 %, N_h = 11, up");
+        let doubled = Branch::Doubled { percent: None, omega: 1.5 };
+        assert_eq!(doubled.to_string(), "forced response, doubled at 1.5");
     }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::bits;
 
 /// Method, way of walking, options, and the problem.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FamilyKind {
     /// How a point is computed.
     pub method: PointMethod,
@@ -21,9 +21,10 @@ pub struct FamilyKind {
 }
 
 /// How a point of a family is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub enum PointMethod {
     /// In time.
+    #[default]
     Shooting,
     /// In time: the viscous nonlinear mode.
     Viscous {
@@ -62,7 +63,7 @@ pub enum PointMethod {
 }
 
 /// How a family is walked through.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub enum Walk {
     /// At each frequency of a grid: a backbone.
     Grid(Grid),
@@ -93,6 +94,7 @@ pub enum Walk {
         locate: bool,
     },
     /// Point by point as a file gives them.
+    #[default]
     Given,
 }
 
@@ -273,23 +275,6 @@ impl std::fmt::Display for Way {
 }
 
 impl Outline {
-    /// The outline of a family of that name. The names of all versions hold the same words, of which these decide.
-    pub fn of_name(name: &str) -> Outline {
-        let solver = match name {
-            _ if name.contains("crosscheck") => Solver::Check,
-            _ if name.starts_with("hbm") => Solver::HarmonicBalance,
-            _ if name.starts_with("viscous") => Solver::Viscous,
-            _ => Solver::Shooting,
-        };
-        let way = match name {
-            _ if name.contains("response") => Way::Response,
-            _ if name.contains(" sequential") => Way::Sequential,
-            _ if name.contains(" natural") => Way::Natural,
-            _ => Way::Arclength,
-        };
-        Outline { solver, way }
-    }
-
     /// Whether a point need not belong together with the one before it: each was found at its own frequency.
     pub(crate) fn is_point_by_point(&self) -> bool {
         match self.way {
@@ -373,10 +358,6 @@ mod tests {
         for (method, walk) in method.iter().flat_map(|m| walk.iter().map(move |w| (*m, *w))) {
             let kind = FamilyKind { method, walk, problem: 7 };
             assert!(kind.to_string().starts_with(&kind.outline().to_string()));
-            assert_eq!(Outline::of_name(&kind.to_string()), kind.outline());
         }
-        // an earlier version
-        let old = Outline { solver: Solver::Shooting, way: Way::Response };
-        assert_eq!(Outline::of_name("response"), old);
     }
 }

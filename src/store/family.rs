@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use hdf5::Group;
+use serde::Serialize;
 use serde_json as json;
 
 use super::crosscheck::write_crosscheck;
@@ -18,7 +19,7 @@ use super::orbits::{Word, scalar, word, write_orbit, write_place};
 use super::output::{Staged, check_room};
 use super::ridge::write_ridge;
 use super::series::SeriesWriter;
-use super::stored::{StoredFamily, names_of};
+use super::stored::StoredFamily;
 use super::table::{Form, Table};
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::{States, System};
@@ -171,8 +172,10 @@ impl FamilyWriter {
             let file = create_file(staged.at(), scene, system, options)?;
             let g = file.create_group("backbone")?;
             write_text(&g, "kind", &plan.identity.to_string())?;
-            write_text(&g, "identity", &json::to_string(&plan.identity).unwrap_or_default())?;
-            write_text(&g, "branches", &names_of(&plan.branches).join("\n"))?;
+            write_record(&g, "identity", &plan.identity)?;
+            let names: Vec<String> = plan.branches.iter().map(Branch::to_string).collect();
+            write_text(&g, "branches", &names.join("\n"))?;
+            write_record(&g, "branch_records", &plan.branches)?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
             let row = |(name, units): &(&str, &str)| {
@@ -208,8 +211,7 @@ impl FamilyWriter {
         let FamilyPlan { identity, range, branches, harmonics } = self.plan.clone();
         let family = StoredFamily {
             scene: self.scene.source.text.clone(),
-            kind: identity.to_string(),
-            identity: Some(identity),
+            identity,
             range,
             branches,
             harmonics,
@@ -241,6 +243,7 @@ impl FamilyWriter {
         let count = self.order.len();
         let g = self.points.create_group(&format!("{count:04}"))?;
         scalar(&g, "omega", p.omega)?;
+        write_record(&g, "special", &p.special)?;
         if let Some(o) = &p.orbit {
             write_orbit(&g, o, system)?;
         }
@@ -342,7 +345,7 @@ impl FamilyWriter {
         if !ridge.is_empty() {
             write_ridge(&g, &ridge)?;
         }
-        write_text(&g, "ends", &json::to_string(ends).unwrap_or_default())?;
+        write_record(&g, "ends", &ends)?;
         describe(&self.file)?;
         let energies = g.dataset("energy")?;
         write_text(&energies, "description", energy_of(&self.plan.identity))?;
@@ -384,6 +387,12 @@ impl FamilyWriter {
         new.journal = self.journal;
         Ok(new)
     }
+}
+
+/// A record as JSON in an attribute.
+fn write_record<T: Serialize>(g: &Group, name: &str, record: &T) -> Result<(), StoreError> {
+    let text = json::to_string(record).map_err(|e| hdf5::Error::from(format!("{name}: {e}")))?;
+    write_text(g, name, &text)
 }
 
 /// A point with its displacements along the axes, as files hold them.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::StoreError;
 use super::output::{beside, check_room, checksum};
-use super::stored::{StoredFamily, names_of};
+use super::stored::StoredFamily;
 use crate::records::{Branch, FamilyKind, PointRecord, Status, bits};
 
 /// What the first line says.
@@ -21,7 +21,7 @@ use crate::records::{Branch, FamilyKind, PointRecord, Status, bits};
 struct Header {
     scene: String,
     identity: FamilyKind,
-    branches: Vec<String>,
+    branches: Vec<Branch>,
     harmonics: usize,
     #[serde(with = "bits::many")]
     range: Vec<f64>,
@@ -51,13 +51,10 @@ impl Journal {
     pub fn create(path: &Path, family: &StoredFamily) -> Result<Journal, StoreError> {
         let name = name_of(path);
         let fail = |e| StoreError::write(&name, e);
-        let identity = family.identity.clone().ok_or_else(|| {
-            StoreError::write(&name, std::io::Error::other("a family without its kind"))
-        })?;
         let header = Header {
             scene: family.scene.clone(),
-            identity,
-            branches: names_of(&family.branches),
+            identity: family.identity.clone(),
+            branches: family.branches.clone(),
             harmonics: family.harmonics,
             range: family.range.to_vec(),
         };
@@ -121,10 +118,9 @@ pub(super) fn read(path: &Path) -> Option<(StoredFamily, Option<usize>)> {
     let family = StoredFamily {
         path: path.to_owned(),
         scene: header.scene,
-        kind: header.identity.to_string(),
-        identity: Some(header.identity),
+        identity: header.identity,
         range: [low, high],
-        branches: header.branches.iter().map(|name| Branch::of_name(name)).collect(),
+        branches: header.branches,
         harmonics: header.harmonics,
         status: Status::Running,
         points,

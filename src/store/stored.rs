@@ -3,19 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use hdf5::Group;
+use serde::de::DeserializeOwned;
 use serde_json as json;
 
 use super::crosscheck::read_crosscheck;
 use super::family::ridge_of;
 use super::journal;
-use super::orbits::{Word, read_orbit, read_place, read_scalar};
+use super::orbits::{read_orbit, read_place, read_scalar};
 use super::reader::{Careful, open, reading};
 use super::series::{Names, read_series};
 use super::statement::read_statement;
 use super::{StoreError, read_text};
 use crate::fem::Body;
 use crate::records::{
-    Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, Peak, PointKind, PointRecord, Status,
+    Branch, BranchEnd, ErrorStatement, FamilyKind, Outline, Peak, PointRecord, Status,
 };
 
 /// A stored family.
@@ -29,10 +30,8 @@ pub struct StoredFamily {
     pub scene: String,
     /// How it ended.
     pub status: Status,
-    /// What kind of family, in words.
-    pub kind: String,
-    /// What determines it (files of earlier versions do not say).
-    pub identity: Option<FamilyKind>,
+    /// What determines it.
+    pub identity: FamilyKind,
     /// Frequencies that it was asked for.
     pub range: [f64; 2],
     /// The branches.
@@ -47,15 +46,10 @@ pub struct StoredFamily {
     pub statement: Option<ErrorStatement>,
 }
 
-/// Names of branches.
-pub(super) fn names_of(branches: &[Branch]) -> Vec<String> {
-    branches.iter().map(Branch::to_string).collect()
-}
-
 impl StoredFamily {
-    /// Its kind without numbers; files of earlier versions say it by a name only.
+    /// Its kind without numbers.
     pub fn outline(&self) -> Outline {
-        self.identity.as_ref().map_or_else(|| Outline::of_name(&self.kind), FamilyKind::outline)
+        self.identity.outline()
     }
 
     /// The family of an unfinished file, from its journal if there is one: the file itself may not open after a kill. With what there
@@ -118,21 +112,20 @@ impl StoredFamily {
         let file = open(path)?;
         let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
         let g = file.group("backbone").map_err(|_| missing("/backbone"))?;
-        let mut points = read_points(&g)?;
+        let mut points = read_points(path, &g)?;
         let harmonics = read_parts(path, &file, &mut points)?;
         let text = |name: &str| read_text(&file, name).unwrap_or_default();
-        let parsed = |name: &str| read_text(&g, name).unwrap_or_default();
         let range = g.attr("range").and_then(|a| a.read_raw::<f64>()).unwrap_or_default();
         Ok(StoredFamily {
             path: path.to_owned(),
             title: text("title"),
             scene: text("scene"),
             status: Status::of_name(&text("status")),
-            kind: parsed("kind"),
-            identity: json::from_str(&parsed("identity")).ok(),
+            identity: typed(path, &g, "identity")?,
             range: if let [low, high] = range[..] { [low, high] } else { [f64::NAN; 2] },
-            branches: parsed("branches").lines().map(Branch::of_name).collect(),
-            ends: json::from_str(&parsed("ends")).unwrap_or_default(),
+            branches: typed(path, &g, "branch_records")?,
+            // a family that is being computed has none yet
+            ends: typed(path, &g, "ends").unwrap_or_default(),
             points,
             harmonics,
             statement: read_statement(&g)?,
@@ -140,24 +133,30 @@ impl StoredFamily {
     }
 }
 
+/// A record that stands as JSON in an attribute.
+fn typed<T: DeserializeOwned>(path: &Path, g: &Group, name: &str) -> Result<T, StoreError> {
+    let text = read_text(g, name);
+    text.and_then(|text| json::from_str(&text).ok()).ok_or_else(|| {
+        let what =
+            format!("damaged, or of an earlier version: {}/{name}; compute it again", g.name());
+        StoreError::unusable(path, what)
+    })
+}
+
 /// The points of `/backbone`, without series and checks.
-fn read_points(g: &Group) -> Result<Vec<PointRecord>, StoreError> {
-    let special: Vec<Word> = g.dataset("special")?.values()?;
+fn read_points(path: &Path, g: &Group) -> Result<Vec<PointRecord>, StoreError> {
     let branch: Vec<f64> = g.dataset("branch")?.values()?;
-    // files of earlier versions have no index: the order of the rows says it
-    let index: Option<Vec<f64>> = g.dataset("index").and_then(|d| d.values()).ok();
+    let index: Vec<f64> = g.dataset("index")?.values()?;
     let points = g.group("points")?;
     let mut all: Vec<PointRecord> = vec![];
-    for (k, (special, branch)) in special.iter().zip(&branch).enumerate() {
+    for (k, (branch, index)) in branch.iter().zip(&index).enumerate() {
         let p = points.group(&format!("{k:04}"))?;
         let orbit = if p.link_exists("u0") { Some(read_orbit(&p)?) } else { None };
-        let branch = *branch as usize;
-        let counted = || all.iter().filter(|p| p.branch == branch).count() as i64;
         all.push(PointRecord {
             omega: read_scalar(&p, "omega")?,
-            branch,
-            index: index.as_ref().and_then(|i| i.get(k)).map_or_else(counted, |i| *i as i64),
-            special: PointKind::of_name(special.as_str()),
+            branch: *branch as usize,
+            index: *index as i64,
+            special: typed(path, &p, "special")?,
             orbit,
             place: read_place(&p)?,
             series: None,

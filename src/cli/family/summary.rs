@@ -6,7 +6,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use signorini::records::{
-    Branch, BranchEnd, GapReason, Peak, PointKind, PointMethod, PointRecord, Solver, Walk, Way,
+    Branch, BranchEnd, FamilyKind, GapReason, Peak, PointKind, PointMethod, PointRecord, Solver,
+    Walk, Way,
 };
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
@@ -32,7 +33,7 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
     let point = |p: &PointRecord| {
         let o = p.orbit.as_ref();
         json!({
-            "omega": p.omega, "branch": p.branch, "special": p.special, "converged": o.is_some(),
+            "omega": p.omega, "branch": p.branch, "special": p.special.to_string(), "converged": o.is_some(),
             "energy": o.map(|o| o.energy), "amplitude": o.map(|o| o.amplitude), "residual": o.map(|o| o.residual),
             "switches": o.map(|o| o.switches.len()), "stable": o.and_then(|o| o.stable),
             "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
@@ -64,9 +65,9 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     };
     line("found", found(stored, *resumed));
     match stored.outline().solver {
-        _ if stored.identity.as_ref().is_some_and(|i| i.method.viscosity().is_some()) => {
+        _ if stored.identity.method.viscosity().is_some() => {
             line("what", MEANING.into());
-            if let Some(beta) = stored.identity.as_ref().and_then(|i| i.method.viscosity()) {
+            if let Some(beta) = stored.identity.method.viscosity() {
                 line("viscosity", format!("beta = {}", significant(beta, 6)));
             }
         }
@@ -185,11 +186,8 @@ fn on_a_grid(stored: &StoredFamily) -> String {
         .points
         .iter()
         .filter(|p| matches!(p.special, PointKind::Gap(GapReason::NoneNear { .. })));
-    if stored
-        .identity
-        .as_ref()
-        .is_some_and(|i| i.method == PointMethod::Shooting && i.walk == Walk::Given)
-    {
+    let FamilyKind { method, walk, .. } = stored.identity;
+    if method == PointMethod::Shooting && walk == Walk::Given {
         return format!(" near viscous ones, none near {} others", near.count());
     }
     let gaps = stored.points.iter().filter(|p| p.special.is_gap()).count();

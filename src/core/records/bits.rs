@@ -16,6 +16,17 @@ pub mod one {
     }
 }
 
+/// One number as people write it; none where it is not finite.
+pub mod plain {
+    use super::*;
+    pub fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error> {
+        x.is_finite().then_some(*x).serialize(s)
+    }
+    pub fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<f64, D::Error> {
+        Ok(Option::<f64>::deserialize(d)?.unwrap_or(f64::NAN))
+    }
+}
+
 /// A number that may be missing.
 pub mod maybe {
     use super::*;

@@ -16,7 +16,7 @@ pub(super) fn is_sequential(family: &StoredFamily) -> bool {
 
 /// The viscous nonlinear mode: its multipliers are those of the self-excited system, not of the body.
 pub(in crate::report) fn is_viscous(family: &StoredFamily) -> bool {
-    let of_kind = family.identity.as_ref().is_some_and(|i| i.method.viscosity().is_some());
+    let of_kind = family.identity.method.viscosity().is_some();
     let has_feedback = |p: &PointRecord| p.orbit.as_ref().is_some_and(|o| o.viscous.is_some());
     of_kind || family.outline().solver == Solver::Viscous || family.points.iter().any(has_feedback)
 }

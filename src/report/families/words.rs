@@ -6,7 +6,7 @@ use crate::store::StoredFamily;
 
 /// `β = …` of a viscous family.
 pub(in crate::report) fn viscosity(family: &StoredFamily) -> Option<String> {
-    let known = family.identity.as_ref().and_then(|identity| identity.method.viscosity());
+    let known = family.identity.method.viscosity();
     let orbits = family.points.iter().filter_map(|p| p.orbit.as_ref());
     let beta =
         known.or_else(|| orbits.filter_map(|o| o.viscous.as_ref()).map(|v| v.beta).next())?;

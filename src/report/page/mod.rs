@@ -55,7 +55,7 @@ impl View {
             "name": family.path.file_name().map(|n| n.to_string_lossy()),
             "title": family.title,
             "status": family.status.to_string(),
-            "what": family.kind,
+            "what": family.identity.to_string(),
             "sequential": family.outline().is_point_by_point(),
             "branches": family.branches.iter().map(|b| b.to_string()).collect::<Vec<_>>(),
             "body": body::body(rest, materials),
