@@ -90,6 +90,7 @@ docs: build
 	$(BIN) man --markdown > docs/reference/commands.md
 	$(BIN) schema --markdown > docs/reference/scenes.md
 	$(BIN) schema study --markdown > docs/reference/studies.md
+	$(BIN) schema files --markdown > docs/reference/datasets.md
 	.venv/bin/mkdocs build --strict --quiet
 	@echo 'Open target/site/index.html'
 

@@ -110,6 +110,38 @@ assert [x.label for x in f["trajectory/u"].dims] == ["state", "displacement"]
 print("fine")
 "#;
 
+/// So does every dataset of the other kinds of files, with its unit: the schema that their writers go by has it.
+#[test]
+fn every_dataset_is_listed_with_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = root().join("scenarios/half-plate-orbit.toml").display().to_string();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    for (name, words) in [
+        ("orbit.h5", vec!["orbit"]),
+        ("shot.h5", vec!["backbone", "--range", "1.79,1.80", "--points", "4"]),
+        ("hbm.h5", vec!["backbone", "--method", "hbm", "--harmonics", "3", "--range", "1.79,1.80"]),
+    ] {
+        let status = signorini()
+            .args(&words[..1])
+            .arg(&scene)
+            .args(&words[1..])
+            .args(["-q", "-o", &at(name)])
+            .status();
+        assert!(status.unwrap().success(), "{words:?}");
+    }
+    let checked = ["crosscheck", &at("hbm.h5"), &scene, "-q", "-o", &at("checked.h5")];
+    assert!(signorini().args(checked).status().unwrap().success());
+    for (name, least) in [("orbit.h5", 40), ("shot.h5", 20), ("hbm.h5", 25), ("checked.h5", 30)] {
+        let said = crate::common::json(&["inspect", "--datasets", &at(name)]);
+        let all = said["datasets"].as_array().unwrap();
+        assert!(all.len() >= least, "{name}: {}", all.len());
+        for dataset in all {
+            let has = |key: &str| dataset[key].as_str().is_some_and(|text| !text.is_empty());
+            assert!(has("units") && has("description"), "{name}: {dataset}");
+        }
+    }
+}
+
 /// A linear body has no contact: its file has empty contact tables and still opens.
 #[test]
 fn a_body_without_contact_is_stored_too() {

@@ -142,9 +142,10 @@ class Group:
         """All of it, groups as dicts."""
         return {k: v.to_dict() if isinstance(v := self[k], Group) else v for k in self.keys()}
 
-    def rows(self, *names: str) -> np.recarray:
-        """Columns side by side: ``table.t`` is a column, ``table[0]`` a row."""
-        return np.rec.fromarrays([self[n] for n in names], names=list(names))
+    def table(self) -> np.recarray:
+        """All columns of one number or word a row, side by side: ``table.t`` is a column, ``table[0]`` a row."""
+        names = sorted((n for n, shape in self._entries().items() if shape is not None and len(shape) == 1), key=lambda n: (n != "t", n))
+        return np.rec.fromarrays([self[n] for n in names], names=names)
 
 
 def _near(name: str, names: list[str]) -> str:

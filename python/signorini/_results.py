@@ -212,13 +212,11 @@ class Run(Result):
 
     @property
     def switches(self) -> np.recarray:
-        columns = ("t", "node", "point", "kind", "monitor", "from", "to", "energy_jump", "monitor_rate")
-        # files of earlier versions have no point, monitor and states
-        return self["switches"].rows(*(c for c in columns if c in self["switches"].keys()))
+        return self["switches"].table()
 
     @property
     def grazings(self) -> np.recarray:
-        return self["grazings"].rows("t", "node", "distance", "kind")
+        return self["grazings"].table()
 
     @property
     def ledger(self) -> Group:
@@ -433,7 +431,7 @@ class Point(_OfOrbit, Group):
 
     @property
     def switches(self) -> np.recarray | None:
-        return self["switches"].rows("t", "node", "kind", "energy_jump") if self.converged else None
+        return self["switches"].table() if self.converged else None
 
     @property
     def stable(self) -> bool | None:

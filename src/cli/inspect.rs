@@ -13,8 +13,8 @@ use signorini::report::comparison;
 use signorini::report::crosscheck::{Tally, by_harmonics};
 use signorini::report::summary::significant;
 use signorini::store::{
-    Content, Origin, Raw, Stored, StoredFamily, attributes, content, entries, read_comparison,
-    read_crosscheck, read_origin, read_raw, read_stored_orbit,
+    Content, Held, Origin, Raw, Stored, StoredFamily, attributes, content, entries, held,
+    read_comparison, read_crosscheck, read_origin, read_raw, read_stored_orbit,
 };
 
 use super::{Answer, CliError, Global, inspect_mesh};
@@ -22,7 +22,7 @@ use super::{Answer, CliError, Global, inspect_mesh};
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5\n  signorini inspect bracket.msh"
+    after_help = "Example:\n  signorini inspect plate.h5\n  signorini inspect plate.h5 --scene > again.toml\n  signorini inspect backbone.h5\n  signorini inspect checked.h5 --datasets\n  signorini inspect bracket.msh"
 )]
 pub struct Arguments {
     /// A file written by this program, or a mesh of Gmsh
@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Print the scene that made it, and nothing else
     #[arg(long)]
     scene: bool,
+    /// List its datasets: name, shape, unit, what it is
+    #[arg(long, conflicts_with = "scene")]
+    datasets: bool,
 }
 
 /// What the tasks of a study found.
@@ -75,10 +78,30 @@ fn study(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     ))
 }
 
+/// The datasets of a file, a line each.
+fn datasets(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
+    let all = held(&arguments.file)?;
+    let shape = |h: &Held| h.shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
+    let width = all.iter().map(|h| h.name.len()).max().unwrap_or(0);
+    let object = |h: &Held| json!({"name": h.name, "shape": h.shape, "units": h.units, "description": h.description});
+    let line = |h: &Held| {
+        let units = if h.units.is_empty() { String::new() } else { format!(" [{}]", h.units) };
+        let text = format!("  {:width$}  {:>12}{units}  {}", h.name, shape(h), h.description);
+        format!("{}\n", text.trim_end())
+    };
+    Ok(global.answer(
+        || json!({"datasets": all.iter().map(object).collect::<Vec<_>>()}),
+        || all.iter().map(line).collect(),
+    ))
+}
+
 /// Say what a file holds.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if inspect_mesh::is_mesh(&arguments.file) {
         return inspect_mesh::run(&arguments.file, global);
+    }
+    if arguments.datasets {
+        return datasets(arguments, global);
     }
     match content(&arguments.file)? {
         Content::Family => return family(arguments, global),

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use super::StoreError;
 use super::kept::Kept;
-use super::trajectory::Row;
+use super::row::Row;
 use super::writer::{FLUSH_EVERY, Writer};
 use crate::event::{Checkpoint, Grazing, Observer, Sample, Switch};
 

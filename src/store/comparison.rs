@@ -5,10 +5,11 @@ use std::path::Path;
 
 use hdf5::types::VarLenUnicode;
 
+use super::careful::{Careful, open, reading};
+use super::describe::describe;
 use super::header::WriterOptions;
 use super::header::write_origin;
 use super::output::Staged;
-use super::reader::{Careful, open, reading};
 use super::{StoreError, read_text, write_text};
 use crate::records::{Compared, Comparison, Row, Status};
 use crate::scenario::Scene;
@@ -94,6 +95,7 @@ impl ComparisonWriter {
             for &quantity in comparison.compared.quantities() {
                 column(quantity.name(), quantity.units(), &|r| r.get(quantity))?;
             }
+            describe(&file)?;
             // the last word: a file without it is not whole
             write_text(&file, "status", &status.to_string())?;
             file.flush()?;

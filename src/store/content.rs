@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::reader::{Careful, open, reading};
+use super::careful::{Careful, open, reading};
 use super::{StoreError, read_text};
 
 /// Kinds of files.

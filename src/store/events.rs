@@ -7,8 +7,10 @@ use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
 use super::StoreError;
-use super::reader::Careful;
-use super::table::{Form, Place, Table};
+use super::careful::Careful;
+use super::columns::{GRAZINGS, SWITCHES};
+use super::schema::Rows;
+use super::table::{Form, Place};
 use crate::contact::{MonitorKind, States, System};
 use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 
@@ -18,72 +20,23 @@ type Word = FixedAscii<32>;
 /// The name of a state or a monitor.
 type Name = FixedAscii<8>;
 
-const MONITORS: &str = "gap | pressure | closing | opening";
-const STATES: &str = "open | closed";
-
 /// Rows of a chunk: there are few as a rule, and a library that keeps an index of chunks where there are a million.
 const CHUNK: usize = 512;
 
-fn word<const N: usize>(text: &str) -> FixedAscii<N> {
-    FixedAscii::from_ascii(text.as_bytes()).unwrap_or_default()
-}
-
 /// The open tables of switches and grazings.
 pub(super) struct Events {
-    switch_t: Table<f64>,
-    switch_node: Table<i64>,
-    switch_point: Table<i64>,
-    switch_kind: Table<Word>,
-    switch_monitor: Table<Name>,
-    switch_from: Table<Name>,
-    switch_to: Table<Name>,
-    switch_rate: Table<f64>,
-    switch_jump: Table<f64>,
-    switch_before: Table<u8>,
-    switch_after: Table<u8>,
-    grazing_t: Table<f64>,
-    grazing_node: Table<i64>,
-    grazing_distance: Table<f64>,
-    grazing_kind: Table<Word>,
+    switches: Rows<Switch>,
+    grazings: Rows<Grazing>,
 }
 
 impl Events {
     /// Create both groups, for `n_c` contact nodes.
     pub fn create(file: &hdf5::File, n_c: usize) -> Result<Self, StoreError> {
-        let s = file.create_group("switches")?;
-        let set =
-            |name: &str| Table::create(&s, name, Form::plain(Some(n_c), CHUNK), "1 = contact");
-        let form = Form::plain(None, CHUNK);
-        let rate_units = "length/time (close) | stress/time (open)";
-        let switch_t = Table::create(&s, "t", form, "time")?;
-        let switch_node = Table::create(&s, "node", form, "mesh node")?;
-        let switch_kind = Table::create(&s, "kind", form, "close | open | impact | rest")?;
-        let switch_point = Table::create(&s, "point", form, "contact point")?;
-        let switch_monitor = Table::create(&s, "monitor", form, MONITORS)?;
-        let switch_from = Table::create(&s, "from", form, STATES)?;
-        let switch_to = Table::create(&s, "to", form, STATES)?;
-        let switch_rate = Table::create(&s, "monitor_rate", form, rate_units)?;
-        let switch_jump = Table::create(&s, "energy_jump", form, "energy")?;
-        let (switch_before, switch_after) = (set("active_before")?, set("active_after")?);
-        let g = file.create_group("grazings")?;
-        let distance_units = "length (gap) | stress (pressure)";
-        Ok(Events {
-            switch_t,
-            switch_node,
-            switch_point,
-            switch_kind,
-            switch_monitor,
-            switch_from,
-            switch_to,
-            switch_rate,
-            switch_jump,
-            switch_before,
-            switch_after,
-            grazing_t: Table::create(&g, "t", form, "time")?,
-            grazing_node: Table::create(&g, "node", form, "mesh node")?,
-            grazing_distance: Table::create(&g, "distance", form, distance_units)?,
-            grazing_kind: Table::create(&g, "kind", form, "words")?,
-        })
+        let switches = Rows::create(file, SWITCHES, &|about| {
+            Form::plain((about.axes.len() == 2).then_some(n_c), CHUNK)
+        })?;
+        let grazings = Rows::create(file, GRAZINGS, &|_| Form::plain(None, CHUNK))?;
+        Ok(Events { switches, grazings })
     }
 
     /// Go on with the tables of a file.
@@ -92,101 +45,32 @@ impl Events {
         switches: Place,
         grazings: Place,
     ) -> Result<Self, StoreError> {
-        let s = file.group("switches")?;
-        let g = file.group("grazings")?;
-        if !s.link_exists("point") {
+        if !file.group("switches")?.link_exists("point") {
             let why = "its switches have the columns of an earlier version of the program: start anew with --force";
             return Err(StoreError::unusable(Path::new(&file.filename()), why));
         }
-        Ok(Events {
-            switch_t: Table::reopen(&s, "t", switches)?,
-            switch_node: Table::reopen(&s, "node", switches)?,
-            switch_point: Table::reopen(&s, "point", switches)?,
-            switch_kind: Table::reopen(&s, "kind", switches)?,
-            switch_monitor: Table::reopen(&s, "monitor", switches)?,
-            switch_from: Table::reopen(&s, "from", switches)?,
-            switch_to: Table::reopen(&s, "to", switches)?,
-            switch_rate: Table::reopen(&s, "monitor_rate", switches)?,
-            switch_jump: Table::reopen(&s, "energy_jump", switches)?,
-            switch_before: Table::reopen(&s, "active_before", switches)?,
-            switch_after: Table::reopen(&s, "active_after", switches)?,
-            grazing_t: Table::reopen(&g, "t", grazings)?,
-            grazing_node: Table::reopen(&g, "node", grazings)?,
-            grazing_distance: Table::reopen(&g, "distance", grazings)?,
-            grazing_kind: Table::reopen(&g, "kind", grazings)?,
-        })
+        let switches = Rows::reopen(file, SWITCHES, switches)?;
+        Ok(Events { switches, grazings: Rows::reopen(file, GRAZINGS, grazings)? })
     }
 
     pub fn switch(&mut self, s: &Switch) {
-        self.switch_t.push(&[s.t]);
-        self.switch_node.push(&[s.node as i64]);
-        self.switch_point.push(&[s.point as i64]);
-        self.switch_monitor.push(&[word(s.monitor.word())]);
-        self.switch_from.push(&[word(s.from().word())]);
-        self.switch_to.push(&[word(s.to().word())]);
-        self.switch_kind.push(&[word(s.kind.name())]);
-        self.switch_rate.push(&[s.monitor_rate]);
-        self.switch_jump.push(&[s.energy_jump]);
-        self.switch_before.push(&codes(&s.before));
-        self.switch_after.push(&codes(&s.after));
+        self.switches.push(s);
     }
 
     pub fn grazing(&mut self, g: &Grazing) {
-        self.grazing_t.push(&[g.t]);
-        self.grazing_node.push(&[g.node as i64]);
-        self.grazing_distance.push(&[g.distance]);
-        self.grazing_kind.push(&[word(g.kind.name())]);
+        self.grazings.push(g);
     }
 
     /// Bytes of all rows that wait.
     pub(crate) fn waiting_bytes(&self) -> u64 {
-        let numbers = [
-            &self.switch_t,
-            &self.switch_rate,
-            &self.switch_jump,
-            &self.grazing_t,
-            &self.grazing_distance,
-        ];
-        let numbers = numbers.map(Table::waiting_bytes);
-        let states = [&self.switch_before, &self.switch_after].map(Table::waiting_bytes);
-        let nodes = [&self.switch_node, &self.switch_point, &self.grazing_node];
-        let nodes = nodes.map(Table::waiting_bytes);
-        let names = [&self.switch_monitor, &self.switch_from, &self.switch_to];
-        let names = names.map(Table::waiting_bytes);
-        let words = [&self.switch_kind, &self.grazing_kind].map(Table::waiting_bytes);
-        numbers.into_iter().chain(states).chain(nodes).chain(names).chain(words).sum()
+        self.switches.waiting_bytes() + self.grazings.waiting_bytes()
     }
 
     /// Append all rows that wait.
     pub fn append(&mut self) -> Result<(), StoreError> {
-        for table in [
-            &mut self.switch_t,
-            &mut self.switch_rate,
-            &mut self.switch_jump,
-            &mut self.grazing_t,
-            &mut self.grazing_distance,
-        ] {
-            table.append()?;
-        }
-        for table in [&mut self.switch_before, &mut self.switch_after] {
-            table.append()?;
-        }
-        for table in [&mut self.switch_node, &mut self.switch_point, &mut self.grazing_node] {
-            table.append()?;
-        }
-        for table in [&mut self.switch_monitor, &mut self.switch_from, &mut self.switch_to] {
-            table.append()?;
-        }
-        for table in [&mut self.switch_kind, &mut self.grazing_kind] {
-            table.append()?;
-        }
-        Ok(())
+        self.switches.append()?;
+        self.grazings.append()
     }
-}
-
-/// A row of a table of states.
-pub(super) fn codes(states: &States) -> Vec<u8> {
-    states.codes().collect()
 }
 
 /// The rows of a table of states.

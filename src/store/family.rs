@@ -10,22 +10,23 @@ use hdf5::Group;
 use serde::Serialize;
 use serde_json as json;
 
+use super::columns::{FAMILY, VISCOUS};
 use super::crosscheck::write_crosscheck;
 use super::describe::describe;
 use super::header::create_file;
 use super::journal::Journal;
 use super::mesh::size_of_mesh;
-use super::orbits::{Word, scalar, word, write_orbit, write_place};
+use super::orbits::{scalar, write_orbit, write_place};
 use super::output::{Staged, check_room};
 use super::ridge::write_ridge;
+use super::schema::Rows;
 use super::series::SeriesWriter;
 use super::stored::StoredFamily;
-use super::table::{Form, Table};
+use super::table::Form;
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::{States, System};
 use crate::records::{
-    Branch, BranchEnd, CheckRow, FamilyKind, OrbitRecord, Peak, PointRecord, Solver, Status,
-    ViscousRecord, Walk, Way, peaks,
+    Branch, BranchEnd, CheckRow, FamilyKind, Peak, PointRecord, Solver, Status, Walk, Way, peaks,
 };
 use crate::scenario::Scene;
 
@@ -62,8 +63,7 @@ pub struct FamilyWriter {
     staged: Staged,
     file: hdf5::File,
     points: Group,
-    rows: Vec<Table<f64>>,
-    special: Table<Word>,
+    rows: Rows<PointRecord>,
     series: Option<SeriesWriter>,
     checks: Vec<CheckRow>,
     /// Where each row belongs.
@@ -79,23 +79,6 @@ pub struct FamilyWriter {
 /// A point as the ridge sees it.
 type Height = (usize, i64, [f64; 3]);
 
-const ROWS: [(&str, &str); 10] = [
-    ("omega", "1/time"),
-    ("energy", "energy"),
-    ("amplitude", "length"),
-    ("residual", "relative"),
-    ("contact_time", "time"),
-    ("grazing_distance", "relative"),
-    ("switches", "number a period"),
-    ("stable", "1 stable, 0 unstable, -1 not computed"),
-    ("branch", "number"),
-    ("index", "place on the branch"),
-];
-
-/// Rows of the viscous nonlinear mode besides.
-const OF_VISCOUS: [(&str, &str); 3] =
-    [("alpha", "1/time"), ("beta", "time"), ("energy_turned_over", "energy a period")];
-
 /// The peaks of all branches that are responses; `heights` come as they were found.
 pub(super) fn ridge_of(branches: &[Branch], heights: &mut [Height]) -> Vec<Peak> {
     heights.sort_by_key(|h| (h.0, h.1));
@@ -106,12 +89,6 @@ pub(super) fn ridge_of(branches: &[Branch], heights: &mut [Height]) -> Vec<Peak>
     let responses = branches.iter().enumerate();
     let responses = responses.filter(|(_, b)| matches!(b, Branch::Response { .. }));
     responses.flat_map(|(branch, _)| of_branch(branch)).collect()
-}
-
-/// The rows of a family.
-fn rows_of(plan: &FamilyPlan) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
-    let viscous = plan.identity.method.viscosity().is_some();
-    ROWS.iter().chain(OF_VISCOUS.iter().filter(move |_| viscous))
 }
 
 impl FamilyWriter {
@@ -178,24 +155,23 @@ impl FamilyWriter {
             write_record(&g, "branch_records", &plan.branches)?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
-            let row = |(name, units): &(&str, &str)| {
-                Table::create(&g, name, Form::plain(None, 64), units)
-            };
-            let rows: Result<Vec<_>, _> = rows_of(plan).map(row).collect();
-            let special = Table::create(&g, "special", Form::plain(None, 64), "words")?;
+            let viscous = plan.identity.method.viscosity().map_or(&[][..], |_| VISCOUS);
+            let columns = FAMILY.iter().chain(viscous);
+            let rows = Rows::create(&file, columns, &|_| Form::plain(None, 64))?;
             let points = g.create_group("points")?;
+            describe(&file)?;
+            let energies = g.dataset("energy")?;
+            write_text(&energies, "description", energy_of(&plan.identity))?;
             file.flush()?;
-            Ok((file, points, rows?, special))
+            Ok((file, points, rows))
         };
         // a file that could not even be begun is of no use; an old one stands untouched
-        let (file, points, rows, special) =
-            begin().inspect_err(|_: &StoreError| staged.discard())?;
+        let (file, points, rows) = begin().inspect_err(|_: &StoreError| staged.discard())?;
         Ok(FamilyWriter {
             staged,
             file,
             points,
             rows,
-            special,
             series: None,
             checks: vec![],
             order: vec![],
@@ -250,35 +226,8 @@ impl FamilyWriter {
         if let Some(place) = &p.place {
             write_place(&g, place)?;
         }
-        let nan = f64::NAN;
-        let o = p.orbit.as_ref();
-        let of = |f: &dyn Fn(&OrbitRecord) -> f64| o.map_or(nan, f);
-        let of_viscous =
-            |f: &dyn Fn(&ViscousRecord) -> f64| o.and_then(|o| o.viscous.as_ref()).map_or(nan, f);
-        let row = [
-            p.omega,
-            of(&|o| o.energy),
-            of(&|o| o.amplitude),
-            of(&|o| o.residual),
-            of(&|o| o.contact_time),
-            of(&|o| o.grazing),
-            of(&|o| o.switches.len() as f64),
-            of(&|o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))),
-            p.branch as f64,
-            p.index as f64,
-            match (&p.series, of_viscous(&|v| v.alpha)) {
-                (Some(series), alpha) if alpha.is_nan() => series.alpha.unwrap_or(nan),
-                (_, alpha) => alpha,
-            },
-            of_viscous(&|v| v.beta),
-            of_viscous(&|v| v.turned_over),
-        ];
-        for (table, x) in self.rows.iter_mut().zip(row) {
-            table.push(&[x]);
-            table.append()?;
-        }
-        self.special.push(&[word(&p.special.to_string())]);
-        self.special.append()?;
+        self.rows.push(p);
+        self.rows.append()?;
         if let Some(series) = &p.series {
             if self.series.is_none() {
                 let most = self.plan.harmonics;
@@ -295,7 +244,9 @@ impl FamilyWriter {
         }
         self.checks.extend(p.check.clone());
         self.order.push(self.key(p));
-        self.heights.extend(o.map(|o| (p.branch, p.index, [p.omega, o.amplitude, o.energy])));
+        self.heights.extend(
+            p.orbit.as_ref().map(|o| (p.branch, p.index, [p.omega, o.amplitude, o.energy])),
+        );
         Ok(())
     }
 
@@ -343,17 +294,15 @@ impl FamilyWriter {
             _ => vec![],
         };
         if !ridge.is_empty() {
-            write_ridge(&g, &ridge)?;
+            write_ridge(&self.file, &ridge)?;
         }
         write_record(&g, "ends", &ends)?;
         describe(&self.file)?;
-        let energies = g.dataset("energy")?;
-        write_text(&energies, "description", energy_of(&self.plan.identity))?;
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place
-        let FamilyWriter { mut staged, file, points, rows, special, series, journal, .. } = self;
-        drop((points, rows, special, series, energies, g, file));
+        let FamilyWriter { mut staged, file, points, rows, series, journal, .. } = self;
+        drop((points, rows, series, g, file));
         staged.commit()?;
         if let Some(journal) = journal.filter(|_| *status == Status::Complete) {
             journal.remove();
@@ -364,9 +313,8 @@ impl FamilyWriter {
     /// The same family with its rows in order, in a new file beside.
     fn sorted(self, system: &System) -> Result<FamilyWriter, StoreError> {
         self.file.flush()?;
-        let FamilyWriter { mut staged, file, points, rows, special, series, checks, order, .. } =
-            self;
-        drop((file, points, rows, special, series));
+        let FamilyWriter { mut staged, file, points, rows, series, checks, order, .. } = self;
+        drop((file, points, rows, series));
         let mut stored = StoredFamily::read(staged.at())?;
         stored.count_along_directions(&system.body);
         let stored = stored.points;

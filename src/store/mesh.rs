@@ -62,8 +62,6 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     if at_points {
         let places = table(|c| c.position)?;
         g.new_dataset_builder().with_data(&places).create("contact_points")?;
-        let dataset = g.dataset("contact_points")?;
-        write_text(&dataset, "units", "length")?;
     }
     let normals = table(|c| c.normal)?;
     g.new_dataset_builder().with_data(&normals).create("contact_normals")?;
@@ -83,20 +81,6 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     g.new_dataset_builder().with_data(&system.gaps()).create("gap")?;
     let area: Vec<f64> = system.constraints.iter().map(|c| c.area).collect();
     g.new_dataset_builder().with_data(&area).create("contact_area")?;
-    for (name, key, text) in [
-        ("nodes", "units", "length"),
-        ("gap", "units", "length along the contact normal"),
-        ("regions", "meaning", "material of each element, counted from 0"),
-        (
-            "contact_dofs",
-            "meaning",
-            "index into u of the displacement along the normal, up to its sign; -1 along no axis",
-        ),
-        ("dof_map", "meaning", "index into u of the displacements along the axes, -1 prescribed"),
-    ] {
-        let dataset = g.dataset(name)?;
-        write_text(&dataset, key, text)?;
-    }
     let is_common = |&(axis, sign): &(usize, f64)| {
         let along: Point = std::array::from_fn(|c| if c == axis { sign } else { 0.0 });
         system.constraints.iter().all(|c| c.normal == along)

@@ -4,7 +4,9 @@
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
 mod background;
+mod careful;
 mod checkpoint;
+mod columns;
 mod comparison;
 mod content;
 mod crosscheck;
@@ -23,6 +25,8 @@ mod raw;
 mod reader;
 mod report;
 mod ridge;
+mod row;
+mod schema;
 mod series;
 mod state;
 mod statement;
@@ -33,6 +37,8 @@ mod trajectory;
 mod writer;
 
 pub(crate) use background::Background;
+pub use columns::datasets;
+pub(crate) use columns::switch_columns;
 pub(crate) use comparison::ComparisonWriter;
 pub use comparison::read_comparison;
 pub use content::content;
@@ -46,8 +52,9 @@ pub use orbits::read_stored_orbit;
 pub(crate) use output::replace_with;
 pub use output::{MARK, Outputs, beside, replace, room};
 pub(crate) use problem::{write_problem, write_problem_flat};
-pub use raw::{Entry, Raw, attributes, entries, read_raw};
+pub use raw::{Entry, Held, Raw, attributes, entries, held, read_raw};
 pub use reader::Stored;
+pub use schema::About;
 pub use series::Names;
 pub(crate) use series::read_series;
 pub use state::read_state;

@@ -6,21 +6,17 @@ use hdf5::types::FixedAscii;
 use hdf5::{Group, Location};
 use ndarray::Array2;
 
+use super::careful::{Careful, open, reading};
 use super::events::read_states;
-use super::reader::{Careful, open, reading};
 use super::report::fresh_group;
+use super::schema::ascii;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::{States, System};
 use crate::event::SwitchKind;
 use crate::records::{OrbitRecord, PlaceRecord, ViscousRecord};
 
-/// A word, or the name of a kind: the longest that is read back (of a change of stability) has some ninety letters.
-pub(super) type Word = FixedAscii<128>;
-
-pub(super) fn word(text: &str) -> Word {
-    let text: String = text.chars().filter(char::is_ascii).take(127).collect();
-    Word::from_ascii(text.as_bytes()).unwrap_or_default()
-}
+/// The name of a kind.
+type Word = FixedAscii<128>;
 
 pub(super) fn scalar(g: &Location, name: &str, value: f64) -> Result<(), StoreError> {
     g.new_attr::<f64>().create(name)?.write_scalar(&value)?;
@@ -84,7 +80,7 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     s.new_dataset_builder().with_data(&column(&|s| s.0)).create("t")?;
     let nodes: Vec<i64> = o.switches.iter().map(|s| s.1 as i64).collect();
     s.new_dataset_builder().with_data(&nodes).create("node")?;
-    let kinds: Vec<Word> = o.switches.iter().map(|s| word(s.2.name())).collect();
+    let kinds: Vec<Word> = o.switches.iter().map(|s| ascii(s.2.name())).collect();
     s.new_dataset_builder().with_data(&kinds).create("kind")?;
     s.new_dataset_builder().with_data(&o.jumps).create("energy_jump")?;
     o.viscous.as_ref().map_or(Ok(()), |v| write_viscous(g, v))

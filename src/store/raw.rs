@@ -6,7 +6,8 @@ use hdf5::types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, Group, H5Type, LocationType};
 use ndarray::ArrayD;
 
-use super::reader::{Careful, open, reading};
+use super::careful::{Careful, open, reading};
+use super::columns::datasets;
 use super::{StoreError, read_text};
 
 /// An array of a file, or an attribute.
@@ -46,6 +47,61 @@ pub fn entries(path: &Path, group: &str) -> Result<Vec<Entry>, StoreError> {
             Ok(Entry { name, shape })
         };
         g.member_names()?.into_iter().map(entry).collect()
+    })
+}
+
+/// A dataset that a file holds, and what the file says of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// From the root.
+    pub name: String,
+    /// Its shape.
+    pub shape: Vec<usize>,
+    /// Unit.
+    pub units: String,
+    /// What it is.
+    pub description: String,
+}
+
+/// All datasets of a file; of the points of a family those of the first one.
+pub fn held(path: &Path) -> Result<Vec<Held>, StoreError> {
+    fn collect(g: &Group, at: &str, all: &mut Vec<Held>) -> Result<(), StoreError> {
+        for name in g.member_names()? {
+            let whole = if at.is_empty() { name.clone() } else { format!("{at}/{name}") };
+            match g.loc_type_by_name(&name)? {
+                LocationType::Dataset => {
+                    let data = g.dataset(&name)?;
+                    let word = |key: &str| read_text(&data, key).unwrap_or_default();
+                    let (units, description) = (word("units"), word("description"));
+                    all.push(Held { name: whole, shape: data.shape(), units, description });
+                }
+                _ if at == "backbone/points" && name != "0000" => {}
+                _ => collect(&g.group(&name)?, &whole, all)?,
+            }
+        }
+        Ok(())
+    }
+    reading(path, || {
+        let mut all = vec![];
+        collect(&*open(path)?, "", &mut all)?;
+        let known = datasets();
+        // a point of a family is an orbit, and the place where its continuation stood
+        let of = |h: &Held| match h.name.strip_prefix("backbone/points/0000/") {
+            Some(name) if name.starts_with("continuation/") => {
+                format!("backbone/points/NNNN/{name}")
+            }
+            Some(name) => format!("orbit/{name}"),
+            None => h.name.clone(),
+        };
+        for h in all.iter_mut().filter(|h| h.description.is_empty()) {
+            if let Some(about) = known.iter().find(|about| about.path == of(h)) {
+                (h.units, h.description) = (about.units.into(), about.what.into());
+            }
+        }
+        let place =
+            |h: &Held| known.iter().position(|about| about.path == h.name).unwrap_or(known.len());
+        all.sort_by_key(|h| (place(h), h.name.clone()));
+        Ok(all)
     })
 }
 

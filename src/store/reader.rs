@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
+use super::careful::{Careful, open, reading};
+use super::columns::ENERGY;
 use super::events::{point_of, read_states};
 use super::{StoreError, read_text};
 use crate::contact::States;
-use crate::matrices::check_size;
 use crate::mesh::{ElementKind, Point};
 use crate::records::Status;
 
@@ -69,7 +70,7 @@ pub struct Stored {
     pub active: Array2<u8>,
     /// Pressures.
     pub pressure: Array2<f64>,
-    /// Energies: `kinetic, elastic, external, dissipated, jumps`, one column each.
+    /// Energies: `kinetic, elastic, external, dissipated, jumps`, …, one column each.
     pub energy: Vec<Vec<f64>>,
     /// Switching times.
     pub switch_t: Vec<f64>,
@@ -84,9 +85,6 @@ pub struct Stored {
     /// Number of grazings.
     pub grazings: usize,
 }
-
-/// Columns of the energies.
-const COLUMNS: [&str; 5] = ["kinetic", "elastic", "external", "dissipated", "jumps"];
 
 impl Stored {
     /// Read a whole run.
@@ -178,7 +176,7 @@ impl Stored {
             held: (0..n).map(Some).collect(),
             active: Array2::zeros((0, n_c)),
             pressure: Array2::zeros((0, n_c)),
-            energy: vec![vec![]; COLUMNS.len()],
+            energy: vec![vec![]; ENERGY.len() - 1],
             switch_t: vec![],
             switch_node: vec![],
             switch_point: vec![],
@@ -194,9 +192,9 @@ impl Stored {
             file.group(name).map_err(|_| StoreError::Missing { path, what: format!("/{name}") })
         };
         let (trajectory, switches) = (group("trajectory")?, group("switches")?);
-        let energy = group("energy")?;
-        let column = |name: &str| energy.dataset(name)?.values::<f64>();
-        self.energy = COLUMNS.map(column).into_iter().collect::<Result<_, hdf5::Error>>()?;
+        group("energy")?;
+        let column = |name: &str| file.dataset(&format!("energy/{name}"))?.values::<f64>();
+        self.energy = Self::energy_names().map(column).collect::<Result<_, hdf5::Error>>()?;
         self.t = trajectory.dataset("t")?.values()?;
         let (u, v) = (trajectory.dataset("u")?.table()?, trajectory.dataset("v")?.table()?);
         match trajectory.dataset("columns") {
@@ -245,6 +243,12 @@ impl Stored {
         self.columns = None;
         self.held = (0..u.ncols()).map(Some).collect();
         (self.u, self.v) = (u, v);
+    }
+
+    /// Names of the columns of [`Stored::energy`].
+    pub(crate) fn energy_names() -> impl Iterator<Item = &'static str> {
+        // the first one is the time
+        ENERGY[1..].iter().map(|column| column.about.place().1)
     }
 
     /// Number of displacements of the body.
@@ -486,55 +490,4 @@ pub(super) fn partial(path: &Path, (kept, all): (usize, usize)) -> StoreError {
         "keeps {kept} of {all} displacements ([run] store), and all are wanted; run its scene with store = \"all\""
     );
     StoreError::unusable(path, why)
-}
-
-/// What the library says of a file that is read means that the file is damaged, or of another kind.
-pub(super) fn reading<T>(
-    path: &Path,
-    read: impl FnOnce() -> Result<T, StoreError>,
-) -> Result<T, StoreError> {
-    read().map_err(|e| match e {
-        StoreError::Hdf5(e) => {
-            let text = e.to_string();
-            // the innermost cause stands behind the last colon of the first line
-            let line = text.lines().next().unwrap_or_default().to_owned();
-            StoreError::unusable(path, format!("damaged, or not what it should be ({line})"))
-        }
-        e => e,
-    })
-}
-
-/// Reading of datasets whose sizes are not believed.
-pub(super) trait Careful {
-    /// All values, in one row.
-    fn values<T: hdf5::H5Type>(&self) -> Result<Vec<T>, hdf5::Error>;
-    /// A table.
-    fn table<T: hdf5::H5Type>(&self) -> Result<Array2<T>, hdf5::Error>;
-    /// An array of any dimension.
-    fn array<T: hdf5::H5Type>(&self) -> Result<ndarray::ArrayD<T>, hdf5::Error>;
-}
-
-impl Careful for hdf5::Dataset {
-    fn values<T: hdf5::H5Type>(&self) -> Result<Vec<T>, hdf5::Error> {
-        check_size(self, size_of::<T>())?;
-        self.read_raw()
-    }
-    fn table<T: hdf5::H5Type>(&self) -> Result<Array2<T>, hdf5::Error> {
-        check_size(self, size_of::<T>())?;
-        self.read_2d()
-    }
-    fn array<T: hdf5::H5Type>(&self) -> Result<ndarray::ArrayD<T>, hdf5::Error> {
-        check_size(self, size_of::<T>())?;
-        self.read_dyn()
-    }
-}
-
-pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
-    if path.is_dir() {
-        return Err(StoreError::unusable(path, "is a folder; give a file"));
-    }
-    if !path.is_file() {
-        return Err(StoreError::unusable(path, "no such file"));
-    }
-    hdf5::File::open(path).map_err(|_| StoreError::unusable(path, "not an HDF5 file, or damaged"))
 }

@@ -7,20 +7,18 @@ use std::path::Path;
 use hdf5::Dataset;
 use ndarray::{Array3, ArrayD};
 
-use super::reader::{Careful, open, reading};
-use super::table::{Form, Table};
-use super::{StoreError, write_text};
+use super::StoreError;
+use super::careful::{Careful, open, reading};
+use super::columns::{SERIES, SeriesRow};
+use super::schema::Rows;
+use super::table::Form;
 use crate::records::SeriesRecord;
 
 /// The open tables of `/hbm`.
 pub struct SeriesWriter {
-    omega: Table<f64>,
-    harmonics: Table<i64>,
-    point: Table<i64>,
-    /// `α`, for viscous nonlinear modes.
-    alpha: Option<Table<f64>>,
+    rows: Rows<SeriesRow>,
     coefficients: Dataset,
-    rows: usize,
+    count: usize,
     functions: usize,
     n_o: usize,
 }
@@ -33,42 +31,32 @@ impl SeriesWriter {
         n_o: usize,
         fed: bool,
     ) -> Result<SeriesWriter, StoreError> {
-        let g = file.create_group("hbm")?;
         let functions = 2 * n_h + 1;
-        let omega = Table::create(&g, "omega", Form::plain(None, 64), "1/time")?;
-        let harmonics = Table::create(&g, "harmonics", Form::plain(None, 64), "number")?;
-        let point = Table::create(&g, "point", Form::plain(None, 64), "row of /backbone")?;
-        let alpha = match fed {
-            true => Some(Table::create(&g, "alpha", Form::plain(None, 64), "1/time")?),
-            false => None,
-        };
+        let columns = SERIES.iter().filter(|c| fed || c.about.path != "hbm/alpha");
+        let rows = Rows::create(file, columns, &|_| Form::plain(None, 64))?;
+        let g = file.group("hbm")?;
         let builder = g.new_dataset::<f64>().chunk((1, functions, n_o)).deflate(1);
         let coefficients = builder.shape((0.., functions, n_o)).create("coefficients")?;
-        write_text(&coefficients, "units", "length; order a_0, a_1, b_1, a_2, b_2, … of u_O")?;
-        let rows = 0;
-        Ok(SeriesWriter { omega, harmonics, point, alpha, coefficients, rows, functions, n_o })
+        Ok(SeriesWriter { rows, coefficients, count: 0, functions, n_o })
     }
 
     /// Append a series that belongs to row `point` of `/backbone`.
     pub fn push(&mut self, s: &SeriesRecord, point: usize) -> Result<(), StoreError> {
-        self.omega.push(&[s.omega]);
-        self.omega.append()?;
-        self.harmonics.push(&[s.n_h as i64]);
-        self.harmonics.append()?;
-        self.point.push(&[point as i64]);
-        self.point.append()?;
-        if let Some(alpha) = &mut self.alpha {
-            alpha.push(&[s.alpha.unwrap_or(f64::NAN)]);
-            alpha.append()?;
-        }
+        self.rows.push(&SeriesRow {
+            omega: s.omega,
+            harmonics: s.n_h as i64,
+            point: point as i64,
+            alpha: s.alpha.unwrap_or(f64::NAN),
+        });
+        self.rows.append()?;
         let mut all = vec![0.0; self.functions * self.n_o];
         let shared = all.len().min(s.coefficients.len());
         all[..shared].copy_from_slice(&s.coefficients[..shared]);
         let view = Array3::from_shape_vec((1, self.functions, self.n_o), all)
             .map_err(|e| hdf5::Error::from(e.to_string()))?;
-        self.coefficients.resize((self.rows + 1, self.functions, self.n_o))?;
-        self.coefficients.write_slice(view.view(), (self.rows..self.rows + 1, .., ..))?;
-        self.rows += 1;
+        self.coefficients.resize((self.count + 1, self.functions, self.n_o))?;
+        self.coefficients.write_slice(view.view(), (self.count..self.count + 1, .., ..))?;
+        self.count += 1;
         Ok(())
     }
 }

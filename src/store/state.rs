@@ -4,7 +4,8 @@ use std::path::Path;
 
 use ndarray::Array2;
 
-use super::reader::{Careful, open, partial, reading};
+use super::careful::{Careful, open, reading};
+use super::reader::partial;
 use super::{StoreError, read_text};
 use crate::fem::interpolate::{Cell, at_cells, cells};
 use crate::mesh::{ElementKind, Point};

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use hdf5::Group;
 
+use super::careful::Careful;
+use super::describe::describe;
 use super::output::Staged;
-use super::reader::Careful;
 use super::{Outputs, StoreError, read_text, write_text};
 use crate::records::{Changed, ErrorStatement, Variation};
 
@@ -29,18 +30,18 @@ pub fn write_statement(
             family.unlink(NAME)?;
         }
         let g = family.create_group(NAME)?;
-        let column = |name: &str, values: &[f64], units: &str| -> Result<(), StoreError> {
-            let dataset = g.new_dataset_builder().with_data(values).create(name)?;
-            write_text(&dataset, "units", units)
+        let column = |name: &str, values: &[f64]| -> Result<hdf5::Dataset, StoreError> {
+            Ok(g.new_dataset_builder().with_data(values).create(name)?)
         };
-        column("omega", &statement.omega, "1/time")?;
-        column("energy", &statement.energy, "energy")?;
-        column("slope", &statement.slope, "energy time")?;
+        column("omega", &statement.omega)?;
+        column("energy", &statement.energy)?;
+        column("slope", &statement.slope)?;
         for v in &statement.variations {
-            column(v.changed.name(), &v.energy, "energy")?;
-            let dataset = g.dataset(v.changed.name())?;
-            write_text(&dataset, "what", &v.text)?;
+            let energies = column(v.changed.name(), &v.energy)?;
+            write_text(&energies, "units", "energy")?;
+            write_text(&energies, "what", &v.text)?;
         }
+        describe(&file)?;
         file.flush()?;
         Ok(())
     };

@@ -6,11 +6,11 @@ use hdf5::Group;
 use serde::de::DeserializeOwned;
 use serde_json as json;
 
+use super::careful::{Careful, open, reading};
 use super::crosscheck::read_crosscheck;
 use super::family::ridge_of;
 use super::journal;
 use super::orbits::{read_orbit, read_place, read_scalar};
-use super::reader::{Careful, open, reading};
 use super::series::{Names, read_series};
 use super::statement::read_statement;
 use super::{StoreError, read_text};

@@ -49,7 +49,7 @@ impl Form {
 
 impl<T: H5Type + Clone> Table<T> {
     /// An empty table.
-    pub fn create(group: &Group, name: &str, form: Form, units: &str) -> Result<Self, StoreError> {
+    pub fn create(group: &Group, name: &str, form: Form) -> Result<Self, StoreError> {
         let Form { columns, chunk, compressed, single } = form;
         let kind = if single { f32::type_descriptor() } else { T::type_descriptor() };
         // whole rows are written: nothing has to be filled in before
@@ -64,7 +64,6 @@ impl<T: H5Type + Clone> Table<T> {
             (None, true) => builder.chunk(chunk).shuffle().deflate(1).shape(0..).create(name)?,
             (None, false) => builder.chunk(chunk).shape(0..).create(name)?,
         };
-        super::write_text(&dataset, "units", units)?;
         Ok(Table { dataset, columns, chunk, rows: 0, waiting: 0, pending: vec![], known: 0 })
     }
 

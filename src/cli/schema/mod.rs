@@ -1,10 +1,12 @@
-//! `signorini schema`: the keys of scenes and studies, for editors and as a page.
+//! `signorini schema`: the keys of scenes and studies and the datasets of files, for editors and as pages.
 
+mod files;
 mod page;
 
 use clap::{Args, ValueEnum};
 
 use signorini::scenario::Scene;
+use signorini::store::datasets;
 use signorini::study::Study;
 
 use super::Answer;
@@ -18,7 +20,7 @@ pub struct Arguments {
     /// Of what
     #[arg(value_enum, default_value = "scene")]
     of: Kind,
-    /// As Markdown: a table of the keys
+    /// As Markdown: tables of the keys or datasets
     #[arg(long)]
     markdown: bool,
 }
@@ -29,6 +31,8 @@ enum Kind {
     Scene,
     /// A study
     Study,
+    /// The datasets of files
+    Files,
 }
 
 /// Print a schema.
@@ -36,6 +40,7 @@ pub fn run(arguments: &Arguments) -> Answer {
     let (schema, title) = match arguments.of {
         Kind::Scene => (Scene::schema(), "Keys of a scene"),
         Kind::Study => (Study::schema(), "Keys of a study"),
+        Kind::Files => return Answer::text(files::of(&datasets(), arguments.markdown)),
     };
     Answer::text(match arguments.markdown {
         true => page::of(&schema, title),

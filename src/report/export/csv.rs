@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::put::{number, put, quoted};
-use crate::store::Stored;
+use crate::store::{About, Raw, StoreError, Stored, read_raw, switch_columns};
 
 /// The states `rows` and the switches `switches`, into the two files.
 pub(super) fn write(
@@ -15,7 +15,7 @@ pub(super) fn write(
     nodes: &[usize],
     files: &[PathBuf],
 ) -> io::Result<()> {
-    let texts = [states(stored, rows, nodes), events(stored, switches)];
+    let texts = [states(stored, rows, nodes), events(stored, switches)?];
     files.iter().zip(texts).try_for_each(|(path, text)| put(path, text.as_bytes()))
 }
 
@@ -26,7 +26,10 @@ fn components(stored: &Stored) -> usize {
 }
 
 fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
-    let mut out = String::from("t,kinetic,elastic,external,dissipated,jumps");
+    let mut out = String::from("t");
+    for name in Stored::energy_names() {
+        let _ = write!(out, ",{name}");
+    }
     for i in 0..stored.gap.len() {
         let point = stored.contact_name(i);
         for column in ["u_n", "pressure", "active"] {
@@ -65,11 +68,21 @@ fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
     out
 }
 
-fn events(stored: &Stored, switches: &[usize]) -> String {
-    let mut out = String::from("t,node,kind,energy_jump\n");
+fn events(stored: &Stored, switches: &[usize]) -> io::Result<String> {
+    let read = |about: &About| Ok((about.place().1, read_raw(&stored.path, about.path)?));
+    let columns: Result<Vec<_>, StoreError> = switch_columns().map(read).collect();
+    let columns = columns.map_err(io::Error::other)?;
+    let names: Vec<&str> = columns.iter().map(|c| c.0).collect();
+    let mut out = names.join(",") + "\n";
+    let cell = |column: &Raw, k: usize| match column {
+        Raw::Float(x) => x.iter().nth(k).map(|x| number(*x)),
+        Raw::Integer(x) => x.iter().nth(k).map(i64::to_string),
+        Raw::Words(words) => words.get(k).map(|word| quoted(word)),
+        Raw::Byte(_) | Raw::Flag(_) => None,
+    };
     for &k in switches {
-        let (t, jump) = (number(stored.switch_t[k]), number(stored.switch_jump[k]));
-        let _ = writeln!(out, "{t},{},{},{jump}", stored.switch_node[k], stored.switch_kind[k]);
+        let cells: Vec<_> = columns.iter().map(|c| cell(&c.1, k).unwrap_or_default()).collect();
+        out += &(cells.join(",") + "\n");
     }
-    out
+    Ok(out)
 }

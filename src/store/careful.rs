@@ -1,0 +1,59 @@
+//! Opening files, and reading datasets whose sizes are not believed.
+
+use std::path::Path;
+
+use ndarray::Array2;
+
+use super::StoreError;
+use crate::matrices::check_size;
+
+/// What the library says of a file that is read means that the file is damaged, or of another kind.
+pub(super) fn reading<T>(
+    path: &Path,
+    read: impl FnOnce() -> Result<T, StoreError>,
+) -> Result<T, StoreError> {
+    read().map_err(|e| match e {
+        StoreError::Hdf5(e) => {
+            let text = e.to_string();
+            // the innermost cause stands behind the last colon of the first line
+            let line = text.lines().next().unwrap_or_default().to_owned();
+            StoreError::unusable(path, format!("damaged, or not what it should be ({line})"))
+        }
+        e => e,
+    })
+}
+
+/// Reading of datasets whose sizes are not believed.
+pub(super) trait Careful {
+    /// All values, in one row.
+    fn values<T: hdf5::H5Type>(&self) -> Result<Vec<T>, hdf5::Error>;
+    /// A table.
+    fn table<T: hdf5::H5Type>(&self) -> Result<Array2<T>, hdf5::Error>;
+    /// An array of any dimension.
+    fn array<T: hdf5::H5Type>(&self) -> Result<ndarray::ArrayD<T>, hdf5::Error>;
+}
+
+impl Careful for hdf5::Dataset {
+    fn values<T: hdf5::H5Type>(&self) -> Result<Vec<T>, hdf5::Error> {
+        check_size(self, size_of::<T>())?;
+        self.read_raw()
+    }
+    fn table<T: hdf5::H5Type>(&self) -> Result<Array2<T>, hdf5::Error> {
+        check_size(self, size_of::<T>())?;
+        self.read_2d()
+    }
+    fn array<T: hdf5::H5Type>(&self) -> Result<ndarray::ArrayD<T>, hdf5::Error> {
+        check_size(self, size_of::<T>())?;
+        self.read_dyn()
+    }
+}
+
+pub(super) fn open(path: &Path) -> Result<hdf5::File, StoreError> {
+    if path.is_dir() {
+        return Err(StoreError::unusable(path, "is a folder; give a file"));
+    }
+    if !path.is_file() {
+        return Err(StoreError::unusable(path, "no such file"));
+    }
+    hdf5::File::open(path).map_err(|_| StoreError::unusable(path, "not an HDF5 file, or damaged"))
+}

@@ -1,0 +1,235 @@
+//! The datasets of all files, a row each: path, unit, what the dimensions count, meaning, and how a row of the table gives the value.
+
+use std::borrow::Cow;
+
+use super::row::Row;
+use super::schema::{About, Column, Get};
+use crate::event::{Grazing, Switch};
+use crate::records::{CheckRow, OrbitRecord, Peak, PointRecord, VerdictKind, ViscousRecord};
+
+// a dataset is a row
+type Axes = &'static [&'static str];
+const NODE: Axes = &["node", "axis"];
+const CONTACT: Axes = &["contact point"];
+const DIRECTION: Axes = &["contact point", "axis"];
+const STATE: Axes = &["state"];
+const POINT: Axes = &["point"];
+const SWITCH: Axes = &["switch"];
+const GRAZING: Axes = &["grazing"];
+const TASK: Axes = &["task"];
+const PEAK: Axes = &["peak"];
+
+/// What is written once.
+#[rustfmt::skip]
+static ONCE: &[About] = &[
+    About::new("mesh/nodes", "length", NODE, "places of the nodes: x, y (and z in space)"),
+    About::new("mesh/elements", "node", &["element", "corner"], "nodes of each element, from 0; -1 behind the last of a smaller one"),
+    About::new("mesh/regions", "material", &["element"], "material of each element, from 0"),
+    About::new("mesh/dof_map", "column", NODE, "column of trajectory/u of each nodal displacement; -1: prescribed. Of a body of matrices: node i carries row i, the last node is the ground; u[:, dof_map[:-1, 0]] has the columns in the order of the rows"),
+    About::new("mesh/contact_nodes", "node", CONTACT, "mesh node of each contact point, from 0; of a body of matrices the row of its displacement"),
+    About::new("mesh/contact_points", "length", DIRECTION, "place of each contact point that is no node"),
+    About::new("mesh/contact_normals", "1", DIRECTION, "outward normal of the body at each contact point"),
+    About::new("mesh/contact_groups", "group", CONTACT, "which of the groups before obstacles each contact point belongs to"),
+    About::new("mesh/contact_dofs", "column", CONTACT, "column of trajectory/u along the normal, up to its sign; -1: along no axis"),
+    About::new("mesh/contact_area", "area", CONTACT, "area of each contact point: force = pressure x area"),
+    About::new("mesh/gap", "length along the contact normal", CONTACT, "distance to the obstacle along the normal, undeformed"),
+    About::new("trajectory/columns", "column", &["column"], "which of all displacements (mesh/dof_map) u and v hold"),
+    About::new("report/final/u", "length", &["unknown"], "last state: displacements u_O"),
+    About::new("report/final/v", "length/time", &["unknown"], "last state: velocities of u_O"),
+    About::new("orbit/u0", "length", &["displacement"], "displacements at t = 0, in the order of trajectory/u"),
+    About::new("orbit/v0", "length/time", &["displacement"], "velocities at t = 0"),
+    About::new("orbit/multipliers", "1", &["multiplier", "part"], "Floquet multipliers: real part, imaginary part"),
+    About::new("orbit/multipliers_under_load", "1", &["multiplier", "part"], "multipliers of a viscous mode as the response to the load that takes the place of its feedback"),
+    About::new("orbit/switches/t", "time", SWITCH, "time of each switch of the period"),
+    About::new("orbit/switches/node", "mesh node", SWITCH, "mesh node that switches"),
+    About::new("orbit/switches/kind", "close | open | impact | rest", SWITCH, "what the switch is"),
+    About::new("orbit/switches/energy_jump", "energy", SWITCH, "jump of the energy at the switch"),
+    About::new("hbm/coefficients", "length; order a_0, a_1, b_1, a_2, b_2, … of u_O", &["series", "function", "unknown"], "u_O(t) = sum of a_k cos k omega t + b_k sin k omega t"),
+    About::new("backbone/points/NNNN/continuation/x", "units of the problem", &["unknown"], "unknowns of the continuation, the frequency last (a point has the datasets of /orbit besides)"),
+    About::new("backbone/points/NNNN/continuation/tangent", "units of the problem", &["unknown"], "tangent of the branch"),
+    About::new("backbone/points/NNNN/continuation/signature", "number", &["test"], "signs of the tests that change at special points"),
+    About::new("backbone/points/NNNN/continuation/active", "1 = contact", &["phase", "contact point"], "active set of each phase"),
+    About::new("backbone/points/NNNN/continuation/node", "contact point", SWITCH, "contact point of each switch"),
+    About::new("backbone/points/NNNN/continuation/base", "length", &["coefficient"], "the solution of one harmonic that the ladder began with"),
+    About::new("backbone/points/NNNN/continuation/memory", "units of the problem", &["number"], "what the branch remembers of its way"),
+    About::new("backbone/error_statement/omega", "1/time", POINT, "circular frequency"),
+    About::new("backbone/error_statement/energy", "energy", POINT, "energy of the family"),
+    About::new("backbone/error_statement/slope", "energy time", POINT, "its derivative by the frequency"),
+    About::new("study/id", "words", TASK, "folder of the task"),
+    About::new("study/state", "done | failed | running | interrupted | waiting", TASK, "what became of the task"),
+    About::new("study/message", "words", TASK, "why a task failed"),
+    About::new("points/special", "words", POINT, "what is special about the point"),
+    About::new("points/task", "task", POINT, "task that the point belongs to, from 0"),
+    About::new("points/omega", "1/time", POINT, "circular frequency"),
+    About::new("points/energy", "energy", POINT, "energy of the motion"),
+    About::new("points/amplitude", "length", POINT, "largest contact displacement"),
+    About::new("comparison/variant", "words", &["row"], "contact method, options included"),
+    About::new("comparison/changed", "words", &["row"], "keys of the scene that were changed"),
+    About::new("comparison/mesh", "words", &["row"], "mesh of the row"),
+    About::new("comparison/note", "words", &["row"], "why there are no numbers, or what to know of them"),
+    About::new("comparison/h", "length", &["row"], "size of an element"),
+];
+
+/// `/trajectory`, a row a stored state.
+#[rustfmt::skip]
+pub(super) static STATES: &[Column<Row>] = &[
+    Column::new("trajectory/t", "time", STATE, "time of each stored state", Get::Number(|s| s.t)),
+    Column::new("trajectory/u", "length", &["state", "displacement"], "displacements; contact displacements come last: mesh/dof_map says which column is which", Get::Numbers(|s| &s.u)),
+    Column::new("trajectory/v", "length/time", &["state", "displacement"], "velocities, in the order of trajectory/u", Get::Numbers(|s| &s.v)),
+    Column::new("trajectory/active", "1 = contact", &["state", "contact point"], "1 where a contact point touches", Get::States(|s| &s.active)),
+    Column::new("trajectory/pressure", "stress", &["state", "contact point"], "contact pressure, positive in compression", Get::Numbers(|s| &s.pressure)),
+];
+
+/// `/energy`, a row a stored state.
+#[rustfmt::skip]
+pub(super) static ENERGY: &[Column<Row>] = &[
+    Column::new("energy/t", "time", STATE, "time", Get::Number(|s| s.t)),
+    Column::new("energy/kinetic", "energy", STATE, "kinetic energy of the whole body, what moving supports carry included (seen from an obstacle that moves)", Get::Number(|s| s.energy(0))),
+    Column::new("energy/elastic", "energy", STATE, "elastic energy of the whole body, elements at moving supports included", Get::Number(|s| s.energy(1))),
+    Column::new("energy/external", "energy", STATE, "work so far of the loads, and of supports that move (all that changes the energy but damping of free displacements and jumps)", Get::Number(|s| s.energy(2))),
+    Column::new("energy/dissipated", "energy", STATE, "work so far of the damping forces of free displacements on themselves", Get::Number(|s| s.energy(3))),
+    Column::new("energy/jumps", "energy", STATE, "sum of the jumps at switches so far", Get::Number(|s| s.jumps)),
+];
+
+/// `/switches`.
+#[rustfmt::skip]
+pub(super) static SWITCHES: &[Column<Switch>] = &[
+    Column::new("switches/t", "time", SWITCH, "time of each switch of the active set", Get::Number(|s| s.t)),
+    Column::new("switches/node", "mesh node", SWITCH, "mesh node that switches", Get::Whole(|s| s.node as i64)),
+    Column::new("switches/kind", "close | open | impact | rest", SWITCH, "close or open; of an impact law also impact (a rebound) or rest (rebounds that ended)", Get::Words(32, |s| s.kind.name().into())),
+    Column::new("switches/energy_jump", "energy", SWITCH, "jump of the energy at the switch", Get::Number(|s| s.energy_jump)),
+    Column::new("switches/point", "contact point", SWITCH, "its contact point: column of the tables by contact point", Get::Whole(|s| s.point as i64)),
+    Column::new("switches/monitor", "gap | pressure | closing | opening", SWITCH, "what vanishes: gap, pressure; of a point held on the surface: closing, opening", Get::Name(|s| s.monitor.word())),
+    Column::new("switches/from", "open | closed", SWITCH, "state of the point before the switch: open, closed", Get::Name(|s| s.from().word())),
+    Column::new("switches/to", "open | closed", SWITCH, "state of the point behind the switch", Get::Name(|s| s.to().word())),
+    Column::new("switches/monitor_rate", "length/time (close) | stress/time (open)", SWITCH, "rate of the gap (close) or the pressure (open) that vanishes", Get::Number(|s| s.monitor_rate)),
+    Column::new("switches/active_before", "1 = contact", &["switch", "contact point"], "active set before the switch", Get::States(|s| &s.before)),
+    Column::new("switches/active_after", "1 = contact", &["switch", "contact point"], "active set behind the switch", Get::States(|s| &s.after)),
+];
+
+/// `/grazings`.
+#[rustfmt::skip]
+pub(super) static GRAZINGS: &[Column<Grazing>] = &[
+    Column::new("grazings/t", "time", GRAZING, "time of each grazing", Get::Number(|g| g.t)),
+    Column::new("grazings/node", "mesh node", GRAZING, "mesh node that grazes", Get::Whole(|g| g.node as i64)),
+    Column::new("grazings/distance", "length (gap) | stress (pressure)", GRAZING, "how near", Get::Number(|g| g.distance)),
+    Column::new("grazings/kind", "words", GRAZING, "gap or pressure that comes near zero", Get::Words(32, |g| g.kind.name().into())),
+];
+
+/// A number of the orbit of a point; not a number where there is none.
+fn of_orbit(p: &PointRecord, get: fn(&OrbitRecord) -> f64) -> f64 {
+    p.orbit.as_ref().map_or(f64::NAN, get)
+}
+
+fn of_viscous(p: &PointRecord, get: fn(&ViscousRecord) -> f64) -> f64 {
+    p.orbit.as_ref().and_then(|o| o.viscous.as_ref()).map_or(f64::NAN, get)
+}
+
+/// `α`, of the orbit if it is known, else of the series.
+fn alpha(p: &PointRecord) -> f64 {
+    let of_series = p.series.as_ref().and_then(|s| s.alpha).unwrap_or(f64::NAN);
+    Some(of_viscous(p, |v| v.alpha)).filter(|a| !a.is_nan()).unwrap_or(of_series)
+}
+
+/// `/backbone`, a row a point.
+#[rustfmt::skip]
+pub(super) static FAMILY: &[Column<PointRecord>] = &[
+    Column::new("backbone/omega", "1/time", POINT, "circular frequency", Get::Number(|p| p.omega)),
+    Column::new("backbone/energy", "energy", POINT, "energy of the motion", Get::Number(|p| of_orbit(p, |o| o.energy))),
+    Column::new("backbone/amplitude", "length", POINT, "largest contact displacement", Get::Number(|p| of_orbit(p, |o| o.amplitude))),
+    Column::new("backbone/residual", "relative", POINT, "what is left of the periodicity, over the size of the state", Get::Number(|p| of_orbit(p, |o| o.residual))),
+    Column::new("backbone/contact_time", "time", POINT, "time in contact in a period", Get::Number(|p| of_orbit(p, |o| o.contact_time))),
+    Column::new("backbone/grazing_distance", "relative", POINT, "nearest grazing, over the gap", Get::Number(|p| of_orbit(p, |o| o.grazing))),
+    Column::new("backbone/switches", "number a period", POINT, "switches in a period", Get::Number(|p| of_orbit(p, |o| o.switches.len() as f64))),
+    Column::new("backbone/stable", "1 stable, 0 unstable, -1 not computed", POINT, "1 stable, 0 unstable, -1 not computed", Get::Number(|p| of_orbit(p, |o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))))),
+    Column::new("backbone/branch", "number", POINT, "branch that the point belongs to", Get::Number(|p| p.branch as f64)),
+    Column::new("backbone/index", "place on the branch", POINT, "place of the point in its branch", Get::Number(|p| p.index as f64)),
+    Column::new("backbone/special", "words", POINT, "what is special about the point", Get::Words(128, |p| Cow::Owned(p.special.to_string()))),
+];
+
+/// Columns of viscous nonlinear modes besides.
+#[rustfmt::skip]
+pub(super) static VISCOUS: &[Column<PointRecord>] = &[
+    Column::new("backbone/alpha", "1/time", POINT, "feedback of a viscous nonlinear mode", Get::Number(alpha)),
+    Column::new("backbone/beta", "time", POINT, "viscosity", Get::Number(|p| of_viscous(p, |v| v.beta))),
+    Column::new("backbone/energy_turned_over", "energy a period", POINT, "energy that viscosity and feedback hand round in a period", Get::Number(|p| of_viscous(p, |v| v.turned_over))),
+];
+
+/// `/backbone/ridge`, a row a peak.
+#[rustfmt::skip]
+pub(super) static RIDGE: &[Column<Peak>] = &[
+    Column::new("backbone/ridge/branch", "number", PEAK, "branch of the peak", Get::Number(|p| p.branch as f64)),
+    Column::new("backbone/ridge/omega", "1/time", PEAK, "circular frequency of the peak", Get::Number(|p| p.omega)),
+    Column::new("backbone/ridge/amplitude", "length", PEAK, "largest contact displacement there", Get::Number(|p| p.amplitude)),
+    Column::new("backbone/ridge/energy", "energy", PEAK, "energy there", Get::Number(|p| p.energy)),
+];
+
+/// A series, but for its coefficients.
+pub(super) struct SeriesRow {
+    pub omega: f64,
+    pub harmonics: i64,
+    pub point: i64,
+    pub alpha: f64,
+}
+
+/// `/hbm`, a row a series.
+#[rustfmt::skip]
+pub(super) static SERIES: &[Column<SeriesRow>] = &[
+    Column::new("hbm/omega", "1/time", &["series"], "circular frequency", Get::Number(|s| s.omega)),
+    Column::new("hbm/harmonics", "number", &["series"], "harmonics of the series", Get::Whole(|s| s.harmonics)),
+    Column::new("hbm/point", "row of /backbone", &["series"], "point that the series belongs to", Get::Whole(|s| s.point)),
+    Column::new("hbm/alpha", "1/time", &["series"], "feedback of a viscous nonlinear mode", Get::Number(|s| s.alpha)),
+];
+
+/// `/crosscheck`, a row a point of harmonic balance.
+#[rustfmt::skip]
+pub(super) static CHECKS: &[Column<CheckRow>] = &[
+    Column::<CheckRow>::new("crosscheck/omega", "1/time", POINT, "circular frequency", Get::Number(|r| r.omega)).kept(|r, x| r.omega = x),
+    Column::<CheckRow>::new("crosscheck/harmonics", "number", POINT, "harmonics of the series", Get::Number(|r| r.n_h as f64)).kept(|r, x| r.n_h = x as usize),
+    Column::<CheckRow>::new("crosscheck/hbm_energy", "energy", POINT, "energy of the series", Get::Number(|r| r.energy)).kept(|r, x| r.energy = x),
+    Column::<CheckRow>::new("crosscheck/residual", "relative", POINT, "residual of the series in time", Get::Number(|r| r.residual)).kept(|r, x| r.residual = x),
+    Column::<CheckRow>::new("crosscheck/return_error", "relative", POINT, "how far the state of the series is from itself after a period", Get::Number(|r| r.return_error)).kept(|r, x| r.return_error = x),
+    Column::<CheckRow>::new("crosscheck/moved", "relative", POINT, "distance of both states at t = 0 over the size of the orbit's", Get::Number(|r| r.moved)).kept(|r, x| r.moved = x),
+    Column::<CheckRow>::new("crosscheck/orbit_energy", "energy", POINT, "energy of the orbit", Get::Number(|r| r.orbit_energy)).kept(|r, x| r.orbit_energy = x),
+    Column::<CheckRow>::new("crosscheck/contact_change", "relative", POINT, "change of the contact time over the period", Get::Number(|r| r.contact_change)).kept(|r, x| r.contact_change = x),
+    Column::<CheckRow>::new("crosscheck/same_sequence", "1 = the same", POINT, "whether the sequence of switches stayed", Get::Number(|r| f64::from(u8::from(r.same_sequence)))).kept(|r, x| r.same_sequence = x == 1.0),
+    Column::<CheckRow>::new("crosscheck/verdict", "words", POINT, "orbit where shooting ends near the series and with its switches, another orbit where it ends elsewhere, else why there is none", Get::Words(32, |r| r.verdict.name().into())),
+    Column::<CheckRow>::new("crosscheck/message", "words", POINT, "the verdict in words", Get::Words(256, |r| (&*r.message).into())),
+];
+
+/// A row to read into.
+pub(super) fn empty_check(verdict: VerdictKind, message: String) -> CheckRow {
+    let nan = f64::NAN;
+    CheckRow {
+        omega: nan,
+        n_h: 0,
+        energy: nan,
+        residual: nan,
+        return_error: nan,
+        verdict,
+        message,
+        moved: nan,
+        orbit_energy: nan,
+        contact_change: nan,
+        same_sequence: false,
+    }
+}
+
+/// All datasets, group by group.
+pub fn datasets() -> Vec<&'static About> {
+    fn of<R>(columns: &'static [Column<R>]) -> impl Iterator<Item = &'static About> {
+        columns.iter().map(|c| &c.about)
+    }
+    let tables = of(STATES).chain(of(ENERGY)).chain(of(SWITCHES)).chain(of(GRAZINGS));
+    let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(SERIES));
+    let mut all: Vec<_> = ONCE.iter().chain(tables).chain(of(CHECKS)).collect();
+    // groups in the order of their first rows
+    let first: Vec<&str> = all.iter().map(|about| about.place().0).collect();
+    all.sort_by_key(|about| first.iter().position(|group| *group == about.place().0));
+    all
+}
+
+/// The columns of `/switches` with one value a switch.
+pub(crate) fn switch_columns() -> impl Iterator<Item = &'static About> {
+    SWITCHES.iter().map(|c| &c.about).filter(|about| about.axes.len() == 1)
+}

@@ -1,0 +1,41 @@
+//! A stored state as a file keeps it.
+
+use super::kept::Kept;
+use crate::contact::States;
+use crate::event::{Energies, Sample};
+
+/// A stored state as a file keeps it.
+pub(super) struct Row {
+    pub t: f64,
+    pub u: Vec<f64>,
+    pub v: Vec<f64>,
+    pub active: States,
+    pub pressure: Vec<f64>,
+    energies: Option<Energies>,
+    pub jumps: f64,
+}
+
+impl Row {
+    pub fn of(kept: &Kept, s: &Sample) -> Row {
+        Row {
+            t: s.t,
+            u: kept.row(s.u),
+            v: kept.row(s.v),
+            active: s.active.clone(),
+            pressure: s.pressure.to_vec(),
+            energies: s.energies,
+            jumps: s.jumps,
+        }
+    }
+
+    /// Kinetic, elastic, external, dissipated.
+    pub fn energy(&self, k: usize) -> f64 {
+        Energies::numbers(self.energies)[k]
+    }
+
+    /// Whether what is stored in single precision fits in.
+    pub(crate) fn is_single(&self) -> bool {
+        let mut all = self.u.iter().chain(&self.v).chain(&self.pressure);
+        all.all(|x| x.abs() <= f64::from(f32::MAX))
+    }
+}
