@@ -7,6 +7,7 @@ use signorini::records::{
     PointMethod, PointRecord, Variation, VerdictKind, Walk,
 };
 use signorini::report::families::{Axis, pictures_of_family};
+use signorini::report::figure::Style;
 use signorini::report::overlay;
 use signorini::store::{Outputs, StoredFamily, write_statement};
 use tempfile::TempDir;
@@ -83,12 +84,16 @@ fn stated(points: &[(f64, f64)]) -> ErrorStatement {
 fn picture(family: &StoredFamily, axis: Option<Axis>, name: &str) -> String {
     let drawn = pictures_of_family(family, axis, Path::new("x"), &[name.to_owned()]).unwrap();
     assert_eq!(drawn.len(), 1);
-    drawn[0].svg.clone()
+    drawn[0].sheet.svg(&Style::default()).unwrap()
 }
 
 fn together(families: &[StoredFamily], axis: Axis) -> String {
     let options = overlay::Options { axis, ..overlay::Options::default() };
-    overlay::picture(families, &options, Path::new("x")).unwrap().svg
+    overlay::picture(families, &options, Path::new("x"))
+        .unwrap()
+        .sheet
+        .svg(&Style::default())
+        .unwrap()
 }
 
 fn says(svg: &str, words: &str) -> bool {

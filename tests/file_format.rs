@@ -201,7 +201,8 @@ fn a_killed_run_leaves_a_readable_file() {
         child.wait().unwrap();
         fine(KILLED, &file);
         let shown = signorini().arg("inspect").arg(&file).output().unwrap();
-        assert!(String::from_utf8_lossy(&shown.stdout).contains("running"));
+        let fault = String::from_utf8_lossy(&shown.stderr);
+        assert!(String::from_utf8_lossy(&shown.stdout).contains("running"), "{fault}");
     }
 }
 

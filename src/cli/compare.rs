@@ -366,9 +366,9 @@ fn tell(
     replace(&csv_path, csv(comparison).as_bytes())?;
     let mut written = vec![path, csv_path];
     match picture(comparison) {
-        Ok(svg) => {
-            let drawing = Drawing { stem: stem.to_owned(), svg };
-            written.extend(figure::save(&[drawing], outputs, figure::DPI)?);
+        Ok(sheet) => {
+            let drawing = Drawing { stem: stem.to_owned(), sheet };
+            written.extend(figure::save(&[drawing], outputs, &figure::Output::default())?);
         }
         // pictures of an earlier comparison would stand beside the new table
         Err(FigureError::Empty(_)) => {

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use signorini::report::comparison;
 use signorini::report::families;
-use signorini::report::figure::{self, Drawing};
+use signorini::report::figure::{self, Drawing, Style};
 use signorini::report::overlay;
 use signorini::report::pictures::{self, Options};
 use signorini::store::{
@@ -20,7 +20,7 @@ use super::{Answer, CliError, Global, view};
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot plate.h5 --html\n  signorini plot plate.h5 --animate\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
+    after_help = "Example:\n  signorini plot plate.h5\n  signorini plot plate.h5 --only shapes --at 0,0.25,0.5,0.75 -o plate-quarters\n  signorini plot orbit.h5 --only portrait,multipliers\n  signorini plot backbone.h5\n  signorini plot backbone.h5 --axis amplitude\n  signorini plot backbone.h5 viscous.h5 hbm.h5 -o compared\n  signorini plot checked.h5\n  signorini plot plate.h5 --html\n  signorini plot plate.h5 --animate\n  signorini plot backbone.h5 --axis energy --width 3.4in --no-title\n  signorini plot response.h5 hbm.h5 checked.h5 -o overlay --point 1.8,1.04,A"
 )]
 pub struct Arguments {
     /// A file of this program; several files of families (`backbone`, `response`, `crosscheck`) give one picture of energy
@@ -52,6 +52,12 @@ pub struct Arguments {
     /// Dots per inch of the PNG (the pictures are about ten inches wide) [default: 192; of animations 96]
     #[arg(long, value_parser = clap::value_parser!(u16).range(24..=1200))]
     dpi: Option<u16>,
+    /// Width of a picture, in in, mm or cm: of a column of a journal 3.4in or 84mm; letters are then of 7 points, and panels that stand side by side stand below one another
+    #[arg(long, value_name = "WIDTH", value_parser = width)]
+    width: Option<f64>,
+    /// No titles and footers: for a caption
+    #[arg(long)]
+    no_title: bool,
     /// Families: what is shown over the frequency [default: energy; of one family both, one below the other]
     #[arg(long, value_enum, value_name = "AXIS")]
     axis: Option<Axis>,
@@ -87,6 +93,37 @@ impl From<Axis> for families::Axis {
     }
 }
 
+/// A length in inches.
+fn width(text: &str) -> Result<f64, String> {
+    let refuse = || "give a width with its unit, for example 3.4in, 84mm or 8.4cm".to_owned();
+    let unit = text.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(refuse)?;
+    let number: f64 = text[..unit].trim().parse().map_err(|_| refuse())?;
+    let inches = match &text[unit..] {
+        "in" => number,
+        "mm" => number / 25.4,
+        "cm" => number / 2.54,
+        _ => return Err(refuse()),
+    };
+    match (1.5..=40.0).contains(&inches) {
+        true => Ok(inches),
+        false => Err("give a width from 1.5in (38mm) to 40in".into()),
+    }
+}
+
+impl Arguments {
+    fn style(&self) -> Style {
+        Style { width: self.width, titles: !self.no_title }
+    }
+
+    /// Write pictures as they are asked for.
+    fn save(&self, drawings: &[Drawing]) -> Result<Vec<PathBuf>, CliError> {
+        let outputs = Outputs::new(false).reads_all(self.files.iter().cloned());
+        let usual = figure::Output::default();
+        let how = figure::Output { dpi: self.dpi.unwrap_or(usual.dpi), style: self.style() };
+        Ok(figure::save(drawings, &outputs, &how)?)
+    }
+}
+
 /// Draw the pictures.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if arguments.html {
@@ -105,12 +142,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     if arguments.animate {
         return animation(arguments, global);
     }
-    let drawings = match &arguments.files[..] {
+    let written = match &arguments.files[..] {
         [file] => of_file(arguments, file)?,
-        _ => vec![of_files(arguments)?],
+        _ => arguments.save(&[of_files(arguments)?])?,
     };
-    let outputs = Outputs::new(false).reads_all(arguments.files.iter().cloned());
-    let written = figure::save(&drawings, &outputs, arguments.dpi.unwrap_or(figure::DPI))?;
     let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
     Ok(global.answer(|| json!({"written": names}), || names.join("\n") + "\n"))
 }
@@ -131,7 +166,7 @@ fn animation(arguments: &Arguments, global: &Global) -> Result<Answer, CliError>
         return Err(CliError::Input(text.into()));
     }
     let stored = Stored::read(file)?;
-    let frames = pictures::frames(&stored, usize::from(arguments.frames))?;
+    let frames = pictures::frames(&stored, usize::from(arguments.frames), &arguments.style())?;
     let stem = arguments.output.clone().unwrap_or_else(|| file.with_extension(""));
     let outputs = Outputs::new(false).reads(file.clone());
     let look = (arguments.dpi.unwrap_or(SCREEN), RATE);
@@ -140,8 +175,8 @@ fn animation(arguments: &Arguments, global: &Global) -> Result<Answer, CliError>
     Ok(global.answer(|| json!({"written": [name]}), || format!("{name}\n")))
 }
 
-/// The pictures of one file.
-fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError> {
+/// Write the pictures of one file.
+fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<PathBuf>, CliError> {
     for (name, given) in [
         ("energy", !arguments.energy.is_empty()),
         ("amplitude", !arguments.amplitude.is_empty()),
@@ -190,11 +225,11 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
         return Err(CliError::Input(message.into()));
     }
     if kind == Content::Comparison {
-        let svg = comparison::picture(&read_comparison(file)?.comparison)?;
-        return Ok(vec![Drawing { stem, svg }]);
+        let sheet = comparison::picture(&read_comparison(file)?.comparison)?;
+        return arguments.save(&[Drawing { stem, sheet }]);
     }
     let family = StoredFamily::read(file)?;
-    Ok(match checked {
+    arguments.save(&match checked {
         Some(rows) => families::pictures_of_check(&family, &rows, &stem, &arguments.only)?,
         None => {
             let axis = arguments.axis.map(families::Axis::from);
@@ -204,7 +239,7 @@ fn of_file(arguments: &Arguments, file: &Path) -> Result<Vec<Drawing>, CliError>
 }
 
 /// One picture of several families.
-fn of_files(arguments: &Arguments) -> Result<Drawing, CliError> {
+fn of_files(arguments: &Arguments) -> Result<Drawing<'static>, CliError> {
     let input = |message: String| Err(CliError::Input(message));
     if let Some(name) = arguments.only.iter().find(|o| *o != "overlay") {
         return input(format!("no picture \"{name}\" of several files; there is overlay"));
@@ -261,8 +296,8 @@ fn point(text: &str) -> Result<(f64, f64, String), CliError> {
     }
 }
 
-/// The pictures of a run, and those of its orbit if it is one.
-fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<Drawing>, CliError> {
+/// Write the pictures of a run, and those of its orbit if it is one.
+fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
     let stored = Stored::read(file)?;
     let orbit = read_stored_orbit(file)?;
     if let Some(node) = arguments.nodes.iter().find(|n| !stored.contact_nodes.contains(n)) {
@@ -296,5 +331,5 @@ fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<Drawing
         }
         _ => {}
     }
-    Ok(drawn)
+    arguments.save(&drawn)
 }

@@ -9,6 +9,7 @@ use serde_json::json;
 use signorini::families::motions::{Motions, NoMotion};
 use signorini::problem::materials;
 use signorini::report::comparison;
+use signorini::report::figure::Style;
 use signorini::report::page::{self, View};
 use signorini::scenario::Scene;
 use signorini::store::{
@@ -74,8 +75,8 @@ fn of_file(global: &Global, file: &Path, files: usize) -> Result<View, CliError>
     Ok(match content(file)? {
         Content::Comparison => {
             let stored = read_comparison(file)?;
-            let svg = comparison::picture(&stored.comparison)?;
-            View::picture(&name(file), &stored.comparison.title, &svg)
+            let sheet = comparison::picture(&stored.comparison)?;
+            View::picture(&name(file), &stored.comparison.title, &sheet.svg(&Style::default())?)
         }
         Content::Study => {
             let text = "is of a study; give the files of its tasks (NAME.study/tasks/…/result.h5)";

@@ -3,7 +3,7 @@
 
 use plotters::prelude::RGBColor;
 
-use super::figure::{Area, Drawn, LINES, colour_bar, viridis};
+use super::figure::{Bar, LINES, viridis};
 use crate::mesh::Point;
 use crate::store::Stored;
 
@@ -202,21 +202,11 @@ impl<'s> Edge<'s> {
         front.into_iter().chain(behind).collect()
     }
 
-    /// A sheet with room for the bar of the nodes' colours at its right end, where there are several.
-    pub(crate) fn beside_bar<'b>(&self, sheet: Area<'b>, at: i32) -> (Area<'b>, Option<Area<'b>>) {
-        match self.fronts.len() {
-            1 => (sheet, None),
-            _ => {
-                let (main, bar) = sheet.split_horizontally(at);
-                (main, Some(bar))
-            }
-        }
-    }
-
-    /// That bar.
-    pub fn bar(&self, area: Option<&Area>) -> Drawn {
-        let Some(area) = area else { return Ok(()) };
-        colour_bar(area, self.span(), &format!("node {}", self.axis), |s| viridis(0.92 * s))
+    /// The bar of the nodes' colours, where there are several.
+    pub fn bar(&self) -> Option<Bar> {
+        let (range, label) = (self.span(), format!("node {}", self.axis));
+        let bar = Bar { range, label, colour: |s| viridis(0.92 * s), white: None };
+        (self.fronts.len() > 1).then_some(bar)
     }
 }
 

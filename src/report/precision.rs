@@ -3,11 +3,9 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use plotters::prelude::*;
+use plotters::prelude::RGBColor;
 
-use super::figure::{
-    self, Chart, FigureError, Mark, draw_line, legend, line, loglog, px, series_colour, text,
-};
+use super::figure::{Axis, Chart, FigureError, Legend, Mark, Sheet, entry, series_colour};
 
 /// One solution of the scene.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -161,40 +159,37 @@ impl Study {
     }
 
     /// Error against time, both logarithmic.
-    pub fn picture(&self) -> Result<String, FigureError> {
+    pub fn picture(&self) -> Result<Sheet<'static>, FigureError> {
         let drawn: Vec<&Point> = self.points.iter().filter(|p| p.is_drawn()).collect();
         if drawn.is_empty() {
             return Err(FigureError::Empty("no solution comes near the reference"));
         }
         let x = decades(drawn.iter().map(|p| p.place().0));
         let y = decades(drawn.iter().map(|p| p.place().1));
-        figure::svg((980, 600), |root| {
-            let title = format!("{}: time against error, {} unknowns", self.title, self.n_o);
-            root.draw(&Text::new(title, (px(12.0), px(8.0)), text(16)))
-                .map_err(FigureError::draw)?;
-            let footer = format!("{}; errors against {}", self.footer, self.reference);
-            root.draw(&Text::new(footer, (px(12.0), px(578.0)), text(11)))
-                .map_err(FigureError::draw)?;
-            let (_, sheet) = root.split_vertically(px(30.0));
-            let (strip, sheet) = sheet.split_vertically(px(24.0));
-            // other programs have a row of their own
-            let (others, sheet) = sheet.split_vertically(px(24.0));
-            let (sheet, _) = sheet.split_vertically(px(496.0));
-            let mut chart =
-                loglog(&sheet, x, y, "relative error of the final state", "wall time in s")?;
-            let mut entries = vec![];
-            for (k, method) in self.methods().into_iter().enumerate() {
-                let places: Vec<(f64, f64)> =
-                    drawn.iter().filter(|p| p.method == method).map(|p| p.place()).collect();
-                if !places.is_empty() {
-                    let mark = draw_method(&mut chart, method, places, series_colour(k))?;
-                    entries.push((method, series_colour(k), mark));
-                }
+        let x = Axis::decades("relative error of the final state", x);
+        let mut chart = Chart::new(x, Axis::decades("wall time in s", y));
+        // other programs have a row of their own
+        let (mut peers, mut own) = (vec![], vec![]);
+        for (k, method) in self.methods().into_iter().enumerate() {
+            let mut places: Vec<(f64, f64)> =
+                drawn.iter().filter(|p| p.method == method).map(|p| p.place()).collect();
+            if places.is_empty() {
+                continue;
             }
-            let (peers, own): (Vec<_>, Vec<_>) = entries.into_iter().partition(|e| is_peer(e.0));
-            legend(&strip, &own)?;
-            legend(&others, &peers)
-        })
+            // joined by tolerance; those of another program are dashed
+            places.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let colour = series_colour(k);
+            chart_method(&mut chart, method, places, colour);
+            match is_peer(method) {
+                true => peers.push(entry(method, colour, Mark::Dashes)),
+                false => own.push(entry(method, colour, Mark::Line)),
+            }
+        }
+        let what = format!("time against error, {} unknowns", self.n_o);
+        let footer = format!("{}; errors against {}", self.footer, self.reference);
+        let sheet = Sheet::new(&self.title, &what).footer(footer);
+        let sheet = sheet.legend(Legend::Rows(own)).legend(Legend::Rows(peers));
+        Ok(sheet.row(500.0, vec![chart.into()]))
     }
 
     /// The methods in the order of the points.
@@ -233,24 +228,11 @@ fn is_peer(method: &str) -> bool {
     ["scipy", "sundials", "diffsol"].iter().any(|peer| method.starts_with(peer))
 }
 
-/// The solutions of a method, joined by tolerance; those of another program are dashed.
-fn draw_method(
-    chart: &mut Chart,
-    method: &str,
-    mut places: Vec<(f64, f64)>,
-    colour: RGBColor,
-) -> Result<Mark, FigureError> {
-    places.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let style = line(colour, 1.8);
-    let mark = if is_peer(method) { Mark::Dashes } else { Mark::Line };
-    if mark == Mark::Dashes {
-        let dashes = DashedLineSeries::new(places.clone(), px(7.0), px(4.0), style);
-        chart.draw_series(dashes).map_err(FigureError::draw)?;
-    } else {
-        draw_line(chart, places.clone(), style)?;
+/// The solutions of a method.
+fn chart_method(chart: &mut Chart, method: &str, places: Vec<(f64, f64)>, colour: RGBColor) {
+    match is_peer(method) {
+        true => chart.dashes(places.clone(), colour, 1.8),
+        false => chart.line(places.clone(), colour, 1.8),
     }
-    chart
-        .draw_series(places.iter().map(|&p| Circle::new(p, px(4.0), colour.filled())))
-        .map_err(FigureError::draw)?;
-    Ok(mark)
+    chart.marks(places, Mark::Disc, colour);
 }

@@ -7,8 +7,7 @@ use std::path::Path;
 use plotters::style::RGBColor;
 
 use super::figure::{
-    self, Area, Chart, Drawing, Drawn, Entry, FigureError, Mark, columns, draw_line,
-    legend_columns, line, panel, px, range, semilog, series_colour, symbols, title,
+    Axis as Ruler, Cell, Chart, Drawing, Legend, Mark, Sheet, entry, range, series_colour,
 };
 use crate::records::StudyTable;
 use crate::store::beside;
@@ -88,19 +87,11 @@ pub(crate) fn points_csv(table: &StudyTable) -> String {
 }
 
 /// All pictures: families over the frequency, and results over the first varied key whose values are numbers.
-pub fn pictures(
-    table: &StudyTable,
-    stem: &Path,
-    show: &[String],
-) -> Result<Vec<Drawing>, FigureError> {
-    let mut drawings = vec![];
-    if let Some(svg) = families(table)? {
-        drawings.push(Drawing { stem: beside(stem, "-families"), svg });
-    }
-    if let Some(svg) = results(table, show)? {
-        drawings.push(Drawing { stem: beside(stem, "-results"), svg });
-    }
-    Ok(drawings)
+pub fn pictures(table: &StudyTable, stem: &Path, show: &[String]) -> Vec<Drawing<'static>> {
+    let named =
+        |name, sheet: Option<_>| sheet.map(|sheet| Drawing { stem: beside(stem, name), sheet });
+    let all = [named("-families", families(table)), named("-results", results(table, show))];
+    all.into_iter().flatten().collect()
 }
 
 /// What a task is called in a legend: its values of the keys with more than one; nothing where every task has values of its own (lists side by side).
@@ -128,10 +119,10 @@ fn told(
 }
 
 /// Energy against frequency: many tasks in a panel for each value of the first key, a colour for each combination of the others.
-fn families(table: &StudyTable) -> Result<Option<String>, FigureError> {
+fn families(table: &StudyTable) -> Option<Sheet<'static>> {
     let lines = Lines::of(table);
     if lines.is_empty() {
-        return Ok(None);
+        return None;
     }
     let first = &table.varied[0].1;
     let mut values: Vec<&String> = vec![];
@@ -143,30 +134,32 @@ fn families(table: &StudyTable) -> Result<Option<String>, FigureError> {
     let parted = table.ids.len() > FEW && (2..=MOST_PANELS).contains(&values.len());
     let without = parted.then_some(0);
     let styles = Series::of(table, without);
-    let count = styles.names.len();
     let panels: Vec<Option<&String>> =
         if parted { values.into_iter().map(Some).collect() } else { vec![None] };
-    let rows = panels.len().div_ceil(2);
-    let legend = if count <= MOST_NAMED { 24 * count.div_ceil(3) as u32 } else { 0 };
-    figure::svg((980, 60 + legend + 420 * rows as u32), |root| {
-        title(root, &table.name, &format!("{} of {} tasks", table.command, table.ids.len()))?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let sheet = styles.legend(sheet)?;
-        // energies of a family span decades
-        let all = || lines.iter().flat_map(|l| &l.points);
-        let (x, y) = (range(all().map(|p| p.0)), range(all().map(|p| p.1.log10())));
-        let areas = sheet.split_evenly((rows, panels.len().min(2)));
-        for (area, value) in areas.iter().zip(&panels) {
-            let label = value.map_or("energy".into(), |v| format!("energy ({v})"));
-            let mut chart = semilog(area, x.clone(), y.clone(), "frequency ω", &label)?;
-            for line in lines.iter().filter(|l| value.is_none_or(|v| first[l.task] == *v)) {
-                let points: Vec<_> = line.points.iter().map(|p| (p.0, p.1.log10())).collect();
-                series(&mut chart, &points, styles.looks[styles.of[line.task]])?;
-            }
+    // energies of a family span decades
+    let all = || lines.iter().flat_map(|l| &l.points);
+    let (x, y) = (range(all().map(|p| p.0)), range(all().map(|p| p.1.log10())));
+    let chart = |value: &Option<&String>| {
+        let label = value.map_or("energy".into(), |v| format!("energy ({v})"));
+        let x = Ruler::linear("frequency ω", x.clone());
+        let mut chart = Chart::new(x, Ruler::scaled(label, y.clone(), true));
+        for line in lines.iter().filter(|l| value.is_none_or(|v| first[l.task] == *v)) {
+            let points: Vec<_> = line.points.iter().map(|p| (p.0, p.1.log10())).collect();
+            let (colour, mark) = styles.looks[styles.of[line.task]];
+            chart.series(&points, mark, colour);
         }
-        Ok(())
-    })
-    .map(Some)
+        chart
+    };
+    Some(abreast(styles.sheet(table), 420.0, panels.iter().map(chart).collect()))
+}
+
+/// Charts in rows of two.
+fn abreast(mut sheet: Sheet<'static>, height: f64, charts: Vec<Chart>) -> Sheet<'static> {
+    let mut cells = charts.into_iter().map(Cell::from).peekable();
+    while cells.peek().is_some() {
+        sheet = sheet.row(height, cells.by_ref().take(2).collect());
+    }
+    sheet
 }
 
 /// A piece of a branch of a task: where no orbit was found, or the family jumped, another begins.
@@ -254,20 +247,16 @@ impl Series {
         Series { names, looks, of }
     }
 
-    /// A legend above, where there is something to tell.
-    fn legend<'a>(&self, sheet: Area<'a>) -> Result<Area<'a>, FigureError> {
+    /// A sheet with a legend, where there is something to tell.
+    fn sheet(&self, table: &StudyTable) -> Sheet<'static> {
+        let what = format!("{} of {} tasks", table.command, table.ids.len());
+        let sheet = Sheet::new(&table.name, &what);
         if !(2..=MOST_NAMED).contains(&self.names.len()) {
-            return Ok(sheet);
+            return sheet;
         }
         let both = self.names.iter().zip(&self.looks);
-        let entries: Vec<Entry> = both.map(|(n, l)| (n.as_str(), l.0, l.1)).collect();
-        legend_columns(sheet, &entries)
+        sheet.legend(Legend::Columns(both.map(|(n, l)| entry(n, l.0, l.1)).collect()))
     }
-}
-
-fn series(chart: &mut Chart, points: &[(f64, f64)], (colour, mark): Look) -> Drawn {
-    draw_line(chart, points.to_vec(), line(colour, 1.4))?;
-    symbols(chart, points.iter().copied(), mark, colour)
 }
 
 /// What results are drawn over.
@@ -306,8 +295,8 @@ impl Axis {
 }
 
 /// A panel for each result over the first key whose values are numbers and differ; a series for every combination of the others.
-fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, FigureError> {
-    let Some(Axis { over, x, words, label: across }) = Axis::of(table) else { return Ok(None) };
+fn results(table: &StudyTable, show: &[String]) -> Option<Sheet<'static>> {
+    let Axis { over, x, words, label: across } = Axis::of(table)?;
     let is_done = |task: &usize| table.states[*task] == "done";
     // along the axis, at the same values of all other keys
     let is_drawn = |values: &[f64]| {
@@ -333,7 +322,7 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
         false => table.results.iter().filter(|r| show.contains(&r.0)).collect(),
     };
     if chosen.is_empty() {
-        return Ok(None);
+        return None;
     }
     let styles = Series::of(table, Some(over));
     let curves = |values: &[f64]| -> Vec<Vec<(f64, f64)>> {
@@ -344,33 +333,23 @@ fn results(table: &StudyTable, show: &[String]) -> Result<Option<String>, Figure
         all.iter_mut().for_each(|c| c.sort_by(|a, b| a.0.total_cmp(&b.0)));
         all
     };
-    let rows = chosen.len().div_ceil(2) as u32;
-    let abreast = chosen.len().min(2);
-    figure::svg((980, 90 + 320 * rows), |root| {
-        title(root, &table.name, &format!("{} of {} tasks", table.command, table.ids.len()))?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let sheet = styles.legend(sheet)?;
-        let panels = sheet.split_evenly((rows as usize, abreast));
-        for (area, (name, values)) in panels.iter().zip(&chosen) {
-            let curves = curves(values);
-            let all = || curves.iter().flatten();
-            let (sides, up) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
-            let label = name.replace('_', " ");
-            if words.is_empty() {
-                let mut chart = panel(area, sides, up, &across, &label)?;
-                for (points, look) in curves.iter().zip(&styles.looks) {
-                    series(&mut chart, points, *look)?;
-                }
-                continue;
-            }
-            // words have no order that a line could mean
-            let sides = 0.5..words.len() as f64 + 0.5;
-            let chart = columns(area, (sides, &words), (up, false), &across, &label)?;
-            for (points, look) in curves.iter().zip(&styles.looks) {
-                symbols(&chart, points.iter().copied(), look.1, look.0)?;
+    let chart = |(name, values): &&(String, Vec<f64>)| {
+        let curves = curves(values);
+        let all = || curves.iter().flatten();
+        let (sides, up) = (range(all().map(|p| p.0)), range(all().map(|p| p.1)));
+        // words have no order that a line could mean
+        let ruler = match words.is_empty() {
+            true => Ruler::linear(&across, sides),
+            false => Ruler::named(&across, 0.5..words.len() as f64 + 0.5, words.clone()),
+        };
+        let mut chart = Chart::new(ruler, Ruler::linear(name.replace('_', " "), up));
+        for (points, &(colour, mark)) in curves.iter().zip(&styles.looks) {
+            match words.is_empty() {
+                true => chart.series(points, mark, colour),
+                false => chart.marks(points.iter().copied(), mark, colour),
             }
         }
-        Ok(())
-    })
-    .map(Some)
+        chart
+    };
+    Some(abreast(styles.sheet(table), 320.0, chosen.iter().map(chart).collect()))
 }

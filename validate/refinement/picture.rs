@@ -5,13 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-use plotters::prelude::*;
 use signorini::orbit::Closure;
 use signorini::orbit::census::{all, starts};
 use signorini::orbit::search::Effort;
 use signorini::report::figure::{
-    self, Area, DPI, Drawing, FigureError, INK, LINES, Mark, draw_line, legend_above, line, panel,
-    px, range, symbols, title,
+    self, Axis, Cell, Chart, Drawing, INK, LINES, Legend, Mark, Output, Sheet, entry, range,
 };
 use signorini::scenario::{Reduction, Scene};
 use signorini::store::Outputs;
@@ -34,8 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|method| viscous(&scene, method))
         .collect::<Result<_, String>>()?;
     let conservative = conservative(&scene)?;
-    let drawing = Drawing { stem: PathBuf::from(stem), svg: picture(&viscous, &conservative)? };
-    for path in figure::save(&[drawing], &Outputs::new(true), DPI)? {
+    let drawing = Drawing { stem: PathBuf::from(stem), sheet: picture(&viscous, &conservative) };
+    for path in figure::save(&[drawing], &Outputs::new(true), &Output::default())? {
         println!("{}", path.display());
     }
     Ok(())
@@ -82,46 +80,31 @@ const Y: (f64, f64) = (0.5, 2.4);
 /// How each method is drawn, the one that lies below first.
 const MARKS: [Mark; 3] = [Mark::Triangle, Mark::Circle, Mark::Cross];
 
-fn picture(viscous: &[[Places; 3]], conservative: &Places) -> Result<String, FigureError> {
-    figure::svg((980, 560), |root| {
-        let what = "energy of periodic motions on finer and finer meshes";
-        title(root, "Half plate 1 × 0.3, gap 1", what)?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let methods = orbits::METHODS.iter().zip(LINES).zip(MARKS);
-        let mut entries: Vec<(&str, RGBColor, Mark)> =
-            methods.map(|((name, colour), mark)| (*name, colour, mark)).collect();
-        entries[0].0 = "viscous, β = 0.01: nodal boundary method";
-        entries.push(("conservative orbits of the mesh", INK, Mark::Dot));
-        let sheet = legend_above(sheet, &entries)?;
-        let (left, right) = sheet.split_horizontally(px(520.0));
-        let all = viscous.iter().map(|of| of[1].clone()).collect::<Vec<_>>();
-        let y_label = format!("energy at ω = {OMEGA:.2}");
-        families(&left, &all, Y, "length of the elements", &y_label, Some(conservative))?;
-        let rows = right.split_evenly((3, 1));
-        for (k, (area, omega)) in rows.iter().zip(FREQUENCIES).enumerate() {
-            let all: Vec<Places> = viscous.iter().map(|of| of[k].clone()).collect();
-            let y = range(all.iter().flatten().map(|p| p.1));
-            let label = if k == 2 { "length of the elements" } else { "" };
-            families(area, &all, (y.start, y.end), label, &format!("ω = {omega:.2}"), None)?;
-        }
-        Ok(())
-    })
+fn picture(viscous: &[[Places; 3]], conservative: &Places) -> Sheet<'static> {
+    let methods = orbits::METHODS.iter().zip(LINES).zip(MARKS);
+    let mut entries: Vec<_> =
+        methods.map(|((name, colour), mark)| entry(*name, colour, mark)).collect();
+    entries[0].0 = "viscous, β = 0.01: nodal boundary method".into();
+    entries.push(entry("conservative orbits of the mesh", INK, Mark::Dot));
+    let of = |k: usize| viscous.iter().map(|of| of[k].clone()).collect::<Vec<_>>();
+    let mut main = chart(&of(1), Y, &format!("energy at ω = {OMEGA:.2}"));
+    main.marks(conservative.iter().copied().filter(|p| p.1 < Y.1), Mark::Dot, INK);
+    let small = |(k, omega): (usize, f64)| {
+        let y = range(of(k).iter().flatten().map(|p| p.1));
+        Cell::from(chart(&of(k), (y.start, y.end), &format!("ω = {omega:.2}")))
+    };
+    Sheet::new("Half plate 1 × 0.3, gap 1", "energy of periodic motions on finer and finer meshes")
+        .legend(Legend::Rows(entries))
+        .row(400.0, vec![main.into()])
+        .row(240.0, FREQUENCIES.into_iter().enumerate().map(small).collect())
 }
 
-/// One panel: a curve a method, conservative orbits as dots.
-fn families(
-    area: &Area,
-    all: &[Places],
-    y: (f64, f64),
-    x_label: &str,
-    y_label: &str,
-    conservative: Option<&Places>,
-) -> Result<(), FigureError> {
-    let mut chart = panel(area, X.0..X.1, y.0..y.1, x_label, y_label)?;
+/// A curve a method.
+fn chart(all: &[Places], y: (f64, f64), label: &str) -> Chart {
+    let x = Axis::linear("length of the elements", X.0..X.1);
+    let mut chart = Chart::new(x, Axis::linear(label, y.0..y.1));
     for ((places, colour), mark) in all.iter().zip(LINES).zip(MARKS) {
-        draw_line(&mut chart, places.clone(), line(colour, 1.4))?;
-        symbols(&chart, places.iter().copied(), mark, colour)?;
+        chart.series(places, mark, colour);
     }
-    let shown = conservative.into_iter().flatten().copied().filter(|p| p.1 < y.1);
-    symbols(&chart, shown, Mark::Dot, INK)
+    chart
 }

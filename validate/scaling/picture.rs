@@ -20,8 +20,7 @@ use signorini::event::{Observer, Sample};
 use signorini::mesh::{ElementKind, Mesh};
 use signorini::problem::Problem;
 use signorini::report::figure::{
-    self, DPI, Drawing, Entry, FigureError, LINES, Mark, draw_dashes, draw_line, legend_columns,
-    line, loglog, px, symbols, title,
+    self, Axis, Chart, Drawing, Entry, LINES, Legend, Mark, Output, Sheet, entry,
 };
 use signorini::scenario::Scene;
 use signorini::simulate::simulate;
@@ -111,8 +110,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("{}, {what}: n^{:.2}", family.name, exponent(&family.costs, of));
         }
     }
-    let drawing = Drawing { stem: PathBuf::from(stem), svg: picture(&families, rate)? };
-    for path in figure::save(&[drawing], &Outputs::new(true), DPI)? {
+    let drawing = Drawing { stem: PathBuf::from(stem), sheet: picture(&families, rate) };
+    for path in figure::save(&[drawing], &Outputs::new(true), &Output::default())? {
         println!("{}", path.display());
     }
     Ok(())
@@ -226,50 +225,41 @@ struct Family {
 }
 
 /// Time of a period and of the set-up, and products, a colour a kind of body.
-fn picture(families: &[Family; 3], rate: f64) -> Result<String, FigureError> {
-    figure::svg((980, 540), |root| {
-        let what = "cost of one period against the number of unknowns";
-        title(root, "Plates and boxes with lumped mass", what)?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let [run, set_up, products] = CURVES;
-        let times = [(run, Mark::Circle), (set_up, Mark::Triangle)];
-        let curves: Vec<(Curve, Mark, &Family)> =
-            times.into_iter().flat_map(|(c, m)| families.iter().map(move |f| (c, m, f))).collect();
-        let label = |((what, of), _, f): &(Curve, Mark, &Family)| {
-            format!("{what}, {}, n^{:.2}", f.name, exponent(&f.costs, *of))
-        };
-        let labels: Vec<String> = curves.iter().map(label).collect();
-        let mut names: Vec<Entry> =
-            labels.iter().zip(&curves).map(|(l, c)| (l.as_str(), c.2.colour, c.1)).collect();
-        names.push(("the memory alone, for the plates' products", LINES[2], Mark::Dashes));
-        let sheet = legend_columns(sheet, &names)?;
-        let (left, right) = sheet.split_horizontally(px(520.0));
-        let log = |costs: &[Cost], of: &dyn Fn(&Cost) -> f64| -> Vec<(f64, f64)> {
-            costs.iter().map(|c| (c.unknowns.log10(), of(c).log10())).collect()
-        };
-        let least = log(&families[0].costs, &|c| floor(c, rate));
-        let places: Vec<_> = curves.iter().map(|(c, _, f)| log(&f.costs, &c.1)).collect();
-        let x = decades(least.iter().map(|p| &p.0));
-        let all = places.iter().flatten().chain(&least);
-        let y = decades(all.map(|p| &p.1));
-        let mut chart = loglog(&left, x.clone(), y, "unknowns", "seconds")?;
-        for (place, (_, mark, family)) in places.into_iter().zip(&curves) {
-            draw_line(&mut chart, place.clone(), line(family.colour, 1.6))?;
-            symbols(&chart, place, *mark, family.colour)?;
-        }
-        draw_dashes(&mut chart, least, line(LINES[2], 1.4))?;
-        let places: Vec<_> = families.iter().map(|f| log(&f.costs, &products.1)).collect();
-        let y = decades(places.iter().flatten().map(|p| &p.1));
-        let of: Vec<String> = families
-            .iter()
-            .map(|f| format!("n^{:.2} ({})", exponent(&f.costs, products.1), f.name))
-            .collect();
-        let label = format!("products: {}", of.join(", "));
-        let mut chart = loglog(&right, x, y, "unknowns", &label)?;
-        for (place, family) in places.into_iter().zip(families) {
-            draw_line(&mut chart, place.clone(), line(family.colour, 1.6))?;
-            symbols(&chart, place, Mark::Circle, family.colour)?;
-        }
-        Ok(())
-    })
+fn picture(families: &[Family; 3], rate: f64) -> Sheet<'static> {
+    let [run, set_up, products] = CURVES;
+    let times = [(run, Mark::Circle), (set_up, Mark::Triangle)];
+    let curves: Vec<(Curve, Mark, &Family)> =
+        times.into_iter().flat_map(|(c, m)| families.iter().map(move |f| (c, m, f))).collect();
+    let name = |((what, of), mark, f): &(Curve, Mark, &Family)| {
+        entry(format!("{what}, {}, n^{:.2}", f.name, exponent(&f.costs, *of)), f.colour, *mark)
+    };
+    let mut names: Vec<Entry> = curves.iter().map(name).collect();
+    names.push(entry("the memory alone, for the plates' products", LINES[2], Mark::Dashes));
+    let log = |costs: &[Cost], of: &dyn Fn(&Cost) -> f64| -> Vec<(f64, f64)> {
+        costs.iter().map(|c| (c.unknowns.log10(), of(c).log10())).collect()
+    };
+    let least = log(&families[0].costs, &|c| floor(c, rate));
+    let places: Vec<_> = curves.iter().map(|(c, _, f)| log(&f.costs, &c.1)).collect();
+    let x = decades(least.iter().map(|p| &p.0));
+    let y = decades(places.iter().flatten().chain(&least).map(|p| &p.1));
+    let mut left = Chart::new(Axis::decades("unknowns", x.clone()), Axis::decades("seconds", y));
+    for (place, (_, mark, family)) in places.iter().zip(&curves) {
+        left.series(place, *mark, family.colour);
+    }
+    left.dashes(least, LINES[2], 1.4);
+    let places: Vec<_> = families.iter().map(|f| log(&f.costs, &products.1)).collect();
+    let y = decades(places.iter().flatten().map(|p| &p.1));
+    let of: Vec<String> = families
+        .iter()
+        .map(|f| format!("n^{:.2} ({})", exponent(&f.costs, products.1), f.name))
+        .collect();
+    let label = format!("products: {}", of.join(", "));
+    let mut right = Chart::new(Axis::decades("unknowns", x), Axis::decades(label, y));
+    for (place, family) in places.iter().zip(families) {
+        right.series(place, Mark::Circle, family.colour);
+    }
+    let what = "cost of one period against the number of unknowns";
+    Sheet::new("Plates and boxes with lumped mass", what)
+        .legend(Legend::Columns(names))
+        .row(470.0, vec![left.into(), right.into()])
 }

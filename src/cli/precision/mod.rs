@@ -167,9 +167,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         points,
         bodies,
     };
-    let drawing = Drawing { stem, svg: study.picture()? };
+    let drawing = Drawing { stem, sheet: study.picture()? };
     replace(&csv, study.csv().as_bytes())?;
-    let pictures = figure::save(&[drawing], &outputs, figure::DPI)?;
+    let pictures = figure::save(&[drawing], &outputs, &figure::Output::default())?;
     let written: Vec<String> =
         std::iter::once(&csv).chain(&pictures).map(|p| p.display().to_string()).collect();
     Ok(global.answer(

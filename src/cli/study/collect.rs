@@ -66,8 +66,8 @@ pub fn run(collect: &Collect, global: &Global) -> Result<Answer, CliError> {
         replace(&points, points_csv(&table).as_bytes())?;
         written.push(points);
     }
-    let drawings = pictures(&table, &stem, &collect.show)?;
-    written.extend(figure::save(&drawings, &outputs, figure::DPI)?);
+    let drawings = pictures(&table, &stem, &collect.show);
+    written.extend(figure::save(&drawings, &outputs, &figure::Output::default())?);
     let count = |state: &str| table.states.iter().filter(|s| *s == state).count();
     let (done, failed) = (count("done"), count("failed"));
     let left = table.states.len() - done - failed;

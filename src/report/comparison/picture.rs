@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use plotters::prelude::*;
+use plotters::prelude::RGBColor;
 
 use crate::records::{Compared, Comparison, Quantity, Row};
 use crate::report::figure::{
-    self, Area, Chart, Drawn, Entry, FigureError, INK, Mark, columns, draw_dashes, draw_line,
-    legend_above, line, log_ticks, px, range, series_colour, symbols, text,
+    self, Axis, Cell, Chart, Entry, FigureError, INK, Legend, Mark, Point, Sheet, entry, log_ticks,
+    range, series_colour,
 };
 
 /// Errors below this are rounding, and are not drawn.
@@ -29,7 +29,7 @@ fn look(k: usize) -> (RGBColor, Mark) {
 }
 
 /// A picture as SVG.
-pub fn picture(comparison: &Comparison) -> Result<String, FigureError> {
+pub fn picture(comparison: &Comparison) -> Result<Sheet<'static>, FigureError> {
     match comparison.compared {
         Compared::Run => errors(comparison),
         Compared::Orbit | Compared::Viscous => orbits(comparison),
@@ -61,36 +61,8 @@ fn named(meshes: impl Iterator<Item = (f64, String)>) -> Vec<(f64, String)> {
     all
 }
 
-/// A series on a panel: a line with marks.
-fn draw_series(
-    chart: &mut Chart,
-    points: &[(f64, f64)],
-    (colour, mark): (RGBColor, Mark),
-) -> Drawn {
-    draw_line(chart, points.to_vec(), line(colour, 1.4))?;
-    symbols(chart, points.iter().copied(), mark, colour)
-}
-
-/// Footer and title around what is drawn between them.
-fn sheet(
-    (width, height): (u32, u32),
-    title: &str,
-    footer: &str,
-    draw: impl FnOnce(&Area) -> Drawn,
-) -> Result<String, FigureError> {
-    figure::svg((width, height), |root| {
-        root.draw(&Text::new(title.to_owned(), (px(12.0), px(8.0)), text(16)))
-            .map_err(FigureError::draw)?;
-        let at = (px(12.0), px(f64::from(height) - 20.0));
-        root.draw(&Text::new(footer.to_owned(), at, text(11))).map_err(FigureError::draw)?;
-        let (_, below) = root.split_vertically(px(32.0));
-        let (between, _) = below.split_vertically(px(f64::from(height) - 32.0 - 26.0));
-        draw(&between)
-    })
-}
-
 /// Errors of motions.
-fn errors(comparison: &Comparison) -> Result<String, FigureError> {
+fn errors(comparison: &Comparison) -> Result<Sheet<'static>, FigureError> {
     let series = comparison.series();
     let place = |r: &&Row, x: f64| {
         let error = r.get(Quantity::Error);
@@ -118,67 +90,58 @@ fn errors(comparison: &Comparison) -> Result<String, FigureError> {
     let mut entries: Vec<Entry> = vec![];
     for (k, name) in names.iter().enumerate().filter(|(k, _)| !over_h[*k].is_empty()) {
         let (colour, mark) = look(k);
-        entries.push((name, colour, mark));
+        entries.push(entry(name, colour, mark));
     }
-    entries.extend(exact.iter().map(|name| (name.as_str(), INK, Mark::Nothing)));
+    entries.extend(exact.iter().map(|name| entry(name, INK, Mark::Nothing)));
     let of_h = series.iter().flatten().filter(|r| r.h > 0.0);
     let meshes = named(of_h.map(|r| (r.h.log10(), r.mesh.clone())));
     let with = comparison.common().map_or(String::new(), |c| format!(", {c}"));
     let title = format!("{}{with}", comparison.title);
     let footer = format!("errors against {}; {}", comparison.reference, comparison.footer);
-    sheet((1060, 540), &title, &footer, |area| {
-        let area = legend_above(area.clone(), &entries)?;
-        let (left, right) = area.split_horizontally(px(530.0));
-        let x = spanned(over_h.iter().flatten().map(|p| p.0));
-        let name = "relative error of u at the end";
-        let mut chart = columns(&left, (x.clone(), &meshes), (y.clone(), true), "elements", name)?;
-        first_order(&mut chart, (&x, &y), &over_h)?;
-        for (k, points) in over_h.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-            draw_series(&mut chart, points, look(k))?;
+    let chart = |x: Axis, label: &str, all: &[Vec<Point>]| {
+        let mut chart = Chart::new(x, Axis::scaled(label, y.clone(), true));
+        for (k, points) in all.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            let (colour, mark) = look(k);
+            chart.series(points, mark, colour);
         }
-        if over_time.iter().all(Vec::is_empty) {
-            return Ok(());
-        }
+        chart
+    };
+    let x = spanned(over_h.iter().flatten().map(|p| p.0));
+    let name = "relative error of u at the end";
+    let mut left = chart(Axis::named("elements", x, meshes), name, &over_h);
+    first_order(&mut left, &over_h);
+    let mut cells = vec![Cell::from(left)];
+    if !over_time.iter().all(Vec::is_empty) {
         let x = spanned(over_time.iter().flatten().map(|p| p.0));
         let times = log_ticks(&x);
-        let mut chart =
-            columns(&right, (x, &times), (y.clone(), true), "time of the run in s", "")?;
-        for (k, points) in over_time.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-            draw_series(&mut chart, points, look(k))?;
-        }
-        Ok(())
-    })
+        cells.push(chart(Axis::named("time of the run in s", x, times), "", &over_time).into());
+    }
+    let sheet = Sheet::new(&title, "").wide(1060.0).footer(footer);
+    Ok(sheet.legend(Legend::Rows(entries)).row(440.0, cells))
 }
 
 /// A line of slope one below the errors.
-fn first_order(
-    chart: &mut Chart,
-    (x, y): (&Range<f64>, &Range<f64>),
-    places: &[Vec<(f64, f64)>],
-) -> Drawn {
+fn first_order(chart: &mut Chart, places: &[Vec<Point>]) {
+    let (x, y) = chart.frame();
     let points = || places.iter().flatten();
     let ends =
         points().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.0), b.max(p.0)));
     let below = points().map(|p| p.1 - p.0).fold(f64::INFINITY, f64::min) - 0.15;
     if !(ends.0 < ends.1 && below.is_finite()) {
-        return Ok(());
+        return;
     }
     let line_of_one = [(ends.0, ends.0 + below), (ends.1, ends.1 + below)];
+    chart.dashes(line_of_one.to_vec(), INK, 1.0);
     let parts = figure::clipped(&line_of_one, &(x.clone(), y.clone()));
-    for part in &parts {
-        draw_dashes(chart, part.clone(), line(INK, 1.0))?;
-    }
     if let Some((a, b)) = parts.first().and_then(|p| Some((p.first()?, p.last()?))) {
         let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
         let at = (middle.0 + 0.03 * (x.end - x.start), middle.1 - 0.02 * (y.end - y.start));
-        let word = Text::new("slope 1", at, text(12));
-        chart.draw_series(std::iter::once(word)).map_err(FigureError::draw)?;
+        chart.words(at, "slope 1");
     }
-    Ok(())
 }
 
 /// Energies of orbits, and what stands beside them, a row of panels a frequency.
-fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
+fn orbits(comparison: &Comparison) -> Result<Sheet<'static>, FigureError> {
     let second = match comparison.compared {
         Compared::Viscous => Quantity::Alpha,
         _ => Quantity::Multiplier,
@@ -204,44 +167,37 @@ fn orbits(comparison: &Comparison) -> Result<String, FigureError> {
         .enumerate()
         .map(|(k, name)| {
             let (colour, mark) = look(k);
-            (name.as_str(), colour, mark)
+            entry(name, colour, mark)
         })
         .collect();
     if comparison.rows.iter().any(|r| r.get(Quantity::EnergyError).is_finite()) {
-        entries.push(("closed form", INK, Mark::Dashes));
+        entries.push(entry("closed form", INK, Mark::Dashes));
     }
-    let height = 100 + 340 * omegas.len().min(6) as u32;
     let what = comparison.reference.replace("omega", "ω").replace("beta", "β");
-    let title = format!("{}: {what}", comparison.title);
-    sheet((1060, height), &title, &comparison.footer, |area| {
-        let area = legend_above(area.clone(), &entries)?;
-        let mut rest = area;
-        for &omega in omegas.iter().take(6) {
-            let (strip, below) = rest.split_vertically(px(340.0));
-            rest = below;
-            let (left, right) = strip.split_horizontally(px(530.0));
-            for (half, quantity) in [(&left, Quantity::Energy), (&right, second)] {
-                let label = match quantity {
-                    Quantity::Energy => format!("energy at ω = {omega}"),
-                    Quantity::Alpha => "feedback α".into(),
-                    _ => "largest multiplier".into(),
-                };
-                panel(half, comparison, (&drawn, &names), omega, quantity, &label)?;
-            }
-        }
-        Ok(())
-    })
+    let mut sheet = Sheet::new(&comparison.title, &what).wide(1060.0);
+    sheet = sheet.footer(comparison.footer.clone()).legend(Legend::Rows(entries));
+    for &omega in omegas.iter().take(6) {
+        let label = |quantity: Quantity| match quantity {
+            Quantity::Energy => format!("energy at ω = {omega}"),
+            Quantity::Alpha => "feedback α".into(),
+            _ => "largest multiplier".into(),
+        };
+        let cell = |quantity| {
+            chart(comparison, (&drawn, &names), omega, quantity, &label(quantity)).into()
+        };
+        sheet = sheet.row(340.0, [Quantity::Energy, second].map(cell).into());
+    }
+    Ok(sheet)
 }
 
 /// A quantity of the orbits of one frequency over the size of elements, limits at `h = 0`.
-fn panel(
-    area: &Area,
+fn chart(
     comparison: &Comparison,
     (drawn, names): (&[&Vec<&Row>], &[String]),
     omega: f64,
     quantity: Quantity,
     label: &str,
-) -> Drawn {
+) -> Chart {
     let of_omega: Vec<&&Vec<&Row>> =
         drawn.iter().filter(|s| s[0].get(Quantity::Omega) == omega).collect();
     let points = |s: &[&Row]| -> Vec<(f64, f64)> {
@@ -270,19 +226,20 @@ fn panel(
     let logarithmic = least > 0.0 && most > WIDE * least;
     let shown = |v: f64| if logarithmic { v.log10() } else { v };
     let y = range(values.iter().map(|v| shown(*v)));
-    let mut chart = columns(area, (x.clone(), &meshes), (y, logarithmic), "elements", label)?;
+    let axes = (Axis::named("elements", x.clone(), meshes), Axis::scaled(label, y, logarithmic));
+    let mut chart = Chart::new(axes.0, axes.1);
     if let Some(exact) = exact.map(shown) {
-        draw_dashes(&mut chart, vec![(x.start, exact), (x.end, exact)], line(INK, 1.0))?;
+        chart.dashes(vec![(x.start, exact), (x.end, exact)], INK, 1.0);
     }
     for s in of_omega {
         let k = names.iter().position(|n| *n == comparison.name(s[0])).unwrap_or(0);
         let (colour, mark) = look(k);
         let places: Vec<(f64, f64)> = points(s).iter().map(|p| (p.0, shown(p.1))).collect();
-        draw_series(&mut chart, &places, (colour, mark))?;
+        chart.series(&places, mark, colour);
         if let (Some(limit), Some(&last)) = (limits(s).map(shown), places.last()) {
-            draw_dashes(&mut chart, vec![last, (0.0, limit)], line(colour, 1.0))?;
-            symbols(&chart, [(0.0, limit)], mark, colour)?;
+            chart.dashes(vec![last, (0.0, limit)], colour, 1.0);
+            chart.marks([(0.0, limit)], mark, colour);
         }
     }
-    Ok(())
+    chart
 }

@@ -5,9 +5,7 @@ use std::ops::Range;
 use plotters::prelude::RGBColor;
 
 use super::tally::Tally;
-use crate::report::figure::{
-    Area, Drawn, Entry, INK, Mark, columns, draw_line, legend, line, px, range, symbols,
-};
+use crate::report::figure::{Axis, Cell, Chart, INK, Mark, entry, range};
 
 /// Where the numbers of harmonics lie on a logarithmic axis, and those that have room for their names.
 fn harmonic_axis(tallies: &[Tally]) -> (Range<f64>, Vec<(f64, String)>) {
@@ -33,27 +31,21 @@ struct Curve {
 }
 
 fn over_harmonics(
-    area: &Area,
     tallies: &[Tally],
     curves: &[Curve],
     (y, logarithmic): (Range<f64>, bool),
     label: &str,
-) -> Drawn {
-    let (strip, area) = area.split_vertically(px(22.0));
-    let entries: Vec<Entry> = curves.iter().map(|c| (c.name, c.colour, c.mark)).collect();
-    legend(&strip, &entries)?;
+) -> Cell<'static> {
     let (x, ticks) = harmonic_axis(tallies);
-    let mut chart =
-        columns(&area, (x, &ticks), (y, logarithmic), "number of harmonics N_h", label)?;
-    for c in curves {
-        draw_line(&mut chart, c.points.clone(), line(c.colour, 1.4))?;
-        symbols(&chart, c.points.iter().copied(), c.mark, c.colour)?;
-    }
-    Ok(())
+    let x = Axis::named("number of harmonics N_h", x, ticks);
+    let mut chart = Chart::new(x, Axis::scaled(label, y, logarithmic));
+    curves.iter().for_each(|c| chart.series(&c.points, c.mark, c.colour));
+    let entries = curves.iter().map(|c| entry(c.name, c.colour, c.mark)).collect();
+    Cell::from(chart).legend(entries)
 }
 
 /// Medians of distance and residual.
-pub(super) fn medians(area: &Area, tallies: &[Tally]) -> Drawn {
+pub(super) fn medians(tallies: &[Tally]) -> Cell<'static> {
     let points = |value: fn(&Tally) -> f64| -> Vec<(f64, f64)> {
         let all = tallies.iter().map(|t| ((t.n_h.max(1) as f64).log10(), value(t)));
         all.filter(|p| p.1 > 0.0).map(|(x, v)| (x, v.log10())).collect()
@@ -73,11 +65,11 @@ pub(super) fn medians(area: &Area, tallies: &[Tally]) -> Drawn {
         },
     ];
     let y = range(curves.iter().flat_map(|c| c.points.iter().map(|p| p.1)));
-    over_harmonics(area, tallies, &curves, (y, true), "median")
+    over_harmonics(tallies, &curves, (y, true), "median")
 }
 
 /// How many points lead to an orbit.
-pub(super) fn shares(area: &Area, tallies: &[Tally]) -> Drawn {
+pub(super) fn shares(tallies: &[Tally]) -> Cell<'static> {
     let points = |value: fn(&Tally) -> usize| -> Vec<(f64, f64)> {
         let share = |t: &Tally| 100.0 * value(t) as f64 / t.points.max(1) as f64;
         tallies.iter().map(|t| ((t.n_h.max(1) as f64).log10(), share(t))).collect()
@@ -96,5 +88,5 @@ pub(super) fn shares(area: &Area, tallies: &[Tally]) -> Drawn {
             mark: Mark::Dot,
         },
     ];
-    over_harmonics(area, tallies, &curves, (0.0..105.0, false), "% of the points")
+    over_harmonics(tallies, &curves, (0.0..105.0, false), "% of the points")
 }

@@ -11,8 +11,7 @@ use super::tally::{Tally, by_harmonics, of_harmonics};
 use crate::records::{CheckRow, VerdictKind};
 use crate::report::families::{LOGARITHMIC, is_viscous};
 use crate::report::figure::{
-    self, Area, Drawn, Entry, FigureError, INK, LINES, Mark, draw_line, legend, legend_above, line,
-    panel, px, range, semilog, symbols, title, viridis,
+    Axis, Cell, Chart, Entry, FigureError, INK, LINES, Legend, Mark, Sheet, entry, range, viridis,
 };
 use crate::store::StoredFamily;
 
@@ -36,7 +35,7 @@ struct Group<'r> {
 pub(in crate::report) fn crosscheck(
     family: &StoredFamily,
     rows: &[CheckRow],
-) -> Result<String, FigureError> {
+) -> Result<Sheet<'static>, FigureError> {
     if rows.is_empty() {
         return Err(FigureError::Empty("the cross-check holds no points"));
     }
@@ -55,56 +54,41 @@ pub(in crate::report) fn crosscheck(
     let x = range(rows.iter().map(|r| r.omega));
     let found = rows.iter().any(CheckRow::has_orbit);
     let energy = if is_viscous(family) { "energy H at t = 0" } else { "largest energy H" };
-    figure::svg((980, if several { 1120 } else { 800 }), |root| {
-        let what = match &groups[..] {
-            [only] => format!("harmonic balance ({}) against orbits in time", only.name),
-            _ => "harmonic balance against orbits in time".to_owned(),
-        };
-        title(root, &family.title, &what)?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let sheet = head(sheet, &groups, rows)?;
-        if !found {
-            return energies(&sheet, &groups, x.clone(), ("frequency ω", energy));
-        }
-        let (upper, sheet) = sheet.split_vertically(px(if several { 500.0 } else { 430.0 }));
-        energies(&upper, &groups, x.clone(), ("", energy))?;
-        let (lower, rest) = match several {
-            false => (sheet, None),
-            true => {
-                let (lower, rest) = sheet.split_vertically(px(290.0));
-                (lower, Some(rest))
-            }
-        };
-        distances(&lower, &groups, x.clone())?;
-        match rest {
-            None => Ok(()),
-            Some(rest) => {
-                let (left, right) = rest.split_horizontally(px(490.0));
-                medians(&left, &tallies)?;
-                shares(&right, &tallies)
-            }
-        }
+    let what = match &groups[..] {
+        [only] => format!("harmonic balance ({}) against orbits in time", only.name),
+        _ => "harmonic balance against orbits in time".to_owned(),
+    };
+    let sheet = head(Sheet::new(&family.title, &what), &groups, rows);
+    if !found {
+        return Ok(sheet.row(720.0, vec![energies(&groups, x, ("frequency ω", energy)).into()]));
+    }
+    let upper = energies(&groups, x.clone(), ("", energy)).into();
+    let sheet = sheet.row(if several { 500.0 } else { 430.0 }, vec![upper]);
+    let sheet = sheet.row(295.0, vec![distances(&groups, x)]);
+    Ok(match several {
+        true => sheet.row(270.0, vec![medians(&tallies), shares(&tallies)]),
+        false => sheet,
     })
 }
 
-/// The legend of the upper panel; what is left of the sheet.
-fn head<'b>(sheet: Area<'b>, groups: &[Group], rows: &[CheckRow]) -> Result<Area<'b>, FigureError> {
+/// The legend of the upper chart.
+fn head<'s>(sheet: Sheet<'s>, groups: &[Group], rows: &[CheckRow]) -> Sheet<'s> {
     let mut entries: Vec<Entry> = vec![];
     let mut ink = INK;
     match groups {
         [only] => ink = only.colour,
         _ => {
-            entries.push(("number of harmonics:", INK, Mark::Nothing));
-            entries.extend(groups.iter().map(|g| (g.name.as_str(), g.colour, Mark::Line)));
+            entries.push(entry("number of harmonics:", INK, Mark::Nothing));
+            entries.extend(groups.iter().map(|g| entry(&g.name, g.colour, Mark::Line)));
         }
     }
-    let sheet = legend_above(sheet, &entries)?;
-    let mut entries: Vec<Entry> = vec![("harmonic balance", ink, Mark::Line)];
+    let sheet = sheet.legend(Legend::Rows(entries));
+    let mut entries: Vec<Entry> = vec![entry("harmonic balance", ink, Mark::Line)];
     if rows.iter().any(CheckRow::is_orbit) {
-        entries.push(("orbit that it approximates", ink, Mark::Dot));
+        entries.push(entry("orbit that it approximates", ink, Mark::Dot));
     }
     if rows.iter().any(|r| r.verdict == VerdictKind::AnotherOrbit) {
-        entries.push(("another orbit, found from it", ink, Mark::Circle));
+        entries.push(entry("another orbit, found from it", ink, Mark::Circle));
     }
     let without: BTreeSet<&VerdictKind> =
         rows.iter().filter(|r| !r.has_orbit()).map(|r| &r.verdict).collect();
@@ -112,25 +96,20 @@ fn head<'b>(sheet: Area<'b>, groups: &[Group], rows: &[CheckRow]) -> Result<Area
     let crosses = without.iter().filter(|v| mark(v) == Mark::Speck).map(|v| v.name());
     let crosses = crosses.collect::<Vec<_>>().join(" or ");
     if !without.is_empty() {
-        entries.push(("no orbit from here:", INK, Mark::Nothing));
+        entries.push(entry("no orbit from here:", INK, Mark::Nothing));
     }
     for verdict in [&VerdictKind::Fold, &VerdictKind::Grazing] {
         if without.contains(verdict) {
-            entries.push((verdict.name(), ink, mark(verdict)));
+            entries.push(entry(verdict.name(), ink, mark(verdict)));
         }
     }
     if !crosses.is_empty() {
-        entries.push((&crosses, ink, Mark::Speck));
+        entries.push(entry(crosses, ink, Mark::Speck));
     }
-    legend_above(sheet, &entries)
+    sheet.legend(Legend::Rows(entries))
 }
 
-fn energies(
-    area: &Area,
-    groups: &[Group],
-    x: Range<f64>,
-    (x_label, energy): (&str, &str),
-) -> Drawn {
+fn energies(groups: &[Group], x: Range<f64>, (x_label, energy): (&str, &str)) -> Chart {
     let all = || groups.iter().flat_map(|g| g.rows.iter());
     let positive = |v: &f64| v.is_finite() && *v > 0.0;
     let values: Vec<f64> =
@@ -141,10 +120,7 @@ fn energies(
     let scaled = |v: f64| if logarithmic { v.log10() } else { v };
     let y = range(values.iter().map(|&v| scaled(v)));
     let dash_width = DASH * (x.end - x.start);
-    let mut chart = match logarithmic {
-        true => semilog(area, x, y, x_label, energy)?,
-        false => panel(area, x, y, x_label, energy)?,
-    };
+    let mut chart = Chart::new(Axis::linear(x_label, x), Axis::scaled(energy, y, logarithmic));
     for g in groups {
         let points: Vec<(f64, f64)> =
             g.rows.iter().filter(|r| positive(&r.energy)).map(|r| (r.omega, r.energy)).collect();
@@ -157,28 +133,27 @@ fn energies(
         // the mark of such a point stands for it
         for piece in parted(&points).into_iter().filter(|p| !alone_without(p)) {
             let piece = dash(piece, dash_width).into_iter().map(|(x, v)| (x, scaled(v)));
-            draw_line(&mut chart, piece.collect(), line(g.colour, 1.2))?;
+            chart.line(piece.collect(), g.colour, 1.2);
         }
     }
     for chosen in [Mark::Speck, Mark::Ring, Mark::Triangle] {
         for g in groups {
             let without = g.rows.iter().filter(|r| !r.has_orbit() && positive(&r.energy));
             let points = without.filter(|r| mark(&r.verdict) == chosen);
-            symbols(&chart, points.map(|r| (r.omega, scaled(r.energy))), chosen, g.colour)?;
+            chart.marks(points.map(|r| (r.omega, scaled(r.energy))), chosen, g.colour);
         }
     }
     for (own, mark) in [(false, Mark::Circle), (true, Mark::Dot)] {
         for g in groups {
             let orbits = g.rows.iter().filter(|r| r.has_orbit() && r.is_orbit() == own);
             let orbits = orbits.filter(|r| positive(&r.orbit_energy));
-            symbols(&chart, orbits.map(|r| (r.omega, scaled(r.orbit_energy))), mark, g.colour)?;
+            chart.marks(orbits.map(|r| (r.omega, scaled(r.orbit_energy))), mark, g.colour);
         }
     }
-    Ok(())
+    chart
 }
 
-fn distances(area: &Area, groups: &[Group], x: Range<f64>) -> Drawn {
-    let (strip, area) = area.split_vertically(px(22.0));
+fn distances(groups: &[Group], x: Range<f64>) -> Cell<'static> {
     let ink = if let [only] = groups { only.colour } else { INK };
     let names = [("same switches as the series", Mark::Dot), ("other switches", Mark::Ring)];
     let shown = |g: &&Group, same: bool| -> Vec<(f64, f64)> {
@@ -191,18 +166,18 @@ fn distances(area: &Area, groups: &[Group], x: Range<f64>) -> Drawn {
         .iter()
         .zip(present)
         .filter(|(_, present)| *present)
-        .map(|((name, mark), _)| (*name, ink, *mark))
+        .map(|((name, mark), _)| entry(*name, ink, *mark))
         .collect();
-    legend(&strip, &entries)?;
     let mut y = range(all().flatten().map(|p| p.1));
     // wide enough for two numbers on the axis
     let lacking = (0.7 - (y.end - y.start)).max(0.0);
     y = y.start - 0.5 * lacking..y.end + 0.5 * lacking;
-    let chart = semilog(&area, x, y, "frequency ω", "distance to the orbit")?;
+    let mut chart =
+        Chart::new(Axis::linear("frequency ω", x), Axis::scaled("distance to the orbit", y, true));
     for (same, mark) in [(false, Mark::Ring), (true, Mark::Dot)] {
         for g in groups {
-            symbols(&chart, shown(&g, same), mark, g.colour)?;
+            chart.marks(shown(&g, same), mark, g.colour);
         }
     }
-    Ok(())
+    Cell::from(chart).legend(entries)
 }

@@ -1,12 +1,10 @@
 //! The error statement of a family around its energies: a band along its points, or bars where it is no graph over the frequency.
 
-use plotters::prelude::*;
+use plotters::prelude::{Color, RGBColor};
 
 use super::branches::{branches, of_branch, runs};
 use crate::records::{Changed, ErrorStatement, Solver};
-use crate::report::figure::{
-    Chart, Drawn, Entry, INK, Mark, clipped, draw_area, draw_line, line, px, tint,
-};
+use crate::report::figure::{Chart, Entry, INK, Mark, entry, line, tint};
 use crate::store::StoredFamily;
 
 /// Share of the colour that is left in the band of everything.
@@ -17,8 +15,6 @@ const DARK: f64 = 0.42;
 const WITHIN: &str = "mesh and contact (the viscosity within)";
 /// On a logarithmic axis a band goes down at most to this part of the least energy.
 const LOWEST: f64 = 0.3;
-/// Half the length of the stroke at the end of a bar.
-const CAP: f64 = 3.0;
 
 /// How far everything reaches, and what is numerical alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,7 +156,7 @@ pub(in crate::report) fn draw_errors(
     family: &StoredFamily,
     (colour, ink): (&dyn Fn(usize) -> RGBColor, RGBColor),
     scaled: &dyn Fn(f64) -> f64,
-) -> Drawn {
+) {
     // a logarithm of what is not positive lies below every frame
     let scaled = |e: f64| scaled(e.max(f64::MIN_POSITIVE));
     let light = !shapes(family, Reach::Everything).is_empty();
@@ -175,30 +171,17 @@ pub(in crate::report) fn draw_errors(
                         _ => reach.share(),
                     };
                     let style = colour(branch).mix(share).filled();
-                    draw_area(chart, lower.chain(upper).collect(), style)?;
+                    chart.area(lower.chain(upper).collect(), style);
                 }
-                Shape::Bar(omega, ends) => bar(chart, (omega, ends.map(scaled)), reach, ink)?,
+                // thin with caps for everything, thick without for what is numerical
+                Shape::Bar(omega, ends) => {
+                    let capped = reach == Reach::Everything;
+                    let style = line(bar_colour(reach, ink), if capped { 1.0 } else { 2.6 });
+                    chart.bar(omega, ends.map(scaled), style, capped);
+                }
             }
         }
     }
-    Ok(())
-}
-
-/// A bar: thin with caps for everything, thick without for what is numerical.
-fn bar(chart: &mut Chart, (omega, ends): (f64, [f64; 2]), reach: Reach, ink: RGBColor) -> Drawn {
-    let frame = (chart.x_range(), chart.y_range());
-    let (width, _) = chart.plotting_area().dim_in_pixel();
-    let cap = (frame.0.end - frame.0.start) * f64::from(px(CAP)) / f64::from(width.max(1));
-    let mut strokes = vec![ends.map(|y| (omega, y))];
-    if reach == Reach::Everything {
-        strokes.extend(ends.map(|y| [(omega - cap, y), (omega + cap, y)]));
-    }
-    let thickness = if reach == Reach::Everything { 1.0 } else { 2.6 };
-    let style = line(bar_colour(reach, ink), thickness);
-    for part in strokes.iter().flat_map(|s| clipped(s, &frame)) {
-        draw_line(chart, part, style)?;
-    }
-    Ok(())
 }
 
 /// Thin strokes need more colour than areas.
@@ -214,9 +197,7 @@ fn viscosity_is_within(family: &StoredFamily) -> bool {
 }
 
 /// What the legend says of the statements of some families with their colours; nothing if there are none.
-pub(in crate::report) fn error_entries(
-    families: &[(&StoredFamily, RGBColor)],
-) -> Vec<Entry<'static>> {
+pub(in crate::report) fn error_entries(families: &[(&StoredFamily, RGBColor)]) -> Vec<Entry> {
     // those of several families share an entry
     let common = |colours: &[RGBColor]| if let [only] = colours { *only } else { INK };
     let stated = || families.iter().filter(|(f, _)| f.statement.is_some());
@@ -233,20 +214,20 @@ pub(in crate::report) fn error_entries(
         }
         let name = if within && reach == Reach::Numerical { WITHIN } else { reach.name() };
         if !of_bands.is_empty() {
-            bands.push((name, tint(common(&of_bands), reach.share()), Mark::Patch));
+            bands.push(entry(name, tint(common(&of_bands), reach.share()), Mark::Patch));
         }
         if !of_bars.is_empty() {
-            bars.push((name, bar_colour(reach, common(&of_bars)), reach.bar()));
+            bars.push(entry(name, bar_colour(reach, common(&of_bars)), reach.bar()));
         }
     }
     let mut entries = [bands, bars].concat();
     if !entries.is_empty() {
-        entries.insert(0, ("error of the energy:", INK, Mark::Nothing));
+        entries.insert(0, entry("error of the energy:", INK, Mark::Nothing));
     }
     let is_open =
         |f: &&StoredFamily| f.outline().solver == Solver::Viscous && f.statement.is_none();
     if families.iter().map(|(f, _)| f).any(is_open) {
-        entries.push(("no statement of the error (--quick)", INK, Mark::Nothing));
+        entries.push(entry("no statement of the error (--quick)", INK, Mark::Nothing));
     }
     entries
 }

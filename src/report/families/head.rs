@@ -7,58 +7,51 @@ use plotters::prelude::RGBColor;
 use super::branches::{branch_names, branches, colour, is_sequential};
 use super::look::Look;
 use super::special::{Special, bifurcation};
-use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, px, title};
+use crate::report::figure::{Entry, INK, Legend, Mark, Sheet, entry};
 use crate::store::StoredFamily;
 
 /// What stands above a family's picture besides what its branches and points say.
-pub(super) struct Head<'e> {
+pub(super) struct Head {
     /// What is shown.
     pub(super) what: String,
     pub(super) look: Look,
     /// Entries of the legend behind those of the points.
-    pub(super) extra: &'e [Entry<'e>],
+    pub(super) extra: Vec<Entry>,
     /// Entries in a row of their own.
-    pub(super) below: &'e [Entry<'e>],
+    pub(super) below: Vec<Entry>,
 }
 
-/// Title and legend of a family's picture; what is left of the sheet.
-pub(super) fn family_head<'b>(
-    root: &Area<'b>,
-    family: &StoredFamily,
-    head: &Head,
-) -> Result<Area<'b>, FigureError> {
+/// A sheet with title and legend of a family's picture.
+pub(super) fn family_head(family: &StoredFamily, head: Head) -> Sheet<'static> {
     let look = head.look;
     let (prefix, names) = branch_names(family);
     // one branch has its name in the title
     let what = match &names[..] {
         [name] => format!("{} ({name})", head.what),
-        _ => head.what.clone(),
+        _ => head.what,
     };
-    title(root, &family.title, &what)?;
-    let (_, sheet) = root.split_vertically(px(32.0));
-    let lead = if prefix.is_empty() { prefix } else { format!("{prefix}:") };
-    let sheet = legend_above(sheet, &branch_entries(family, &lead, &names))?;
-    let kinds = bifurcations(family, look);
     let mut entries = stability_entries(family, look);
-    entries.extend(special_entries(family, look, &kinds));
+    entries.extend(special_entries(family, look));
     if family.points.iter().any(|p| p.orbit.is_none()) {
-        entries.push(("no orbit found", ink(family), Mark::Tick));
+        entries.push(entry("no orbit found", ink(family), Mark::Tick));
     }
-    entries.extend_from_slice(head.extra);
-    let sheet = legend_above(sheet, &entries)?;
-    legend_above(sheet, head.below)
+    entries.extend(head.extra);
+    Sheet::new(&family.title, &what)
+        .legend(Legend::Rows(branch_entries(family, &prefix, &names)))
+        .legend(Legend::Rows(entries))
+        .legend(Legend::Rows(head.below))
 }
 
 /// Several branches with their colours, behind what their names have in common.
-fn branch_entries<'n>(family: &StoredFamily, lead: &'n str, names: &'n [String]) -> Vec<Entry<'n>> {
+fn branch_entries(family: &StoredFamily, prefix: &str, names: &[String]) -> Vec<Entry> {
     let mut entries: Vec<Entry> = vec![];
     if names.len() > 1 {
-        if !lead.is_empty() {
-            entries.push((lead, INK, Mark::Nothing));
+        if !prefix.is_empty() {
+            entries.push(entry(format!("{prefix}:"), INK, Mark::Nothing));
         }
         let mark = if is_sequential(family) { Mark::Dot } else { Mark::Line };
         let named = branches(family).into_iter().zip(names);
-        entries.extend(named.map(|(b, name)| (name.as_str(), colour(family, b), mark)));
+        entries.extend(named.map(|(b, name)| entry(name, colour(family, b), mark)));
     }
     entries
 }
@@ -72,7 +65,7 @@ pub(super) fn ink(family: &StoredFamily) -> RGBColor {
 }
 
 /// Stable and unstable, as far as they occur.
-fn stability_entries(family: &StoredFamily, look: Look) -> Vec<Entry<'static>> {
+fn stability_entries(family: &StoredFamily, look: Look) -> Vec<Entry> {
     let any = |stable: bool| {
         family.points.iter().filter_map(|p| p.orbit.as_ref()).any(|o| o.stable == Some(stable))
     };
@@ -82,7 +75,7 @@ fn stability_entries(family: &StoredFamily, look: Look) -> Vec<Entry<'static>> {
     };
     let names = [(true, "stable", yes), (false, "unstable", no)].into_iter();
     let shown = names.filter(|(stable, ..)| look == Look::Full && any(*stable));
-    shown.map(|(_, name, mark)| (name, ink(family), mark)).collect()
+    shown.map(|(_, name, mark)| entry(name, ink(family), mark)).collect()
 }
 
 /// The names of the bifurcations that are marked.
@@ -93,13 +86,14 @@ fn bifurcations(family: &StoredFamily, look: Look) -> String {
 }
 
 /// Special points, as far as they occur.
-fn special_entries<'n>(family: &StoredFamily, look: Look, kinds: &'n str) -> Vec<Entry<'n>> {
+fn special_entries(family: &StoredFamily, look: Look) -> Vec<Entry> {
+    let kinds = bifurcations(family, look);
     let has = |kind: Special| family.points.iter().any(|p| look.marked(p) == Some(kind));
     let names = [
         (Special::Fold, "fold"),
         (Special::Border, "change of switch sequence"),
-        (Special::Bifurcation, kinds),
+        (Special::Bifurcation, &*kinds),
     ];
     let shown = names.into_iter().filter(|(kind, _)| has(*kind));
-    shown.map(|(kind, name)| (name, INK, kind.mark())).collect()
+    shown.map(|(kind, name)| entry(name, INK, kind.mark())).collect()
 }

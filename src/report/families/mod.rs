@@ -16,7 +16,7 @@ mod words;
 use std::path::Path;
 
 use super::crosscheck::crosscheck;
-use super::figure::{Drawing, FigureError};
+use super::figure::{Drawing, FigureError, Sheet};
 use crate::records::{CheckRow, OrbitRecord};
 use crate::store::{Stored, StoredFamily, beside};
 use frequency::{backbone, family_multipliers};
@@ -42,7 +42,7 @@ enum Source<'s> {
 }
 
 /// A picture's name and how it is drawn.
-type Picture = (&'static str, fn(Source) -> Result<String, FigureError>);
+type Picture = (&'static str, fn(Source) -> Result<Sheet<'static>, FigureError>);
 
 const OF_ORBIT: [Picture; 2] = [
     ("portrait", |s| match s {
@@ -91,7 +91,7 @@ pub(crate) fn pictures_of_orbit(
     rates: &[f64],
     stem: &Path,
     only: &[String],
-) -> Result<Vec<Drawing>, FigureError> {
+) -> Result<Vec<Drawing<'static>>, FigureError> {
     draw(&OF_ORBIT, Source::Orbit(stored, orbit, rates), stem, only).map(|(drawn, _)| drawn)
 }
 
@@ -101,7 +101,7 @@ pub fn pictures_of_family(
     axis: Option<Axis>,
     stem: &Path,
     only: &[String],
-) -> Result<Vec<Drawing>, FigureError> {
+) -> Result<Vec<Drawing<'static>>, FigureError> {
     something(draw(&OF_FAMILY, Source::Family(family, axis), stem, only)?)
 }
 
@@ -111,15 +111,15 @@ pub(crate) fn pictures_of_check(
     rows: &[CheckRow],
     stem: &Path,
     only: &[String],
-) -> Result<Vec<Drawing>, FigureError> {
+) -> Result<Vec<Drawing<'static>>, FigureError> {
     something(draw(&OF_CHECK, Source::Check(family, rows), stem, only)?)
 }
 
 /// What was drawn, and why the first picture that is not there was left out.
-type Drawings = (Vec<Drawing>, Option<FigureError>);
+type Drawings = (Vec<Drawing<'static>>, Option<FigureError>);
 
 /// A file of which nothing can be drawn says why.
-fn something((drawn, reason): Drawings) -> Result<Vec<Drawing>, FigureError> {
+fn something((drawn, reason): Drawings) -> Result<Vec<Drawing<'static>>, FigureError> {
     match reason {
         Some(reason) if drawn.is_empty() => Err(reason),
         _ => Ok(drawn),
@@ -137,20 +137,20 @@ fn draw(
         if !only.is_empty() && !only.iter().any(|o| o == name) {
             continue;
         }
-        let svg = match picture(source) {
-            Ok(svg) => svg,
+        let sheet = match picture(source) {
+            Ok(sheet) => sheet,
             Err(e @ FigureError::Empty(_)) if only.is_empty() => {
                 reason = reason.or(Some(e));
                 continue;
             }
             Err(e) => return Err(e),
         };
-        drawn.push(Drawing { stem: beside(stem, &format!("-{name}")), svg });
+        drawn.push(Drawing { stem: beside(stem, &format!("-{name}")), sheet });
     }
     Ok((drawn, reason))
 }
 
-fn multipliers(source: Source) -> Result<String, FigureError> {
+fn multipliers(source: Source) -> Result<Sheet<'static>, FigureError> {
     match source {
         Source::Orbit(stored, orbit, _) => orbit_multipliers(stored, orbit),
         Source::Family(family, _) | Source::Check(family, _) => family_multipliers(family),

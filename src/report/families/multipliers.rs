@@ -6,8 +6,7 @@ use plotters::prelude::RGBColor;
 
 use crate::records::OrbitRecord;
 use crate::report::figure::{
-    self, Area, Drawn, Entry, FigureError, INK, LINES, Mark, draw_line, equal_panel, legend, line,
-    px, range, symbols, title,
+    Axis, Cell, Chart, FigureError, INK, LINES, Legend, Mark, Sheet, entry, range,
 };
 use crate::store::Stored;
 
@@ -52,38 +51,31 @@ fn groups(orbit: &OrbitRecord) -> [Group; 3] {
     ]
 }
 
-/// A panel of the complex plane with the unit circle.
+/// The complex plane with the unit circle.
 fn plane(
-    area: &Area,
     (x, y): (Range<f64>, Range<f64>),
     labels: (&str, &str),
     groups: &[Group],
-) -> Drawn {
-    let mut chart = equal_panel(area, x, y, labels.0, labels.1)?;
-    let (x, y) = (chart.x_range(), chart.y_range());
-    let axes = [[(x.start, 0.0), (x.end, 0.0)], [(0.0, y.start), (0.0, y.end)]];
-    for ends in axes {
-        let visible = x.contains(&ends[0].0) && y.contains(&ends[0].1);
-        if visible {
-            draw_line(&mut chart, ends.to_vec(), line(RGBColor(170, 170, 176), 1.0))?;
-        }
+) -> Cell<'static> {
+    let mut chart = Chart::new(Axis::linear(labels.0, x), Axis::linear(labels.1, y)).equal();
+    // beyond every frame
+    const FAR_AWAY: f64 = 1e9;
+    for ends in [[(-FAR_AWAY, 0.0), (FAR_AWAY, 0.0)], [(0.0, -FAR_AWAY), (0.0, FAR_AWAY)]] {
+        chart.line(ends.to_vec(), RGBColor(170, 170, 176), 1.0);
     }
     let turn = |k: i32| (f64::from(k) / 360.0 * std::f64::consts::TAU).sin_cos();
-    let circle = (0..=360).map(|k| (turn(k).1, turn(k).0)).collect();
-    draw_line(&mut chart, circle, line(INK, 1.0))?;
+    chart.line((0..=360).map(|k| (turn(k).1, turn(k).0)).collect(), INK, 1.0);
     for group in groups {
-        let shown = group.members.iter().map(|m| (m[0], m[1]));
-        let shown = shown.filter(|(re, im)| x.contains(re) && y.contains(im));
-        symbols(&chart, shown, group.mark, group.colour)?;
+        chart.marks(group.members.iter().map(|m| (m[0], m[1])), group.mark, group.colour);
     }
-    Ok(())
+    chart.into()
 }
 
 /// Floquet multipliers in the complex plane.
 pub(super) fn orbit_multipliers(
     stored: &Stored,
     orbit: &OrbitRecord,
-) -> Result<String, FigureError> {
+) -> Result<Sheet<'static>, FigureError> {
     if orbit.multipliers.is_empty() {
         return Err(FigureError::Empty("no multipliers were computed"));
     }
@@ -94,26 +86,25 @@ pub(super) fn orbit_multipliers(
     let all = (bounds(0), bounds(1));
     let length = |r: &Range<f64>| r.end - r.start;
     let tall = (660.0 * length(&all.1) / length(&all.0)).clamp(330.0, 760.0) as u32;
-    figure::svg(if far { (980, 560) } else { (770, tall + 104) }, |root| {
-        let what = match orbit.stable {
-            _ if orbit.viscous.is_some() => "multipliers of the self-excited system",
-            Some(true) => "Floquet multipliers, stable",
-            Some(false) => "Floquet multipliers, unstable",
-            None => "Floquet multipliers",
-        };
-        title(root, &stored.title, what)?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let (strip, sheet) = sheet.split_vertically(px(20.0));
-        let present = groups.iter().filter(|g| !g.members.is_empty());
-        let entries: Vec<Entry> = present.map(|g| (g.name.as_str(), g.colour, g.mark)).collect();
-        legend(&strip, &entries)?;
-        if far {
-            let (left, right) = sheet.split_horizontally(px(490.0));
-            plane(&left, all, ("Re μ (all)", "Im μ"), &groups)?;
+    let what = match orbit.stable {
+        _ if orbit.viscous.is_some() => "multipliers of the self-excited system",
+        Some(true) => "Floquet multipliers, stable",
+        Some(false) => "Floquet multipliers, unstable",
+        None => "Floquet multipliers",
+    };
+    let present = groups.iter().filter(|g| !g.members.is_empty());
+    let entries = present.map(|g| entry(&g.name, g.colour, g.mark)).collect();
+    let sheet = Sheet::new(&stored.title, what).legend(Legend::Rows(entries));
+    Ok(match far {
+        true => {
             let near = (-1.3..1.3, -1.3..1.3);
-            plane(&right, near, ("Re μ (near the unit circle)", "Im μ"), &groups)
-        } else {
-            plane(&sheet, all, ("Re μ", "Im μ"), &groups)
+            let left = plane(all, ("Re μ (all)", "Im μ"), &groups);
+            let right = plane(near, ("Re μ (near the unit circle)", "Im μ"), &groups);
+            sheet.row(508.0, vec![left, right])
+        }
+        false => {
+            let plane = plane(all, ("Re μ", "Im μ"), &groups);
+            sheet.wide(770.0).strip(f64::from(tall) + 52.0, vec![plane])
         }
     })
 }

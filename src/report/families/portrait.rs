@@ -1,12 +1,9 @@
 //! The phase portrait of the contact nodes of an orbit.
 
-use plotters::prelude::ShapeStyle;
-
 use crate::report::curve::{self, Knot};
 use crate::report::edge::Edge;
 use crate::report::figure::{
-    self, Chart, Drawn, Entry, FigureError, INK, Mark, draw_dashes, draw_line, legend, line, panel,
-    px, range, symbols, title,
+    Axis, Cell, Chart, Entry, FigureError, INK, Mark, Sheet, entry, range,
 };
 use crate::store::Stored;
 
@@ -60,18 +57,18 @@ impl Portrait<'_> {
     }
 
     /// The curve of a node; thin: the jumps of its velocity at its switches.
-    fn draw(&self, chart: &mut Chart, i: usize) -> Drawn {
-        let style = |width: f64| -> ShapeStyle { line(self.edge.colour(i), width) };
+    fn draw(&self, chart: &mut Chart, i: usize) {
+        let colour = self.edge.colour(i);
         let knot = |row: usize| self.knot(row, self.edge.motion(row, i));
         let mut from = 0;
         for Switch { row, before, .. } in self.switches(i).into_iter().filter(|s| s.row > 0) {
             let knots: Vec<Knot> = (from..row).map(knot).chain([self.knot(row, before)]).collect();
-            draw_line(chart, self.smooth(&knots), style(1.8))?;
-            draw_line(chart, vec![before, self.edge.motion(row, i)], style(0.8))?;
+            chart.line(self.smooth(&knots), colour, 1.8);
+            chart.line(vec![before, self.edge.motion(row, i)], colour, 0.8);
             from = row;
         }
         let knots: Vec<Knot> = (from..self.stored.t.len()).map(knot).collect();
-        draw_line(chart, self.smooth(&knots), style(1.8))
+        chart.line(self.smooth(&knots), colour, 1.8);
     }
 
     /// Where a node leaves or meets the free motion.
@@ -82,7 +79,7 @@ impl Portrait<'_> {
 }
 
 /// Contact displacement along the outward normal and its velocity, a curve a node; thin: jumps of the velocity at its switches.
-pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureError> {
+pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<Sheet<'static>, FigureError> {
     let rows = stored.t.len();
     if stored.gap.is_empty() || rows < 2 {
         return Err(FigureError::Empty("a portrait needs a contact node and two states"));
@@ -98,30 +95,25 @@ pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<String, FigureE
     let x = range(all().map(|p| p.0).chain(limits));
     let arrivals = shown.iter().flat_map(|&i| portrait.switches(i)).map(|s| s.before.1);
     let y = range(all().map(|p| p.1).chain(arrivals));
-    figure::svg((980, 640), |root| {
-        title(root, &stored.title, "phase portrait of the contact nodes")?;
-        let (_, sheet) = root.split_vertically(px(30.0));
-        let (main, bar) = edge.beside_bar(sheet, px(895.0));
-        let (strip, main) = main.split_vertically(px(20.0));
-        let mut entries: Vec<Entry> = vec![];
-        let mut chart = panel(&main, x.clone(), y.clone(), "contact displacement", "its velocity")?;
-        let limits = edge.even_limits();
-        for &wall in &limits {
-            draw_dashes(&mut chart, vec![(wall, y.start), (wall, y.end)], line(INK, 1.0))?;
+    let axes = (Axis::linear("contact displacement", x), Axis::linear("its velocity", y.clone()));
+    let mut chart = Chart::new(axes.0, axes.1);
+    let mut entries: Vec<Entry> = vec![];
+    let limits = edge.even_limits();
+    for &wall in &limits {
+        chart.dashes(vec![(wall, y.start), (wall, y.end)], INK, 1.0);
+    }
+    if !limits.is_empty() {
+        entries.push(entry("obstacle", INK, Mark::Dashes));
+    }
+    shown.iter().for_each(|&i| portrait.draw(&mut chart, i));
+    for (closing, mark, name) in [(true, Mark::Dot, "closes"), (false, Mark::Ring, "opens")] {
+        let points: Vec<State> = shown.iter().flat_map(|&i| portrait.ends(i, closing)).collect();
+        if !points.is_empty() {
+            chart.marks(points, mark, INK);
+            entries.push(entry(name, INK, mark));
         }
-        if !limits.is_empty() {
-            entries.push(("obstacle", INK, Mark::Dashes));
-        }
-        shown.iter().try_for_each(|&i| portrait.draw(&mut chart, i))?;
-        for (closing, mark, name) in [(true, Mark::Dot, "closes"), (false, Mark::Ring, "opens")] {
-            let points: Vec<State> =
-                shown.iter().flat_map(|&i| portrait.ends(i, closing)).collect();
-            if !points.is_empty() {
-                symbols(&chart, points, mark, INK)?;
-                entries.push((name, INK, mark));
-            }
-        }
-        legend(&strip, &entries)?;
-        edge.bar(bar.as_ref())
-    })
+    }
+    Ok(Sheet::new(&stored.title, "phase portrait of the contact nodes")
+        .row(610.0, vec![Cell::from(chart).legend(entries)])
+        .bar(edge.bar()))
 }

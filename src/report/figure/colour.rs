@@ -10,7 +10,7 @@ use super::{Area, Drawn, FigureError, line, px, text};
 /// Ink of axes and text.
 pub const INK: RGBColor = RGBColor(40, 40, 45);
 /// Fine lines of the grid.
-pub(crate) const GRID: RGBColor = RGBColor(228, 228, 232);
+pub(super) const GRID: RGBColor = RGBColor(228, 228, 232);
 /// Contact intervals.
 pub(crate) const SHADE: RGBColor = RGBColor(236, 231, 218);
 /// Line colours, distinguishable in grey and by colour-blind readers (Okabe–Ito).
@@ -59,7 +59,7 @@ pub(crate) fn viridis(s: f64) -> RGBColor {
 }
 
 /// A colour bar with its range and name.
-pub(crate) fn colour_bar(
+pub(super) fn colour_bar(
     area: &Area,
     range: Range<f64>,
     label: &str,

@@ -5,7 +5,12 @@ use plotters::prelude::*;
 use super::{Area, Drawn, FigureError, Mark, line, px, symbol, text};
 
 /// A name in a legend, with its colour and mark.
-pub type Entry<'e> = (&'e str, RGBColor, Mark);
+pub type Entry = (String, RGBColor, Mark);
+
+/// A name in a legend.
+pub fn entry(name: impl Into<String>, colour: RGBColor, mark: Mark) -> Entry {
+    (name.into(), colour, mark)
+}
 
 /// At the right end of a row.
 const MARGIN: f64 = 16.0;
@@ -14,75 +19,67 @@ const GAP: f64 = 6.0;
 /// Between two entries.
 const SPACE: f64 = 18.0;
 /// Height of a row.
-const ROW: f64 = 20.0;
+pub(super) const ROW: f64 = 20.0;
 
-/// Length of an entry.
-fn length(area: &Area, (name, _, mark): &Entry) -> Result<i32, FigureError> {
-    let (width, _) = area.estimate_text_size(name, &text(13)).map_err(FigureError::draw)?;
-    Ok(mark.sample() + px(GAP) + width as i32)
+/// Width of words in the pixels of a sheet.
+pub(super) fn width_of(words: &str, size: u32) -> Result<i32, FigureError> {
+    let (width, _) = text(size).font.box_size(words).map_err(FigureError::draw)?;
+    Ok(width as i32)
 }
 
-/// Entries of a legend in as many rows as they need.
-fn legend_rows<'e>(area: &Area, entries: &[Entry<'e>]) -> Result<Vec<Vec<Entry<'e>>>, FigureError> {
-    let width = area.dim_in_pixel().0 as i32 - px(2.0 * MARGIN);
-    let mut rows: Vec<Vec<Entry>> = vec![];
+/// Length of an entry.
+fn length((name, _, mark): &Entry) -> Result<i32, FigureError> {
+    Ok(mark.sample() + px(GAP) + width_of(name, 13)?)
+}
+
+/// A row of a legend: entries with their places on it.
+type Row<'e> = Vec<(i32, &'e Entry)>;
+
+/// Entries in as many rows as they need, at the right end of a sheet of some width.
+pub(super) fn rows(entries: &[Entry], width: i32) -> Result<Vec<Row<'_>>, FigureError> {
+    let mut rows: Vec<Vec<(i32, &Entry)>> = vec![];
     let mut left = 0;
     for entry in entries {
-        let needed = length(area, entry)? + px(SPACE);
+        let needed = length(entry)? + px(SPACE);
         match rows.last_mut() {
-            Some(row) if needed <= left => row.push(*entry),
+            Some(row) if needed <= left => row.push((needed, entry)),
             _ => {
-                rows.push(vec![*entry]);
-                left = width;
+                rows.push(vec![(needed, entry)]);
+                left = width - px(2.0 * MARGIN);
             }
         }
         left -= needed;
     }
+    for row in &mut rows {
+        let all: i32 = row.iter().map(|(needed, _)| needed).sum();
+        let mut x = width - px(MARGIN) - all + px(SPACE);
+        for (place, _) in row {
+            (*place, x) = (x, x + *place);
+        }
+    }
     Ok(rows)
 }
 
-/// Draw a legend on top of an area, in as many rows as it needs; what is left of the area.
-pub fn legend_above<'b>(area: Area<'b>, entries: &[Entry]) -> Result<Area<'b>, FigureError> {
-    let mut area = area;
-    for row in legend_rows(&area, entries)? {
-        let (strip, rest) = area.split_vertically(px(ROW));
-        legend(&strip, &row)?;
-        area = rest;
+/// The same; several rows have their marks one below the other.
+pub(super) fn columns(entries: &[Entry], width: i32) -> Result<Vec<Row<'_>>, FigureError> {
+    let one = rows(entries, width)?;
+    if one.len() < 2 {
+        return Ok(one);
     }
-    Ok(area)
-}
-
-/// As [`legend_above`]; several rows have their marks one below the other.
-pub fn legend_columns<'b>(area: Area<'b>, entries: &[Entry]) -> Result<Area<'b>, FigureError> {
-    if legend_rows(&area, entries)?.len() < 2 {
-        return legend_above(area, entries);
-    }
-    let lengths =
-        entries.iter().map(|entry| length(&area, entry)).collect::<Result<Vec<_>, _>>()?;
+    let lengths = entries.iter().map(length).collect::<Result<Vec<_>, _>>()?;
     let step = lengths.into_iter().max().unwrap_or(0) + px(SPACE);
-    let width = area.dim_in_pixel().0 as i32;
     let columns = ((width - px(2.0 * MARGIN)) / step).max(1);
     let left = width - px(MARGIN) - columns * step + px(SPACE);
-    let mut area = area;
-    for row in entries.chunks(columns as usize) {
-        let (strip, rest) = area.split_vertically(px(ROW));
-        for (k, entry) in row.iter().enumerate() {
-            draw_entry(&strip, left + k as i32 * step, entry)?;
-        }
-        area = rest;
-    }
-    Ok(area)
+    let place = |(k, entry)| (left + k as i32 * step, entry);
+    Ok(entries
+        .chunks(columns as usize)
+        .map(|row| row.iter().enumerate().map(place).collect())
+        .collect())
 }
 
-/// Names in a row at the right end of a strip above a panel.
-pub fn legend(strip: &Area, entries: &[Entry]) -> Drawn {
-    let mut x = strip.dim_in_pixel().0 as i32 - px(MARGIN);
-    for entry in entries.iter().rev() {
-        x -= length(strip, entry)?;
-        draw_entry(strip, x, entry)?;
-        x -= px(SPACE);
-    }
-    Ok(())
+/// A row on its strip.
+pub(super) fn strip(strip: &Area, row: &[(i32, &Entry)]) -> Drawn {
+    row.iter().try_for_each(|(x, entry)| draw_entry(strip, *x, entry))
 }
 
 /// A mark and its name from a place of a strip on.
@@ -90,7 +87,7 @@ fn draw_entry(strip: &Area, x: i32, (name, colour, mark): &Entry) -> Drawn {
     let middle = strip.dim_in_pixel().1 as i32 / 2;
     let sample = mark.sample();
     let begin = (x + sample + px(GAP), middle - px(5.2));
-    strip.draw(&Text::new((*name).to_owned(), begin, text(13))).map_err(FigureError::draw)?;
+    strip.draw(&Text::new(name.clone(), begin, text(13))).map_err(FigureError::draw)?;
     if *mark == Mark::Patch {
         let corners = [(x, middle - px(6.0)), (x + sample, middle + px(6.0))];
         strip.draw(&Rectangle::new(corners, colour.filled())).map_err(FigureError::draw)?;

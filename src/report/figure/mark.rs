@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{Area, Chart, Drawn, FigureError, line, px};
+use super::{Area, Drawn, FigureError, line, px};
 
 /// What stands before a name in a legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,27 +107,4 @@ pub(crate) fn symbol(area: &Area, (x, y): (i32, i32), mark: Mark, colour: RGBCol
         Mark::Tick => stroke(&[(0.0, -4.0), (0.0, 4.0)], 1.2),
         Mark::Line | Mark::Thin | Mark::Dashes | Mark::Patch | Mark::Nothing => Ok(()),
     }
-}
-
-/// The pixels of a chart's panel, and where a point of it lies on them.
-pub fn flat<'b>(chart: &Chart<'_, 'b>) -> (Area<'b>, impl Fn((f64, f64)) -> (i32, i32)) {
-    let panel = chart.plotting_area();
-    let area = panel.strip_coord_spec();
-    let (x0, y0) = area.get_base_pixel();
-    let place = move |point: (f64, f64)| {
-        let (x, y) = panel.map_coordinate(&point);
-        (x - x0, y - y0)
-    };
-    (area, place)
-}
-
-/// Small marks at points of a chart.
-pub fn symbols(
-    chart: &Chart,
-    points: impl IntoIterator<Item = (f64, f64)>,
-    mark: Mark,
-    colour: RGBColor,
-) -> Drawn {
-    let (area, place) = flat(chart);
-    points.into_iter().try_for_each(|p| symbol(&area, place(p), mark, colour))
 }

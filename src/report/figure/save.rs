@@ -5,38 +5,52 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use resvg::{tiny_skia, usvg};
 
-use super::{FONT, FigureError, pdf::pdf};
+use super::{FONT, FigureError, Sheet, Style, pdf::pdf};
 use crate::store::{MARK, Outputs, beside, replace};
 
-/// Dots per inch of a PNG where nobody asks for others.
-pub const DPI: u16 = 192;
 /// Units of length of a picture in an inch.
 const UNITS: f32 = 96.0;
 
-/// A picture that is drawn and not yet written.
-#[derive(Debug, Clone)]
-pub struct Drawing {
+/// How pictures are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Output {
+    /// Dots per inch of a PNG.
+    pub dpi: u16,
+    /// How sheets are drawn.
+    pub style: Style,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Output { dpi: 192, style: Style::default() }
+    }
+}
+
+/// A picture that is not yet written.
+pub struct Drawing<'s> {
     /// Its name without the ending.
     pub stem: PathBuf,
     /// What is on it.
-    pub svg: String,
+    pub sheet: Sheet<'s>,
 }
 
 /// Write `STEM.svg`, `STEM.png` and `STEM.pdf` of all drawings, or, where one of them may not be written, none; returns the paths.
 pub fn save(
     drawings: &[Drawing],
     outputs: &Outputs,
-    dpi: u16,
+    how: &Output,
 ) -> Result<Vec<PathBuf>, FigureError> {
     let mut files = vec![];
-    for Drawing { stem, svg } in drawings {
+    for Drawing { stem, sheet } in drawings {
+        let svg = sheet.svg(&how.style)?;
         let marked = match svg.find('>') {
             Some(end) => format!("{}\n{MARK}{}", &svg[..=end], &svg[end + 1..]),
             None => svg.clone(),
         };
         files.push((beside(stem, ".svg"), marked.into_bytes()));
-        let tree = tree(svg)?;
-        let png = pixels(&tree, f32::from(dpi) / UNITS)?.encode_png().map_err(FigureError::draw)?;
+        let tree = tree(&svg)?;
+        let png = pixels(&tree, f32::from(how.dpi) / UNITS)?;
+        let png = png.encode_png().map_err(FigureError::draw)?;
         files.push((beside(stem, ".png"), marked_png(png)));
         let title = stem.file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
         files.push((beside(stem, ".pdf"), pdf(&tree, &title)?));

@@ -2,12 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use plotters::prelude::RGBColor;
-
 use super::scene::{Look, Scene, is_response};
 use crate::records::Branch;
 use crate::report::families::{Axis, error_entries, of_branch};
-use crate::report::figure::{Area, Entry, FigureError, INK, Mark, legend_above, legend_columns};
+use crate::report::figure::{Entry, INK, Legend, Mark, entry};
 use crate::store::StoredFamily;
 
 /// The row of a file.
@@ -15,108 +13,89 @@ struct OfFile {
     /// What stands before its ratios.
     lead: String,
     /// The ratios of its curves.
-    ratios: Vec<(String, RGBColor, Mark)>,
+    ratios: Vec<Entry>,
 }
 
-/// Names in the legend.
-pub(super) struct Names {
-    /// Of each file of responses.
-    responses: Vec<OfFile>,
-    checked: String,
-    series: String,
-    harmonics: Vec<(String, RGBColor)>,
-    thin: String,
+/// What belongs together in rows of its own.
+pub(super) fn legends(scene: &Scene) -> Vec<Legend> {
+    let files = responses(scene);
+    let alone = files.len() == 1;
+    let mut legends = vec![];
+    for OfFile { lead, ratios } in files {
+        let mut entries: Vec<Entry> = vec![entry(lead, INK, Mark::Nothing)];
+        entries.extend(ratios);
+        if alone {
+            entries.extend(response(scene));
+        }
+        legends.push(Legend::Rows(entries));
+    }
+    if legends.len() > 1 {
+        legends.push(Legend::Rows(response(scene)));
+    }
+    legends.extend([
+        Legend::Rows(free(scene)),
+        Legend::Columns(curves(scene)),
+        Legend::Rows(errors(scene)),
+    ]);
+    legends
 }
 
-impl Names {
-    pub fn new(scene: &Scene) -> Self {
-        let harmonic =
-            |n: &f64| (format!("N_h = {n}"), scene.colour(Look::Backbone(Some(*n as usize), true)));
-        let of_thin = scene.branches.iter().filter(|b| matches!(b.2, Look::ThinResponse(..)));
-        let used: BTreeSet<usize> = of_thin
-            .filter_map(|(f, b, _)| f.branches.get(*b).and_then(Branch::harmonics))
-            .collect();
+/// What the lines and marks of forced responses mean.
+fn response(scene: &Scene) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = vec![];
+    if !scene.any(is_response) {
+        return entries;
+    }
+    let of = |stable: bool| {
+        scene.branches.iter().any(|(f, b, look)| {
+            matches!(look, Look::Response(..))
+                && of_branch(f, *b)
+                    .filter_map(|p| p.orbit.as_ref())
+                    .any(|o| o.stable == Some(stable))
+        })
+    };
+    for (stable, name, mark) in [(true, "stable", Mark::Line), (false, "unstable", Mark::Dashes)] {
+        if of(stable) {
+            entries.push(entry(name, INK, mark));
+        }
+    }
+    if scene.branches.iter().any(|(f, _, look)| is_response(look) && !scene.ridge(f).is_empty()) {
+        entries.push(entry("ridge", INK, Mark::Diamond));
+    }
+    if scene.any(|look| matches!(look, Look::ThinResponse(..))) {
+        let thin = scene.branches.iter().filter(|b| matches!(b.2, Look::ThinResponse(..)));
+        let used: BTreeSet<usize> =
+            thin.filter_map(|(f, b, _)| f.branches.get(*b).and_then(Branch::harmonics)).collect();
         let used: Vec<String> = used.iter().map(usize::to_string).collect();
         let used =
             if used.is_empty() { String::new() } else { format!(", N_h = {}", used.join(", ")) };
-        Names {
-            responses: responses(scene),
-            checked: of_files("orbits in time", scene, |look| *look == Look::Checked),
-            series: of_files("series that were checked", scene, |look| *look == Look::Checked),
-            harmonics: scene.harmonics.iter().map(harmonic).collect(),
-            thin: format!("harmonic balance{used}"),
-        }
+        entries.push(entry(format!("harmonic balance{used}"), INK, Mark::Thin));
     }
+    entries
+}
 
-    /// Draw what belongs together in rows of its own; what is left of the sheet.
-    pub fn draw<'b>(&self, sheet: Area<'b>, scene: &Scene) -> Result<Area<'b>, FigureError> {
-        let mut sheet = sheet;
-        for OfFile { lead, ratios } in &self.responses {
-            let mut entries: Vec<Entry> = vec![(lead, INK, Mark::Nothing)];
-            entries.extend(ratios.iter().map(|(n, colour, mark)| (n.as_str(), *colour, *mark)));
-            if self.responses.len() == 1 {
-                entries.extend(self.response(scene));
-            }
-            sheet = legend_above(sheet, &entries)?;
-        }
-        if self.responses.len() > 1 {
-            sheet = legend_above(sheet, &self.response(scene))?;
-        }
-        let sheet = legend_above(sheet, &self.free(scene))?;
-        let sheet = legend_columns(sheet, &curves(scene))?;
-        legend_above(sheet, &errors(scene))
+/// Orbits that were checked, and backbones of one kind.
+fn free(scene: &Scene) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = vec![];
+    let of_checked = |name: &str| of_files(name, scene, |look| *look == Look::Checked);
+    if scene.any(|look| *look == Look::Checked) {
+        let name = of_checked("orbits in time");
+        entries.push(entry(name, scene.colour(Look::Checked), Mark::Dot));
     }
-
-    /// What the lines and marks of forced responses mean.
-    fn response<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
-        let mut entries: Vec<Entry> = vec![];
-        if !scene.any(is_response) {
-            return entries;
-        }
-        let of = |stable: bool| {
-            scene.branches.iter().any(|(f, b, look)| {
-                matches!(look, Look::Response(..))
-                    && of_branch(f, *b)
-                        .filter_map(|p| p.orbit.as_ref())
-                        .any(|o| o.stable == Some(stable))
-            })
-        };
-        for (stable, name, mark) in
-            [(true, "stable", Mark::Line), (false, "unstable", Mark::Dashes)]
-        {
-            if of(stable) {
-                entries.push((name, INK, mark));
-            }
-        }
-        if scene.branches.iter().any(|(f, _, look)| is_response(look) && !scene.ridge(f).is_empty())
-        {
-            entries.push(("ridge", INK, Mark::Diamond));
-        }
-        if scene.any(|look| matches!(look, Look::ThinResponse(..))) {
-            entries.push((&self.thin, INK, Mark::Thin));
-        }
-        entries
+    if !scene.checked_series().is_empty() {
+        entries.push(match scene.axis {
+            Axis::Energy => entry(of_checked("series that were checked"), INK, Mark::Circle),
+            Axis::Amplitude => entry(NO_AMPLITUDE, INK, Mark::Nothing),
+        });
     }
-
-    /// Orbits that were checked, and backbones of one kind.
-    fn free<'n>(&'n self, scene: &Scene) -> Vec<Entry<'n>> {
-        let mut entries: Vec<Entry> = vec![];
-        if scene.any(|look| *look == Look::Checked) {
-            entries.push((&self.checked, scene.colour(Look::Checked), Mark::Dot));
-        }
-        if !scene.checked_series().is_empty() {
-            match scene.axis {
-                Axis::Energy => entries.push((&self.series, INK, Mark::Circle)),
-                Axis::Amplitude => entries.push((NO_AMPLITUDE, INK, Mark::Nothing)),
-            }
-        }
-        if scene.any(|look| matches!(look, Look::Backbone(..))) {
-            entries.push(("backbone by harmonic balance:", INK, Mark::Nothing));
-            let harmonics = self.harmonics.iter();
-            entries.extend(harmonics.map(|(n, colour)| (n.as_str(), *colour, Mark::Line)));
-        }
-        entries
+    if scene.any(|look| matches!(look, Look::Backbone(..))) {
+        entries.push(entry("backbone by harmonic balance:", INK, Mark::Nothing));
+        entries.extend(scene.harmonics.iter().map(|n| {
+            let colour = scene.colour(Look::Backbone(Some(*n as usize), true));
+            entry(format!("N_h = {n}"), colour, Mark::Line)
+        }));
     }
+    entries
 }
 
 /// Why the series of a cross-check are not drawn.
@@ -175,12 +154,12 @@ fn responses(scene: &Scene) -> Vec<OfFile> {
 }
 
 /// Curves that have a name of their own.
-fn curves<'n>(scene: &'n Scene) -> Vec<Entry<'n>> {
-    scene.curves.iter().map(|c| (c.name.as_str(), c.colour, Mark::Bearing(c.mark))).collect()
+fn curves(scene: &Scene) -> Vec<Entry> {
+    scene.curves.iter().map(|c| entry(&c.name, c.colour, Mark::Bearing(c.mark))).collect()
 }
 
 /// What is stated about the energies.
-fn errors(scene: &Scene) -> Vec<Entry<'static>> {
+fn errors(scene: &Scene) -> Vec<Entry> {
     let stated = scene.curves.iter().map(|c| (c.family, c.colour)).collect::<Vec<_>>();
     if scene.axis == Axis::Energy { error_entries(&stated) } else { vec![] }
 }

@@ -9,17 +9,10 @@ mod scene;
 use std::ops::Range;
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
 use super::families::{Axis, LOGARITHMIC, reached};
-use super::figure::{
-    self, Chart, Drawing, Drawn, FigureError, Mark, flat, panel, px, range, semilog, symbol, text,
-    title,
-};
+use super::figure::{self, Chart, Drawing, FigureError, Sheet, range};
 use crate::store::StoredFamily;
 use draw::draw;
-use legend::Names;
 use scene::Scene;
 
 /// What a user may choose.
@@ -40,11 +33,11 @@ pub fn picture(
     families: &[StoredFamily],
     options: &Options,
     stem: &Path,
-) -> Result<Drawing, FigureError> {
-    Ok(Drawing { stem: stem.to_owned(), svg: overlay(families, options)? })
+) -> Result<Drawing<'static>, FigureError> {
+    Ok(Drawing { stem: stem.to_owned(), sheet: overlay(families, options)? })
 }
 
-fn overlay(families: &[StoredFamily], options: &Options) -> Result<String, FigureError> {
+fn overlay(families: &[StoredFamily], options: &Options) -> Result<Sheet<'static>, FigureError> {
     let common = common_title(families);
     let scene = Scene::new(families, options.axis, &common);
     let checked = match options.axis {
@@ -69,22 +62,16 @@ fn overlay(families: &[StoredFamily], options: &Options) -> Result<String, Figur
     }
     let (y, logarithmic) = vertical(&scene, options, &shown);
     let scaled = |v: f64| if logarithmic { v.log10() } else { v };
-    figure::svg((980, 720), |root| {
-        title(root, &common, &format!("{} against frequency", options.axis.name()))?;
-        let (_, sheet) = root.split_vertically(px(32.0));
-        let sheet = Names::new(&scene).draw(sheet, &scene)?;
-        let free: Vec<&StoredFamily> = families.iter().collect();
-        let labels = ("frequency ω", options.axis.label(&free));
-        let mut chart = match logarithmic {
-            true => semilog(&sheet, x.clone(), y.clone(), labels.0, labels.1)?,
-            false => panel(&sheet, x.clone(), y.clone(), labels.0, labels.1)?,
-        };
-        draw(&mut chart, &scene, &scaled)?;
-        options.points.iter().try_for_each(|(omega, value, name)| {
-            let inside = x.contains(omega) && *value > 0.0 && y.contains(&scaled(*value));
-            if inside { label(&chart, (*omega, scaled(*value)), name) } else { Ok(()) }
-        })
-    })
+    let free: Vec<&StoredFamily> = families.iter().collect();
+    let y = figure::Axis::scaled(options.axis.label(&free), y, logarithmic);
+    let mut chart = Chart::new(figure::Axis::linear("frequency ω", x), y);
+    draw(&mut chart, &scene, &scaled);
+    for (omega, value, name) in options.points.iter().filter(|p| p.1 > 0.0) {
+        chart.pin((*omega, scaled(*value)), name);
+    }
+    let sheet = Sheet::new(&common, &format!("{} against frequency", options.axis.name()));
+    let sheet = legend::legends(&scene).into_iter().fold(sheet, Sheet::legend);
+    Ok(sheet.row(600.0, vec![chart.into()]))
 }
 
 /// The range of the vertical axis, or of its logarithm, and whether it is the latter.
@@ -103,25 +90,6 @@ fn vertical(scene: &Scene, options: &Options, shown: &[f64]) -> (Range<f64>, boo
         all.extend(stated);
     }
     (range(all.into_iter().map(scaled)), logarithmic)
-}
-
-/// A cross and its name.
-fn label(chart: &Chart, point: (f64, f64), name: &str) -> Drawn {
-    let (area, place) = flat(chart);
-    let (x, y) = place(point);
-    let style = text(15);
-    let (width, height) = area.estimate_text_size(name, &style).map_err(FigureError::draw)?;
-    let (width, height) = (width as i32, height as i32);
-    let right = x + width + px(16.0) < area.dim_in_pixel().0 as i32;
-    let high = y > height + px(14.0);
-    let left = if right { x + px(8.0) } else { x - px(8.0) - width };
-    let top = if high { y - px(6.0) - height } else { y + px(6.0) };
-    let corners =
-        [(left - px(2.0), top - px(1.0)), (left + width + px(2.0), top + height + px(1.0))];
-    area.draw(&Rectangle::new(corners, WHITE.mix(0.85).filled())).map_err(FigureError::draw)?;
-    let style = style.pos(Pos::new(HPos::Left, VPos::Top));
-    area.draw(&Text::new(name.to_owned(), (left, top), style)).map_err(FigureError::draw)?;
-    symbol(&area, (x, y), Mark::Cross, RGBColor(200, 0, 0))
 }
 
 /// What the titles of all families begin with, up to a comma.

@@ -1,14 +1,11 @@
 //! The picture `gap`: the gap over the contact edge and time.
 
-use plotters::prelude::*;
+use plotters::prelude::{RGBColor, WHITE};
 
 use super::Options;
 use super::time::time_range;
 use crate::report::edge::Edge;
-use crate::report::figure::{
-    self, Area, Chart, Drawn, FigureError, Ground, INK, colour_bar, line, panel_with, px, text,
-    title, viridis,
-};
+use crate::report::figure::{Axis, Bar, Chart, FigureError, Point, Sheet, viridis};
 use crate::store::Stored;
 
 /// At most this many columns: neighbours in time are drawn together.
@@ -31,12 +28,13 @@ fn boundaries(position: &[f64]) -> Vec<f64> {
 }
 
 /// The cells, white where most of the states of a cell are in contact.
-fn cells(chart: &mut Chart, stored: &Stored, edge: &Edge, largest: f64) -> Drawn {
+fn cells(stored: &Stored, edge: &Edge, largest: f64) -> Vec<([Point; 2], RGBColor)> {
     let (n_c, rows) = (edge.fronts.len(), stored.t.len());
     let position: Vec<f64> = edge.fronts.iter().map(|&i| edge.position[i]).collect();
     let boundaries = boundaries(&position);
     let stride = rows.div_ceil(COLUMNS);
     let last = stored.t[rows - 1];
+    let mut cells = vec![];
     // each cell reaches under its right and upper neighbours, which are drawn later, row by row: no seams
     for (k, &i) in edge.fronts.iter().enumerate() {
         for start in (0..rows - 1).step_by(stride) {
@@ -47,25 +45,14 @@ fn cells(chart: &mut Chart, stored: &Stored, edge: &Edge, largest: f64) -> Drawn
             let fill = if 2 * touching > end - start { WHITE } else { viridis(here / largest) };
             let corners =
                 [(stored.t[start], boundaries[k]), (beyond, boundaries[(k + 2).min(n_c)])];
-            let cell = Rectangle::new(corners, fill.filled());
-            chart.draw_series(std::iter::once(cell)).map_err(FigureError::draw)?;
+            cells.push((corners, fill));
         }
     }
-    Ok(())
-}
-
-/// What white means, below the colour bar.
-fn note(bar: &Area) -> Drawn {
-    let (_, h) = bar.dim_in_pixel();
-    let top = h as i32 - px(30.0);
-    let (left, right) = (px(8.0), px(24.0));
-    bar.draw(&Rectangle::new([(left, top), (right, top + px(14.0))], line(INK, 1.0)))
-        .map_err(FigureError::draw)?;
-    bar.draw(&Text::new("contact", (px(29.0), top), text(12))).map_err(FigureError::draw)
+    cells
 }
 
 /// The gap over the contact edge and time; contact is white.
-pub(super) fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureError> {
+pub(super) fn gap_map<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>, FigureError> {
     let edge = Edge::of(stored);
     let rows = stored.t.len();
     if edge.fronts.len() < 2 || rows < 2 {
@@ -77,14 +64,13 @@ pub(super) fn gap_map(stored: &Stored, _: &Options) -> Result<String, FigureErro
         .flat_map(|r| edge.fronts.iter().map(move |&i| (r, i)))
         .map(|(r, i)| gap(stored, r, i))
         .fold(f64::MIN_POSITIVE, f64::max);
-    figure::svg((980, 420), |root| {
-        title(root, &stored.title, "gap along the contact edge")?;
-        let (_, sheet) = root.split_vertically(px(30.0));
-        let (main, bar) = sheet.split_horizontally(px(895.0));
-        let label = format!("{} on the contact edge", edge.axis);
-        let under = |chart: &mut Chart<'_, '_>| cells(chart, stored, &edge, largest);
-        panel_with(&main, time_range(stored), edge.span(), "time", &label, Ground::Map, under)?;
-        colour_bar(&bar, 0.0..largest, "gap", viridis)?;
-        note(&bar)
-    })
+    let label = format!("{} on the contact edge", edge.axis);
+    let axes = (Axis::linear("time", time_range(stored)), Axis::linear(label, edge.span()));
+    let mut chart = Chart::new(axes.0, axes.1);
+    chart.cover(cells(stored, &edge, largest));
+    let bar =
+        Bar { range: 0.0..largest, label: "gap".into(), colour: viridis, white: Some("contact") };
+    Ok(Sheet::new(&stored.title, "gap along the contact edge")
+        .row(390.0, vec![chart.into()])
+        .bar(Some(bar)))
 }

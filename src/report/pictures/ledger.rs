@@ -1,12 +1,9 @@
 //! The picture `energy`: energies, jumps at switches, and what the ledger leaves unexplained.
 
-use plotters::prelude::*;
-
 use super::Options;
 use super::time::over_time;
 use crate::report::figure::{
-    self, Area, Drawn, Entry, FigureError, INK, LINES, Mark, SHADE, legend, line, px, range,
-    symbols, title,
+    Cell, Chart, Entry, FigureError, INK, LINES, Mark, Point, SHADE, Sheet, entry, range,
 };
 use crate::store::Stored;
 
@@ -31,7 +28,7 @@ struct Ledger {
 impl Ledger {
     /// Of the states whose energies are known: all, but where a run followed the surroundings of the contact alone.
     fn of(stored: &Stored) -> Option<Self> {
-        let [kinetic, elastic, external, dissipated, jumps] = &stored.energy[..] else {
+        let [kinetic, elastic, external, dissipated, jumps, ..] = &stored.energy[..] else {
             return None;
         };
         let rows: Vec<usize> = (0..stored.t.len()).filter(|&r| kinetic[r].is_finite()).collect();
@@ -68,70 +65,83 @@ impl Ledger {
     }
 }
 
+/// Jumps below this part of the largest energy are rounding, and have no chart.
+const ROUNDING: f64 = 1e-9;
+
 /// Energies, and what the ledger leaves unexplained.
-pub(super) fn energy(stored: &Stored, _: &Options) -> Result<String, FigureError> {
+pub(super) fn energy<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>, FigureError> {
     let Some(ledger) = Ledger::of(stored) else {
         return Err(FigureError::Empty("no energies are stored"));
     };
     if ledger.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
     }
-    figure::svg((980, 760), |root| {
-        title(root, &stored.title, "energy ledger")?;
-        let (_, sheet) = root.split_vertically(px(30.0));
-        let (strip, sheet) = sheet.split_vertically(px(20.0));
-        let panels = sheet.split_evenly((3, 1));
-        energies(&panels[0], &strip, stored, &ledger)?;
-        jumps(&panels[1], stored)?;
-        defects(&panels[2], stored, &ledger)
-    })
+    let mut sheet = Sheet::new(&stored.title, "energy ledger");
+    let largest = ledger.total.iter().fold(0.0f64, |m, e| m.max(e.abs()));
+    let jumps_show = stored.energy[JUMPS].iter().any(|j| j.abs() > ROUNDING * largest);
+    let height = if jumps_show { 240.0 } else { 350.0 };
+    sheet = sheet.row(height, vec![energies(stored, &ledger)]);
+    if jumps_show {
+        sheet = sheet.row(height, vec![jumps(stored).into()]);
+    }
+    Ok(sheet.row(height, vec![defects(stored, &ledger).into()]))
 }
 
+/// A curve of a ledger; the states that are known stand by themselves where others are not.
+fn curve(chart: &mut Chart, ledger: &Ledger, values: &[f64], k: usize, width: f64) -> Mark {
+    let points: Vec<Point> = ledger.t.iter().copied().zip(values.iter().copied()).collect();
+    let colour = colour(k);
+    if ledger.has_gaps {
+        chart.marks(points, Mark::Circle, colour);
+        return Mark::Circle;
+    }
+    chart.line(points, colour, width);
+    Mark::Line
+}
+
+/// The colour of the `k`-th curve; that of the sum comes last.
+fn colour(k: usize) -> plotters::style::RGBColor {
+    if k == SUM { INK } else { LINES[k % LINES.len()] }
+}
+
+/// The number of the sum of the energies among the curves.
+const SUM: usize = usize::MAX;
+
 /// The energies and their legend.
-fn energies(area: &Area, strip: &Area, stored: &Stored, ledger: &Ledger) -> Drawn {
+fn energies(stored: &Stored, ledger: &Ledger) -> Cell<'static> {
     let present = ledger.present();
     let y = range(present.iter().flat_map(|(_, c)| c.iter().copied()).chain([0.0]));
-    let mut chart = over_time(area, stored, y, ("", "energy"))?;
-    let mut entries: Vec<Entry> = vec![("in contact", SHADE, Mark::Patch)];
+    let mut chart = over_time(stored, y, ("", "energy"));
+    let mut entries: Vec<Entry> = vec![entry("in contact", SHADE, Mark::Patch)];
     entries.truncate(usize::from(!stored.gap.is_empty()));
     for (k, (name, values)) in present.iter().enumerate() {
-        let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
-        let series = ledger.t.iter().copied().zip(values.iter().copied());
-        if ledger.has_gaps {
-            symbols(&chart, series, Mark::Circle, colour)?;
-            entries.push((*name, colour, Mark::Circle));
-            continue;
-        }
-        chart.draw_series(LineSeries::new(series, line(colour, 2.0))).map_err(FigureError::draw)?;
-        entries.push((*name, colour, Mark::Line));
+        let k = if *name == "kinetic + elastic" { SUM } else { k };
+        let mark = curve(&mut chart, ledger, values, k, 2.0);
+        entries.push(entry(*name, colour(k), mark));
     }
-    legend(strip, &entries)
+    Cell::from(chart).legend(entries)
 }
 
 /// The sum of the jumps so far, in steps.
-fn jumps(area: &Area, stored: &Stored) -> Drawn {
+fn jumps(stored: &Stored) -> Chart {
     let (t, jumps) = (&stored.t, &stored.energy[JUMPS]);
     let y = range(jumps.iter().copied().chain([0.0]));
-    let mut chart = over_time(area, stored, y, ("", "Σ jumps at switches"))?;
+    let mut chart = over_time(stored, y, ("", "Σ jumps at switches"));
     let steps = (0..t.len()).flat_map(|r| {
         let before = if r > 0 { jumps[r - 1] } else { jumps[0] };
         [(t[r], before), (t[r], jumps[r])]
     });
-    chart.draw_series(LineSeries::new(steps, line(LINES[1], 2.0))).map_err(FigureError::draw)?;
-    Ok(())
+    chart.line(steps.collect(), LINES[1], 2.0);
+    chart
 }
 
 /// What is unexplained, at least over the decades of rounding.
-fn defects(area: &Area, stored: &Stored, ledger: &Ledger) -> Drawn {
+fn defects(stored: &Stored, ledger: &Ledger) -> Chart {
     let digits = ledger.unexplained();
     let low = digits.iter().copied().fold(-16.0f64, f64::min).floor() - 0.3;
     let high = digits.iter().copied().fold(-14.0f64, f64::max).ceil() + 0.3;
-    let labels = ("time", "log₁₀ |unexplained| / energy");
-    let mut chart = over_time(area, stored, low..high, labels)?;
-    let series = ledger.t.iter().copied().zip(digits);
-    if ledger.has_gaps {
-        return symbols(&chart, series, Mark::Circle, LINES[2]);
-    }
-    chart.draw_series(LineSeries::new(series, line(LINES[2], 1.0))).map_err(FigureError::draw)?;
-    Ok(())
+    let labels = ("time", "log₁₀ unexplained");
+    let mut chart = over_time(stored, low..high, labels);
+    curve(&mut chart, ledger, &digits, 2, 1.0);
+    chart
 }

@@ -13,7 +13,7 @@ mod wall;
 
 use std::path::Path;
 
-use super::figure::{Drawing, FigureError};
+use super::figure::{Drawing, FigureError, Sheet};
 use crate::store::{Stored, beside};
 use contact::contact;
 use gap::gap_map;
@@ -27,7 +27,7 @@ struct Picture {
     name: &'static str,
     /// Its axis is the line of the contact nodes: of a body in space, whose contact is a face, drawn only when it is asked for.
     along_edge: bool,
-    draw: fn(&Stored, &Options) -> Result<String, FigureError>,
+    draw: for<'s> fn(&'s Stored, &Options) -> Result<Sheet<'s>, FigureError>,
 }
 
 const PICTURES: [Picture; 4] = [
@@ -58,24 +58,24 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// Draw the named pictures (all that make sense if `only` is empty), to be written as `STEM-NAME.svg` and `.png`.
-pub(crate) fn draw_all(
-    stored: &Stored,
+pub(crate) fn draw_all<'s>(
+    stored: &'s Stored,
     stem: &Path,
     only: &[String],
     options: &Options,
-) -> Result<Vec<Drawing>, FigureError> {
+) -> Result<Vec<Drawing<'s>>, FigureError> {
     let mut drawn = vec![];
     for picture in &PICTURES {
         let is_asked_for = only.iter().any(|o| o == picture.name);
         if !is_asked_for && (!only.is_empty() || (picture.along_edge && stored.is_solid())) {
             continue;
         }
-        let svg = match (picture.draw)(stored, options) {
-            Ok(svg) => svg,
+        let sheet = match (picture.draw)(stored, options) {
+            Ok(sheet) => sheet,
             Err(FigureError::Empty(_)) if only.is_empty() => continue,
             Err(e) => return Err(e),
         };
-        drawn.push(Drawing { stem: beside(stem, &format!("-{}", picture.name)), svg });
+        drawn.push(Drawing { stem: beside(stem, &format!("-{}", picture.name)), sheet });
     }
     Ok(drawn)
 }

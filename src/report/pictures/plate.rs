@@ -1,19 +1,20 @@
 //! Deformed shapes of a body in the plane, coloured by ‖u‖.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use plotters::prelude::*;
 
 use super::patches::{Corner, patches};
 use super::scaled::{Magnified, Place, label, side_by_side, significant, size};
 use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
-use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
+use crate::report::figure::{Area, Bar, Drawn, FigureError, Sheet, line, px, range, text, viridis};
 use crate::store::Stored;
 
 /// A plate as it is drawn: scales that some stored states share.
 struct Shapes<'s> {
     stored: &'s Stored,
-    rows: &'s [usize],
+    rows: Vec<usize>,
     /// Largest `‖u‖` of these states.
     largest: f64,
     /// Of the displacements.
@@ -25,10 +26,10 @@ struct Shapes<'s> {
 }
 
 impl<'s> Shapes<'s> {
-    fn of(stored: &'s Stored, rows: &'s [usize]) -> Self {
+    fn of(stored: &'s Stored, rows: &[usize]) -> Self {
         let Magnified { largest, factor: magnification } = Magnified::of(stored, rows);
         let (walls, sides) = (walls(stored, magnification), boundary(stored));
-        Shapes { stored, rows, largest, magnification, walls, sides }
+        Shapes { stored, rows: rows.to_vec(), largest, magnification, walls, sides }
     }
 
     /// A node as drawn.
@@ -76,14 +77,17 @@ fn fill(canvas: &Area, patch: &[(i32, i32)], colour: RGBColor) -> Drawn {
 }
 
 /// Deformed shapes side by side in one or two rows, with the scales of the states `of`.
-pub(super) fn plate_shapes(
-    stored: &Stored,
+pub(super) fn plate_shapes<'s>(
+    stored: &'s Stored,
     of: &[usize],
     rows: &[usize],
-) -> Result<String, FigureError> {
-    let shapes = Shapes::of(stored, of);
+) -> Result<Sheet<'s>, FigureError> {
+    let shapes = Arc::new(Shapes::of(stored, of));
     let (x, y) = (shapes.extent(0), shapes.extent(1));
     let words = format!("deformed shape, displacements × {}", significant(shapes.magnification));
-    let bar = |bar: &Area| colour_bar(bar, 0.0..shapes.largest, "‖u‖", viridis);
-    side_by_side(stored, &words, rows, (&x, &y), |panel, r| shapes.draw(panel, r, &x, &y), bar)
+    let (range, label) = (0.0..shapes.largest, "‖u‖".to_owned());
+    let bar = Bar { range, label, colour: viridis, white: None };
+    let extent = (x.clone(), y.clone());
+    let draw = move |panel: &Area, r| shapes.draw(panel, r, &extent.0, &extent.1);
+    Ok(side_by_side(stored, &words, rows, (&x, &y), draw, Some(bar)))
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::time::time_range;
-use crate::report::figure::{self, Area, Drawn, FigureError, px, title};
+use crate::report::figure::{Area, Bar, Cell, Drawn, Sheet, px};
 use crate::report::summary;
 use crate::scenario::Scene;
 use crate::store::Stored;
@@ -57,32 +57,33 @@ impl Magnified {
 const TALLEST: f64 = 640.0;
 
 /// States side by side in one or two rows, of drawings with these extents, and a bar that explains their colours.
-pub(super) fn side_by_side(
+pub(super) fn side_by_side<'s>(
     stored: &Stored,
     words: &str,
     rows: &[usize],
     (x, y): (&Range<f64>, &Range<f64>),
-    draw: impl Fn(&Area, usize) -> Drawn,
-    explain: impl Fn(&Area) -> Drawn,
-) -> Result<String, FigureError> {
+    draw: impl Fn(&Area, usize) -> Drawn + Clone + Send + Sync + 's,
+    bar: Option<Bar>,
+) -> Sheet<'s> {
     let aspect = (y.end - y.start) / (x.end - x.start);
     // tall bodies stand in one row
     let columns = if rows.len() > 3 && aspect < 1.3 { rows.len().div_ceil(2) } else { rows.len() };
-    let lines = rows.len().div_ceil(columns.max(1));
     let width = 900.0 / columns.max(1) as f64;
+    let lines = rows.len().div_ceil(columns.max(1)) as f64;
     // no higher than a screen
-    let height = ((width - 12.0) * aspect + 32.0).min(TALLEST);
-    let sheet_height = 40 + (lines as f64 * height) as u32;
-    figure::svg((980, sheet_height.max(220)), |root| {
-        title(root, &stored.title, words)?;
-        let (_, sheet) = root.split_vertically(px(36.0));
-        let (main, bar) = sheet.split_horizontally(px(905.0));
-        let panels = main.split_evenly((lines, columns));
-        for (panel, &r) in panels.iter().zip(rows) {
-            draw(panel, r)?;
-        }
-        explain(&bar)
-    })
+    let height = ((width - 12.0) * aspect + 32.0).min(TALLEST).max(185.0 / lines.max(1.0));
+    let mut sheet = Sheet::new(&stored.title, words).bar(bar);
+    for line in rows.chunks(columns.max(1)) {
+        let cell = |k: usize| match line.get(k) {
+            Some(&r) => {
+                let draw = draw.clone();
+                Cell::canvas(move |area| draw(area, r))
+            }
+            None => Cell::canvas(|_| Ok(())),
+        };
+        sheet = sheet.strip(height, (0..columns).map(cell).collect());
+    }
+    sheet
 }
 
 /// Where the plane lies on the pixels of a panel: equal scales in both directions.
@@ -121,17 +122,9 @@ pub(super) fn size(stored: &Stored, r: usize, i: usize) -> f64 {
     ux.hypot(uy).hypot(uz)
 }
 
-/// A state's time, and which fraction it is of those that are drawn.
+/// A state's time.
 pub(super) fn label(stored: &Stored, r: usize) -> String {
-    let span = shape_span(stored);
-    let fraction = (stored.t[r] - span.start) / (span.end - span.start);
-    format!("t = {} ({} %)", summary::significant(stored.t[r], 5), percent(fraction))
-}
-
-/// A fraction in percent with one decimal where it has one.
-fn percent(fraction: f64) -> String {
-    let text = format!("{:.1}", 100.0 * fraction);
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+    format!("t = {}", summary::significant(stored.t[r], 5))
 }
 
 /// Three significant digits, no trailing zeros.

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
 use rayon::prelude::*;
 
 use super::Options;
@@ -10,7 +9,7 @@ use super::plate::plate_shapes;
 use super::scaled::shape_span;
 use super::solid::solid_shapes;
 use crate::report::figure::{
-    self, FigureError, INK, Mark, colour_bar, legend, line, panel, px, range, title, viridis,
+    Axis, Bar, Cell, Chart, FigureError, INK, Mark, Sheet, Style, entry, range, viridis,
 };
 use crate::scenario::{BodyKind, Scene};
 use crate::store::Stored;
@@ -32,20 +31,20 @@ fn chosen_rows(stored: &Stored, fractions: &[f64]) -> Vec<usize> {
 }
 
 /// Deformed shapes at fractions of the stored time, coloured by ‖u‖ (a bar: u against x; a body in space: its surface, coloured by the pressure).
-pub(super) fn shapes(stored: &Stored, options: &Options) -> Result<String, FigureError> {
+pub(super) fn shapes<'s>(stored: &'s Stored, options: &Options) -> Result<Sheet<'s>, FigureError> {
     let rows = chosen_rows(stored, &options.fractions);
     drawn(stored, &rows, &rows)
 }
 
 /// One picture for each of `count` states, evenly over the stored time, all of one scale.
-pub fn frames(stored: &Stored, count: usize) -> Result<Vec<String>, FigureError> {
+pub fn frames(stored: &Stored, count: usize, style: &Style) -> Result<Vec<String>, FigureError> {
     let fractions: Vec<f64> = (0..count).map(|k| k as f64 / count as f64).collect();
     let rows = chosen_rows(stored, &fractions);
-    rows.par_iter().map(|&r| drawn(stored, &rows, &[r])).collect()
+    rows.par_iter().map(|&r| drawn(stored, &rows, &[r])?.svg(style)).collect()
 }
 
 /// The states `rows`, with the scales of the states `of`.
-fn drawn(stored: &Stored, of: &[usize], rows: &[usize]) -> Result<String, FigureError> {
+fn drawn<'s>(stored: &'s Stored, of: &[usize], rows: &[usize]) -> Result<Sheet<'s>, FigureError> {
     if stored.t.is_empty() {
         return Err(FigureError::Empty("no states are stored"));
     }
@@ -61,44 +60,37 @@ fn drawn(stored: &Stored, of: &[usize], rows: &[usize]) -> Result<String, Figure
     if stored.is_solid() {
         solid_shapes(stored, of, rows)
     } else if stored.elements.ncols() == 2 {
-        bar_shapes(stored, of, rows)
+        Ok(bar_shapes(stored, of, rows))
     } else {
         plate_shapes(stored, of, rows)
     }
 }
 
 /// Displacement against the coordinate of a bar.
-fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Result<String, FigureError> {
+fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Sheet<'static> {
     let n = stored.nodes.nrows();
-    figure::svg((980, 460), |root| {
-        title(root, &stored.title, "displacement at successive times")?;
-        let (_, sheet) = root.split_vertically(px(30.0));
-        let (main, bar) = sheet.split_horizontally(px(895.0));
-        let x = range((0..n).map(|i| stored.nodes[(i, 0)]));
-        let all = of.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
-        let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
-        let (strip, main) = main.split_vertically(px(20.0));
-        // the obstacle limits the displacement of one end
-        let wall = stored.gap.first().map(|g| stored.contact_normals[(0, 0)] * g);
-        let y = range([y.start, y.end].into_iter().chain(wall));
-        let reach = 0.04 * (x.end - x.start);
-        let mut chart = panel(&main, x, y, "x", "displacement u")?;
-        if let Some(limit) = wall {
-            let at = stored.contact_place(0)[0];
-            let ends = vec![(at - reach, limit), (at + reach, limit)];
-            chart
-                .draw_series(std::iter::once(PathElement::new(ends, line(INK, 2.5))))
-                .map_err(FigureError::draw)?;
-            legend(&strip, &[("limit set by the obstacle", INK, Mark::Line)])?;
-        }
-        for &r in rows {
-            let at = of.iter().position(|&o| o == r).unwrap_or(0);
-            let s = at as f64 / (of.len().max(2) - 1) as f64;
-            let series = (0..n).map(|i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
-            chart
-                .draw_series(LineSeries::new(series, line(viridis(0.92 * s), 2.0)))
-                .map_err(FigureError::draw)?;
-        }
-        colour_bar(&bar, shape_span(stored), "time", |s| viridis(0.92 * s))
-    })
+    let x = range((0..n).map(|i| stored.nodes[(i, 0)]));
+    let all = of.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
+    let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
+    // the obstacle limits the displacement of one end
+    let wall = stored.gap.first().map(|g| stored.contact_normals[(0, 0)] * g);
+    let y = range([y.start, y.end].into_iter().chain(wall));
+    let reach = 0.04 * (x.end - x.start);
+    let mut chart = Chart::new(Axis::linear("x", x), Axis::linear("displacement u", y));
+    let mut legend = vec![];
+    if let Some(limit) = wall {
+        let at = stored.contact_place(0)[0];
+        chart.line(vec![(at - reach, limit), (at + reach, limit)], INK, 2.5);
+        legend.push(entry("limit set by the obstacle", INK, Mark::Line));
+    }
+    for &r in rows {
+        let at = of.iter().position(|&o| o == r).unwrap_or(0);
+        let s = at as f64 / (of.len().max(2) - 1) as f64;
+        let series = (0..n).map(|i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
+        chart.line(series.collect(), viridis(0.92 * s), 2.0);
+    }
+    let (range, label) = (shape_span(stored), "time".to_owned());
+    Sheet::new(&stored.title, "displacement at successive times")
+        .row(430.0, vec![Cell::from(chart).legend(legend)])
+        .bar(Some(Bar { range, label, colour: |s| viridis(0.92 * s), white: None }))
 }

@@ -4,6 +4,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use plotters::prelude::*;
 
@@ -11,7 +12,7 @@ use super::scaled::{Magnified, Place, label, side_by_side, significant};
 use crate::fem::shape;
 use crate::mesh::point::{cross, dot, unit};
 use crate::mesh::{ElementKind, Point};
-use crate::report::figure::{Area, Drawn, FigureError, colour_bar, line, px, range, text, viridis};
+use crate::report::figure::{Area, Bar, Drawn, FigureError, Sheet, line, px, range, text, viridis};
 use crate::store::Stored;
 
 /// What carries no pressure.
@@ -303,21 +304,21 @@ fn divided(corners: &[Point], values: &[f64], carries: bool) -> Vec<(Vec<Point>,
 }
 
 /// States side by side in one or two rows.
-pub(super) fn solid_shapes(
-    stored: &Stored,
+pub(super) fn solid_shapes<'s>(
+    stored: &'s Stored,
     of: &[usize],
     rows: &[usize],
-) -> Result<String, FigureError> {
-    let scene = Scene::of(stored, of);
+) -> Result<Sheet<'s>, FigureError> {
+    let scene = Arc::new(Scene::of(stored, of));
     if scene.faces.is_empty() {
         return Err(FigureError::Empty("the mesh has no surface"));
     }
     let (x, y) = (scene.extent(of, 0), scene.extent(of, 1));
     let words =
         format!("deformed surface, displacements × {}", significant(scene.magnified.factor));
-    let bar = |bar: &Area| match scene.largest > 0.0 {
-        true => colour_bar(bar, 0.0..scene.largest, "pressure", viridis),
-        false => Ok(()),
-    };
-    side_by_side(stored, &words, rows, (&x, &y), |panel, r| scene.draw(panel, r, &x, &y), bar)
+    let (range, label) = (0.0..scene.largest, "pressure".to_owned());
+    let bar = (scene.largest > 0.0).then_some(Bar { range, label, colour: viridis, white: None });
+    let extent = (x.clone(), y.clone());
+    let draw = move |panel: &Area, r| scene.draw(panel, r, &extent.0, &extent.1);
+    Ok(side_by_side(stored, &words, rows, (&x, &y), draw, bar))
 }

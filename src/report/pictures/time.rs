@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use plotters::prelude::*;
-
-use crate::report::figure::{Area, Chart, Drawn, FigureError, Ground, SHADE, panel_with};
+use crate::report::figure::{Axis, Chart, SHADE};
 use crate::store::Stored;
 
 /// From the first to the last stored state.
@@ -35,26 +33,12 @@ fn contact_intervals(stored: &Stored) -> Vec<(f64, f64)> {
     intervals
 }
 
-/// Shade the intervals of contact.
-fn shade(chart: &mut Chart, stored: &Stored, y: &Range<f64>) -> Drawn {
-    for (a, b) in contact_intervals(stored) {
-        chart
-            .draw_series(std::iter::once(Rectangle::new(
-                [(a, y.start), (b, y.end)],
-                SHADE.filled(),
-            )))
-            .map_err(FigureError::draw)?;
-    }
-    Ok(())
-}
-
-/// A panel over time, contact shaded.
-pub(super) fn over_time<'a, 'b>(
-    area: &'a Area<'b>,
-    stored: &Stored,
-    y: Range<f64>,
-    labels: (&str, &str),
-) -> Result<Chart<'a, 'b>, FigureError> {
-    let under = |c: &mut Chart<'_, '_>| shade(c, stored, &y);
-    panel_with(area, time_range(stored), y.clone(), labels.0, labels.1, Ground::Grid, under)
+/// A chart over time, contact shaded.
+pub(super) fn over_time(stored: &Stored, y: Range<f64>, labels: (&str, &str)) -> Chart {
+    let (low, high) = (y.start, y.end);
+    let shade = |(a, b)| ([(a, low), (b, high)], SHADE);
+    let mut chart =
+        Chart::new(Axis::linear(labels.0, time_range(stored)), Axis::linear(labels.1, y));
+    chart.ground(contact_intervals(stored).into_iter().map(shade).collect());
+    chart
 }
