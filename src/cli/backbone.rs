@@ -1,7 +1,6 @@
 //! `signorini backbone`
 
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
@@ -10,7 +9,7 @@ use signorini::contact::{State, States};
 use signorini::continuation::Options;
 use signorini::families::bar;
 use signorini::families::conservative;
-use signorini::families::follow::{self, Take, Task};
+use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
@@ -26,7 +25,8 @@ use signorini::scenario::{Issue, Scene};
 use signorini::store::FamilyPlan;
 
 use super::balance::{self, Choice};
-use super::family::{self, Job, Output};
+use super::family::{self, Carried, Job, Output};
+use super::task::{Files, Task, Work};
 use super::{Answer, CliError, Global, load, plain, viscous};
 
 /// Arguments of `backbone`.
@@ -136,9 +136,9 @@ impl Arguments {
     }
 
     /// What is asked for of a scene, if it makes sense.
-    fn request<'s>(&self, scene: &'s Scene, problem: &'s Problem) -> Result<Request<'s>, CliError> {
+    fn request(&self, scene: &Scene, problem: Problem) -> Result<Request, CliError> {
         let near = match &self.conservative_from {
-            Some(path) => viscous::orbits_of(path, problem)?,
+            Some(path) => viscous::orbits_of(path, &problem)?,
             None => vec![],
         };
         let range = match &near[..] {
@@ -158,9 +158,10 @@ impl Arguments {
         }
         let on_grid = self.follow == Follow::Sequential && !self.viscous.viscous;
         choice.bar(scene, &problem.system, on_grid && near.is_empty())?;
-        let viscosity = self.viscosity(scene, problem)?;
+        let viscosity = self.viscosity(scene, &problem)?;
         let walk = self.walk(scene, range)?;
         let points = if near.is_empty() { self.points } else { near.len() };
+        let scene = scene.clone();
         Ok(Request { scene, problem, range, choice, walk, points, viscosity, near })
     }
 
@@ -175,9 +176,9 @@ impl Arguments {
 }
 
 /// What is asked for, checked.
-struct Request<'s> {
-    scene: &'s Scene,
-    problem: &'s Problem,
+pub(crate) struct Request {
+    scene: Scene,
+    problem: Problem,
     range: (f64, f64),
     choice: Choice,
     walk: Walk,
@@ -203,11 +204,11 @@ enum Piece {
     SeriesAlong(usize, Direction),
 }
 
-impl Request<'_> {
+impl Request {
     /// Refuse what the body of the scene cannot do; how its orbits close.
     fn closure(&self) -> Result<Closure, CliError> {
         let (low, high) = self.range;
-        [low, high].into_iter().try_for_each(|w| family::check_frequency(self.problem, w))?;
+        [low, high].into_iter().try_for_each(|w| family::check_frequency(&self.problem, w))?;
         let closure = self.kind()?;
         if self.walk == Walk::Given && closure != Closure::Reversible {
             let message =
@@ -226,7 +227,7 @@ impl Request<'_> {
     fn kind(&self) -> Result<Closure, CliError> {
         match &self.viscosity {
             Some(v) => Ok(viscous::closure(v)),
-            None => Ok(start::closure(self.scene, self.problem)?),
+            None => Ok(start::closure(&self.scene, &self.problem)?),
         }
     }
 
@@ -239,12 +240,12 @@ impl Request<'_> {
         }
     }
 
-    fn plan(&self, problem: &Problem) -> FamilyPlan {
+    fn plan(&self) -> FamilyPlan {
         FamilyPlan {
             identity: FamilyKind {
                 method: self.method(),
                 walk: self.walk,
-                problem: fingerprint(self.scene, problem)
+                problem: fingerprint(&self.scene, &self.problem)
                     ^ match &self.near[..] {
                         [] => 0,
                         points => conservative::fingerprint(points),
@@ -297,13 +298,13 @@ impl Request<'_> {
     ) -> Result<BranchEnd, CliError> {
         let Choice { harmonics, settings, .. } = &self.choice;
         let (omega, options) = self.options();
-        let task = Task { index, known, options: &options, points_suffice: true };
+        let task = BranchTask { index, known, options: &options, points_suffice: true };
         Ok(match piece {
             Piece::OrbitsOnGrid(stretch) => {
                 let (mut body, closure, initial) = self.shooting()?;
                 let known = known.branch(0);
                 let guesses = |body: &Propagator, omega: f64| {
-                    start::guesses(self.scene, &initial, body, closure, omega)
+                    start::guesses(&self.scene, &initial, body, closure, omega)
                 };
                 sequence::orbits(&mut body, closure, &guesses, *stretch, &known, take)?
             }
@@ -314,12 +315,12 @@ impl Request<'_> {
             Piece::SeriesOnGrid(stretch) => {
                 let what = (&harmonics[..], settings);
                 let system = &self.problem.system;
-                if let Some(bar) = self.choice.bar(self.scene, system, true)? {
+                if let Some(bar) = self.choice.bar(&self.scene, system, true)? {
                     let series = bar::series((&bar, system), what.0, *stretch, &known.all(), take);
                     return Ok(series?);
                 }
                 if let Some(Viscosity { pin, .. }) = &self.viscosity {
-                    let mut body = self.choice.viscous_body(self.problem, *pin)?;
+                    let mut body = self.choice.viscous_body(&self.problem, *pin)?;
                     return Ok(sequence::viscous_series(
                         &mut body,
                         what,
@@ -328,12 +329,12 @@ impl Request<'_> {
                         take,
                     )?);
                 }
-                let mut body = self.choice.body(self.scene)?;
+                let mut body = self.choice.body(&self.scene)?;
                 sequence::series(&mut body, what, *stretch, &known.all(), take)?
             }
             Piece::OrbitsAlong(direction) => {
                 let (mut body, closure, initial) = self.shooting()?;
-                let guesses = start::guesses(self.scene, &initial, &body, closure, omega);
+                let guesses = start::guesses(&self.scene, &initial, &body, closure, omega);
                 let start = |body: &mut Propagator| {
                     let orbit = follow::first_orbit(body, closure, &guesses, omega)?;
                     Ok(Ok(Start::Orbit(Box::new(orbit), direction.sign())))
@@ -343,10 +344,10 @@ impl Request<'_> {
             Piece::SeriesAlong(n_h, direction) => {
                 let what = (*n_h, omega, direction.sign());
                 if let Some(Viscosity { pin, .. }) = &self.viscosity {
-                    let mut body = self.choice.viscous_body(self.problem, *pin)?;
+                    let mut body = self.choice.viscous_body(&self.problem, *pin)?;
                     return Ok(follow::viscous_series(&mut body, what, task, take)?);
                 }
-                let mut body = self.choice.body(self.scene)?;
+                let mut body = self.choice.body(&self.scene)?;
                 follow::series(&mut body, what, task, take)?
             }
         })
@@ -392,59 +393,74 @@ fn warn_below_first_mode(
     Ok(())
 }
 
-/// Follow a family of orbits.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let begun = Instant::now();
-    let scene = global.scene(&arguments.scene)?;
-    let path = arguments.output.path(&scene, "backbone");
-    let read: Vec<&Path> = arguments.conservative_from.iter().map(|p| p.as_path()).collect();
-    let options = arguments.output.rules(global, &scene, &path, arguments.resume, &read)?;
-    let problem = load::warned(&scene, global)?;
-    let request = arguments.request(&scene, &problem)?;
-    let closure = request.closure()?;
-    if let Some(viscosity) = &request.viscosity {
-        viscous::warn(global, viscosity, problem.system.n_o(), scene.reduction.is_some());
-    } else if request.near.is_empty()
-        && matches!(closure, Closure::Reversible | Closure::Autonomous)
-    {
-        warn_below_first_mode(global, &problem, request.range)?;
+impl Task for Arguments {
+    type Plan = (Request, Closure);
+    type Found = Carried;
+
+    fn files(&self) -> Files<'_> {
+        let read = self.conservative_from.iter().map(|p| p.as_path()).collect();
+        Files { scene: &self.scene, read, force: self.output.force, resume: self.resume }
     }
-    let shooting = !request.choice.is_balance();
-    let asked = Asked {
-        path: &path,
-        scene: &scene,
-        system: &problem.system,
-        plan: request.plan(&problem),
-        points: request.points,
-        unknowns: shooting.then(|| closure.sizes(problem.system.n_o())),
-        options,
-    };
-    let mut carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
-        // a grid that was widened counts from where it began
-        let pieces = request.pieces(writer.plan().identity.walk);
-        let job = |piece| -> Job {
-            let request = &request;
-            Box::new(move |take| request.compute(piece, known, take))
-        };
-        let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
-        family::run_jobs(global, &jobs, writer, &problem.system, request.range, bar)
-    })?;
-    if let Some(viscosity) = request.viscosity.as_ref().filter(|_| shooting) {
-        let fresh = carried.stored.points.len() > carried.resumed;
-        if !arguments.quick && (fresh || carried.stored.statement.is_none()) {
-            let judged = Judged {
-                scene: &scene,
-                problem: &problem,
-                viscosity,
-                points: &carried.stored.points,
-            };
-            carried.stored.statement = viscous::state(global, &judged, &path, &asked.options)?;
+
+    fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        Ok(self.output.path(scene, "backbone"))
+    }
+
+    fn plan(&self, work: &mut Work) -> Result<Self::Plan, CliError> {
+        let problem = load::warned(&work.scene, work.global)?;
+        let request = self.request(&work.scene, problem)?;
+        let closure = request.closure()?;
+        let Request { viscosity, near, problem, range, .. } = &request;
+        if let Some(viscosity) = viscosity {
+            let is_reduced = work.scene.reduction.is_some();
+            viscous::warn(work.global, viscosity, problem.system.n_o(), is_reduced);
+        } else if near.is_empty() && matches!(closure, Closure::Reversible | Closure::Autonomous) {
+            warn_below_first_mode(work.global, problem, *range)?;
         }
+        Ok((request, closure))
     }
-    let answer = family::answer(global, &scene, &carried, &path, begun.elapsed().as_secs_f64());
-    // near viscous orbits there need not be any
-    if request.near.is_empty() && carried.stored.points.iter().all(|p| p.orbit.is_none()) {
-        return Ok(answer.failed("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`"));
+
+    fn carry_out(&self, work: &Work, plan: &mut Self::Plan) -> Result<Carried, CliError> {
+        let (request, closure) = &*plan;
+        let system = &request.problem.system;
+        let shooting = !request.choice.is_balance();
+        let asked = Asked {
+            path: &work.path,
+            scene: &work.scene,
+            system,
+            plan: request.plan(),
+            points: request.points,
+            unknowns: shooting.then(|| closure.sizes(system.n_o())),
+            options: work.options.clone(),
+        };
+        let mut carried =
+            family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
+                // a grid that was widened counts from where it began
+                let pieces = request.pieces(writer.plan().identity.walk);
+                let job =
+                    |piece| -> Job { Box::new(move |take| request.compute(piece, known, take)) };
+                let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
+                family::run_jobs(work.global, &jobs, writer, system, request.range, bar)
+            })?;
+        if let Some(viscosity) = request.viscosity.as_ref().filter(|_| shooting) {
+            let fresh = carried.stored.points.len() > carried.resumed;
+            if !self.quick && (fresh || carried.stored.statement.is_none()) {
+                let (scene, problem) = (&work.scene, &request.problem);
+                let judged = Judged { scene, problem, viscosity, points: &carried.stored.points };
+                carried.stored.statement =
+                    viscous::state(work.global, &judged, &work.path, &work.options)?;
+            }
+        }
+        Ok(carried)
     }
-    Ok(answer)
+
+    fn say(&self, work: &Work, plan: &Self::Plan, carried: Carried) -> Result<Answer, CliError> {
+        let answer = family::answer(work, &carried);
+        // near viscous orbits there need not be any
+        let is_empty = carried.stored.points.iter().all(|p| p.orbit.is_none());
+        Ok(match plan.0.near.is_empty() && is_empty {
+            true => answer.failed("no orbit was found; give a better [initial] guess, or look with `signorini orbit --all`"),
+            false => answer,
+        })
+    }
 }

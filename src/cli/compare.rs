@@ -21,6 +21,7 @@ use signorini::store::{ComparisonWriter, Outputs, beside, read_comparison, repla
 
 use super::caller::Caller;
 use super::progress::Bar;
+use super::task::{self, Files, Work};
 use super::{Answer, CliError, Global, family, load, plain, resources};
 
 /// Arguments of `compare`.
@@ -255,92 +256,144 @@ impl Keeper<'_> {
     }
 }
 
-/// Compute, write, tell.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let scene = global.scene(&arguments.scene)?;
-    let compared = arguments.compared();
-    let mut plan = Plan::new(&scene, compared, arguments.request()?)?;
-    if let Some(reference) = arguments.reference(&plan)? {
-        plan.reference = reference;
-    }
-    let stem = arguments.stem(&scene)?;
-    let path = beside(&stem, ".h5");
-    let files: Vec<&Path> = match &plan.reference {
-        Named::File(path) => vec![path],
-        _ => vec![],
-    };
-    let (force, resume) = (arguments.force, arguments.resume);
-    let options = family::writer_options(global, &scene, &path, (force, resume), &files)?;
-    let derived = options.outputs.with_force(force || resume);
-    for ending in [".csv", ".svg", ".png"] {
-        derived.check_derived(&beside(&stem, ending))?;
-    }
-    let (refused, failed) = (Cell::new(false), Cell::new(false));
-    let omega = plan.omega.clone();
-    let set_up = |scene: &Scene| {
-        within_limits(scene, compared, &omega).map_err(|e| {
+/// What is asked for, checked.
+pub(crate) struct Asked {
+    plan: Plan,
+    /// The beginning of the files' names.
+    stem: PathBuf,
+    /// What may be written beside.
+    derived: Outputs,
+    /// Rows of an earlier comparison.
+    known: Vec<Row>,
+    /// What the files that are read amount to.
+    identity: String,
+}
+
+/// A comparison, and whether a scene was refused, and whether one failed otherwise.
+pub(crate) struct Rows {
+    comparison: Comparison,
+    refused: bool,
+    failed: bool,
+}
+
+/// Sets problems up, and notes how that went wrong.
+#[derive(Default)]
+struct SetUp {
+    refused: Cell<bool>,
+    failed: Cell<bool>,
+}
+
+impl SetUp {
+    fn problem(&self, scene: &Scene, compared: Compared, omega: &[f64]) -> Result<Problem, String> {
+        within_limits(scene, compared, omega).map_err(|e| {
             let is_input = matches!(e, CliError::Scene(_) | CliError::Input(_));
-            if is_input { &refused } else { &failed }.set(true);
+            if is_input { &self.refused } else { &self.failed }.set(true);
             e.text()
         })
-    };
-    // the scene as it is says whether files are those of an earlier comparison
-    let own = load::of_scene(&scene).map(|p| fingerprint(&scene, &p)).unwrap_or_default();
-    let identity = format!("{own:016x} {:08x}", checksum(&plan.reference));
-    if compared == Compared::Viscous {
-        plan.beta = Some(orbits::common_beta(&plan, &set_up).map_err(CliError::Input)?);
     }
-    signorini::compare::reference::check_file(&plan).map_err(CliError::Input)?;
-    let known = match resume && path.exists() {
-        true => known_rows(&path, &plan, &identity)?,
-        false => vec![],
-    };
-    global.caller.watch();
-    let mut comparison = outline(&plan, footer(compared));
-    comparison.rows.clone_from(&known);
-    let mut keeper = Keeper {
-        comparison,
-        writer: ComparisonWriter::begin(&path, &scene, &options, (resume, identity))?,
-        written: Instant::now(),
-        bar: Bar::new(global, &scene),
-        failed: None,
-        plan: &plan,
-        caller: &global.caller,
-    };
-    let means = Means { set_up: &set_up, stop: &|| global.caller.signal().is_some() };
-    let done = rows(&plan, means, &known, &mut |row, share, what| keeper.take(row, share, what));
-    if let Some(bar) = &keeper.bar {
-        bar.clear();
+}
+
+impl task::Task for Arguments {
+    type Plan = Asked;
+    type Found = Rows;
+
+    fn files(&self) -> Files<'_> {
+        let reference = self.reference.as_ref().map(Path::new).filter(|path| path.exists());
+        let read = reference.into_iter().collect();
+        Files { scene: &self.scene, read, force: self.force, resume: self.resume }
     }
-    done.map_err(|e| match e {
-        CompareError::Scene(e) => e.into(),
-        CompareError::Reference { .. } => CliError::Input(e.to_string()),
-    })?;
-    let signal = global.caller.signal().filter(|_| !is_whole(&keeper.comparison, &plan));
-    keeper.write(&if signal.is_some() { Status::Interrupted } else { Status::Complete });
-    if let Some(e) = keeper.failed {
-        return Err(e);
+
+    fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        Ok(beside(&self.stem(scene)?, ".h5"))
     }
-    if let Some(signal) = signal {
-        let text = format!(
-            "interrupted; {} rows are in {}: go on with the same command and --resume",
-            keeper.comparison.rows.len(),
-            path.display()
-        );
-        return Err(CliError::Interrupted(signal, text));
+
+    fn plan(&self, work: &mut Work) -> Result<Asked, CliError> {
+        let (scene, compared) = (&work.scene, self.compared());
+        let mut plan = Plan::new(scene, compared, self.request()?)?;
+        if let Some(reference) = self.reference(&plan)? {
+            plan.reference = reference;
+        }
+        let stem = self.stem(scene)?;
+        let derived = work.options.outputs.with_force(self.force || self.resume);
+        for ending in [".csv", ".svg", ".png"] {
+            derived.check_derived(&beside(&stem, ending))?;
+        }
+        // the scene as it is says whether files are those of an earlier comparison
+        let own = load::of_scene(scene).map(|p| fingerprint(scene, &p)).unwrap_or_default();
+        let identity = format!("{own:016x} {:08x}", checksum(&plan.reference));
+        if compared == Compared::Viscous {
+            let set_up = SetUp::default();
+            let omega = plan.omega.clone();
+            let problem = |scene: &Scene| set_up.problem(scene, compared, &omega);
+            plan.beta = Some(orbits::common_beta(&plan, &problem).map_err(CliError::Input)?);
+        }
+        signorini::compare::reference::check_file(&plan).map_err(CliError::Input)?;
+        let known = match work.resume && work.path.exists() {
+            true => known_rows(&work.path, &plan, &identity)?,
+            false => vec![],
+        };
+        Ok(Asked { plan, stem, derived, known, identity })
     }
-    let comparison = keeper.comparison;
-    let answer = tell(global, &comparison, (&stem, path), &derived, known.len())?;
-    // where nothing could be computed, that is what is to be said
-    let is_empty = |r: &Row| !r.note.is_empty() && r.get(Quantity::Unknowns).is_nan();
-    if !comparison.rows.iter().all(is_empty) {
-        return Ok(answer);
+
+    fn carry_out(&self, work: &Work, asked: &mut Asked) -> Result<Rows, CliError> {
+        let Work { global, scene, path, options, resume, .. } = work;
+        let Asked { plan, known, identity, .. } = &*asked;
+        let set_up = SetUp::default();
+        let problem = |scene: &Scene| set_up.problem(scene, plan.compared, &plan.omega);
+        global.caller.watch();
+        let mut comparison = outline(plan, footer(plan.compared));
+        comparison.rows.clone_from(known);
+        let mut keeper = Keeper {
+            comparison,
+            writer: ComparisonWriter::begin(path, scene, options, (*resume, identity.clone()))?,
+            written: Instant::now(),
+            bar: Bar::new(global, scene),
+            failed: None,
+            plan,
+            caller: &global.caller,
+        };
+        let means = Means { set_up: &problem, stop: &|| global.caller.signal().is_some() };
+        let done = rows(plan, means, known, &mut |row, share, what| keeper.take(row, share, what));
+        if let Some(bar) = &keeper.bar {
+            bar.clear();
+        }
+        done.map_err(|e| match e {
+            CompareError::Scene(e) => e.into(),
+            CompareError::Reference { .. } => CliError::Input(e.to_string()),
+        })?;
+        let signal = global.caller.signal().filter(|_| !is_whole(&keeper.comparison, plan));
+        keeper.write(&if signal.is_some() { Status::Interrupted } else { Status::Complete });
+        if let Some(e) = keeper.failed {
+            return Err(e);
+        }
+        if let Some(signal) = signal {
+            let text = format!(
+                "interrupted; {} rows are in {}: go on with the same command and --resume",
+                keeper.comparison.rows.len(),
+                path.display()
+            );
+            return Err(CliError::Interrupted(signal, text));
+        }
+        let (refused, failed) = (set_up.refused.get(), set_up.failed.get());
+        Ok(Rows { comparison: keeper.comparison, refused, failed })
     }
-    let first = comparison.rows.first().map_or("", |r| r.note.as_str());
-    let text = format!("no row could be computed: {first}");
-    match refused.get() && !failed.get() {
-        true => Err(CliError::Input(text)),
-        false => Ok(answer.failed(text)),
+
+    fn say(&self, work: &Work, asked: &Asked, found: Rows) -> Result<Answer, CliError> {
+        let Asked { stem, derived, known, .. } = asked;
+        let Rows { comparison, refused, failed } = found;
+        let files = (stem.as_path(), work.path.clone());
+        let answer = tell(work.global, &comparison, files, derived, known.len())?;
+        // where nothing could be computed, that is what is to be said
+        let is_empty = |r: &Row| !r.note.is_empty() && r.get(Quantity::Unknowns).is_nan();
+        if !comparison.rows.iter().all(is_empty) {
+            return Ok(answer);
+        }
+        let first = comparison.rows.first().map_or("", |r| r.note.as_str());
+        let text = format!("no row could be computed: {first}");
+        match refused && !failed {
+            true => Err(CliError::Input(text)),
+            false => Ok(answer.failed(text)),
+        }
     }
 }
 

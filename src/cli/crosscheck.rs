@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
-use std::time::Instant;
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -26,8 +25,9 @@ use signorini::store::{
     read_origin, read_series,
 };
 
-use super::family::{self, Output};
+use super::family::{self, Carried, Output};
 use super::progress::Bar;
+use super::task::{Files, Task, Work};
 use super::{Answer, CliError, Global, load, plain, viscous};
 
 /// Arguments of `crosscheck`.
@@ -100,50 +100,78 @@ impl Arguments {
 /// Displacements of a series over the scene's unit of length: beyond, the units are others.
 const LARGEST: f64 = 1e6;
 
-/// Check every point in time, and shoot from it.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let begun = Instant::now();
-    let scene = global.scene(&arguments.scene)?;
-    family::check_full(&scene, "a cross-check")?;
-    let path = arguments.output.path(&scene, "crosscheck");
-    let options =
-        arguments.output.rules(global, &scene, &path, arguments.resume, &[&arguments.backbone])?;
-    let problem = load::of_scene(&scene)?;
-    let series = read(arguments, problem.system.n_o())?;
-    let own = StoredFamily::read(&arguments.backbone).ok().filter(|f| !f.scene.is_empty());
-    let known = own.as_ref().and_then(|f| f.identity.method.viscosity());
-    let closure = arguments.closure(&scene, &problem, &series, known)?;
-    if own.is_some_and(|f| f.scene != scene.source.text) {
-        global.caller.warn(&format!(
-            "{} was made from another scene than {}; if it is another body, the verdicts mean nothing",
-            arguments.backbone.display(),
-            scene.source.file.display()
-        ));
+/// What is asked for, checked.
+pub(crate) struct Request {
+    problem: Problem,
+    series: Vec<SeriesRecord>,
+    closure: Closure,
+    /// Numbers of harmonics, ascending.
+    harmonics: Vec<usize>,
+}
+
+impl Task for Arguments {
+    type Plan = Request;
+    type Found = Carried;
+
+    fn files(&self) -> Files<'_> {
+        let (read, force) = (vec![self.backbone.as_path()], self.output.force);
+        Files { scene: &self.scene, read, force, resume: self.resume }
     }
-    check_units(arguments, &problem, &series)?;
-    let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
-    harmonics.sort_unstable();
-    harmonics.dedup();
-    let asked = Asked {
-        path: &path,
-        scene: &scene,
-        system: &problem.system,
-        plan: plan(arguments, (&scene, &problem), (&series, closure), &harmonics),
-        points: series.len(),
-        unknowns: None,
-        options,
-    };
-    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
-        let done: BTreeSet<i64> = known.points().iter().map(|p| p.index).collect();
-        let left: Vec<usize> = (0..series.len()).filter(|k| !done.contains(&(*k as i64))).collect();
-        let branch = |n_h: usize| harmonics.iter().position(|n| *n == n_h).unwrap_or(0);
-        let what = (closure, &series[..], &left[..]);
-        check_all((arguments, global), &scene, what, (writer, &problem.system), branch, bar)
-    })?;
-    let rows: Vec<CheckRow> = carried.stored.points.into_iter().filter_map(|p| p.check).collect();
-    let (resumed, wall) = (carried.resumed, begun.elapsed().as_secs_f64());
-    let text = || to_text(&scene, &rows, &path, wall);
-    Ok(global.answer(|| to_json(&rows, &path, resumed, wall), text))
+
+    fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        family::check_full(scene, "a cross-check")?;
+        Ok(self.output.path(scene, "crosscheck"))
+    }
+
+    fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
+        let scene = &work.scene;
+        let problem = load::of_scene(scene)?;
+        let series = read(self, problem.system.n_o())?;
+        let own = StoredFamily::read(&self.backbone).ok().filter(|f| !f.scene.is_empty());
+        let known = own.as_ref().and_then(|f| f.identity.method.viscosity());
+        let closure = self.closure(scene, &problem, &series, known)?;
+        if own.is_some_and(|f| f.scene != scene.source.text) {
+            work.global.caller.warn(&format!(
+                "{} was made from another scene than {}; if it is another body, the verdicts mean nothing",
+                self.backbone.display(),
+                scene.source.file.display()
+            ));
+        }
+        check_units(self, &problem, &series)?;
+        let mut harmonics: Vec<usize> = series.iter().map(|s| s.n_h).collect();
+        harmonics.sort_unstable();
+        harmonics.dedup();
+        Ok(Request { problem, series, closure, harmonics })
+    }
+
+    fn carry_out(&self, work: &Work, plan: &mut Request) -> Result<Carried, CliError> {
+        let Request { problem, series, closure, harmonics } = &*plan;
+        let asked = Asked {
+            path: &work.path,
+            scene: &work.scene,
+            system: &problem.system,
+            plan: family_plan(self, (&work.scene, problem), (series, *closure), harmonics),
+            points: series.len(),
+            unknowns: None,
+            options: work.options.clone(),
+        };
+        family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
+            let done: BTreeSet<i64> = known.points().iter().map(|p| p.index).collect();
+            let left: Vec<usize> =
+                (0..series.len()).filter(|k| !done.contains(&(*k as i64))).collect();
+            let branch = |n_h: usize| harmonics.iter().position(|n| *n == n_h).unwrap_or(0);
+            let (what, into) = ((*closure, &series[..], &left[..]), (writer, &problem.system));
+            check_all((self, work.global), &work.scene, what, into, branch, bar)
+        })
+    }
+
+    fn say(&self, work: &Work, _: &Request, carried: Carried) -> Result<Answer, CliError> {
+        let rows: Vec<CheckRow> =
+            carried.stored.points.into_iter().filter_map(|p| p.check).collect();
+        let (resumed, wall) = (carried.resumed, work.wall());
+        let text = || to_text(&work.scene, &rows, &work.path, wall);
+        Ok(work.global.answer(|| to_json(&rows, &work.path, resumed, wall), text))
+    }
 }
 
 /// Refuse series that are not in the scene's units, or of frequencies that its body has not.
@@ -173,7 +201,7 @@ fn check_units(
     Ok(())
 }
 
-fn plan(
+fn family_plan(
     arguments: &Arguments,
     (scene, problem): (&Scene, &Problem),
     (series, closure): (&[SeriesRecord], Closure),

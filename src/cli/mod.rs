@@ -30,6 +30,7 @@ mod response;
 mod run;
 mod schema;
 mod study;
+mod task;
 mod validate;
 mod view;
 mod viscous;
@@ -126,18 +127,18 @@ fn on_threads<T: Send>(n: usize, alone: bool, f: impl FnOnce() -> T + Send) -> R
 fn dispatch(cli: &Cli) -> Result<Answer, CliError> {
     let global = &cli.global;
     match &cli.command {
-        Command::Run(a) => run::run(a, global),
+        Command::Run(a) => task::run(a, global),
         Command::Modes(a) => modes::run(a, global),
         Command::Orbit(a) => orbit::run(a, global),
-        Command::Backbone(a) => backbone::run(a, global),
-        Command::Response(a) => response::run(a, global),
-        Command::Crosscheck(a) => crosscheck::run(a, global),
+        Command::Backbone(a) => task::run(a, global),
+        Command::Response(a) => task::run(a, global),
+        Command::Crosscheck(a) => task::run(a, global),
         Command::Plot(a) => plot::run(a, global),
         Command::View(a) => view::run(a, global),
         Command::Export(a) => export::run(a, global),
         Command::Inspect(a) => inspect::run(a, global),
         Command::Precision(a) => precision::run(a, global),
-        Command::Compare(a) => compare::run(a, global),
+        Command::Compare(a) => task::run(a, global),
         Command::Study(a) => study::run(a, global),
         Command::Validate(a) => validate::run(a, global),
         Command::New(a) => new::run(a, global),

@@ -1,13 +1,12 @@
 //! `signorini response`
 
 use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Args;
 
 use signorini::continuation::Options;
 use signorini::families::doubling::{self, Doubling};
-use signorini::families::follow::{self, Take, Task};
+use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::{Asked, FamilyError, Known, start};
 use signorini::orbit::along::Start;
@@ -22,9 +21,10 @@ use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Choice};
 use super::doublings;
-use super::family::{self, Job, Output};
+use super::family::{self, Carried, Job, Output};
 use super::ratios::with_ratios;
-use super::{Answer, CliError, Global, load, plain};
+use super::task::{Files, Task, Work};
+use super::{Answer, CliError, load, plain};
 
 /// Arguments of `response`.
 #[derive(Debug, Args)]
@@ -110,7 +110,7 @@ impl Arguments {
 }
 
 /// What is asked for, checked.
-struct Request {
+pub(crate) struct Request {
     /// The scene with each damping ratio in percent.
     scenes: Vec<(Option<f64>, Scene)>,
     /// The response whose period doublings are asked for.
@@ -197,7 +197,7 @@ impl Request {
         let scene = &self.scenes[piece.scene].1;
         let range = self.options.range;
         let (Some((n_h, direction)), Some(grid)) = (piece.series, grid) else {
-            let task = Task { index, known, options: &self.options, points_suffice: false };
+            let task = BranchTask { index, known, options: &self.options, points_suffice: false };
             let mut body = family::propagator(load::of_scene(scene)?.system)?;
             if let Some(doubling) = &piece.doubling {
                 let start = |body: &mut Propagator| doubling::start(body, doubling);
@@ -237,48 +237,64 @@ fn from_linear_response(
     })
 }
 
-/// Stable and unstable branches of the forced response, one for each damping ratio.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let begun = Instant::now();
-    let scene = global.scene(&arguments.scene)?;
-    let path = arguments.output.path(&scene, "response");
-    let options = arguments.output.rules(global, &scene, &path, arguments.resume, &[])?;
-    let mut request = arguments.request(&scene)?;
-    let problem = load::warned(&request.scenes[0].1, global)?;
-    request.check(&scene, &problem)?;
-    request.doublings = match request.simple.take() {
-        Some(simple) => Some(doublings::of_response(&simple, &request.scenes[0].1, &problem)?),
-        None => None,
-    };
-    let shooting = !request.choice.is_balance();
-    let asked = Asked {
-        path: &path,
-        scene: &scene,
-        system: &problem.system,
-        plan: request.plan(&problem),
-        points: arguments.points,
-        unknowns: shooting.then(|| Closure::FORCED.sizes(problem.system.n_o())),
-        options,
-    };
-    let carried = family::carry_out(global, &asked, arguments.resume, |writer, known, bar| {
-        // a grid that was widened counts from where it began
-        let grid = writer.plan().identity.walk.grid();
-        let pieces = request.pieces();
-        let job = |piece| -> Job {
-            let request = &request;
-            Box::new(move |take| request.compute(piece, grid, known, take))
+impl Task for Arguments {
+    type Plan = (Request, Problem);
+    type Found = Carried;
+
+    fn files(&self) -> Files<'_> {
+        let Output { force, .. } = self.output;
+        Files { scene: &self.scene, read: vec![], force, resume: self.resume }
+    }
+
+    fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        Ok(self.output.path(scene, "response"))
+    }
+
+    fn plan(&self, work: &mut Work) -> Result<Self::Plan, CliError> {
+        let mut request = self.request(&work.scene)?;
+        let problem = load::warned(&request.scenes[0].1, work.global)?;
+        request.check(&work.scene, &problem)?;
+        request.doublings = match request.simple.take() {
+            Some(simple) => Some(doublings::of_response(&simple, &request.scenes[0].1, &problem)?),
+            None => None,
         };
-        let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
-        family::run_jobs(global, &jobs, writer, &problem.system, request.options.range, bar)
-    })?;
-    let answer = family::answer(global, &scene, &carried, &path, begun.elapsed().as_secs_f64());
-    Ok(match carried.ends.iter().find(|e| !e.complete) {
-        None => answer,
-        Some(e) => answer.failed(format!(
-            "{}: {}; everything up to there is in {}",
-            carried.stored.branches[e.branch],
-            e.text,
-            path.display()
-        )),
-    })
+        Ok((request, problem))
+    }
+
+    fn carry_out(&self, work: &Work, plan: &mut Self::Plan) -> Result<Carried, CliError> {
+        let (request, problem) = &*plan;
+        let shooting = !request.choice.is_balance();
+        let asked = Asked {
+            path: &work.path,
+            scene: &work.scene,
+            system: &problem.system,
+            plan: request.plan(problem),
+            points: self.points,
+            unknowns: shooting.then(|| Closure::FORCED.sizes(problem.system.n_o())),
+            options: work.options.clone(),
+        };
+        family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
+            // a grid that was widened counts from where it began
+            let grid = writer.plan().identity.walk.grid();
+            let pieces = request.pieces();
+            let job =
+                |piece| -> Job { Box::new(move |take| request.compute(piece, grid, known, take)) };
+            let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
+            let range = request.options.range;
+            family::run_jobs(work.global, &jobs, writer, &problem.system, range, bar)
+        })
+    }
+
+    fn say(&self, work: &Work, _: &Self::Plan, carried: Carried) -> Result<Answer, CliError> {
+        let answer = family::answer(work, &carried);
+        Ok(match carried.ends.iter().find(|e| !e.complete) {
+            None => answer,
+            Some(e) => answer.failed(format!(
+                "{}: {}; everything up to there is in {}",
+                carried.stored.branches[e.branch],
+                e.text,
+                work.path.display()
+            )),
+        })
+    }
 }

@@ -19,7 +19,8 @@ use signorini::store::{Background, Kept, StoreError, Stored, Writer};
 
 use super::caller::Caller;
 use super::progress::Bar;
-use super::{Answer, CliError, Global, family, load, resources};
+use super::task::{Files, Task, Work};
+use super::{Answer, CliError, Global, load, resources};
 
 /// Arguments of `run`.
 #[derive(Debug, Args)]
@@ -85,63 +86,100 @@ impl Observer for Progress {
     }
 }
 
-/// Integrate and store.
-pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
-    let start = Instant::now();
-    let scene = global.scene(&arguments.scene)?;
-    let (_, until) = run_table(&scene)?;
-    let output =
-        arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.h5", scene.stem())));
-    let (force, resume) = (arguments.force, arguments.resume);
-    let mut options = family::writer_options(global, &scene, &output, (force, resume), &[])?;
-    let problem = load::of_scene(&scene)?;
-    // a file that is read at once and thrown away is not gone on with
-    let id = if options.is_scratch { 0 } else { fingerprint(&scene, &problem) };
-    if resume && output.exists() && !Writer::is_interrupted(&output) {
-        if is_whole(&scene, id, &output)? {
-            Writer::tidy(&output);
-            return Ok(nothing_left(&output, global));
-        }
-        // cut off before its first checkpoint: there is nothing to lose
-        options.outputs = options.outputs.with_force(true);
+/// What is asked for, checked.
+pub(crate) struct Request {
+    problem: Problem,
+    until: f64,
+    /// Fingerprint of what is integrated; 0 where it is not gone on with.
+    id: u64,
+    /// The file holds it all.
+    is_whole: bool,
+}
+
+impl Task for Arguments {
+    type Plan = Request;
+    /// The report, what there is to say of it, and the time from which an interrupted run was gone on with; none: there was nothing to do.
+    type Found = Option<(Report, Value, Option<f64>)>;
+
+    fn files(&self) -> Files<'_> {
+        Files { scene: &self.scene, read: vec![], force: self.force, resume: self.resume }
     }
-    resources::check_run(global, &scene, &problem, until, &output)?;
-    global.caller.watch();
-    let (mut writer, resumed) = match resume && Writer::is_interrupted(&output) {
-        true => {
-            let system = &problem.system;
-            let (writer, resumed) =
-                Writer::resume(&output, &scene, system, &options, (id, global.json))?;
-            (writer, Some(resumed))
-        }
-        false => {
-            let kept = Kept::of_run(&scene, &problem.system);
-            (Writer::create(&output, &scene, (&problem.system, kept), &options)?, None)
-        }
-    };
-    writer.keep_checkpoints(id)?;
-    let from = resumed.as_ref().map(|r| r.checkpoint.t);
-    let (writer, bar) = (Background::new(writer), Bar::new(global, &scene));
-    let progress =
-        Progress { writer, bar, until, caller: global.caller.clone(), lists: global.json };
-    let verify = arguments.verify_lcp;
-    let (report, object) = integrate(&scene, &problem, verify, resumed, (progress, start))?;
-    if let (Outcome::Interrupted { t }, Some(signal)) = (&report.outcome, global.caller.signal()) {
-        let text = format!(
-            "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
-            summary::significant(*t, 7),
-            summary::significant(until, 7),
-            output.display()
-        );
-        return Err(CliError::Interrupted(signal, text));
+
+    fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
+        run_table(scene)?;
+        Ok(self.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.h5", scene.stem()))))
     }
-    let wall = start.elapsed().as_secs_f64();
-    let written = Written { output: &output, from, wall };
-    let answer = answer(global, &scene, &problem, (&report, object), &written);
-    Ok(match report.outcome.is_complete() {
-        true => answer,
-        false => answer.failed(ended_early(&report, problem.system.impact().is_some(), &output)),
-    })
+
+    fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
+        let (scene, output) = (&work.scene, &work.path);
+        let (_, until) = run_table(scene)?;
+        let problem = load::of_scene(scene)?;
+        // a file that is read at once and thrown away is not gone on with
+        let id = if work.options.is_scratch { 0 } else { fingerprint(scene, &problem) };
+        let stands = work.resume && output.exists() && !Writer::is_interrupted(output);
+        let is_whole = stands && is_whole(scene, id, output)?;
+        if stands && !is_whole {
+            // cut off before its first checkpoint: there is nothing to lose
+            work.options.outputs = work.options.outputs.with_force(true);
+        }
+        Ok(Request { problem, until, id, is_whole })
+    }
+
+    fn carry_out(&self, work: &Work, plan: &mut Request) -> Result<Self::Found, CliError> {
+        let Work { global, scene, path: output, .. } = work;
+        let Request { problem, until, id, is_whole } = &*plan;
+        if *is_whole {
+            Writer::tidy(output);
+            return Ok(None);
+        }
+        resources::check_run(global, scene, problem, *until, output)?;
+        global.caller.watch();
+        let system = &problem.system;
+        let (mut writer, resumed) = match work.resume && Writer::is_interrupted(output) {
+            true => {
+                let how = (*id, global.json);
+                let (writer, resumed) = Writer::resume(output, scene, system, &work.options, how)?;
+                (writer, Some(resumed))
+            }
+            false => {
+                let kept = Kept::of_run(scene, system);
+                (Writer::create(output, scene, (system, kept), &work.options)?, None)
+            }
+        };
+        writer.keep_checkpoints(*id)?;
+        let from = resumed.as_ref().map(|r| r.checkpoint.t);
+        let (writer, bar) = (Background::new(writer), Bar::new(global, scene));
+        let (caller, lists) = (global.caller.clone(), global.json);
+        let progress = Progress { writer, bar, until: *until, caller, lists };
+        let how = (progress, work.begun());
+        let (report, object) = integrate(scene, problem, self.verify_lcp, resumed, how)?;
+        if let (Outcome::Interrupted { t }, Some(signal)) =
+            (&report.outcome, global.caller.signal())
+        {
+            let text = format!(
+                "interrupted at t = {} of {}; everything up to there is in {}: go on with the same command and --resume",
+                summary::significant(*t, 7),
+                summary::significant(*until, 7),
+                output.display()
+            );
+            return Err(CliError::Interrupted(signal, text));
+        }
+        Ok(Some((report, object, from)))
+    }
+
+    fn say(&self, work: &Work, plan: &Request, found: Self::Found) -> Result<Answer, CliError> {
+        let Some((report, object, from)) = found else {
+            return Ok(nothing_left(&work.path, work.global));
+        };
+        let problem = &plan.problem;
+        let answer = answer(work, problem, (&report, object), from);
+        Ok(match report.outcome.is_complete() {
+            true => answer,
+            false => {
+                answer.failed(ended_early(&report, problem.system.impact().is_some(), &work.path))
+            }
+        })
+    }
 }
 
 /// Integrate from the start or from where an earlier run was interrupted, and end the file with how that went: the report, and what there is to say
@@ -197,24 +235,15 @@ fn integrate(
     Ok((report, object))
 }
 
-/// What there is to say of a file beside the report.
-struct Written<'p> {
-    output: &'p Path,
-    /// Time from which an interrupted run was gone on with.
-    from: Option<f64>,
-    /// Seconds that it took.
-    wall: f64,
-}
-
+/// What there is to say of a run; `from`: the time from which an interrupted one was gone on with.
 fn answer(
-    global: &Global,
-    scene: &Scene,
+    work: &Work,
     problem: &Problem,
     (report, object): (&Report, Value),
-    written: &Written,
+    from: Option<f64>,
 ) -> Answer {
-    let Written { output, from, wall } = *written;
-    global.answer(
+    let (scene, output, wall) = (&work.scene, &work.path, work.wall());
+    work.global.answer(
         || {
             let mut json = object;
             json["wall_s"] = wall.into();

@@ -12,7 +12,7 @@ use crate::records::{BranchEnd, EndReason, PlaceRecord, PointRecord};
 
 /// A branch to follow.
 #[derive(Clone, Copy)]
-pub struct Task<'a> {
+pub struct BranchTask<'a> {
     /// Its number in the family.
     pub index: usize,
     /// What an earlier run left of the family.
@@ -33,7 +33,7 @@ const NO_TANGENT: &str = "the first tangent could not be computed";
 pub fn orbits(
     body: &mut Propagator,
     closure: Closure,
-    task: Task,
+    task: BranchTask,
     start: impl FnOnce(&mut Propagator) -> Result<Result<Start, String>, FamilyError>,
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
@@ -73,7 +73,7 @@ pub(crate) fn first_orbit(
 pub fn series(
     body: &mut series_branch::Body,
     (n_h, omega, direction): (usize, f64, f64),
-    task: Task,
+    task: BranchTask,
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     if body.balanced.is_free() {
@@ -99,7 +99,7 @@ pub fn series(
 pub(crate) fn viscous_series(
     body: &mut fed::Body,
     (n_h, omega, direction): (usize, f64, f64),
-    task: Task,
+    task: BranchTask,
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     go_on(task, take, |place, options, take| {
@@ -125,11 +125,11 @@ type Followed = Result<Result<(String, EndReason), String>, FamilyError>;
 
 /// Go on along a branch: `follow` starts from the last place that is known (or from nothing) and hands its points on.
 fn go_on(
-    task: Task,
+    task: BranchTask,
     take: Take,
     follow: impl FnOnce(Option<&PlaceRecord>, &Options, Take) -> Followed,
 ) -> Result<BranchEnd, FamilyError> {
-    let Task { index, known, points_suffice, .. } = task;
+    let BranchTask { index, known, points_suffice, .. } = task;
     if let Some(end) = known.end(index) {
         return Ok(end.clone());
     }

@@ -5,9 +5,9 @@ mod jobs;
 mod plan;
 mod summary;
 
-pub(crate) use jobs::{Job, carry_out, conclude, run_jobs};
+pub(crate) use jobs::{Carried, Job, carry_out, conclude, run_jobs};
 pub use plan::{Output, omega, range};
 pub(crate) use plan::{
     at_least_one, check_frequency, check_full, propagator, round_number, writer_options,
 };
-pub use summary::answer;
+pub(crate) use summary::answer;

@@ -14,8 +14,9 @@ use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
 use super::jobs::Carried;
+use crate::cli::task::Work;
 use crate::cli::viscous::{CONSERVATIVE, MEANING, statement_json, statement_text};
-use crate::cli::{Answer, Global, title};
+use crate::cli::{Answer, title};
 
 /// Handed round a period, over the energy: beyond, a viscosity is no small change of the body.
 const MUCH: f64 = 0.5;
@@ -24,8 +25,10 @@ const MUCH: f64 = 0.5;
 const MOST: usize = 30;
 
 /// The text or the JSON of a family.
-pub fn answer(global: &Global, scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> Answer {
-    global.answer(|| to_json(carried, path, wall), || to_text(scene, carried, path, wall))
+pub fn answer(work: &Work, carried: &Carried) -> Answer {
+    let (path, wall) = (&work.path, work.wall());
+    let text = || to_text(&work.scene, carried, path, wall);
+    work.global.answer(|| to_json(carried, path, wall), text)
 }
 
 fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
