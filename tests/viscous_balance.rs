@@ -5,7 +5,7 @@ use signorini::continuation::{Go, Options, Stop};
 use signorini::hbm::modes::solve;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::viscous::Fed;
-use signorini::hbm::{Form, Reduction, Series, Viscous, fed, tongue};
+use signorini::hbm::{Form, Reduction, Series, Viscous, viscous_branch, viscous_mode};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::viscous::pinned_mode;
 use signorini::orbit::{Closure, Pin, Propagator};
@@ -104,13 +104,13 @@ fn the_derivative_is_that_of_the_residual() {
 fn folds_of_the_tongue_are_those_of_the_prototype() {
     let (mut viscous, _) = bodies(&half_plate(10, 3, CONDENSED));
     let start = viscous.from_mode(15, 1.87, &Settings::default()).unwrap().unwrap();
-    let mut body = fed::Body { viscous, shooter: None };
+    let mut body = viscous_mode::ViscousBody { viscous, shooter: None };
     let range = (1.86, 1.93);
     let options =
         Options { range, step: (0.005, 1e-8, 0.05), points: 600, locate: false, natural: false };
     let mut folds = vec![];
-    let start = tongue::Start::Solution(Box::new(start), 1.0);
-    let stop = tongue::arclength(&mut body, 15, start, &options, |p| {
+    let start = viscous_branch::Start::Solution(Box::new(start), 1.0);
+    let stop = viscous_branch::arclength(&mut body, 15, start, &options, |p| {
         folds.extend((p.special == PointKind::Fold).then_some(p.omega));
         Go::Continue(())
     });

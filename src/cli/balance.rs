@@ -4,9 +4,9 @@ use clap::{Args, ValueEnum};
 
 use signorini::contact::System;
 use signorini::hbm::bem::BarBalance;
-use signorini::hbm::branch::Body;
+use signorini::hbm::branch::BalancedBody;
 use signorini::hbm::newton::Settings;
-use signorini::hbm::{Form, Quadrature, Viscous, fed, prepare};
+use signorini::hbm::{Form, Quadrature, Viscous, prepare, viscous_mode};
 use signorini::orbit::Pin;
 use signorini::problem::Problem;
 use signorini::records::{Branch, PointMethod};
@@ -192,12 +192,19 @@ impl Choice {
     }
 
     /// A body for the harmonic balance of its viscous nonlinear mode, and for shooting if that is asked for.
-    pub(crate) fn viscous_body(&self, problem: &Problem, pin: Pin) -> Result<fed::Body, CliError> {
+    pub(crate) fn viscous_body(
+        &self,
+        problem: &Problem,
+        pin: Pin,
+    ) -> Result<viscous_mode::ViscousBody, CliError> {
         let shooter = match self.shoot {
             true => Some(family::propagator(problem.system.clone())?),
             false => None,
         };
-        Ok(fed::Body { viscous: Viscous::new(problem.system.clone(), pin)?, shooter })
+        Ok(viscous_mode::ViscousBody {
+            viscous: Viscous::new(problem.system.clone(), pin)?,
+            shooter,
+        })
     }
 
     /// How a point is computed, for the file.
@@ -226,7 +233,7 @@ impl Choice {
     }
 
     /// The body of a scene, ready for harmonic balance, and for shooting if that is asked for.
-    pub fn body(&self, scene: &Scene) -> Result<Body, CliError> {
+    pub fn body(&self, scene: &Scene) -> Result<BalancedBody, CliError> {
         let problem = load::of_scene(scene)?;
         let shooter = match self.shoot {
             true => Some(family::propagator(load::of_scene(scene)?.system)?),
@@ -237,6 +244,6 @@ impl Choice {
         let functions = interface.basis.len(harmonics);
         let sizes = (functions * interface.rank(), functions * interface.rank_in());
         resources::check_balance(scene, harmonics, sizes)?;
-        Ok(Body { balanced, shooter })
+        Ok(BalancedBody { balanced, shooter })
     }
 }

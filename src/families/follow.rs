@@ -4,7 +4,7 @@ use super::{FamilyError, Known, ended, known};
 use crate::continuation::{Go, Options, Stop};
 use crate::hbm::branch as series_branch;
 use crate::hbm::newton::Settings;
-use crate::hbm::{fed, tongue};
+use crate::hbm::{viscous_branch, viscous_mode};
 use crate::orbit::along::{self, Start};
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, Orbit, Propagator};
@@ -71,7 +71,7 @@ pub(crate) fn first_orbit(
 
 /// Follow a branch of harmonic balance with `n_h` harmonics from the frequency `omega`, to higher (`direction > 0`) or lower ones.
 pub fn series(
-    body: &mut series_branch::Body,
+    body: &mut series_branch::BalancedBody,
     (n_h, omega, direction): (usize, f64, f64),
     task: BranchTask,
     take: Take,
@@ -97,7 +97,7 @@ pub fn series(
 
 /// The same of viscous nonlinear modes.
 pub(crate) fn viscous_series(
-    body: &mut fed::Body,
+    body: &mut viscous_mode::ViscousBody,
     (n_h, omega, direction): (usize, f64, f64),
     task: BranchTask,
     take: Take,
@@ -105,17 +105,17 @@ pub(crate) fn viscous_series(
     go_on(task, take, |place, options, take| {
         let from = match place {
             Some(place) => {
-                let place = tongue::place_of(&body.viscous, n_h, place);
-                tongue::Start::Place(place.ok_or(FamilyError::Place)?)
+                let place = viscous_branch::place_of(&body.viscous, n_h, place);
+                viscous_branch::Start::Place(place.ok_or(FamilyError::Place)?)
             }
             None => match body.viscous.from_mode(n_h, omega, &Settings::default())? {
-                Ok(fed) => tongue::Start::Solution(Box::new(fed), direction),
+                Ok(fed) => viscous_branch::Start::Solution(Box::new(fed), direction),
                 Err(e) => {
                     return Ok(Err(format!("no solution to start from at omega = {omega}: {e}")));
                 }
             },
         };
-        let stop = tongue::arclength(body, n_h, from, options, take)?;
+        let stop = viscous_branch::arclength(body, n_h, from, options, take)?;
         Ok(stop.map(|s| (s.to_string(), reason(&s))).ok_or_else(|| NO_TANGENT.into()))
     })
 }

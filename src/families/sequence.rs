@@ -3,8 +3,8 @@
 use super::follow::Take;
 use super::{FamilyError, Legs, ended};
 use crate::hbm::branch as series_branch;
-use crate::hbm::fed;
 use crate::hbm::newton::Settings;
+use crate::hbm::viscous_mode;
 use crate::orbit::branch::{self, Sequential};
 use crate::orbit::search::Effort;
 use crate::orbit::{Closure, Propagator};
@@ -67,7 +67,7 @@ pub fn orbits(
 
 /// Viscous nonlinear modes by harmonic balance at each frequency, all numbers of harmonics at once; `known` as in [`series`].
 pub(crate) fn viscous_series(
-    body: &mut fed::Body,
+    body: &mut viscous_mode::ViscousBody,
     (harmonics, settings): (&[usize], &Settings),
     stretch: Stretch,
     known: &[&PointRecord],
@@ -75,14 +75,14 @@ pub(crate) fn viscous_series(
 ) -> Result<BranchEnd, FamilyError> {
     at_once(harmonics, stretch, known, take, |grid, before, take| {
         let plan = series_branch::Sequential { grid, harmonics, settings };
-        Ok(fed::sequential(body, &plan, before, take)?)
+        Ok(viscous_mode::sequential(body, &plan, before, take)?)
     })
 }
 
 /// Solutions of harmonic balance at each frequency, all numbers of harmonics at once; `known` are the points of an earlier run in the
 /// order of the walk.
 pub fn series(
-    body: &mut series_branch::Body,
+    body: &mut series_branch::BalancedBody,
     (harmonics, settings): (&[usize], &Settings),
     stretch: Stretch,
     known: &[&PointRecord],

@@ -22,7 +22,7 @@ struct CsvPoint {
 }
 
 /// One row of a CSV.
-struct Row {
+struct CsvRow {
     label: String,
     omega: f64,
     alpha: Option<f64>,
@@ -63,7 +63,7 @@ fn read(bytes: &[u8], n_o: usize) -> Result<Vec<SeriesRecord>, Refused> {
     let mut place_of: HashMap<String, usize> = HashMap::new();
     for (k, line) in lines {
         let number = k + 1;
-        let row = Row::read(line, separator, n_o, has_alpha).map_err(|why| (number, why))?;
+        let row = CsvRow::read(line, separator, n_o, has_alpha).map_err(|why| (number, why))?;
         let Some(row) = row else { continue };
         let place = *place_of.entry(row.label.clone()).or_insert_with(|| {
             let (label, omega, alpha) = (row.label.clone(), row.omega, row.alpha);
@@ -84,14 +84,14 @@ fn finite(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|x| x.is_finite())
 }
 
-impl Row {
+impl CsvRow {
     /// Read a row; none if it is the sine of harmonic 0, which is zero.
     fn read(
         line: &str,
         separator: char,
         n_o: usize,
         has_alpha: bool,
-    ) -> Result<Option<Row>, String> {
+    ) -> Result<Option<CsvRow>, String> {
         let mut cells = cells_of(line, separator);
         let mut alpha = None;
         if has_alpha && cells.len() > 2 {
@@ -132,14 +132,14 @@ impl Row {
             return Err("a displacement is beyond all reason".into());
         }
         let label = cells.into_iter().next().unwrap_or_default();
-        Ok(Some(Row { label, omega, alpha, function: (harmonic, is_sine), values }))
+        Ok(Some(CsvRow { label, omega, alpha, function: (harmonic, is_sine), values }))
     }
 }
 
 impl CsvPoint {
     /// Add a row that stands in line `number`.
-    fn add(&mut self, row: Row, number: usize) -> Result<(), String> {
-        let Row { label, omega, alpha, function, values } = row;
+    fn add(&mut self, row: CsvRow, number: usize) -> Result<(), String> {
+        let CsvRow { label, omega, alpha, function, values } = row;
         if self.alpha != alpha {
             return Err(format!("point {label} has two values of alpha"));
         }

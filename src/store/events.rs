@@ -10,7 +10,7 @@ use super::StoreError;
 use super::careful::Careful;
 use super::columns::{GRAZINGS, SWITCHES};
 use super::schema::Rows;
-use super::table::{Form, Place};
+use super::table::{Form, Resume};
 use crate::contact::{MonitorKind, States, System};
 use crate::event::{Grazing, GrazingKind, Log, Switch, SwitchKind};
 
@@ -42,8 +42,8 @@ impl Events {
     /// Go on with the tables of a file.
     pub(crate) fn reopen(
         file: &hdf5::File,
-        switches: Place,
-        grazings: Place,
+        switches: Resume,
+        grazings: Resume,
     ) -> Result<Self, StoreError> {
         if !file.group("switches")?.link_exists("point") {
             let why = "its switches have the columns of an earlier version of the program: start anew with --force";

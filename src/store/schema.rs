@@ -7,7 +7,7 @@ use hdf5::types::{FixedAscii, FixedUnicode};
 
 use super::StoreError;
 use super::careful::Careful;
-use super::table::{Form, Place, Table};
+use super::table::{Form, Resume, Table};
 use crate::contact::States;
 
 /// A dataset of files.
@@ -146,7 +146,7 @@ impl<R> Rows<R> {
     pub fn reopen(
         file: &hdf5::File,
         columns: &'static [Column<R>],
-        place: Place,
+        place: Resume,
     ) -> Result<Self, StoreError> {
         let open = |column: &'static Column<R>| {
             let (group, name) = column.about.place();

@@ -20,7 +20,7 @@ pub(super) struct Table<T: H5Type> {
 
 /// Where to go on with a table.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Resume {
     /// Behind so many rows.
     pub rows: usize,
     /// What lies behind them is what comes next, and stays: it is computed again, and not written. Otherwise it is cut off.
@@ -68,7 +68,7 @@ impl<T: H5Type + Clone> Table<T> {
     }
 
     /// Go on with a table of a file.
-    pub(crate) fn reopen(group: &Group, name: &str, place: Place) -> Result<Self, StoreError> {
+    pub(crate) fn reopen(group: &Group, name: &str, place: Resume) -> Result<Self, StoreError> {
         let dataset = group.dataset(name)?;
         let shape = dataset.shape();
         let short = || hdf5::Error::from(format!("{name} has fewer rows than its checkpoint says"));

@@ -5,7 +5,7 @@ use super::columns::{ENERGY, STATES};
 use super::kept::Kept;
 use super::row::Row;
 use super::schema::Rows;
-use super::table::{Form, Place};
+use super::table::{Form, Resume};
 
 /// Aim of a chunk's size in bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
@@ -45,7 +45,7 @@ impl Trajectory {
     }
 
     /// Go on with the tables of a file.
-    pub(crate) fn reopen(file: &hdf5::File, place: Place) -> Result<Self, StoreError> {
+    pub(crate) fn reopen(file: &hdf5::File, place: Resume) -> Result<Self, StoreError> {
         let states = Rows::reopen(file, STATES, place)?;
         Ok(Trajectory { states, energy: Rows::reopen(file, ENERGY, place)? })
     }

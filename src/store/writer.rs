@@ -14,7 +14,7 @@ use super::kept::Kept;
 use super::mesh::size_of_mesh;
 use super::output::{Staged, beside, check_room};
 use super::row::Row;
-use super::table::Place;
+use super::table::Resume;
 use super::trajectory::Trajectory;
 use super::{StoreError, write_text};
 use crate::contact::System;
@@ -142,7 +142,7 @@ impl Writer {
             let was_left = super::read_text(&file, "status");
             let keeps = was_left.is_some_and(|s| s == Status::Interrupted.to_string());
             let [of_states, of_switches, of_grazings] =
-                checkpoint.rows.map(|rows| Place { rows, keeps });
+                checkpoint.rows.map(|rows| Resume { rows, keeps });
             let trajectory = Trajectory::reopen(&file, of_states)?;
             write_text(&file, "status", &Status::Running.to_string())?;
             let events = Events::reopen(&file, of_switches, of_grazings)?;

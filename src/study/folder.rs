@@ -117,7 +117,7 @@ pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// How far a task is.
 #[derive(Debug, Clone, PartialEq)]
-pub enum State {
+pub enum TaskState {
     /// Nobody has begun it.
     Waiting,
     /// Somebody carries it out.
@@ -128,15 +128,15 @@ pub enum State {
     Done(Box<Done>),
 }
 
-impl State {
+impl TaskState {
     /// In a word.
     pub fn name(&self) -> &'static str {
         match self {
-            State::Waiting => "waiting",
-            State::Running => "running",
-            State::Interrupted => "interrupted",
-            State::Done(done) if done.exit_code == 0 => "done",
-            State::Done(_) => "failed",
+            TaskState::Waiting => "waiting",
+            TaskState::Running => "running",
+            TaskState::Interrupted => "interrupted",
+            TaskState::Done(done) if done.exit_code == 0 => "done",
+            TaskState::Done(_) => "failed",
         }
     }
 }
@@ -334,16 +334,18 @@ impl TaskPlace {
     }
 
     /// How far it is.
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> TaskState {
         if let Some(done) = self.done() {
-            return State::Done(Box::new(done));
+            return TaskState::Done(Box::new(done));
         }
         let lock = self.file("lock");
-        let Ok(file) = OpenOptions::new().write(true).open(&lock) else { return State::Waiting };
+        let Ok(file) = OpenOptions::new().write(true).open(&lock) else {
+            return TaskState::Waiting;
+        };
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => State::Running,
+            Err(TryLockError::WouldBlock) => TaskState::Running,
             // between the look at the answer and the look at the lock it may have ended
-            _ => self.done().map_or(State::Interrupted, |d| State::Done(Box::new(d))),
+            _ => self.done().map_or(TaskState::Interrupted, |d| TaskState::Done(Box::new(d))),
         }
     }
 

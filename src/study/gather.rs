@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Folder, State};
+use super::{Folder, TaskState};
 use crate::records::{Points, StudyTable};
 use crate::store::{Raw, StoreError, entries, read_raw};
 
@@ -60,7 +60,7 @@ pub fn gather(folder: &Folder) -> Result<StudyTable, StoreError> {
         }
         let state = task.state();
         table.states.push(state.name().to_owned());
-        let State::Done(done) = state else {
+        let TaskState::Done(done) = state else {
             table.messages.push(String::new());
             continue;
         };

@@ -12,6 +12,6 @@ mod gather;
 pub use definition::Study;
 
 pub(crate) use definition::Task;
-pub use folder::{Done, Folder, State};
+pub use folder::{Done, Folder, TaskState};
 pub(crate) use folder::{StudyError, TaskPlace, VERSION};
 pub use gather::gather;

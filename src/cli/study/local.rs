@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use signorini::study::{Folder, State, TaskPlace};
+use signorini::study::{Folder, TaskPlace, TaskState};
 
 use super::which::task_command;
 use crate::cli::progress::Bar;
@@ -36,10 +36,10 @@ pub fn work(
             let Some(task) = next() else { break };
             carry_out(folder, &task, threads, global)?;
             // what an earlier command left behind, or a job array, may have it: it is waited for
-            while task.state() == State::Running && global.caller.signal().is_none() {
+            while task.state() == TaskState::Running && global.caller.signal().is_none() {
                 std::thread::sleep(LOOK);
             }
-            if task.state() == State::Interrupted {
+            if task.state() == TaskState::Interrupted {
                 carry_out(folder, &task, threads, global)?;
             }
             let now = ended.fetch_add(1, Ordering::Relaxed) + 1;
@@ -62,7 +62,7 @@ pub fn work(
     match global.caller.signal() {
         None => Ok(()),
         Some(signal) => {
-            let is_done = |t: &TaskPlace| matches!(t.state(), State::Done(_));
+            let is_done = |t: &TaskPlace| matches!(t.state(), TaskState::Done(_));
             let done = folder.tasks().iter().filter(|t| is_done(t)).count();
             let text = format!(
                 "interrupted: {done} of {all} tasks are done; go on with the same command (what was begun is gone on with)"

@@ -10,7 +10,7 @@ mod which;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use signorini::study::{Folder, State, TaskPlace};
+use signorini::study::{Folder, TaskPlace, TaskState};
 
 use super::{Answer, CliError, Global};
 use which::{Engine, Run, Which, outdated, task_command, words};
@@ -64,7 +64,7 @@ fn carry_out(run: &Run, global: &Global) -> Result<Answer, CliError> {
         }
     }
     let open: Vec<TaskPlace> =
-        folder.tasks().into_iter().filter(|t| !matches!(t.state(), State::Done(_))).collect();
+        folder.tasks().into_iter().filter(|t| !matches!(t.state(), TaskState::Done(_))).collect();
     if let Some(text) = outdated(&folder) {
         global.caller.warn(&format!("{text}; --outdated carries them out anew"));
     }

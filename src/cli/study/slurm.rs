@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use signorini::store::replace;
-use signorini::study::{Folder, State, TaskPlace};
+use signorini::study::{Folder, TaskPlace, TaskState};
 
 use super::status;
 use super::which::{self, Run, task_command, tasks};
@@ -95,7 +95,7 @@ pub(crate) fn submit(
     let missing: Vec<&TaskPlace> = open
         .iter()
         .filter(|t| {
-            !queued.contains(&t.id) && !matches!(t.state(), State::Running | State::Done(_))
+            !queued.contains(&t.id) && !matches!(t.state(), TaskState::Running | TaskState::Done(_))
         })
         .collect();
     let mut said = vec![];

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use signorini::study::{Folder, State, TaskPlace};
+use signorini::study::{Folder, TaskPlace, TaskState};
 
 use super::slurm;
 use super::which::{self, Which, object};
@@ -46,7 +46,7 @@ pub(crate) fn conclude(folder: &Folder, global: &Global) -> Result<Answer, CliEr
 }
 
 fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
-    let tasks: Vec<(TaskPlace, State)> =
+    let tasks: Vec<(TaskPlace, TaskState)> =
         folder.tasks().into_iter().map(|t| (t.clone(), t.state())).collect();
     let count = |name: &str| tasks.iter().filter(|(_, s)| s.name() == name).count();
     let counts: serde_json::Map<String, Value> =
@@ -54,13 +54,13 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
     let seconds: Vec<f64> = tasks
         .iter()
         .filter_map(|(_, s)| match s {
-            State::Done(done) => Some(done.wall_s),
+            TaskState::Done(done) => Some(done.wall_s),
             _ => None,
         })
         .collect();
     let mean = seconds.iter().sum::<f64>() / seconds.len().max(1) as f64;
     let objects: Vec<Value> = tasks.iter().map(|(t, s)| object(t, s)).collect();
-    let is_outdated = |s: &State| matches!(s, State::Done(done) if done.is_outdated());
+    let is_outdated = |s: &TaskState| matches!(s, TaskState::Done(done) if done.is_outdated());
     let outdated = tasks.iter().filter(|(_, s)| is_outdated(s)).count();
     let mut json = json!({
         "study": folder.name(), "folder": folder.root().display().to_string(),
@@ -93,7 +93,7 @@ fn told(folder: &Folder, queued: &[slurm::Queued]) -> (Value, String) {
         );
     }
     let failed = tasks.iter().filter_map(|(t, s)| match s {
-        State::Done(done) if done.exit_code != 0 => Some((t, done)),
+        TaskState::Done(done) if done.exit_code != 0 => Some((t, done)),
         _ => None,
     });
     // tasks of one cause together, in the order of the first of each

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use signorini::study::{Done, Folder, State, Study, StudyError, Task, TaskPlace, VERSION};
+use signorini::study::{Done, Folder, Study, StudyError, Task, TaskPlace, TaskState, VERSION};
 
 use crate::cli::CliError;
 
@@ -161,14 +161,14 @@ pub(super) fn words(command: &[String]) -> String {
 }
 
 /// A task and its state as an object.
-pub(super) fn object(task: &TaskPlace, state: &State) -> Value {
+pub(super) fn object(task: &TaskPlace, state: &TaskState) -> Value {
     let values: serde_json::Map<String, Value> =
         task.varied.iter().zip(&task.values).map(|(k, v)| (k.clone(), v.clone().into())).collect();
     let mut object = json!({
         "index": task.index, "id": task.id, "values": values, "state": state.name(),
         "folder": task.file("").display().to_string(),
     });
-    if let State::Done(done) = state {
+    if let TaskState::Done(done) = state {
         object["wall_s"] = done.wall_s.into();
         object["version"] = done.version.clone().into();
         if done.exit_code != 0 {

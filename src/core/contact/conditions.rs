@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 
 use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
-use super::lcp::{self, Comparison, LcpError, LcpSolution, PMatrix, Place};
+use super::lcp::{self, ComparisonMatrix, LcpError, LcpSolution, PMatrix, Side};
 use super::states::{PointState, States};
 use crate::fem::{Csr, Loads};
 
@@ -43,7 +43,7 @@ pub struct Conditions {
     pub(super) is_diagonal: bool,
     n_o_sums: Vec<f64>,
     n_c_sums: Vec<f64>,
-    comparison: OnceLock<Option<Comparison>>,
+    comparison: OnceLock<Option<ComparisonMatrix>>,
 }
 
 /// Gaps of contact displacements.
@@ -110,8 +110,8 @@ impl Conditions {
     }
 
     /// Bounds of how points follow each other, of an H-matrix.
-    pub(super) fn follow_bounds(&self) -> Option<&Comparison> {
-        self.comparison.get_or_init(|| Comparison::of(&self.n_c)).as_ref()
+    pub(super) fn follow_bounds(&self) -> Option<&ComparisonMatrix> {
+        self.comparison.get_or_init(|| ComparisonMatrix::of(&self.n_c)).as_ref()
     }
 
     /// The gaps that it was made with.
@@ -132,11 +132,11 @@ impl Conditions {
     }
 
     /// Where the displacements stand when the points of a set touch.
-    pub fn places(&self, set: &States) -> Vec<Place> {
-        let mut places = vec![Place::Free; self.count()];
+    pub fn places(&self, set: &States) -> Vec<Side> {
+        let mut places = vec![Side::Free; self.count()];
         let touching = self.points.iter().zip(set.iter()).filter(|(_, state)| state.touches());
         for (&(d, s), _) in touching {
-            places[d] = if s > 0.0 { Place::Front } else { Place::Behind };
+            places[d] = if s > 0.0 { Side::Front } else { Side::Behind };
         }
         places
     }
@@ -234,7 +234,7 @@ impl Conditions {
             return lcp::solve(&self.n_c, &q, &scale, &start.flags());
         }
         let found = lcp::solve_between(&self.n_c, (&q, &scale), &self.way, &self.places(start))?;
-        let side = |s: f64| if s > 0.0 { Place::Front } else { Place::Behind };
+        let side = |s: f64| if s > 0.0 { Side::Front } else { Side::Behind };
         let is_at = |d: usize, s: f64| found.places[d] == side(s);
         let of_points = self.points.iter();
         let gap = |&(d, s): &(usize, f64)| match s > 0.0 {
@@ -277,7 +277,7 @@ impl Conditions {
         let rate = |d: usize| load(d) - self.n_o.row_dot(d, rates.x);
         let places = self.places(present);
         let others: Vec<usize> =
-            (0..self.count()).filter(|d| places[*d] == Place::Free && !own.contains(d)).collect();
+            (0..self.count()).filter(|d| places[*d] == Side::Free && !own.contains(d)).collect();
         let block = |rows: &[usize], cols: &[usize]| {
             DMatrix::from_fn(rows.len(), cols.len(), |a, b| self.n_c[(rows[a], cols[b])])
         };

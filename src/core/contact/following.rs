@@ -9,7 +9,7 @@ use super::conditions::Conditions;
 use super::expansion::{Driven, Expansion, Follow, Solved};
 use super::inertia::{Inertia, PhaseInertia};
 use super::law::{Exit, Law};
-use super::lcp::Place;
+use super::lcp::Side;
 use super::monitor::{Monitor, Row, Size, Term};
 use super::phase::{Data, Parts, Phase};
 use super::states::States;
@@ -55,7 +55,7 @@ struct Maker<'a> {
 impl<'a> Maker<'a> {
     fn new(c: &'a Arc<Conditions>, set: &'a States) -> Maker<'a> {
         let places = c.places(set);
-        let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Place::Free).collect();
+        let free: Vec<usize> = (0..c.count()).filter(|&d| places[d] == Side::Free).collect();
         Maker { c, set, solved: Solved::new(c, free) }
     }
 

@@ -24,7 +24,7 @@ use super::conditions::Conditions;
 use super::coupling::Coupling;
 use super::expansion::{Expansion, Solved};
 use super::gram::{Schur, gram};
-use super::lcp::Place;
+use super::lcp::Side;
 use super::reactions::Holds;
 use super::scratch::Scratch;
 use super::states::States;
@@ -296,7 +296,7 @@ impl PhaseInertia {
     pub fn new(shared: &Arc<Inertia>, conditions: &Conditions, set: &States) -> PhaseInertia {
         let size = conditions.count();
         let places = conditions.places(set);
-        let row = |d: usize| if places[d] == Place::Free { size + d } else { d };
+        let row = |d: usize| if places[d] == Side::Free { size + d } else { d };
         let rows = match &**shared {
             Inertia::Projected(_) => (0..size).map(row).collect(),
             Inertia::Constant(_) => vec![],

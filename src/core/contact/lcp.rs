@@ -13,7 +13,7 @@ use crate::fem::{Csr, SpdFactor};
 
 /// Where an unknown stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum Side {
     /// `w = 0`, `p ≥ 0`.
     Front,
     /// Between the bounds, `p = 0`.
@@ -30,9 +30,9 @@ pub struct BoxSolution {
     /// `N w + q`
     pub p: Vec<f64>,
     /// Where each unknown stands.
-    pub places: Vec<Place>,
+    pub places: Vec<Side>,
     /// Unknowns that may be counted as standing at this bound or as free, to rounding.
-    pub degenerate: Vec<(usize, Place)>,
+    pub degenerate: Vec<(usize, Side)>,
     /// Number of changed bases.
     pub pivots: usize,
 }
@@ -77,14 +77,14 @@ pub fn solve(
     q_scale: &[f64],
     start: &[bool],
 ) -> Result<LcpSolution, LcpError> {
-    let place = |a: &bool| if *a { Place::Front } else { Place::Free };
-    let start: Vec<Place> = start.iter().map(place).collect();
+    let place = |a: &bool| if *a { Side::Front } else { Side::Free };
+    let start: Vec<Side> = start.iter().map(place).collect();
     let BoxSolution { w, p, places, degenerate, pivots } =
         solve_between(n, (q, q_scale), &[], &start)?;
     Ok(LcpSolution {
         w,
         p,
-        active: places.iter().map(|p| *p == Place::Front).collect(),
+        active: places.iter().map(|p| *p == Side::Front).collect(),
         degenerate: degenerate.into_iter().map(|d| d.0).collect(),
         pivots,
     })
@@ -95,7 +95,7 @@ pub(crate) fn solve_between(
     n: &Coupling,
     (q, q_scale): (&[f64], &[f64]),
     upper: &[f64],
-    start: &[Place],
+    start: &[Side],
 ) -> Result<BoxSolution, LcpError> {
     let size = q.len();
     let bound = |i: usize| upper.get(i).copied().unwrap_or(f64::INFINITY);
@@ -108,24 +108,24 @@ pub(crate) fn solve_between(
         let (w, p) = basic_solution(n, q, &bound, &places)?;
         let tolerance = |i: usize| UNITS * (q_scale[i] + n.row_size(i, &w));
         // where an unknown belongs that stands wrong
-        let belongs = |i: usize| -> Option<Place> {
+        let belongs = |i: usize| -> Option<Side> {
             let (diagonal, rounding) = (n[(i, i)].abs(), tolerance(i));
             match places[i] {
-                Place::Front => (p[i] < -rounding).then_some(Place::Free),
-                Place::Behind => (p[i] > rounding).then_some(Place::Free),
-                Place::Free if w[i] * diagonal < -rounding => Some(Place::Front),
-                Place::Free => ((w[i] - bound(i)) * diagonal > rounding).then_some(Place::Behind),
+                Side::Front => (p[i] < -rounding).then_some(Side::Free),
+                Side::Behind => (p[i] > rounding).then_some(Side::Free),
+                Side::Free if w[i] * diagonal < -rounding => Some(Side::Front),
+                Side::Free => ((w[i] - bound(i)) * diagonal > rounding).then_some(Side::Behind),
             }
         };
-        let wrong: Vec<(usize, Place)> = (0..size).filter_map(|i| Some((i, belongs(i)?))).collect();
+        let wrong: Vec<(usize, Side)> = (0..size).filter_map(|i| Some((i, belongs(i)?))).collect();
         if wrong.is_empty() {
-            let touches = |i: usize| -> Option<(usize, Place)> {
+            let touches = |i: usize| -> Option<(usize, Side)> {
                 let (diagonal, rounding) = (n[(i, i)].abs(), tolerance(i));
                 let at = match places[i] {
-                    Place::Front if p[i] <= rounding => Place::Front,
-                    Place::Behind if -p[i] <= rounding => Place::Behind,
-                    Place::Free if w[i] * diagonal <= rounding => Place::Front,
-                    Place::Free if (bound(i) - w[i]) * diagonal <= rounding => Place::Behind,
+                    Side::Front if p[i] <= rounding => Side::Front,
+                    Side::Behind if -p[i] <= rounding => Side::Behind,
+                    Side::Free if w[i] * diagonal <= rounding => Side::Front,
+                    Side::Free if (bound(i) - w[i]) * diagonal <= rounding => Side::Behind,
                     _ => return None,
                 };
                 Some((i, at))
@@ -133,9 +133,9 @@ pub(crate) fn solve_between(
             let degenerate = (0..size).filter_map(touches).collect();
             let w = w.iter().enumerate().map(|(i, w)| w.max(0.0).min(bound(i))).collect();
             let sided = |(i, p): (usize, &f64)| match places[i] {
-                Place::Front => p.max(0.0),
-                Place::Behind => p.min(0.0),
-                Place::Free => 0.0,
+                Side::Front => p.max(0.0),
+                Side::Behind => p.min(0.0),
+                Side::Free => 0.0,
             };
             let p = p.iter().enumerate().map(sided).collect();
             return Ok(BoxSolution { w, p, places, degenerate, pivots });
@@ -160,11 +160,11 @@ fn basic_solution(
     n: &Coupling,
     q: &[f64],
     bound: &dyn Fn(usize) -> f64,
-    places: &[Place],
+    places: &[Side],
 ) -> Result<(Vec<f64>, Vec<f64>), LcpError> {
-    let free: Vec<usize> = (0..q.len()).filter(|&i| places[i] == Place::Free).collect();
+    let free: Vec<usize> = (0..q.len()).filter(|&i| places[i] == Side::Free).collect();
     let mut w: Vec<f64> =
-        (0..q.len()).map(|i| if places[i] == Place::Behind { bound(i) } else { 0.0 }).collect();
+        (0..q.len()).map(|i| if places[i] == Side::Behind { bound(i) } else { 0.0 }).collect();
     let mut of_free: Vec<f64> = free.iter().map(|&i| -(q[i] + n.row_dot(i, &w))).collect();
     n.block(&free)?.solve(&mut of_free)?;
     free.iter().zip(&of_free).for_each(|(&i, &x)| w[i] = x);
@@ -172,7 +172,7 @@ fn basic_solution(
         return Err(LcpError::Singular);
     }
     let mut p = vec![0.0; q.len()];
-    for i in (0..q.len()).filter(|&i| places[i] != Place::Free) {
+    for i in (0..q.len()).filter(|&i| places[i] != Side::Free) {
         p[i] = q[i] + n.row_dot(i, &w);
     }
     Ok((w, p))
@@ -211,11 +211,11 @@ const MINORS_LIMIT: usize = 14;
 
 /// `⟨N⟩ = 2D − |N|` of an H-matrix with a positive diagonal, factorised: `|N_ff⁻¹| ≤ (⟨N⟩⁻¹)_ff` entry by entry, for every set of points `f`.
 #[derive(Debug)]
-pub struct Comparison(Block);
+pub struct ComparisonMatrix(Block);
 
-impl Comparison {
+impl ComparisonMatrix {
     /// None where `N` is no H-matrix, or its diagonal not positive.
-    pub fn of(n: &Coupling) -> Option<Comparison> {
+    pub fn of(n: &Coupling) -> Option<ComparisonMatrix> {
         let size = n.size();
         if (0..size).any(|i| n[(i, i)] <= 0.0) {
             return None;
@@ -228,7 +228,7 @@ impl Comparison {
         let mut sums = vec![1.0; size];
         factor.solve(&mut sums).ok()?;
         let is_within = |(i, x): (usize, &f64)| (MARGIN..SINGULAR).contains(&(x * n[(i, i)]));
-        sums.iter().enumerate().all(is_within).then_some(Comparison(factor))
+        sums.iter().enumerate().all(is_within).then_some(ComparisonMatrix(factor))
     }
 
     /// `⟨N⟩⁻¹ x`
@@ -321,7 +321,7 @@ fn sparse_p_matrix(n: &Coupling, row_scale: &[f64]) -> PMatrix {
     if is_definite(&|_| 1.0) || is_definite(&|i| row_scale[i]) {
         return PMatrix::PositiveDefinite;
     }
-    if Comparison::of(n).is_some() {
+    if ComparisonMatrix::of(n).is_some() {
         return PMatrix::HMatrix;
     }
     // the row that its diagonal rules least
@@ -399,19 +399,19 @@ mod tests {
                 .map(|i| if i == 3 { f64::INFINITY } else { 0.2 + wave(c + 3.3 * i as f64).abs() })
                 .collect();
             let scale: Vec<f64> = q.iter().map(|x| x.abs()).collect();
-            let all = [Place::Front, Place::Free, Place::Behind];
-            let start: Vec<Place> = (0..size).map(|i| all[(case as usize + i) % 2]).collect();
+            let all = [Side::Front, Side::Free, Side::Behind];
+            let start: Vec<Side> = (0..size).map(|i| all[(case as usize + i) % 2]).collect();
             let coupling = Coupling::from(n.clone());
             let found = solve_between(&coupling, (&q, &scale), &upper, &start).unwrap();
             let mut right = vec![];
             for code in 0..81 {
-                let places: Vec<Place> = (0..4).map(|i| all[code / 3usize.pow(i) % 3]).collect();
-                if places[3] == Place::Behind {
+                let places: Vec<Side> = (0..4).map(|i| all[code / 3usize.pow(i) % 3]).collect();
+                if places[3] == Side::Behind {
                     continue;
                 }
-                let free: Vec<usize> = (0..4).filter(|i| places[*i] == Place::Free).collect();
+                let free: Vec<usize> = (0..4).filter(|i| places[*i] == Side::Free).collect();
                 let mut w = nalgebra::DVector::from_fn(4, |i, _| match places[i] {
-                    Place::Behind => upper[i],
+                    Side::Behind => upper[i],
                     _ => 0.0,
                 });
                 let rest = &n * &w;
@@ -424,9 +424,9 @@ mod tests {
                 }
                 let p = &n * &w + nalgebra::DVector::from_column_slice(&q);
                 let fits = |i: usize| match places[i] {
-                    Place::Front => p[i] >= 0.0,
-                    Place::Behind => p[i] <= 0.0,
-                    Place::Free => w[i] >= 0.0 && w[i] <= upper[i],
+                    Side::Front => p[i] >= 0.0,
+                    Side::Behind => p[i] <= 0.0,
+                    Side::Free => w[i] >= 0.0 && w[i] <= upper[i],
                 };
                 if (0..4).all(fits) {
                     right.push((places, w, p));
@@ -437,7 +437,7 @@ mod tests {
             assert_eq!(&found.places, places);
             for i in 0..4 {
                 assert!((found.w[i] - w[i]).abs() < 1e-13);
-                let exact = if places[i] == Place::Free { 0.0 } else { p[i] };
+                let exact = if places[i] == Side::Free { 0.0 } else { p[i] };
                 assert!((found.p[i] - exact).abs() < 1e-13);
             }
         }

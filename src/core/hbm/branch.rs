@@ -17,7 +17,7 @@ use crate::records::{
 };
 
 /// The body of a family.
-pub struct Body {
+pub struct BalancedBody {
     /// For harmonic balance.
     pub balanced: Box<dyn Balanced>,
     /// For shooting from every solution, which gives the stability of the orbit there; none: nothing is shot.
@@ -199,12 +199,12 @@ pub struct Sequential<'a> {
 
 /// Sequential continuation, all numbers of harmonics at each frequency. `known` are the points of an earlier part.
 pub fn sequential(
-    body: &mut Body,
+    body: &mut BalancedBody,
     plan: &Sequential,
     known: &[&PointRecord],
     mut take: impl FnMut(PointRecord) -> Go,
 ) -> Result<(), HbmError> {
-    let Body { balanced, shooter } = body;
+    let BalancedBody { balanced, shooter } = body;
     let mut tracks = tracks_of(balanced.as_ref(), plan.harmonics, known);
     let mut branches = (0..plan.harmonics.len()).cycle();
     let mut failed = None;
@@ -288,13 +288,13 @@ pub enum Start<S = Solution> {
 
 /// Follow a family of `n_h` harmonics by arclength (or, with `natural`, by frequency).
 pub fn arclength(
-    body: &mut Body,
+    body: &mut BalancedBody,
     n_h: usize,
     start: Start,
     options: &Options,
     take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Stop>, HbmError> {
-    let Body { balanced, shooter } = body;
+    let BalancedBody { balanced, shooter } = body;
     let mut family = Harmonics { body: balanced.as_mut(), n_h };
     let begin = match start {
         Start::Place(place) => Begin::Place(place),

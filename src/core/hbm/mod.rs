@@ -16,7 +16,7 @@
 //!
 //! The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`modes`]), or,
 //! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] and [`newton`] are what both have in common, [`response`] and [`branch`] are families of
-//! solutions. [`viscous`] has the feedback of a viscous body as one more unknown, [`fed`] families of it frequency by frequency, [`tongue`] along the branch.
+//! solutions. [`viscous`] has the feedback of a viscous body as one more unknown, [`viscous_mode`] families of it frequency by frequency, [`viscous_branch`] along the branch.
 
 pub(crate) mod balance;
 pub(crate) mod balanced;
@@ -24,8 +24,6 @@ pub mod bem;
 #[doc(hidden)]
 pub mod branch;
 pub(crate) mod dynamic;
-#[doc(hidden)]
-pub mod fed;
 mod impedance;
 pub(crate) mod interface;
 pub mod modes;
@@ -37,9 +35,11 @@ pub(crate) mod reduction;
 pub mod response;
 pub mod series;
 pub(crate) mod solution;
-#[doc(hidden)]
-pub mod tongue;
 pub mod viscous;
+#[doc(hidden)]
+pub mod viscous_branch;
+#[doc(hidden)]
+pub mod viscous_mode;
 
 pub use balance::{Balance, Quadrature};
 pub use balanced::{Balanced, prepare};

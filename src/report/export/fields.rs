@@ -21,7 +21,7 @@ use crate::store::Stored;
 
 /// What a field's values belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum Centre {
     /// Nodes.
     Point,
     /// Elements.
@@ -41,7 +41,7 @@ pub(super) enum Values {
 #[derive(Debug, Clone)]
 pub(super) struct Field {
     pub name: &'static str,
-    pub place: Place,
+    pub place: Centre,
     pub components: usize,
     pub values: Values,
 }
@@ -122,8 +122,8 @@ impl<'s> Fields<'s> {
         };
         let s = self.stored;
         let mut all = vec![
-            real("displacement", Place::Point, 3, self.vectors(|n| s.displacement(row, n))),
-            real("velocity", Place::Point, 3, self.vectors(|n| s.velocity(row, n))),
+            real("displacement", Centre::Point, 3, self.vectors(|n| s.displacement(row, n))),
+            real("velocity", Centre::Point, 3, self.vectors(|n| s.velocity(row, n))),
         ];
         if !s.contact_nodes.is_empty() {
             let n = s.nodes.nrows();
@@ -134,22 +134,22 @@ impl<'s> Fields<'s> {
                 status[node] = status[node].max(i32::from(s.active[(row, i)]));
                 gap[node] = gap[node].min(s.gap[i] - s.contact_displacement(row, i));
             }
-            all.push(real("contact_pressure", Place::Point, 1, s.nodal_pressure(row)));
+            all.push(real("contact_pressure", Centre::Point, 1, s.nodal_pressure(row)));
             let (name, values) = ("contact_status", Values::Whole(status));
-            all.push(Field { name, place: Place::Point, components: 1, values });
-            all.push(real("gap", Place::Point, 1, gap));
+            all.push(Field { name, place: Centre::Point, components: 1, values });
+            all.push(real("gap", Centre::Point, 1, gap));
         }
         let stress = self.stress(row);
         match self.cells.first().map(|c| c.kind) {
             Some(ElementKind::Bar2) => {
                 let axial = stress.iter().map(|s| s.xx).collect();
-                all.push(real("stress", Place::Cell, 1, axial));
+                all.push(real("stress", Centre::Cell, 1, axial));
             }
             _ => {
                 let tensors = stress.iter().flat_map(Stress::tensor).collect();
-                all.push(real("stress", Place::Cell, 9, tensors));
+                all.push(real("stress", Centre::Cell, 9, tensors));
                 let equivalent = stress.iter().map(Stress::von_mises).collect();
-                all.push(real("von_mises", Place::Cell, 1, equivalent));
+                all.push(real("von_mises", Centre::Cell, 1, equivalent));
             }
         }
         all

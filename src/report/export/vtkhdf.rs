@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use hdf5::types::FixedAscii;
 use hdf5::{Group, H5Type};
 
-use super::fields::{Cell, Field, Fields, Place, Values};
+use super::fields::{Cell, Centre, Field, Fields, Values};
 use super::put::replace;
 
 /// Data from this many bytes a state on are compressed; smaller ones would not gain.
@@ -63,11 +63,11 @@ fn all(part: &std::path::Path, fields: &Fields, rows: &[usize]) -> Result<(), hd
     for name in ["CellOffsets", "ConnectivityIdOffsets"] {
         course.new_dataset::<i64>().shape((steps, 1)).create(name)?.write_raw(&zeros)?;
     }
-    let of = |place: Place| match place {
-        Place::Point => ("PointData", points),
-        Place::Cell => ("CellData", cells),
+    let of = |place: Centre| match place {
+        Centre::Point => ("PointData", points),
+        Centre::Cell => ("CellData", cells),
     };
-    for place in [Place::Point, Place::Cell] {
+    for place in [Centre::Point, Centre::Cell] {
         root.create_group(of(place).0)?;
         course.create_group(&format!("{}Offsets", of(place).0))?;
     }

@@ -10,7 +10,7 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::fields::{Cell, Field, Fields, Place, Values};
+use super::fields::{Cell, Centre, Field, Fields, Values};
 use super::put::{at, escape, number, put};
 use crate::store::MARK;
 
@@ -101,7 +101,7 @@ fn state(fields: &Fields, row: usize, mesh: &str) -> String {
     let (points, cells) = (fields.n_nodes(), fields.cells().len());
     let all = fields.at(row);
     let data =
-        |place: Place| all.iter().filter(|f| f.place == place).map(field).collect::<String>();
+        |place: Centre| all.iter().filter(|f| f.place == place).map(field).collect::<String>();
     format!(
         "{HEAD}{MARK}\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
          <UnstructuredGrid>\n<FieldData>\n\
@@ -109,8 +109,8 @@ fn state(fields: &Fields, row: usize, mesh: &str) -> String {
          <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">\n\
          <PointData>\n{}</PointData>\n<CellData>\n{}</CellData>\n{mesh}</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
         number(fields.stored.t[row]),
-        data(Place::Point),
-        data(Place::Cell),
+        data(Centre::Point),
+        data(Centre::Cell),
     )
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use hdf5::{Group, H5Type};
 
-use super::fields::{Cell, Field, Fields, Place, Values};
+use super::fields::{Cell, Centre, Field, Fields, Values};
 use super::put::{escape, number, put, replace};
 use crate::store::{MARK, StoreError};
 
@@ -85,8 +85,8 @@ fn light_state(
     );
     for f in all {
         let (centre, count) = match f.place {
-            Place::Point => ("Node", points),
-            Place::Cell => ("Cell", cells),
+            Centre::Point => ("Node", points),
+            Centre::Cell => ("Cell", cells),
         };
         let kind = match f.components {
             1 => "Scalar",
@@ -137,7 +137,7 @@ fn numbers(
         let group = states.create_group(&format!("{k:06}"))?;
         let all = fields.at(row);
         for f in &all {
-            let count = if f.place == Place::Point { points } else { cells };
+            let count = if f.place == Centre::Point { points } else { cells };
             match &f.values {
                 Values::Real(v) => dataset(&group, f.name, count, f.components, v)?,
                 Values::Whole(v) => dataset(&group, f.name, count, f.components, v)?,

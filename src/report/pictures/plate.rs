@@ -6,7 +6,7 @@ use std::sync::Arc;
 use plotters::prelude::*;
 
 use super::patches::{Corner, patches};
-use super::scaled::{Magnified, Place, label, side_by_side, significant, size};
+use super::scaled::{Magnified, Projection, label, side_by_side, significant, size};
 use super::wall::{Wall, boundary, draw_outline, draw_wall, walls};
 use crate::report::figure::{Area, Bar, Drawn, FigureError, Sheet, line, px, range, text, viridis};
 use crate::store::Stored;
@@ -55,7 +55,7 @@ impl<'s> Shapes<'s> {
             .draw(&Text::new(label(stored, r), (px(8.0), px(2.0)), text(13)))
             .map_err(FigureError::draw)?;
         let (_, canvas) = panel.split_vertically(px(20.0));
-        let place = Place::on(&canvas, 4.0, x, y);
+        let place = Projection::on(&canvas, 4.0, x, y);
         for k in 0..stored.elements.nrows() {
             let corner = |i: usize| Corner { at: self.position(r, i), value: size(stored, r, i) };
             let corners: Vec<Corner> = stored.nodes_of(k).into_iter().map(corner).collect();

@@ -88,7 +88,7 @@ pub(super) fn side_by_side<'s>(
 
 /// Where the plane lies on the pixels of a panel: equal scales in both directions.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Projection {
     start: [f64; 2],
     /// Pixels of a unit of length.
     pub(super) scale: f64,
@@ -98,7 +98,7 @@ pub(super) struct Place {
     height: f64,
 }
 
-impl Place {
+impl Projection {
     pub(super) fn on(canvas: &Area, border: f64, x: &Range<f64>, y: &Range<f64>) -> Self {
         let (w, h) = canvas.dim_in_pixel();
         let (w, height) = (f64::from(w), f64::from(h));
@@ -106,7 +106,7 @@ impl Place {
         let scale = ((w - 2.0 * border) / (x.end - x.start))
             .min((height - 2.0 * border) / (y.end - y.start));
         let left = (0.5 * (w - scale * (x.end - x.start))).max(border);
-        Place { start: [x.start, y.start], scale, border, left, height }
+        Projection { start: [x.start, y.start], scale, border, left, height }
     }
 
     pub(super) fn pixel(&self, p: [f64; 2]) -> (i32, i32) {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use plotters::prelude::*;
 
-use super::scaled::{Magnified, Place, label, side_by_side, significant};
+use super::scaled::{Magnified, Projection, label, side_by_side, significant};
 use crate::fem::shape;
 use crate::mesh::point::{cross, dot, unit};
 use crate::mesh::{ElementKind, Point};
@@ -248,7 +248,7 @@ impl<'s> Scene<'s> {
         let words = label(self.stored, row);
         panel.draw(&Text::new(words, (px(8.0), px(2.0)), text(13))).map_err(FigureError::draw)?;
         let (_, canvas) = panel.split_vertically(px(20.0));
-        let place = Place::on(&canvas, 6.0, x, y);
+        let place = Projection::on(&canvas, 6.0, x, y);
         let pixel = |p: &[f64; 2]| place.pixel(*p);
         for piece in self.pieces(row) {
             let outline: Vec<(i32, i32)> = piece.outline.iter().map(pixel).collect();

@@ -8,12 +8,12 @@ use faer::Mat;
 
 use super::balance::{Balance, Quadrature};
 use super::branch::{self, Begin, without};
-use super::fed::{Body, point};
 use super::modes::{Linear, project_in};
 use super::newton::condensed_residual;
 use super::series::{Basis, Series};
 use super::solution::Ended;
 use super::viscous::{Fed, Viscous};
+use super::viscous_mode::{ViscousBody, point};
 use super::{HbmError, Solution};
 use crate::continuation::{Family, Go, Options, Place, Stop, Units, norm};
 use crate::records::{GapReason, PlaceRecord, PointRecord};
@@ -149,13 +149,13 @@ pub fn place_of(body: &Viscous, n_h: usize, record: &PlaceRecord) -> Option<Plac
 
 /// Follow a family of `n_h` harmonics by arclength (or, with `natural`, by frequency).
 pub fn arclength(
-    body: &mut Body,
+    body: &mut ViscousBody,
     n_h: usize,
     start: Start,
     options: &Options,
     take: impl FnMut(PointRecord) -> Go,
 ) -> Result<Option<Stop>, HbmError> {
-    let Body { viscous, shooter } = body;
+    let ViscousBody { viscous, shooter } = body;
     let mut family = Tongue { body: viscous, n_h };
     let begin = match start {
         Start::Place(place) => Begin::Place(place),

@@ -13,7 +13,7 @@ use crate::records::{GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord
 pub(crate) const LEAST_FOR_ALPHA: usize = 7;
 
 /// The body of a family.
-pub struct Body {
+pub struct ViscousBody {
     /// For harmonic balance.
     pub viscous: Viscous,
     /// For shooting from every solution; none: nothing is shot.
@@ -26,7 +26,7 @@ type Track = Vec<(f64, Vec<f64>)>;
 /// Sequential continuation: at each frequency and for each number of harmonics from the secant, the previous point, the solution with fewer harmonics, the
 /// linear mode. `known` are the points of an earlier part.
 pub fn sequential(
-    body: &mut Body,
+    body: &mut ViscousBody,
     plan: &Sequential,
     known: &[&PointRecord],
     mut take: impl FnMut(PointRecord) -> Go,
@@ -57,7 +57,7 @@ pub fn sequential(
                     let x = unknowns.iter().copied().chain([omega]).collect();
                     track.push((omega, unknowns));
                     let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
-                    let Body { viscous, shooter } = body;
+                    let ViscousBody { viscous, shooter } = body;
                     let point = point(viscous, shooter.as_mut(), &fed, kind)?;
                     below = Some(fed);
                     PointRecord { place, ..point }
