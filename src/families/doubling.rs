@@ -9,12 +9,21 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::FamilyError;
-use crate::orbit::along::Start;
+use crate::orbit::along::{self, Start};
 use crate::orbit::period_map::integrate;
 use crate::orbit::search::{Effort, find};
+use crate::orbit::section::at_origin;
 use crate::orbit::{Closure, OrbitError, Propagator, floquet};
 use crate::records::{Bifurcation, PointKind, PointRecord};
 use crate::store::StoredFamily;
+
+/// An orbit beside a doubling: its frame vector at a section of the loads, and its frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Beside {
+    z: Vec<f64>,
+    omega: f64,
+    section: f64,
+}
 
 /// A period doubling of a stored response.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +33,7 @@ pub struct Doubling {
     /// Frequency: to the accuracy with which the response located it.
     pub omega: f64,
     /// Orbits on the side where a multiplier is below −1, and on the other one, nearest first: frame vector and frequency.
-    pub sides: [Vec<(Vec<f64>, f64)>; 2],
+    pub sides: [Vec<Beside>; 2],
 }
 
 /// So many orbits on each side of a doubling are tried.
@@ -45,9 +54,10 @@ pub(crate) fn of_family(family: &StoredFamily, size: usize) -> Vec<Doubling> {
             let below = |x: &[i64]| x.get(1).copied().unwrap_or(0);
             let opens = below(&change.after) > below(&change.before);
             let known = |p: &&PointRecord| {
-                let x = &p.place.as_ref().filter(|_| p.orbit.is_some())?.x;
-                let (omega, z) = x.split_last()?;
-                (z.len() >= size).then(|| (z[..size].to_vec(), *omega))
+                let place = p.place.as_ref().filter(|_| p.orbit.is_some())?;
+                let (&omega, z) = place.x.split_last()?;
+                let section = along::section_of(place);
+                (z.len() >= size).then(|| Beside { z: z[..size].to_vec(), omega, section })
             };
             let behind = points[k..].iter().filter_map(known).take(TRIED).collect();
             let ahead = points[..k].iter().rev().filter_map(known).take(TRIED).collect();
@@ -70,8 +80,9 @@ pub fn start(
     doubling: &Doubling,
 ) -> Result<Result<Start, String>, FamilyError> {
     let closure = Closure::Forced(2);
-    for (z, omega) in doubling.sides.iter().flatten() {
+    for Beside { z, omega, section } in doubling.sides.iter().flatten() {
         body.system.loads_mut().set_frequency(*omega);
+        let z = &at_origin(body, z, *omega, (*section, 1))?;
         let Some(v) = flip(body, z, TAU / omega)? else { continue };
         let size = z.iter().map(|z| z * z).sum::<f64>().sqrt();
         for share in ALONG {

@@ -59,6 +59,15 @@ impl Carried {
         }
     }
 
+    /// Count time from another instant of all harmonic motions.
+    pub(super) fn turn(&mut self, angle: f64) {
+        for m in &mut self.motions {
+            if let Course::Harmonic { phase, .. } = &mut m.course {
+                *phase += angle;
+            }
+        }
+    }
+
     /// The same over the coordinates of a reduction.
     pub fn reduced(&self, reduction: &Reduction) -> Carried {
         let of = |m: &Motion| Motion {

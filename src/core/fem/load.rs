@@ -123,6 +123,12 @@ impl Loads {
         self.carried.set_frequency(omega);
     }
 
+    /// Count time from another instant of all harmonic loads: their angles grow by `angle`.
+    pub(crate) fn turn(&mut self, angle: f64) {
+        self.harmonics.iter_mut().for_each(|h| h.phase += angle);
+        self.carried.turn(angle);
+    }
+
     /// Add a load; without `omega` it is constant, and has no phase.
     pub fn push(&mut self, force: Vec<f64>, omega: Option<f64>, phase: f64) {
         match omega {

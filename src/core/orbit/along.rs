@@ -53,7 +53,9 @@ pub fn arclength(
     };
     if mapped {
         let family = &mut Mapped::new(body, closure);
-        return across_corners(family, start, options, &mut memory, &mut take);
+        let ended = across_corners(family, start, options, &mut memory, &mut take);
+        family.set_section(0.0);
+        return ended;
     }
     let mut family = Segments::new(body, closure, chain);
     let walked = along(&mut family, start, options, (&mut memory, false), &mut take)?;
@@ -184,18 +186,20 @@ pub struct Memory {
     flawed: usize,
     /// Points since the last corner that was passed.
     since_corner: usize,
+    /// The instant of the loads at which the states of the branch are taken, in their periods.
+    section: f64,
 }
 
 impl Memory {
     /// The numbers that a file keeps (what a subharmonic orbit is halfway is computed anew).
     fn numbers(&self) -> Vec<f64> {
-        vec![self.largest, self.flawed as f64, self.since_corner as f64]
+        vec![self.largest, self.flawed as f64, self.since_corner as f64, self.section]
     }
 
     fn of_numbers(numbers: &[f64]) -> Memory {
-        let &[largest, flawed, since_corner] = numbers else { return Memory::default() };
+        let &[largest, flawed, since_corner, section] = numbers else { return Memory::default() };
         let (flawed, since_corner) = (flawed as usize, since_corner as usize);
-        Memory { halfway: None, largest, flawed, since_corner }
+        Memory { halfway: None, largest, flawed, since_corner, section }
     }
 
     /// One more point.
@@ -203,6 +207,11 @@ impl Memory {
         self.flawed = if orbit.is_none() { self.flawed + 1 } else { 0 };
         self.since_corner += 1;
     }
+}
+
+/// The instant of the loads at which the state of a place is taken, in their periods.
+pub fn section_of(place: &PlaceRecord) -> f64 {
+    Memory::of_numbers(&place.memory).section
 }
 
 /// At the fold of a period doubling an orbit differs from itself one period later by less than this, over the most on its branch.
@@ -230,8 +239,9 @@ fn along<F: OrbitFamily>(
     (memory, limits): (&mut Memory, bool),
     take: &mut dyn FnMut(PointRecord) -> Go,
 ) -> Result<Option<Walked>, OrbitError> {
-    let place = match start {
+    let mut place = match start {
         Begin::Place(place) => {
+            family.set_section(memory.section);
             if memory.halfway.is_none() && memory.since_corner > 0 {
                 memory.halfway = family.orbit(&place.x)?.halfway;
             }
@@ -249,41 +259,66 @@ fn along<F: OrbitFamily>(
             place
         }
     };
-    let (mut failed, mut end) = (None, None);
+    let mut options = options.clone();
     let mut last = place.clone();
     let unit = family.body().system.units.length;
-    let mut visit = |family: &mut F, p: &continuation::Point<Chain>| {
-        let at = p.x[p.x.len() - 1];
-        if memory.is_doubling(&family.orbit(&p.x)?, p.special.as_ref()) {
-            let why = format!(
-                "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
-            );
-            end = Some(Ending { stop: Stop::Interrupted, why: Some(why), met: true });
-            return Ok(Go::Break(()));
+    // a walk for each section
+    loop {
+        let (mut failed, mut end, mut moved, mut count) = (None, None, None, 0);
+        let mut visit = |family: &mut F, p: &continuation::Point<Chain>| {
+            let at = p.x[p.x.len() - 1];
+            let orbit = family.orbit(&p.x)?;
+            if memory.is_doubling(&orbit, p.special.as_ref()) {
+                let why = format!(
+                    "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
+                );
+                end = Some(Ending { stop: Stop::Interrupted, why: Some(why), met: true });
+                return Ok(Go::Break(()));
+            }
+            let mut found = point(family, &p.x, p.special.as_ref(), None)?;
+            memory.count(found.orbit.as_ref());
+            count += 1;
+            // a special point inside a step is no place to go on from: the step is made anew
+            if matches!(p.special, None | Some(Special::Border(_))) {
+                last = p.place.clone();
+                moved = family.moved(&last)?;
+                if let Some(place) = &moved {
+                    last = place.clone();
+                    memory.section = family.section();
+                    memory.halfway = None;
+                }
+                found.place = Some(place_record(&last, memory.numbers()));
+            }
+            if limits {
+                end = limit(&found, memory, unit);
+            }
+            if take(found).is_break() {
+                moved = None;
+                return Ok(Go::Break(()));
+            }
+            Ok(match end.is_some() || moved.is_some() {
+                true => Go::Break(()),
+                false => Go::Continue(()),
+            })
+        };
+        let stop = continuation::follow(family, place, &options, |family, p| {
+            visit(family, &p).unwrap_or_else(|e| {
+                failed = Some(e);
+                Go::Break(())
+            })
+        })?;
+        match (failed, moved) {
+            (Some(e), _) => return Err(e),
+            // the branch goes on at another section
+            (None, Some(next)) if end.is_none() && stop == Stop::Interrupted => {
+                options.points = options.points.saturating_sub(count);
+                if options.points == 0 {
+                    return Ok(Some(Walked { stop: Stop::Points, last, end }));
+                }
+                place = next;
+            }
+            _ => return Ok(Some(Walked { stop, last, end })),
         }
-        // a special point inside a step is no place to go on from: the step is made anew
-        let regular = matches!(p.special, None | Some(Special::Border(_)));
-        if regular {
-            last = p.place.clone();
-        }
-        let mut found = point(family, &p.x, p.special.as_ref(), None)?;
-        memory.count(found.orbit.as_ref());
-        found.place = regular.then(|| place_record(&p.place, memory.numbers()));
-        if limits {
-            end = limit(&found, memory, unit);
-        }
-        let go = take(found);
-        Ok(if end.is_some() { Go::Break(()) } else { go })
-    };
-    let stop = continuation::follow(family, place, options, |family, p| {
-        visit(family, &p).unwrap_or_else(|e| {
-            failed = Some(e);
-            Go::Break(())
-        })
-    })?;
-    match failed {
-        Some(e) => Err(e),
-        None => Ok(Some(Walked { stop, last, end })),
     }
 }
 

@@ -105,6 +105,16 @@ impl Orbit {
         self.closure.period(1.0) / self.period
     }
 
+    /// The same orbit with its time counted from a later instant, a share of the period from here, where its state is another one.
+    pub(super) fn counted_from(mut self, share: f64, z: Vec<f64>, state: State) -> Orbit {
+        let from = share * self.period;
+        for s in &mut self.switches {
+            s.t = (s.t - from).rem_euclid(self.period);
+        }
+        self.switches.sort_by(|a, b| a.t.total_cmp(&b.t));
+        Orbit { z, state, ..self }
+    }
+
     /// No penetration and no tension, between switches as well as at them.
     pub fn is_admissible(&self) -> bool {
         self.gap_error <= VIOLATION && self.tension <= VIOLATION && self.certified

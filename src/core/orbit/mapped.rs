@@ -10,6 +10,7 @@ use faer::Mat;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
+use super::section::{Section, later};
 use super::segments::Segments;
 use super::shooting::{Closure, image, jacobian};
 use super::{OrbitError, OrbitFamily, tolerate};
@@ -19,6 +20,7 @@ use crate::continuation::{self, Family, Go, Options, Place, Special, Units, norm
 pub struct Mapped<'a> {
     body: &'a mut Propagator,
     closure: Closure,
+    section: Section,
     examined: Option<(Vec<f64>, Orbit)>,
 }
 
@@ -33,13 +35,17 @@ const CLEAR: usize = 3;
 /// A way around a corner that leads back along the branch, by the cosine, is none.
 const RETRACED: f64 = 0.98;
 
+/// How far along the branch neighbours are carried to another section, of arclength.
+const ALONG: f64 = 1e-6;
+
 /// An orbit this near to a grazing, over the unit of length, is at one.
 const GRAZING: f64 = 1e-3;
 
 impl<'a> Mapped<'a> {
     /// The family of a body whose orbits close in a way.
     pub fn new(body: &'a mut Propagator, closure: Closure) -> Mapped<'a> {
-        Mapped { body, closure, examined: None }
+        let section = Section::new(body, closure.periods());
+        Mapped { body, closure, section, examined: None }
     }
 
     /// What the map says, or nothing where it cannot be evaluated.
@@ -150,18 +156,8 @@ impl<'a> Mapped<'a> {
         Ok(Some(Place { x, tangent, step: AROUND.2, chart, orientation, signature }))
     }
 
-    /// How near a place is to a grazing, in words, if it is.
-    pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
-        let orbit = self.orbit(x)?;
-        Ok((orbit.grazing < GRAZING)
-            .then(|| format!("grazing corner ({:.1e} of the unit of length)", orbit.grazing)))
-    }
-}
-
-type Evaluated = (Vec<f64>, Mat<f64>);
-
-impl OrbitFamily for Mapped<'_> {
-    fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
+    /// The orbit from the section on.
+    fn seen(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
         if let Some((known, orbit)) = &self.examined
             && known == x
         {
@@ -175,8 +171,74 @@ impl OrbitFamily for Mapped<'_> {
         Ok(orbit)
     }
 
+    /// How near a place is to a grazing, in words, if it is.
+    pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
+        let orbit = self.seen(x)?;
+        Ok((orbit.grazing < GRAZING)
+            .then(|| format!("grazing corner ({:.1e} of the unit of length)", orbit.grazing)))
+    }
+}
+
+type Evaluated = (Vec<f64>, Mat<f64>);
+
+impl OrbitFamily for Mapped<'_> {
+    /// As it is from the origin of time on.
+    fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
+        let orbit = self.seen(x)?;
+        let left = self.section.until_origin();
+        if left == 0.0 {
+            return Ok(orbit);
+        }
+        let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
+        let z = later(self.body, z, *omega, left)?;
+        let state = self.body.state(&z);
+        Ok(orbit.counted_from(left / self.closure.periods() as f64, z, state))
+    }
+
     fn body(&self) -> &Propagator {
         self.body
+    }
+
+    fn section(&self) -> f64 {
+        self.section.at()
+    }
+
+    fn set_section(&mut self, at: f64) {
+        if at != self.section.at() {
+            self.section.set(self.body, at);
+            self.examined = None;
+        }
+    }
+
+    fn moved(&mut self, place: &Place<Chain>) -> Result<Option<Place<Chain>>, OrbitError> {
+        if !self.closure.is_forced() {
+            return Ok(None);
+        }
+        let seen = self.seen(&place.x)?;
+        let Some(at) = self.section.better(&seen) else { return Ok(None) };
+        let (from, periods) = (self.section.at(), self.section.until(at));
+        let n = place.x.len() - 1;
+        let along = |share: f64| -> Vec<f64> {
+            place.x.iter().zip(&place.tangent).map(|(x, t)| x + share * t).collect()
+        };
+        let mut there = |share: f64| -> Result<Option<Vec<f64>>, OrbitError> {
+            let x = along(share);
+            let z = tolerate(later(self.body, &x[..n], x[n], periods))?;
+            Ok(z.map(|z| [z, vec![x[n]]].concat()))
+        };
+        // the tangent is carried along by differences: it is the direction of the next step, and made exact below
+        let ends = (there(-ALONG)?, there(0.0)?, there(ALONG)?);
+        let (Some(before), Some(x), Some(behind)) = ends else { return Ok(None) };
+        self.set_section(at);
+        let carried = behind.iter().zip(&before).map(|(b, a)| (b - a) / (2.0 * ALONG));
+        let c: Vec<f64> = self.weights(&x).iter().zip(carried).map(|(w, t)| w * t).collect();
+        let Some((tangent, orientation)) = continuation::tangent(self, &x, &c)? else {
+            self.set_section(from);
+            return Ok(None);
+        };
+        let signature = self.signature(&x)?;
+        let (step, chart) = (place.step, self.chart());
+        Ok(Some(Place { x, tangent, step, chart, orientation, signature }))
     }
 }
 
@@ -227,7 +289,7 @@ impl Family for Mapped<'_> {
     fn set_chart(&mut self, _: &Chain) {}
 
     fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, OrbitError> {
-        let orbit = self.orbit(x)?;
+        let orbit = self.seen(x)?;
         Ok(orbit.stability.map_or(vec![], |s| s.outside.iter().map(|&k| k as i64).collect()))
     }
 }

@@ -45,6 +45,8 @@ pub(crate) mod pin;
 pub(crate) mod saltation;
 pub mod search;
 #[doc(hidden)]
+pub mod section;
+#[doc(hidden)]
 pub mod segments;
 pub mod shooting;
 pub(crate) mod tangent;
@@ -60,7 +62,7 @@ pub use segments::Segments;
 pub use shooting::Closure;
 
 use crate::contact::ContactError;
-use crate::continuation::Family;
+use crate::continuation::{Family, Place};
 use crate::event::Outcome;
 use crate::fem::FemError;
 
@@ -70,6 +72,16 @@ pub trait OrbitFamily: Family<Chart = Chain, Error = OrbitError> {
     fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError>;
     /// The body.
     fn body(&self) -> &Propagator;
+    /// The same place where the states of the family had better be taken from here on, if not where they are.
+    fn moved(&mut self, _: &Place<Chain>) -> Result<Option<Place<Chain>>, OrbitError> {
+        Ok(None)
+    }
+    /// The instant of the loads at which states are taken, in periods of the loads.
+    fn section(&self) -> f64 {
+        0.0
+    }
+    /// Take them at another one.
+    fn set_section(&mut self, _: f64) {}
 }
 
 /// The period map could not be evaluated.
