@@ -45,6 +45,7 @@ mod problem;
 mod promises;
 mod random_scenes;
 mod reference_solutions;
+mod responses;
 mod scenes;
 mod schema;
 mod solids;

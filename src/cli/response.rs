@@ -10,7 +10,7 @@ use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::{Asked, FamilyError, Known, start};
 use signorini::orbit::along::Start;
-use signorini::orbit::search::{Effort, find};
+use signorini::orbit::settle::ladder;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::records::{
@@ -198,13 +198,15 @@ impl Request {
         let range = self.options.range;
         let (Some((n_h, direction)), Some(grid)) = (piece.series, grid) else {
             let task = BranchTask { index, known, options: &self.options, points_suffice: false };
-            let mut body = family::propagator(load::of_scene(scene)?.system)?;
+            let problem = load::of_scene(scene)?;
+            let mut body = family::propagator(problem.system)?;
             if let Some(doubling) = &piece.doubling {
                 let start = |body: &mut Propagator| doubling::start(body, doubling);
                 return Ok(follow::orbits(&mut body, Closure::Forced(2), task, start, take)?);
             }
-            let start = |body: &mut Propagator| from_linear_response(body, range.0);
-            return Ok(follow::orbits(&mut body, Closure::FORCED, task, start, take)?);
+            let given = start::given(scene, &problem.initial, &body);
+            let start = |body: &mut Propagator| first_orbit(body, &given, range.0);
+            return Ok(follow::response(&mut body, task, start, take)?);
         };
         let stretch = Stretch { grid, range, downwards: direction == Direction::Down };
         // the one branch of this job
@@ -223,17 +225,15 @@ fn short(omega: f64) -> f64 {
     format!("{omega:.8e}").parse().unwrap_or(omega)
 }
 
-/// The orbit that shooting finds from the linear response at `omega`.
-fn from_linear_response(
+/// The first orbit: from the scene's own state if it has one, the linear response, or what the body settles to.
+fn first_orbit(
     body: &mut Propagator,
+    given: &[Vec<f64>],
     omega: f64,
 ) -> Result<Result<Start, String>, FamilyError> {
-    body.system.loads_mut().set_frequency(omega);
-    let guess = body.linear_response();
-    let verdict = find(body, Closure::FORCED, &guess, omega, &Effort::default())?;
-    Ok(match verdict.orbit() {
-        Some(orbit) => Ok(Start::Orbit(Box::new(orbit.clone()), 1.0)),
-        None => Err(format!("no orbit at omega = {omega}: {verdict}")),
+    Ok(match ladder(body, given, omega)? {
+        Ok(orbit) => Ok(Start::Orbit(orbit, 1.0)),
+        Err(why) => Err(format!("no orbit at omega = {omega}: {why}")),
     })
 }
 

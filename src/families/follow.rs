@@ -7,8 +7,9 @@ use crate::hbm::newton::Settings;
 use crate::hbm::{viscous_branch, viscous_mode};
 use crate::orbit::along::{self, Start};
 use crate::orbit::search::{Effort, find};
+use crate::orbit::settle::{Settled, settle};
 use crate::orbit::{Closure, Orbit, Propagator};
-use crate::records::{BranchEnd, EndReason, PlaceRecord, PointRecord};
+use crate::records::{BranchEnd, EndReason, OrbitRecord, PlaceRecord, PointKind, PointRecord};
 
 /// A branch to follow.
 #[derive(Clone, Copy)]
@@ -51,6 +52,168 @@ pub fn orbits(
         };
         Ok(ending.map(told).ok_or_else(|| NO_TANGENT.into()))
     })
+}
+
+/// Follow a forced response to higher frequencies, up to the end of the range: where the branch is lost, or comes back along itself, an orbit a little further on is
+/// looked for, and the response goes on from there behind a jump.
+pub fn response(
+    body: &mut Propagator,
+    task: BranchTask,
+    start: impl FnOnce(&mut Propagator) -> Result<Result<Start, String>, FamilyError>,
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    let high = task.options.range.1;
+    let mut trace = Trace::of(&task.known.branch(task.index));
+    go_on(task, take, |place, options, take| {
+        let mut from = match place {
+            Some(place) => Start::of_record(place),
+            None => match start(body)? {
+                Ok(start) => start,
+                Err(why) => return Ok(Err(why)),
+            },
+        };
+        let (mut options, mut told) = (options.clone(), vec![]);
+        let mut is_jump = false;
+        loop {
+            let mut count = 0;
+            let mut watched = |mut point: PointRecord| {
+                if std::mem::take(&mut is_jump) {
+                    point.special = PointKind::Jump;
+                }
+                count += 1;
+                trace.add(&point);
+                match take(point) {
+                    Go::Continue(()) if trace.retraced => Go::Break(()),
+                    go => go,
+                }
+            };
+            let ending = along::arclength(body, Closure::FORCED, from, &options, &mut watched)?;
+            let Some(ending) = ending else { return Ok(Err(NO_TANGENT.into())) };
+            options.points = options.points.saturating_sub(count);
+            let why = match &ending.stop {
+                _ if trace.retraced => format!("comes back along itself at {:.9}", trace.omega()),
+                Stop::Step { .. } | Stop::DeadEnd { .. } => ending.to_string(),
+                stop => {
+                    let reason = if ending.met { EndReason::Met } else { reason(stop) };
+                    told.push(ending.to_string());
+                    return Ok(Ok((told.join("; "), reason)));
+                }
+            };
+            let at = trace.omega();
+            let next = if options.points > 0 { trace.beyond(body, high)? } else { None };
+            let Some(orbit) = next else {
+                told.push(why);
+                return Ok(Ok((told.join("; "), EndReason::Stuck)));
+            };
+            let what = trace.turn(at, &orbit).unwrap_or_else(|| format!("lost: {why}"));
+            told.push(format!("{what}; goes on behind a jump at {:.9}", orbit.omega()));
+            trace.retraced = false;
+            is_jump = true;
+            from = Start::Orbit(Box::new(orbit), 1.0);
+        }
+    })
+}
+
+/// How far beyond a place where a branch was lost an orbit is looked for, over the frequency.
+const BEYOND: [f64; 4] = [1e-4, 1e-3, 5e-3, 0.02];
+/// Orbits whose energies and amplitudes differ by less, relative, are taken for one.
+const SAME: f64 = 1e-3;
+/// So many points in a row that lie on a branch that is known mean that it comes back.
+const BACK: usize = 3;
+/// A free motion that comes as near as this to the obstacle grazes it, over the unit of length.
+const GRAZES: f64 = 1e-2;
+
+/// The way that a response has come.
+#[derive(Default)]
+struct Trace {
+    /// Frequency, energy, amplitude.
+    points: Vec<[f64; 3]>,
+    /// Where a piece begins behind a jump.
+    pieces: Vec<usize>,
+    /// The state that was seen last.
+    last: Option<OrbitRecord>,
+    back: usize,
+    /// It comes back along itself.
+    retraced: bool,
+}
+
+impl Trace {
+    fn of(points: &[&PointRecord]) -> Trace {
+        let mut trace = Trace::default();
+        points.iter().for_each(|p| trace.add(p));
+        // what was found before was judged then
+        trace.retraced = false;
+        trace
+    }
+
+    fn add(&mut self, p: &PointRecord) {
+        let Some(orbit) = &p.orbit else { return };
+        let here = [p.omega, orbit.energy, orbit.amplitude];
+        if p.special == PointKind::Jump {
+            self.pieces.push(self.points.len());
+            self.back = 0;
+        }
+        self.back = if self.knows(here, BACK) { self.back + 1 } else { 0 };
+        self.retraced |= self.back >= BACK;
+        self.points.push(here);
+        self.last = Some(orbit.clone());
+    }
+
+    /// The frequency at its end.
+    fn omega(&self) -> f64 {
+        self.points.last().map_or(f64::NAN, |p| p[0])
+    }
+
+    /// Whether an orbit lies on the way, but for its last points.
+    fn knows(&self, [omega, energy, amplitude]: [f64; 3], but: usize) -> bool {
+        let old = &self.points[..self.points.len().saturating_sub(but)];
+        old.windows(2).enumerate().any(|(k, pair)| {
+            let [a, b] = [pair[0], pair[1]];
+            let (low, high) = (a[0].min(b[0]), a[0].max(b[0]));
+            if self.pieces.contains(&(k + 1)) || omega < low || omega > high || low == high {
+                return false;
+            }
+            let s = (omega - a[0]) / (b[0] - a[0]);
+            let near = |j: usize, value: f64| {
+                let there = a[j] + s * (b[j] - a[j]);
+                (there - value).abs() <= SAME * value.abs().max(there.abs())
+            };
+            near(1, energy) && near(2, amplitude)
+        })
+    }
+
+    /// An orbit a little further on that does not lie on the way.
+    fn beyond(&self, body: &mut Propagator, high: f64) -> Result<Option<Orbit>, FamilyError> {
+        let at = self.omega();
+        for share in BEYOND {
+            let omega = at * (1.0 + share);
+            if omega > high {
+                return Ok(None);
+            }
+            body.system.loads_mut().set_frequency(omega);
+            let linear = body.linear_response();
+            let effort = Effort { rescue: false, ..Effort::of(Closure::FORCED) };
+            let mut found = find(body, Closure::FORCED, &linear, omega, &effort)?.orbit().cloned();
+            let is_new = |orbit: &Orbit| !self.knows([omega, orbit.energy, orbit.amplitude], 0);
+            if !found.as_ref().is_some_and(is_new)
+                && let Ok(Settled::Orbit(orbit)) = settle(body, &linear, omega)
+                && orbit.closure == Closure::FORCED
+            {
+                found = Some(*orbit);
+            }
+            if let Some(orbit) = found.filter(is_new) {
+                return Ok(Some(orbit));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Where a branch turns at a grazing: behind it the motion is free, and near the obstacle.
+    fn turn(&self, omega: f64, behind: &Orbit) -> Option<String> {
+        let is_free = behind.switches.is_empty() && behind.contact_time == 0.0;
+        (is_free && behind.grazing < GRAZES)
+            .then(|| format!("turns at a grazing at {omega:.9}, behind it nothing touches"))
+    }
 }
 
 /// The first orbit of frequency `omega` that a guess leads to.

@@ -79,6 +79,16 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
 /// Amplitudes of the first mode over grazing, on the side away from the obstacle.
 const AMPLITUDES: [f64; 7] = [-1.1, -1.2, -1.05, -1.4, -1.7, -2.2, -3.0];
 
+fn is_given(scene: &Scene) -> bool {
+    let s = &scene.initial;
+    s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some()
+}
+
+/// The scene's initial state as a frame vector, if it has one.
+pub fn given(scene: &Scene, initial: &State, body: &Propagator) -> Vec<Vec<f64>> {
+    is_given(scene).then(|| body.frame(initial)).into_iter().collect()
+}
+
 /// Guesses at an orbit: the scene's initial state, or the first mode of the open body beyond grazing.
 pub fn guesses(
     scene: &Scene,
@@ -87,9 +97,7 @@ pub fn guesses(
     closure: Closure,
     omega: f64,
 ) -> Vec<Vec<f64>> {
-    let s = &scene.initial;
-    let given =
-        s.mode.is_some() || s.file.is_some() || s.displacement.is_some() || s.velocity.is_some();
+    let given = is_given(scene);
     let unknowns = closure.unknowns(body.n());
     let mut list = vec![];
     if let Closure::Viscous(pin) = closure {

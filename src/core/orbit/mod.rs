@@ -48,6 +48,8 @@ pub mod search;
 pub mod section;
 #[doc(hidden)]
 pub mod segments;
+#[doc(hidden)]
+pub mod settle;
 pub mod shooting;
 pub(crate) mod tangent;
 pub mod viscous;

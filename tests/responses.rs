@@ -1,0 +1,104 @@
+//! Forced responses: branches that do not depend on the instant at which their states are taken, first orbits where the linear response is far from any, and ranges that are
+//! covered to their end.
+
+use crate::common::{json, root, scene};
+use serde_json::Value;
+use signorini::contact::State;
+use signorini::event::Silent;
+use signorini::orbit::Propagator;
+use signorini::orbit::settle::{Settled, ladder, settle};
+use signorini::problem::Problem;
+use signorini::simulate::simulate;
+
+/// The response of a scene, with the phase of its load changed.
+fn response(scene: &str, load: &str, phase: f64, words: &[&str]) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(root().join("scenarios").join(scene)).unwrap();
+    assert!(text.contains(load));
+    let text = text.replace(load, &format!("{load}\nphase = {phase}"));
+    let meshes = root().join("scenarios/meshes").display().to_string();
+    let text = text.replace("meshes/", &format!("{meshes}/"));
+    let (file, out) = (folder.path().join("scene.toml"), folder.path().join("out.h5"));
+    std::fs::write(&file, text).unwrap();
+    let [file, out] = [&file, &out].map(|p| p.to_str().unwrap());
+    json(&[&["response", file, "-o", out], words].concat())
+}
+
+fn points(response: &Value) -> &[Value] {
+    response["points"].as_array().unwrap()
+}
+
+/// Frequencies of the folds.
+fn folds(response: &Value) -> Vec<f64> {
+    let is_fold = |p: &&Value| p["special"] == "fold";
+    points(response).iter().filter(is_fold).map(|p| p["omega"].as_f64().unwrap()).collect()
+}
+
+/// The origin of time of the load is nobody's business: the same fold, the same orbits at both ends of the range, about as many points.
+#[test]
+fn a_branch_does_not_know_the_phase_of_its_load() {
+    let words = ["--ratios", "0.02", "--range", "1.5,1.8"];
+    let all: Vec<Value> = [0.0, 1.3, 2.6]
+        .map(|phase| response("half-plate-response.toml", "kind = \"mode\"", phase, &words))
+        .into();
+    let end = |r: &Value, key: &str| points(r).last().unwrap()[key].as_f64().unwrap();
+    for r in &all {
+        assert_eq!(end(r, "omega"), 1.8);
+        assert!((folds(r)[0] / folds(&all[0])[0] - 1.0).abs() < 1e-8, "{:?}", folds(r));
+        assert!((end(r, "energy") / end(&all[0], "energy") - 1.0).abs() < 1e-8);
+        let share = points(r).len() as f64 / points(&all[0]).len() as f64;
+        assert!((0.8..1.25).contains(&share), "{share}");
+    }
+}
+
+/// A bar whose linear response is fifty gaps high.
+const CLOSE: &str = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [5]\nyoung = 1.0\ndensity = 1.0\n\
+    [[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 0.02\n[damping]\nratio = 0.05\nmode = 1\n\
+    [[load]]\nkind = 'mode'\nmode = 1\namplitude = 0.5\nomega = OMEGA\n[run]\nperiods = 200\nintegrator = 'dop853'\nrtol = 1e-10\n";
+
+/// What the ladder finds is what the bar comes to from rest by another integrator, where that is an orbit of the loads' own period; else Newton's method finds the unstable one
+/// beside the orbit of several periods that the bar comes to.
+#[test]
+fn first_orbits_are_found_where_the_linear_response_is_far() {
+    let (mut attracting, mut beside) = (0, 0);
+    for omega in [0.9, 1.1, 1.3, 1.7, 1.9, 2.3] {
+        let scene = scene(&CLOSE.replace("OMEGA", &omega.to_string()));
+        let problem = Problem::new(&scene, None).unwrap();
+        let n = problem.system.n_o();
+        let mut body = Propagator::new(problem.system.clone()).unwrap();
+        let orbit = ladder(&mut body, &[], omega).unwrap().unwrap();
+        assert!(orbit.flaws().is_empty() && orbit.closure.periods() == 1);
+        if !orbit.stability.as_ref().unwrap().is_stable() {
+            let settled = settle(&mut body, &vec![0.0; 2 * n], omega).unwrap();
+            let Settled::Orbit(longer) = settled else { panic!("{omega}: {settled:?}") };
+            assert!(longer.closure.periods() > 1, "{omega}");
+            beside += 1;
+            continue;
+        }
+        let end = simulate(&scene, &problem, false, &mut Silent).unwrap();
+        let State { u, v, .. } = end.last;
+        let size = orbit.state.u.iter().chain(&orbit.state.v).fold(0.0f64, |m, x| m.max(x.abs()));
+        let off = (u.iter().zip(&orbit.state.u)).chain(v.iter().zip(&orbit.state.v));
+        let off = off.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / size;
+        assert!(off < 1e-6, "{omega}: {off:e}");
+        attracting += 1;
+    }
+    println!("{attracting} attracting, {beside} beside others");
+    assert!(attracting >= 3);
+}
+
+/// The beam between two stops over its whole range, whatever the phase of the load: one fold, the turn at a grazing, behind it the motion that touches nothing.
+#[test]
+#[ignore = "four minutes"]
+fn the_beam_is_followed_through_its_whole_range() {
+    for phase in [0.0, 0.8, 1.57, 2.4] {
+        let words = ["--range", "0.045,0.070"];
+        let r = response("beam.toml", "omega = 0.052", phase, &words);
+        let last = points(&r).last().unwrap();
+        assert_eq!(last["omega"].as_f64(), Some(0.07), "{phase}");
+        assert!((folds(&r)[0] - 0.069_486_57).abs() < 1e-8, "{phase}: {:?}", folds(&r));
+        let stop = r["stops"][0]["stop"].as_str().unwrap();
+        assert!(stop.starts_with("turns at a grazing at 0.05928"), "{stop}");
+        println!("{phase}: {} points", points(&r).len());
+    }
+}
