@@ -274,7 +274,7 @@ impl System {
 
     /// Whether the acceleration is the same on both sides of a switching surface: stiffness-proportional damping of contact displacements makes it
     /// jump even where the method does not.
-    pub(crate) fn is_smooth(&self) -> bool {
+    pub fn is_lipschitz(&self) -> bool {
         let plain = self.contact_has_inertia() || self.damping.is_none_or(|d| d.beta == 0.0);
         self.promise().is_lipschitz && plain
     }

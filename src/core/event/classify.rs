@@ -100,7 +100,7 @@ impl Surface<'_> {
         // undecided nodes enter as they are in the present phase
         let mut base = set;
         undecided.iter().for_each(|&i| base.set(i, present.at(i)));
-        match self.system.is_smooth() {
+        match self.system.is_lipschitz() {
             true => self.by_common_acceleration(&base, &undecided, scratch),
             false => self.by_acceleration(&base, &undecided, scratch),
         }

@@ -78,7 +78,7 @@ pub(crate) fn run_json(
         "method": {
             "name": system.method_name(),
             "conserves_energy": system.promise().conserves_energy,
-            "is_lipschitz": system.promise().is_lipschitz,
+            "is_lipschitz": system.is_lipschitz(),
             "yields": system.promise().yields,
             "mass_ratio": mass_ratio(system),
         },
