@@ -87,6 +87,19 @@ fn first_orbits_are_found_where_the_linear_response_is_far() {
     assert!(attracting >= 3);
 }
 
+/// The valve, whose linear response is many gaps high and whose shooting from there finds nothing: a stable orbit, and an unstable one beside a stable one of two periods.
+#[test]
+fn the_valve_has_an_orbit_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = root().join("scenarios/valve.toml").display().to_string();
+    for (omega, stable) in [("0.55", true), ("0.48", false)] {
+        let out = folder.path().join(format!("{omega}.h5")).display().to_string();
+        let orbit = json(&["orbit", &scene, "--omega", omega, "-o", &out]);
+        assert_eq!(orbit["stable"], stable, "{omega}: {orbit}");
+        assert!(orbit["residual"].as_f64().unwrap() < 1e-10);
+    }
+}
+
 /// The beam between two stops over its whole range, whatever the phase of the load: one fold, the turn at a grazing, behind it the motion that touches nothing.
 #[test]
 #[ignore = "four minutes"]

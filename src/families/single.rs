@@ -1,6 +1,7 @@
 //! One orbit of a scene at a frequency.
 
 use crate::orbit::search::{Effort, Verdict, find};
+use crate::orbit::settle::ladder;
 use crate::orbit::viscous::by_viscosity;
 use crate::orbit::{Closure, OrbitError, Propagator};
 
@@ -24,6 +25,20 @@ pub fn search(
     {
         return Ok(found);
     }
+    let settled = match closure == Closure::FORCED {
+        true => ladder(body, guesses, omega)?,
+        false => Err(String::new()),
+    };
+    let why = match settled {
+        Ok(orbit) => return Ok(Verdict::Orbit(orbit)),
+        Err(why) => why,
+    };
     // the search for the cause, from the first guess
-    find(body, closure, &guesses[0], omega, &Effort::of(closure))
+    let mut found = find(body, closure, &guesses[0], omega, &Effort::of(closure))?;
+    if let Verdict::NotFound { reason, .. } = &mut found
+        && !why.is_empty()
+    {
+        *reason = Some(why);
+    }
+    Ok(found)
 }

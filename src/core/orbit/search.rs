@@ -54,7 +54,7 @@ pub enum Verdict {
         residual: f64,
         /// Smallest singular value there over the largest.
         singular_value: f64,
-        /// Why the map could not be evaluated at the guess, if so.
+        /// What was met, if more is known: the map could not be evaluated at the guess, the body does not settle.
         reason: Option<String>,
     },
 }
@@ -102,7 +102,7 @@ impl std::fmt::Display for Verdict {
                 )
             }
             Verdict::NotFound { reason: Some(reason), .. } => {
-                write!(f, "not found: the period map fails at the guess: {reason}")
+                write!(f, "not found: {reason}")
             }
             Verdict::NotFound { residual, singular_value, .. } if singular_value.is_nan() => {
                 write!(f, "not found: the guess is too far (least residual {residual:.1e})")
@@ -158,7 +158,8 @@ pub fn find(
         Ok(shot) => shot,
         Err(e) if e.is_of_one_motion() => {
             let (residual, singular_value) = (f64::INFINITY, f64::NAN);
-            return Ok(Verdict::NotFound { residual, singular_value, reason: Some(e.to_string()) });
+            let reason = Some(format!("the period map fails at the guess: {e}"));
+            return Ok(Verdict::NotFound { residual, singular_value, reason });
         }
         Err(e) => return Err(e),
     };
