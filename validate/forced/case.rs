@@ -10,7 +10,9 @@ use std::f64::consts::TAU;
 
 use signorini::continuation::Go;
 use signorini::orbit::Propagator;
+use signorini::orbit::along::section_of;
 use signorini::orbit::period_map::integrate;
+use signorini::orbit::section::at_origin;
 use signorini::problem::Problem;
 use signorini::records::{PointKind, PointRecord};
 
@@ -48,7 +50,8 @@ fn body(ratio: f64) -> Result<Propagator, String> {
 fn behaves(body: &mut Propagator, p: &PointRecord) -> Result<Option<bool>, String> {
     let (Some(orbit), Some(place)) = (&p.orbit, &p.place) else { return Ok(None) };
     body.system.loads_mut().set_frequency(p.omega);
-    let z = &place.x[..2 * body.n()];
+    let (size, section) = (2 * body.n(), (section_of(place), 1));
+    let z = &at_origin(body, &place.x[..size], p.omega, section).map_err(|e| e.to_string())?;
     let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(z);
     let distance =

@@ -7,7 +7,9 @@
 
 use signorini::continuation::Go;
 use signorini::orbit::Propagator;
+use signorini::orbit::along::section_of;
 use signorini::orbit::check::series_of_orbit;
+use signorini::orbit::section::at_origin;
 use signorini::records::peaks;
 
 use super::refinement::orbits;
@@ -76,7 +78,9 @@ fn peak(body: &mut Propagator) -> Result<(f64, f64), String> {
     for p in near_top {
         let Some(place) = &p.place else { continue };
         body.system.loads_mut().set_frequency(p.omega);
-        let amplitude = first_harmonic(body, &place.x[..2 * body.n()], p.omega)?;
+        let (size, section) = (2 * body.n(), (section_of(place), 1));
+        let z = at_origin(body, &place.x[..size], p.omega, section).map_err(|e| e.to_string())?;
+        let amplitude = first_harmonic(body, &z, p.omega)?;
         row.push([p.omega, amplitude, 0.0]);
     }
     let found = peaks(0, row);

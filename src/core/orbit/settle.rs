@@ -7,7 +7,7 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::credentials::Orbit;
 use super::period_map::integrate;
-use super::search::{Effort, find};
+use super::search::{Effort, Verdict, find};
 use super::shooting::{Closure, Settings};
 use crate::continuation::norm;
 
@@ -101,13 +101,16 @@ pub fn ladder(
     // nothing of a linear response that touches is worth more than a few steps
     let newton = Settings { iterations: 8, ..Settings::default() };
     let quick = Effort { newton, rescue: false, ..Effort::default() };
+    let mut why = vec![];
     for guess in guesses.iter().chain([&linear]) {
         let verdict = find(body, closure, guess, omega, &quick)?;
         if let Some(orbit) = verdict.orbit() {
             return Ok(Ok(Box::new(orbit.clone())));
         }
+        if let Verdict::Flawed { .. } = &verdict {
+            why.push(verdict.to_string());
+        }
     }
-    let mut why = vec![];
     let rest = vec![0.0; linear.len()];
     for state in guesses.iter().chain([&rest]) {
         match super::tolerate(settle(body, state, omega))? {
