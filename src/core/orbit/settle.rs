@@ -7,7 +7,7 @@ use super::OrbitError;
 use super::chain::Propagator;
 use super::credentials::Orbit;
 use super::period_map::integrate;
-use super::search::{Effort, Verdict, find};
+use super::search::{Effort, find};
 use super::shooting::{Closure, Settings};
 use crate::continuation::norm;
 
@@ -101,17 +101,13 @@ pub fn ladder(
     // nothing of a linear response that touches is worth more than a few steps
     let newton = Settings { iterations: 8, ..Settings::default() };
     let quick = Effort { newton, rescue: false, ..Effort::default() };
-    let mut why = vec![];
     for guess in guesses.iter().chain([&linear]) {
         let verdict = find(body, closure, guess, omega, &quick)?;
         if let Some(orbit) = verdict.orbit() {
             return Ok(Ok(Box::new(orbit.clone())));
         }
-        if let Verdict::Flawed { .. } = &verdict {
-            why.push(verdict.to_string());
-        }
     }
-    let rest = vec![0.0; linear.len()];
+    let (rest, mut why) = (vec![0.0; linear.len()], vec![]);
     for state in guesses.iter().chain([&rest]) {
         match super::tolerate(settle(body, state, omega))? {
             Some(Settled::Orbit(orbit)) if orbit.closure == closure => return Ok(Ok(orbit)),
@@ -130,6 +126,12 @@ pub fn ladder(
             None => why.push("the motion could not be followed".into()),
         }
     }
+    // with all its means from the linear response, for the cause if for nothing else
+    let verdict = find(body, closure, &linear, omega, &Effort::default())?;
+    if let Some(orbit) = verdict.orbit() {
+        return Ok(Ok(Box::new(orbit.clone())));
+    }
+    why.insert(0, verdict.to_string());
     why.dedup();
     Ok(Err(why.join("; ")))
 }
