@@ -144,7 +144,9 @@ class Group:
 
     def table(self) -> np.recarray:
         """All columns of one number or word a row, side by side: ``table.t`` is a column, ``table[0]`` a row."""
-        names = sorted((n for n, shape in self._entries().items() if shape is not None and len(shape) == 1), key=lambda n: (n != "t", n))
+        first = ("t", "node", "point", "kind", "monitor", "from", "to", "energy_jump", "monitor_rate")
+        columns = {n for n, shape in self._entries().items() if shape is not None and len(shape) == 1}
+        names = [n for n in first if n in columns] + sorted(columns.difference(first))
         return np.rec.fromarrays([self[n] for n in names], names=names)
 
 
