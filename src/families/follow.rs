@@ -9,7 +9,7 @@ use crate::orbit::along::{self, Start};
 use crate::orbit::search::{Effort, find};
 use crate::orbit::settle::{Settled, settle};
 use crate::orbit::{Closure, Orbit, Propagator};
-use crate::records::{BranchEnd, EndReason, OrbitRecord, PlaceRecord, PointKind, PointRecord};
+use crate::records::{BranchEnd, EndReason, PlaceRecord, PointKind, PointRecord};
 
 /// A branch to follow.
 #[derive(Clone, Copy)]
@@ -30,6 +30,18 @@ pub type Take<'a> = &'a mut dyn FnMut(PointRecord) -> Go;
 /// The first tangent is singular.
 const NO_TANGENT: &str = "the first tangent could not be computed";
 
+/// Where a branch goes on, or what it begins with, or why with nothing.
+fn begin(
+    body: &mut Propagator,
+    place: Option<&PlaceRecord>,
+    start: impl FnOnce(&mut Propagator) -> Result<Result<Start, String>, FamilyError>,
+) -> Result<Result<Start, String>, FamilyError> {
+    match place {
+        Some(place) => Ok(Ok(Start::of_record(place))),
+        None => start(body),
+    }
+}
+
 /// Follow a branch of orbits: from where an earlier run stood, or from what `start` finds (or why it finds nothing).
 pub fn orbits(
     body: &mut Propagator,
@@ -39,12 +51,9 @@ pub fn orbits(
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     go_on(task, take, |place, options, take| {
-        let from = match place {
-            Some(place) => Start::of_record(place),
-            None => match start(body)? {
-                Ok(start) => start,
-                Err(why) => return Ok(Err(why)),
-            },
+        let from = match begin(body, place, start)? {
+            Ok(start) => start,
+            Err(why) => return Ok(Err(why)),
         };
         let ending = along::arclength(body, closure, from, options, take)?;
         let told = |e: along::Ending| {
@@ -65,12 +74,9 @@ pub fn response(
     let high = task.options.range.1;
     let mut trace = Trace::of(&task.known.branch(task.index));
     go_on(task, take, |place, options, take| {
-        let mut from = match place {
-            Some(place) => Start::of_record(place),
-            None => match start(body)? {
-                Ok(start) => start,
-                Err(why) => return Ok(Err(why)),
-            },
+        let mut from = match begin(body, place, start)? {
+            Ok(start) => start,
+            Err(why) => return Ok(Err(why)),
         };
         let (mut options, mut told) = (options.clone(), vec![]);
         let mut is_jump = false;
@@ -105,7 +111,10 @@ pub fn response(
                 told.push(why);
                 return Ok(Ok((told.join("; "), EndReason::Stuck)));
             };
-            let what = trace.turn(at, &orbit).unwrap_or_else(|| format!("lost: {why}"));
+            let what = match is_grazed(&orbit) {
+                true => format!("turns at a grazing at {at:.9}, behind it nothing touches"),
+                false => format!("lost: {why}"),
+            };
             told.push(format!("{what}; goes on behind a jump at {:.9}", orbit.omega()));
             trace.retraced = false;
             is_jump = true;
@@ -130,8 +139,6 @@ struct Trace {
     points: Vec<[f64; 3]>,
     /// Where a piece begins behind a jump.
     pieces: Vec<usize>,
-    /// The state that was seen last.
-    last: Option<OrbitRecord>,
     back: usize,
     /// It comes back along itself.
     retraced: bool,
@@ -156,7 +163,6 @@ impl Trace {
         self.back = if self.knows(here, BACK) { self.back + 1 } else { 0 };
         self.retraced |= self.back >= BACK;
         self.points.push(here);
-        self.last = Some(orbit.clone());
     }
 
     /// The frequency at its end.
@@ -196,7 +202,7 @@ impl Trace {
             let mut found = find(body, Closure::FORCED, &linear, omega, &effort)?.orbit().cloned();
             let is_new = |orbit: &Orbit| !self.knows([omega, orbit.energy, orbit.amplitude], 0);
             if !found.as_ref().is_some_and(is_new)
-                && let Ok(Settled::Orbit(orbit)) = settle(body, &linear, omega)
+                && let Settled::Orbit(orbit) = settle(body, &linear, omega)?
                 && orbit.closure == Closure::FORCED
             {
                 found = Some(*orbit);
@@ -207,13 +213,11 @@ impl Trace {
         }
         Ok(None)
     }
+}
 
-    /// Where a branch turns at a grazing: behind it the motion is free, and near the obstacle.
-    fn turn(&self, omega: f64, behind: &Orbit) -> Option<String> {
-        let is_free = behind.switches.is_empty() && behind.contact_time == 0.0;
-        (is_free && behind.grazing < GRAZES)
-            .then(|| format!("turns at a grazing at {omega:.9}, behind it nothing touches"))
-    }
+/// Whether a branch turned at a grazing, by the orbit behind it: nothing touches, and the motion comes near the obstacle.
+fn is_grazed(behind: &Orbit) -> bool {
+    behind.switches.is_empty() && behind.contact_time == 0.0 && behind.grazing < GRAZES
 }
 
 /// The first orbit of frequency `omega` that a guess leads to.

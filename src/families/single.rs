@@ -25,20 +25,17 @@ pub fn search(
     {
         return Ok(found);
     }
-    let settled = match closure == Closure::FORCED {
-        true => ladder(body, guesses, omega)?,
-        false => Err(String::new()),
-    };
-    let why = match settled {
-        Ok(orbit) => return Ok(Verdict::Orbit(orbit)),
-        Err(why) => why,
-    };
+    let mut why = None;
+    if closure == Closure::FORCED {
+        match ladder(body, guesses, omega)? {
+            Ok(orbit) => return Ok(Verdict::Orbit(orbit)),
+            Err(words) => why = Some(words),
+        }
+    }
     // the search for the cause, from the first guess
     let mut found = find(body, closure, &guesses[0], omega, &Effort::of(closure))?;
-    if let Verdict::NotFound { reason, .. } = &mut found
-        && !why.is_empty()
-    {
-        *reason = Some(why);
+    if let Verdict::NotFound { reason, .. } = &mut found {
+        *reason = why.or(reason.take());
     }
     Ok(found)
 }

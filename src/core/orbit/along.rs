@@ -159,7 +159,9 @@ fn across_corners(
         };
         let special = Special::Border(grazing.unwrap_or_else(|| "corner".into()));
         memory.since_corner = 0;
-        let point = point(family, &place.x, Some(&special), Some((&place, memory)))?;
+        let orbit = family.orbit(&place.x)?;
+        let here = Some((&place, &*memory));
+        let point = point(family.body(), (&place.x, &orbit), Some(&special), here)?;
         if take(point).is_break() {
             return Ok(Some(Ending::of(Stop::Interrupted)));
         }
@@ -218,6 +220,18 @@ pub fn section_of(place: &PlaceRecord) -> f64 {
 const AT_DOUBLING: f64 = 0.02;
 
 impl Memory {
+    /// What a subharmonic orbit is halfway, where that is not known at the section of its branch: behind a resumption, and where the section has moved.
+    fn look_halfway<F: OrbitFamily>(
+        &mut self,
+        family: &mut F,
+        x: &[f64],
+    ) -> Result<(), OrbitError> {
+        if self.halfway.is_none() && self.since_corner > 0 {
+            self.halfway = family.orbit(x)?.halfway;
+        }
+        Ok(())
+    }
+
     /// Whether the branch has come to a period doubling.
     fn is_doubling(&mut self, orbit: &Orbit, special: Option<&Special>) -> bool {
         let Some(now) = &orbit.halfway else { return false };
@@ -242,9 +256,7 @@ fn along<F: OrbitFamily>(
     let mut place = match start {
         Begin::Place(place) => {
             family.set_section(memory.section);
-            if memory.halfway.is_none() && memory.since_corner > 0 {
-                memory.halfway = family.orbit(&place.x)?.halfway;
-            }
+            memory.look_halfway(family, &place.x)?;
             place
         }
         Begin::At(x, direction) => {
@@ -252,7 +264,9 @@ fn along<F: OrbitFamily>(
                 return Ok(None);
             };
             memory.since_corner += 1;
-            let point = point(family, &place.x, Some(&Special::Start), Some((&place, memory)))?;
+            let orbit = family.orbit(&place.x)?;
+            let here = Some((&place, &*memory));
+            let point = point(family.body(), (&place.x, &orbit), Some(&Special::Start), here)?;
             if take(point).is_break() {
                 return Ok(Some(Walked { stop: Stop::Interrupted, last: place, end: None }));
             }
@@ -275,7 +289,8 @@ fn along<F: OrbitFamily>(
                 end = Some(Ending { stop: Stop::Interrupted, why: Some(why), met: true });
                 return Ok(Go::Break(()));
             }
-            let mut found = point(family, &p.x, p.special.as_ref(), None)?;
+            let at_point = (&p.x[..], &orbit);
+            let mut found = point(family.body(), at_point, p.special.as_ref(), None)?;
             memory.count(found.orbit.as_ref());
             count += 1;
             // a special point inside a step is no place to go on from: the step is made anew
@@ -315,6 +330,7 @@ fn along<F: OrbitFamily>(
                 if options.points == 0 {
                     return Ok(Some(Walked { stop: Stop::Points, last, end }));
                 }
+                memory.look_halfway(family, &next.x)?;
                 place = next;
             }
             _ => return Ok(Some(Walked { stop, last, end })),
@@ -335,20 +351,19 @@ fn limit(point: &PointRecord, memory: &Memory, unit: f64) -> Option<Ending> {
     Some(Ending::because(point.omega, why))
 }
 
-fn point<F: OrbitFamily>(
-    family: &mut F,
-    x: &[f64],
+fn point(
+    body: &Propagator,
+    (x, orbit): (&[f64], &Orbit),
     special: Option<&Special>,
     place: Option<(&Place<Chain>, &Memory)>,
 ) -> Result<PointRecord, OrbitError> {
-    let orbit = family.orbit(x)?;
     let mut flaws = orbit.flaws();
     if orbit.viscous.is_some() && orbit.switches.is_empty() {
         flaws.push("no contact".into());
     }
     let kind = special.map_or(PointKind::Regular, kind_of);
     let (orbit, special) = match flaws.is_empty() {
-        true => (Some(record(family.body(), &orbit)?), kind),
+        true => (Some(record(body, orbit)?), kind),
         // what happens to the branch there does not depend on what the solution is
         false if kind.is_event() => (None, kind),
         false => (None, PointKind::Failed(flaws.join("; "))),

@@ -185,7 +185,7 @@ impl OrbitFamily for Mapped<'_> {
     /// As it is from the origin of time on.
     fn orbit(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
         let orbit = self.seen(x)?;
-        let left = self.section.until_origin();
+        let left = self.section.until(0.0);
         if left == 0.0 {
             return Ok(orbit);
         }

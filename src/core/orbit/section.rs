@@ -70,11 +70,6 @@ impl Section {
     pub fn until(&self, at: f64) -> f64 {
         (at - self.at).rem_euclid(self.periods)
     }
-
-    /// From this section on to the next whole number of orbits from the origin of time, in periods of the loads.
-    pub fn until_origin(&self) -> f64 {
-        self.until(0.0)
-    }
 }
 
 /// The state of a body a number of periods of the loads later, all as frame vectors.
@@ -98,7 +93,7 @@ pub fn at_origin(
 ) -> Result<Vec<f64>, OrbitError> {
     let mut section = Section::new(body, periods);
     section.set(body, at);
-    let z = match section.until_origin() {
+    let z = match section.until(0.0) {
         0.0 => Ok(z.to_vec()),
         left => later(body, z, omega, left),
     };

@@ -3,12 +3,12 @@
 //! Newton's method from a linear response finds nothing where that is many gaps high; a damped body finds its attractor by itself. The state of each period is compared
 //! with those of the twelve periods before: at the first return within each of some distances Newton's method is tried on that many periods.
 
-use super::OrbitError;
 use super::chain::Propagator;
 use super::credentials::Orbit;
-use super::period_map::integrate;
 use super::search::{Effort, find};
+use super::section::later;
 use super::shooting::{Closure, Settings};
+use super::{OrbitError, tolerate};
 use crate::continuation::norm;
 
 /// Most periods that a body is given.
@@ -19,8 +19,6 @@ const LONGEST: usize = 12;
 const NEAR: [f64; 6] = [0.2, 0.03, 3e-3, 3e-4, 1e-5, 1e-7];
 /// Newton's method may leave the return by so many times what the returns to come would add up to, and by at most so much.
 const MOVED: (f64, f64) = (5.0, 0.5);
-/// A motion that comes back after fewer periods, to this part of its size.
-const SHORTER: f64 = 1e-7;
 
 /// What came of settling.
 #[derive(Debug)]
@@ -33,23 +31,20 @@ pub enum Settled {
         periods: usize,
         /// Least distance.
         least: f64,
-        /// Frame vector at the end.
-        z: Vec<f64>,
     },
+    /// Its motion could not be followed.
+    Broken,
 }
 
 /// Let a body settle under loads of frequency `omega` from the frame vector `z`.
 pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settled, OrbitError> {
-    body.system.loads_mut().set_frequency(omega);
-    let period = Closure::FORCED.period(omega);
     let mut past = vec![z.to_vec()];
     // the next distance at which each number of periods is tried
     let mut next = [0; LONGEST + 1];
     let mut least = f64::INFINITY;
     for k in 1..=MOST {
-        let now = {
-            let passage = integrate(body, &body.state(&past[k - 1]), period)?;
-            body.frame(&passage.report.last)
+        let Some(now) = tolerate(later(body, &past[k - 1], omega, 1.0))? else {
+            return Ok(Settled::Broken);
         };
         let size = norm(&now).max(body.unit);
         let distance = |a: &[f64], b: &[f64]| {
@@ -77,15 +72,12 @@ pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settled, O
             let verdict = find(body, closure, &now, omega, &effort)?;
             let Some(orbit) = verdict.orbit() else { continue };
             let is_stable = orbit.stability.as_ref().is_none_or(|s| s.is_stable());
-            let is_whole =
-                orbit.halfway.as_ref().is_none_or(|h| norm(h) > SHORTER * norm(&orbit.z));
-            if is_stable && is_whole && distance(&orbit.z, &now) <= reach {
+            if is_stable && distance(&orbit.z, &now) <= reach {
                 return Ok(Settled::Orbit(Box::new(orbit.clone())));
             }
         }
     }
-    let z = past.pop().unwrap_or_default();
-    Ok(Settled::Restless { periods: MOST, least, z })
+    Ok(Settled::Restless { periods: MOST, least })
 }
 
 /// The orbit of the loads' own period that a body has, or comes to, at a frequency: where nothing touches the linear response itself; else what Newton's method makes
@@ -109,9 +101,9 @@ pub fn ladder(
     }
     let (rest, mut why) = (vec![0.0; linear.len()], vec![]);
     for state in guesses.iter().chain([&rest]) {
-        match super::tolerate(settle(body, state, omega))? {
-            Some(Settled::Orbit(orbit)) if orbit.closure == closure => return Ok(Ok(orbit)),
-            Some(Settled::Orbit(orbit)) => {
+        match settle(body, state, omega)? {
+            Settled::Orbit(orbit) if orbit.closure == closure => return Ok(Ok(orbit)),
+            Settled::Orbit(orbit) => {
                 let p = orbit.closure.periods();
                 // beside a stable orbit of several periods there is an unstable one of one
                 let verdict = find(body, closure, &orbit.z, omega, &Effort::default())?;
@@ -120,10 +112,10 @@ pub fn ladder(
                 }
                 why.push(format!("the body settles to an orbit of {p} periods of the loads"));
             }
-            Some(Settled::Restless { periods, least, .. }) => why.push(format!(
+            Settled::Restless { periods, least } => why.push(format!(
                 "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
             )),
-            None => why.push("the motion could not be followed".into()),
+            Settled::Broken => why.push("the motion could not be followed".into()),
         }
     }
     // with all its means from the linear response, for the cause if for nothing else

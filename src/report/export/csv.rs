@@ -75,8 +75,8 @@ fn events(stored: &Stored, switches: &[usize]) -> io::Result<String> {
     let names: Vec<&str> = columns.iter().map(|c| c.0).collect();
     let mut out = names.join(",") + "\n";
     let cell = |column: &Raw, k: usize| match column {
-        Raw::Float(x) => x.iter().nth(k).map(|x| number(*x)),
-        Raw::Integer(x) => x.iter().nth(k).map(i64::to_string),
+        Raw::Float(x) => x.get(&[k][..]).map(|x| number(*x)),
+        Raw::Integer(x) => x.get(&[k][..]).map(i64::to_string),
         Raw::Words(words) => words.get(k).map(|word| quoted(word)),
         Raw::Byte(_) | Raw::Flag(_) => None,
     };

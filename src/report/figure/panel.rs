@@ -137,8 +137,10 @@ fn draw_layer(plane: &mut Plane, layer: &Layer) -> Drawn {
         }
         Layer::Marks(points, mark, colour) => {
             let (area, place) = flat(plane);
-            let shown = points.iter().filter(|p| holds(p));
-            shown.into_iter().try_for_each(|p| symbol(&area, place(*p), *mark, *colour))
+            points
+                .iter()
+                .filter(|p| holds(p))
+                .try_for_each(|p| symbol(&area, place(*p), *mark, *colour))
         }
         Layer::Along(lines, mark, colour, [spacing, begin]) => {
             let (area, place) = flat(plane);

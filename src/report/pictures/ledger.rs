@@ -1,5 +1,7 @@
 //! The picture `energy`: energies, jumps at switches, and what the ledger leaves unexplained.
 
+use plotters::style::RGBColor;
+
 use super::Options;
 use super::time::over_time;
 use crate::report::figure::{
@@ -88,9 +90,13 @@ pub(super) fn energy<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>, F
 }
 
 /// A curve of a ledger; the states that are known stand by themselves where others are not.
-fn curve(chart: &mut Chart, ledger: &Ledger, values: &[f64], k: usize, width: f64) -> Mark {
+fn curve(
+    chart: &mut Chart,
+    ledger: &Ledger,
+    values: &[f64],
+    (colour, width): (RGBColor, f64),
+) -> Mark {
     let points: Vec<Point> = ledger.t.iter().copied().zip(values.iter().copied()).collect();
-    let colour = colour(k);
     if ledger.has_gaps {
         chart.marks(points, Mark::Circle, colour);
         return Mark::Circle;
@@ -98,14 +104,6 @@ fn curve(chart: &mut Chart, ledger: &Ledger, values: &[f64], k: usize, width: f6
     chart.line(points, colour, width);
     Mark::Line
 }
-
-/// The colour of the `k`-th curve; that of the sum comes last.
-fn colour(k: usize) -> plotters::style::RGBColor {
-    if k == SUM { INK } else { LINES[k % LINES.len()] }
-}
-
-/// The number of the sum of the energies among the curves.
-const SUM: usize = usize::MAX;
 
 /// The energies and their legend.
 fn energies(stored: &Stored, ledger: &Ledger) -> Cell<'static> {
@@ -115,9 +113,9 @@ fn energies(stored: &Stored, ledger: &Ledger) -> Cell<'static> {
     let mut entries: Vec<Entry> = vec![entry("in contact", SHADE, Mark::Patch)];
     entries.truncate(usize::from(!stored.gap.is_empty()));
     for (k, (name, values)) in present.iter().enumerate() {
-        let k = if *name == "kinetic + elastic" { SUM } else { k };
-        let mark = curve(&mut chart, ledger, values, k, 2.0);
-        entries.push(entry(*name, colour(k), mark));
+        let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
+        let mark = curve(&mut chart, ledger, values, (colour, 2.0));
+        entries.push(entry(*name, colour, mark));
     }
     Cell::from(chart).legend(entries)
 }
@@ -142,6 +140,6 @@ fn defects(stored: &Stored, ledger: &Ledger) -> Chart {
     let high = digits.iter().copied().fold(-14.0f64, f64::max).ceil() + 0.3;
     let labels = ("time", "log₁₀ unexplained");
     let mut chart = over_time(stored, low..high, labels);
-    curve(&mut chart, ledger, &digits, 2, 1.0);
+    curve(&mut chart, ledger, &digits, (LINES[2], 1.0));
     chart
 }
