@@ -16,7 +16,8 @@ fn a_call_is_on_record_as_it_was_made() {
         let words = ["run", &scene, "--threads", threads, "-o", file.to_str().unwrap()];
         let arguments: Vec<String> = words.iter().map(|w| w.to_string()).collect();
         let made = Call { arguments, ..Call::default() };
-        assert!(call(made, Arc::new(Desk::default())).is_ok());
+        let said = call(made, Arc::new(Desk::default()));
+        assert!(said.is_ok(), "{:?}", said.err());
         let opened = crate::common::hdf5_files().open(&file).unwrap();
         let command = opened.attr("command").unwrap();
         let command = command.read_scalar::<hdf5::types::VarLenUnicode>().unwrap();
@@ -49,7 +50,8 @@ fn a_family_is_computed_on_the_threads_of_its_call() {
         ];
         let arguments = words.iter().map(|w| w.to_string()).collect();
         let made = Call { arguments, ..Call::default() };
-        assert!(call(made, Arc::new(Desk::default())).is_ok());
+        let said = call(made, Arc::new(Desk::default()));
+        assert!(said.is_ok(), "{:?}", said.err());
         crate::common::datasets(&file)
     };
     assert!(of("1") == of("3"));

@@ -472,9 +472,16 @@ fn a_job_array_of_slurm_gives_the_same_data() {
     wait_until("the array is done", || {
         let mut waits = place.begin(&[&words[..], &["--wait"]].concat());
         wait_until("the queue is empty", || {
-            // a controller that forgot a job gives its number again, and takes the node out of use when that job is still there
+            // a controller that forgot a job gives its number again; where that job is still there, it takes the node out of use and holds the new one
             if slurm.run("sinfo", &["-h", "-o", "%t"]).contains("dr") {
                 slurm.run("scontrol", &["update", "NodeName=ALL", "State=RESUME"]);
+            }
+            for job in slurm.run("squeue", &["-h", "-r", "-t", "PD", "-o", "%i %r"]).lines() {
+                if let Some((id, reason)) = job.split_once(' ')
+                    && reason.contains("held")
+                {
+                    slurm.run("scontrol", &["release", id]);
+                }
             }
             waits.try_wait().unwrap().is_some()
         });

@@ -109,7 +109,9 @@ fn flat<'b>(plane: &Plane<'_, 'b>) -> (Area<'b>, impl Fn(Point) -> (i32, i32)) {
 
 fn draw_layer(plane: &mut Plane, layer: &Layer) -> Drawn {
     let frame = (plane.x_range(), plane.y_range());
-    let holds = |p: &Point| frame.0.contains(&p.0) && frame.1.contains(&p.1);
+    // both ends belong to an axis: the last state of a motion stands on one
+    let across = |x: f64| (frame.0.start..=frame.0.end).contains(&x);
+    let holds = |p: &Point| across(p.0) && (frame.1.start..=frame.1.end).contains(&p.1);
     match layer {
         Layer::Line(points, style, dash) => {
             for part in clipped(points, &frame) {
@@ -154,7 +156,7 @@ fn draw_layer(plane: &mut Plane, layer: &Layer) -> Drawn {
         }
         Layer::Feet(all, colour) => {
             let (area, place) = flat(plane);
-            all.iter().filter(|x| frame.0.contains(x)).try_for_each(|&x| {
+            all.iter().filter(|x| across(**x)).try_for_each(|&x| {
                 let (x, y) = place((x, frame.1.start));
                 symbol(&area, (x, y - px(4.0)), Mark::Tick, *colour)
             })
