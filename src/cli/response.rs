@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use signorini::continuation::Options;
 use signorini::families::doubling::{self, Doubling};
 use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
+use signorini::families::sweep::{self, Sweep};
 use signorini::families::{Asked, FamilyError, Known, start};
 use signorini::orbit::along::Start;
 use signorini::orbit::settle::ladder;
@@ -54,6 +55,13 @@ pub struct Arguments {
     /// where they begin)
     #[arg(long, value_name = "RESPONSE.h5", conflicts_with = "ratios")]
     doublings: Option<PathBuf>,
+    /// What the body does while the frequency goes up, down, or up and then down again: it settles at each frequency from where it was, whatever it
+    /// settles to (orbits of several periods, quasi-periodic motions, chaos); changes are closed in on
+    #[arg(long, value_enum, value_name = "WAY", conflicts_with_all = ["doublings", "locate"])]
+    sweep: Option<Way>,
+    /// Sweeps: so many periods of the loads at each frequency, without waiting until the body has settled
+    #[arg(long, requires = "sweep", value_name = "N", value_parser = family::at_least_one)]
+    dwell: Option<usize>,
     /// Go on with an unfinished file, or to a higher end of the range of a finished one; everything else must be as it was
     #[arg(long)]
     resume: bool,
@@ -61,6 +69,27 @@ pub struct Arguments {
     balance: balance::Arguments,
     #[command(flatten)]
     output: Output,
+}
+
+/// Which way a sweep goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Way {
+    /// To higher frequencies
+    Up,
+    /// To lower frequencies
+    Down,
+    /// Both, each from rest
+    Both,
+}
+
+impl Way {
+    fn directions(self) -> &'static [Direction] {
+        match self {
+            Way::Up => &[Direction::Up],
+            Way::Down => &[Direction::Down],
+            Way::Both => &[Direction::Up, Direction::Down],
+        }
+    }
 }
 
 impl Arguments {
@@ -89,7 +118,13 @@ impl Arguments {
                 "--aft does not go with a response by harmonic balance".into(),
             ));
         }
+        if choice.is_balance() && self.sweep.is_some() {
+            return Err(CliError::Input(
+                "--sweep goes with motions in time: leave --method out".into(),
+            ));
+        }
         let walk = match choice.is_balance() {
+            _ if self.sweep.is_some() => Walk::Sweep { grid: self.grid(range), dwell: self.dwell },
             true => Walk::Response(self.grid(range)),
             false => Walk::Upwards { start: range.0, step, locate },
         };
@@ -98,7 +133,8 @@ impl Arguments {
         if choice.is_balance() && simple.is_some() {
             return Err(CliError::Input("--doublings goes with shooting only".into()));
         }
-        Ok(Request { scenes, simple, doublings: None, choice, walk, options })
+        let sweeps = self.sweep.map_or(&[][..], Way::directions);
+        Ok(Request { scenes, simple, doublings: None, sweeps, choice, walk, options })
     }
 
     /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
@@ -117,6 +153,8 @@ pub(crate) struct Request {
     simple: Option<StoredFamily>,
     /// Where orbits of twice the period begin, each with the number of its scene; none: the responses themselves.
     doublings: Option<Vec<(usize, Doubling)>>,
+    /// Directions of sweeps, if such are asked for.
+    sweeps: &'static [Direction],
     choice: Choice,
     walk: Walk,
     options: Options,
@@ -127,6 +165,7 @@ struct Piece {
     scene: usize,
     series: Option<(usize, Direction)>,
     doubling: Option<Doubling>,
+    sweep: Option<Direction>,
 }
 
 impl Request {
@@ -149,6 +188,7 @@ impl Request {
                 scene: *scene,
                 series: None,
                 doubling: Some(d.clone()),
+                sweep: None,
             };
             return doublings.iter().map(piece).collect();
         }
@@ -159,9 +199,24 @@ impl Request {
                 self.choice.harmonics.iter().flat_map(both).collect()
             }
         };
-        let of_scene =
-            |scene: usize| walks.iter().map(move |&series| Piece { scene, series, doubling: None });
-        (0..self.scenes.len()).flat_map(of_scene).collect()
+        let scenes = 0..self.scenes.len();
+        if !self.sweeps.is_empty() {
+            let of_scene = |scene: usize| {
+                let piece = move |&d: &Direction| Piece {
+                    scene,
+                    series: None,
+                    doubling: None,
+                    sweep: Some(d),
+                };
+                self.sweeps.iter().map(piece)
+            };
+            return scenes.flat_map(of_scene).collect();
+        }
+        let of_scene = |scene: usize| {
+            let piece = move |&series| Piece { scene, series, doubling: None, sweep: None };
+            walks.iter().map(piece)
+        };
+        scenes.flat_map(of_scene).collect()
     }
 
     fn plan(&self, problem: &Problem) -> FamilyPlan {
@@ -169,9 +224,10 @@ impl Request {
         let (low, high) = self.options.range;
         let branch = |p: Piece| {
             let percent = self.scenes[p.scene].0;
-            match p.doubling {
-                Some(d) => Branch::Doubled { percent, omega: short(d.omega) },
-                None => Branch::Response { percent, series: p.series },
+            match (p.doubling, p.sweep) {
+                (_, Some(direction)) => Branch::Sweep { percent, direction },
+                (Some(d), _) => Branch::Doubled { percent, omega: short(d.omega) },
+                (None, None) => Branch::Response { percent, series: p.series },
             }
         };
         FamilyPlan {
@@ -205,6 +261,15 @@ impl Request {
                 return Ok(follow::orbits(&mut body, Closure::Forced(2), task, start, take)?);
             }
             let given = start::given(scene, &problem.initial, &body);
+            if let (Some(direction), Walk::Sweep { dwell, .. }, Some(grid)) =
+                (piece.sweep, self.walk, grid)
+            {
+                let plan = Sweep { grid, range, direction, dwell };
+                let rest = vec![0.0; 2 * body.n()];
+                let first = given.first().unwrap_or(&rest);
+                let end = sweep::sweep(&mut body, &plan, first, &known.branch(index), take)?;
+                return Ok(BranchEnd { branch: index, ..end });
+            }
             let start = |body: &mut Propagator| first_orbit(body, &given, range.0);
             return Ok(follow::response(&mut body, task, start, take)?);
         };

@@ -202,7 +202,7 @@ impl Trace {
             let mut found = find(body, Closure::FORCED, &linear, omega, &effort)?.orbit().cloned();
             let is_new = |orbit: &Orbit| !self.knows([omega, orbit.energy, orbit.amplitude], 0);
             if !found.as_ref().is_some_and(is_new)
-                && let Settled::Orbit(orbit) = settle(body, &linear, omega)?
+                && let Settled::Orbit(orbit) = settle(body, &linear, omega)?.to
                 && orbit.closure == Closure::FORCED
             {
                 found = Some(*orbit);

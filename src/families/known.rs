@@ -2,8 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use super::sweep::Sweep;
 use super::{Asked, Legs};
-use crate::records::{BranchEnd, Direction, EndReason, PlaceRecord, PointKind, PointRecord, Walk};
+use crate::records::{
+    Branch, BranchEnd, Direction, EndReason, PlaceRecord, PointKind, PointRecord, Walk,
+};
 use crate::store::FamilyPlan;
 
 /// What an earlier run left.
@@ -26,6 +29,10 @@ impl Known {
             Walk::Grid(_) => Known { points: on_grid(plan, points, true), ends },
             Walk::Response(_) => Known { points: on_grid(plan, points, false), ends },
             Walk::Branch { .. } | Walk::Upwards { .. } => along(asked, plan, &points, &ends),
+            Walk::Sweep { .. } => {
+                let points = swept(plan, points);
+                along(asked, plan, &points, &ends)
+            }
             Walk::Given => Known { points, ends },
         }
     }
@@ -39,7 +46,9 @@ impl Known {
                 let downwards = branch.direction() == Some(Direction::Down);
                 Legs::new(grid, range, downwards, &self.branch(k)).is_empty()
             }
-            Walk::Branch { .. } | Walk::Upwards { .. } => self.end(k).is_some(),
+            Walk::Branch { .. } | Walk::Upwards { .. } | Walk::Sweep { .. } => {
+                self.end(k).is_some()
+            }
             Walk::Given => self.len() == asked.points,
         })
     }
@@ -111,6 +120,24 @@ fn without_holes(all: &BTreeSet<i64>) -> BTreeSet<i64> {
     let up = (first..).take_while(|k| all.contains(k));
     let down = (1..).map(|d| first - d).take_while(|k| all.contains(k));
     up.chain(down).collect()
+}
+
+/// Points of sweeps that begin where they are asked to: what a body does depends on where it comes from.
+fn swept(plan: &FamilyPlan, mut points: Vec<PointRecord>) -> Vec<PointRecord> {
+    let Walk::Sweep { grid, dwell } = plan.identity.walk else {
+        return points;
+    };
+    let begins = |(k, branch): (usize, &Branch)| {
+        let direction = branch.direction()?;
+        let range = (plan.range[0], plan.range[1]);
+        let sweep = Sweep { grid, range, direction, dwell };
+        let first = points.iter().filter(|p| p.branch == k).min_by_key(|p| p.index)?;
+        Some(sweep.begins(first))
+    };
+    let stands: Vec<bool> =
+        plan.branches.iter().enumerate().map(|b| begins(b).unwrap_or(true)).collect();
+    points.retain(|p| stands.get(p.branch).copied().unwrap_or(false));
+    points
 }
 
 /// Points of branches that are followed: whole steps, up to the last place; all of them where the branch has ended.

@@ -5,7 +5,7 @@
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
 //! [`conservative`] looks near those of a viscous family, [`doubling`] beside the period doublings of a response.
-//! [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! [`sweep`] lets a body settle at one frequency after the other. [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bar;
@@ -21,6 +21,7 @@ pub mod sequence;
 pub mod single;
 pub mod start;
 pub mod statement;
+pub mod sweep;
 pub mod viscous;
 
 pub(crate) use known::Known;

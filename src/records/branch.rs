@@ -32,6 +32,13 @@ pub enum Branch {
         /// Frequency of the period doubling at which they begin.
         omega: f64,
     },
+    /// What a body does while the frequency of its loads goes up or down.
+    Sweep {
+        /// Damping ratio in percent; none: the scene's own damping.
+        percent: Option<f64>,
+        /// Which way the frequency goes.
+        direction: Direction,
+    },
     /// Orbits shot from the series of another file.
     Checked {
         /// Number of harmonics of the series.
@@ -72,7 +79,9 @@ impl Branch {
     /// Damping ratio in percent, where several were asked for.
     pub fn percent(&self) -> Option<f64> {
         match self {
-            Branch::Response { percent, .. } | Branch::Doubled { percent, .. } => *percent,
+            Branch::Response { percent, .. }
+            | Branch::Doubled { percent, .. }
+            | Branch::Sweep { percent, .. } => *percent,
             _ => None,
         }
     }
@@ -89,7 +98,7 @@ impl Branch {
     /// Where it goes, if it is walked along.
     pub fn direction(&self) -> Option<Direction> {
         match self {
-            Branch::Along(direction) => Some(*direction),
+            Branch::Along(direction) | Branch::Sweep { direction, .. } => Some(*direction),
             Branch::Series { direction, .. } => *direction,
             Branch::Response { series, .. } => series.map(|s| s.1),
             _ => None,
@@ -118,6 +127,12 @@ impl Display for Branch {
                 let of = Branch::Response { percent: *percent, series: None };
                 write!(f, "{of}, doubled at {omega}")
             }
+            Branch::Sweep { percent, direction } => {
+                if let Some(percent) = percent {
+                    write!(f, "damping ratio {percent} %, ")?;
+                }
+                write!(f, "sweep {}", direction.word())
+            }
             Branch::Checked { harmonics } => write!(f, "orbits shot from N_h = {harmonics}"),
         }
     }
@@ -138,6 +153,7 @@ mod tests {
         for percent in [None, Some(0.5), Some(100.0 * 0.07)] {
             let series = walks.map(|walk| walk.map(|d| (3, d)));
             all.extend(series.map(|series| Branch::Response { percent, series }));
+            all.extend(Direction::BOTH.map(|direction| Branch::Sweep { percent, direction }));
         }
         for branch in all {
             let json = serde_json::to_string(&branch).unwrap();

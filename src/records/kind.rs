@@ -93,6 +93,13 @@ pub enum Walk {
         /// Changes of stability are located.
         locate: bool,
     },
+    /// At each frequency of a grid what the body settles to from where it was: sweeps.
+    Sweep {
+        /// Frequencies.
+        grid: Grid,
+        /// Periods at each; none: until it has settled.
+        dwell: Option<usize>,
+    },
     /// Point by point as a file gives them.
     #[default]
     Given,
@@ -132,7 +139,7 @@ impl Walk {
     /// The grid, if there is one.
     pub fn grid(&self) -> Option<Grid> {
         match self {
-            Walk::Grid(grid) | Walk::Response(grid) => Some(*grid),
+            Walk::Grid(grid) | Walk::Response(grid) | Walk::Sweep { grid, .. } => Some(*grid),
             _ => None,
         }
     }
@@ -145,7 +152,10 @@ impl FamilyKind {
             return Some("the files that the scene names have changed since, or another version of signorini made it".into());
         }
         let same_walk = match (self.walk, asked.walk) {
-            (Walk::Grid(a), Walk::Grid(b)) | (Walk::Response(a), Walk::Response(b)) => {
+            (Walk::Sweep { dwell: a, .. }, Walk::Sweep { dwell: b, .. }) if a != b => false,
+            (Walk::Grid(a), Walk::Grid(b))
+            | (Walk::Response(a), Walk::Response(b))
+            | (Walk::Sweep { grid: a, .. }, Walk::Sweep { grid: b, .. }) => {
                 if a.step == b.step && !a.holds(b.origin) {
                     return Some(format!(
                         "its frequencies are {} + k × {}, and {} is none of them",
@@ -187,6 +197,7 @@ impl FamilyKind {
         let way = match self.walk {
             Walk::Grid(_) | Walk::Given => Way::Sequential,
             Walk::Response(_) | Walk::Upwards { .. } => Way::Response,
+            Walk::Sweep { .. } => Way::Sweep,
             Walk::Branch { natural: false, .. } => Way::Arclength,
             Walk::Branch { natural: true, .. } => Way::Natural,
         };
@@ -223,6 +234,10 @@ impl std::fmt::Display for FamilyKind {
                 let located = if locate { ", stability located" } else { "" };
                 write!(f, ", step {step}, from {start}{located}")
             }
+            Walk::Sweep { grid, dwell } => {
+                let periods = dwell.map_or(String::new(), |n| format!(", {n} periods at each"));
+                write!(f, ", step {}{periods}", grid.step)
+            }
             Walk::Given => Ok(()),
         }
     }
@@ -257,6 +272,8 @@ pub enum Way {
     Sequential,
     /// A forced response.
     Response,
+    /// What a body settles to, frequency by frequency.
+    Sweep,
     /// By arclength.
     Arclength,
     /// In steps of frequency along the branch.
@@ -268,6 +285,7 @@ impl std::fmt::Display for Way {
         f.write_str(match self {
             Way::Sequential => "sequential",
             Way::Response => "response",
+            Way::Sweep => "sweep",
             Way::Arclength => "arclength",
             Way::Natural => "natural",
         })
@@ -278,7 +296,7 @@ impl Outline {
     /// Whether a point need not belong together with the one before it: each was found at its own frequency.
     pub(crate) fn is_point_by_point(&self) -> bool {
         match self.way {
-            Way::Sequential => true,
+            Way::Sequential | Way::Sweep => true,
             Way::Response => self.solver == Solver::HarmonicBalance,
             Way::Arclength | Way::Natural => false,
         }
@@ -353,6 +371,7 @@ mod tests {
             Walk::Branch { start: 1.8, step: 0.01, locate: true, natural: false },
             Walk::Branch { start: 1.8, step: 0.01, locate: false, natural: true },
             Walk::Upwards { start: 1.8, step: 0.01, locate: false },
+            Walk::Sweep { grid, dwell: Some(20) },
             Walk::Given,
         ];
         for (method, walk) in method.iter().flat_map(|m| walk.iter().map(move |w| (*m, *w))) {

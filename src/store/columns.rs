@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use super::row::Row;
 use super::schema::{About, Column, Get};
 use crate::event::{Grazing, Switch};
-use crate::records::{CheckRow, OrbitRecord, Peak, PointRecord, VerdictKind, ViscousRecord};
+use crate::records::{
+    AttractorRecord, CheckRow, OrbitRecord, Peak, PointRecord, VerdictKind, ViscousRecord,
+};
 
 // a dataset is a row
 type Axes = &'static [&'static str];
@@ -18,6 +20,8 @@ const SWITCH: Axes = &["switch"];
 const GRAZING: Axes = &["grazing"];
 const TASK: Axes = &["task"];
 const PEAK: Axes = &["peak"];
+const SWEPT: Axes = &["row"];
+const SWEPT_POINT: Axes = &["row", "contact point"];
 
 /// What is written once.
 #[rustfmt::skip]
@@ -135,12 +139,12 @@ fn alpha(p: &PointRecord) -> f64 {
 #[rustfmt::skip]
 pub(super) static FAMILY: &[Column<PointRecord>] = &[
     Column::new("backbone/omega", "1/time", POINT, "circular frequency", Get::Number(|p| p.omega)),
-    Column::new("backbone/energy", "energy", POINT, "energy of the motion", Get::Number(|p| of_orbit(p, |o| o.energy))),
-    Column::new("backbone/amplitude", "length", POINT, "largest contact displacement", Get::Number(|p| of_orbit(p, |o| o.amplitude))),
+    Column::new("backbone/energy", "energy", POINT, "energy of the motion", Get::Number(PointRecord::energy)),
+    Column::new("backbone/amplitude", "length", POINT, "largest contact displacement", Get::Number(PointRecord::amplitude)),
     Column::new("backbone/residual", "relative", POINT, "what is left of the periodicity, over the size of the state", Get::Number(|p| of_orbit(p, |o| o.residual))),
     Column::new("backbone/contact_time", "time", POINT, "time in contact in a period", Get::Number(|p| of_orbit(p, |o| o.contact_time))),
     Column::new("backbone/grazing_distance", "relative", POINT, "nearest grazing, over the gap", Get::Number(|p| of_orbit(p, |o| o.grazing))),
-    Column::new("backbone/switches", "number a period", POINT, "switches in a period", Get::Number(|p| of_orbit(p, |o| o.switches.len() as f64))),
+    Column::new("backbone/switches", "number a period", POINT, "switches in a period", Get::Number(PointRecord::switches)),
     Column::new("backbone/stable", "1 stable, 0 unstable, -1 not computed", POINT, "1 stable, 0 unstable, -1 not computed", Get::Number(|p| of_orbit(p, |o| o.stable.map_or(-1.0, |s| f64::from(u8::from(s)))))),
     Column::new("backbone/branch", "number", POINT, "branch that the point belongs to", Get::Number(|p| p.branch as f64)),
     Column::new("backbone/index", "place on the branch", POINT, "place of the point in its branch", Get::Number(|p| p.index as f64)),
@@ -162,6 +166,46 @@ pub(super) static RIDGE: &[Column<Peak>] = &[
     Column::new("backbone/ridge/omega", "1/time", PEAK, "circular frequency of the peak", Get::Number(|p| p.omega)),
     Column::new("backbone/ridge/amplitude", "length", PEAK, "largest contact displacement there", Get::Number(|p| p.amplitude)),
     Column::new("backbone/ridge/energy", "energy", PEAK, "energy there", Get::Number(|p| p.energy)),
+];
+
+/// What a body settles to at a row of `/backbone`.
+pub(super) struct SweepRow {
+    pub point: i64,
+    pub omega: f64,
+    pub seen: AttractorRecord,
+}
+
+/// `/sweep`, a row a frequency of a sweep.
+#[rustfmt::skip]
+pub(super) static SWEEP: &[Column<SweepRow>] = &[
+    Column::new("sweep/omega", "1/time", SWEPT, "circular frequency of the loads", Get::Number(|s| s.omega)),
+    Column::new("sweep/point", "row of /backbone", SWEPT, "point that the row belongs to (its branch says which sweep)", Get::Whole(|s| s.point)),
+    Column::new("sweep/kind", "periodic | quasi-periodic | chaotic | slow | unbounded | lost | transient", SWEPT, "what the body settles to", Get::Words(32, |s| s.seen.kind.word().into())),
+    Column::new("sweep/period_number", "periods of the loads", SWEPT, "periods of the loads in one of an orbit; 0: no orbit", Get::Whole(|s| s.seen.kind.periods() as i64)),
+    Column::new("sweep/lyapunov", "1 a period of the loads", SWEPT, "largest Lyapunov exponent: of an orbit the logarithm of its largest multiplier, else a mean along the motion", Get::Number(|s| s.seen.exponent)),
+    Column::new("sweep/lyapunov_error", "1 a period of the loads", SWEPT, "standard error of that mean", Get::Number(|s| s.seen.exponent_error)),
+    Column::new("sweep/amplitude", "length", SWEPT, "largest contact displacement in magnitude", Get::Number(|s| s.seen.amplitude())),
+    Column::new("sweep/force", "force", SWEPT, "largest force of all contact points together", Get::Number(|s| s.seen.force)),
+    Column::new("sweep/energy", "energy", SWEPT, "largest energy", Get::Number(|s| s.seen.energy)),
+    Column::new("sweep/switches", "number a period of the loads", SWEPT, "switches", Get::Number(|s| s.seen.switches)),
+    Column::new("sweep/peak", "length", SWEPT_POINT, "largest displacement of each contact point along the normal", Get::Numbers(|s| &s.seen.peak)),
+    Column::new("sweep/trough", "length", SWEPT_POINT, "least displacement of each contact point along the normal", Get::Numbers(|s| &s.seen.trough)),
+    Column::new("sweep/spectrum", "length", &["row", "line"], "magnitudes of the harmonics of the contact point that moves most, at multiples of omega/12", Get::Numbers(|s| &s.seen.spectrum)),
+    Column::new("sweep/maps", "periods of the loads", SWEPT, "periods until the body had settled", Get::Whole(|s| s.seen.maps as i64)),
+    Column::new("sweep/note", "words", SWEPT, "what there is to say besides", Get::Words(256, |s| (&*s.seen.note).into())),
+];
+
+/// A state at the beginning of a period of the loads.
+pub(super) struct SectionRow {
+    pub row: i64,
+    pub at: Vec<f64>,
+}
+
+/// The states of `/sweep` at the beginning of the periods of the loads.
+#[rustfmt::skip]
+pub(super) static SECTIONS: &[Column<SectionRow>] = &[
+    Column::new("sweep/points_of", "row of /sweep", &["section"], "row that the section belongs to", Get::Whole(|s| s.row)),
+    Column::new("sweep/points", "length", &["section", "contact point"], "displacements of the contact points along the normal at the beginning of each period of the loads: of an orbit as many as it has, of other motions 40", Get::Numbers(|s| &s.at)),
 ];
 
 /// A series, but for its coefficients.
@@ -221,7 +265,8 @@ pub fn datasets() -> Vec<&'static About> {
         columns.iter().map(|c| &c.about)
     }
     let tables = of(STATES).chain(of(ENERGY)).chain(of(SWITCHES)).chain(of(GRAZINGS));
-    let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(SERIES));
+    let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(SWEEP));
+    let tables = tables.chain(of(SECTIONS)).chain(of(SERIES));
     let mut all: Vec<_> = ONCE.iter().chain(tables).chain(of(CHECKS)).collect();
     // groups in the order of their first rows
     let first: Vec<&str> = all.iter().map(|about| about.place().0).collect();

@@ -22,6 +22,7 @@ use super::ridge::write_ridge;
 use super::schema::Rows;
 use super::series::SeriesWriter;
 use super::stored::StoredFamily;
+use super::sweep::SweepWriter;
 use super::table::Form;
 use super::{StoreError, WriterOptions, write_text};
 use crate::contact::{States, System};
@@ -65,6 +66,7 @@ pub struct FamilyWriter {
     points: Group,
     rows: Rows<PointRecord>,
     series: Option<SeriesWriter>,
+    sweep: Option<SweepWriter>,
     checks: Vec<CheckRow>,
     /// Where each row belongs.
     order: Vec<(i64, i64)>,
@@ -87,7 +89,8 @@ pub(super) fn ridge_of(branches: &[Branch], heights: &mut [Height]) -> Vec<Peak>
         peaks(branch, own.map(|h| h.2).collect())
     };
     let responses = branches.iter().enumerate();
-    let responses = responses.filter(|(_, b)| matches!(b, Branch::Response { .. }));
+    let responses =
+        responses.filter(|(_, b)| matches!(b, Branch::Response { .. } | Branch::Sweep { .. }));
     responses.flat_map(|(branch, _)| of_branch(branch)).collect()
 }
 
@@ -173,6 +176,7 @@ impl FamilyWriter {
             points,
             rows,
             series: None,
+            sweep: None,
             checks: vec![],
             order: vec![],
             heights: vec![],
@@ -242,6 +246,15 @@ impl FamilyWriter {
                 writer.push(series, count)?;
             }
         }
+        if let Some(seen) = &p.attractor {
+            if self.sweep.is_none() {
+                let (n_c, lines) = (system.n_contact(), seen.spectrum.len());
+                self.sweep = Some(SweepWriter::create(&self.file, n_c, lines)?);
+            }
+            if let Some(writer) = &mut self.sweep {
+                writer.push(seen, p.omega, count)?;
+            }
+        }
         self.checks.extend(p.check.clone());
         self.order.push(self.key(p));
         self.heights.extend(
@@ -301,8 +314,8 @@ impl FamilyWriter {
         write_text(&self.file, "status", &status.to_string())?;
         self.file.flush()?;
         // all handles are closed before the file takes its place
-        let FamilyWriter { mut staged, file, points, rows, series, journal, .. } = self;
-        drop((points, rows, series, g, file));
+        let FamilyWriter { mut staged, file, points, rows, series, sweep, journal, .. } = self;
+        drop((points, rows, series, sweep, g, file));
         staged.commit()?;
         if let Some(journal) = journal.filter(|_| *status == Status::Complete) {
             journal.remove();
@@ -313,8 +326,9 @@ impl FamilyWriter {
     /// The same family with its rows in order, in a new file beside.
     fn sorted(self, system: &System) -> Result<FamilyWriter, StoreError> {
         self.file.flush()?;
-        let FamilyWriter { mut staged, file, points, rows, series, checks, order, .. } = self;
-        drop((file, points, rows, series));
+        let FamilyWriter { mut staged, file, points, rows, series, sweep, checks, order, .. } =
+            self;
+        drop((file, points, rows, series, sweep));
         let mut stored = StoredFamily::read(staged.at())?;
         stored.count_along_directions(&system.body);
         let stored = stored.points;
@@ -363,5 +377,8 @@ fn size_of_point(p: &PointRecord, harmonics: usize, n_o: usize) -> u64 {
         2 * place.x.len() + sets + place.base.len() + 512
     });
     let series = p.series.as_ref().map_or(0, |_| (2 * harmonics + 1) * n_o + 64);
-    8 * (orbit + place + series + 1024) as u64
+    let sweep = p.attractor.as_ref().map_or(0, |a| {
+        a.peak.len() + a.trough.len() + 2 * a.sections.len() + a.spectrum.len() + 128
+    });
+    8 * (orbit + place + series + sweep + 1024) as u64
 }

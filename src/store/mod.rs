@@ -32,6 +32,7 @@ mod state;
 mod statement;
 mod stored;
 mod study;
+mod sweep;
 mod table;
 mod trajectory;
 mod writer;

@@ -13,6 +13,7 @@ use super::journal;
 use super::orbits::{read_orbit, read_place, read_scalar};
 use super::series::{Names, read_series};
 use super::statement::read_statement;
+use super::sweep::read_sweep;
 use super::{StoreError, read_text};
 use crate::fem::Body;
 use crate::records::{
@@ -161,12 +162,13 @@ fn read_points(path: &Path, g: &Group) -> Result<Vec<PointRecord>, StoreError> {
             place: read_place(&p)?,
             series: None,
             check: None,
+            attractor: None,
         });
     }
     Ok(all)
 }
 
-/// Give the points their series and checks, where the file holds such; most harmonics of a series.
+/// Give the points their series, checks, and what a sweep saw there, where the file holds such; most harmonics of a series.
 fn read_parts(
     path: &Path,
     file: &hdf5::File,
@@ -182,6 +184,13 @@ fn read_parts(
         for (row, series) in rows.iter().zip(series) {
             if let Some(point) = usize::try_from(*row).ok().and_then(|row| points.get_mut(row)) {
                 point.series = Some(series);
+            }
+        }
+    }
+    if file.link_exists("sweep") {
+        for (row, seen) in read_sweep(file)? {
+            if let Some(point) = usize::try_from(row).ok().and_then(|row| points.get_mut(row)) {
+                point.attractor = Some(seen);
             }
         }
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use signorini::contact::System;
 use signorini::continuation::Go;
 use signorini::families::{self, Asked, Known, Opened};
-use signorini::records::{BranchEnd, PointRecord, Status};
+use signorini::records::{Branch, BranchEnd, Direction, PointRecord, Status};
 use signorini::store::{FamilyWriter, StoreError, StoredFamily};
 
 use crate::cli::progress::Bar;
@@ -120,7 +120,10 @@ fn write_all(
     for (count, point) in receiver.iter().enumerate() {
         writer.push(&point, system)?;
         if let Some(bar) = bar {
-            let share = ((point.omega - low) / (high - low)).clamp(0.0, 1.0);
+            let up = ((point.omega - low) / (high - low)).clamp(0.0, 1.0);
+            let branch = writer.plan().branches.get(point.branch);
+            let falls = branch.and_then(Branch::direction) == Some(Direction::Down);
+            let share = if falls { 1.0 - up } else { up };
             let of = point.branch.min(progress.len() - 1);
             progress[of] = progress[of].max(share);
             let mean = progress.iter().sum::<f64>() / progress.len() as f64;

@@ -22,6 +22,7 @@
 
 #[doc(hidden)]
 pub mod along;
+pub mod attractor;
 #[doc(hidden)]
 pub mod border;
 #[doc(hidden)]

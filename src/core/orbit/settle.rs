@@ -3,12 +3,12 @@
 //! Newton's method from a linear response finds nothing where that is many gaps high; a damped body finds its attractor by itself. The state of each period is compared
 //! with those of the twelve periods before: at the first return within each of some distances Newton's method is tried on that many periods.
 
+use super::OrbitError;
 use super::chain::Propagator;
 use super::credentials::Orbit;
 use super::search::{Effort, find};
 use super::section::later;
 use super::shooting::{Closure, Settings};
-use super::{OrbitError, tolerate};
 use crate::continuation::norm;
 
 /// Most periods that a body is given.
@@ -20,64 +20,150 @@ const NEAR: [f64; 6] = [0.2, 0.03, 3e-3, 3e-4, 1e-5, 1e-7];
 /// Newton's method may leave the return by so many times what the returns to come would add up to, and by at most so much.
 const MOVED: (f64, f64) = (5.0, 0.5);
 
-/// What came of settling.
+/// A motion that is so many times as large as the unit of the body grows without bound.
+const UNBOUNDED: f64 = 1e6;
+/// Numbers of periods with which Newton's method is tried where patience is at its end, and for how many more periods the body must then come nearer.
+const LAST: ([usize; 6], usize) = ([1, 2, 3, 4, 6, 8], 40);
+
+/// An orbit that is back as near as this earlier than after all of its periods, over its size, has fewer.
+const SHORTER: f64 = 1e-6;
+
+/// What a body settled to.
 #[derive(Debug)]
 pub enum Settled {
     /// A stable orbit of one or several periods of the loads.
     Orbit(Box<Orbit>),
-    /// The body does not come back within so many periods; the least distance of a return over the size of the state.
+    /// The body does not come back within [`MOST`] periods: the least distance of a return over the size of the state, and the last state.
     Restless {
-        /// Periods.
-        periods: usize,
         /// Least distance.
         least: f64,
+        /// Frame vector.
+        z: Vec<f64>,
     },
-    /// Its motion could not be followed.
-    Broken,
+    /// It grows without bound.
+    Unbounded,
+    /// Its motion could not be followed, and why.
+    Broken(String),
+}
+
+/// What came of settling.
+#[derive(Debug)]
+pub struct Settling {
+    /// What the body settled to.
+    pub to: Settled,
+    /// Periods of the loads that it was followed for.
+    pub periods: usize,
+}
+
+/// The state a period of the loads later, or why it could not be followed.
+fn next(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+) -> Result<Result<Vec<f64>, String>, OrbitError> {
+    match later(body, z, omega, 1.0) {
+        Ok(z) => Ok(Ok(z)),
+        Err(e) if e.is_of_one_motion() => Ok(Err(e.to_string())),
+        Err(e) => Err(e),
+    }
+}
+
+/// The distance of two frame vectors over the size of the first.
+fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
+    let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    norm(&apart) / norm(a).max(body.unit)
+}
+
+/// A stable orbit of `p` periods that Newton's method finds from a state, and how far it is from there.
+fn stable_orbit(
+    body: &mut Propagator,
+    p: usize,
+    z: &[f64],
+    omega: f64,
+) -> Result<Option<(Box<Orbit>, f64)>, OrbitError> {
+    let newton = Settings { iterations: 12, ..Settings::default() };
+    let effort = Effort { newton, rescue: false, ..Effort::default() };
+    let verdict = find(body, Closure::Forced(p), z, omega, &effort)?;
+    let stable = |o: &&Orbit| o.stability.as_ref().is_none_or(|s| s.is_stable());
+    let Some(orbit) = verdict.orbit().filter(stable) else { return Ok(None) };
+    let far = distance(body, z, &orbit.z);
+    // one that comes back earlier is one of fewer periods, and no other
+    for q in (1..p).filter(|q| p % q == 0) {
+        let Ok(early) = later(body, &orbit.z, omega, q as f64) else { return Ok(None) };
+        if distance(body, &orbit.z, &early) < SHORTER {
+            return Ok(stable_orbit(body, q, &orbit.z, omega)?.map(|(orbit, _)| (orbit, far)));
+        }
+    }
+    Ok(Some((Box::new(orbit.clone()), far)))
 }
 
 /// Let a body settle under loads of frequency `omega` from the frame vector `z`.
-pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settled, OrbitError> {
+pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settling, OrbitError> {
     let mut past = vec![z.to_vec()];
     // the next distance at which each number of periods is tried
-    let mut next = [0; LONGEST + 1];
+    let mut tries = [0; LONGEST + 1];
     let mut least = f64::INFINITY;
     for k in 1..=MOST {
-        let Some(now) = tolerate(later(body, &past[k - 1], omega, 1.0))? else {
-            return Ok(Settled::Broken);
+        let ended = |to| Ok(Settling { to, periods: k });
+        let now = match next(body, &past[k - 1], omega)? {
+            Ok(now) => now,
+            Err(why) => return ended(Settled::Broken(why)),
         };
-        let size = norm(&now).max(body.unit);
-        let distance = |a: &[f64], b: &[f64]| {
-            norm(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>()) / size
-        };
+        if norm(&now) > UNBOUNDED * body.unit {
+            return ended(Settled::Unbounded);
+        }
         let returns: Vec<f64> =
-            (1..=LONGEST.min(k)).map(|p| distance(&now, &past[k - p])).collect();
+            (1..=LONGEST.min(k)).map(|p| distance(body, &now, &past[k - p])).collect();
         past.push(now.clone());
         for (p, &d) in (1..).zip(&returns) {
             least = least.min(d);
             // a multiple of a shorter return is none of its own
             let is_multiple = (1..p).any(|q| p % q == 0 && returns[q - 1] <= 2.0 * d);
-            if is_multiple || next[p] >= NEAR.len() || d >= NEAR[next[p]] {
+            if is_multiple || tries[p] >= NEAR.len() || d >= NEAR[tries[p]] {
                 continue;
             }
-            while next[p] < NEAR.len() && d < NEAR[next[p]] {
-                next[p] += 1;
+            while tries[p] < NEAR.len() && d < NEAR[tries[p]] {
+                tries[p] += 1;
             }
-            let before = (k > 2 * p).then(|| distance(&past[k - p], &past[k - 2 * p]));
+            let before = (k > 2 * p).then(|| distance(body, &past[k - p], &past[k - 2 * p]));
             let ratio = before.map_or(0.0, |b| (d / b).min(0.99));
             let reach = (MOVED.0 * d / (1.0 - ratio)).min(MOVED.1);
-            let closure = Closure::Forced(p);
-            let newton = Settings { iterations: 12, ..Settings::default() };
-            let effort = Effort { newton, rescue: false, ..Effort::default() };
-            let verdict = find(body, closure, &now, omega, &effort)?;
-            let Some(orbit) = verdict.orbit() else { continue };
-            let is_stable = orbit.stability.as_ref().is_none_or(|s| s.is_stable());
-            if is_stable && distance(&orbit.z, &now) <= reach {
-                return Ok(Settled::Orbit(Box::new(orbit.clone())));
+            if let Some((orbit, moved)) = stable_orbit(body, p, &now, omega)?
+                && moved <= reach
+            {
+                return ended(Settled::Orbit(orbit));
             }
         }
     }
-    Ok(Settled::Restless { periods: MOST, least })
+    let last = &past[MOST];
+    let (to, more) = match approached(body, last, omega)? {
+        Some(orbit) => (Settled::Orbit(orbit), LAST.1),
+        None => (Settled::Restless { least, z: last.clone() }, 0),
+    };
+    Ok(Settling { to, periods: MOST + more })
+}
+
+/// The stable orbit that a body approaches, however slowly: near a bifurcation multipliers are near the unit circle.
+fn approached(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+) -> Result<Option<Box<Orbit>>, OrbitError> {
+    let (numbers, more) = LAST;
+    for p in numbers {
+        let Some((orbit, far)) = stable_orbit(body, p, z, omega)? else { continue };
+        let mut now = z.to_vec();
+        for _ in 0..more / p * p {
+            match next(body, &now, omega)? {
+                Ok(z) => now = z,
+                Err(_) => return Ok(None),
+            }
+        }
+        if far <= MOVED.1 && distance(body, &now, &orbit.z) < far {
+            return Ok(Some(orbit));
+        }
+    }
+    Ok(None)
 }
 
 /// The orbit of the loads' own period that a body has, or comes to, at a frequency: where nothing touches the linear response itself; else what Newton's method makes
@@ -101,7 +187,8 @@ pub fn ladder(
     }
     let (rest, mut why) = (vec![0.0; linear.len()], vec![]);
     for state in guesses.iter().chain([&rest]) {
-        match settle(body, state, omega)? {
+        let Settling { to, periods } = settle(body, state, omega)?;
+        match to {
             Settled::Orbit(orbit) if orbit.closure == closure => return Ok(Ok(orbit)),
             Settled::Orbit(orbit) => {
                 let p = orbit.closure.periods();
@@ -112,10 +199,13 @@ pub fn ladder(
                 }
                 why.push(format!("the body settles to an orbit of {p} periods of the loads"));
             }
-            Settled::Restless { periods, least } => why.push(format!(
+            Settled::Restless { least, .. } => why.push(format!(
                 "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
             )),
-            Settled::Broken => why.push("the motion could not be followed".into()),
+            Settled::Unbounded => why.push("the motion grows without bound".into()),
+            Settled::Broken(reason) => {
+                why.push(format!("the motion could not be followed: {reason}"));
+            }
         }
     }
     // with all its means from the linear response, for the cause if for nothing else

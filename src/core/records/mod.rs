@@ -4,6 +4,7 @@
 //! cross-check ([`CheckRow`]), and the place from which a continuation goes on ([`PlaceRecord`]), or lacks some of them. Numbers are in the scene's units. In JSON
 //! they stand by their [`bits`].
 
+mod attractor;
 #[doc(hidden)]
 pub mod bits;
 mod check;
@@ -13,6 +14,7 @@ mod ridge;
 mod series;
 mod special;
 
+pub use attractor::{AttractorKind, AttractorRecord};
 pub use check::{CheckRow, VerdictKind};
 pub use orbit::{OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};

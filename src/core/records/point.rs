@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
+use super::{AttractorRecord, CheckRow, OrbitRecord, PointKind, SeriesRecord, bits};
 use crate::contact::States;
 
 /// Where a continuation stood.
@@ -56,4 +56,27 @@ pub struct PointRecord {
     pub series: Option<SeriesRecord>,
     /// What a cross-check found.
     pub check: Option<CheckRow>,
+    /// What the body does there in a sweep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attractor: Option<AttractorRecord>,
+}
+
+impl PointRecord {
+    /// Largest energy of the motion; not a number where there is none.
+    pub fn energy(&self) -> f64 {
+        let seen = || self.attractor.as_ref().map_or(f64::NAN, |a| a.energy);
+        self.orbit.as_ref().map_or_else(seen, |o| o.energy)
+    }
+
+    /// Largest contact displacement of the motion, likewise.
+    pub fn amplitude(&self) -> f64 {
+        let seen = || self.attractor.as_ref().map_or(f64::NAN, AttractorRecord::amplitude);
+        self.orbit.as_ref().map_or_else(seen, |o| o.amplitude)
+    }
+
+    /// Switches in a period of the motion, likewise.
+    pub fn switches(&self) -> f64 {
+        let seen = || self.attractor.as_ref().map_or(f64::NAN, |a| a.switches);
+        self.orbit.as_ref().map_or_else(seen, |o| o.switches.len() as f64)
+    }
 }

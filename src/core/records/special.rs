@@ -7,7 +7,7 @@ use std::fmt::{Display, Formatter, Result};
 
 use serde::{Deserialize, Serialize};
 
-use super::{VerdictKind, bits};
+use super::{AttractorKind, VerdictKind, bits};
 
 /// What a point of a family is.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,13 @@ pub enum PointKind {
     Start,
     /// Far from what the points before it let expect: another branch.
     Jump,
+    /// A sweep meets another kind of motion.
+    Change {
+        /// What the body did.
+        before: AttractorKind,
+        /// What it does from here on.
+        after: AttractorKind,
+    },
     /// An end of the range of frequencies.
     EndOfRange,
     /// The frequency turns back.
@@ -117,6 +124,7 @@ impl PointKind {
             PointKind::Regular => "regular",
             PointKind::Start => "start",
             PointKind::Jump => "jump",
+            PointKind::Change { .. } => "change",
             PointKind::EndOfRange => "end of range",
             PointKind::Fold => "fold",
             PointKind::BranchPoint => "branch point",
@@ -138,6 +146,7 @@ impl Display for PointKind {
             PointKind::Stability(change) => {
                 write!(f, "{word}: {:?} to {:?} outside", change.before, change.after)
             }
+            PointKind::Change { before, after } => write!(f, "{word}: {before} to {after}"),
             PointKind::Undecided(n) => write!(f, "{word}: {n} touches could not be decided"),
             PointKind::NoOrbitNear(verdict) => write!(f, "{word}: {verdict}"),
             PointKind::Gap(reason) => write!(f, "{word}: {reason}"),
@@ -225,6 +234,7 @@ mod tests {
             PointKind::Regular,
             PointKind::Start,
             PointKind::Jump,
+            PointKind::Change { before: AttractorKind::Periodic(1), after: AttractorKind::Chaotic },
             PointKind::EndOfRange,
             PointKind::Fold,
             PointKind::BranchPoint,

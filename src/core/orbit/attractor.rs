@@ -1,0 +1,349 @@
+//! What a forced body does in the long run, whatever that is: an orbit, a quasi-periodic motion, chaos; with what is seen of it.
+//!
+//! Where nothing periodic attracts, the largest Lyapunov exponent tells what does: the mean logarithm by which a tangent of the motion grows in a period of the
+//! loads, `λT = ⟨ln |DF(x_k) e_k|⟩` with `e_{k+1} = DF(x_k) e_k / |DF(x_k) e_k|`, over some hundred periods. Its standard error is that of the means of blocks
+//! of periods, so long that they hang together no more.
+
+use std::convert::Infallible;
+use std::f64::consts::TAU;
+
+use faer::Mat;
+
+use super::chain::Propagator;
+use super::credentials::Orbit;
+use super::period_map::{integrate, integrate_with};
+use super::settle::{Settled, Settling, settle};
+use super::tangent::Variation;
+use super::{OrbitError, tolerate};
+use crate::event::{Observer, Sample};
+use crate::records::{AttractorKind, AttractorRecord, crest};
+
+/// Periods over which an exponent is taken: those that are left out at first, blocks, periods of a block.
+const EXPONENT: (usize, usize, usize) = (20, 10, 20);
+/// A motion is chaotic if its exponent is above this a period, and above so many standard errors.
+const CHAOTIC: (f64, f64) = (0.01, 4.0);
+/// What came back as near as this comes back for good, in the end.
+const RETURNED: f64 = 1e-4;
+/// Periods that are looked at of what is not periodic.
+const LOOKED_AT: usize = 40;
+/// Stored states a period.
+const STATES: usize = 128;
+/// Lines of a spectrum: from 0 to so many times the frequency of the loads, and how many in one of it.
+const LINES: (usize, usize) = (8, 12);
+
+/// What a forced body does in the long run.
+#[derive(Debug, Clone)]
+pub struct Attractor {
+    /// What is seen of it.
+    pub seen: AttractorRecord,
+    /// The orbit, if it is one.
+    pub orbit: Option<Box<Orbit>>,
+    /// A state of it at the beginning of a period of the loads: a frame vector.
+    pub z: Vec<f64>,
+}
+
+/// What a body does under loads of frequency `omega` that moves from the frame vector `z`, once it has settled.
+pub fn attractor(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Attractor, OrbitError> {
+    body.system.loads_mut().set_frequency(omega);
+    let Settling { to, periods: maps } = settle(body, z, omega)?;
+    let found = |kind, exponent: (f64, f64), note: String| Found { kind, exponent, note, maps };
+    match to {
+        Settled::Orbit(orbit) => {
+            let p = orbit.closure.periods();
+            let exponent = orbit.stability.as_ref().map_or(f64::NAN, |s| s.largest.ln() / p as f64);
+            let found = found(AttractorKind::Periodic(p), (exponent, 0.0), String::new());
+            let z = orbit.z.clone();
+            Ok(Attractor { orbit: Some(orbit), ..looked_at(body, &z, omega, p, found)? })
+        }
+        Settled::Restless { least, z } => {
+            let told = format!("nearest return {least:.1e} of the size of the state");
+            let Some((exponent, z)) = tolerate(exponent(body, &z, omega))? else {
+                let why = "its exponent could not be computed".into();
+                return looked_at(
+                    body,
+                    &z,
+                    omega,
+                    LOOKED_AT,
+                    found(AttractorKind::Slow, (f64::NAN, f64::NAN), why),
+                );
+            };
+            let kind = judged(exponent, least);
+            looked_at(body, &z, omega, LOOKED_AT, found(kind, exponent, told))
+        }
+        Settled::Unbounded => Ok(nothing(
+            body,
+            z,
+            found(AttractorKind::Unbounded, (f64::NAN, f64::NAN), String::new()),
+        )),
+        Settled::Broken(why) => {
+            Ok(nothing(body, z, found(AttractorKind::Lost, (f64::NAN, f64::NAN), why)))
+        }
+    }
+}
+
+/// What a body does in so many periods of loads of frequency `omega`, from the frame vector `z`, without waiting for it to settle.
+pub fn dwell(
+    body: &mut Propagator,
+    z: &[f64],
+    omega: f64,
+    periods: usize,
+) -> Result<Attractor, OrbitError> {
+    body.system.loads_mut().set_frequency(omega);
+    let found = Found {
+        kind: AttractorKind::Transient,
+        exponent: (f64::NAN, f64::NAN),
+        note: String::new(),
+        maps: periods,
+    };
+    looked_at(body, z, omega, periods, found)
+}
+
+/// What is known of an attractor before it is looked at.
+struct Found {
+    kind: AttractorKind,
+    exponent: (f64, f64),
+    note: String,
+    maps: usize,
+}
+
+/// Of which kind a motion is that does not come back, by its exponent and its standard error, and by its nearest return.
+fn judged((exponent, error): (f64, f64), least: f64) -> AttractorKind {
+    let (large, errors) = CHAOTIC;
+    if exponent > large && exponent > errors * error {
+        AttractorKind::Chaotic
+    } else if exponent.abs() <= large && least > RETURNED {
+        AttractorKind::QuasiPeriodic
+    } else {
+        AttractorKind::Slow
+    }
+}
+
+/// The largest Lyapunov exponent of a motion, a period of the loads, with its standard error; and the state at its end.
+fn exponent(
+    body: &Propagator,
+    z: &[f64],
+    omega: f64,
+) -> Result<((f64, f64), Vec<f64>), OrbitError> {
+    let (before, blocks, length) = EXPONENT;
+    let period = TAU / omega;
+    let mut z = z.to_vec();
+    // no direction is preferred
+    let mut e = Mat::from_fn(z.len(), 1, |i, _| (1.0 + i as f64).sqrt().fract() - 0.5);
+    let mut growths = vec![];
+    for _ in 0..before + blocks * length {
+        let passage = integrate(body, &body.state(&z), period)?;
+        let walk = body.walk(&passage.chain, &z, &passage.times, period)?;
+        let next = body.tangent(&passage.chain, &walk, &Variation::of_map(e.as_ref()))?.end;
+        let grown = next.norm_l2();
+        growths.push((grown / e.norm_l2()).max(f64::MIN_POSITIVE).ln());
+        if !(grown.is_finite() && grown > 0.0) {
+            break;
+        }
+        e = Mat::from_fn(z.len(), 1, |i, _| next[(i, 0)] / grown);
+        z = body.frame(&passage.report.last);
+    }
+    let means: Vec<f64> = growths
+        .get(before..)
+        .unwrap_or_default()
+        .chunks_exact(length)
+        .map(|block| block.iter().sum::<f64>() / length as f64)
+        .collect();
+    let count = means.len() as f64;
+    let mean = means.iter().sum::<f64>() / count;
+    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    Ok(((mean, (variance / count).sqrt()), z))
+}
+
+/// Extremes and histories of the contact points over a motion.
+struct Look<'a> {
+    body: &'a Propagator,
+    step: f64,
+    peak: Vec<f64>,
+    trough: Vec<f64>,
+    force: f64,
+    energy: f64,
+    /// The last two states: time and displacements.
+    last: Vec<(f64, Vec<f64>)>,
+    /// Displacements at even steps of time.
+    history: Vec<Vec<f64>>,
+}
+
+impl Observer for Look<'_> {
+    type Error = Infallible;
+
+    fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
+        let system = &self.body.system;
+        let u = system.along_normals(s.u);
+        let areas = system.constraints.iter().map(|c| c.area);
+        let force = s.pressure.iter().zip(areas).map(|(p, a)| p * a).sum::<f64>();
+        self.force = self.force.max(force);
+        self.energy = self.energy.max(s.energies.map_or(f64::NAN, |e| e.total()));
+        for (i, &u) in u.iter().enumerate() {
+            self.peak[i] = self.peak[i].max(u);
+            self.trough[i] = self.trough[i].min(u);
+            if let [(t0, a), (t1, b)] = &self.last[..]
+                && t0 < t1
+                && *t1 < s.t
+            {
+                let times = [*t0, *t1, s.t];
+                self.peak[i] = self.peak[i].max(crest(times, [a[i], b[i], u]));
+                self.trough[i] = self.trough[i].min(-crest(times, [-a[i], -b[i], -u]));
+            }
+        }
+        let due = self.history.len() as f64 * self.step;
+        if s.t >= due - 1e-9 * self.step {
+            self.history.push(u.clone());
+        }
+        if self.last.len() == 2 {
+            self.last.remove(0);
+        }
+        self.last.push((s.t, u));
+        Ok(())
+    }
+}
+
+/// What is seen of a motion over so many periods of the loads; it ends with the state behind them.
+fn looked_at(
+    body: &Propagator,
+    z: &[f64],
+    omega: f64,
+    periods: usize,
+    found: Found,
+) -> Result<Attractor, OrbitError> {
+    let n_c = body.system.n_contact();
+    let until = periods as f64 * TAU / omega;
+    let states = STATES * periods;
+    let mut look = Look {
+        body,
+        step: until / states as f64,
+        peak: vec![f64::NEG_INFINITY; n_c],
+        trough: vec![f64::INFINITY; n_c],
+        force: 0.0,
+        energy: 0.0,
+        last: vec![],
+        history: vec![],
+    };
+    let passage = match integrate_with(body, &body.state(z), until, states, &mut look) {
+        Ok(passage) => passage,
+        Err(e) if e.is_of_one_motion() => {
+            let found = Found { kind: AttractorKind::Lost, note: e.to_string(), ..found };
+            return Ok(nothing(body, z, found));
+        }
+        Err(e) => return Err(e),
+    };
+    let Look { peak, trough, force, energy, mut history, .. } = look;
+    // the end of the last period is the beginning of the next
+    history.truncate(states);
+    let sections = history.iter().step_by(STATES).flatten().copied().collect();
+    let moved = |i: &usize| peak[*i] - trough[*i];
+    let lead = (0..n_c).max_by(|a, b| moved(a).total_cmp(&moved(b)));
+    let spectrum = lead
+        .map_or(vec![], |i| spectrum(&history.iter().map(|u| u[i]).collect::<Vec<_>>(), periods));
+    let Found { kind, exponent: (exponent, exponent_error), note, maps } = found;
+    let switches = passage.report.switches.len() as f64 / periods as f64;
+    let z = match kind {
+        AttractorKind::Periodic(_) => z.to_vec(),
+        _ => body.frame(&passage.report.last),
+    };
+    let seen = AttractorRecord {
+        kind,
+        exponent,
+        exponent_error,
+        peak,
+        trough,
+        force,
+        energy,
+        switches,
+        sections,
+        spectrum,
+        maps,
+        note,
+    };
+    Ok(Attractor { seen, orbit: None, z })
+}
+
+/// Where nothing is seen.
+fn nothing(body: &Propagator, z: &[f64], found: Found) -> Attractor {
+    let n_c = body.system.n_contact();
+    let Found { kind, exponent: (exponent, exponent_error), note, maps } = found;
+    let seen = AttractorRecord {
+        kind,
+        exponent,
+        exponent_error,
+        peak: vec![f64::NAN; n_c],
+        trough: vec![f64::NAN; n_c],
+        force: f64::NAN,
+        energy: f64::NAN,
+        switches: f64::NAN,
+        sections: vec![],
+        spectrum: vec![f64::NAN; LINES.0 * LINES.1 + 1],
+        maps,
+        note,
+    };
+    Attractor { seen, orbit: None, z: z.to_vec() }
+}
+
+/// Magnitudes of the harmonics of a displacement over so many periods of the loads, at multiples of `1 / LINES.1` of their frequency: exact for what repeats
+/// after a divisor of that many periods, else of the whole history through a window of Hann.
+fn spectrum(history: &[f64], periods: usize) -> Vec<f64> {
+    let (harmonics, parts) = LINES;
+    let count = history.len();
+    let exact = parts % periods == 0;
+    let weight = |k: usize| match exact {
+        true => 1.0,
+        false => 1.0 - (TAU * k as f64 / count as f64).cos(),
+    };
+    let mean = history.iter().sum::<f64>() / count as f64;
+    let line = |j: usize| {
+        // whole turns of this line in the history, if it is one of an orbit
+        let turns = (j * periods) as f64 / parts as f64;
+        if exact && turns.fract() != 0.0 {
+            return 0.0;
+        }
+        let (mut re, mut im) = (0.0, 0.0);
+        for (k, x) in history.iter().enumerate() {
+            let (sin, cos) = (TAU * turns * k as f64 / count as f64).sin_cos();
+            re += weight(k) * (x - mean) * cos;
+            im += weight(k) * (x - mean) * sin;
+        }
+        2.0 * f64::hypot(re, im) / count as f64
+    };
+    let mut lines: Vec<f64> = (0..=harmonics * parts).map(line).collect();
+    lines[0] = mean.abs();
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spectrum_has_the_magnitudes_of_its_harmonics() {
+        let of = |periods: usize, parts: f64| -> Vec<f64> {
+            let count = STATES * periods;
+            (0..count)
+                .map(|k| {
+                    let t = TAU * k as f64 / STATES as f64;
+                    0.25 - 3.0 * (t - 0.4).cos() + 0.5 * (t / parts + 1.0).sin()
+                })
+                .collect()
+        };
+        for (periods, parts) in [(2, 2.0), (12, 4.0)] {
+            let lines = spectrum(&of(periods, parts), periods);
+            let at = |x: f64| lines[(12.0 * x).round() as usize];
+            assert!((at(0.0) - 0.25).abs() < 1e-12 && (at(1.0) - 3.0).abs() < 1e-12);
+            assert!((at(1.0 / parts) - 0.5).abs() < 1e-12 && at(2.0) < 1e-12);
+        }
+        // five periods are no divisor of twelve: through the window, but the heights stay
+        let lines = spectrum(&of(40, 4.0), 40);
+        assert!((lines[12] - 3.0).abs() < 1e-9 && (lines[3] - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn kinds_are_told_by_the_exponent() {
+        assert_eq!(judged((0.7, 0.05), 0.1), AttractorKind::Chaotic);
+        assert_eq!(judged((0.7, 0.3), 0.1), AttractorKind::Slow);
+        assert_eq!(judged((1e-3, 1e-4), 0.1), AttractorKind::QuasiPeriodic);
+        assert_eq!(judged((-1e-3, 1e-4), 1e-6), AttractorKind::Slow);
+    }
+}
