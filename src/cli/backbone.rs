@@ -437,8 +437,9 @@ impl Task for Arguments {
             family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
                 // a grid that was widened counts from where it began
                 let pieces = request.pieces(writer.plan().identity.walk);
-                let job =
-                    |piece| -> Job { Box::new(move |take| request.compute(piece, known, take)) };
+                let job = |piece| -> Job {
+                    Box::new(move |take| Ok(vec![request.compute(piece, known, take)?]))
+                };
                 let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
                 family::run_jobs(work.global, &jobs, writer, system, request.range, bar)
             })?;

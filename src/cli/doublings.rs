@@ -1,9 +1,10 @@
-//! `response --doublings`: where the branches of twice the period begin.
+//! `response --doublings`, `response --through`: where branches begin that an earlier file leads to.
 
 use signorini::families::doubling::{Doubling, of_family};
+use signorini::families::through::{self, Seed};
 use signorini::orbit::Closure;
 use signorini::problem::Problem;
-use signorini::records::fingerprint;
+use signorini::records::{Way, fingerprint};
 use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
@@ -11,7 +12,7 @@ use super::CliError;
 use super::ratios::with_ratios;
 
 fn refuse<T>(response: &StoredFamily, why: &str) -> Result<T, CliError> {
-    Err(CliError::Input(format!("--doublings {}: {why}", response.path.display())))
+    Err(CliError::Input(format!("{}: {why}", response.path.display())))
 }
 
 /// Damping ratios of the branches of a response, if it has several.
@@ -56,4 +57,23 @@ pub(super) fn of_response(
     }
     let several = ratios(response).is_some();
     Ok(found.into_iter().map(|d| (if several { d.branch } else { 0 }, d)).collect())
+}
+
+/// The orbits of sweeps of this body through which branches are followed.
+pub(super) fn of_sweep(
+    sweep: &StoredFamily,
+    scene: &Scene,
+    problem: &Problem,
+) -> Result<Vec<Seed>, CliError> {
+    if sweep.outline().way != Way::Sweep {
+        return refuse(sweep, "it is no sweep; give a file of `signorini response --sweep both`");
+    }
+    if sweep.identity.problem != fingerprint(scene, problem) {
+        return refuse(sweep, "it is no sweep of this scene; give the scene that it was made from");
+    }
+    let found = through::seeds(sweep);
+    if found.is_empty() {
+        return refuse(sweep, "it met no orbit");
+    }
+    Ok(found)
 }

@@ -9,6 +9,7 @@ use signorini::families::doubling::{self, Doubling};
 use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::sweep::{self, Sweep};
+use signorini::families::through::{self, Seed};
 use signorini::families::{Asked, FamilyError, Known, start};
 use signorini::orbit::along::Start;
 use signorini::orbit::settle::ladder;
@@ -55,6 +56,10 @@ pub struct Arguments {
     /// where they begin)
     #[arg(long, value_name = "RESPONSE.h5", conflicts_with = "ratios")]
     doublings: Option<PathBuf>,
+    /// Follow the branches through the orbits that sweeps of this scene met, a file of --sweep: orbits of several periods, isolas, and the unstable orbits
+    /// between
+    #[arg(long, value_name = "SWEEP.h5", conflicts_with_all = ["ratios", "doublings", "sweep"])]
+    through: Option<PathBuf>,
     /// What the body does while the frequency goes up, down, or up and then down again: it settles at each frequency from where it was, whatever it
     /// settles to (orbits of several periods, quasi-periodic motions, chaos); changes are closed in on
     #[arg(long, value_enum, value_name = "WAY", conflicts_with_all = ["doublings", "locate"])]
@@ -102,11 +107,16 @@ impl Arguments {
             )));
         }
         let range = family::range(scene, self.range.as_deref())?;
-        let simple = self.doublings.as_deref().map(StoredFamily::read).transpose()?;
-        let scenes = match &simple {
+        let simple = self.doublings.as_deref().or(self.through.as_deref());
+        let simple = simple.map(StoredFamily::read).transpose()?;
+        let mut scenes = match &simple {
             None => with_ratios(scene, self.ratios.as_deref())?,
             Some(simple) => doublings::scenes(simple, scene)?,
         };
+        if self.through.is_some() {
+            // both directions of a sweep are of one body
+            scenes.dedup_by(|a, b| a.0 == b.0);
+        }
         let (points, step, locate) = (self.points, self.step, self.locate);
         let choice = self.balance.choice(scene)?;
         if choice.is_bem() {
@@ -131,10 +141,19 @@ impl Arguments {
         let options =
             Options { range, step: (0.2 * step, 1e-9, step), points, locate, natural: false };
         if choice.is_balance() && simple.is_some() {
-            return Err(CliError::Input("--doublings goes with shooting only".into()));
+            return Err(CliError::Input("--doublings and --through go with shooting only".into()));
         }
         let sweeps = self.sweep.map_or(&[][..], Way::directions);
-        Ok(Request { scenes, simple, doublings: None, sweeps, choice, walk, options })
+        Ok(Request {
+            scenes,
+            simple,
+            doublings: None,
+            seeds: vec![],
+            sweeps,
+            choice,
+            walk,
+            options,
+        })
     }
 
     /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
@@ -153,6 +172,8 @@ pub(crate) struct Request {
     simple: Option<StoredFamily>,
     /// Where orbits of twice the period begin, each with the number of its scene; none: the responses themselves.
     doublings: Option<Vec<(usize, Doubling)>>,
+    /// Orbits of sweeps through which branches are asked for.
+    seeds: Vec<Seed>,
     /// Directions of sweeps, if such are asked for.
     sweeps: &'static [Direction],
     choice: Choice,
@@ -237,9 +258,26 @@ impl Request {
                 problem: fingerprint(scene, problem),
             },
             range: [low, high],
-            branches: self.pieces().into_iter().map(branch).collect(),
+            branches: match self.seeds.is_empty() {
+                true => self.pieces().into_iter().map(branch).collect(),
+                false => through::branches(&self.seeds),
+            },
             harmonics: self.choice.most_harmonics(),
         }
+    }
+
+    /// Compute what is missing of the branches through orbits of sweeps.
+    fn follow_seeds(&self, known: &Known, take: Take) -> Result<Vec<BranchEnd>, CliError> {
+        let mut ends = vec![];
+        for (percent, scene) in &self.scenes {
+            let of_scene = |s: &&Seed| s.percent == *percent;
+            let seeds: Vec<Seed> = self.seeds.iter().filter(of_scene).cloned().collect();
+            let before = self.seeds.iter().take_while(|s| !of_scene(s)).count();
+            let mut body = family::propagator(load::of_scene(scene)?.system)?;
+            let what = (2 * before, known, &self.options);
+            ends.extend(through::follow(&mut body, &seeds, what, take)?);
+        }
+        Ok(ends)
     }
 
     /// Compute what is missing of the branch with the number `index`, on `grid` by harmonic balance.
@@ -319,6 +357,13 @@ impl Task for Arguments {
         let mut request = self.request(&work.scene)?;
         let problem = load::warned(&request.scenes[0].1, work.global)?;
         request.check(&work.scene, &problem)?;
+        if self.through.is_some() {
+            let sweep = request.simple.take();
+            request.seeds = match sweep {
+                Some(sweep) => doublings::of_sweep(&sweep, &request.scenes[0].1, &problem)?,
+                None => vec![],
+            };
+        }
         request.doublings = match request.simple.take() {
             Some(simple) => Some(doublings::of_response(&simple, &request.scenes[0].1, &problem)?),
             None => None,
@@ -342,9 +387,14 @@ impl Task for Arguments {
             // a grid that was widened counts from where it began
             let grid = writer.plan().identity.walk.grid();
             let pieces = request.pieces();
-            let job =
-                |piece| -> Job { Box::new(move |take| request.compute(piece, grid, known, take)) };
-            let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
+            let job = |piece| -> Job {
+                Box::new(move |take| Ok(vec![request.compute(piece, grid, known, take)?]))
+            };
+            let jobs: Vec<Job> = match request.seeds.is_empty() {
+                true => pieces.iter().enumerate().map(job).collect(),
+                // a branch ends where it meets an earlier one: one after the other
+                false => vec![Box::new(|take| request.follow_seeds(known, take))],
+            };
             let range = request.options.range;
             family::run_jobs(work.global, &jobs, writer, &problem.system, range, bar)
         })

@@ -134,18 +134,19 @@ const GRAZES: f64 = 1e-2;
 
 /// The way that a response has come.
 #[derive(Default)]
-struct Trace {
+pub(super) struct Trace {
     /// Frequency, energy, amplitude.
     points: Vec<[f64; 3]>,
     /// Where a piece begins behind a jump.
     pieces: Vec<usize>,
     back: usize,
     /// It comes back along itself.
-    retraced: bool,
+    pub retraced: bool,
 }
 
 impl Trace {
-    fn of(points: &[&PointRecord]) -> Trace {
+    /// That of points that are known.
+    pub fn of(points: &[&PointRecord]) -> Trace {
         let mut trace = Trace::default();
         points.iter().for_each(|p| trace.add(p));
         // what was found before was judged then
@@ -153,7 +154,8 @@ impl Trace {
         trace
     }
 
-    fn add(&mut self, p: &PointRecord) {
+    /// One point more.
+    pub fn add(&mut self, p: &PointRecord) {
         let Some(orbit) = &p.orbit else { return };
         let here = [p.omega, orbit.energy, orbit.amplitude];
         if p.special == PointKind::Jump {
@@ -166,12 +168,12 @@ impl Trace {
     }
 
     /// The frequency at its end.
-    fn omega(&self) -> f64 {
+    pub fn omega(&self) -> f64 {
         self.points.last().map_or(f64::NAN, |p| p[0])
     }
 
     /// Whether an orbit lies on the way, but for its last points.
-    fn knows(&self, [omega, energy, amplitude]: [f64; 3], but: usize) -> bool {
+    pub fn knows(&self, [omega, energy, amplitude]: [f64; 3], but: usize) -> bool {
         let old = &self.points[..self.points.len().saturating_sub(but)];
         old.windows(2).enumerate().any(|(k, pair)| {
             let [a, b] = [pair[0], pair[1]];

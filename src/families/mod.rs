@@ -5,7 +5,7 @@
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
 //! [`conservative`] looks near those of a viscous family, [`doubling`] beside the period doublings of a response.
-//! [`sweep`] lets a body settle at one frequency after the other. [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
+//! [`sweep`] lets a body settle at one frequency after the other, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bar;
@@ -22,6 +22,7 @@ pub mod single;
 pub mod start;
 pub mod statement;
 pub mod sweep;
+pub mod through;
 pub mod viscous;
 
 pub(crate) use known::Known;

@@ -39,6 +39,17 @@ pub enum Branch {
         /// Which way the frequency goes.
         direction: Direction,
     },
+    /// Orbits along the branch through one of a sweep.
+    Through {
+        /// Damping ratio in percent; none: the scene's own damping.
+        percent: Option<f64>,
+        /// Periods of the loads in one of an orbit.
+        periods: usize,
+        /// Frequency of the orbit of the sweep.
+        omega: f64,
+        /// Which way it is followed.
+        direction: Direction,
+    },
     /// Orbits shot from the series of another file.
     Checked {
         /// Number of harmonics of the series.
@@ -81,7 +92,8 @@ impl Branch {
         match self {
             Branch::Response { percent, .. }
             | Branch::Doubled { percent, .. }
-            | Branch::Sweep { percent, .. } => *percent,
+            | Branch::Sweep { percent, .. }
+            | Branch::Through { percent, .. } => *percent,
             _ => None,
         }
     }
@@ -98,7 +110,9 @@ impl Branch {
     /// Where it goes, if it is walked along.
     pub fn direction(&self) -> Option<Direction> {
         match self {
-            Branch::Along(direction) | Branch::Sweep { direction, .. } => Some(*direction),
+            Branch::Along(direction)
+            | Branch::Sweep { direction, .. }
+            | Branch::Through { direction, .. } => Some(*direction),
             Branch::Series { direction, .. } => *direction,
             Branch::Response { series, .. } => series.map(|s| s.1),
             _ => None,
@@ -132,6 +146,12 @@ impl Display for Branch {
                     write!(f, "damping ratio {percent} %, ")?;
                 }
                 write!(f, "sweep {}", direction.word())
+            }
+            Branch::Through { percent, periods, omega, direction } => {
+                if let Some(percent) = percent {
+                    write!(f, "damping ratio {percent} %, ")?;
+                }
+                write!(f, "period {periods} through {omega:.6}, {}", direction.word())
             }
             Branch::Checked { harmonics } => write!(f, "orbits shot from N_h = {harmonics}"),
         }

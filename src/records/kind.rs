@@ -293,6 +293,11 @@ impl std::fmt::Display for Way {
 }
 
 impl Outline {
+    /// Whether it is what loads make of a body: branches of responses, sweeps.
+    pub fn is_response(&self) -> bool {
+        matches!(self.way, Way::Response | Way::Sweep)
+    }
+
     /// Whether a point need not belong together with the one before it: each was found at its own frequency.
     pub(crate) fn is_point_by_point(&self) -> bool {
         match self.way {

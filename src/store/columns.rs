@@ -185,7 +185,7 @@ pub(super) static SWEEP: &[Column<SweepRow>] = &[
     Column::new("sweep/lyapunov", "1 a period of the loads", SWEPT, "largest Lyapunov exponent: of an orbit the logarithm of its largest multiplier, else a mean along the motion", Get::Number(|s| s.seen.exponent)),
     Column::new("sweep/lyapunov_error", "1 a period of the loads", SWEPT, "standard error of that mean", Get::Number(|s| s.seen.exponent_error)),
     Column::new("sweep/amplitude", "length", SWEPT, "largest contact displacement in magnitude", Get::Number(|s| s.seen.amplitude())),
-    Column::new("sweep/force", "force", SWEPT, "largest force of all contact points together", Get::Number(|s| s.seen.force)),
+    Column::new("sweep/force", "force", SWEPT, "largest force of all contact points together, of 128 states a period and those at the switches", Get::Number(|s| s.seen.force)),
     Column::new("sweep/energy", "energy", SWEPT, "largest energy", Get::Number(|s| s.seen.energy)),
     Column::new("sweep/switches", "number a period of the loads", SWEPT, "switches", Get::Number(|s| s.seen.switches)),
     Column::new("sweep/peak", "length", SWEPT_POINT, "largest displacement of each contact point along the normal", Get::Numbers(|s| &s.seen.peak)),
@@ -199,6 +199,7 @@ pub(super) static SWEEP: &[Column<SweepRow>] = &[
 pub(super) struct SectionRow {
     pub row: i64,
     pub at: Vec<f64>,
+    pub least: Vec<f64>,
 }
 
 /// The states of `/sweep` at the beginning of the periods of the loads.
@@ -206,6 +207,7 @@ pub(super) struct SectionRow {
 pub(super) static SECTIONS: &[Column<SectionRow>] = &[
     Column::new("sweep/points_of", "row of /sweep", &["section"], "row that the section belongs to", Get::Whole(|s| s.row)),
     Column::new("sweep/points", "length", &["section", "contact point"], "displacements of the contact points along the normal at the beginning of each period of the loads: of an orbit as many as it has, of other motions 40", Get::Numbers(|s| &s.at)),
+    Column::new("sweep/least", "length", &["section", "contact point"], "least displacements of the contact points along the normal in each of these periods, of 128 states", Get::Numbers(|s| &s.least)),
 ];
 
 /// A series, but for its coefficients.

@@ -378,7 +378,7 @@ fn size_of_point(p: &PointRecord, harmonics: usize, n_o: usize) -> u64 {
     });
     let series = p.series.as_ref().map_or(0, |_| (2 * harmonics + 1) * n_o + 64);
     let sweep = p.attractor.as_ref().map_or(0, |a| {
-        a.peak.len() + a.trough.len() + 2 * a.sections.len() + a.spectrum.len() + 128
+        a.peak.len() + a.trough.len() + 3 * a.sections.len() + a.spectrum.len() + 128
     });
     8 * (orbit + place + series + sweep + 1024) as u64
 }

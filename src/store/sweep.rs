@@ -42,8 +42,10 @@ impl SweepWriter {
         point: usize,
     ) -> Result<(), StoreError> {
         self.rows.push(&SweepRow { point: point as i64, omega, seen: seen.clone() });
-        for at in seen.sections.chunks_exact(self.n_c.max(1)) {
-            self.sections.push(&SectionRow { row: self.count as i64, at: at.to_vec() });
+        let n_c = self.n_c.max(1);
+        for (at, least) in seen.sections.chunks_exact(n_c).zip(seen.least.chunks_exact(n_c)) {
+            let (row, at, least) = (self.count as i64, at.to_vec(), least.to_vec());
+            self.sections.push(&SectionRow { row, at, least });
         }
         self.count += 1;
         self.rows.append()?;
@@ -64,7 +66,8 @@ pub(super) fn read_sweep(file: &hdf5::File) -> Result<Vec<(i64, AttractorRecord)
     let (exponent, error) = (numbers("lyapunov")?, numbers("lyapunov_error")?);
     let (force, energy, switches) = (numbers("force")?, numbers("energy")?, numbers("switches")?);
     let (peak, trough, spectrum) = (table("peak")?, table("trough")?, table("spectrum")?);
-    let (of, at) = (g.dataset("points_of")?.values::<i64>()?, table("points")?);
+    let of: Vec<i64> = g.dataset("points_of")?.values()?;
+    let (at, least) = (table("points")?, table("least")?);
     let row = |table: &Array2<f64>, k: usize| match k < table.nrows() {
         true => table.row(k).to_vec(),
         false => vec![],
@@ -75,7 +78,10 @@ pub(super) fn read_sweep(file: &hdf5::File) -> Result<Vec<(i64, AttractorRecord)
         let whole = |list: &[i64]| list.get(k).map_or(0, |n| *n as usize);
         let word = kinds.get(k).map_or("", |word| word.as_str());
         let kind = AttractorKind::of_word(word, whole(&periods));
-        let sections = of.iter().zip(at.rows()).filter(|(row, _)| **row == k as i64);
+        let own = |table: &Array2<f64>| -> Vec<f64> {
+            let rows = of.iter().zip(table.rows()).filter(|(row, _)| **row == k as i64);
+            rows.flat_map(|(_, at)| at.to_vec()).collect()
+        };
         let seen = AttractorRecord {
             kind: kind.unwrap_or(AttractorKind::Lost),
             exponent: number(&exponent),
@@ -85,7 +91,8 @@ pub(super) fn read_sweep(file: &hdf5::File) -> Result<Vec<(i64, AttractorRecord)
             force: number(&force),
             energy: number(&energy),
             switches: number(&switches),
-            sections: sections.flat_map(|(_, at)| at.to_vec()).collect(),
+            sections: own(&at),
+            least: own(&least),
             spectrum: row(&spectrum, k),
             maps: whole(&maps),
             note: notes.get(k).map_or(String::new(), |n| n.as_str().to_owned()),

@@ -14,9 +14,12 @@ use signorini::store::{FamilyWriter, StoreError, StoredFamily};
 use crate::cli::progress::Bar;
 use crate::cli::{CliError, Global};
 
-/// A branch to compute: it hands its points on.
+/// A branch to compute, or several one after the other: it hands its points on.
 pub type Job<'a> = Box<
-    dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<BranchEnd, CliError> + Send + Sync + 'a,
+    dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Vec<BranchEnd>, CliError>
+        + Send
+        + Sync
+        + 'a,
 >;
 
 /// A family that is carried out.
@@ -100,7 +103,7 @@ pub(crate) fn run_jobs(
         });
     }
     let ends = match ends.len() == jobs.len() {
-        true => ends.into_iter().collect(),
+        true => ends.into_iter().collect::<Result<Vec<_>, CliError>>().map(|ends| ends.concat()),
         false => {
             Err(CliError::Other("a branch ended abnormally; what it found is in the file".into()))
         }

@@ -235,6 +235,12 @@ fn looked_at(
     // the end of the last period is the beginning of the next
     history.truncate(states);
     let sections = history.iter().step_by(STATES).flatten().copied().collect();
+    let least = history
+        .chunks_exact(STATES)
+        .flat_map(|period| {
+            (0..n_c).map(|i| period.iter().map(|u| u[i]).fold(f64::INFINITY, f64::min))
+        })
+        .collect();
     let moved = |i: &usize| peak[*i] - trough[*i];
     let lead = (0..n_c).max_by(|a, b| moved(a).total_cmp(&moved(b)));
     let spectrum = lead
@@ -255,6 +261,7 @@ fn looked_at(
         energy,
         switches,
         sections,
+        least,
         spectrum,
         maps,
         note,
@@ -276,6 +283,7 @@ fn nothing(body: &Propagator, z: &[f64], found: Found) -> Attractor {
         energy: f64::NAN,
         switches: f64::NAN,
         sections: vec![],
+        least: vec![],
         spectrum: vec![f64::NAN; LINES.0 * LINES.1 + 1],
         maps,
         note,

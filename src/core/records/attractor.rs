@@ -91,6 +91,9 @@ pub struct AttractorRecord {
     /// Displacements of all contact points at the beginning of each period of the loads, one period after the other: as many as an orbit has, 40 of what is none.
     #[serde(with = "bits::many")]
     pub sections: Vec<f64>,
+    /// Least displacements of all contact points in each of these periods, of 128 states.
+    #[serde(with = "bits::many")]
+    pub least: Vec<f64>,
     /// Magnitudes of the harmonics of the contact point that moves most, at multiples of a twelfth of the frequency of the loads.
     #[serde(with = "bits::many")]
     pub spectrum: Vec<f64>,

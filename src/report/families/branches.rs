@@ -98,7 +98,8 @@ pub(in crate::report) fn runs(
 /// Whether a point does not belong together with the one before it: the orbits of a cross-check were found one by one.
 fn parted(family: &StoredFamily, p: &PointRecord) -> bool {
     family.outline().solver == Solver::Check
-        || (is_sequential(family) && p.special == PointKind::Jump)
+        || (is_sequential(family)
+            && matches!(p.special, PointKind::Jump | PointKind::Change { .. }))
 }
 
 /// A piece of a branch of one stability; that of a viscous family is not known.

@@ -149,6 +149,9 @@ pub(super) fn backbone(
     family: &StoredFamily,
     axis: Option<Shown>,
 ) -> Result<Sheet<'static>, FigureError> {
+    if family.outline().way == Way::Sweep {
+        return Err(FigureError::Empty("of a sweep there are sweep, bifurcation, waterfall"));
+    }
     has_orbits(family)?;
     let shown = axis.map_or(vec![Shown::Energy, Shown::Amplitude], |axis| vec![axis]);
     let below = match shown.contains(&Shown::Energy) {

@@ -10,6 +10,7 @@ mod look;
 mod multipliers;
 mod portrait;
 mod special;
+mod sweep;
 mod table;
 mod words;
 
@@ -52,13 +53,27 @@ const OF_ORBIT: [Picture; 2] = [
     ("multipliers", multipliers),
 ];
 
-const OF_FAMILY: [Picture; 2] = [
+const OF_FAMILY: [Picture; 5] = [
     ("backbone", |s| match s {
         Source::Family(family, axis) => backbone(family, axis),
         _ => Err(FigureError::Empty("this is no backbone")),
     }),
+    ("sweep", |s| match s {
+        Source::Family(family, axis) => sweep::peaks(family, axis),
+        _ => Err(NO_SWEEP),
+    }),
+    ("bifurcation", |s| match s {
+        Source::Family(family, _) => sweep::bifurcation(family),
+        _ => Err(NO_SWEEP),
+    }),
+    ("waterfall", |s| match s {
+        Source::Family(family, _) => sweep::waterfall(family),
+        _ => Err(NO_SWEEP),
+    }),
     ("multipliers", multipliers),
 ];
+
+const NO_SWEEP: FigureError = FigureError::Empty("this is no sweep");
 
 const OF_CHECK: [Picture; 2] = [
     ("crosscheck", |s| match s {

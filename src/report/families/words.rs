@@ -20,6 +20,7 @@ pub(in crate::report) fn kind(family: &StoredFamily) -> String {
     let outline = family.outline();
     let response = outline.way == Way::Response;
     match outline.solver {
+        Solver::Shooting if outline.way == Way::Sweep => "sweep".into(),
         Solver::Shooting if response => "forced response".into(),
         Solver::Shooting => "conservative shooting".into(),
         Solver::Viscous => match viscosity(family) {

@@ -29,6 +29,8 @@ pub enum Mark {
     Square,
     /// A filled triangle.
     Triangle,
+    /// A filled triangle that points down.
+    Falling,
     /// A filled diamond.
     Diamond,
     /// A cross.
@@ -89,6 +91,7 @@ pub(crate) fn symbol(area: &Area, (x, y): (i32, i32), mark: Mark, colour: RGBCol
         Mark::Bearing(mark) => symbol(area, (x, y), *mark, colour),
         Mark::Square => filled(&[(-3.2, -3.2), (3.2, -3.2), (3.2, 3.2), (-3.2, 3.2)]),
         Mark::Triangle => filled(&[(0.0, -5.2), (4.5, 3.2), (-4.5, 3.2)]),
+        Mark::Falling => filled(&[(0.0, 5.2), (4.5, -3.2), (-4.5, -3.2)]),
         Mark::Diamond => filled(&[(0.0, -4.8), (4.0, 0.0), (0.0, 4.8), (-4.0, 0.0)]),
         Mark::Cross => {
             stroke(&[(-4.0, -4.0), (4.0, 4.0)], 1.6)?;

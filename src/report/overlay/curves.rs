@@ -3,7 +3,7 @@
 use plotters::prelude::RGBColor;
 
 use super::names::names;
-use crate::records::{Branch, Solver, Way};
+use crate::records::{Branch, Solver};
 use crate::report::families::branches;
 use crate::report::figure::{LINES, Mark};
 use crate::store::StoredFamily;
@@ -34,9 +34,8 @@ fn harmonics(family: &StoredFamily, branch: usize) -> Option<usize> {
 
 /// The curves of some families. Series of one kind have colours by their harmonics and are none.
 pub(super) fn curves<'f>(families: &'f [StoredFamily], title: &str) -> Vec<Curve<'f>> {
-    let way = |f: &StoredFamily| f.outline().way;
     let solver = |f: &StoredFamily| f.outline().solver;
-    let free = families.iter().filter(|f| way(f) != Way::Response && solver(f) != Solver::Check);
+    let free = families.iter().filter(|f| !f.outline().is_response() && solver(f) != Solver::Check);
     let free: Vec<&StoredFamily> = free.collect();
     let names = names(&free, title);
     let is_series = |f: &StoredFamily| solver(f) == Solver::HarmonicBalance;
@@ -72,7 +71,7 @@ pub(super) fn curves<'f>(families: &'f [StoredFamily], title: &str) -> Vec<Curve
 
 /// Line colours, those last that resemble a scale in use: blue and green of series, orange and grey of responses.
 fn colours(families: &[StoredFamily], series: bool) -> [RGBColor; 5] {
-    let responses = families.iter().any(|f| f.outline().way == Way::Response);
+    let responses = families.iter().any(|f| f.outline().is_response());
     let mut order = [0, 1, 2, 3, 4];
     order.sort_by_key(|k| match k {
         0 | 2 => series,

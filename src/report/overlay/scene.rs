@@ -204,5 +204,5 @@ pub(super) fn is_response(look: &Look) -> bool {
 }
 
 fn is_of_responses(family: &StoredFamily) -> bool {
-    family.outline().way == Way::Response
+    family.outline().is_response()
 }
