@@ -53,6 +53,7 @@ mod springs;
 mod store;
 mod study;
 mod subharmonic;
+mod sweeps;
 mod threads;
 mod units;
 mod viscous;

@@ -70,7 +70,7 @@ fn first_orbits_are_found_where_the_linear_response_is_far() {
         assert!(orbit.flaws().is_empty() && orbit.closure.periods() == 1);
         if !orbit.stability.as_ref().unwrap().is_stable() {
             let settled = settle(&mut body, &vec![0.0; 2 * n], omega).unwrap();
-            let Settled::Orbit(longer) = settled else { panic!("{omega}: {settled:?}") };
+            let Settled::Orbit(longer) = settled.to else { panic!("{omega}: {settled:?}") };
             assert!(longer.closure.periods() > 1, "{omega}");
             beside += 1;
             continue;

@@ -31,7 +31,7 @@ use super::{Answer, CliError, load, plain};
 /// Arguments of `response`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini response scenarios/half-plate-response.toml -o response.h5\n  signorini response scenarios/half-plate-response.toml --ratios 0.01,0.05 --range 1.4,1.9 -o two.h5\n  signorini response scenarios/half-plate-response.toml --doublings two.h5 -o doubled.h5\n  signorini plot response.h5"
+    after_help = "Example:\n  signorini response scenarios/half-plate-response.toml -o response.h5\n  signorini response scenarios/half-plate-response.toml --ratios 0.01,0.05 --range 1.4,1.9 -o two.h5\n  signorini response scenarios/half-plate-response.toml --doublings two.h5 -o doubled.h5\n  signorini response scenarios/valve.toml --sweep both -o sweep.h5\n  signorini response scenarios/valve.toml --through sweep.h5 -o branches.h5\n  signorini plot response.h5\n  signorini plot sweep.h5 branches.h5 --axis amplitude"
 )]
 pub struct Arguments {
     /// The scene (TOML): damping and harmonic loads of one frequency

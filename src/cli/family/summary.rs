@@ -35,14 +35,19 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
     let Carried { stored, ends, resumed } = carried;
     let point = |p: &PointRecord| {
         let o = p.orbit.as_ref();
-        json!({
+        let mut point = json!({
             "omega": p.omega, "branch": p.branch, "special": p.special.to_string(), "converged": o.is_some(),
             "energy": o.map(|o| o.energy), "amplitude": o.map(|o| o.amplitude), "residual": o.map(|o| o.residual),
             "switches": o.map(|o| o.switches.len()), "stable": o.and_then(|o| o.stable),
             "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
             "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta),
             "energy_turned_over": o.and_then(|o| o.viscous.as_ref()).map(|v| v.turned_over),
-        })
+        });
+        if let Some(seen) = &p.attractor {
+            point["sweep"] = json!({"kind": seen.kind.word(), "period_number": seen.kind.periods(), "lyapunov": seen.exponent,
+                "lyapunov_error": seen.exponent_error, "amplitude": seen.amplitude(), "force": seen.force, "maps": seen.maps, "note": seen.note});
+        }
+        point
     };
     let stop = |e: &BranchEnd| json!({"branch": e.branch, "stop": e.text, "complete": e.complete});
     let points: Vec<Value> = stored.points.iter().map(point).collect();
@@ -180,7 +185,22 @@ fn found(stored: &StoredFamily, resumed: usize) -> String {
         0 => String::new(),
         n => format!(" ({n} points of an earlier run)"),
     };
-    format!("{} orbits{stable}{}{before}", orbits().count(), on_a_grid(stored))
+    let what = if stored.outline().way == Way::Sweep { settled(stored) } else { on_a_grid(stored) };
+    format!("{} orbits{stable}{what}{before}", orbits().count())
+}
+
+/// What a body settled to in a sweep: how often to what.
+fn settled(stored: &StoredFamily) -> String {
+    let mut kinds: Vec<(String, usize)> = vec![];
+    for seen in stored.points.iter().filter_map(|p| p.attractor.as_ref()) {
+        let name = seen.kind.to_string();
+        match kinds.iter_mut().find(|(kind, _)| *kind == name) {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((name, 1)),
+        }
+    }
+    let each: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind}: {count}")).collect();
+    format!("; {}", each.join(", "))
 }
 
 /// What a grid of frequencies left open, and what to do about it.

@@ -88,7 +88,7 @@ fn stable_orbit(
     let Some(orbit) = verdict.orbit().filter(stable) else { return Ok(None) };
     let far = distance(body, z, &orbit.z);
     // one that comes back earlier is one of fewer periods, and no other
-    for q in (1..p).filter(|q| p % q == 0) {
+    for q in (1..p).filter(|q| p.is_multiple_of(*q)) {
         let Ok(early) = later(body, &orbit.z, omega, q as f64) else { return Ok(None) };
         if distance(body, &orbit.z, &early) < SHORTER {
             return Ok(stable_orbit(body, q, &orbit.z, omega)?.map(|(orbit, _)| (orbit, far)));

@@ -159,10 +159,15 @@ fn chart(family: &StoredFamily, (name, height): (&str, Height), x_label: &str) -
 }
 
 /// Names of the branches, and what their marks mean.
-fn head(family: &StoredFamily, what: &str, mark: Mark, more: Vec<Entry>) -> Sheet<'static> {
+fn head(
+    family: &StoredFamily,
+    what: &str,
+    mark: impl Fn(usize) -> Mark,
+    more: Vec<Entry>,
+) -> Sheet<'static> {
     let named = branches(family).into_iter();
     let name = |b: usize| family.branches.get(b).map_or(String::new(), Branch::to_string);
-    let branches = named.map(|b| entry(name(b), colour(family, b), mark)).collect();
+    let branches = named.map(|b| entry(name(b), colour(family, b), mark(b))).collect();
     let sheet = Sheet::new(&family.title, what).legend(Legend::Rows(branches));
     sheet.legend(Legend::Rows(more))
 }
@@ -196,7 +201,7 @@ pub(super) fn peaks(
     if all.iter().flatten().any(|s| !is_orbit(s)) {
         more.push(entry("not periodic, or not settled", INK, Mark::Speck));
     }
-    let mut sheet = head(family, "sweep", Mark::Line, more);
+    let mut sheet = head(family, "sweep", |_| Mark::Line, more);
     for (k, quantity) in shown.iter().enumerate() {
         let is_last = k + 1 == shown.len();
         let label = if is_last { "frequency ω" } else { "" };
@@ -240,14 +245,14 @@ pub(super) fn bifurcation(family: &StoredFamily) -> Result<Sheet<'static>, Figur
     let y = range(all.iter().flat_map(|s| dots(s)).map(|p| p.1));
     let label = "least contact displacement in each period";
     let mut chart = Chart::new(Axis::linear("frequency ω", x), Axis::linear(label, y));
+    let mark = |branch: usize| match direction(family, branch) {
+        Some(Direction::Down) if all.len() > 1 => Mark::Speck,
+        _ => Mark::Dot,
+    };
     for (swept, branch) in all.iter().zip(branches(family)) {
-        let mark = match direction(family, branch) {
-            Some(Direction::Down) if all.len() > 1 => Mark::Speck,
-            _ => Mark::Dot,
-        };
-        chart.marks(dots(swept), mark, colour(family, branch));
+        chart.marks(dots(swept), mark(branch), colour(family, branch));
     }
-    Ok(head(family, "bifurcation diagram", Mark::Dot, vec![]).row(490.0, vec![chart.into()]))
+    Ok(head(family, "bifurcation diagram", mark, vec![]).row(490.0, vec![chart.into()]))
 }
 
 /// The waterfall: magnitudes of the harmonics of the contact point that moves most, over the frequency of the loads, of the first sweep.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::report::export::{number, quoted};
 use crate::store::StoredFamily;
 
-/// A row a point of a family; a point without an orbit has empty cells.
+/// A row a point of a family; a point without an orbit has empty cells, but for what a sweep saw there.
 pub fn csv(family: &StoredFamily) -> String {
     let mut out = String::from(
         "omega,energy,amplitude,residual,contact_time,grazing_distance,switches,stable,branch,special\n",
@@ -19,6 +19,10 @@ pub fn csv(family: &StoredFamily) -> String {
                 }
                 let stable = o.stable.map_or(-1, i32::from);
                 let _ = write!(out, ",{},{stable}", o.switches.len());
+            }
+            None if p.attractor.is_some() => {
+                let (energy, amplitude) = (number(p.energy()), number(p.amplitude()));
+                let _ = write!(out, ",{energy},{amplitude},,,,{},-1", number(p.switches()));
             }
             None => out.push_str(",,,,,,,"),
         }
