@@ -89,8 +89,10 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
         };
         line(if e.branch == 0 { "branches" } else { "" }, format!("{name}{}", e.text));
     }
+    // of a sweep a jump is what it is about
+    let jumps = |p: &PointRecord| p.special == PointKind::Jump && p.attractor.is_some();
     let specials: Vec<&PointRecord> =
-        stored.points.iter().filter(|p| is_on_the_way(&p.special)).collect();
+        stored.points.iter().filter(|p| is_on_the_way(&p.special) || jumps(p)).collect();
     for (k, p) in specials.iter().take(MOST).enumerate() {
         let energy =
             p.orbit.as_ref().map_or(String::new(), |o| format!(", energy {}", energy(o.energy)));

@@ -49,10 +49,10 @@ fn is_orbit((p, _): &Swept) -> bool {
 /// A height of a motion.
 type Height = fn(&Swept) -> f64;
 
-/// A branch in runs without jumps, and the jumps between them.
+/// The orbits of a branch in runs without jumps, and the jumps.
 fn runs(all: &[Swept], height: Height) -> (Vec<Vec<Point>>, Vec<[Point; 2]>) {
     let (mut runs, mut jumps): (Vec<Vec<Point>>, Vec<[Point; 2]>) = (vec![], vec![]);
-    let mut last: Option<Point> = None;
+    let mut last: Option<(Point, bool)> = None;
     for swept in all {
         let here = (swept.0.omega, height(swept));
         if !here.1.is_finite() {
@@ -60,16 +60,18 @@ fn runs(all: &[Swept], height: Height) -> (Vec<Vec<Point>>, Vec<[Point; 2]>) {
             continue;
         }
         let is_new = matches!(swept.0.special, PointKind::Jump | PointKind::Change { .. });
+        let orbit = is_orbit(swept);
         match (last, runs.last_mut()) {
-            (Some(_), Some(run)) if !is_new => run.push(here),
+            (Some((_, true)), Some(run)) if orbit && !is_new => run.push(here),
             (before, _) => {
-                let far = |a: &f64, b: f64| (a - b).abs() > ARROW * a.abs().max(b.abs());
-                let before = before.filter(|before| far(&before.1, here.1));
-                jumps.extend(before.map(|before| [before, here]));
-                runs.push(vec![here]);
+                let far = |a: f64, b: f64| (a - b).abs() > ARROW * a.abs().max(b.abs());
+                let before = before.filter(|(before, _)| is_new && far(before.1, here.1));
+                jumps.extend(before.map(|(before, _)| [before, here]));
+                // no line goes through what is no orbit
+                runs.extend(orbit.then(|| vec![here]));
             }
         }
-        last = Some(here);
+        last = Some((here, orbit));
     }
     (runs, jumps)
 }
@@ -85,7 +87,8 @@ fn at(points: &[Point], omega: f64) -> Option<f64> {
 /// Outlines of the areas between two branches where both directions show different motions.
 fn hysteresis(a: &[Swept], b: &[Swept], height: Height) -> Vec<Vec<Point>> {
     let points = |all: &[Swept]| {
-        let mut points: Vec<Point> = all.iter().map(|s| (s.0.omega, height(s))).collect();
+        let orbits = all.iter().filter(|s| is_orbit(s));
+        let mut points: Vec<Point> = orbits.map(|s| (s.0.omega, height(s))).collect();
         points.retain(|p| p.1.is_finite());
         points.sort_by(|p, q| p.0.total_cmp(&q.0));
         points
