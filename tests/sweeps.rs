@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{datasets, json, program, run, scene};
+use crate::common::{Splitmix, datasets, json, program, run, scene};
 use serde_json::Value;
 use signorini::orbit::Propagator;
 use signorini::orbit::attractor::attractor;
@@ -206,6 +206,61 @@ fn sweeps_are_resumed() {
         &[&words[..], &["--range", "1.36,1.42", "--dwell", "5", "-o", &at("dwelt.h5")]].concat(),
     );
     assert!(points(&dwelt).iter().all(|p| p["sweep"]["kind"] == "transient"));
+}
+
+/// Bodies, methods, damping, loads, ranges and directions at random: every frequency has a row, with what the body does there and the extremes of it.
+#[test]
+fn every_frequency_of_any_body_has_a_row() {
+    let random = Splitmix::new(1123);
+    let mut kinds = std::collections::BTreeMap::<String, usize>::new();
+    for k in 0..24 {
+        let method = random.pick(&["nbm", "mass-redistribution", "penalty", "nitsche"]);
+        let (body, rollers) = match random.below(3) {
+            0 => (
+                "kind = 'plate'\nsize = [1.0, 0.15]\nelements = [4, 1]\npoisson = 0.3",
+                "[[support]]\nedge = 'bottom'\nfix = ['y']\n",
+            ),
+            1 => ("kind = 'bar'\nsize = [1.0]\nelements = [5]", ""),
+            _ => ("kind = 'bar'\nsize = [1.0]\nelements = [2]", ""),
+        };
+        let damping = random.pick(&[
+            "rayleigh = [0.05, 0.0]",
+            "ratio = 0.02\nmode = 1",
+            "rayleigh = [0.02, 0.02]",
+        ]);
+        let gap = random.pick(&[0.0, 0.05, 0.5]);
+        let amplitude = random.pick(&[0.05, 0.3]) * f64::max(gap, 0.05);
+        let phase = random.pick(&[0.0, 1.3, 4.0]);
+        // a field of its own mass does not conserve energy for long
+        let inertia = if method == "nbm" { "inertia = 'constant'\n" } else { "" };
+        let low = random.pick(&[0.7, 1.1, 1.5]);
+        let (folder, scene) = with_scene(&format!(
+            "[body]\n{body}\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n{rollers}\
+             [contact]\nedge = 'right'\ngap = {gap}\nmethod = '{method}'\n{inertia}[damping]\n{damping}\n\
+             [[load]]\nkind = 'mode'\nmode = 1\namplitude = {amplitude}\nomega = 1.5\nphase = {phase}\n"
+        ));
+        let (out, way) = (folder.path().join("out.h5"), random.pick(&["up", "down"]));
+        let range = format!("{low},{}", low + 0.1);
+        let words =
+            ["response", &scene, "--range", &range, "--step", "0.2", "--sweep", way, "-q", "-o"];
+        let sweep = json(&[&words[..], &[out.to_str().unwrap()]].concat());
+        let mut seen: Vec<f64> = points(&sweep).iter().map(|p| number(p, "omega")).collect();
+        seen.sort_by(f64::total_cmp);
+        assert_eq!((seen[0], seen[seen.len() - 1]), (low, low + 0.1), "{k}");
+        assert!(seen.windows(2).all(|w| w[0] < w[1] && w[1] - w[0] < 0.021), "{k}: {seen:?}");
+        for p in points(&sweep) {
+            let kind = p["sweep"]["kind"].as_str().unwrap();
+            let number_of = p["sweep"]["period_number"].as_u64().unwrap();
+            *kinds.entry(format!("{kind} {number_of}")).or_default() += 1;
+            assert!(!["lost", "unbounded"].contains(&kind), "{k}: {p}");
+            assert!(number(p, "amplitude") > 0.0 && number(p, "energy") > 0.0, "{k}: {p}");
+            // what touches pushes
+            let force = number(&p["sweep"], "force");
+            assert!((number(p, "switches") > 0.0) <= (force > 0.0), "{k}: {p}");
+        }
+    }
+    println!("{kinds:?}");
+    assert!(kinds["periodic 1"] > 100);
 }
 
 #[test]

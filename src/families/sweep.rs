@@ -7,7 +7,8 @@ use crate::orbit::attractor::{Attractor, attractor, dwell};
 use crate::orbit::branch::record;
 use crate::orbit::{OrbitError, Propagator};
 use crate::records::{
-    AttractorRecord, BranchEnd, Direction, EndReason, Grid, PlaceRecord, PointKind, PointRecord,
+    AttractorKind, AttractorRecord, BranchEnd, Direction, EndReason, Grid, PlaceRecord, PointKind,
+    PointRecord,
 };
 
 /// A sweep.
@@ -150,6 +151,12 @@ pub fn sweep(
             _ => vec![],
         };
         step.push(at);
+        for at in &mut step {
+            // behind what has no state to go on from the body begins anew
+            if matches!(at.found.seen.kind, AttractorKind::Unbounded | AttractorKind::Lost) {
+                at.found.z = first.to_vec();
+            }
+        }
         for k in 0..step.len() {
             let last = if k > 0 { step.get(k - 1) } else { before.as_ref() };
             let special = match last {

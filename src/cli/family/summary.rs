@@ -33,12 +33,17 @@ pub fn answer(work: &Work, carried: &Carried) -> Answer {
 
 fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
     let Carried { stored, ends, resumed } = carried;
+    // a whole number of an orbit, a mean of what is none
+    let switches = |p: &PointRecord| match &p.orbit {
+        Some(orbit) => json!(orbit.switches.len()),
+        None => json!(p.switches()),
+    };
     let point = |p: &PointRecord| {
         let o = p.orbit.as_ref();
         let mut point = json!({
             "omega": p.omega, "branch": p.branch, "special": p.special.to_string(), "converged": o.is_some(),
-            "energy": o.map(|o| o.energy), "amplitude": o.map(|o| o.amplitude), "residual": o.map(|o| o.residual),
-            "switches": o.map(|o| o.switches.len()), "stable": o.and_then(|o| o.stable),
+            "energy": p.energy(), "amplitude": p.amplitude(), "residual": o.map(|o| o.residual),
+            "switches": switches(p), "stable": o.and_then(|o| o.stable),
             "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
             "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta),
             "energy_turned_over": o.and_then(|o| o.viscous.as_ref()).map(|v| v.turned_over),
