@@ -284,3 +284,31 @@ fn what_makes_no_sense_is_refused() {
         assert!(!Path::new(&out).exists());
     }
 }
+
+/// The valve with mass redistribution against an independent prototype (40 modes and static compliance; Python): two periods between .461849 and .496868.
+#[test]
+#[ignore = "two minutes"]
+fn the_valve_doubles_its_period_where_a_prototype_does() {
+    let scenes = crate::common::root().join("scenarios");
+    let text = std::fs::read_to_string(scenes.join("valve.toml")).unwrap();
+    let meshes = scenes.join("meshes").display().to_string();
+    let text = text.replace("meshes/", &format!("{meshes}/"));
+    let text = text.replace("[contact]\n", "[contact]\nmethod = 'mass-redistribution'\n");
+    let (folder, scene) = with_scene(&text);
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (swept, through) = (at("sweep.h5"), at("through.h5"));
+    let range = ["--range", "0.455,0.505"];
+    let words = ["response", &scene, "--sweep", "up", "--step", "0.2", "-o", &swept];
+    json(&[&words[..], &range].concat());
+    let words = ["response", &scene, "--through", &swept, "--locate", "-o", &through];
+    let branches = json(&[&words[..], &range].concat());
+    let doublings: Vec<f64> = points(&branches)
+        .iter()
+        .filter(|p| p["special"].as_str().unwrap().starts_with("period doubling"))
+        .map(|p| number(p, "omega"))
+        .collect();
+    println!("doublings at {doublings:?}");
+    let [low, high] = doublings[..] else { panic!("{doublings:?}") };
+    // its reduction converges like one over the number of modes
+    assert!((low / 0.461849 - 1.0).abs() < 5e-4 && (high / 0.496868 - 1.0).abs() < 5e-4);
+}

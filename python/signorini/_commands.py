@@ -299,6 +299,9 @@ def response(
     harmonics: int | Iterable[int] | None = None,
     step: float | None = None,
     doublings: Output | Family = None,
+    sweep: str | None = None,
+    dwell: int | None = None,
+    through: Output | Family = None,
     resume: bool = False,
     force: bool = False,
     progress: Progress = None,
@@ -309,13 +312,16 @@ def response(
     Args:
         ratios: damping ratios [default: those of the scene].
         doublings: a response of this scene (object or file): follow the orbits of twice the period from its period doublings.
+        sweep: "up", "down" or "both": what the body settles to at each frequency from where it was, in place of a branch (``family.sweep``).
+        dwell: sweeps: so many periods at each frequency, without waiting.
+        through: a sweep of this scene (object or file): follow the branches through the orbits that it met.
         range, method, harmonics, step, resume, output, force, progress, options: as for ``backbone``.
     """
-    held = doublings
-    if isinstance(doublings, Result):
-        doublings = doublings.path
+    held = (doublings, through)
+    doublings, through = (f.path if isinstance(f, Result) else f for f in held)
     options |= {"ratios": ratios, "range": range, "method": method, "harmonics": _numbers(harmonics)}
-    options |= {"step": step, "doublings": doublings, "resume": resume, "force": force}
+    options |= {"step": step, "doublings": doublings, "sweep": sweep, "dwell": dwell, "through": through}
+    options |= {"resume": resume, "force": force}
     result = _result(*_to_file("response", scene, output, options, progress))
     del held
     return result

@@ -457,6 +457,8 @@ class Family(Result):
         error_statement: how far the energies may be off (viscous families): a group, or None.
         hbm: the series of harmonic balance, or None: ``hbm.omega`` [q], ``hbm.coefficients`` [q, 2 N_h + 1, n_O] in the order
             a_0, a_1, b_1, ..., ``hbm.point``: their rows among the points.
+        sweep: what a body settles to (``response(..., sweep="both")``), or None: ``sweep.kind``, ``sweep.period_number``, ``sweep.lyapunov``, ``sweep.peak`` [row, contact point],
+            ..., ``sweep.point``: their rows among the points.
 
     ``family[k]`` is a point with its state, multipliers and switches; ``for point in family`` goes through all.
     """
@@ -471,6 +473,7 @@ class Family(Result):
     beta: np.ndarray | None
     energy_turned_over: np.ndarray | None
     hbm: Group | None
+    sweep: Group | None
     error_statement: Group | None
     wall_s: float
     resumed: int
@@ -496,8 +499,8 @@ class Family(Result):
 
     @property
     def converged(self) -> np.ndarray:
-        """Whether there is an orbit [p]."""
-        return np.isfinite(self["backbone"]["energy"])
+        """Whether there is an orbit [p]: of a sweep also what is none has an energy."""
+        return np.isfinite(self["backbone"]["residual"])
 
     @property
     def stops(self) -> list[dict[str, Any]]:

@@ -169,3 +169,15 @@ def test_all_orbits():
     assert len(found) >= 2 and all(o.residual < 1e-10 for o in found)
     assert [o.energy for o in found] == sorted(o.energy for o in found)
     assert found[0].u0.shape == (66,) and len(found[0].switches) > 0 and found[0].multipliers.dtype == complex
+
+
+def test_a_sweep_says_what_the_body_settles_to():
+    s = sg.response("scenarios/driven-stop.toml", range=(1.41, 1.45), sweep="up", progress=False)
+    kinds, periods = s.sweep.kind, s.sweep.period_number
+    assert {"chaotic", "periodic"} <= set(kinds) and len(s) == len(kinds)
+    assert (s.converged == (periods > 0)).all() and np.isfinite(s.energy).all()
+    # far beyond the chaos: two periods, whose exponent is that of areas that shrink by e^(-alpha T) (a complex pair)
+    last = np.flatnonzero(periods == 2)[-1]
+    assert s.sweep.lyapunov[last] == pytest.approx(-0.02 * np.pi / s.omega[last], rel=1e-6)
+    branches = sg.response("scenarios/driven-stop.toml", range=(1.41, 1.45), through=s, progress=False)
+    assert branches.sweep is None and any(b.startswith("period 2 through") for b in branches.branches)

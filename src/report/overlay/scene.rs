@@ -140,7 +140,9 @@ impl<'f> Scene<'f> {
     /// The highest peak of each response of a set, in the order of the damping, in runs of neighbours: a response without a peak parts the ridge. A response
     /// alone has a peak where there are others of its kind in other files.
     pub fn ridge(&self, family: &StoredFamily) -> Vec<Vec<(f64, f64)>> {
-        let all = family.peaks();
+        // a sweep has peaks, and no ridge: its branches are one body's
+        let swept = family.outline().way == Way::Sweep;
+        let all = if swept { vec![] } else { family.peaks() };
         let highest = |branch: usize| {
             let of_branch = all.iter().filter(|p| p.branch == branch);
             of_branch.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
