@@ -23,6 +23,12 @@ fn number(p: &Value, key: &str) -> f64 {
     p[key].as_f64().unwrap_or(f64::NAN)
 }
 
+/// Frequencies of the period doublings.
+fn doublings(branches: &Value) -> Vec<f64> {
+    let is_doubling = |p: &&Value| p["special"].as_str().unwrap().starts_with("period doubling");
+    points(branches).iter().filter(is_doubling).map(|p| number(p, "omega")).collect()
+}
+
 /// How fast two motions part that begin very near to each other: nothing of tangents, the motions themselves, brought near again after every period.
 fn separation(body: &Propagator, z: &[f64], omega: f64, periods: usize) -> f64 {
     let period = std::f64::consts::TAU / omega;
@@ -105,11 +111,7 @@ fn branches_go_through_what_a_sweep_met() {
     let first = up.iter().find(|p| p.1 == 2).unwrap().0;
     let words = ["response", &scene, "--through", &swept, "--locate", "-o", &through];
     let branches = json(&[&words[..], &range].concat());
-    let doublings: Vec<f64> = points(&branches)
-        .iter()
-        .filter(|p| p["special"].as_str().unwrap().starts_with("period doubling"))
-        .map(|p| number(p, "omega"))
-        .collect();
+    let doublings = doublings(&branches);
     println!("doublings at {doublings:?}, the sweep shows two periods from {first}");
     let [low, high] = doublings[..] else { panic!("{doublings:?}") };
     for branch in [0.0, 1.0] {
@@ -263,6 +265,36 @@ fn every_frequency_of_any_body_has_a_row() {
     assert!(kinds["periodic 1"] > 100);
 }
 
+/// Branches through what a sweep met, interrupted at several places, isolas among them: to the last bit those that were not.
+#[test]
+fn branches_through_a_sweep_are_resumed() {
+    let (folder, scene) = with_scene(STOP);
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (swept, whole) = (at("swept.h5"), at("whole.h5"));
+    let range = ["-q", "--range", "1.425,1.445"];
+    json(&[&["response", &scene, "--sweep", "both", "-o", &swept], &range[..]].concat());
+    let words = [&["response", &scene, "--through", &swept], &range[..]].concat();
+    let all = json(&[&words[..], &["-o", &whole]].concat());
+    let closed = |s: &&Value| s["stop"].as_str().unwrap().starts_with("comes back");
+    let stops = all["stops"].as_array().unwrap();
+    assert!(stops.iter().filter(closed).count() > 0, "{stops:?}");
+    // the last point of a branch that closes, and the first ones behind it
+    let first = stops.iter().position(|s| closed(&s)).unwrap();
+    let last = points(&all).iter().rposition(|p| p["branch"] == first).unwrap();
+    let kept = datasets(Path::new(&whole));
+    for look in [last - 3, last + 1, last + 2] {
+        let cut = at(&format!("cut-{look}.h5"));
+        let stopped = program()
+            .args([&words[..], &["-o", &cut]].concat())
+            .env("SIGNORINI_AT_LOOK", format!("INT {look}"))
+            .output()
+            .unwrap();
+        assert_eq!(stopped.status.code(), Some(130), "{look}");
+        json(&[&words[..], &["-o", &cut, "--resume"]].concat());
+        assert!(kept == datasets(Path::new(&cut)), "{look}");
+    }
+}
+
 #[test]
 fn what_makes_no_sense_is_refused() {
     let (folder, scene) = with_scene(STOP);
@@ -302,11 +334,7 @@ fn the_valve_doubles_its_period_where_a_prototype_does() {
     json(&[&words[..], &range].concat());
     let words = ["response", &scene, "--through", &swept, "--locate", "-o", &through];
     let branches = json(&[&words[..], &range].concat());
-    let doublings: Vec<f64> = points(&branches)
-        .iter()
-        .filter(|p| p["special"].as_str().unwrap().starts_with("period doubling"))
-        .map(|p| number(p, "omega"))
-        .collect();
+    let doublings = doublings(&branches);
     println!("doublings at {doublings:?}");
     let [low, high] = doublings[..] else { panic!("{doublings:?}") };
     // its reduction converges like one over the number of modes

@@ -43,9 +43,7 @@ const TRIED: usize = 6;
 pub(crate) fn of_family(family: &StoredFamily, size: usize) -> Vec<Doubling> {
     let mut found = vec![];
     for branch in 0..family.branches.len() {
-        let mut points: Vec<&PointRecord> =
-            family.points.iter().filter(|p| p.branch == branch).collect();
-        points.sort_by_key(|p| p.index);
+        let points = family.branch(branch);
         for (k, p) in points.iter().enumerate() {
             let PointKind::Stability(change) = &p.special else { continue };
             if change.how != Bifurcation::PeriodDoubling {

@@ -145,10 +145,20 @@ pub(super) struct Trace {
 }
 
 impl Trace {
-    /// That of points that are known.
-    pub fn of(points: &[&PointRecord]) -> Trace {
+    fn along(points: &[&PointRecord]) -> Trace {
         let mut trace = Trace::default();
         points.iter().for_each(|p| trace.add(p));
+        trace
+    }
+
+    /// Whether points come back along themselves.
+    pub fn comes_back(points: &[&PointRecord]) -> bool {
+        Trace::along(points).retraced
+    }
+
+    /// That of points that are known.
+    pub fn of(points: &[&PointRecord]) -> Trace {
+        let mut trace = Trace::along(points);
         // what was found before was judged then
         trace.retraced = false;
         trace

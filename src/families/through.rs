@@ -9,7 +9,7 @@ use crate::continuation::{Go, Options};
 use crate::orbit::along::Start;
 use crate::orbit::search::{Effort, find};
 use crate::orbit::{Closure, Propagator};
-use crate::records::{Branch, BranchEnd, Direction, EndReason, PointKind, PointRecord};
+use crate::records::{Branch, BranchEnd, Direction, EndReason, PointRecord};
 use crate::store::StoredFamily;
 
 /// An orbit of a sweep.
@@ -56,13 +56,9 @@ pub fn seeds(family: &StoredFamily) -> Vec<Seed> {
     let mut seeds: Vec<Seed> = vec![];
     let mut seen: Vec<Seed> = vec![];
     for (k, branch) in family.branches.iter().enumerate() {
-        let mut points: Vec<&PointRecord> =
-            family.points.iter().filter(|p| p.branch == k).collect();
-        points.sort_by_key(|p| p.index);
         let mut stretches: Vec<Vec<Seed>> = vec![vec![]];
-        for p in points {
-            let changes = matches!(p.special, PointKind::Jump | PointKind::Change { .. });
-            if changes || p.orbit.is_none() {
+        for p in family.branch(k) {
+            if p.special.is_another_motion() || p.orbit.is_none() {
                 stretches.push(vec![]);
             }
             if let Some(last) = stretches.last_mut() {
@@ -123,7 +119,10 @@ pub fn follow(
                 ends.push(there("the branch is closed".into()));
                 continue;
             }
-            let mut trace = Trace::of(&known.branch(index));
+            let earlier = known.branch(index);
+            // an earlier run may have closed it
+            is_closed = known.end(index).is_some() && Trace::comes_back(&earlier);
+            let mut trace = Trace::of(&earlier);
             let mut met = (0, None);
             let mut watched = |mut point: PointRecord| {
                 point.branch = index;

@@ -84,6 +84,14 @@ impl StoredFamily {
         }
     }
 
+    /// The points of a branch, in the order of the walk.
+    pub fn branch(&self, branch: usize) -> Vec<&PointRecord> {
+        let mut points: Vec<&PointRecord> =
+            self.points.iter().filter(|p| p.branch == branch).collect();
+        points.sort_by_key(|p| p.index);
+        points
+    }
+
     /// The peaks of its responses, branch by branch.
     pub fn peaks(&self) -> Vec<Peak> {
         let height = |p: &PointRecord| {

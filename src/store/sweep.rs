@@ -72,16 +72,24 @@ pub(super) fn read_sweep(file: &hdf5::File) -> Result<Vec<(i64, AttractorRecord)
         true => table.row(k).to_vec(),
         false => vec![],
     };
+    // the sections of each row, in one pass
+    let gathered = |table: &Array2<f64>| {
+        let mut rows = vec![vec![]; points.len()];
+        for (&row, at) in of.iter().zip(table.rows()) {
+            if let Some(own) = usize::try_from(row).ok().and_then(|row| rows.get_mut(row)) {
+                own.extend(at.iter().copied());
+            }
+        }
+        rows
+    };
+    let (mut sections, mut depths) = (gathered(&at), gathered(&least));
+    let own = |rows: &mut [Vec<f64>], k: usize| std::mem::take(&mut rows[k]);
     let mut all = vec![];
     for (k, &point) in points.iter().enumerate() {
         let number = |list: &[f64]| list.get(k).copied().unwrap_or(f64::NAN);
         let whole = |list: &[i64]| list.get(k).map_or(0, |n| *n as usize);
         let word = kinds.get(k).map_or("", |word| word.as_str());
         let kind = AttractorKind::of_word(word, whole(&periods));
-        let own = |table: &Array2<f64>| -> Vec<f64> {
-            let rows = of.iter().zip(table.rows()).filter(|(row, _)| **row == k as i64);
-            rows.flat_map(|(_, at)| at.to_vec()).collect()
-        };
         let seen = AttractorRecord {
             kind: kind.unwrap_or(AttractorKind::Lost),
             exponent: number(&exponent),
@@ -91,8 +99,8 @@ pub(super) fn read_sweep(file: &hdf5::File) -> Result<Vec<(i64, AttractorRecord)
             force: number(&force),
             energy: number(&energy),
             switches: number(&switches),
-            sections: own(&at),
-            least: own(&least),
+            sections: own(&mut sections, k),
+            least: own(&mut depths, k),
             spectrum: row(&spectrum, k),
             maps: whole(&maps),
             note: notes.get(k).map_or(String::new(), |n| n.as_str().to_owned()),

@@ -112,6 +112,11 @@ impl PointKind {
         matches!(self, PointKind::Gap(_))
     }
 
+    /// Whether the motion is another one than at the point before it.
+    pub fn is_another_motion(&self) -> bool {
+        matches!(self, PointKind::Jump | PointKind::Change { .. })
+    }
+
     /// Whether something happens to the branch there, whatever the solution is.
     pub(crate) fn is_event(&self) -> bool {
         use PointKind::{Border, BranchPoint, Fold, Stability};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use plotters::prelude::RGBColor;
 
 use super::special::is_critical;
-use crate::records::{Branch, OrbitRecord, PointKind, PointRecord, Solver};
+use crate::records::{Branch, OrbitRecord, PointRecord, Solver};
 use crate::report::figure::{LINES, viridis};
 use crate::store::StoredFamily;
 
@@ -98,8 +98,7 @@ pub(in crate::report) fn runs(
 /// Whether a point does not belong together with the one before it: the orbits of a cross-check were found one by one.
 fn parted(family: &StoredFamily, p: &PointRecord) -> bool {
     family.outline().solver == Solver::Check
-        || (is_sequential(family)
-            && matches!(p.special, PointKind::Jump | PointKind::Change { .. }))
+        || (is_sequential(family) && p.special.is_another_motion())
 }
 
 /// A piece of a branch of one stability; that of a viscous family is not known.

@@ -2,7 +2,7 @@
 
 use super::axis::Axis as Shown;
 use super::branches::{branches, of_branch};
-use crate::records::{AttractorRecord, Branch, Direction, PointKind, PointRecord, Way};
+use crate::records::{AttractorRecord, Branch, Direction, PointRecord, Way};
 use crate::report::figure::{
     Axis, Cell, Chart, Entry, FigureError, INK, LINES, Legend, Mark, Point, SHADE, Sheet, entry,
     range, viridis,
@@ -59,7 +59,7 @@ fn runs(all: &[Swept], height: Height) -> (Vec<Vec<Point>>, Vec<[Point; 2]>) {
             last = None;
             continue;
         }
-        let is_new = matches!(swept.0.special, PointKind::Jump | PointKind::Change { .. });
+        let is_new = swept.0.special.is_another_motion();
         let orbit = is_orbit(swept);
         match (last, runs.last_mut()) {
             (Some((_, true)), Some(run)) if orbit && !is_new => run.push(here),
