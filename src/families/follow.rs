@@ -132,11 +132,29 @@ const BACK: usize = 3;
 /// A free motion that comes as near as this to the obstacle grazes it, over the unit of length.
 const GRAZES: f64 = 1e-2;
 
+/// What is compared of an orbit of a family.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Glimpse {
+    pub omega: f64,
+    pub energy: f64,
+    pub amplitude: f64,
+    /// Switches: a branch that turns at a grazing goes on beside itself, with others.
+    pub switches: usize,
+}
+
+impl Glimpse {
+    /// That of a point which has an orbit.
+    pub fn of(p: &PointRecord) -> Option<Glimpse> {
+        let o = p.orbit.as_ref()?;
+        let (energy, amplitude, switches) = (o.energy, o.amplitude, o.switches.len());
+        Some(Glimpse { omega: p.omega, energy, amplitude, switches })
+    }
+}
+
 /// The way that a response has come.
 #[derive(Default)]
 pub(super) struct Trace {
-    /// Frequency, energy, amplitude.
-    points: Vec<[f64; 3]>,
+    points: Vec<Glimpse>,
     /// Where a piece begins behind a jump.
     pieces: Vec<usize>,
     back: usize,
@@ -166,8 +184,7 @@ impl Trace {
 
     /// One point more.
     pub fn add(&mut self, p: &PointRecord) {
-        let Some(orbit) = &p.orbit else { return };
-        let here = [p.omega, orbit.energy, orbit.amplitude];
+        let Some(here) = Glimpse::of(p) else { return };
         if p.special == PointKind::Jump {
             self.pieces.push(self.points.len());
             self.back = 0;
@@ -179,24 +196,26 @@ impl Trace {
 
     /// The frequency at its end.
     pub fn omega(&self) -> f64 {
-        self.points.last().map_or(f64::NAN, |p| p[0])
+        self.points.last().map_or(f64::NAN, |p| p.omega)
     }
 
     /// Whether an orbit lies on the way, but for its last points.
-    pub fn knows(&self, [omega, energy, amplitude]: [f64; 3], but: usize) -> bool {
+    pub fn knows(&self, here: Glimpse, but: usize) -> bool {
         let old = &self.points[..self.points.len().saturating_sub(but)];
         old.windows(2).enumerate().any(|(k, pair)| {
             let [a, b] = [pair[0], pair[1]];
-            let (low, high) = (a[0].min(b[0]), a[0].max(b[0]));
-            if self.pieces.contains(&(k + 1)) || omega < low || omega > high || low == high {
+            let (low, high) = (a.omega.min(b.omega), a.omega.max(b.omega));
+            let is_inside = low < high && (low..=high).contains(&here.omega);
+            let is_like = [a.switches, b.switches].contains(&here.switches);
+            if self.pieces.contains(&(k + 1)) || !is_inside || !is_like {
                 return false;
             }
-            let s = (omega - a[0]) / (b[0] - a[0]);
-            let near = |j: usize, value: f64| {
-                let there = a[j] + s * (b[j] - a[j]);
+            let s = (here.omega - a.omega) / (b.omega - a.omega);
+            let near = |of: fn(&Glimpse) -> f64| {
+                let (value, there) = (of(&here), of(&a) + s * (of(&b) - of(&a)));
                 (there - value).abs() <= SAME * value.abs().max(there.abs())
             };
-            near(1, energy) && near(2, amplitude)
+            near(|g| g.energy) && near(|g| g.amplitude)
         })
     }
 
@@ -212,7 +231,10 @@ impl Trace {
             let linear = body.linear_response();
             let effort = Effort { rescue: false, ..Effort::of(Closure::FORCED) };
             let mut found = find(body, Closure::FORCED, &linear, omega, &effort)?.orbit().cloned();
-            let is_new = |orbit: &Orbit| !self.knows([omega, orbit.energy, orbit.amplitude], 0);
+            let is_new = |o: &Orbit| {
+                let (energy, amplitude, switches) = (o.energy, o.amplitude, o.switches.len());
+                !self.knows(Glimpse { omega, energy, amplitude, switches }, 0)
+            };
             if !found.as_ref().is_some_and(is_new)
                 && let Settled::Orbit(orbit) = settle(body, &linear, omega)?.to
                 && orbit.closure == Closure::FORCED

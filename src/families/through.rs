@@ -3,7 +3,7 @@
 //! Of every stretch of a sweep without a change one orbit is a seed. From it the branch is followed both ways, until it leaves the range, closes, or meets one that
 //! is there already; a seed that lies on an earlier branch is none.
 
-use super::follow::{self, BranchTask, Take, Trace};
+use super::follow::{self, BranchTask, Glimpse, Take, Trace};
 use super::{FamilyError, Known, ended};
 use crate::continuation::{Go, Options};
 use crate::orbit::along::Start;
@@ -23,8 +23,7 @@ pub struct Seed {
     pub omega: f64,
     /// Frame vector.
     pub z: Vec<f64>,
-    energy: f64,
-    amplitude: f64,
+    seen: Glimpse,
 }
 
 /// Orbits of both directions at one frequency whose energies differ by less, relative, are one.
@@ -34,8 +33,8 @@ impl Seed {
     fn of(p: &PointRecord, percent: Option<f64>) -> Option<Seed> {
         let (orbit, place) = (p.orbit.as_ref()?, p.place.as_ref()?);
         let (&omega, z) = place.x.split_last()?;
-        let (energy, amplitude) = (orbit.energy, orbit.amplitude);
-        Some(Seed { percent, periods: orbit.periods, omega, z: z.to_vec(), energy, amplitude })
+        let (periods, seen) = (orbit.periods, Glimpse { omega, ..Glimpse::of(p)? });
+        Some(Seed { percent, periods, omega, z: z.to_vec(), seen })
     }
 
     fn is_same(&self, other: &Seed) -> bool {
@@ -43,7 +42,7 @@ impl Seed {
         self.percent == other.percent
             && self.periods == other.periods
             && near(self.omega, other.omega)
-            && near(self.energy, other.energy)
+            && near(self.seen.energy, other.seen.energy)
     }
 
     fn closure(&self) -> Closure {
@@ -103,8 +102,7 @@ pub fn follow(
 ) -> Result<Vec<BranchEnd>, FamilyError> {
     let (mut ways, mut ends): (Vec<Way>, Vec<BranchEnd>) = (vec![], vec![]);
     for (k, seed) in seeds.iter().enumerate() {
-        let here = [seed.omega, seed.energy, seed.amplitude];
-        let of_seed = |way: &&Way| way.periods == seed.periods && way.trace.knows(here, 0);
+        let of_seed = |way: &&Way| way.periods == seed.periods && way.trace.knows(seed.seen, 0);
         let on = ways.iter().find(of_seed).map(|way| way.index);
         let mut own: Vec<Way> = vec![];
         let mut is_closed = false;
@@ -127,8 +125,7 @@ pub fn follow(
             let mut watched = |mut point: PointRecord| {
                 point.branch = index;
                 trace.add(&point);
-                let place = point.orbit.as_ref().map(|o| [point.omega, o.energy, o.amplitude]);
-                let way = place.and_then(|at| {
+                let way = Glimpse::of(&point).and_then(|at| {
                     ways.iter().find(|w| w.periods == seed.periods && w.trace.knows(at, 0))
                 });
                 met = way.map_or((0, None), |way| (met.0 + 1, Some(way.index)));

@@ -36,6 +36,17 @@ pub struct Units {
     pub residual: f64,
 }
 
+/// How a corrected step stands to the branch.
+#[derive(Debug, Clone)]
+pub enum Judgement<B> {
+    /// It follows it.
+    Along,
+    /// It does, over borders on the way: the points on them, and which they are.
+    Over(Vec<(Vec<f64>, B)>),
+    /// It does not: it came back the way it came, or landed on another branch.
+    Astray,
+}
+
 /// A residual with a parameter, piece by piece smooth. A family that is smooth everywhere has one chart and no borders
 /// ([`std::convert::Infallible`]): it keeps the defaults of what asks for them.
 pub trait Family {
@@ -78,6 +89,15 @@ pub trait Family {
     /// not stop at them: the chart in which a state lies, and the state in it. None: borders are to be located and crossed.
     fn reread(&mut self, _x: &[f64]) -> Result<Option<InChart<Self>>, Self::Error> {
         Ok(None)
+    }
+    /// How a step that was corrected to `x`, with a tangent there, follows the branch. Newton's method on a map with corners leaps over them; its family can tell.
+    fn judge(
+        &mut self,
+        _from: &Place<Self::Chart>,
+        _x: &[f64],
+        _tangent: &[f64],
+    ) -> Result<Judgement<Self::Border>, Self::Error> {
+        Ok(Judgement::Along)
     }
     /// Numbers that stay the same between bifurcations: of real multipliers above one, of real ones below minus one, of
     /// complex ones outside the unit circle. Empty where stability is not asked for.

@@ -60,7 +60,7 @@ impl Family for Curve {
     }
 }
 
-type Listed = Vec<(Option<Special>, f64, f64)>;
+type Listed = Vec<(Option<Special<Infallible>>, f64, f64)>;
 
 /// All points of a branch from `(x, λ)` towards growing `λ`, in numbers.
 fn walk(curve: &mut Curve, (x, lambda): (f64, f64), options: &Options) -> (Listed, Stop) {
@@ -80,7 +80,7 @@ fn walk(curve: &mut Curve, (x, lambda): (f64, f64), options: &Options) -> (Liste
     (listed, stop.unwrap())
 }
 
-fn specials(listed: &Listed) -> Vec<(Special, f64, f64)> {
+fn specials(listed: &Listed) -> Vec<(Special<Infallible>, f64, f64)> {
     listed.iter().filter_map(|(s, x, l)| s.clone().map(|s| (s, *x, *l))).collect()
 }
 
@@ -88,7 +88,7 @@ fn options(range: (f64, f64), step: f64) -> Options {
     Options { range, step: (step, 1e-9, step), points: 60, locate: true, natural: false }
 }
 
-fn change(before: &[i64], after: &[i64]) -> Special {
+fn change(before: &[i64], after: &[i64]) -> Special<Infallible> {
     Special::Stability(before.to_vec(), after.to_vec())
 }
 

@@ -1,5 +1,6 @@
 //! Families of harmonic-balance solutions, point by point, with all that a file keeps of them.
 
+use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 use super::newton::Settings;
@@ -324,7 +325,7 @@ pub(super) enum Begin {
 }
 
 /// Follow a family of series; `record` makes a point of its unknowns.
-pub(super) fn along<F: Family<Chart = (), Error = HbmError>>(
+pub(super) fn along<F: Family<Chart = (), Border = Infallible, Error = HbmError>>(
     family: &mut F,
     begin: Begin,
     options: &Options,
@@ -342,7 +343,8 @@ pub(super) fn along<F: Family<Chart = (), Error = HbmError>>(
     let stop = continuation::follow(family, place, options, |family, p| {
         // a special point inside a step is no place to go on from: the step is made anew
         let place = p.special.is_none().then(|| place_record(&p.place));
-        let kind = p.special.as_ref().map_or(PointKind::Regular, kind_of);
+        let kind =
+            p.special.as_ref().map_or(PointKind::Regular, |s| kind_of(s, |b, _| match *b {}));
         match record(family, &p.x, kind) {
             Ok(record) => take(PointRecord { place, ..record }),
             Err(e) => {

@@ -1,9 +1,10 @@
 //! Families of orbits along the branch, through folds and corners.
 
+use super::border::Border;
 use super::branch::{kind_of, place_of, place_record, record};
 use super::chain::{Chain, Propagator};
 use super::credentials::Orbit;
-use super::mapped::Mapped;
+use super::mapped::{Crossing, Mapped};
 use super::search::chain_of;
 use super::segments::Segments;
 use super::shooting::Closure;
@@ -62,23 +63,20 @@ pub fn arclength(
     Ok(walked.map(|w| w.end.unwrap_or(Ending::of(w.stop))))
 }
 
-/// From so many contact points on a forced, viscous body passes more corners than multi-segment shooting, which locates every one, has steps for.
-const MANY_CONTACTS: usize = 4;
-
 /// Whether a family is followed on the event-driven map itself. Viscosity makes neighbouring charts almost agree: a branch passes hundreds of corners
-/// without a stop. Bodies of few contact points have few corners, and some that turn the branch back, which the map alone takes for the way it came.
+/// without a stop.
 fn is_mapped(body: &Propagator, closure: Closure) -> bool {
     match closure {
         Closure::Viscous(_) => true,
         // velocities that jump are in the map, and in no segment
         _ if body.system.impact().is_some() => true,
-        Closure::Forced(_) => {
-            let is_viscous = body.system.damping.is_some_and(|d| d.beta > 0.0);
-            is_viscous && body.system.n_contact() >= MANY_CONTACTS
-        }
+        Closure::Forced(_) => body.system.damping.is_some_and(|d| d.beta > 0.0),
         Closure::Reversible | Closure::Autonomous => false,
     }
 }
+
+/// So many points behind a corner the next one may be passed by a longer step.
+const BEHIND: usize = 3;
 
 /// How a branch ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,27 +140,40 @@ fn across_corners(
         }
         options.points = options.points.saturating_sub(memory.since_corner - before);
         let Stop::Step { .. } = stop else { return Ok(Some(Ending::of(stop))) };
-        let grazing = family.grazing(&last.x)?;
-        // what was not passed right behind a corner is not passed by trying again
-        let behind = match memory.since_corner > 3 && options.points > 0 && !options.natural {
-            true => match family.around(&last)? {
-                Some(place) => Some(place),
-                None if grazing.is_some() => family.across(&last)?,
-                None => None,
-            },
-            false => None,
+        if options.points == 0 || options.natural || memory.since_corner == 0 {
+            return Ok(Some(Ending::of(stop)));
+        }
+        let (at, border, turns, place) = match family.over(&last)? {
+            Some((Crossing { at, border, .. }, place)) => {
+                let rate = |p: &Place<Chain>| p.tangent[p.tangent.len() - 1];
+                (Some(at), border, rate(&last) * rate(&place) < 0.0, place)
+            }
+            // what was not passed right behind a corner is not passed by trying again
+            None if memory.since_corner > BEHIND && family.is_grazing(&last.x)? => {
+                let Some(place) = family.across(&last)? else {
+                    return Ok(Some(Ending::of(stop)));
+                };
+                let border = Border::Phase { phase: 0, visit: None, what: "corner".into() };
+                (None, border, false, place)
+            }
+            None => return Ok(Some(Ending::of(stop))),
         };
-        let Some(place) = behind else {
-            let why =
-                grazing.map(|what| format!("a {what}, and no step across finds another side"));
-            return Ok(Some(Ending { stop, why, met: false }));
-        };
-        let special = Special::Border(grazing.unwrap_or_else(|| "corner".into()));
         memory.since_corner = 0;
-        let orbit = family.orbit(&place.x)?;
+        let special = Special::Border { border, turns };
+        let mut hand_out = |family: &mut Mapped, x: &[f64], special, here| {
+            let orbit = family.orbit(x)?;
+            Ok::<_, OrbitError>(take(point(family.body(), (x, &orbit), special, here)?))
+        };
         let here = Some((&place, &*memory));
-        let point = point(family.body(), (&place.x, &orbit), Some(&special), here)?;
-        if take(point).is_break() {
+        // the grazing itself is no place to go on from
+        let go = match at {
+            Some(at) => match hand_out(family, &at, Some(&special), None)? {
+                Go::Continue(()) => hand_out(family, &place.x, None, here)?,
+                enough => enough,
+            },
+            None => hand_out(family, &place.x, Some(&special), here)?,
+        };
+        if go.is_break() {
             return Ok(Some(Ending::of(Stop::Interrupted)));
         }
         start = Begin::Place(place);
@@ -233,20 +244,20 @@ impl Memory {
     }
 
     /// Whether the branch has come to a period doubling.
-    fn is_doubling(&mut self, orbit: &Orbit, special: Option<&Special>) -> bool {
+    fn is_doubling(&mut self, orbit: &Orbit, is_fold: bool) -> bool {
         let Some(now) = &orbit.halfway else { return false };
         let size = norm(now);
         self.largest = self.largest.max(size);
         let dot = |a: &[f64]| a.iter().zip(now).map(|(a, b)| a * b).sum::<f64>();
         let turned = self.halfway.as_deref().is_some_and(|last| dot(last) < 0.0);
-        let at_fold = special == Some(&Special::Fold) && size < AT_DOUBLING * self.largest;
+        let at_fold = is_fold && size < AT_DOUBLING * self.largest;
         self.halfway = Some(now.clone());
         turned || at_fold
     }
 }
 
 /// Follow a family; how that ended, and where. With `limits` a motion that grows without bound, and solutions that are no orbits any more, end it.
-fn along<F: OrbitFamily>(
+fn along<F: OrbitFamily<Border = Border>>(
     family: &mut F,
     start: Begin,
     options: &Options,
@@ -279,10 +290,10 @@ fn along<F: OrbitFamily>(
     // a walk for each section
     loop {
         let (mut failed, mut end, mut moved, mut count) = (None, None, None, 0);
-        let mut visit = |family: &mut F, p: &continuation::Point<Chain>| {
+        let mut visit = |family: &mut F, p: &continuation::Point<Chain, Border>| {
             let at = p.x[p.x.len() - 1];
             let orbit = family.orbit(&p.x)?;
-            if memory.is_doubling(&orbit, p.special.as_ref()) {
+            if memory.is_doubling(&orbit, matches!(p.special, Some(Special::Fold))) {
                 let why = format!(
                     "meets the orbits of one period of the loads at omega = {at:.8}: a period doubling"
                 );
@@ -294,7 +305,7 @@ fn along<F: OrbitFamily>(
             memory.count(found.orbit.as_ref());
             count += 1;
             // a special point inside a step is no place to go on from: the step is made anew
-            if matches!(p.special, None | Some(Special::Border(_))) {
+            if p.special.is_none() || p.x == p.place.x {
                 last = p.place.clone();
                 moved = family.moved(&last)?;
                 if let Some(place) = &moved {
@@ -354,14 +365,15 @@ fn limit(point: &PointRecord, memory: &Memory, unit: f64) -> Option<Ending> {
 fn point(
     body: &Propagator,
     (x, orbit): (&[f64], &Orbit),
-    special: Option<&Special>,
+    special: Option<&Special<Border>>,
     place: Option<(&Place<Chain>, &Memory)>,
 ) -> Result<PointRecord, OrbitError> {
     let mut flaws = orbit.flaws();
     if orbit.viscous.is_some() && orbit.switches.is_empty() {
         flaws.push("no contact".into());
     }
-    let kind = special.map_or(PointKind::Regular, kind_of);
+    let of_border = |border: &Border, turns| border.kind(turns, &body.system);
+    let kind = special.map_or(PointKind::Regular, |s| kind_of(s, of_border));
     let (orbit, special) = match flaws.is_empty() {
         true => (Some(record(body, orbit)?), kind),
         // what happens to the branch there does not depend on what the solution is

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::contact::PointState;
+use crate::contact::{PointState, System};
+use crate::records::{GrazingRecord, PointKind};
 
 /// Where a chart ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +12,8 @@ pub enum Border {
     Phase {
         /// Which.
         phase: usize,
+        /// The visit that it is, if it is one: the contact point, and the state that it comes into and leaves.
+        visit: Option<(usize, PointState)>,
         /// In words.
         what: String,
     },
@@ -27,6 +30,29 @@ pub enum Border {
         /// In words.
         what: String,
     },
+}
+
+impl Border {
+    /// The contact point that grazes there, and the state of the visit that begins or ends to be.
+    pub fn grazing(&self) -> Option<(usize, PointState)> {
+        match self {
+            Border::Phase { visit, .. } => *visit,
+            Border::Touch { point, to, .. } => Some((*point, *to)),
+        }
+    }
+}
+
+impl Border {
+    /// As a point of a family, whose frequency turns back there or not.
+    pub(super) fn kind(&self, turns: bool, system: &System) -> PointKind {
+        match self.grazing() {
+            Some((point, to)) => {
+                let (node, opening) = (system.constraints[point].node, to == PointState::Open);
+                PointKind::Grazing(GrazingRecord { node, opening, turns })
+            }
+            None => PointKind::Border(self.to_string()),
+        }
+    }
 }
 
 impl fmt::Display for Border {

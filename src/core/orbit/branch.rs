@@ -80,14 +80,17 @@ pub fn place_of(record: &PlaceRecord) -> Place<Chain> {
     }
 }
 
-/// What a special point of a continuation is as a point of a family.
-pub(crate) fn kind_of(special: &Special) -> PointKind {
+/// What a special point of a continuation is as a point of a family; `of_border` tells what a border is, at which the frequency turns back or not.
+pub(crate) fn kind_of<B>(
+    special: &Special<B>,
+    of_border: impl FnOnce(&B, bool) -> PointKind,
+) -> PointKind {
     match special {
         Special::Start => PointKind::Start,
         Special::End => PointKind::EndOfRange,
         Special::Fold => PointKind::Fold,
         Special::BranchPoint => PointKind::BranchPoint,
-        Special::Border(what) => PointKind::Border(what.clone()),
+        Special::Border { border, turns } => of_border(border, *turns),
         Special::Stability(before, after) => {
             PointKind::Stability(StabilityChange::new(before, after))
         }

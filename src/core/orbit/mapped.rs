@@ -1,39 +1,49 @@
 //! Damped orbits as a family: `X = (z, α, ω)` or `(z, ω)`, and the event-driven map itself, which reads the sequence of active sets anew every time.
 //!
 //! Motions of viscous bodies have as many corners as undamped ones, but neighbouring charts almost agree there: the branch need not stop at them. Where a
-//! grazing bends it too much for any step, [`Mapped::around`] goes through the charts on both sides of it, and [`Mapped::across`] tries longer steps.
+//! grazing bends it too much for any step, [`Mapped::over`] goes through the grazing itself; [`Mapped::across`] tries longer steps.
 
-use std::convert::Infallible;
+use std::collections::BTreeMap;
 
 use faer::Mat;
 
+use super::border::Border;
 use super::chain::{Chain, Propagator};
 use super::credentials::{Orbit, examine};
-use super::period_map::integrate;
+use super::grazing::{self, Coming, Ghost, from_to};
 use super::section::{Section, later};
-use super::segments::Segments;
 use super::shooting::{Closure, image, jacobian};
 use super::{OrbitError, OrbitFamily, tolerate};
-use crate::continuation::{self, Family, Go, Options, Place, Special, Units, norm};
+use crate::continuation::{self, Family, Judgement, Place, Units, norm};
 
 /// A family of damped orbits of one body: viscous nonlinear modes, or forced.
 pub struct Mapped<'a> {
     body: &'a mut Propagator,
     closure: Closure,
     section: Section,
-    examined: Option<(Vec<f64>, Orbit)>,
+    examined: [Option<(Vec<f64>, Orbit)>; 2],
+    /// Steps in a row that were short.
+    short: usize,
+    /// What lies ahead of a point, where a step led astray.
+    ahead: Option<(Vec<f64>, Crossing)>,
+    /// The grazing that the branch went over last: it does not lie ahead.
+    passed: Option<Vec<f64>>,
 }
 
 /// Steps of arclength over a corner that no shorter step passes.
 const ACROSS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
-/// First, least and largest step around a corner, the most points there, and how many of them behind the last border are enough.
-const AROUND: (f64, f64, f64) = (1e-4, 1e-10, 5e-3);
-const MOST_AROUND: usize = 40;
-const CLEAR: usize = 3;
+/// The first step behind a grazing, over the way from there.
+const SHORTER: f64 = 0.1;
 
-/// A way around a corner that leads back along the branch, by the cosine, is none.
-const RETRACED: f64 = 0.98;
+/// So many steps in a row below so much arclength are those of a branch that comes to a grazing.
+const SHORT: (usize, f64) = (5, 2e-4);
+
+/// A visit of less than this part of the period is one that a turn of the branch may belong to.
+const BRIEF: f64 = 5e-3;
+
+/// A grazing within so many steps from where a step began lies in it.
+const WITHIN: f64 = 2.0;
 
 /// How far along the branch neighbours are carried to another section, of arclength.
 const ALONG: f64 = 1e-6;
@@ -45,7 +55,15 @@ impl<'a> Mapped<'a> {
     /// The family of a body whose orbits close in a way.
     pub fn new(body: &'a mut Propagator, closure: Closure) -> Mapped<'a> {
         let section = Section::new(body, closure.periods());
-        Mapped { body, closure, section, examined: None }
+        Mapped {
+            body,
+            closure,
+            section,
+            examined: [None, None],
+            short: 0,
+            ahead: None,
+            passed: None,
+        }
     }
 
     /// What the map says, or nothing where it cannot be evaluated.
@@ -70,7 +88,10 @@ impl<'a> Mapped<'a> {
     }
 
     /// The branch behind a corner that no short step passes: the first of some longer ones that leads to an orbit. `x` and a tangent there.
-    pub fn across(&mut self, place: &Place<Chain>) -> Result<Option<Place<Chain>>, OrbitError> {
+    pub(super) fn across(
+        &mut self,
+        place: &Place<Chain>,
+    ) -> Result<Option<Place<Chain>>, OrbitError> {
         for s in ACROSS {
             let (x, t) = (&place.x, &place.tangent);
             let predicted: Vec<f64> = x.iter().zip(t).map(|(x, t)| x + s * t).collect();
@@ -93,90 +114,108 @@ impl<'a> Mapped<'a> {
         Ok(None)
     }
 
-    /// The branch behind a corner by multi-segment shooting, to which the corner is a border between two charts. Viscous orbits have an unknown more
-    /// than it knows.
-    pub fn around(&mut self, place: &Place<Chain>) -> Result<Option<Place<Chain>>, OrbitError> {
-        let (omega, z) = place.x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
-        if matches!(self.closure, Closure::Viscous(_)) {
-            return Ok(None);
+    /// The grazings of the points that `is_asked` names ahead on the branch, the nearest first.
+    fn grazings(
+        &mut self,
+        place: &Place<Chain>,
+        is_asked: impl Fn(usize) -> bool,
+    ) -> Result<Vec<Ghost>, OrbitError> {
+        if !self.goes_over() {
+            return Ok(vec![]);
         }
-        self.body.system.loads_mut().set_frequency(*omega);
-        let passage = integrate(self.body, &self.body.state(z), self.closure.period(*omega))?;
-        let mut family = Segments::new(self.body, self.closure, passage.chain);
-        family.watch = false;
-        let x = family.unknowns(z, &passage.times, *omega);
-        let (of_state, last) = place.tangent.split_at(z.len());
-        let still = vec![0.0; passage.times.len()];
-        let weights = family.weights(&x);
-        let c: Vec<f64> = [of_state, &still, last].concat();
-        let c: Vec<f64> = c.iter().zip(&weights).map(|(t, w)| w * t).collect();
-        let Some((tangent, orientation)) = continuation::tangent(&mut family, &x, &c)? else {
-            return Ok(None);
-        };
-        let chart = family.chart();
-        let begin = Place { x, tangent, step: AROUND.0, chart, orientation, signature: vec![] };
-        let options = Options {
-            range: (0.0, f64::INFINITY),
-            step: AROUND,
-            points: MOST_AROUND,
-            locate: false,
-            natural: false,
-        };
-        let (mut clear, mut found) = (None, None);
-        let n = z.len();
-        let followed = continuation::follow(&mut family, begin, &options, |_, p| {
-            match p.special {
-                Some(Special::Border(_)) => clear = Some(0),
-                None => clear = clear.map(|k| k + 1),
-                Some(_) => {}
+        let weights = self.weights(&place.x);
+        let coming = Coming { place, weights: &weights, passed: self.passed.as_deref() };
+        grazing::ahead(self.body, self.closure, &coming, is_asked)
+    }
+
+    /// Whether branches of the family go over grazings.
+    fn goes_over(&self) -> bool {
+        let is_smooth = self.body.system.impact().is_none() && !self.body.is_large();
+        self.closure.is_forced() && is_smooth
+    }
+
+    /// The first of some grazings behind which the branch is found.
+    fn crossing(&mut self, found: &[Ghost]) -> Result<Option<Crossing>, OrbitError> {
+        for ghost in found {
+            if let Some(behind) = grazing::behind(self.body, self.closure, ghost)? {
+                let (at, border) = (ghost.at.clone(), ghost.border());
+                return Ok(Some(Crossing { at, border, behind }));
             }
-            if clear != Some(CLEAR) {
-                return Go::Continue(());
+        }
+        Ok(None)
+    }
+
+    /// The grazing at which a branch is stuck, and the branch behind it.
+    pub(super) fn over(
+        &mut self,
+        place: &Place<Chain>,
+    ) -> Result<Option<(Crossing, Place<Chain>)>, OrbitError> {
+        self.short = 0;
+        let crossing = match self.ahead.take().filter(|(x, _)| *x == place.x) {
+            Some((_, crossing)) => Some(crossing),
+            None => {
+                let found = self.grazings(place, |_| true)?;
+                self.crossing(&found)?
             }
-            let ends = |x: &[f64]| [&x[..n], &x[x.len() - 1..]].concat();
-            found = Some((ends(&p.place.x), ends(&p.place.tangent)));
-            Go::Break(())
-        });
-        let (Some(_), Some((x, along))) = (tolerate(followed)?, found) else { return Ok(None) };
+        };
+        let Some(crossing) = crossing else { return Ok(None) };
+        let x = crossing.behind.clone();
         let weights = self.weights(&x);
-        let from: Vec<f64> = x.iter().zip(&place.x).map(|(a, b)| a - b).collect();
-        let dot = |a: &[f64], b: &[f64]| -> f64 {
-            a.iter().zip(b).zip(&weights).map(|((a, b), w)| w * a * b).sum()
-        };
-        let (back, length) = (-dot(&from, &place.tangent), dot(&from, &from).sqrt());
-        if back > RETRACED * length * dot(&place.tangent, &place.tangent).sqrt() {
-            return Ok(None);
-        }
-        let c: Vec<f64> = weights.iter().zip(&along).map(|(w, t)| w * t).collect();
+        let way = from_to(&crossing.at, &x);
+        let c: Vec<f64> = weights.iter().zip(&way).map(|(w, d)| w * d).collect();
+        let length = way.iter().zip(&c).map(|(d, c)| d * c).sum::<f64>().sqrt();
         let Some((tangent, orientation)) = continuation::tangent(self, &x, &c)? else {
             return Ok(None);
         };
         let signature = self.signature(&x)?;
-        let chart = self.chart();
-        Ok(Some(Place { x, tangent, step: AROUND.2, chart, orientation, signature }))
+        self.passed = Some(crossing.at.clone());
+        let (step, chart) = (SHORTER * length, self.chart());
+        Ok(Some((crossing, Place { x, tangent, step, chart, orientation, signature })))
     }
 
     /// The orbit from the section on.
     fn seen(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
-        if let Some((known, orbit)) = &self.examined
-            && known == x
-        {
+        let known = self.examined.iter().flatten().find(|(known, _)| known == x);
+        if let Some((_, orbit)) = known {
             return Ok(orbit.clone());
         }
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
         let closure = self.closure;
         self.body.system.loads_mut().set_frequency(*omega);
         let orbit = examine(self.body, closure, z, closure.period(*omega), 0, true)?;
-        self.examined = Some((x.to_vec(), orbit.clone()));
+        self.examined.rotate_right(1);
+        self.examined[0] = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
     }
 
-    /// How near a place is to a grazing, in words, if it is.
-    pub fn grazing(&mut self, x: &[f64]) -> Result<Option<String>, OrbitError> {
-        let orbit = self.seen(x)?;
-        Ok((orbit.grazing < GRAZING)
-            .then(|| format!("grazing corner ({:.1e} of the unit of length)", orbit.grazing)))
+    /// Whether a place is near a grazing.
+    pub(super) fn is_grazing(&mut self, x: &[f64]) -> Result<bool, OrbitError> {
+        Ok(self.seen(x)?.grazing < GRAZING)
     }
+}
+
+/// How many switches each contact point has in an orbit.
+fn counts(orbit: &Orbit) -> BTreeMap<usize, usize> {
+    let mut counts = BTreeMap::new();
+    orbit.switches.iter().for_each(|s| *counts.entry(s.point).or_default() += 1);
+    counts
+}
+
+/// The duration of the shortest visit of an orbit, over its period.
+fn shortest(orbit: &Orbit) -> f64 {
+    let switches = &orbit.switches;
+    let pairs = switches.iter().zip(switches.iter().skip(1)).filter(|(a, b)| a.point == b.point);
+    pairs.map(|(a, b)| b.t - a.t).fold(f64::INFINITY, f64::min) / orbit.period
+}
+
+/// A grazing that a branch goes over, in the unknowns of the map.
+pub(super) struct Crossing {
+    /// The orbit that grazes.
+    pub at: Vec<f64>,
+    /// Which contact.
+    pub border: Border,
+    /// An orbit right behind it.
+    behind: Vec<f64>,
 }
 
 type Evaluated = (Vec<f64>, Mat<f64>);
@@ -206,7 +245,8 @@ impl OrbitFamily for Mapped<'_> {
     fn set_section(&mut self, at: f64) {
         if at != self.section.at() {
             self.section.set(self.body, at);
-            self.examined = None;
+            self.examined = [None, None];
+            (self.ahead, self.passed) = (None, None);
         }
     }
 
@@ -244,7 +284,7 @@ impl OrbitFamily for Mapped<'_> {
 
 impl Family for Mapped<'_> {
     type Chart = Chain;
-    type Border = Infallible;
+    type Border = Border;
     type Error = OrbitError;
 
     fn residual(&mut self, x: &[f64]) -> Result<Vec<f64>, OrbitError> {
@@ -287,6 +327,54 @@ impl Family for Mapped<'_> {
     }
 
     fn set_chart(&mut self, _: &Chain) {}
+
+    /// A step that changes the number of visits of one contact point leaps over a grazing; one that turns the frequency back while a visit is brief, or the last of a
+    /// few short ones, comes to one. The branch behind it says whether the step went there.
+    fn judge(
+        &mut self,
+        from: &Place<Chain>,
+        x: &[f64],
+        tangent: &[f64],
+    ) -> Result<Judgement<Border>, OrbitError> {
+        let weights = self.weights(&from.x);
+        let dot = |a: &[f64], b: &[f64]| -> f64 {
+            a.iter().zip(b).zip(&weights).map(|((a, b), w)| w * a * b).sum()
+        };
+        let way = from_to(&from.x, x);
+        let length = dot(&way, &way).sqrt();
+        self.short = if length < SHORT.1 { self.short + 1 } else { 0 };
+        if !self.goes_over() {
+            return Ok(Judgement::Along);
+        }
+        let (before, after) = (self.seen(&from.x)?, self.seen(x)?);
+        let (a, b) = (counts(&before), counts(&after));
+        let changed: Vec<usize> =
+            a.keys().chain(b.keys()).copied().filter(|p| a.get(p) != b.get(p)).collect();
+        let last = x.len() - 1;
+        let turned = from.tangent[last] * tangent[last] < 0.0;
+        let brief = shortest(&before).min(shortest(&after)) < BRIEF || before.grazing < GRAZING;
+        let is_stuck = self.short >= SHORT.0;
+        if changed.is_empty() && !(brief && (turned || is_stuck)) {
+            return Ok(Judgement::Along);
+        }
+        let mut found = self.grazings(from, |p| changed.is_empty() || changed.contains(&p))?;
+        let distance = |ghost: &Ghost| {
+            let there = from_to(&from.x, &ghost.at);
+            dot(&there, &there).sqrt()
+        };
+        found.retain(|ghost| is_stuck || distance(ghost) <= WITHIN * length);
+        found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let Some(crossing) = self.crossing(&found)? else { return Ok(Judgement::Along) };
+        let behind = from_to(&crossing.at, &crossing.behind);
+        let landed = from_to(&crossing.at, x);
+        if !changed.is_empty() && dot(&behind, &landed) > 0.0 {
+            self.passed = Some(crossing.at);
+            let borders = found.into_iter().map(|ghost| (ghost.border(), ghost.at));
+            return Ok(Judgement::Over(borders.map(|(border, x)| (x, border)).collect()));
+        }
+        self.ahead = Some((from.x.clone(), crossing));
+        Ok(Judgement::Astray)
+    }
 
     fn signature(&mut self, x: &[f64]) -> Result<Vec<i64>, OrbitError> {
         let orbit = self.seen(x)?;

@@ -12,6 +12,7 @@
 //! - [`border`] — where a chart ends;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
+//! - `grazing` — over a grazing of a branch, and where it is;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - `highest` — the largest energy of a motion;
 //! - [`credentials`] — everything an orbit has to show before it is one;
@@ -34,6 +35,7 @@ pub mod chain;
 pub mod check;
 pub mod credentials;
 pub mod floquet;
+mod grazing;
 mod highest;
 #[doc(hidden)]
 pub mod krylov;

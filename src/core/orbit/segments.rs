@@ -55,7 +55,7 @@ impl<'a> Segments<'a> {
     }
 
     /// Time at which the closure is evaluated.
-    fn end(&self, omega: f64) -> f64 {
+    pub(super) fn end(&self, omega: f64) -> f64 {
         self.closure.end(self.closure.period(omega))
     }
 
@@ -63,7 +63,7 @@ impl<'a> Segments<'a> {
         self.body.system.loads_mut().set_frequency(omega);
     }
 
-    fn walk(&mut self, x: &[f64]) -> Result<Walk, OrbitError> {
+    pub(super) fn walk(&mut self, x: &[f64]) -> Result<Walk, OrbitError> {
         let (z, times, omega) = self.parts(x);
         let end = self.end(omega);
         self.set_frequency(omega);
@@ -78,7 +78,7 @@ impl<'a> Segments<'a> {
     }
 
     /// What the unit of length makes of the monitors of a point in a phase: a length, or a pressure.
-    fn monitor_unit(&self, phase: usize, point: usize) -> f64 {
+    pub(super) fn monitor_unit(&self, phase: usize, point: usize) -> f64 {
         let system = &self.body.system;
         let kind = system.law().watched(self.chain.sets[phase].at(point));
         system.monitor_unit(kind, point) * system.units.length
@@ -91,13 +91,13 @@ impl<'a> Segments<'a> {
         self.closure.residual(z, &walk.z_end).into_iter().chain(switches).collect()
     }
 
-    fn node_name(&self, contact: usize) -> usize {
+    pub(super) fn node_name(&self, contact: usize) -> usize {
         self.body.system.constraints[contact].node
     }
 
     /// The touch nearest to `near` of the monitor through which a point would leave to `to`: phase, time and value of the minimum there. A minimum may lie
     /// in a neighbouring phase, as long as the point stays what it is.
-    fn touch(
+    pub(super) fn touch(
         &self,
         walk: &Walk,
         phase: usize,
@@ -164,10 +164,10 @@ impl<'a> Segments<'a> {
 }
 
 /// A minimum of a monitor.
-struct Touch {
-    phase: usize,
-    t: f64,
-    h: f64,
+pub(super) struct Touch {
+    pub phase: usize,
+    pub t: f64,
+    pub h: f64,
 }
 
 impl Family for Segments<'_> {
@@ -265,7 +265,7 @@ impl Family for Segments<'_> {
         let mut borders = vec![];
         for phase in 0..self.chain.sets.len() {
             if !times.is_empty() && at(phase + 1) - at(phase) < -ORDER * end {
-                borders.push(Border::Phase { phase, what: self.describe(phase) });
+                borders.push(self.phase_border(phase));
             }
         }
         if !borders.is_empty() {
@@ -287,7 +287,7 @@ impl Family for Segments<'_> {
             }
             // the first switch that the chart does not know, and its partner
             let Some(&t) = passage.times.get(agree) else {
-                return Ok(vec![self.unknown_border(agree.saturating_sub(1))]);
+                return Ok(vec![self.phase_border(agree.saturating_sub(1))]);
             };
             let point = passage.chain.points[agree];
             let to = passage.chain.sets[agree + 1].at(point);
@@ -452,9 +452,17 @@ impl OrbitFamily for Segments<'_> {
 }
 
 impl Segments<'_> {
-    /// The chart has a switch that the integrator does not see: the phase before it is about to vanish.
-    fn unknown_border(&self, phase: usize) -> Border {
-        Border::Phase { phase, what: self.describe(phase) }
+    /// The border at which a phase vanishes.
+    fn phase_border(&self, phase: usize) -> Border {
+        let Chain { sets, points, .. } = &self.chain;
+        let last = points.len();
+        let is_visit = match phase {
+            0 => false,
+            p if p == last => self.closure == Closure::Reversible,
+            p => sets[p - 1] == sets[p + 1],
+        };
+        let visit = is_visit.then(|| (points[phase - 1], sets[phase].at(points[phase - 1])));
+        Border::Phase { phase, visit, what: self.describe(phase) }
     }
 
     fn describe(&self, phase: usize) -> String {

@@ -180,6 +180,27 @@ impl Link {
         (h, dot(&r, &v) + self.drives.at(k, t, 1))
     }
 
+    /// The rates of all monitors at any time of the phase.
+    pub(super) fn monitor_rates(&self, t: f64) -> Vec<f64> {
+        let n = self.spectrum.modes.len();
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        self.motion.at(&self.spectrum, t, &mut q, &mut v);
+        let mut rates: Vec<f64> =
+            (0..self.spectrum.offsets.len()).map(|k| self.drives.at(k, t, 1)).collect();
+        for (k, v) in v.iter().enumerate() {
+            rates
+                .iter_mut()
+                .zip(self.spectrum.rows.column(k).iter())
+                .for_each(|(h, r)| *h += r * v);
+        }
+        rates
+    }
+
+    /// The contact point of each monitor of the phase, and the state that it leads to.
+    pub(super) fn leads(&self) -> impl Iterator<Item = (usize, PointState)> {
+        self.spectrum.monitors.iter().map(|m| (m.point, m.to))
+    }
+
     /// `u_O` and `u̇_O` at a time of the phase.
     fn state(&self, t: f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.spectrum.modes.len();

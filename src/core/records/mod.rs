@@ -21,4 +21,4 @@ pub use point::{PlaceRecord, PointRecord};
 pub(crate) use ridge::crest;
 pub use ridge::{Peak, peaks};
 pub use series::{SeriesRecord, place_of_function};
-pub use special::{Bifurcation, GapReason, PointKind, StabilityChange};
+pub use special::{Bifurcation, GapReason, GrazingRecord, PointKind, StabilityChange};

@@ -36,6 +36,8 @@ pub enum PointKind {
     Stability(StabilityChange),
     /// The sequence of switches changes; in words, which contact does what.
     Border(String),
+    /// It changes because a contact grazes: a visit begins or ends to be.
+    Grazing(GrazingRecord),
     /// A solution of harmonic balance with touches of which it is not known whether they are contacts: their number.
     Undecided(usize),
     /// A solution of harmonic balance from which shooting reaches no orbit that it approximates, and its verdict.
@@ -46,6 +48,17 @@ pub enum PointKind {
     Gap(GapReason),
     /// A solution of the equations that is no orbit, and what speaks against it.
     Failed(String),
+}
+
+/// A contact that grazes: behind it orbits have a visit more or less, of a point that touches (closing) or that leaves for a moment (opening).
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GrazingRecord {
+    /// Node of the mesh (or number of the contact point where points are no nodes).
+    pub node: usize,
+    /// The visit is an opening, of a node that rests.
+    pub opening: bool,
+    /// The frequency turns back there.
+    pub turns: bool,
 }
 
 /// How multipliers cross the unit circle.
@@ -119,8 +132,8 @@ impl PointKind {
 
     /// Whether something happens to the branch there, whatever the solution is.
     pub(crate) fn is_event(&self) -> bool {
-        use PointKind::{Border, BranchPoint, Fold, Stability};
-        matches!(self, Fold | BranchPoint | Border(_) | Stability(_))
+        use PointKind::{Border, BranchPoint, Fold, Grazing, Stability};
+        matches!(self, Fold | BranchPoint | Border(_) | Grazing(_) | Stability(_))
     }
 
     /// The name without details.
@@ -134,7 +147,7 @@ impl PointKind {
             PointKind::Fold => "fold",
             PointKind::BranchPoint => "branch point",
             PointKind::Stability(change) => change.how.name(),
-            PointKind::Border(_) => "border",
+            PointKind::Border(_) | PointKind::Grazing(_) => "border",
             PointKind::Undecided(_) => "grazing",
             PointKind::NoOrbitNear(_) => "no orbit near",
             PointKind::NotExamined => "orbit not examined",
@@ -155,9 +168,18 @@ impl Display for PointKind {
             PointKind::Undecided(n) => write!(f, "{word}: {n} touches could not be decided"),
             PointKind::NoOrbitNear(verdict) => write!(f, "{word}: {verdict}"),
             PointKind::Gap(reason) => write!(f, "{word}: {reason}"),
+            PointKind::Grazing(grazing) => write!(f, "{word}: {grazing}"),
             PointKind::Border(what) | PointKind::Failed(what) => write!(f, "{word}: {what}"),
             _ => f.write_str(word),
         }
+    }
+}
+
+impl Display for GrazingRecord {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let what = if self.opening { "grazes to open" } else { "grazes" };
+        let turns = if self.turns { ", the frequency turns back" } else { "" };
+        write!(f, "node {} {what}{turns}", self.node)
     }
 }
 
@@ -245,6 +267,7 @@ mod tests {
             PointKind::BranchPoint,
             PointKind::NotExamined,
             PointKind::Border("switches of nodes 41 and 43 change places".into()),
+            PointKind::Grazing(GrazingRecord { node: 7, opening: false, turns: true }),
             PointKind::Undecided(3),
             PointKind::Failed("penetration 1e-3; not closed".into()),
         ];

@@ -28,7 +28,7 @@ impl Special {
 pub(super) fn special(p: &PointRecord) -> Option<Special> {
     match &p.special {
         PointKind::Fold => Some(Special::Fold),
-        PointKind::Border(_) => Some(Special::Border),
+        PointKind::Border(_) | PointKind::Grazing(_) => Some(Special::Border),
         PointKind::BranchPoint => Some(Special::Bifurcation),
         PointKind::Stability(change) if !change.stays_unstable() => Some(Special::Bifurcation),
         _ => None,

@@ -1,7 +1,7 @@
 //! Over the borders of charts: located and crossed, or leapt over where the branch does not feel them.
 
 use super::{
-    Family, Go, Leap, Place, Point, Special, Step, Stop, Walker, correct, tangent, tangent_of,
+    Family, Go, Leap, Place, PointOf, Special, Step, Stop, Walker, correct, tangent, tangent_of,
 };
 
 /// A leap of so many least steps is not made shorter any more.
@@ -10,7 +10,7 @@ const SHORT: f64 = 64.0;
 /// What lies before a border is looked at up to this part of the way to it: on it a multiplier may be infinite.
 const BEFORE: f64 = 0.999;
 
-impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
+impl<F: Family, T: FnMut(&mut F, PointOf<F>) -> Go> Walker<'_, F, T> {
     /// A step over borders that the branch does not feel: the prediction's own chart, read anew, and the solution in it.
     pub(super) fn leap(&mut self, s: f64) -> Result<Leap, F::Error> {
         let Place { x, tangent: t, .. } = &self.place;
@@ -107,8 +107,8 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
                 return Ok(Some(Some(stop)));
             }
         }
-        let (lambda, name) = (Self::lambda(&at.x), border.to_string());
-        let dead = Stop::DeadEnd { lambda, border: name.clone() };
+        let lambda = Self::lambda(&at.x);
+        let dead = Stop::DeadEnd { lambda, border: border.to_string() };
         let Some((chart, x)) = self.family.beyond(&at.x, &border) else {
             return Ok(Some(Some(dead)));
         };
@@ -120,7 +120,8 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
         };
         self.place = place;
         let x = self.place.x.clone();
-        Ok(Some(self.hand_out(x, Some(Special::Border(name)), at.iterations)))
+        let turns = Self::lambda(&self.place.tangent) * Self::lambda(&at.tangent) < 0.0;
+        Ok(Some(self.hand_out(x, Some(Special::Border { border, turns }), at.iterations)))
     }
 
     /// The direction in which a new chart is admissible, tested with small steps to both sides.

@@ -5,8 +5,11 @@ use super::{Family, Go, Special, Step, Stop, Walker};
 /// Changes of stability are located to this part of a step.
 const LOCATED: f64 = 1.0 / 4096.0;
 
+/// A fold this near to a border, relative, is the same point.
+const SAME: f64 = 1e-6;
+
 /// A special point inside a step: its arclength, the point.
-type Found = (f64, Step, Special);
+type Found<B> = (f64, Step, Special<B>);
 
 /// A point of a step with its signature.
 type Signed = (f64, Vec<i64>);
@@ -17,7 +20,7 @@ fn is_one_multiplier(before: &[i64], after: &[i64]) -> bool {
     before.len() == after.len() && changes.enumerate().all(|(k, d)| d <= i64::from(k == 0))
 }
 
-impl<F: Family, T: FnMut(&mut F, super::Point<F::Chart>) -> Go> Walker<'_, F, T> {
+impl<F: Family, T: FnMut(&mut F, super::PointOf<F>) -> Go> Walker<'_, F, T> {
     /// A zero of `value` in `(0, s]`, where it is positive at 0 and negative at `s` (or the other way round): Illinois. None where a point of the branch
     /// on the way could not be computed.
     pub(super) fn root(
@@ -114,8 +117,41 @@ impl<F: Family, T: FnMut(&mut F, super::Point<F::Chart>) -> Go> Walker<'_, F, T>
         Ok(None)
     }
 
+    /// A step over borders, and the folds inside it that are not a border's own: where that does not explain the direction of `λ` behind it, `λ` turns back at the
+    /// outermost border.
+    pub(super) fn between_borders(
+        &mut self,
+        s: f64,
+        step: &Step,
+        borders: Vec<(Vec<f64>, F::Border)>,
+    ) -> Result<Option<Stop>, F::Error> {
+        let before = Self::lambda(&self.place.tangent);
+        let is_own = |lambda: f64| {
+            borders.iter().any(|(x, _)| (Self::lambda(x) - lambda).abs() <= SAME * lambda.abs())
+        };
+        let mut found = self.folds(s, step)?;
+        found.retain(|(_, p, _)| !is_own(Self::lambda(&p.x)));
+        let is_turned = before * Self::lambda(&step.tangent) < 0.0;
+        let is_left = is_turned != (found.len() % 2 == 1);
+        let far = |x: &[f64]| before.signum() * Self::lambda(x);
+        let outermost = borders.iter().map(|(x, _)| far(x)).fold(f64::NEG_INFINITY, f64::max);
+        for (x, border) in borders {
+            let turns = is_left && far(&x) == outermost;
+            let way: Vec<f64> = x.iter().zip(&self.place.x).map(|(a, b)| a - b).collect();
+            let along: f64 = self.plane(&x).iter().zip(&way).map(|(c, d)| c * d).sum();
+            found.push((along, Step { x, ..step.clone() }, Special::Border { border, turns }));
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, p, special) in found {
+            if let Some(stop) = self.hand_out(p.x, Some(special), p.iterations) {
+                return Ok(Some(stop));
+            }
+        }
+        Ok(None)
+    }
+
     /// Folds: zeros of `dλ/ds`. Two of them leave its sign as it was: where the cubic through both ends turns, the branch is asked.
-    fn folds(&mut self, s: f64, step: &Step) -> Result<Vec<Found>, F::Error> {
+    fn folds(&mut self, s: f64, step: &Step) -> Result<Vec<Found<F::Border>>, F::Error> {
         let rate = |step: &Step| Self::lambda(&step.tangent);
         let (before, after) = (Self::lambda(&self.place.tangent), rate(step));
         let mut ends = vec![(0.0, before), (s, after)];
@@ -145,7 +181,7 @@ impl<F: Family, T: FnMut(&mut F, super::Point<F::Chart>) -> Go> Walker<'_, F, T>
     }
 
     /// A simple branch point: the determinant changes its sign.
-    fn branch_point(&mut self, s: f64, step: &Step) -> Result<Option<Found>, F::Error> {
+    fn branch_point(&mut self, s: f64, step: &Step) -> Result<Option<Found<F::Border>>, F::Error> {
         let first = self.place.orientation;
         if step.orientation * first >= 0.0 {
             return Ok(None);
@@ -161,8 +197,8 @@ impl<F: Family, T: FnMut(&mut F, super::Point<F::Chart>) -> Go> Walker<'_, F, T>
         s: f64,
         step: &Step,
         signature: &[i64],
-        known: &[Found],
-    ) -> Result<Vec<Found>, F::Error> {
+        known: &[Found<F::Border>],
+    ) -> Result<Vec<Found<F::Border>>, F::Error> {
         let first = self.place.signature.clone();
         if *signature == first {
             return Ok(vec![]);
@@ -212,7 +248,7 @@ impl<F: Family, T: FnMut(&mut F, super::Point<F::Chart>) -> Go> Walker<'_, F, T>
         left: &Signed,
         right: &Signed,
         s: f64,
-        found: &mut Vec<Found>,
+        found: &mut Vec<Found<F::Border>>,
     ) -> Result<(), F::Error> {
         if left.1 == right.1 {
             return Ok(());

@@ -3,8 +3,8 @@
 mod borders;
 mod locate;
 
-use super::Family;
 use super::newton::{correct, tangent, tangent_of};
+use super::{Family, Judgement};
 
 /// How a branch is followed.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Options {
 
 /// What a point is besides a regular one.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Special {
+pub enum Special<B> {
     /// The first point.
     Start,
     /// `λ` turns back.
@@ -33,7 +33,12 @@ pub enum Special {
     /// The signature changes, from the first to the second.
     Stability(Vec<i64>, Vec<i64>),
     /// A border between two charts.
-    Border(String),
+    Border {
+        /// Which.
+        border: B,
+        /// `λ` turns back there.
+        turns: bool,
+    },
     /// An end of the range of `λ`.
     End,
 }
@@ -57,9 +62,9 @@ pub struct Place<C> {
 
 /// A point of a branch, as it is handed out.
 #[derive(Debug, Clone)]
-pub struct Point<C> {
+pub struct Point<C, B> {
     /// What it is, if special.
-    pub special: Option<Special>,
+    pub special: Option<Special<B>>,
     /// Newton steps it took.
     pub iterations: usize,
     /// Where to go on from. For a special point between two regular ones: where the step began.
@@ -67,6 +72,9 @@ pub struct Point<C> {
     /// The point itself.
     pub x: Vec<f64>,
 }
+
+/// A point of a family.
+pub(crate) type PointOf<F> = Point<<F as Family>::Chart, <F as Family>::Border>;
 
 /// Why a continuation ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +148,7 @@ pub fn follow<F: Family>(
     family: &mut F,
     place: Place<F::Chart>,
     options: &Options,
-    take: impl FnMut(&mut F, Point<F::Chart>) -> Go,
+    take: impl FnMut(&mut F, PointOf<F>) -> Go,
 ) -> Result<Stop, F::Error> {
     family.set_chart(&place.chart);
     let mut walker = Walker { family, options, place, take, count: 0 };
@@ -170,11 +178,11 @@ impl<C: Clone> Place<C> {
     }
 }
 
-impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
+impl<F: Family, T: FnMut(&mut F, PointOf<F>) -> Go> Walker<'_, F, T> {
     fn hand_out(
         &mut self,
         x: Vec<f64>,
-        special: Option<Special>,
+        special: Option<Special<F::Border>>,
         iterations: usize,
     ) -> Option<Stop> {
         self.count += 1;
@@ -283,14 +291,22 @@ impl<F: Family, T: FnMut(&mut F, Point<F::Chart>) -> Go> Walker<'_, F, T> {
     }
 
     fn accept(&mut self, s: f64, step: Step) -> Result<Option<Stop>, F::Error> {
+        let judgement = self.family.judge(&self.place, &step.x, &step.tangent)?;
+        if let Judgement::Astray = judgement {
+            return Ok(Some(Stop::Step { lambda: Self::lambda(&self.place.x) }));
+        }
         let (low, high) = self.options.range;
         let lambda = Self::lambda(&step.x);
         if lambda < low || lambda > high {
             return self.end(s, &step, if lambda < low { low } else { high });
         }
         let signature = self.family.signature(&step.x)?;
-        if let Some(stop) = self.between(s, &step, &signature)? {
-            return Ok(Some(stop));
+        let stop = match judgement {
+            Judgement::Over(borders) => self.between_borders(s, &step, borders)?,
+            _ => self.between(s, &step, &signature)?,
+        };
+        if stop.is_some() {
+            return Ok(stop);
         }
         let (_, least, largest) = self.options.step;
         let factor = match step.iterations {

@@ -1,0 +1,392 @@
+//! Over a grazing of a branch of orbits, with the node that grazes and its frequency.
+//!
+//! At a grazing a visit of a contact point begins or ends to be: a touch, or a moment in which a resting point leaves. There the map has a corner (the depth `d` of a
+//! visit enters by `√d`) or bends by `d^{3/2}` within depths of 10⁻⁹ gaps: no step test of the map passes it, or Newton's method leaps over it and comes back the way
+//! it came. Two other branches are smooth there:
+//!
+//! - the *ghost branch*, of the motions that do not know of the visit ([`super::segments`], in the chart without it): the grazing is where the least value of the
+//!   point's monitor is zero on it, and where the point stays away it is the branch itself;
+//! - the branch with the duration `τ` of the visit among its unknowns: where the point comes it begins with `τ` small and given.
+
+use super::border::Border;
+use super::chain::{Chain, Propagator};
+use super::period_map::integrate;
+use super::segments::{Segments, Touch};
+use super::shooting::Closure;
+use super::{OrbitError, tolerate};
+use crate::contact::PointState;
+use crate::continuation::{Family, Place, correct, dot, tangent};
+
+/// Misses within so many units of length, and visits of so much of the period, may become grazings nearby.
+const NEARBY: f64 = 0.05;
+/// So many of them are tried, the nearest first.
+const MOST: usize = 4;
+/// Contacts whose distances from grazing differ by less, relative, graze together: of a symmetric body.
+const TOGETHER: f64 = 1e-3;
+/// The middle of the same visit in another reading of the motion, over the period.
+const SAME: f64 = 5e-3;
+/// How often the sequence of switches is read anew on the way to a grazing.
+const READINGS: usize = 4;
+/// A grazing lies ahead if the way to it has at least this cosine with the branch, or is this short.
+const AHEAD: (f64, f64) = (0.3, 1e-6);
+/// Durations of the visit behind a grazing, over the period.
+const DURATIONS: [f64; 6] = [1e-3, 3e-4, 1e-4, 3e-5, 3e-3, 1e-6];
+/// Steps of arclength from a grazing to where nothing touches.
+const AWAY: [f64; 4] = [1e-3, 1e-4, 1e-2, 1e-5];
+/// Step of differences along the ghost branch.
+const BESIDE: f64 = 1e-6;
+/// Most steps along it, and the longest one.
+const STEPS: usize = 10;
+const FARTHEST: f64 = 0.5;
+/// A point this near grazes, over the unit of length; or this near where that does not halve any more.
+const GRAZES: f64 = 1e-14;
+const STILL: f64 = 1e-9;
+/// Samples of a monitor over the period.
+const SAMPLES: f64 = 128.0;
+
+/// A point of the ghost branch at which contacts graze.
+#[derive(Debug, Clone)]
+pub(super) struct Ghost {
+    /// The orbit in the unknowns `(z, ω)` of the map.
+    pub at: Vec<f64>,
+    chart: Chain,
+    x: Vec<f64>,
+    tangent: Vec<f64>,
+    /// `d/ds` of the least value of the monitor of the first contact.
+    slope: f64,
+    /// The contacts, and where they graze.
+    group: Vec<Candidate>,
+}
+
+impl Ghost {
+    /// The border that it is.
+    pub fn border(&self) -> Border {
+        self.group[0].touch(0)
+    }
+}
+
+/// A contact point that may graze near an orbit.
+#[derive(Debug, Clone)]
+struct Candidate {
+    /// How far from it, as a depth over the unit of length.
+    distance: f64,
+    point: usize,
+    /// The state of the visit.
+    to: PointState,
+    /// Its middle, as a fraction of the time to the end.
+    near: f64,
+    /// Whether the orbit has the visit.
+    is_visit: bool,
+}
+
+impl Candidate {
+    fn touch(&self, phase: usize) -> Border {
+        let what = format!("contact point {} grazes", self.point);
+        Border::Touch { phase, point: self.point, to: self.to, near: self.near, what }
+    }
+}
+
+/// Where a branch comes from, and in which metric it is measured.
+pub(super) struct Coming<'a> {
+    /// A point of the branch, and its tangent there, on the map.
+    pub place: &'a Place<Chain>,
+    /// Of the arclength of the map.
+    pub weights: &'a [f64],
+    /// The grazing that it went over last.
+    pub passed: Option<&'a [f64]>,
+}
+
+impl Coming<'_> {
+    fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).zip(self.weights).map(|((a, b), w)| w * a * b).sum()
+    }
+
+    /// Whether a point lies ahead on the branch.
+    fn is_ahead(&self, x: &[f64]) -> bool {
+        let length = |way: &[f64]| self.dot(way, way).sqrt();
+        if self.passed.is_some_and(|passed| length(&from_to(passed, x)) < AHEAD.1) {
+            return false;
+        }
+        let way = from_to(&self.place.x, x);
+        let far = length(&way);
+        far < AHEAD.1 || self.dot(&way, &self.place.tangent) > AHEAD.0 * far
+    }
+}
+
+pub(super) fn from_to(a: &[f64], b: &[f64]) -> Vec<f64> {
+    b.iter().zip(a).map(|(b, a)| b - a).collect()
+}
+
+/// The grazings of the points that `is_asked` names ahead on a branch of forced orbits, the nearest first as far as an orbit tells.
+pub(super) fn ahead(
+    body: &mut Propagator,
+    closure: Closure,
+    coming: &Coming,
+    is_asked: impl Fn(usize) -> bool,
+) -> Result<Vec<Ghost>, OrbitError> {
+    let mut search = Search::new(body, closure);
+    let Some(x) = search.read(&coming.place.x)? else { return Ok(vec![]) };
+    let mut candidates = search.candidates(&x)?;
+    candidates.retain(|c| is_asked(c.point));
+    candidates.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let is_together = |a: &Candidate, b: &Candidate| {
+        a.is_visit == b.is_visit && b.distance - a.distance <= TOGETHER * a.distance
+    };
+    let chart = search.family.chart();
+    let mut found = vec![];
+    for group in candidates.chunk_by(is_together).take(MOST) {
+        search.family.set_chart(&chart);
+        let ghost = tolerate(search.grazing(&x, group, coming))?.flatten();
+        found.extend(ghost.filter(|ghost| coming.is_ahead(&ghost.at)));
+    }
+    Ok(found)
+}
+
+/// An orbit right behind a grazing on the branch.
+pub(super) fn behind(
+    body: &mut Propagator,
+    closure: Closure,
+    ghost: &Ghost,
+) -> Result<Option<Vec<f64>>, OrbitError> {
+    let mut search = Search::new(body, closure);
+    let behind = match ghost.group[0].is_visit {
+        true => search.apart(ghost),
+        false => search.inside(ghost),
+    };
+    Ok(tolerate(behind)?.flatten())
+}
+
+/// The charts around a grazing.
+struct Search<'a> {
+    family: Segments<'a>,
+}
+
+impl<'a> Search<'a> {
+    fn new(body: &'a mut Propagator, closure: Closure) -> Self {
+        let nothing = Chain { sets: vec![], points: vec![], struck: vec![] };
+        let mut family = Segments::new(body, closure, nothing);
+        family.watch = false;
+        Search { family }
+    }
+
+    /// `(z, ω)` of an `X`.
+    fn ends(&self, x: &[f64]) -> Vec<f64> {
+        let (z, _, omega) = self.family.parts(x);
+        [z, &[omega]].concat()
+    }
+
+    /// The chart in which an orbit `(z, ω)` lies, and its `X` there.
+    fn read(&mut self, of_map: &[f64]) -> Result<Option<Vec<f64>>, OrbitError> {
+        let Some((&omega, z)) = of_map.split_last() else { return Ok(None) };
+        let end = self.family.end(omega);
+        let body = &mut *self.family.body;
+        body.system.loads_mut().set_frequency(omega);
+        let Some(passage) = tolerate(integrate(body, &body.state(z), end))? else {
+            return Ok(None);
+        };
+        let x = self.family.unknowns(z, &passage.times, omega);
+        self.family.set_chart(&passage.chain);
+        Ok(Some(x))
+    }
+
+    /// Visits that are short, and minima of monitors that are small.
+    fn candidates(&mut self, x: &[f64]) -> Result<Vec<Candidate>, OrbitError> {
+        let walk = self.family.walk(x)?;
+        let (_, times, omega) = self.family.parts(x);
+        let end = self.family.end(omega);
+        let chain = self.family.chart();
+        let mut found = vec![];
+        for j in (1..chain.events()).filter(|&j| chain.is_pair(j)) {
+            let duration = times[j] - times[j - 1];
+            if duration < NEARBY * end {
+                let (point, near) = (chain.points[j], 0.5 * (times[j] + times[j - 1]) / end);
+                let distance = (omega * duration).powi(2) / 8.0;
+                let to = chain.sets[j].at(point);
+                found.push(Candidate { distance, point, to, near, is_visit: true });
+            }
+        }
+        for (phase, link) in walk.links.iter().enumerate() {
+            let (a, b) = link.span;
+            let pieces = (SAMPLES * (b - a) / end).ceil().max(4.0) as usize;
+            let times: Vec<f64> =
+                (0..=pieces).map(|k| a + (b - a) * k as f64 / pieces as f64).collect();
+            let rates: Vec<Vec<f64>> = times.iter().map(|&t| link.monitor_rates(t)).collect();
+            for (k, (point, to)) in link.leads().enumerate() {
+                for i in 0..pieces {
+                    if rates[i][k] >= 0.0 || rates[i + 1][k] < 0.0 {
+                        continue;
+                    }
+                    let near = 0.5 * (times[i] + times[i + 1]) / end;
+                    let Touch { h, t, .. } = self.family.touch(&walk, phase, (point, to), near);
+                    let distance = h / self.family.monitor_unit(phase, point);
+                    if distance < NEARBY {
+                        let near = t / end;
+                        found.push(Candidate { distance, point, to, near, is_visit: false });
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// Which switch of the present chart ends the visit of a candidate, if the chart has it.
+    fn leaves(&self, x: &[f64], candidate: &Candidate) -> Option<usize> {
+        let (_, times, omega) = self.family.parts(x);
+        let (end, chain) = (self.family.end(omega), &self.family.chain);
+        let off = |j: usize| (0.5 * (times[j] + times[j - 1]) / end - candidate.near).abs();
+        let is_it = |&j: &usize| chain.is_pair(j) && chain.points[j] == candidate.point;
+        let nearest = (1..chain.events()).filter(is_it).min_by(|&a, &b| off(a).total_cmp(&off(b)));
+        nearest.filter(|&j| off(j) < SAME)
+    }
+
+    /// `X` in the present chart without the visits of candidates, which becomes the present one.
+    fn without(&mut self, x: &[f64], group: &[Candidate]) -> Vec<f64> {
+        let mut leaves: Vec<usize> = group.iter().filter_map(|c| self.leaves(x, c)).collect();
+        leaves.sort_unstable();
+        let mut chain = self.family.chart();
+        let (z, times, omega) = self.family.parts(x);
+        let mut times = times.to_vec();
+        for &j in leaves.iter().rev() {
+            chain.sets.drain(j..=j + 1);
+            chain.points.drain(j - 1..=j);
+            times.drain(j - 1..=j);
+        }
+        let x = self.family.unknowns(z, &times, omega);
+        self.family.set_chart(&chain);
+        x
+    }
+
+    /// The least value of a candidate's monitor near where it is, over the unit of length, and where, of the time to the end.
+    fn miss(&mut self, x: &[f64], candidate: &Candidate) -> Result<(f64, f64), OrbitError> {
+        let walk = self.family.walk(x)?;
+        let (_, times, omega) = self.family.parts(x);
+        let end = self.family.end(omega);
+        let phase = times.iter().take_while(|t| **t < candidate.near * end).count();
+        let to = (candidate.point, candidate.to);
+        let touch = self.family.touch(&walk, phase, to, candidate.near);
+        Ok((touch.h / self.family.monitor_unit(touch.phase, candidate.point), touch.t / end))
+    }
+
+    /// The grazing of contacts nearest to an orbit in the present chart: Newton's method along the ghost branch for the first of them.
+    fn grazing(
+        &mut self,
+        x: &[f64],
+        group: &[Candidate],
+        coming: &Coming,
+    ) -> Result<Option<Ghost>, OrbitError> {
+        let (mut x, mut group) = (x.to_vec(), group.to_vec());
+        for _ in 0..READINGS {
+            x = self.without(&x, &group);
+            let Some(ghost) = self.along(x, group, coming)? else { return Ok(None) };
+            // the other switches as the motion has them
+            let Some(read) = self.read(&ghost.at)? else { return Ok(None) };
+            let bare = self.without(&read, &ghost.group);
+            if self.family.chain == ghost.chart {
+                return Ok(Some(ghost));
+            }
+            (x, group) = (bare, ghost.group);
+        }
+        Ok(None)
+    }
+
+    /// Along the present chart to where the first of some contacts grazes.
+    fn along(
+        &mut self,
+        mut x: Vec<f64>,
+        mut group: Vec<Candidate>,
+        coming: &Coming,
+    ) -> Result<Option<Ghost>, OrbitError> {
+        let n = self.family.closure.unknowns(self.family.body.n());
+        let weights = self.family.weights(&x);
+        // the branch as far as the chart shares its unknowns
+        let mut c = vec![0.0; x.len()];
+        (0..n).for_each(|i| c[i] = weights[i] * coming.place.tangent[i]);
+        c[x.len() - 1] = weights[x.len() - 1] * coming.place.tangent[n];
+        let mut nearest = f64::INFINITY;
+        for _ in 0..STEPS {
+            let gamma = dot(&c, &x);
+            let Some(found) = correct(&mut self.family, &x, &c, gamma)? else { return Ok(None) };
+            x = found.x;
+            let Some((t, _)) = tangent(&mut self.family, &x, &c)? else { return Ok(None) };
+            let beside =
+                |s: f64| -> Vec<f64> { x.iter().zip(&t).map(|(x, t)| x + s * t).collect() };
+            let (h, near) = self.miss(&x, &group[0])?;
+            let (ahead, back) = (
+                self.miss(&beside(BESIDE), &group[0])?.0,
+                self.miss(&beside(-BESIDE), &group[0])?.0,
+            );
+            let slope = (ahead - back) / (2.0 * BESIDE);
+            group[0].near = near;
+            let s = -h / slope;
+            let is_still = h.abs() >= 0.5 * nearest;
+            if h.abs() < GRAZES || h.abs() < STILL && is_still {
+                for k in 1..group.len() {
+                    group[k].near = self.miss(&x, &group[k])?.1;
+                }
+                let chart = self.family.chart();
+                let at = self.ends(&x);
+                return Ok(Some(Ghost { at, chart, x, tangent: t, slope, group }));
+            }
+            if !(s.abs() <= FARTHEST) {
+                return Ok(None);
+            }
+            nearest = nearest.min(h.abs());
+            x = beside(s);
+            c = weights.iter().zip(&t).map(|(w, t)| w * t).collect();
+        }
+        Ok(None)
+    }
+
+    /// The branch where the visits are: of a short duration that is given for the first of them.
+    fn inside(&mut self, ghost: &Ghost) -> Result<Option<Vec<f64>>, OrbitError> {
+        self.family.set_chart(&ghost.chart);
+        let mut x = ghost.x.clone();
+        for candidate in &ghost.group {
+            let (_, times, omega) = self.family.parts(&x);
+            let instant = candidate.near * self.family.end(omega);
+            let phase = times.iter().take_while(|t| **t < instant).count();
+            let Some((chart, with)) = self.family.beyond(&x, &candidate.touch(phase)) else {
+                return Ok(None);
+            };
+            self.family.set_chart(&chart);
+            x = with;
+        }
+        let leaves: Option<Vec<usize>> = ghost.group.iter().map(|c| self.leaves(&x, c)).collect();
+        let Some(leaves) = leaves else { return Ok(None) };
+        let n = self.family.closure.unknowns(self.family.body.n());
+        let mut duration = vec![0.0; x.len()];
+        (duration[n + leaves[0]], duration[n + leaves[0] - 1]) = (1.0, -1.0);
+        let end = self.family.end(x[x.len() - 1]);
+        for share in DURATIONS {
+            let mut with = x.clone();
+            for &j in &leaves {
+                with[n + j] += 0.5 * share * end;
+                with[n + j - 1] -= 0.5 * share * end;
+            }
+            if let Some(found) = correct(&mut self.family, &with, &duration, share * end)?
+                && tolerate(self.family.overstepped(&found.x))?.is_some_and(|b| b.is_empty())
+            {
+                return Ok(Some(self.ends(&found.x)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The branch where the visits are no more: the ghost branch on the side where the point stays away.
+    fn apart(&mut self, ghost: &Ghost) -> Result<Option<Vec<f64>>, OrbitError> {
+        self.family.set_chart(&ghost.chart);
+        let side = ghost.slope.signum();
+        let weights = self.family.weights(&ghost.x);
+        let c: Vec<f64> = weights.iter().zip(&ghost.tangent).map(|(w, t)| w * t).collect();
+        for s in AWAY {
+            let away = ghost.x.iter().zip(&ghost.tangent).map(|(x, t)| x + side * s * t);
+            let predicted: Vec<f64> = away.collect();
+            if let Some(found) = correct(&mut self.family, &predicted, &c, dot(&c, &predicted))?
+                && tolerate(self.family.overstepped(&found.x))?.is_some_and(|b| b.is_empty())
+            {
+                return Ok(Some(self.ends(&found.x)));
+            }
+        }
+        Ok(None)
+    }
+}
