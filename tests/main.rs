@@ -25,6 +25,7 @@ mod fingerprint;
 mod fuzz;
 mod gmsh;
 mod grazing;
+mod grazing_branches;
 mod harmonic_balance;
 mod hertz;
 mod impacts;

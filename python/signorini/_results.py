@@ -454,6 +454,8 @@ class Family(Result):
         special: "regular", "fold", "grazing", ... or why there is no orbit.
         alpha, beta, energy_turned_over: of viscous nonlinear modes, None otherwise.
         stops: how each branch ended: a list of dicts with ``branch``, ``reason``, ``text``, ``complete``.
+        grazings: where contacts begin or end to be along the branches, or None: ``grazings.omega``, ``.node``, ``.kind`` ("closing", "opening"), ``.turns``,
+            ``.multiplier`` (the largest behind it), ``.point``.
         error_statement: how far the energies may be off (viscous families): a group, or None.
         hbm: the series of harmonic balance, or None: ``hbm.omega`` [q], ``hbm.coefficients`` [q, 2 N_h + 1, n_O] in the order
             a_0, a_1, b_1, ..., ``hbm.point``: their rows among the points.
@@ -474,6 +476,7 @@ class Family(Result):
     energy_turned_over: np.ndarray | None
     hbm: Group | None
     sweep: Group | None
+    grazings: Group | None
     error_statement: Group | None
     wall_s: float
     resumed: int

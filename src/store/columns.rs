@@ -6,7 +6,8 @@ use super::row::Row;
 use super::schema::{About, Column, Get};
 use crate::event::{Grazing, Switch};
 use crate::records::{
-    AttractorRecord, CheckRow, OrbitRecord, Peak, PointRecord, VerdictKind, ViscousRecord,
+    AttractorRecord, CheckRow, GrazingRecord, OrbitRecord, Peak, PointRecord, VerdictKind,
+    ViscousRecord,
 };
 
 // a dataset is a row
@@ -117,7 +118,28 @@ pub(super) static GRAZINGS: &[Column<Grazing>] = &[
     Column::new("grazings/t", "time", GRAZING, "time of each grazing", Get::Number(|g| g.t)),
     Column::new("grazings/node", "mesh node", GRAZING, "mesh node that grazes", Get::Whole(|g| g.node as i64)),
     Column::new("grazings/distance", "length (gap) | stress (pressure)", GRAZING, "how near", Get::Number(|g| g.distance)),
-    Column::new("grazings/kind", "words", GRAZING, "gap or pressure that comes near zero", Get::Words(32, |g| g.kind.name().into())),
+    Column::new("grazings/kind", "words", GRAZING, "of a run: gap or pressure that comes near zero; of a family: closing (a touch begins or ends to be) or opening (a resting point leaves for a moment)", Get::Words(32, |g| g.kind.name().into())),
+];
+
+/// A grazing of a branch.
+pub(super) struct GrazingRow {
+    pub omega: f64,
+    pub branch: i64,
+    pub point: i64,
+    pub grazing: GrazingRecord,
+    pub multiplier: f64,
+}
+
+/// `/grazings` of a family; node and kind are those of a run.
+#[rustfmt::skip]
+pub(super) static FAMILY_GRAZINGS: &[Column<GrazingRow>] = &[
+    Column::new("grazings/omega", "1/time", GRAZING, "circular frequency of each grazing of a branch", Get::Number(|g| g.omega)),
+    Column::new("grazings/branch", "number", GRAZING, "its branch", Get::Whole(|g| g.branch)),
+    Column::new("grazings/point", "row of /backbone", GRAZING, "its point", Get::Whole(|g| g.point)),
+    Column::new("grazings/node", "mesh node", GRAZING, "mesh node that grazes", Get::Whole(|g| g.grazing.node as i64)),
+    Column::new("grazings/kind", "words", GRAZING, "closing or opening", Get::Words(32, |g| g.grazing.visit().into())),
+    Column::new("grazings/turns", "1 = it does", GRAZING, "whether the frequency of the branch turns back there", Get::Whole(|g| g.grazing.turns.into())),
+    Column::new("grazings/multiplier", "1", GRAZING, "largest modulus of a multiplier at the next orbit behind it", Get::Number(|g| g.multiplier)),
 ];
 
 /// A number of the orbit of a point; not a number where there is none.
@@ -267,6 +289,9 @@ pub fn datasets() -> Vec<&'static About> {
         columns.iter().map(|c| &c.about)
     }
     let tables = of(STATES).chain(of(ENERGY)).chain(of(SWITCHES)).chain(of(GRAZINGS));
+    // what runs and families have both is told once
+    let is_new = |about: &&'static About| of(GRAZINGS).all(|known| known.path != about.path);
+    let tables = tables.chain(of(FAMILY_GRAZINGS).filter(is_new));
     let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(SWEEP));
     let tables = tables.chain(of(SECTIONS)).chain(of(SERIES));
     let mut all: Vec<_> = ONCE.iter().chain(tables).chain(of(CHECKS)).collect();

@@ -13,6 +13,7 @@ use serde_json as json;
 use super::columns::{FAMILY, VISCOUS};
 use super::crosscheck::write_crosscheck;
 use super::describe::describe;
+use super::grazings::{Passage, write_grazings};
 use super::header::create_file;
 use super::journal::Journal;
 use super::mesh::size_of_mesh;
@@ -72,6 +73,7 @@ pub struct FamilyWriter {
     order: Vec<(i64, i64)>,
     /// Branch, place on it, and frequency, amplitude, energy of every orbit: what the ridge of a response is made of.
     heights: Vec<Height>,
+    passages: Vec<Passage>,
     journal: Option<Journal>,
     scene: Scene,
     options: WriterOptions,
@@ -180,6 +182,7 @@ impl FamilyWriter {
             checks: vec![],
             order: vec![],
             heights: vec![],
+            passages: vec![],
             journal: None,
             scene: scene.clone(),
             options: options.clone(),
@@ -257,6 +260,7 @@ impl FamilyWriter {
         }
         self.checks.extend(p.check.clone());
         self.order.push(self.key(p));
+        self.passages.push(Passage::of(p));
         self.heights.extend(
             p.orbit.as_ref().map(|o| (p.branch, p.index, [p.omega, o.amplitude, o.energy])),
         );
@@ -309,6 +313,7 @@ impl FamilyWriter {
         if !ridge.is_empty() {
             write_ridge(&self.file, &ridge)?;
         }
+        write_grazings(&self.file, &self.passages)?;
         write_record(&g, "ends", &ends)?;
         describe(&self.file)?;
         write_text(&self.file, "status", &status.to_string())?;

@@ -14,6 +14,7 @@ mod csv;
 mod describe;
 mod events;
 mod family;
+mod grazings;
 mod header;
 mod journal;
 mod kept;

@@ -175,6 +175,13 @@ impl Display for PointKind {
     }
 }
 
+impl GrazingRecord {
+    /// What the visit is that begins or ends to be.
+    pub fn visit(&self) -> &'static str {
+        if self.opening { "opening" } else { "closing" }
+    }
+}
+
 impl Display for GrazingRecord {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let what = if self.opening { "grazes to open" } else { "grazes" };

@@ -1,0 +1,146 @@
+//! Branches of forced responses over grazings: where they are by the linear response, whether they turn there, and that no instant and no direction matters.
+
+use crate::common::{json, root};
+use nalgebra::{Complex, Matrix2, Vector2};
+use signorini::continuation::{Go, Options};
+use signorini::orbit::along::{Start, arclength};
+use signorini::orbit::settle::ladder;
+use signorini::orbit::{Closure, Propagator};
+use signorini::problem::Problem;
+use signorini::records::{PointKind, PointRecord};
+use signorini::scenario::Scene;
+
+/// Where the linear response of the two masses is as high as the gap, by solving 2 × 2 equations and halving.
+fn grazes(mut low: f64, mut high: f64) -> f64 {
+    let height = |w: f64| {
+        let k = Matrix2::new(1.0, -1.0, -1.0, 2.0).map(|k| Complex::new(k, 0.06 * k * w));
+        let z = k - Matrix2::identity().map(|m: f64| Complex::new(m * w * w, 0.0));
+        let u =
+            z.try_inverse().unwrap() * Vector2::new(Complex::new(0.0, 0.0), Complex::new(0.1, 0.0));
+        u[0].norm() - 1.0
+    };
+    let side = height(low) > 0.0;
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if (height(middle) > 0.0) == side { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// The two masses before a stop that pushes with `preload` as soon as it is touched; all points of the response from one end of the range to the other.
+fn branch(preload: f64, upwards: bool) -> Vec<PointRecord> {
+    let path = root().join("scenarios/two-mass-stop.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let text = text.replace("\"penalty\"", &format!("\"stop\"\npreload = {preload:e}"));
+    let scene = Scene::parse(&text, &path).unwrap();
+    let problem = Problem::new(&scene, None).unwrap();
+    let mut body = Propagator::new(problem.system.clone()).unwrap();
+    let (range, from) = ((0.5, 0.85), if upwards { 0.5 } else { 0.85 });
+    let orbit = ladder(&mut body, &[], from).unwrap().unwrap();
+    let options =
+        Options { range, step: (0.02, 1e-9, 0.1), points: 600, locate: false, natural: false };
+    let mut points = vec![];
+    let start = Start::Orbit(orbit, if upwards { 1.0 } else { -1.0 });
+    let end = arclength(&mut body, Closure::FORCED, start, &options, |p| {
+        points.push(p);
+        Go::Continue(())
+    });
+    let end = end.unwrap().unwrap();
+    assert_eq!(end.to_string(), "end of the range", "{preload}");
+    points
+}
+
+/// From both ends, over both grazings, whatever the force that jumps there.
+#[test]
+fn a_preloaded_stop_is_passed_both_ways() {
+    let closed = [grazes(0.56, 0.6), grazes(0.64, 0.66)];
+    for preload in [0.0, 0.01, 0.05, 0.1, 0.15, 0.25] {
+        for upwards in [true, false] {
+            let points = branch(preload, upwards);
+            let mut found: Vec<f64> = points
+                .iter()
+                .filter(|p| matches!(p.special, PointKind::Grazing(_)))
+                .map(|p| p.omega)
+                .collect();
+            found.sort_by(f64::total_cmp);
+            assert_eq!(found.len(), 2, "{preload} {upwards}: {found:?}");
+            for (found, closed) in found.iter().zip(closed) {
+                assert!((found / closed - 1.0).abs() < 1e-10, "{preload}: {found} for {closed}");
+            }
+            // up, back and up again: two turns, at a fold or at a grazing
+            let is_turn = |p: &&PointRecord| match &p.special {
+                PointKind::Fold => true,
+                PointKind::Grazing(grazing) => grazing.turns,
+                _ => false,
+            };
+            let turns = points.iter().filter(is_turn).count();
+            assert_eq!(turns, 2, "{preload} {upwards}");
+        }
+    }
+}
+
+/// Depths of the touch and frequencies of the orbits right behind the lower grazing.
+fn behind(preload: f64, deepest: f64) -> Vec<(f64, f64)> {
+    let points = branch(preload, true);
+    let at = points.iter().position(|p| matches!(p.special, PointKind::Grazing(_))).unwrap();
+    let omega = points[at].omega;
+    let orbits = points[at + 1..].iter().filter_map(|p| p.orbit.as_ref().map(|o| (o, p.omega)));
+    let near = orbits.map(|(o, w)| (o.amplitude - 1.0, w / omega - 1.0));
+    near.take_while(|(depth, _)| *depth < deepest).collect()
+}
+
+/// The normal forms: the frequency leaves a grazing like the square root of the depth where the force jumps, linearly where it does not.
+#[test]
+fn the_force_decides_on_the_root_of_the_depth() {
+    for (preload, power) in [(0.15, 0.5), (0.25, 0.5), (0.0, 1.0)] {
+        let near = behind(preload, 1e-3);
+        assert!(near.len() >= 3, "{preload}: {near:?}");
+        let (first, last) = (near[0], near[near.len() - 1]);
+        let slope = (last.1 / first.1).ln() / (last.0 / first.0).ln();
+        assert!((slope - power).abs() < 0.1, "{preload}: {slope}, {near:?}");
+    }
+}
+
+/// The grazings of a plate of four contact nodes are the same ones whatever instant its load begins at; the file has them in a table.
+#[test]
+fn grazings_do_not_know_the_phase_of_the_load() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(root().join("scenarios/half-plate-response.toml")).unwrap();
+    let read = |phase: f64| {
+        let [scene, out] = ["scene.toml", "out.h5"].map(|n| folder.path().join(n));
+        let load = "kind = \"mode\"";
+        let text = text.replace(load, &format!("{load}\nphase = {phase}"));
+        std::fs::write(&scene, text).unwrap();
+        let [scene, out] = [scene, out].map(|p| p.display().to_string());
+        json(&[
+            "response", &scene, "--ratios", "0.01", "--range", "1.5,1.7", "-o", &out, "--force",
+        ]);
+        let file = hdf5::File::open(&out).unwrap();
+        let column = |name: &str| file.dataset(&format!("grazings/{name}")).unwrap();
+        let omegas = column("omega").read_raw::<f64>().unwrap();
+        (
+            omegas,
+            column("node").read_raw::<i64>().unwrap(),
+            column("turns").read_raw::<i64>().unwrap(),
+        )
+    };
+    let (omegas, nodes, turns) = read(0.0);
+    println!("{omegas:?} {nodes:?} {turns:?}");
+    assert!(omegas.len() >= 4 && turns.iter().sum::<i64>() <= 1);
+    let (others, same, turned) = read(2.4);
+    // which ones are met in a step may differ, those that are named are the same
+    let mut common = 0;
+    for ((omega, node), turn) in omegas.iter().zip(&nodes).zip(&turns) {
+        let is_it = |k: &usize| same[*k] == *node && (others[*k] / omega - 1.0).abs() < 1e-4;
+        if let Some(k) = (0..others.len()).find(is_it) {
+            assert!(
+                (others[k] / omega - 1.0).abs() < 1e-8,
+                "node {node}: {omega} and {}",
+                others[k]
+            );
+            assert_eq!(turned[k], *turn);
+            common += 1;
+        }
+    }
+    assert!(common >= 3, "{omegas:?} and {others:?}");
+}
