@@ -243,12 +243,12 @@ fn a_branch_passes_grazings_and_swaps() {
     assert_eq!(stop, Some(Stop::Points));
     let count = |what: &str| points.iter().filter(|p| p.special.to_string().contains(what)).count();
     println!(
-        "{} touches, {} swaps, {} folds",
-        count("touches"),
+        "{} grazings, {} swaps, {} folds",
+        count("grazes"),
         count("change places"),
         count("fold")
     );
-    assert!(count("touches") >= 1 && count("change places") >= 2 && count("fold") >= 1);
+    assert!(count("grazes") >= 1 && count("change places") >= 2 && count("fold") >= 1);
     assert_eq!(count("failed"), 0);
     for p in &points {
         let orbit = p.orbit.as_ref().unwrap();
@@ -305,15 +305,10 @@ fn stability_of_forced_orbits_is_what_perturbed_states_do() {
     .unwrap();
     const PERIODS: f64 = 400.0;
     let (mut stable, mut unstable, mut slow) = (0, 0, 0);
-    for p in points
-        .iter()
-        .filter(|p| p.place.is_some() && !matches!(p.special, PointKind::Border(_)))
-        .step_by(2)
-    {
+    for p in points.iter().filter(|p| p.place.is_some() && !p.special.is_border()).step_by(2) {
         // right at a grazing, where the branch turns, the orbit of the other side is nearer than the distance that is asked for
-        let at_grazing = |q: &PointRecord| {
-            matches!(q.special, PointKind::Border(_)) && (q.omega / p.omega - 1.0).abs() < 1e-3
-        };
+        let at_grazing =
+            |q: &PointRecord| q.special.is_border() && (q.omega / p.omega - 1.0).abs() < 1e-3;
         let is_near = points.iter().any(at_grazing);
         let Some(orbit) = p.orbit.as_ref().filter(|_| !is_near) else { continue };
         let own = &orbit.multipliers[orbit.trivial..];

@@ -14,7 +14,7 @@ use signorini::orbit::along::section_of;
 use signorini::orbit::period_map::integrate;
 use signorini::orbit::section::at_origin;
 use signorini::problem::Problem;
-use signorini::records::{PointKind, PointRecord};
+use signorini::records::PointRecord;
 
 use super::{Case, Check, Effort, Outcome, forced_response, scene};
 
@@ -97,9 +97,7 @@ fn run(effort: Effort) -> Outcome {
         let failed = points.iter().filter(|p| p.orbit.is_none()).count();
         checks.push(Check::near(name("points that are no orbits"), failed as f64, 0.0, 0.0));
         let (mut right, mut wrong, mut unstable) = (0, 0, 0);
-        let regular = points
-            .iter()
-            .filter(|p| p.place.is_some() && !matches!(p.special, PointKind::Border(_)));
+        let regular = points.iter().filter(|p| p.place.is_some() && !p.special.is_border());
         let regular: Vec<&PointRecord> = regular.collect();
         let every = (regular.len() / DISTURBED).max(1);
         for p in regular.into_iter().step_by(every) {

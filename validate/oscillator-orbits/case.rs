@@ -69,7 +69,7 @@ fn run(_: Effort) -> Outcome {
     let (mut worst, mut energies, mut grazed, mut linear) = (0.0f64, vec![], false, 0);
     // towards smaller energies the frequency falls
     arclength(&mut body, Closure::Reversible, Start::Orbit(Box::new(orbit), -1.0), &options, |p| {
-        grazed |= matches!(p.special, PointKind::Border(_));
+        grazed |= matches!(p.special, PointKind::Grazing(_));
         if let Some(o) = &p.orbit {
             energies.push(o.energy);
             let t = TAU / p.omega;

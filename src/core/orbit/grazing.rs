@@ -327,7 +327,7 @@ impl<'a> Search<'a> {
                 let at = self.ends(&x);
                 return Ok(Some(Ghost { at, chart, x, tangent: t, slope, group }));
             }
-            if !(s.abs() <= FARTHEST) {
+            if s.is_nan() || s.abs() > FARTHEST {
                 return Ok(None);
             }
             nearest = nearest.min(h.abs());

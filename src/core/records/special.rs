@@ -130,6 +130,11 @@ impl PointKind {
         matches!(self, PointKind::Jump | PointKind::Change { .. })
     }
 
+    /// Whether the sequence of switches changes.
+    pub fn is_border(&self) -> bool {
+        matches!(self, PointKind::Border(_) | PointKind::Grazing(_))
+    }
+
     /// Whether something happens to the branch there, whatever the solution is.
     pub(crate) fn is_event(&self) -> bool {
         use PointKind::{Border, BranchPoint, Fold, Grazing, Stability};

@@ -27,7 +27,7 @@ impl Look {
         let hidden = match self {
             Look::Full => false,
             Look::Unjudged => matches!(p.special, PointKind::Stability(_)),
-            Look::Plain => matches!(p.special, PointKind::Border(_) | PointKind::Grazing(_)),
+            Look::Plain => p.special.is_border(),
         };
         special(p).filter(|_| !hidden)
     }
