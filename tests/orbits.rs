@@ -20,7 +20,7 @@ use signorini::orbit::segments::Segments;
 use signorini::orbit::shooting::{Closure, linearised};
 use signorini::orbit::{Orbit, floquet};
 use signorini::problem::Problem;
-use signorini::records::{PointKind, PointRecord};
+use signorini::records::PointRecord;
 
 fn half_plate() -> Propagator {
     let scene = shipped("half-plate-orbit.toml");
