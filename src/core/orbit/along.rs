@@ -45,7 +45,7 @@ pub fn arclength(
         Start::Orbit(orbit, direction) => {
             body.system.loads_mut().set_frequency(orbit.omega());
             let (chain, times) = match mapped {
-                true => (Chain { sets: vec![], points: vec![], struck: vec![] }, vec![]),
+                true => (Chain::default(), vec![]),
                 false => chain_of(body, &orbit)?,
             };
             let x = orbit.z.iter().copied().chain(times).chain([orbit.omega()]).collect();

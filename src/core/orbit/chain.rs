@@ -33,7 +33,7 @@ const LARGE: usize = 800;
 
 /// The sequence of active sets: `sets[j]` holds between event `j − 1` and event `j`; `points[j]` is the contact point of which a
 /// monitor reaches zero at event `j` (the first one where several switch at one time).
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Chain {
     /// Active sets, one more than events.
     pub sets: Vec<States>,

@@ -163,8 +163,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(body: &'a mut Propagator, closure: Closure) -> Self {
-        let nothing = Chain { sets: vec![], points: vec![], struck: vec![] };
-        let mut family = Segments::new(body, closure, nothing);
+        let mut family = Segments::new(body, closure, Chain::default());
         family.watch = false;
         Search { family }
     }
@@ -274,9 +273,8 @@ impl<'a> Search<'a> {
         group: &[Candidate],
         coming: &Coming,
     ) -> Result<Option<Ghost>, OrbitError> {
-        let (mut x, mut group) = (x.to_vec(), group.to_vec());
+        let (mut x, mut group) = (self.without(x, group), group.to_vec());
         for _ in 0..READINGS {
-            x = self.without(&x, &group);
             let Some(ghost) = self.along(x, group, coming)? else { return Ok(None) };
             // the other switches as the motion has them
             let Some(read) = self.read(&ghost.at)? else { return Ok(None) };

@@ -323,7 +323,7 @@ impl Family for Mapped<'_> {
     }
 
     fn chart(&self) -> Chain {
-        Chain { sets: vec![], points: vec![], struck: vec![] }
+        Chain::default()
     }
 
     fn set_chart(&mut self, _: &Chain) {}

@@ -108,13 +108,15 @@ impl<F: Family, T: FnMut(&mut F, super::PointOf<F>) -> Go> Walker<'_, F, T> {
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let changes = self.changes(s, step, signature, &found)?;
         found.extend(changes);
+        Ok(self.hand_out_in_order(found))
+    }
+
+    /// Special points inside a step, handed out in the order of their arclengths.
+    fn hand_out_in_order(&mut self, mut found: Vec<Found<F::Border>>) -> Option<Stop> {
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, p, special) in found {
-            if let Some(stop) = self.hand_out(p.x, Some(special), p.iterations) {
-                return Ok(Some(stop));
-            }
-        }
-        Ok(None)
+        found
+            .into_iter()
+            .find_map(|(_, p, special)| self.hand_out(p.x, Some(special), p.iterations))
     }
 
     /// A step over borders, and the folds inside it that are not a border's own: where that does not explain the direction of `λ` behind it, `λ` turns back at the
@@ -141,13 +143,7 @@ impl<F: Family, T: FnMut(&mut F, super::PointOf<F>) -> Go> Walker<'_, F, T> {
             let along: f64 = self.plane(&x).iter().zip(&way).map(|(c, d)| c * d).sum();
             found.push((along, Step { x, ..step.clone() }, Special::Border { border, turns }));
         }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, p, special) in found {
-            if let Some(stop) = self.hand_out(p.x, Some(special), p.iterations) {
-                return Ok(Some(stop));
-            }
-        }
-        Ok(None)
+        Ok(self.hand_out_in_order(found))
     }
 
     /// Folds: zeros of `dλ/ds`. Two of them leave its sign as it was: where the cubic through both ends turns, the branch is asked.
