@@ -11,7 +11,6 @@ use signorini::families::bar;
 use signorini::families::conservative;
 use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
-use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
 use signorini::families::{Asked, Known, start};
 use signorini::orbit::along::Start;
@@ -163,6 +162,12 @@ impl Arguments {
         let points = if near.is_empty() { self.points } else { near.len() };
         let scene = scene.clone();
         Ok(Request { scene, problem, range, choice, walk, points, viscosity, near })
+    }
+
+    /// Whether orbits are shot by the modes of every phase, whatever the size of the body.
+    fn needs_modes(&self, problem: &Problem) -> bool {
+        let shoots = self.balance.method == balance::Method::Shooting;
+        shoots && (self.viscous.viscous || !problem.system.is_conservative())
     }
 
     /// The viscosity, if a viscous family is asked for.
@@ -407,7 +412,10 @@ impl Task for Arguments {
     }
 
     fn plan(&self, work: &mut Work) -> Result<Self::Plan, CliError> {
-        let problem = load::warned(&work.scene, work.global)?;
+        let mut problem = load::warned(&work.scene, work.global)?;
+        if self.needs_modes(&problem) {
+            problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;
+        }
         let request = self.request(&work.scene, problem)?;
         let closure = request.closure()?;
         let Request { viscosity, near, problem, range, .. } = &request;
@@ -443,14 +451,8 @@ impl Task for Arguments {
                 let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
                 family::run_jobs(work.global, &jobs, writer, system, request.range, bar)
             })?;
-        if let Some(viscosity) = request.viscosity.as_ref().filter(|_| shooting) {
-            let fresh = carried.stored.points.len() > carried.resumed;
-            if !self.quick && (fresh || carried.stored.statement.is_none()) {
-                let (scene, problem) = (&work.scene, &request.problem);
-                let judged = Judged { scene, problem, viscosity, points: &carried.stored.points };
-                carried.stored.statement =
-                    viscous::state(work.global, &judged, &work.path, &work.options)?;
-            }
+        if request.viscosity.is_some() && shooting && !self.quick {
+            family::state(work, (&work.scene, &request.problem), (*closure, None), &mut carried)?;
         }
         Ok(carried)
     }

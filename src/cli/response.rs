@@ -67,6 +67,9 @@ pub struct Arguments {
     /// Sweeps: so many periods of the loads at each frequency, without waiting until the body has settled
     #[arg(long, requires = "sweep", value_name = "N", value_parser = family::at_least_one)]
     dwell: Option<usize>,
+    /// Reduced bodies: leave out the error statement (orbits of the first branch with twice as many modes)
+    #[arg(long)]
+    quick: bool,
     /// Go on with an unfinished file, or to a higher end of the range of a finished one; everything else must be as it was
     #[arg(long)]
     resume: bool,
@@ -354,8 +357,15 @@ impl Task for Arguments {
     }
 
     fn plan(&self, work: &mut Work) -> Result<Self::Plan, CliError> {
+        let mut problem = load::warned(&work.scene, work.global)?;
+        let by_series = self.balance.method == balance::Method::Hbm;
+        if !by_series {
+            problem = family::reduce_if_large(work.global, &mut work.scene, problem)?;
+        }
         let mut request = self.request(&work.scene)?;
-        let problem = load::warned(&request.scenes[0].1, work.global)?;
+        if request.scenes[0].0.is_some() {
+            problem = load::of_scene(&request.scenes[0].1)?;
+        }
         request.check(&work.scene, &problem)?;
         if self.through.is_some() {
             let sweep = request.simple.take();
@@ -383,21 +393,29 @@ impl Task for Arguments {
             unknowns: shooting.then(|| Closure::FORCED.sizes(problem.system.n_o())),
             options: work.options.clone(),
         };
-        family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
-            // a grid that was widened counts from where it began
-            let grid = writer.plan().identity.walk.grid();
-            let pieces = request.pieces();
-            let job = |piece| -> Job {
-                Box::new(move |take| Ok(vec![request.compute(piece, grid, known, take)?]))
-            };
-            let jobs: Vec<Job> = match request.seeds.is_empty() {
-                true => pieces.iter().enumerate().map(job).collect(),
-                // a branch ends where it meets an earlier one: one after the other
-                false => vec![Box::new(|take| request.follow_seeds(known, take))],
-            };
-            let range = request.options.range;
-            family::run_jobs(work.global, &jobs, writer, &problem.system, range, bar)
-        })
+        let mut carried =
+            family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
+                // a grid that was widened counts from where it began
+                let grid = writer.plan().identity.walk.grid();
+                let pieces = request.pieces();
+                let job = |piece| -> Job {
+                    Box::new(move |take| Ok(vec![request.compute(piece, grid, known, take)?]))
+                };
+                let jobs: Vec<Job> = match request.seeds.is_empty() {
+                    true => pieces.iter().enumerate().map(job).collect(),
+                    // a branch ends where it meets an earlier one: one after the other
+                    false => vec![Box::new(|take| request.follow_seeds(known, take))],
+                };
+                let range = request.options.range;
+                family::run_jobs(work.global, &jobs, writer, &problem.system, range, bar)
+            })?;
+        let is_plain =
+            request.sweeps.is_empty() && request.seeds.is_empty() && request.doublings.is_none();
+        if shooting && is_plain && work.scene.reduction.is_some() && !self.quick {
+            let scene = &request.scenes[0].1;
+            family::state(work, (scene, problem), (Closure::FORCED, Some(0)), &mut carried)?;
+        }
+        Ok(carried)
     }
 
     fn say(&self, work: &Work, _: &Self::Plan, carried: Carried) -> Result<Answer, CliError> {

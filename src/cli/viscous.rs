@@ -3,19 +3,15 @@
 use std::path::Path;
 
 use clap::Args;
-use serde_json::{Value, json};
 
-use signorini::continuation::Go;
-use signorini::families::statement::Judged;
 use signorini::families::viscous::Viscosity;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
-use signorini::records::{ErrorStatement, PointRecord, Variation};
+use signorini::records::PointRecord;
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
-use signorini::store::{StoredFamily, WriterOptions, write_statement};
+use signorini::store::StoredFamily;
 
-use super::progress::Bar;
 use super::{CliError, Global, plain};
 
 /// What a viscous orbit is.
@@ -62,93 +58,6 @@ pub(crate) fn with_beta(
         return Err(CliError::Input(format!("--beta {}: give a positive time", plain(beta))));
     }
     Ok(Viscosity::of_scene(scene, body, beta)?)
-}
-
-/// Compute the error statement of a family, with a progress bar, and add it to its file. Interrupted: the family stays without it.
-pub fn state(
-    global: &Global,
-    judged: &Judged,
-    path: &Path,
-    options: &WriterOptions,
-) -> Result<Option<ErrorStatement>, CliError> {
-    let bar = Bar::new(global, judged.scene);
-    let statement = judged.statement(|share, what| {
-        if let Some(bar) = &bar {
-            bar.set(share, format!("error statement: {what}"));
-        }
-        match global.caller.signal() {
-            None => Go::Continue(()),
-            Some(_) => Go::Break(()),
-        }
-    });
-    if let Some(bar) = &bar {
-        bar.clear();
-    }
-    let statement = statement?;
-    if let Some(signal) = global.caller.signal() {
-        let text = format!(
-            "interrupted; the family is whole in {}, without its error statement: the same command with --resume computes it",
-            path.display()
-        );
-        return Err(CliError::Interrupted(signal, text));
-    }
-    if let Some(statement) = &statement {
-        write_statement(path, &options.outputs, statement)?;
-    }
-    Ok(statement)
-}
-
-/// An error statement in lines.
-pub(crate) fn statement_text(statement: &ErrorStatement) -> Vec<String> {
-    let omega = &statement.omega;
-    let first = omega.first().copied().unwrap_or(f64::NAN);
-    let last = omega.last().copied().unwrap_or(f64::NAN);
-    let mut lines = vec![format!(
-        "the same orbits at {} frequencies, {} to {}, with one thing changed: energy (and frequency at given energy)",
-        omega.len(),
-        significant(first, 4),
-        significant(last, 4)
-    )];
-    for v in &statement.variations {
-        let missing = v.energy.iter().filter(|e| e.is_nan()).count();
-        let missing = if missing > 0 { format!("; no orbit at {missing}") } else { String::new() };
-        lines.push(format!(
-            "{}: {} ({}){missing}",
-            v.text,
-            percent(&statement.relative(v)),
-            percent(&statement.shift(v))
-        ));
-    }
-    let orders: Vec<f64> = statement.order().into_iter().filter(|p| p.is_finite()).collect();
-    if let (Some(low), Some(high)) =
-        (orders.iter().copied().reduce(f64::min), orders.iter().copied().reduce(f64::max))
-    {
-        lines.push(format!(
-            "observed order of convergence with the mesh {low:.1} to {high:.1}, at the {} frequencies where the differences have one sign",
-            orders.len()
-        ));
-    }
-    lines
-}
-
-/// The range of some shares.
-fn percent(shares: &[f64]) -> String {
-    let known = || shares.iter().copied().filter(|x| x.is_finite());
-    match (known().reduce(f64::min), known().reduce(f64::max)) {
-        (Some(low), Some(high)) => format!("{:+.2} to {:+.2} %", 100.0 * low, 100.0 * high),
-        _ => "not known".into(),
-    }
-}
-
-/// An error statement as a JSON object.
-pub(crate) fn statement_json(statement: &ErrorStatement) -> Value {
-    let variation = |v: &Variation| {
-        json!({"changed": v.changed.name(), "what": v.text, "energy": v.energy, "relative": statement.relative(v),
-            "shift_of_omega": statement.shift(v)})
-    };
-    let variations: Vec<Value> = statement.variations.iter().map(variation).collect();
-    json!({"omega": statement.omega, "energy": statement.energy, "slope": statement.slope, "variations": variations,
-        "observed_order": statement.order()})
 }
 
 /// How the orbits of a viscosity close.

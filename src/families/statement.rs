@@ -1,17 +1,17 @@
-//! The error statement of a family of viscous orbits: the same orbits with half the viscosity, on coarser meshes, with the other discretisation of
-//! the contact, with more modes.
+//! The error statement of a family: the same orbits with half the viscosity, on coarser meshes, with the other discretisation of the contact, with more modes.
 
 use crate::contact::State;
 use crate::continuation::Go;
+use crate::orbit::along::section_of;
 use crate::orbit::search::{Effort, find};
+use crate::orbit::section::at_origin;
 use crate::orbit::viscous::{by_viscosity, pinned_mode};
 use crate::orbit::{Closure, OrbitError, Pin, Propagator};
 use crate::problem::Problem;
-use crate::records::{Changed, ErrorStatement, PointKind, PointRecord, Variation};
+use crate::records::{Changed, ErrorStatement, PlaceRecord, PointKind, PointRecord, Variation};
 use crate::scenario::{BodyKind, ContactMethod, Reduction, Scene, StressKey};
 
 use super::FamilyError;
-use super::viscous::Viscosity;
 
 /// Orbits that are computed again.
 const SAMPLES: usize = 5;
@@ -22,10 +22,12 @@ pub struct Judged<'a> {
     pub scene: &'a Scene,
     /// Its problem.
     pub problem: &'a Problem,
-    /// Its viscosity.
-    pub viscosity: &'a Viscosity,
+    /// How its orbits close: the viscous ones of a pin, or forced ones.
+    pub closure: Closure,
     /// Its points.
     pub points: &'a [PointRecord],
+    /// The branch that alone is of this body; none: all are.
+    pub branch: Option<usize>,
 }
 
 /// A body with one thing changed.
@@ -33,7 +35,7 @@ struct Changing {
     changed: Changed,
     text: String,
     body: Propagator,
-    pin: Pin,
+    closure: Closure,
     /// Whether it has the same displacements.
     same_mesh: bool,
 }
@@ -49,16 +51,20 @@ impl Judged<'_> {
         if samples.is_empty() {
             return Ok(None);
         }
-        let base = Propagator::new(self.problem.system.clone()).map_err(OrbitError::from)?;
-        for (k, changed) in Changed::ALL.into_iter().enumerate() {
+        let mut base = Propagator::new(self.problem.system.clone()).map_err(OrbitError::from)?;
+        let all = match self.closure {
+            Closure::Viscous(_) => &Changed::ALL[..],
+            _ => &[Changed::MoreModes],
+        };
+        for (k, &changed) in all.iter().enumerate() {
             let Some(mut changing) = self.change(changed, &base)? else { continue };
             let mut energy = vec![];
             for (j, sample) in samples.iter().enumerate() {
-                let done = (k as f64 + j as f64 / samples.len() as f64) / Changed::ALL.len() as f64;
+                let done = (k as f64 + j as f64 / samples.len() as f64) / all.len() as f64;
                 if tick(done, &changing.text).is_break() {
                     return Ok(None);
                 }
-                energy.push(changing.energy(&base, &self.points[*sample])?);
+                energy.push(changing.energy(&mut base, &self.points[*sample])?);
             }
             let Changing { changed, text, .. } = changing;
             statement.variations.push(Variation { changed, text, energy });
@@ -66,20 +72,24 @@ impl Judged<'_> {
         Ok(Some(statement))
     }
 
-    /// Points that stand for the family: evenly over its orbits.
+    /// Points that stand for the family: evenly over its orbits, and where the energy is largest.
     fn samples(&self) -> Vec<usize> {
         let is_regular = |p: &PointRecord| {
             let kind = matches!(
                 p.special,
                 PointKind::Regular | PointKind::Start | PointKind::EndOfRange | PointKind::Jump
             );
-            kind && p.orbit.is_some() && p.place.is_some()
+            let is_of_body = self.branch.is_none_or(|b| p.branch == b);
+            kind && is_of_body && p.orbit.is_some() && p.place.is_some()
         };
         let all: Vec<usize> =
             (0..self.points.len()).filter(|&k| is_regular(&self.points[k])).collect();
         let count = all.len().min(SAMPLES);
+        let energy = |k: usize| self.points[k].energy();
+        let largest = all.iter().copied().max_by(|a, b| energy(*a).total_cmp(&energy(*b)));
         let mut chosen: Vec<usize> =
             (0..count).map(|k| all[k * (all.len() - 1) / (count - 1).max(1)]).collect();
+        chosen.extend(largest.filter(|k| !chosen.contains(k)));
         chosen.sort_by(|&a, &b| self.points[a].omega.total_cmp(&self.points[b].omega));
         chosen
     }
@@ -112,12 +122,13 @@ impl Judged<'_> {
 
     /// The body with one thing changed; none where that is not possible.
     fn change(&self, changed: Changed, base: &Propagator) -> Result<Option<Changing>, FamilyError> {
-        let pin = self.viscosity.pin;
         if changed == Changed::HalfViscosity {
+            let Closure::Viscous(pin) = self.closure else { return Ok(None) };
             let body = Propagator::new(self.problem.system.clone()).map_err(OrbitError::from)?;
             let pin = Pin { beta: 0.5 * pin.beta, ..pin };
             let text = format!("beta/2 = {:.4e}", pin.beta);
-            return Ok(Some(Changing { changed, text, body, pin, same_mesh: true }));
+            let closure = Closure::Viscous(pin);
+            return Ok(Some(Changing { changed, text, body, closure, same_mesh: true }));
         }
         let mut scene = self.scene.clone();
         scene.initial = Default::default();
@@ -131,33 +142,59 @@ impl Judged<'_> {
         // a mesh may be too coarse for the contact conditions
         let Ok(problem) = Problem::new(&scene, None) else { return Ok(None) };
         let body = Propagator::new(problem.system).map_err(OrbitError::from)?;
-        let named = scene.orbit.as_ref().and_then(|o| o.mode).map(|m| m - 1);
-        let Some(mode) = named.filter(|m| *m < body.n()).or_else(|| pinned_mode(&body)) else {
-            return Ok(None);
+        let closure = match self.closure {
+            Closure::Viscous(pin) => {
+                let named = scene.orbit.as_ref().and_then(|o| o.mode).map(|m| m - 1);
+                let Some(mode) = named.filter(|m| *m < body.n()).or_else(|| pinned_mode(&body))
+                else {
+                    return Ok(None);
+                };
+                Closure::Viscous(Pin::new(&body, mode, pin.beta))
+            }
+            closure => closure,
         };
-        let pin = Pin::new(&body, mode, pin.beta);
         let same_mesh = !matches!(changed, Changed::HalfMesh | Changed::QuarterMesh);
-        Ok(Some(Changing { changed, text, body, pin, same_mesh }))
+        Ok(Some(Changing { changed, text, body, closure, same_mesh }))
     }
 }
 
 impl Changing {
     /// Energy of the orbit that belongs to a point of the family; not a number if none is found.
-    fn energy(&mut self, base: &Propagator, point: &PointRecord) -> Result<f64, FamilyError> {
-        let closure = Closure::Viscous(self.pin);
-        let effort = Effort { multipliers: false, ..Effort::of(closure) };
+    fn energy(&mut self, base: &mut Propagator, point: &PointRecord) -> Result<f64, FamilyError> {
+        let effort = Effort { multipliers: false, ..Effort::of(self.closure) };
         if let Some(place) = point.place.as_ref().filter(|_| self.same_mesh)
-            && let [frame @ .., alpha, _] = &place.x[..]
+            && let Some(guess) = self.guess(base, place, point.omega)?
         {
-            let mut guess = self.moved(base, frame);
-            guess.push(*alpha);
-            let verdict = find(&mut self.body, closure, &guess, point.omega, &effort)?;
+            let verdict = find(&mut self.body, self.closure, &guess, point.omega, &effort)?;
             if let Some(orbit) = verdict.orbit() {
                 return Ok(orbit.energy);
             }
         }
-        let found = by_viscosity(&mut self.body, self.pin, point.omega, &effort)?;
+        let Closure::Viscous(pin) = self.closure else { return Ok(f64::NAN) };
+        let found = by_viscosity(&mut self.body, pin, point.omega, &effort)?;
         Ok(found.as_ref().and_then(|v| v.orbit()).map_or(f64::NAN, |o| o.energy))
+    }
+
+    /// The unknowns of this body near a place of the family.
+    fn guess(
+        &self,
+        base: &mut Propagator,
+        place: &PlaceRecord,
+        omega: f64,
+    ) -> Result<Option<Vec<f64>>, FamilyError> {
+        Ok(match (self.closure, &place.x[..]) {
+            (Closure::Viscous(_), [frame @ .., alpha, _]) => {
+                let mut guess = self.moved(base, frame);
+                guess.push(*alpha);
+                Some(guess)
+            }
+            (Closure::Forced(periods), [frame @ .., _]) => {
+                base.system.loads_mut().set_frequency(omega);
+                let z = at_origin(base, frame, omega, (section_of(place), periods))?;
+                Some(self.moved(base, &z))
+            }
+            _ => None,
+        })
     }
 
     /// A frame vector of the family's body in the frame of this one, which has the same displacements.
@@ -183,7 +220,8 @@ fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
     scene.body.elements = divided;
     if scene.reduction.is_some() {
         let cutoff = base.system.body.reduction().and_then(|r| r.cutoff);
-        scene.reduction = cutoff.map(|w| Reduction { modes: None, cutoff: Some(w) });
+        let kind = scene.reduction.map_or_else(Default::default, |r| r.kind);
+        scene.reduction = cutoff.map(|w| Reduction { kind, modes: None, cutoff: Some(w) });
     }
     Some(format!("mesh of {} elements", text.join(" x ")))
 }
@@ -210,11 +248,12 @@ fn other_contact(scene: &mut Scene) -> Option<String> {
     Some("mass redistribution".into())
 }
 
-/// Half as many modes again.
+/// Twice as many modes.
 fn more_modes(scene: &mut Scene, base: &Propagator) -> Option<String> {
     let reduction = base.system.body.reduction()?;
     reduction.cutoff?;
-    let modes = (3 * reduction.modes).div_ceil(2);
-    scene.reduction = Some(Reduction { modes: Some(modes), cutoff: None });
+    let modes = 2 * reduction.modes;
+    let kind = scene.reduction?.kind;
+    scene.reduction = Some(Reduction { kind, modes: Some(modes), cutoff: None });
     Some(format!("{modes} modes"))
 }

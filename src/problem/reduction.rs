@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{Problem, ProblemError};
 use crate::contact::State;
-use crate::fem::{FemError, Kept, Reduction};
-use crate::scenario::{Issue, RedistributedMass, Scene};
+use crate::fem::{FemError, Interface, Kept};
+use crate::scenario::{Issue, RedistributedMass, ReductionKind, Scene};
 
 /// The problem as the scene's `[reduction]` has it.
 pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, ProblemError> {
@@ -20,12 +20,16 @@ pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, Proble
         (Some(count), _) => Kept::Modes(count),
         (_, cutoff) => Kept::Below(cutoff.unwrap_or(f64::INFINITY)),
     };
-    let mut touched: Vec<usize> = system.conditions().n_o.triplets().map(|e| e.1).collect();
-    touched.sort_unstable();
-    touched.dedup();
-    let reduction = Reduction::new(&system.body, &touched, kept).map_err(|e| match e {
+    let interface = match asked.kind {
+        ReductionKind::FixedInterface => Interface::Fixed,
+        ReductionKind::FreeInterface => Interface::Free,
+    };
+    let reduction = system.reduction(interface, kept).map_err(|e| match e {
         FemError::NotPositiveDefinite { .. } => {
-            let message = "needs a body that its supports and its interface hold";
+            let message = match interface {
+                Interface::Fixed => "needs a body that its supports and its interface hold",
+                Interface::Free => "needs a body that its supports hold while its contact is held",
+            };
             let help = "add a [[support]], or leave [reduction] out";
             scene.error(Issue::new("reduction", message, help)).into()
         }

@@ -11,7 +11,7 @@ pub enum Changed {
     QuarterMesh,
     /// The other discretisation of the contact, on the same mesh.
     OtherContact,
-    /// Half as many fixed-interface modes again.
+    /// Twice as many modes of a reduction.
     MoreModes,
 }
 

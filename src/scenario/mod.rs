@@ -52,7 +52,7 @@ pub(crate) use method::{Activation, Instants, METHOD_KEYS, RedistributedMass, St
 pub use method::{ContactMethod, Inertia};
 pub(crate) use orbit::Beta;
 pub use orbit::{Auto, Orbit};
-pub use reduction::Reduction;
+pub use reduction::{Reduction, ReductionKind};
 pub use run::{Integrator, Run};
 pub(crate) use run::{Precision, Store};
 pub(crate) use schema::schema_of;

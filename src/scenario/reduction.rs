@@ -1,4 +1,4 @@
-//! `[reduction]`: fixed-interface modes of `u_O` in place of all displacements.
+//! `[reduction]`: modes of `u_O` in place of all displacements.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,10 +6,24 @@ use serde::Deserialize;
 use super::number::{Check, positive};
 use super::{BodyKind, Issue, Scene};
 
+/// Which modes a reduction keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReductionKind {
+    /// Of the body whose displacements at the contact are held, which stay coordinates of their own.
+    #[default]
+    FixedInterface,
+    /// Of the open body, with the static compliance of contact and loads: converges faster, with fewer coordinates.
+    FreeInterface,
+}
+
 /// `[reduction]`
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reduction {
+    /// Which modes are kept.
+    #[serde(default)]
+    pub kind: ReductionKind,
     /// How many.
     #[schemars(range(min = 1))]
     pub modes: Option<usize>,

@@ -3,11 +3,14 @@
 
 mod jobs;
 mod plan;
+mod statement;
 mod summary;
 
 pub(crate) use jobs::{Carried, Job, carry_out, conclude, run_jobs};
 pub use plan::{Output, omega, range};
 pub(crate) use plan::{
-    at_least_one, check_frequency, check_full, propagator, round_number, writer_options,
+    at_least_one, check_frequency, check_full, propagator, reduce_if_large, round_number,
+    writer_options,
 };
+pub(crate) use statement::state;
 pub(crate) use summary::answer;

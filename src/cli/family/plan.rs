@@ -7,10 +7,10 @@ use clap::Args;
 use signorini::contact::System;
 use signorini::orbit::Propagator;
 use signorini::problem::Problem;
-use signorini::scenario::{Issue, Scene};
+use signorini::scenario::{BodyKind, Change, Issue, Scene};
 use signorini::store::{Outputs, WriterOptions};
 
-use crate::cli::{CliError, Global, plain};
+use crate::cli::{CliError, Global, load, plain};
 
 /// Where results go.
 #[derive(Debug, Clone, Args)]
@@ -69,6 +69,32 @@ pub(crate) fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
     let help = "leave [reduction] out of the scene";
     let message = format!("{what} needs all displacements of the body");
     Err(scene.error(Issue::new("reduction", message, help)).into())
+}
+
+/// Modes of a reduction that no scene asked for.
+const MODES: usize = 50;
+
+/// The problem of a scene whose body may have too many displacements for the modes of every phase: where the scene says nothing of it, the body is reduced. The
+/// scene that stands in the files of the command says so.
+pub(crate) fn reduce_if_large(
+    global: &Global,
+    scene: &mut Scene,
+    problem: Problem,
+) -> Result<Problem, CliError> {
+    let system = &problem.system;
+    let is_small = system.n_o() <= signorini::orbit::LARGE;
+    let keeps_all = system.impact().is_some() || scene.body.kind == BodyKind::Matrices;
+    if is_small || keeps_all || scene.reduction.is_some() {
+        return Ok(problem);
+    }
+    global.caller.warn(&format!(
+        "{} displacements move by themselves: reduced to {MODES} modes of the open body and the statics of its contact, as by [reduction] with \
+         kind = \"free-interface\", modes = {MODES} in the scene",
+        system.n_o()
+    ));
+    let kind = Change::set("reduction.kind", "free-interface");
+    *scene = scene.with(&[kind, Change::set("reduction.modes", MODES.to_string())])?;
+    load::of_scene(scene)
 }
 
 /// A number of points.

@@ -14,8 +14,9 @@ use signorini::scenario::Scene;
 use signorini::store::StoredFamily;
 
 use super::jobs::Carried;
+use super::statement::{statement_json, statement_text};
 use crate::cli::task::Work;
-use crate::cli::viscous::{CONSERVATIVE, MEANING, statement_json, statement_text};
+use crate::cli::viscous::{CONSERVATIVE, MEANING};
 use crate::cli::{Answer, title};
 
 /// Handed round a period, over the energy: beyond, a viscosity is no small change of the body.
@@ -124,7 +125,8 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
         );
         line(if k == 0 { "peaks" } else { "" }, text);
     }
-    if stored.outline().solver == Solver::Viscous {
+    let is_viscous = stored.outline().solver == Solver::Viscous;
+    if is_viscous || stored.statement.is_some() {
         for (k, text) in errors(stored).into_iter().enumerate() {
             line(if k == 0 { "errors" } else { "" }, text);
         }
@@ -135,7 +137,7 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
     out
 }
 
-/// How far the energies of a viscous family may be off.
+/// How far the energies of a family may be off.
 fn errors(stored: &StoredFamily) -> Vec<String> {
     let share = |p: &PointRecord| {
         let orbit = p.orbit.as_ref()?;

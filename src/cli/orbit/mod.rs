@@ -191,10 +191,13 @@ impl Arguments {
 /// One orbit, or all that can be found.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
-    let scene = global.scene(&arguments.scene)?;
+    let mut scene = global.scene(&arguments.scene)?;
     let path = arguments.output.path(&scene, "orbit");
     let options = arguments.rules(global, &scene, &path)?;
     let mut problem = load::warned(&scene, global)?;
+    if arguments.viscous.viscous || !problem.system.is_conservative() {
+        problem = family::reduce_if_large(global, &mut scene, problem)?;
+    }
     let (mut closure, omega) = arguments.target(&scene, &mut problem)?;
     let initial = problem.initial.clone();
     let mut body = family::propagator(problem.system)?;

@@ -30,6 +30,7 @@ pub(crate) mod phase;
 mod reactions;
 mod recurrence;
 mod redistribution;
+mod reduction;
 mod scratch;
 mod site;
 pub(crate) mod states;

@@ -32,7 +32,7 @@ pub use kernel::Kernel;
 pub use law::{Material, StressState};
 pub use load::{Course, Harmonic, Loads, Measured};
 pub use matrix_market::parse_matrix_market;
-pub use reduction::{Kept, Reduction};
+pub use reduction::{Interface, Kept, Reduction};
 pub(crate) use sparse::blocks;
 pub use sparse::{Csr, SolveScratch, SpdFactor};
 pub use spline::Spline;

@@ -28,8 +28,8 @@ use crate::fem::FemError;
 use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
 
-/// Above this size orbits are shot without the modes of the phases.
-const LARGE: usize = 800;
+/// Above this size orbits are shot without the modes of the phases, where that is possible.
+pub const LARGE: usize = 800;
 
 /// The sequence of active sets: `sets[j]` holds between event `j − 1` and event `j`; `points[j]` is the contact point of which a
 /// monitor reaches zero at event `j` (the first one where several switch at one time).

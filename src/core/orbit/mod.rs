@@ -58,7 +58,7 @@ pub(crate) mod tangent;
 pub mod viscous;
 pub(crate) mod walk;
 
-pub use chain::{Chain, Propagator};
+pub use chain::{Chain, LARGE, Propagator};
 pub use credentials::Orbit;
 pub use floquet::Stability;
 pub use highest::Highest;

@@ -8,7 +8,7 @@ use super::{energy_warning, mass_ratio, plural, significant, warnings};
 use crate::contact::lcp::PMatrix;
 use crate::contact::{March, System};
 use crate::event::{Report, SwitchKind};
-use crate::fem::Facing;
+use crate::fem::{Facing, Interface};
 use crate::mesh::ElementKind;
 use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
@@ -79,9 +79,13 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
             .cutoff
             .map_or(String::new(), |w| format!(", all below omega = {}", significant(w, 4)));
         let text = format!(
-            "in place of {} displacements of the mesh: {} modes of the body whose interface is held{next}; u_C is not reduced",
+            "in place of {} displacements of the mesh: {} modes of {}{next}; u_C is not reduced",
             reduction.dofs.n(),
-            reduction.modes
+            reduction.modes,
+            match reduction.interface {
+                Interface::Fixed => "the body whose interface is held",
+                Interface::Free => "the open body, with the statics of contact and loads",
+            }
         );
         out.line("reduction", text);
     }

@@ -1,25 +1,29 @@
-//! Reduction of `u_O`, never of `u_C`: `u_O = T y`.
+//! Reduction of `u_O`, never of `u_C`: `u_O = T y`, by what the body whose interface is held does ([`fixed`]) or by what the open body does ([`free`]).
 //!
-//! `I` are the displacements that the contact conditions touch, `R` the rest of `u_O`, `C` those of the contact. The columns of `T` are
-//!
-//! - the identity on `I` with its static extension `−K_RR⁻¹ K_RI`,
-//! - the static shapes `−K_RR⁻¹ K_RC` of `u_C`, zero on `I`, as coordinates of `u_O` that are *independent* of `u_C`,
-//! - the modes of `(K_RR, M_RR)`: those of the body whose interface is held,
-//!
-//! the last two orthonormal in `K_RR`. The complementarity problem is untouched. (With `u_C` among the boundary coordinates, as in the method of
-//! Craig and Bampton, the jumps of `u̇_C` drag the velocity of the interior along: another law of impact, off by 1.6 % whatever the number of
-//! modes.)
+//! The complementarity problem is untouched. (With `u_C` among the boundary coordinates, as in the method of Craig and Bampton, the jumps of `u̇_C` drag the
+//! velocity of the interior along: another law of impact, off by 1.6 % whatever the number of modes.)
+
+mod fixed;
+mod free;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par, Side};
 
 use super::FemError;
-use super::body::Body;
 use super::dofs::DofMap;
-use super::eigen;
-use super::sparse::{Csr, SpdFactor};
+use super::eigen::Modes;
+use super::sparse::Csr;
 
-/// How many fixed-interface modes are kept.
+/// What the interface does in the modes that are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interface {
+    /// Displacements that the contact conditions touch are held.
+    Fixed,
+    /// They are as free as those of the open body.
+    Free,
+}
+
+/// How many modes are kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kept {
     /// So many.
@@ -37,7 +41,9 @@ pub struct Reduction {
     dual: Mat<f64>,
     /// Numbering of the full body.
     pub dofs: DofMap,
-    /// Number of fixed-interface modes.
+    /// Which modes.
+    pub interface: Interface,
+    /// Number of modes.
     pub modes: usize,
     /// Frequency of the first mode that was left out; none if all were kept.
     pub cutoff: Option<f64>,
@@ -47,56 +53,6 @@ pub struct Reduction {
 const DEPENDENT: f64 = 1e-6;
 
 impl Reduction {
-    /// The basis of a body whose contact conditions touch the displacements `interface` of `u_O`.
-    pub fn new(body: &Body, interface: &[usize], kept: Kept) -> Result<Reduction, FemError> {
-        let (n_o, n) = (body.dofs.n_o, body.dofs.n());
-        let mut place = vec![None; n];
-        let mut inside = vec![false; n_o];
-        interface.iter().for_each(|&i| inside[i] = true);
-        let rest: Vec<usize> = (0..n_o).filter(|&i| !inside[i]).collect();
-        rest.iter().enumerate().for_each(|(r, &i)| place[i] = Some(r));
-        let among_rest = |a: &Csr| {
-            let entries = a.triplets().filter_map(|(i, j, v)| Some((place[i]?, place[j]?, v)));
-            Csr::from_triplets(rest.len(), rest.len(), entries.collect())
-        };
-        let (k, m) = (among_rest(&body.stiffness), among_rest(&body.mass));
-        let factor = SpdFactor::new(&k, "stiffness matrix of the body whose interface is held")?;
-        let mut scratch = factor.scratch();
-        let mut extension = |j: usize| {
-            let mut x = vec![0.0; rest.len()];
-            body.stiffness.row(j).for_each(|(i, v)| {
-                if let Some(r) = place[i] {
-                    x[r] -= v;
-                }
-            });
-            factor.solve(&mut x, &mut scratch);
-            x
-        };
-        let statics: Vec<Vec<f64>> = interface.iter().map(|&j| extension(j)).collect();
-        let of_contact: Vec<Vec<f64>> = (n_o..n).map(&mut extension).collect();
-        let (modes, cutoff) = fixed_interface(&k, &m, kept, body.frequency_unit())?;
-        let count = modes.len();
-        let free = independent(&k, modes, of_contact)?;
-        let n_y = interface.len() + free.len();
-        let mut basis = Mat::zeros(n_o, n_y);
-        let mut dual = Mat::zeros(n_o, n_y);
-        for (c, (&i, x)) in interface.iter().zip(&statics).enumerate() {
-            basis[(i, c)] = 1.0;
-            dual[(i, c)] = 1.0;
-            rest.iter().zip(x).for_each(|(&r, &x)| basis[(r, c)] = x);
-        }
-        for (c, x) in free.iter().enumerate() {
-            let c = interface.len() + c;
-            let mut full = vec![0.0; n];
-            rest.iter().zip(x).for_each(|(&r, &x)| full[r] = x);
-            for i in 0..n_o {
-                basis[(i, c)] = full[i];
-                dual[(i, c)] = body.stiffness.row_dot(i, &full);
-            }
-        }
-        Ok(Reduction { basis, dual, dofs: body.dofs.clone(), modes: count, cutoff })
-    }
-
     /// Number of coordinates `y`.
     pub fn n_y(&self) -> usize {
         self.basis.ncols()
@@ -182,29 +138,27 @@ fn transposed(a: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     (0..a.ncols()).map(dot).collect()
 }
 
-/// The modes that are kept, `φᵀKφ = 1`, and the frequency of the first one that is not.
-fn fixed_interface(
-    k: &Csr,
-    m: &Csr,
+/// The modes that are kept of the `n` that `lowest` gives so many as are asked for of, and the frequency of the first one that is not.
+fn kept(
+    n: usize,
     kept: Kept,
-    unit: f64,
-) -> Result<(Vec<Vec<f64>>, Option<f64>), FemError> {
-    let n = k.n_rows();
+    mut lowest: impl FnMut(usize) -> Result<Modes, FemError>,
+) -> Result<(Modes, Option<f64>), FemError> {
     let mut wanted = match kept {
-        Kept::Modes(count) => count + 1,
-        Kept::Below(_) => 60,
+        Kept::Modes(count) => (count + 1).min(n),
+        Kept::Below(_) => 60.min(n),
     };
     loop {
-        let modes = eigen::lowest(k, m, wanted, unit)?;
+        let mut modes = lowest(wanted)?;
         let count = match kept {
             Kept::Modes(count) => count,
             Kept::Below(cutoff) => modes.omega.iter().take_while(|w| **w <= cutoff).count(),
         };
-        if count < modes.omega.len() || modes.omega.len() == n {
+        if count < modes.omega.len() || wanted == n {
             let next = modes.omega.get(count).copied();
-            let scaled = modes.shapes.into_iter().zip(&modes.omega).take(count);
-            let scaled = scaled.map(|(x, w)| x.iter().map(|x| x / w).collect()).collect();
-            return Ok((scaled, next));
+            modes.omega.truncate(count);
+            modes.shapes.truncate(count);
+            return Ok((modes, next));
         }
         wanted = (2 * wanted).min(n);
     }

@@ -1,0 +1,51 @@
+//! What a reduction of `u_O` keeps of a body before an obstacle.
+
+use super::modes::phase_modes;
+use super::system::System;
+use crate::fem::{FemError, Interface, Kept, Reduction};
+
+impl System {
+    /// The basis of a reduction by so many modes.
+    pub fn reduction(&self, interface: Interface, count: Kept) -> Result<Reduction, FemError> {
+        match interface {
+            Interface::Fixed => Reduction::fixed_interface(&self.body, &self.touched(), count),
+            Interface::Free => {
+                let open = self.open_phase();
+                let lowest = |count| phase_modes(self, &open, count);
+                Reduction::free_interface(&self.body, count, lowest, self.static_forces())
+            }
+        }
+    }
+
+    /// Displacements of `u_O` that the contact conditions touch.
+    fn touched(&self) -> Vec<usize> {
+        let mut touched: Vec<usize> = self.conditions().n_o.triplets().map(|e| e.1).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        touched
+    }
+
+    /// Forces over `u_O`: of the contact at each point, and of each load.
+    fn static_forces(&self) -> Vec<Vec<f64>> {
+        let n_o = self.n_o();
+        let mut forces: Vec<Vec<f64>> = vec![];
+        let mut push = |entries: &mut dyn Iterator<Item = (usize, f64)>| {
+            let mut force = vec![0.0; n_o];
+            entries.filter(|e| e.0 < n_o).for_each(|(i, f)| force[i] = f);
+            forces.push(force);
+        };
+        match self.obstacle_rows() {
+            Some([_, _, direction]) => {
+                (0..direction.n_rows()).for_each(|k| push(&mut direction.row(k)));
+            }
+            // −K_OC, up to the sign
+            None => (n_o..self.n()).for_each(|j| push(&mut self.body.stiffness.row(j))),
+        }
+        let harmonic = self.loads.harmonics.iter().map(|h| &h.force);
+        let measured = self.loads.measured.iter().map(|m| &m.force);
+        for f in self.loads.constant.iter().chain(harmonic).chain(measured) {
+            push(&mut f.iter().copied().enumerate());
+        }
+        forces
+    }
+}
