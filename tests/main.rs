@@ -45,6 +45,7 @@ mod pdf;
 mod problem;
 mod promises;
 mod random_scenes;
+mod reductions;
 mod reference_solutions;
 mod responses;
 mod scenes;

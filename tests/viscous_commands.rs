@@ -165,8 +165,6 @@ fn what_has_no_viscous_mode_is_refused() {
     let near = ["--method", "hbm", "--conservative-from", &scene];
     refused(&[&["backbone", &scene, "-o", &out], &near[..]].concat(), "a.toml");
     refused(&["backbone", &scene, "--conservative-from", &scene, "-o", &out], "a.toml");
-    let scene = with("[reduction]\nmodes = 20\n");
-    refused(&["backbone", &scene, "--method", "hbm", "-o", &out], "[reduction]");
     let beta = PLATE.to_owned() + "[orbit]\nbeta = \"large\"\n";
     refused(&["orbit", &folder.scene("b.toml", &beta), "--viscous", "-o", &out], "\"auto\"");
 }

@@ -420,8 +420,7 @@ impl Task for Arguments {
         let closure = request.closure()?;
         let Request { viscosity, near, problem, range, .. } = &request;
         if let Some(viscosity) = viscosity {
-            let is_reduced = work.scene.reduction.is_some();
-            viscous::warn(work.global, viscosity, problem.system.n_o(), is_reduced);
+            viscous::warn(work.global, viscosity);
         } else if near.is_empty() && matches!(closure, Closure::Reversible | Closure::Autonomous) {
             warn_below_first_mode(work.global, problem, *range)?;
         }

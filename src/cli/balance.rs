@@ -58,9 +58,6 @@ impl Arguments {
     /// What is asked for, if it makes sense.
     pub fn choice(&self, scene: &Scene) -> Result<Choice, CliError> {
         self.check_method()?;
-        if self.method == Method::Hbm {
-            family::check_full(scene, "harmonic balance")?;
-        }
         let (harmonics, quadrature) = (self.list(scene)?, self.quadrature()?);
         let form = match self.form {
             FormName::Force => Form::Force,

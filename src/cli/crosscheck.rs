@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use signorini::contact::System;
 use signorini::families::{Asked, check, start};
+use signorini::fem::Body;
 use signorini::orbit::Closure;
 use signorini::orbit::check::NEAR;
 use signorini::problem::Problem;
@@ -119,14 +120,13 @@ impl Task for Arguments {
     }
 
     fn output(&self, scene: &Scene) -> Result<PathBuf, CliError> {
-        family::check_full(scene, "a cross-check")?;
         Ok(self.output.path(scene, "crosscheck"))
     }
 
     fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
         let scene = &work.scene;
         let problem = load::of_scene(scene)?;
-        let series = read(self, problem.system.n_o())?;
+        let series = read(self, &problem.system.body)?;
         let own = StoredFamily::read(&self.backbone).ok().filter(|f| !f.scene.is_empty());
         let known = own.as_ref().and_then(|f| f.identity.method.viscosity());
         let closure = self.closure(scene, &problem, &series, known)?;
@@ -223,7 +223,20 @@ fn family_plan(
     }
 }
 
-fn read(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {
+/// The series of a file, in the coordinates of the body: of a reduced one as they stand, or its displacements of the mesh.
+fn read(arguments: &Arguments, body: &Body) -> Result<Vec<SeriesRecord>, CliError> {
+    let own = read_as(arguments, body.dofs.n_o);
+    let (Err(_), Some(reduction)) = (&own, body.reduction()) else { return own };
+    let n_o = reduction.dofs.n_o;
+    let Ok(mut of_mesh) = read_as(arguments, n_o) else { return own };
+    for series in &mut of_mesh {
+        let parts = series.coefficients.chunks(n_o);
+        series.coefficients = parts.flat_map(|x| body.coordinates(x).into_owned()).collect();
+    }
+    Ok(of_mesh)
+}
+
+fn read_as(arguments: &Arguments, n_o: usize) -> Result<Vec<SeriesRecord>, CliError> {
     let path = &arguments.backbone;
     let given = [&arguments.omega, &arguments.coefficients, &arguments.alpha];
     let named = given.iter().any(|name| name.is_some());

@@ -20,9 +20,6 @@ pub(crate) const MEANING: &str = "periodic motion of the Kelvin-Voigt body C = b
 /// What a conservative orbit is.
 pub(crate) const CONSERVATIVE: &str = "orbits of the discrete system, exact for this mesh; under refinement they have no limit (--viscous ones have)";
 
-/// Above so many displacements a viscous orbit wants a reduced body.
-const WORTH_REDUCING: usize = 700;
-
 /// Options of the viscous nonlinear mode.
 #[derive(Debug, Clone, Args)]
 pub struct Arguments {
@@ -66,7 +63,7 @@ pub fn closure(v: &Viscosity) -> Closure {
 }
 
 /// Warn of what is to be said of a viscosity on its mesh.
-pub(crate) fn warn(global: &Global, v: &Viscosity, n_o: usize, reduced: bool) {
+pub(crate) fn warn(global: &Global, v: &Viscosity) {
     if let Some(n) = v.elements.filter(|_| v.is_unresolved()) {
         let number = |x: f64| significant(x, 4);
         global.caller.warn(&format!(
@@ -78,13 +75,6 @@ pub(crate) fn warn(global: &Global, v: &Viscosity, n_o: usize, reduced: bool) {
             number(0.5 * n),
             number(0.25 * n),
             number(v.pin.beta_of(0.5 * n))
-        ));
-    }
-    if n_o > WORTH_REDUCING && !reduced {
-        global.caller.warn(&format!(
-            "{n_o} displacements move by themselves: [reduction] with cutoff = {} keeps what this viscosity leaves, for a small part of \
-             the time",
-            significant(v.pin.cutoff(), 3)
         ));
     }
 }

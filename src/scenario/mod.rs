@@ -94,7 +94,7 @@ pub struct Scene {
     pub run: Option<Run>,
     /// What `orbit`, `backbone` and `response` do; their options go before.
     pub orbit: Option<Orbit>,
-    /// Fixed-interface modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for bodies from matrices, harmonic balance, `mass = "optimal"`, impact laws, `waves`.
+    /// Modes of `u_O` in place of all displacements: exactly one of `modes`, `cutoff`. Not for bodies from matrices, `mass = "optimal"`, impact laws, `waves`.
     pub reduction: Option<Reduction>,
     /// Where the scene was read from.
     #[serde(skip)]

@@ -49,7 +49,7 @@ static ONCE: &[About] = &[
     About::new("orbit/switches/node", "mesh node", SWITCH, "mesh node that switches"),
     About::new("orbit/switches/kind", "close | open | impact | rest", SWITCH, "what the switch is"),
     About::new("orbit/switches/energy_jump", "energy", SWITCH, "jump of the energy at the switch"),
-    About::new("hbm/coefficients", "length; order a_0, a_1, b_1, a_2, b_2, … of u_O", &["series", "function", "unknown"], "u_O(t) = sum of a_k cos k omega t + b_k sin k omega t"),
+    About::new("hbm/coefficients", "length; order a_0, a_1, b_1, a_2, b_2, … of u_O (of the coordinates of a reduced body)", &["series", "function", "unknown"], "u_O(t) = sum of a_k cos k omega t + b_k sin k omega t"),
     About::new("backbone/points/NNNN/continuation/x", "units of the problem", &["unknown"], "unknowns of the continuation, the frequency last (a point has the datasets of /orbit besides)"),
     About::new("backbone/points/NNNN/continuation/tangent", "units of the problem", &["unknown"], "tangent of the branch"),
     About::new("backbone/points/NNNN/continuation/signature", "number", &["test"], "signs of the tests that change at special points"),

@@ -11,7 +11,7 @@ use signorini::orbit::search::Effort;
 use signorini::report::figure::{
     self, Axis, Cell, Chart, Drawing, INK, LINES, Legend, Mark, Output, Sheet, entry, range,
 };
-use signorini::scenario::{Reduction, Scene};
+use signorini::scenario::{Reduction, ReductionKind, Scene};
 use signorini::store::Outputs;
 
 mod orbits;
@@ -45,7 +45,11 @@ fn viscous(scene: &Scene, method: usize) -> Result<[Places; 3], String> {
     for mesh in MESHES {
         let mut scene = orbits::with_method(scene.clone(), &mesh, method);
         // large bodies by 4.5/√β
-        scene.reduction = (mesh[0] > 20).then_some(Reduction { modes: None, cutoff: Some(45.0) });
+        scene.reduction = (mesh[0] > 20).then_some(Reduction {
+            kind: ReductionKind::FixedInterface,
+            modes: None,
+            cutoff: Some(45.0),
+        });
         let mut body = orbits::body(&scene)?;
         for (omega, places) in FREQUENCIES.into_iter().zip(&mut places) {
             if let Some(orbit) = orbits::viscous(&mut body, BETA, omega)? {

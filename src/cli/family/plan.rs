@@ -72,7 +72,7 @@ pub(crate) fn check_full(scene: &Scene, what: &str) -> Result<(), CliError> {
 }
 
 /// Modes of a reduction that no scene asked for.
-const MODES: usize = 50;
+const MODES: usize = 100;
 
 /// The problem of a scene whose body may have too many displacements for the modes of every phase: where the scene says nothing of it, the body is reduced. The
 /// scene that stands in the files of the command says so.

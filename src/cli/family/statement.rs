@@ -6,7 +6,7 @@ use signorini::continuation::Go;
 use signorini::families::statement::Judged;
 use signorini::orbit::Closure;
 use signorini::problem::Problem;
-use signorini::records::{ErrorStatement, Variation};
+use signorini::records::{Changed, ErrorStatement, Variation};
 use signorini::report::summary::significant;
 use signorini::scenario::Scene;
 use signorini::store::write_statement;
@@ -71,8 +71,13 @@ pub(super) fn statement_text(statement: &ErrorStatement) -> Vec<String> {
     for v in &statement.variations {
         let missing = v.energy.iter().filter(|e| e.is_nan()).count();
         let missing = if missing > 0 { format!("; no orbit at {missing}") } else { String::new() };
+        // like one over their number at worst
+        let rest = match v.changed {
+            Changed::MoreModes => "; what all modes change is at most about twice that",
+            _ => "",
+        };
         lines.push(format!(
-            "{}: {} ({}){missing}",
+            "{}: {} ({}){missing}{rest}",
             v.text,
             percent(&statement.relative(v)),
             percent(&statement.shift(v))
@@ -90,16 +95,15 @@ pub(super) fn statement_text(statement: &ErrorStatement) -> Vec<String> {
     lines
 }
 
-/// The range of some shares: with two decimals of a percent, or two digits where those would say nothing.
+/// The range of some shares in percent: with two decimals, or as many as show two digits.
 fn percent(shares: &[f64]) -> String {
-    let known = || shares.iter().copied().filter(|x| x.is_finite());
-    match (known().reduce(f64::min), known().reduce(f64::max)) {
-        (Some(low), Some(high)) if low.abs().max(high.abs()) < 1e-4 => {
-            format!("{low:+.1e} to {high:+.1e}")
-        }
-        (Some(low), Some(high)) => format!("{:+.2} to {:+.2} %", 100.0 * low, 100.0 * high),
-        _ => "not known".into(),
-    }
+    let known = || shares.iter().map(|x| 100.0 * x).filter(|x| x.is_finite());
+    let (Some(low), Some(high)) = (known().reduce(f64::min), known().reduce(f64::max)) else {
+        return "not known".into();
+    };
+    let largest = low.abs().max(high.abs()).clamp(1e-12, 1.0);
+    let decimals = (1.0 - largest.log10().floor()).max(2.0) as usize;
+    format!("{low:+.decimals$} to {high:+.decimals$} %")
 }
 
 /// An error statement as a JSON object.

@@ -203,7 +203,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let mut body = family::propagator(problem.system)?;
     body.stop = global.caller.stop();
     if let Some(viscosity) = arguments.viscous.viscosity(&scene, &body)? {
-        viscous::warn(global, &viscosity, body.n(), scene.reduction.is_some());
+        viscous::warn(global, &viscosity);
         closure = viscous::closure(&viscosity);
     }
     body.system.loads_mut().set_frequency(omega);

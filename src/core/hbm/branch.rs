@@ -45,6 +45,7 @@ pub(super) fn record(
     let system = &interface.system;
     let summary = Summary::along(interface, s, u);
     let (u0, v0) = response::state(u, 0.0, s.omega).full(system)?;
+    let (u0, v0) = (system.body.nodal(&u0).into_owned(), system.body.nodal(&v0).into_owned());
     let node = |c: usize| system.constraints[c].node;
     Ok(OrbitRecord {
         period: TAU / s.omega,
