@@ -237,7 +237,7 @@ fn the_supports_work_by_their_reactions() {
 fn orbits_and_series_have_the_energy_of_the_whole_body() {
     use signorini::continuation::Go;
     use signorini::hbm::newton::Settings;
-    use signorini::hbm::response::{Summary, Track, sequential};
+    use signorini::hbm::response::{Summary, Track, Walk, sequential};
     use signorini::hbm::{Form, Reduction};
     use signorini::orbit::search::{Effort, find};
     use signorini::orbit::{Closure, Propagator};
@@ -257,7 +257,9 @@ fn orbits_and_series_have_the_energy_of_the_whole_body() {
     let mut r = Reduction::new(p.system.clone(), Form::Acceleration).unwrap();
     let grid: Vec<f64> = (0..=20).map(|k| 1.1 + 0.01 * f64::from(k)).collect();
     let (mut found, mut tracks) = (None, vec![Track::default(); 2]);
-    sequential(&mut r, &[31], &grid, &Settings::default(), &mut tracks, |_, p| {
+    let settings = Settings::default();
+    let walk = Walk::new(&[31], &grid, &settings);
+    sequential(&mut r, &walk, &mut tracks, |_, p| {
         found = p.solution.ok();
         Go::Continue(())
     })

@@ -3,7 +3,7 @@
 use crate::common::shipped;
 use signorini::continuation::Go;
 use signorini::hbm::newton::Settings;
-use signorini::hbm::response::{Track, sequential};
+use signorini::hbm::response::{Track, Walk, sequential};
 use signorini::hbm::{Balanced, Dynamic, Form, Reduction, prepare};
 use signorini::problem::Problem;
 use signorini::scenario::{ContactMethod, Scene};
@@ -14,7 +14,9 @@ type Found = Vec<(f64, usize, Vec<f64>, f64, usize)>;
 fn solutions(body: &mut dyn Balanced, harmonics: &[usize], grid: &[f64]) -> Found {
     let mut tracks = vec![Track::default(); harmonics.len() + 1];
     let mut found = vec![];
-    sequential(body, harmonics, grid, &Settings::default(), &mut tracks, |body, p| {
+    let settings = Settings::default();
+    let walk = Walk::new(harmonics, grid, &settings);
+    sequential(body, &walk, &mut tracks, |body, p| {
         let s = p.solution.unwrap_or_else(|e| panic!("{} with {}: {e}", p.omega, p.n_h));
         let u = body.displacements(&s).unwrap();
         found.push((p.omega, p.n_h, u.a, s.residual, s.crossings.len()));

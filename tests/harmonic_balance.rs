@@ -4,7 +4,7 @@ use crate::common::{random, shipped};
 use signorini::continuation::Go;
 use signorini::hbm::modes::{directional, solve};
 use signorini::hbm::newton::Settings;
-use signorini::hbm::response::{Summary, Track, ladder, mode_start, sequential};
+use signorini::hbm::response::{Summary, Track, Walk, ladder, mode_start, sequential};
 use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::{Candidate, Likeness, check, series_of_orbit};
 use signorini::orbit::search::{Effort, find};
@@ -33,7 +33,9 @@ fn backbone(
 ) -> Vec<(f64, usize, Result<Solution, GapReason>)> {
     let mut tracks = vec![Track::default(); harmonics.len() + 1];
     let mut list = vec![];
-    sequential(r, harmonics, grid, &Settings::default(), &mut tracks, |_, p| {
+    let settings = Settings::default();
+    let walk = Walk::new(harmonics, grid, &settings);
+    sequential(r, &walk, &mut tracks, |_, p| {
         list.push((p.omega, p.n_h, p.solution));
         Go::Continue(())
     })

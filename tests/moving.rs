@@ -211,7 +211,7 @@ fn an_obstacle_that_moves_forces_orbits() {
 fn harmonic_balance_knows_loads_that_follow_the_frequency() {
     use signorini::continuation::Go;
     use signorini::hbm::newton::Settings;
-    use signorini::hbm::response::{Track, sequential};
+    use signorini::hbm::response::{Track, Walk, sequential};
     use signorini::hbm::{Form, Reduction, Solution};
     use signorini::orbit::search::{Effort, find};
     use signorini::orbit::{Closure, Propagator};
@@ -227,7 +227,10 @@ fn harmonic_balance_knows_loads_that_follow_the_frequency() {
         let grid: Vec<f64> = (0..=20).map(|k| 1.1 + 0.01 * f64::from(k)).collect();
         let mut found: Option<Solution> = None;
         let mut tracks = vec![Track::default(); 2];
-        sequential(&mut r, &[n_h], &grid, &Settings::default(), &mut tracks, |_, p| {
+        let settings = Settings::default();
+        let harmonics = [n_h];
+        let walk = Walk::new(&harmonics, &grid, &settings);
+        sequential(&mut r, &walk, &mut tracks, |_, p| {
             found = p.solution.ok();
             Go::Continue(())
         })

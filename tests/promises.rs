@@ -9,7 +9,7 @@ use signorini::continuation::Go;
 use signorini::event::{self, Observer, Options, Outcome, Report, Sample, Silent};
 use signorini::flow::Tolerances;
 use signorini::hbm::newton::Settings;
-use signorini::hbm::response::{Summary, Track, sequential};
+use signorini::hbm::response::{Summary, Track, Walk, sequential};
 use signorini::hbm::{Form, Reduction};
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
@@ -171,7 +171,9 @@ fn a_soft_body_has_the_same_balance() {
         let grid: Vec<f64> = (0..6).map(|k| 1.59 + 0.005 * f64::from(k)).collect();
         let mut found = vec![];
         let mut tracks = vec![Track::default(); 2];
-        sequential(&mut r, &[1], &grid, &Settings::default(), &mut tracks, |r, p| {
+        let settings = Settings::default();
+        let walk = Walk::new(&[1], &grid, &settings);
+        sequential(&mut r, &walk, &mut tracks, |r, p| {
             if let Ok(s) = &p.solution {
                 found.push((s.crossings.len(), Summary::new(r, s).unwrap().energy / unit));
             }

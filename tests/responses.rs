@@ -100,6 +100,19 @@ fn the_valve_has_an_orbit_at_once() {
     }
 }
 
+/// By harmonic balance both walks have a solution at every frequency: behind the fold of small motions the walk to lower frequencies goes on with what the other found.
+#[test]
+fn walks_of_series_leave_no_frequency_out() {
+    let words = "--method hbm --harmonics 7 --range 1.2,2.1 --ratios 0.005,0.01,0.02";
+    let words: Vec<&str> = words.split(' ').collect();
+    let found = response("half-plate-response.toml", "kind = \"mode\"", 0.0, &words);
+    assert_eq!(points(&found).len(), 3 * 2 * 181);
+    assert!(points(&found).iter().all(|p| p["converged"] == true));
+    let jumps = points(&found).iter().filter(|p| p["special"] == "jump");
+    // one of each walk
+    assert!(jumps.count() >= 6);
+}
+
 /// The beam between two stops over its whole range, whatever the phase of the load: one fold, the turn at a grazing, behind it the motion that touches nothing.
 #[test]
 #[ignore = "four minutes"]

@@ -335,7 +335,7 @@ impl Request {
                     )?);
                 }
                 let mut body = self.choice.body(&self.scene)?;
-                sequence::series(&mut body, what, *stretch, &known.all(), take)?
+                sequence::series(&mut body, what, *stretch, (&known.all(), &[]), take)?
             }
             Piece::OrbitsAlong(direction) => {
                 let (mut body, closure, initial) = self.shooting()?;
@@ -444,9 +444,8 @@ impl Task for Arguments {
             family::carry_out(work.global, &asked, work.resume, |writer, known, bar| {
                 // a grid that was widened counts from where it began
                 let pieces = request.pieces(writer.plan().identity.walk);
-                let job = |piece| -> Job {
-                    Box::new(move |take| Ok(vec![request.compute(piece, known, take)?]))
-                };
+                let job =
+                    |piece| Job::new(1, move |take| Ok(vec![request.compute(piece, known, take)?]));
                 let jobs: Vec<Job> = pieces.iter().enumerate().map(job).collect();
                 family::run_jobs(work.global, &jobs, writer, system, request.range, bar)
             })?;

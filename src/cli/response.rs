@@ -16,7 +16,7 @@ use signorini::orbit::settle::ladder;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::records::{
-    Branch, BranchEnd, Direction, FamilyKind, Grid, PointRecord, Walk, fingerprint,
+    Branch, BranchEnd, Direction, EndReason, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
 use signorini::scenario::{Issue, Scene};
 use signorini::store::{FamilyPlan, StoredFamily};
@@ -184,12 +184,22 @@ pub(crate) struct Request {
     options: Options,
 }
 
-/// A branch: the number of its scene, and what is walked by harmonic balance: number of harmonics and direction.
+/// What is computed by itself: of the scene with a number.
 struct Piece {
     scene: usize,
-    series: Option<(usize, Direction)>,
-    doubling: Option<Doubling>,
-    sweep: Option<Direction>,
+    what: What,
+}
+
+/// A branch, or two.
+enum What {
+    /// The response, to higher frequencies.
+    Orbits,
+    /// Orbits of twice the period.
+    Doubled(Doubling),
+    /// What the body settles to.
+    Sweep(Direction),
+    /// Series with a number of harmonics, first to higher and then to lower frequencies.
+    Series(usize),
 }
 
 impl Request {
@@ -205,55 +215,44 @@ impl Request {
         Ok(())
     }
 
-    /// The branches: by harmonic balance each number of harmonics once to higher and once to lower frequencies.
+    /// What there is to compute, in the order of the branches.
     fn pieces(&self) -> Vec<Piece> {
         if let Some(doublings) = &self.doublings {
             let piece = |(scene, d): &(usize, Doubling)| Piece {
                 scene: *scene,
-                series: None,
-                doubling: Some(d.clone()),
-                sweep: None,
+                what: What::Doubled(d.clone()),
             };
             return doublings.iter().map(piece).collect();
         }
-        let walks: Vec<Option<(usize, Direction)>> = match self.choice.is_balance() {
-            false => vec![None],
-            true => {
-                let both = |&n_h: &usize| Direction::BOTH.map(|d| Some((n_h, d)));
-                self.choice.harmonics.iter().flat_map(both).collect()
+        let each = |scene: usize| -> Vec<Piece> {
+            let piece = |what| Piece { scene, what };
+            match (self.sweeps, self.choice.is_balance()) {
+                ([], false) => vec![piece(What::Orbits)],
+                ([], true) => {
+                    self.choice.harmonics.iter().map(|n_h| piece(What::Series(*n_h))).collect()
+                }
+                (sweeps, _) => sweeps.iter().map(|d| piece(What::Sweep(*d))).collect(),
             }
         };
-        let scenes = 0..self.scenes.len();
-        if !self.sweeps.is_empty() {
-            let of_scene = |scene: usize| {
-                let piece = move |&d: &Direction| Piece {
-                    scene,
-                    series: None,
-                    doubling: None,
-                    sweep: Some(d),
-                };
-                self.sweeps.iter().map(piece)
-            };
-            return scenes.flat_map(of_scene).collect();
+        (0..self.scenes.len()).flat_map(each).collect()
+    }
+
+    /// The branches of a piece.
+    fn branches(&self, piece: &Piece) -> Vec<Branch> {
+        let percent = self.scenes[piece.scene].0;
+        match &piece.what {
+            What::Orbits => vec![Branch::Response { percent, series: None }],
+            What::Doubled(d) => vec![Branch::Doubled { percent, omega: short(d.omega) }],
+            What::Sweep(direction) => vec![Branch::Sweep { percent, direction: *direction }],
+            What::Series(n_h) => Direction::BOTH
+                .map(|d| Branch::Response { percent, series: Some((*n_h, d)) })
+                .into(),
         }
-        let of_scene = |scene: usize| {
-            let piece = move |&series| Piece { scene, series, doubling: None, sweep: None };
-            walks.iter().map(piece)
-        };
-        scenes.flat_map(of_scene).collect()
     }
 
     fn plan(&self, problem: &Problem) -> FamilyPlan {
         let scene = &self.scenes[0].1;
         let (low, high) = self.options.range;
-        let branch = |p: Piece| {
-            let percent = self.scenes[p.scene].0;
-            match (p.doubling, p.sweep) {
-                (_, Some(direction)) => Branch::Sweep { percent, direction },
-                (Some(d), _) => Branch::Doubled { percent, omega: short(d.omega) },
-                (None, None) => Branch::Response { percent, series: p.series },
-            }
-        };
         FamilyPlan {
             identity: FamilyKind {
                 method: self.choice.method(),
@@ -262,7 +261,7 @@ impl Request {
             },
             range: [low, high],
             branches: match self.seeds.is_empty() {
-                true => self.pieces().into_iter().map(branch).collect(),
+                true => self.pieces().iter().flat_map(|p| self.branches(p)).collect(),
                 false => through::branches(&self.seeds),
             },
             harmonics: self.choice.most_harmonics(),
@@ -283,46 +282,81 @@ impl Request {
         Ok(ends)
     }
 
-    /// Compute what is missing of the branch with the number `index`, on `grid` by harmonic balance.
+    /// Compute what is missing of a piece, the first of whose branches has the number `index`, on `grid` where it goes by one.
     fn compute(
         &self,
         (index, piece): (usize, &Piece),
         grid: Option<Grid>,
         known: &Known,
         take: Take,
-    ) -> Result<BranchEnd, CliError> {
+    ) -> Result<Vec<BranchEnd>, CliError> {
         let scene = &self.scenes[piece.scene].1;
         let range = self.options.range;
-        let (Some((n_h, direction)), Some(grid)) = (piece.series, grid) else {
-            let task = BranchTask { index, known, options: &self.options, points_suffice: false };
+        let task = BranchTask { index, known, options: &self.options, points_suffice: false };
+        let shooting = || -> Result<_, CliError> {
             let problem = load::of_scene(scene)?;
-            let mut body = family::propagator(problem.system)?;
-            if let Some(doubling) = &piece.doubling {
-                let start = |body: &mut Propagator| doubling::start(body, doubling);
-                return Ok(follow::orbits(&mut body, Closure::Forced(2), task, start, take)?);
-            }
+            let body = family::propagator(problem.system)?;
             let given = start::given(scene, &problem.initial, &body);
-            if let (Some(direction), Walk::Sweep { dwell, .. }, Some(grid)) =
-                (piece.sweep, self.walk, grid)
-            {
-                let plan = Sweep { grid, range, direction, dwell };
+            Ok((body, given))
+        };
+        Ok(vec![match (&piece.what, self.walk, grid) {
+            (What::Doubled(doubling), ..) => {
+                let (mut body, _) = shooting()?;
+                let start = |body: &mut Propagator| doubling::start(body, doubling);
+                follow::orbits(&mut body, Closure::Forced(2), task, start, take)?
+            }
+            (What::Sweep(direction), Walk::Sweep { dwell, .. }, Some(grid)) => {
+                let (mut body, given) = shooting()?;
+                let plan = Sweep { grid, range, direction: *direction, dwell };
                 let rest = vec![0.0; 2 * body.n()];
                 let first = given.first().unwrap_or(&rest);
                 let end = sweep::sweep(&mut body, &plan, first, &known.branch(index), take)?;
-                return Ok(BranchEnd { branch: index, ..end });
+                BranchEnd { branch: index, ..end }
             }
-            let start = |body: &mut Propagator| first_orbit(body, &given, range.0);
-            return Ok(follow::response(&mut body, task, start, take)?);
-        };
-        let stretch = Stretch { grid, range, downwards: direction == Direction::Down };
-        // the one branch of this job
-        let of_job = |p: &PointRecord| PointRecord { branch: 0, ..p.clone() };
-        let earlier: Vec<PointRecord> = known.branch(index).into_iter().map(of_job).collect();
-        let earlier: Vec<&PointRecord> = earlier.iter().collect();
+            (What::Series(n_h), _, Some(grid)) => {
+                return self.series((index, *n_h), scene, grid, known, take);
+            }
+            _ => {
+                let (mut body, given) = shooting()?;
+                let start = |body: &mut Propagator| first_orbit(body, &given, range.0);
+                follow::response(&mut body, task, start, take)?
+            }
+        }])
+    }
+
+    /// Series with `n_h` harmonics to higher frequencies, and then to lower ones: where the second walk loses its branch, it knows the first.
+    fn series(
+        &self,
+        (index, n_h): (usize, usize),
+        scene: &Scene,
+        grid: Grid,
+        known: &Known,
+        take: Take,
+    ) -> Result<Vec<BranchEnd>, CliError> {
         let mut body = self.choice.body(scene)?;
         let what = (&[n_h][..], &self.choice.settings);
-        let end = sequence::series(&mut body, what, stretch, &earlier, take)?;
-        Ok(BranchEnd { branch: index, ..end })
+        let (mut ends, mut aside) = (vec![], vec![]);
+        for (k, direction) in Direction::BOTH.into_iter().enumerate() {
+            let range = self.options.range;
+            let stretch = Stretch { grid, range, downwards: direction == Direction::Down };
+            // the one branch of this walk
+            let of_walk = |p: &PointRecord| PointRecord { branch: 0, ..p.clone() };
+            let earlier: Vec<PointRecord> =
+                known.branch(index + k).into_iter().map(of_walk).collect();
+            let mut found = earlier.clone();
+            let earlier: Vec<&PointRecord> = earlier.iter().collect();
+            let mut watched = |point: PointRecord| {
+                found.push(point.clone());
+                take(PointRecord { branch: k, ..point })
+            };
+            let end = sequence::series(&mut body, what, stretch, (&earlier, &aside), &mut watched)?;
+            ends.push(BranchEnd { branch: index + k, ..end });
+            if ends[k].reason == EndReason::Interrupted {
+                break;
+            }
+            aside = found;
+        }
+        Ok(ends)
     }
 }
 
@@ -398,13 +432,18 @@ impl Task for Arguments {
                 // a grid that was widened counts from where it began
                 let grid = writer.plan().identity.walk.grid();
                 let pieces = request.pieces();
-                let job = |piece| -> Job {
-                    Box::new(move |take| Ok(vec![request.compute(piece, grid, known, take)?]))
+                let mut first = 0;
+                let job = |piece| {
+                    let (index, count) = (first, request.branches(piece).len());
+                    first += count;
+                    Job::new(count, move |take| request.compute((index, piece), grid, known, take))
                 };
                 let jobs: Vec<Job> = match request.seeds.is_empty() {
-                    true => pieces.iter().enumerate().map(job).collect(),
+                    true => pieces.iter().map(job).collect(),
                     // a branch ends where it meets an earlier one: one after the other
-                    false => vec![Box::new(|take| request.follow_seeds(known, take))],
+                    false => vec![Job::new(2 * request.seeds.len(), |take| {
+                        request.follow_seeds(known, take)
+                    })],
                 };
                 let range = request.options.range;
                 family::run_jobs(work.global, &jobs, writer, &problem.system, range, bar)

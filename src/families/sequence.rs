@@ -74,22 +74,22 @@ pub(crate) fn viscous_series(
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     at_once(harmonics, stretch, known, take, |grid, before, take| {
-        let plan = series_branch::Sequential { grid, harmonics, settings };
+        let plan = series_branch::Sequential { grid, harmonics, settings, aside: &[] };
         Ok(viscous_mode::sequential(body, &plan, before, take)?)
     })
 }
 
 /// Solutions of harmonic balance at each frequency, all numbers of harmonics at once; `known` are the points of an earlier run in the
-/// order of the walk.
+/// order of the walk, `aside` those of another walk over the same frequencies.
 pub fn series(
     body: &mut series_branch::BalancedBody,
     (harmonics, settings): (&[usize], &Settings),
     stretch: Stretch,
-    known: &[&PointRecord],
+    (known, aside): (&[&PointRecord], &[PointRecord]),
     take: Take,
 ) -> Result<BranchEnd, FamilyError> {
     at_once(harmonics, stretch, known, take, |grid, before, take| {
-        let plan = series_branch::Sequential { grid, harmonics, settings };
+        let plan = series_branch::Sequential { grid, harmonics, settings, aside };
         Ok(series_branch::sequential(body, &plan, before, take)?)
     })
 }

@@ -10,7 +10,7 @@ use signorini::contact::State;
 use signorini::continuation::Go;
 use signorini::hbm::modes::solve;
 use signorini::hbm::newton::Settings;
-use signorini::hbm::response::{Summary, Track, sequential};
+use signorini::hbm::response::{Summary, Track, Walk, sequential};
 use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
 use signorini::orbit::check::series_of_orbit;
 use signorini::orbit::search::{Effort as Search, find};
@@ -186,7 +186,9 @@ fn sampling(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let grid: Vec<f64> = (0..=last).map(|k| 1.70 + 0.005 * f64::from(k)).collect();
     let mut tracks = vec![Track::default(); 2];
     let mut solutions = vec![];
-    sequential(&mut r, &[7], &grid, &Settings::default(), &mut tracks, |_, p| {
+    let settings = Settings::default();
+    let walk = Walk::new(&[7], &grid, &settings);
+    sequential(&mut r, &walk, &mut tracks, |_, p| {
         solutions.extend(p.solution.ok());
         Go::Continue(())
     })

@@ -14,13 +14,31 @@ use signorini::store::{FamilyWriter, StoreError, StoredFamily};
 use crate::cli::progress::Bar;
 use crate::cli::{CliError, Global};
 
-/// A branch to compute, or several one after the other: it hands its points on.
-pub type Job<'a> = Box<
-    dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Vec<BranchEnd>, CliError>
+/// What computes branches, and hands their points on: they count from the first of its branches.
+type Compute<'a> = dyn Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Vec<BranchEnd>, CliError>
+    + Send
+    + Sync
+    + 'a;
+
+/// A branch to compute, or several one after the other.
+pub struct Job<'a> {
+    /// How many.
+    branches: usize,
+    compute: Box<Compute<'a>>,
+}
+
+impl<'a> Job<'a> {
+    /// So many branches that are next to each other in the file.
+    pub fn new(
+        branches: usize,
+        compute: impl Fn(&mut dyn FnMut(PointRecord) -> Go) -> Result<Vec<BranchEnd>, CliError>
         + Send
         + Sync
         + 'a,
->;
+    ) -> Job<'a> {
+        Job { branches, compute: Box::new(compute) }
+    }
+}
 
 /// A family that is carried out.
 pub struct Carried {
@@ -68,23 +86,21 @@ pub(crate) fn run_jobs(
 ) -> Result<Vec<BranchEnd>, CliError> {
     let (sender, receiver) = mpsc::sync_channel::<PointRecord>(64);
     // the threads of the command compute, one beside them writes: a thread that is started here would compute on those of the whole process
-    let sizes = (jobs.len(), range);
+    let sizes = (writer.plan().branches.len(), range);
     let (ends, written) = std::thread::scope(|scope| {
         let (sender, writer) = (sender, &mut writer);
         let keeper = scope.spawn(move || write_all(receiver, writer, system, sizes, bar));
-        let run = |(branch, job): (usize, &Job)| {
+        let run = |(index, job): (usize, &Job)| {
             let sender = sender.clone();
+            let before: usize = jobs[..index].iter().map(|j| j.branches).sum();
             let mut take = |mut point: PointRecord| {
-                // a single job may hold several branches of its own
-                if jobs.len() > 1 {
-                    point.branch = branch;
-                }
+                point.branch += before;
                 match sender.send(point) {
                     Ok(()) if global.caller.signal().is_none() => Go::Continue(()),
                     _ => Go::Break(()),
                 }
             };
-            job(&mut take)
+            (job.compute)(&mut take)
         };
         let all = || jobs.par_iter().enumerate().map(&run).collect::<Vec<_>>();
         let ends = std::panic::catch_unwind(AssertUnwindSafe(all)).unwrap_or_default();
@@ -116,10 +132,10 @@ fn write_all(
     receiver: Receiver<PointRecord>,
     writer: &mut FamilyWriter,
     system: &System,
-    (jobs, (low, high)): (usize, (f64, f64)),
+    (branches, (low, high)): (usize, (f64, f64)),
     bar: Option<&Bar>,
 ) -> Result<(), StoreError> {
-    let mut progress = vec![0.0f64; jobs];
+    let mut progress = vec![0.0f64; branches.max(1)];
     for (count, point) in receiver.iter().enumerate() {
         writer.push(&point, system)?;
         if let Some(bar) = bar {

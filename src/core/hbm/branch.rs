@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 use super::newton::Settings;
-use super::response::{self, Harmonics, Origin, Point, Summary, Track};
+use super::response::{self, Harmonics, Origin, Point, Summary, Track, Walk};
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
 use crate::event::SwitchKind;
@@ -197,6 +197,8 @@ pub struct Sequential<'a> {
     pub harmonics: &'a [usize],
     /// Newton's settings.
     pub settings: &'a Settings,
+    /// Solutions that another walk over the same frequencies found: where this one loses its branch, it goes on with them.
+    pub aside: &'a [PointRecord],
 }
 
 /// Sequential continuation, all numbers of harmonics at each frequency. `known` are the points of an earlier part.
@@ -225,8 +227,17 @@ pub fn sequential(
             }
         }
     };
-    let Sequential { grid, harmonics, settings } = *plan;
-    response::sequential(balanced.as_mut(), harmonics, grid, settings, &mut tracks, each)?;
+    let Sequential { grid, harmonics, settings, aside } = *plan;
+    let what = (balanced.interface().basis, balanced.components());
+    let elsewhere = |n_h: usize, omega: f64| {
+        let is_there = |p: &&PointRecord| (p.omega / omega - 1.0).abs() < 1e-9;
+        let places = aside.iter().filter(is_there).filter_map(|p| p.place.as_ref());
+        let mut series =
+            places.filter_map(|p| series_of_place(what.0, n_h, what.1, p.x.split_last()?.1));
+        series.next()
+    };
+    let walk = Walk { elsewhere: &elsewhere, ..Walk::new(harmonics, grid, settings) };
+    response::sequential(balanced.as_mut(), &walk, &mut tracks, each)?;
     failed.map_or(Ok(()), Err)
 }
 
@@ -243,7 +254,9 @@ pub fn first_solution(
     }
     let mut found = None;
     let mut tracks = vec![Track::default(); 2];
-    response::sequential(body, &[n_h], &[omega], &settings, &mut tracks, |_, p| {
+    let (harmonics, grid) = ([n_h], [omega]);
+    let walk = Walk::new(&harmonics, &grid, &settings);
+    response::sequential(body, &walk, &mut tracks, |_, p| {
         found = p.solution.ok();
         Go::Continue(())
     })?;

@@ -340,17 +340,34 @@ impl Track {
     }
 }
 
-/// Sequential continuation over `grid` for several numbers of harmonics at once, as the seed does: the secant, the previous point,
-/// then the ladder from the next lower number. `tracks` hold what is known before the first frequency, one for each of
-/// `1` and `harmonics`.
+/// A walk over frequencies.
+pub struct Walk<'a> {
+    /// Numbers of harmonics, ascending.
+    pub harmonics: &'a [usize],
+    /// Frequencies, in order.
+    pub grid: &'a [f64],
+    /// Newton's settings.
+    pub settings: &'a Settings,
+    /// A solution with so many harmonics at a frequency that is known from elsewhere.
+    pub elsewhere: &'a dyn Fn(usize, f64) -> Option<Series>,
+}
+
+impl<'a> Walk<'a> {
+    /// One that knows nothing from elsewhere.
+    pub fn new(harmonics: &'a [usize], grid: &'a [f64], settings: &'a Settings) -> Walk<'a> {
+        Walk { harmonics, grid, settings, elsewhere: &|_, _| None }
+    }
+}
+
+/// Sequential continuation for several numbers of harmonics at once, as the seed does: the secant, the previous point, then what is known from elsewhere, then the
+/// ladder from the next lower number. `tracks` hold what is known before the first frequency, one for each of `1` and `harmonics`.
 pub fn sequential(
     body: &mut dyn Balanced,
-    harmonics: &[usize],
-    grid: &[f64],
-    settings: &Settings,
+    walk: &Walk,
     tracks: &mut [Track],
     mut take: impl FnMut(&dyn Balanced, Point) -> crate::continuation::Go,
 ) -> Result<(), HbmError> {
+    let Walk { harmonics, grid, settings, elsewhere } = *walk;
     for &omega in grid {
         body.set_frequency(omega);
         let mut below: Option<Series> = None;
@@ -358,7 +375,8 @@ pub fn sequential(
         for (k, track) in tracks.iter_mut().enumerate() {
             let n_h = if k == 0 { 1 } else { harmonics[k - 1] };
             let guesses = track.guesses(omega);
-            let mut found = attempt(body, &guesses, below.as_ref(), (n_h, omega), settings)?;
+            let others = (elsewhere(n_h, omega), below.as_ref());
+            let mut found = attempt(body, &guesses, others, (n_h, omega), settings)?;
             if k == 0 && found.is_err() {
                 found = started(body, omega, settings)?.map_or(found, Ok);
             }
@@ -402,11 +420,12 @@ fn started(
     Ok(None)
 }
 
-/// A solution of `n_h` harmonics from the first of the guesses that leads to one, else the one without contact, else from the one with fewer harmonics `below`.
+/// A solution of `n_h` harmonics from the first of the guesses that leads to one, else the one without contact, else the one that is known from elsewhere, else from the
+/// one with fewer harmonics `below`.
 fn attempt(
     body: &dyn Balanced,
     guesses: &[Series],
-    below: Option<&Series>,
+    (elsewhere, below): (Option<Series>, Option<&Series>),
     (n_h, omega): (usize, f64),
     settings: &Settings,
 ) -> Result<Result<(Solution, Origin), GapReason>, HbmError> {
@@ -423,6 +442,11 @@ fn attempt(
         if let Ok(s) = body.solve(&at_rest(body, n_h), omega, &at_once)? {
             return Ok(Ok((s, Origin::Started)));
         }
+    }
+    if let Some(known) = elsewhere
+        && let Ok(s) = body.solve(&known, omega, settings)?
+    {
+        return Ok(Ok((s, Origin::Started)));
     }
     if let Some(from) = below {
         let raised = match from.n_h == n_h {
