@@ -109,7 +109,7 @@ pub fn response(
             let next = if options.points > 0 { trace.beyond(body, high)? } else { None };
             let Some(orbit) = next else {
                 told.push(why);
-                return Ok(Ok((told.join("; "), EndReason::Stuck)));
+                return Ok(Ok((told.join("; "), EndReason::Lost)));
             };
             let what = match is_grazed(&orbit) {
                 true => format!("turns at a grazing at {at:.9}, behind it nothing touches"),
@@ -348,12 +348,12 @@ fn go_on(
         take(point)
     };
     Ok(match follow(known::last_place(&earlier), &options, &mut numbered)? {
-        Err(why) => ended(index, EndReason::Stuck, why, false),
+        Err(why) => ended(index, EndReason::Lost, why, false),
         Ok((text, reason)) => {
             let complete = match reason {
                 EndReason::Range | EndReason::Met => true,
                 EndReason::Points => points_suffice,
-                EndReason::Stuck | EndReason::Interrupted => false,
+                EndReason::Lost | EndReason::Interrupted => false,
             };
             ended(index, reason, text, complete)
         }
@@ -365,6 +365,6 @@ fn reason(stop: &Stop) -> EndReason {
         Stop::Range => EndReason::Range,
         Stop::Points => EndReason::Points,
         Stop::Interrupted => EndReason::Interrupted,
-        Stop::Step { .. } | Stop::DeadEnd { .. } => EndReason::Stuck,
+        Stop::Step { .. } | Stop::DeadEnd { .. } => EndReason::Lost,
     }
 }

@@ -152,7 +152,7 @@ fn along(asked: &Asked, plan: &FamilyPlan, points: &[PointRecord], ends: &[Branc
                 plan.range.iter().any(|bound| (p.omega - bound).abs() <= 1e-9 * bound)
             }),
             EndReason::Points => count(&own) >= asked.points,
-            EndReason::Stuck | EndReason::Met => true,
+            EndReason::Lost | EndReason::Met => true,
             EndReason::Interrupted => false,
         });
         if end.is_none() {

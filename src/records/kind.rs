@@ -329,10 +329,24 @@ pub enum EndReason {
     Points,
     /// It met the branch that it came from.
     Met,
-    /// It cannot be followed any further.
-    Stuck,
+    /// It cannot be followed any further, and nothing else was found beyond.
+    #[serde(alias = "Stuck")]
+    Lost,
     /// Someone stopped it.
     Interrupted,
+}
+
+impl EndReason {
+    /// In files.
+    pub fn word(self) -> &'static str {
+        match self {
+            EndReason::Range => "range",
+            EndReason::Points => "points",
+            EndReason::Met => "met",
+            EndReason::Lost => "lost",
+            EndReason::Interrupted => "interrupted",
+        }
+    }
 }
 
 /// What a branch says at its end.

@@ -6,8 +6,8 @@ use super::row::Row;
 use super::schema::{About, Column, Get};
 use crate::event::{Grazing, Switch};
 use crate::records::{
-    AttractorRecord, CheckRow, GrazingRecord, OrbitRecord, Peak, PointRecord, VerdictKind,
-    ViscousRecord,
+    AttractorRecord, BranchEnd, CheckRow, GrazingRecord, OrbitRecord, Peak, PointRecord,
+    VerdictKind, ViscousRecord,
 };
 
 // a dataset is a row
@@ -140,6 +140,14 @@ pub(super) static FAMILY_GRAZINGS: &[Column<GrazingRow>] = &[
     Column::new("grazings/kind", "words", GRAZING, "closing or opening", Get::Words(32, |g| g.grazing.visit().into())),
     Column::new("grazings/turns", "1 = it does", GRAZING, "whether the frequency of the branch turns back there", Get::Whole(|g| g.grazing.turns.into())),
     Column::new("grazings/multiplier", "1", GRAZING, "largest modulus of a multiplier at the next orbit behind it", Get::Number(|g| g.multiplier)),
+];
+
+/// `/branches` of a family.
+#[rustfmt::skip]
+pub(super) static BRANCHES: &[Column<BranchEnd>] = &[
+    Column::new("branches/branch", "number", &["end"], "branch that ended", Get::Whole(|e| e.branch as i64)),
+    Column::new("branches/end", "words", &["end"], "range (everything is there), points (as many as were asked for), met (closed, or another branch), lost, interrupted", Get::Words(32, |e| e.reason.word().into())),
+    Column::new("branches/why", "words", &["end"], "in words, with the numbers", Get::Words(512, |e| (&*e.text).into())),
 ];
 
 /// A number of the orbit of a point; not a number where there is none.
@@ -292,8 +300,8 @@ pub fn datasets() -> Vec<&'static About> {
     // what runs and families have both is told once
     let is_new = |about: &&'static About| of(GRAZINGS).all(|known| known.path != about.path);
     let tables = tables.chain(of(FAMILY_GRAZINGS).filter(is_new));
-    let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(SWEEP));
-    let tables = tables.chain(of(SECTIONS)).chain(of(SERIES));
+    let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(BRANCHES));
+    let tables = tables.chain(of(SWEEP)).chain(of(SECTIONS)).chain(of(SERIES));
     let mut all: Vec<_> = ONCE.iter().chain(tables).chain(of(CHECKS)).collect();
     // groups in the order of their first rows
     let first: Vec<&str> = all.iter().map(|about| about.place().0).collect();

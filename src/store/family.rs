@@ -10,7 +10,7 @@ use hdf5::Group;
 use serde::Serialize;
 use serde_json as json;
 
-use super::columns::{FAMILY, VISCOUS};
+use super::columns::{BRANCHES, FAMILY, VISCOUS};
 use super::crosscheck::write_crosscheck;
 use super::describe::describe;
 use super::grazings::{Passage, write_grazings};
@@ -314,6 +314,11 @@ impl FamilyWriter {
             write_ridge(&self.file, &ridge)?;
         }
         write_grazings(&self.file, &self.passages)?;
+        if !ends.is_empty() {
+            let mut table = Rows::create(&self.file, BRANCHES, &|_| Form::plain(None, 64))?;
+            ends.iter().for_each(|end| table.push(end));
+            table.append()?;
+        }
         write_record(&g, "ends", &ends)?;
         describe(&self.file)?;
         write_text(&self.file, "status", &status.to_string())?;

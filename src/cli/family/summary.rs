@@ -55,7 +55,7 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
         }
         point
     };
-    let stop = |e: &BranchEnd| json!({"branch": e.branch, "stop": e.text, "complete": e.complete});
+    let stop = |e: &BranchEnd| json!({"branch": e.branch, "end": e.reason.word(), "stop": e.text, "complete": e.complete});
     let points: Vec<Value> = stored.points.iter().map(point).collect();
     let stops: Vec<Value> = ends.iter().map(stop).collect();
     let branches: Vec<String> = stored.branches.iter().map(Branch::to_string).collect();
