@@ -32,6 +32,8 @@ mod oscillator;
 mod oscillator_orbits;
 #[path = "refinement/case.rs"]
 mod refinement;
+#[path = "response/case.rs"]
+mod response;
 #[path = "ridge/case.rs"]
 mod ridge;
 #[path = "stop/case.rs"]
@@ -112,7 +114,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 17] = [
+pub static CASES: [Case; 18] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -128,6 +130,7 @@ pub static CASES: [Case; 17] = [
     oscillator_orbits::CASE,
     harmonic_balance::CASE,
     forced::CASE,
+    response::CASE,
     refinement::CASE,
     ridge::CASE,
 ];
