@@ -113,6 +113,37 @@ fn walks_of_series_leave_no_frequency_out() {
     assert!(jumps.count() >= 6);
 }
 
+/// A corner of the blade sticks for a moment however lightly it touches: the branch turns back at the grazing, within a hundred-thousandth of the frequency, and goes on; behind
+/// its lower fold contact ends at another one.
+#[test]
+fn a_corner_that_sticks_is_passed() {
+    let r = response("blade.toml", "omega = 0.069", 0.0, &["--range", "0.066,0.074", "--quick"]);
+    let grazes: Vec<&Value> =
+        points(&r).iter().filter(|p| p["special"].as_str().unwrap().contains("grazes")).collect();
+    let at: Vec<f64> = grazes.iter().map(|p| p["omega"].as_f64().unwrap()).collect();
+    assert_eq!(at.len(), 2, "{at:?}");
+    assert!(grazes[0]["special"].as_str().unwrap().ends_with("the frequency turns back"));
+    // a load in one mode: linear until it touches, (1 - s)² + 4ξ²s = (1.6 · 2ξ)² at both
+    let (xi, peak) = (0.02f64, 1.6);
+    let b = 1.0 - 2.0 * xi * xi;
+    let root = (b * b - 1.0 + (peak * 2.0 * xi).powi(2)).sqrt();
+    let ratio = ((b + root) / (b - root)).sqrt();
+    // the modes that are kept are not those of the open body
+    assert!((at[1] / at[0] / ratio - 1.0).abs() < 1e-4, "{at:?} {ratio}");
+    assert_eq!(folds(&r).len(), 3);
+    assert!((folds(&r)[0] / at[0] - 1.0).abs() < 2e-5 && folds(&r)[0] < at[0]);
+    assert_eq!(r["stops"][0]["end"], "range");
+}
+
+/// Small steps change nothing about where a branch goes: no grazing beyond the range is gone to.
+#[test]
+fn small_steps_stay_in_the_range() {
+    let words = ["--ratios", "0.02", "--range", "1.4899,1.4902", "--step", "0.001"];
+    let r = response("half-plate-response.toml", "kind = \"mode\"", 0.0, &words);
+    assert!(points(&r).iter().all(|p| p["omega"].as_f64().unwrap() <= 1.4902 + 1e-12));
+    assert_eq!(r["stops"][0]["stop"], "end of the range");
+}
+
 /// The beam between two stops over its whole range, whatever the phase of the load: one fold, the turn at a grazing, behind it the motion that touches nothing.
 #[test]
 #[ignore = "four minutes"]

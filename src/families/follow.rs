@@ -125,7 +125,7 @@ pub fn response(
 
 /// How far beyond a place where a branch was lost an orbit is looked for, over the frequency.
 const BEYOND: [f64; 4] = [1e-4, 1e-3, 5e-3, 0.02];
-/// Orbits whose energies and amplitudes differ by less, relative, are taken for one.
+/// Orbits whose energies, amplitudes, and times in contact differ by less, relative, are taken for one.
 const SAME: f64 = 1e-3;
 /// So many points in a row that lie on a branch that is known mean that it comes back.
 const BACK: usize = 3;
@@ -138,6 +138,7 @@ pub(super) struct Glimpse {
     pub omega: f64,
     pub energy: f64,
     pub amplitude: f64,
+    pub contact_time: f64,
     /// Switches: a branch that turns at a grazing goes on beside itself, with others.
     pub switches: usize,
 }
@@ -146,8 +147,24 @@ impl Glimpse {
     /// That of a point which has an orbit.
     pub fn of(p: &PointRecord) -> Option<Glimpse> {
         let o = p.orbit.as_ref()?;
-        let (energy, amplitude, switches) = (o.energy, o.amplitude, o.switches.len());
-        Some(Glimpse { omega: p.omega, energy, amplitude, switches })
+        Some(Glimpse {
+            omega: p.omega,
+            energy: o.energy,
+            amplitude: o.amplitude,
+            contact_time: o.contact_time,
+            switches: o.switches.len(),
+        })
+    }
+
+    /// That of an orbit.
+    fn of_orbit(o: &Orbit) -> Glimpse {
+        Glimpse {
+            omega: o.omega(),
+            energy: o.energy,
+            amplitude: o.amplitude,
+            contact_time: o.contact_time,
+            switches: o.switches.len(),
+        }
     }
 }
 
@@ -215,7 +232,7 @@ impl Trace {
                 let (value, there) = (of(&here), of(&a) + s * (of(&b) - of(&a)));
                 (there - value).abs() <= SAME * value.abs().max(there.abs())
             };
-            near(|g| g.energy) && near(|g| g.amplitude)
+            near(|g| g.energy) && near(|g| g.amplitude) && near(|g| g.contact_time)
         })
     }
 
@@ -231,10 +248,7 @@ impl Trace {
             let linear = body.linear_response();
             let effort = Effort { rescue: false, ..Effort::of(Closure::FORCED) };
             let mut found = find(body, Closure::FORCED, &linear, omega, &effort)?.orbit().cloned();
-            let is_new = |o: &Orbit| {
-                let (energy, amplitude, switches) = (o.energy, o.amplitude, o.switches.len());
-                !self.knows(Glimpse { omega, energy, amplitude, switches }, 0)
-            };
+            let is_new = |o: &Orbit| !self.knows(Glimpse::of_orbit(o), 0);
             if !found.as_ref().is_some_and(is_new)
                 && let Settled::Orbit(orbit) = settle(body, &linear, omega)?.to
                 && orbit.closure == Closure::FORCED

@@ -222,31 +222,30 @@ fn sweeps(effort: Effort, gallery: &Gallery, checks: &mut Vec<Check>) -> Result<
     let mut body = body(&scene)?;
     let (points, _) = branch(&mut body, range)?;
     let step = if effort.short { 0.04 } else { 0.01 };
-    let (mut worst, mut count) = (0.0f64, 0);
+    let (mut worst, mut count, mut others) = (0.0f64, 0, 0);
     for direction in Direction::BOTH {
         let plan = Sweep { grid: Grid { origin: range.0, step }, range, direction, dwell: None };
         let rest = vec![0.0; 2 * body.n()];
         let mut settled = vec![];
         let end = sweep::sweep(&mut body, &plan, &rest, &[], &mut |p| {
-            settled.push((p.omega, p.energy(), p.orbit.is_some()));
+            settled.push((p.omega, p.energy(), p.attractor.map(|a| a.kind)));
             Go::Continue(())
         });
         end.map_err(|e| e.to_string())?;
-        for (omega, energy, is_orbit) in settled {
-            let off = match is_orbit {
-                true => off_branch(&mut body, &points, (omega, energy))?,
-                false => f64::INFINITY,
-            };
-            worst = worst.max(off);
+        for (omega, energy, kind) in settled {
+            // right behind a grazing an orbit doubles its period, and more
+            if kind != Some(AttractorKind::Periodic(1)) {
+                others += 1;
+                continue;
+            }
+            worst = worst.max(off_branch(&mut body, &points, (omega, energy))?);
             count += 1;
         }
     }
-    checks.push(Check::at_least("half plate: settled motions", f64::from(count), 20.0));
-    checks.push(Check::at_most(
-        "half plate: energies of settled motions off the branch",
-        worst,
-        1e-6,
-    ));
+    let (all, told) = (f64::from(count), "energies of settled motions off the branch");
+    let what = format!("half plate: settled motions of one period ({others} others)");
+    checks.push(Check::at_least(what, all, 20.0));
+    checks.push(Check::at_most(format!("half plate: {told}"), worst, 1e-6));
     Ok(())
 }
 

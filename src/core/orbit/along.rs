@@ -53,7 +53,7 @@ pub fn arclength(
         }
     };
     if mapped {
-        let family = &mut Mapped::new(body, closure);
+        let family = &mut Mapped::new(body, closure, options.step.2);
         let ended = across_corners(family, start, options, &mut memory, &mut take);
         family.set_section(0.0);
         return ended;
@@ -73,6 +73,10 @@ fn is_mapped(body: &Propagator, closure: Closure) -> bool {
         Closure::Forced(_) => body.system.damping.is_some_and(|d| d.beta > 0.0),
         Closure::Reversible | Closure::Autonomous => false,
     }
+}
+
+fn within((low, high): (f64, f64), x: &[f64]) -> bool {
+    x.last().is_some_and(|omega| (low..=high).contains(omega))
 }
 
 /// So many points behind a corner the next one may be passed by a longer step.
@@ -144,6 +148,10 @@ fn across_corners(
             return Ok(Some(Ending::of(stop)));
         }
         let (at, border, turns, place) = match family.over(&last)? {
+            // what lies ahead outside of the range is not to be gone to
+            Some((Crossing { at, .. }, _)) if !within(options.range, &at) => {
+                return Ok(Some(Ending::of(stop)));
+            }
             Some((Crossing { at, border, .. }, place)) => {
                 let rate = |p: &Place<Chain>| p.tangent[p.tangent.len() - 1];
                 (Some(at), border, rate(&last) * rate(&place) < 0.0, place)

@@ -13,6 +13,7 @@ use super::chain::{Chain, Propagator};
 use super::period_map::integrate;
 use super::segments::{Segments, Touch};
 use super::shooting::Closure;
+use super::walk::Walk;
 use super::{OrbitError, tolerate};
 use crate::contact::PointState;
 use crate::continuation::{Family, Place, correct, dot, tangent};
@@ -31,6 +32,8 @@ const READINGS: usize = 4;
 const AHEAD: (f64, f64) = (0.3, 1e-6);
 /// Durations of the visit behind a grazing, over the period.
 const DURATIONS: [f64; 6] = [1e-3, 3e-4, 1e-4, 3e-5, 3e-3, 1e-6];
+/// Steps of arclength from a grazing along the ghost branch to where the motion that knows of the visit is read.
+const DEEPER: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 /// Steps of arclength from a grazing to where nothing touches.
 const AWAY: [f64; 4] = [1e-3, 1e-4, 1e-2, 1e-5];
 /// Step of differences along the ghost branch.
@@ -43,6 +46,9 @@ const GRAZES: f64 = 1e-14;
 const STILL: f64 = 1e-9;
 /// Samples of a monitor over the period.
 const SAMPLES: f64 = 128.0;
+/// Around a minimum so many instants to each side, so far from each other over the period, are looked at for lower ones.
+const AROUND: i32 = 32;
+const RIPPLE: f64 = 2.5e-4;
 
 /// A point of the ghost branch at which contacts graze.
 #[derive(Debug, Clone)]
@@ -216,16 +222,42 @@ impl<'a> Search<'a> {
                         continue;
                     }
                     let near = 0.5 * (times[i] + times[i + 1]) / end;
-                    let Touch { h, t, .. } = self.family.touch(&walk, phase, (point, to), near);
+                    let Touch { h, t, .. } = self.lowest(&walk, phase, (point, to), near);
                     let distance = h / self.family.monitor_unit(phase, point);
-                    if distance < NEARBY {
-                        let near = t / end;
+                    let near = t / end;
+                    let is_same = |c: &Candidate| c.point == point && c.near == near;
+                    if distance < NEARBY && !found.iter().any(is_same) {
                         found.push(Candidate { distance, point, to, near, is_visit: false });
                     }
                 }
             }
         }
         Ok(found)
+    }
+
+    /// The minimum of a monitor near an instant: with the ripple of high modes on it the lowest of several.
+    fn lowest(
+        &self,
+        walk: &Walk,
+        phase: usize,
+        (point, to): (usize, PointState),
+        near: f64,
+    ) -> Touch {
+        let first = self.family.touch(walk, phase, (point, to), near);
+        let (links, sets) = (&walk.links, &self.family.chain.sets);
+        let end = links[links.len() - 1].span.1;
+        let value = |t: f64| {
+            let phase = links.iter().take_while(|link| link.span.1 < t).count();
+            let link = links.get(phase).filter(|link| (link.span.0..=link.span.1).contains(&t))?;
+            let is_on = sets[phase].at(point) == sets[first.phase].at(point);
+            is_on.then(|| (link.monitor(link.monitor_of(point, to), t).0, phase, t))
+        };
+        let beside = (-AROUND..=AROUND).map(|k| first.t + f64::from(k) * RIPPLE * end);
+        let lower = beside.filter_map(value).min_by(|a, b| a.0.total_cmp(&b.0));
+        match lower.filter(|lower| lower.0 < first.h) {
+            Some((_, phase, t)) => self.family.touch(walk, phase, (point, to), t / end),
+            None => first,
+        }
     }
 
     /// Which switch of the present chart ends the visit of a candidate, if the chart has it.
@@ -262,7 +294,7 @@ impl<'a> Search<'a> {
         let end = self.family.end(omega);
         let phase = times.iter().take_while(|t| **t < candidate.near * end).count();
         let to = (candidate.point, candidate.to);
-        let touch = self.family.touch(&walk, phase, to, candidate.near);
+        let touch = self.lowest(&walk, phase, to, candidate.near);
         Ok((touch.h / self.family.monitor_unit(touch.phase, candidate.point), touch.t / end))
     }
 
@@ -349,11 +381,8 @@ impl<'a> Search<'a> {
             self.family.set_chart(&chart);
             x = with;
         }
-        let leaves: Option<Vec<usize>> = ghost.group.iter().map(|c| self.leaves(&x, c)).collect();
-        let Some(leaves) = leaves else { return Ok(None) };
+        let Some(leaves) = self.leaves_of(&x, ghost) else { return Ok(None) };
         let n = self.family.closure.unknowns(self.family.body.n());
-        let mut duration = vec![0.0; x.len()];
-        (duration[n + leaves[0]], duration[n + leaves[0] - 1]) = (1.0, -1.0);
         let end = self.family.end(x[x.len() - 1]);
         for share in DURATIONS {
             let mut with = x.clone();
@@ -361,13 +390,43 @@ impl<'a> Search<'a> {
                 with[n + j] += 0.5 * share * end;
                 with[n + j - 1] -= 0.5 * share * end;
             }
-            if let Some(found) = correct(&mut self.family, &with, &duration, share * end)?
-                && tolerate(self.family.overstepped(&found.x))?.is_some_and(|b| b.is_empty())
-            {
-                return Ok(Some(self.ends(&found.x)));
+            if let Some(found) = self.of_duration(&with, leaves[0], share * end)? {
+                return Ok(Some(found));
+            }
+        }
+        // a point that sticks for a moment however lightly it touches: the visit as the motion has it
+        for s in DEEPER {
+            let deeper = ghost.x.iter().zip(&ghost.tangent);
+            let deeper = deeper.map(|(x, t)| x - ghost.slope.signum() * s * t).collect::<Vec<_>>();
+            self.family.set_chart(&ghost.chart);
+            let Some(with) = self.read(&self.ends(&deeper))? else { continue };
+            let Some(leaves) = self.leaves_of(&with, ghost) else { continue };
+            let duration = with[n + leaves[0]] - with[n + leaves[0] - 1];
+            if let Some(found) = self.of_duration(&with, leaves[0], duration)? {
+                return Ok(Some(found));
             }
         }
         Ok(None)
+    }
+
+    /// Which switches of the present chart end the visits of a grazing, if the chart has them all.
+    fn leaves_of(&self, x: &[f64], ghost: &Ghost) -> Option<Vec<usize>> {
+        ghost.group.iter().map(|c| self.leaves(x, c)).collect()
+    }
+
+    /// The orbit in the present chart in which the visit that switch `j` ends has a duration.
+    fn of_duration(
+        &mut self,
+        x: &[f64],
+        j: usize,
+        duration: f64,
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
+        let n = self.family.closure.unknowns(self.family.body.n());
+        let mut c = vec![0.0; x.len()];
+        (c[n + j], c[n + j - 1]) = (1.0, -1.0);
+        let Some(found) = correct(&mut self.family, x, &c, duration)? else { return Ok(None) };
+        let is_there = tolerate(self.family.overstepped(&found.x))?.is_some_and(|b| b.is_empty());
+        Ok(is_there.then(|| self.ends(&found.x)))
     }
 
     /// The branch where the visits are no more: the ghost branch on the side where the point stays away.

@@ -22,8 +22,9 @@ pub struct Mapped<'a> {
     closure: Closure,
     section: Section,
     examined: [Option<(Vec<f64>, Orbit)>; 2],
-    /// Steps in a row that were short.
+    /// Steps in a row that were short, and the longest that are taken.
     short: usize,
+    longest: f64,
     /// What lies ahead of a point, where a step led astray.
     ahead: Option<(Vec<f64>, Crossing)>,
     /// The grazing that the branch went over last: it does not lie ahead.
@@ -36,8 +37,8 @@ const ACROSS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 /// The first step behind a grazing, over the way from there.
 const SHORTER: f64 = 0.1;
 
-/// So many steps in a row below so much arclength are those of a branch that comes to a grazing.
-const SHORT: (usize, f64) = (5, 2e-4);
+/// So many steps in a row below so much of the longest one are those of a branch that comes to a grazing.
+const SHORT: (usize, f64) = (5, 4e-3);
 
 /// A visit of less than this part of the period is one that a turn of the branch may belong to.
 const BRIEF: f64 = 5e-3;
@@ -52,8 +53,8 @@ const ALONG: f64 = 1e-6;
 const GRAZING: f64 = 1e-3;
 
 impl<'a> Mapped<'a> {
-    /// The family of a body whose orbits close in a way.
-    pub fn new(body: &'a mut Propagator, closure: Closure) -> Mapped<'a> {
+    /// The family of a body whose orbits close in a way, followed in steps of arclength up to `longest`.
+    pub fn new(body: &'a mut Propagator, closure: Closure, longest: f64) -> Mapped<'a> {
         let section = Section::new(body, closure.periods());
         Mapped {
             body,
@@ -61,6 +62,7 @@ impl<'a> Mapped<'a> {
             section,
             examined: [None, None],
             short: 0,
+            longest,
             ahead: None,
             passed: None,
         }
@@ -342,7 +344,7 @@ impl Family for Mapped<'_> {
         };
         let way = from_to(&from.x, x);
         let length = dot(&way, &way).sqrt();
-        self.short = if length < SHORT.1 { self.short + 1 } else { 0 };
+        self.short = if length < SHORT.1 * self.longest { self.short + 1 } else { 0 };
         if !self.goes_over() {
             return Ok(Judgement::Along);
         }
