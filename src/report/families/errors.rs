@@ -3,7 +3,7 @@
 use plotters::prelude::{Color, RGBColor};
 
 use super::branches::{branches, of_branch, runs};
-use crate::records::{Changed, ErrorStatement, Solver};
+use crate::records::{Changed, ErrorStatement, Solver, Variation};
 use crate::report::figure::{Chart, Entry, INK, Mark, entry, line, tint};
 use crate::store::StoredFamily;
 
@@ -13,6 +13,10 @@ const LIGHT: f64 = 0.18;
 const DARK: f64 = 0.42;
 /// Name of the only band where the viscosity does nowhere more than what is numerical.
 const WITHIN: &str = "mesh and contact (the viscosity within)";
+/// Bands that are nowhere wider, over the energy, are thinner than the line and not drawn.
+const THIN: f64 = 1e-3;
+/// Name of the only one of reduced responses.
+const MODES: &str = "number of modes";
 /// On a logarithmic axis a band goes down at most to this part of the least energy.
 const LOWEST: f64 = 0.3;
 
@@ -119,7 +123,7 @@ fn around(energy: f64, width: f64) -> [f64; 2] {
 /// Bands along the branches, or bars.
 fn shapes(family: &StoredFamily, reach: Reach) -> Vec<Shape> {
     let knots = family.statement.as_ref().map(|s| reach.knots(s)).unwrap_or_default();
-    if knots.is_empty() {
+    if knots.iter().all(|k| k.width < THIN) {
         return vec![];
     }
     if !is_graph(family) {
@@ -202,6 +206,10 @@ pub(in crate::report) fn error_entries(families: &[(&StoredFamily, RGBColor)]) -
     let common = |colours: &[RGBColor]| if let [only] = colours { *only } else { INK };
     let stated = || families.iter().filter(|(f, _)| f.statement.is_some());
     let within = stated().all(|(f, _)| viscosity_is_within(f));
+    let of_modes = |v: &Variation| v.changed == Changed::MoreModes;
+    let is_of_modes =
+        |f: &StoredFamily| f.statement.as_ref().is_some_and(|s| s.variations.iter().all(of_modes));
+    let all_of_modes = stated().all(|(f, _)| is_of_modes(f));
     let (mut bands, mut bars): (Vec<Entry>, Vec<Entry>) = (vec![], vec![]);
     for reach in Reach::BOTH.into_iter().rev() {
         let (mut of_bands, mut of_bars) = (vec![], vec![]);
@@ -212,7 +220,11 @@ pub(in crate::report) fn error_entries(families: &[(&StoredFamily, RGBColor)]) -
                 None => {}
             }
         }
-        let name = if within && reach == Reach::Numerical { WITHIN } else { reach.name() };
+        let name = match reach {
+            Reach::Numerical if all_of_modes => MODES,
+            Reach::Numerical if within => WITHIN,
+            _ => reach.name(),
+        };
         if !of_bands.is_empty() {
             bands.push(entry(name, tint(common(&of_bands), reach.share()), Mark::Patch));
         }
