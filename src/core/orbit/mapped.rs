@@ -136,10 +136,13 @@ impl<'a> Mapped<'a> {
         self.closure.is_forced() && is_smooth
     }
 
-    /// The first of some grazings behind which the branch is found.
-    fn crossing(&mut self, found: &[Ghost]) -> Result<Option<Crossing>, OrbitError> {
+    /// The first of some grazings ahead of a point behind which the branch is found: an orbit with other visits.
+    fn crossing(&mut self, from: &[f64], found: &[Ghost]) -> Result<Option<Crossing>, OrbitError> {
+        let before = counts(&self.seen(from)?);
         for ghost in found {
-            if let Some(behind) = grazing::behind(self.body, self.closure, ghost)? {
+            if let Some(behind) = grazing::behind(self.body, self.closure, ghost)?
+                && counts(&self.seen(&behind)?) != before
+            {
                 let (at, border) = (ghost.at.clone(), ghost.border());
                 return Ok(Some(Crossing { at, border, behind }));
             }
@@ -157,7 +160,7 @@ impl<'a> Mapped<'a> {
             Some((_, crossing)) => Some(crossing),
             None => {
                 let found = self.grazings(place, |_| true)?;
-                self.crossing(&found)?
+                self.crossing(&place.x, &found)?
             }
         };
         let Some(crossing) = crossing else { return Ok(None) };
@@ -366,7 +369,7 @@ impl Family for Mapped<'_> {
         };
         found.retain(|ghost| is_stuck || distance(ghost) <= WITHIN * length);
         found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let Some(crossing) = self.crossing(&found)? else { return Ok(Judgement::Along) };
+        let Some(crossing) = self.crossing(&from.x, &found)? else { return Ok(Judgement::Along) };
         let behind = from_to(&crossing.at, &crossing.behind);
         let landed = from_to(&crossing.at, x);
         if !changed.is_empty() && dot(&behind, &landed) > 0.0 {
