@@ -138,10 +138,10 @@ impl<'a> Mapped<'a> {
 
     /// The first of some grazings ahead of a point behind which the branch is found: an orbit with other visits.
     fn crossing(&mut self, from: &[f64], found: &[Ghost]) -> Result<Option<Crossing>, OrbitError> {
-        let before = counts(&self.seen(from)?);
+        let before = self.visits(from)?;
         for ghost in found {
             if let Some(behind) = grazing::behind(self.body, self.closure, ghost)?
-                && counts(&self.seen(&behind)?) != before
+                && self.visits(&behind)? != before
             {
                 let (at, border) = (ghost.at.clone(), ghost.border());
                 return Ok(Some(Crossing { at, border, behind }));
@@ -191,6 +191,17 @@ impl<'a> Mapped<'a> {
         self.examined.rotate_right(1);
         self.examined[0] = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
+    }
+
+    /// How many switches each contact point has in an orbit; its multipliers are not asked for.
+    fn visits(&mut self, x: &[f64]) -> Result<BTreeMap<usize, usize>, OrbitError> {
+        if let Some((_, orbit)) = self.examined.iter().flatten().find(|(known, _)| known == x) {
+            return Ok(counts(orbit));
+        }
+        let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
+        let closure = self.closure;
+        self.body.system.loads_mut().set_frequency(*omega);
+        Ok(counts(&examine(self.body, closure, z, closure.period(*omega), 0, false)?))
     }
 
     /// Whether a place is near a grazing.
