@@ -13,7 +13,6 @@ use super::chain::{Chain, Propagator};
 use super::period_map::integrate;
 use super::segments::{Segments, Touch};
 use super::shooting::Closure;
-use super::walk::Walk;
 use super::{OrbitError, tolerate};
 use crate::contact::PointState;
 use crate::continuation::{Family, Place, correct, dot, tangent};
@@ -46,9 +45,6 @@ const GRAZES: f64 = 1e-14;
 const STILL: f64 = 1e-9;
 /// Samples of a monitor over the period.
 const SAMPLES: f64 = 128.0;
-/// Around a minimum so many instants to each side, so far from each other over the period, are looked at for lower ones.
-const AROUND: i32 = 32;
-const RIPPLE: f64 = 2.5e-4;
 
 /// A point of the ghost branch at which contacts graze.
 #[derive(Debug, Clone)]
@@ -222,42 +218,16 @@ impl<'a> Search<'a> {
                         continue;
                     }
                     let near = 0.5 * (times[i] + times[i + 1]) / end;
-                    let Touch { h, t, .. } = self.lowest(&walk, phase, (point, to), near);
+                    let Touch { h, t, .. } = self.family.touch(&walk, phase, (point, to), near);
                     let distance = h / self.family.monitor_unit(phase, point);
-                    let near = t / end;
-                    let is_same = |c: &Candidate| c.point == point && c.near == near;
-                    if distance < NEARBY && !found.iter().any(is_same) {
+                    if distance < NEARBY {
+                        let near = t / end;
                         found.push(Candidate { distance, point, to, near, is_visit: false });
                     }
                 }
             }
         }
         Ok(found)
-    }
-
-    /// The minimum of a monitor near an instant: with the ripple of high modes on it the lowest of several.
-    fn lowest(
-        &self,
-        walk: &Walk,
-        phase: usize,
-        (point, to): (usize, PointState),
-        near: f64,
-    ) -> Touch {
-        let first = self.family.touch(walk, phase, (point, to), near);
-        let (links, sets) = (&walk.links, &self.family.chain.sets);
-        let end = links[links.len() - 1].span.1;
-        let value = |t: f64| {
-            let phase = links.iter().take_while(|link| link.span.1 < t).count();
-            let link = links.get(phase).filter(|link| (link.span.0..=link.span.1).contains(&t))?;
-            let is_on = sets[phase].at(point) == sets[first.phase].at(point);
-            is_on.then(|| (link.monitor(link.monitor_of(point, to), t).0, phase, t))
-        };
-        let beside = (-AROUND..=AROUND).map(|k| first.t + f64::from(k) * RIPPLE * end);
-        let lower = beside.filter_map(value).min_by(|a, b| a.0.total_cmp(&b.0));
-        match lower.filter(|lower| lower.0 < first.h) {
-            Some((_, phase, t)) => self.family.touch(walk, phase, (point, to), t / end),
-            None => first,
-        }
     }
 
     /// Which switch of the present chart ends the visit of a candidate, if the chart has it.
@@ -294,7 +264,7 @@ impl<'a> Search<'a> {
         let end = self.family.end(omega);
         let phase = times.iter().take_while(|t| **t < candidate.near * end).count();
         let to = (candidate.point, candidate.to);
-        let touch = self.lowest(&walk, phase, to, candidate.near);
+        let touch = self.family.touch(&walk, phase, to, candidate.near);
         Ok((touch.h / self.family.monitor_unit(touch.phase, candidate.point), touch.t / end))
     }
 

@@ -180,14 +180,10 @@ impl<'a> Mapped<'a> {
 
     /// The orbit from the section on.
     fn seen(&mut self, x: &[f64]) -> Result<Orbit, OrbitError> {
-        let known = self.examined.iter().flatten().find(|(known, _)| known == x);
-        if let Some((_, orbit)) = known {
+        if let Some(orbit) = self.known(x) {
             return Ok(orbit.clone());
         }
-        let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
-        let closure = self.closure;
-        self.body.system.loads_mut().set_frequency(*omega);
-        let orbit = examine(self.body, closure, z, closure.period(*omega), 0, true)?;
+        let orbit = self.look(x, true)?;
         self.examined.rotate_right(1);
         self.examined[0] = Some((x.to_vec(), orbit.clone()));
         Ok(orbit)
@@ -195,13 +191,22 @@ impl<'a> Mapped<'a> {
 
     /// How many switches each contact point has in an orbit; its multipliers are not asked for.
     fn visits(&mut self, x: &[f64]) -> Result<BTreeMap<usize, usize>, OrbitError> {
-        if let Some((_, orbit)) = self.examined.iter().flatten().find(|(known, _)| known == x) {
-            return Ok(counts(orbit));
+        match self.known(x) {
+            Some(orbit) => Ok(counts(orbit)),
+            None => Ok(counts(&self.look(x, false)?)),
         }
+    }
+
+    /// An orbit that was examined lately.
+    fn known(&self, x: &[f64]) -> Option<&Orbit> {
+        self.examined.iter().flatten().find(|(known, _)| known == x).map(|(_, orbit)| orbit)
+    }
+
+    fn look(&mut self, x: &[f64], multipliers: bool) -> Result<Orbit, OrbitError> {
         let (omega, z) = x.split_last().ok_or(OrbitError::Eigen("unknowns"))?;
         let closure = self.closure;
         self.body.system.loads_mut().set_frequency(*omega);
-        Ok(counts(&examine(self.body, closure, z, closure.period(*omega), 0, false)?))
+        examine(self.body, closure, z, closure.period(*omega), 0, multipliers)
     }
 
     /// Whether a place is near a grazing.
