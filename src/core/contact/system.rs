@@ -218,6 +218,11 @@ impl System {
         if kind == MonitorKind::Pressure { self.constraints[point].stiffness } else { 1.0 }
     }
 
+    /// What the unit of length makes of the monitor of a point in a state: a length, or a pressure.
+    pub(crate) fn unit_of_monitor(&self, state: PointState, point: usize) -> f64 {
+        self.monitor_unit(self.law().watched(state), point) * self.units.length
+    }
+
     /// What the method promises.
     pub fn promise(&self) -> Promise {
         self.method.promise()

@@ -11,6 +11,7 @@ use super::floquet::{Stability, stability, stability_under_load};
 use super::highest::Highest;
 use super::period_map::{Passage, integrate, integrate_with};
 use super::shooting::Closure;
+use super::touch::Minima;
 use super::walk::Walk;
 use crate::contact::{MonitorKind, OMITTED_INERTIA, Phase, State, States, System};
 use crate::continuation::norm;
@@ -303,6 +304,12 @@ pub fn examine(
         false => walk().ok(),
     };
     let along = walk.as_ref().map(|walk| (&passage.chain, walk));
+    if let Some((chain, walk)) = along {
+        for ((point, _), touch) in (Minima { walk, sets: &chain.sets }).all() {
+            let unit = system.unit_of_monitor(chain.sets[touch.phase].at(point), point);
+            scan.grazing = scan.grazing.min(touch.h.max(0.0) / unit);
+        }
+    }
     let energy_of = along.map(|(chain, walk)| {
         let phases: Vec<Phase> = chain.sets.iter().map(|set| system.phase(set)).collect();
         move |t: f64| energy_along(system, walk, &phases, t)

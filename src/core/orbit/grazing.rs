@@ -11,8 +11,9 @@
 use super::border::Border;
 use super::chain::{Chain, Propagator};
 use super::period_map::integrate;
-use super::segments::{Segments, Touch};
+use super::segments::Segments;
 use super::shooting::Closure;
+use super::touch::Minima;
 use super::{OrbitError, tolerate};
 use crate::contact::PointState;
 use crate::continuation::{Family, Place, correct, dot, tangent};
@@ -43,8 +44,6 @@ const FARTHEST: f64 = 0.5;
 /// A point this near grazes, over the unit of length; or this near where that does not halve any more.
 const GRAZES: f64 = 1e-14;
 const STILL: f64 = 1e-9;
-/// Samples of a monitor over the period.
-const SAMPLES: f64 = 128.0;
 
 /// A point of the ghost branch at which contacts graze.
 #[derive(Debug, Clone)]
@@ -206,25 +205,10 @@ impl<'a> Search<'a> {
                 found.push(Candidate { distance, point, to, near, is_visit: true });
             }
         }
-        for (phase, link) in walk.links.iter().enumerate() {
-            let (a, b) = link.span;
-            let pieces = (SAMPLES * (b - a) / end).ceil().max(4.0) as usize;
-            let times: Vec<f64> =
-                (0..=pieces).map(|k| a + (b - a) * k as f64 / pieces as f64).collect();
-            let rates: Vec<Vec<f64>> = times.iter().map(|&t| link.monitor_rates(t)).collect();
-            for (k, (point, to)) in link.leads().enumerate() {
-                for i in 0..pieces {
-                    if rates[i][k] >= 0.0 || rates[i + 1][k] < 0.0 {
-                        continue;
-                    }
-                    let near = 0.5 * (times[i] + times[i + 1]) / end;
-                    let Touch { h, t, .. } = self.family.touch(&walk, phase, (point, to), near);
-                    let distance = h / self.family.monitor_unit(phase, point);
-                    if distance < NEARBY {
-                        let near = t / end;
-                        found.push(Candidate { distance, point, to, near, is_visit: false });
-                    }
-                }
+        for ((point, to), touch) in (Minima { walk: &walk, sets: &chain.sets }).all() {
+            let distance = touch.h / self.family.monitor_unit(touch.phase, point);
+            if distance < NEARBY {
+                found.push(Candidate { distance, point, to, near: touch.t / end, is_visit: false });
             }
         }
         Ok(found)

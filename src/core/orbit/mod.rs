@@ -12,6 +12,7 @@
 //! - [`border`] — where a chart ends;
 //! - [`segments`] — multi-segment shooting as a family for [`crate::continuation`]: charts are sequences of active sets;
 //! - [`mapped`] — viscous orbits as a family, on the event-driven map itself;
+//! - `touch` — minima of monitors along a motion;
 //! - `grazing` — over a grazing of a branch, and where it is;
 //! - [`floquet`] — monodromy matrix, multipliers, stability;
 //! - `highest` — the largest energy of a motion;
@@ -55,6 +56,7 @@ pub mod segments;
 pub mod settle;
 pub mod shooting;
 pub(crate) mod tangent;
+mod touch;
 pub mod viscous;
 pub(crate) mod walk;
 

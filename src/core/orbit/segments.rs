@@ -15,6 +15,7 @@ use super::credentials::{Orbit, examine};
 use super::period_map::integrate;
 use super::shooting::Closure;
 use super::tangent::Variation;
+use super::touch::{Minima, Touch};
 use super::walk::Walk;
 use super::{OrbitError, OrbitFamily};
 use crate::contact::PointState;
@@ -79,9 +80,7 @@ impl<'a> Segments<'a> {
 
     /// What the unit of length makes of the monitors of a point in a phase: a length, or a pressure.
     pub(super) fn monitor_unit(&self, phase: usize, point: usize) -> f64 {
-        let system = &self.body.system;
-        let kind = system.law().watched(self.chain.sets[phase].at(point));
-        system.monitor_unit(kind, point) * system.units.length
+        self.body.system.unit_of_monitor(self.chain.sets[phase].at(point), point)
     }
 
     fn assemble(&self, x: &[f64], walk: &Walk) -> Vec<f64> {
@@ -95,79 +94,17 @@ impl<'a> Segments<'a> {
         self.body.system.constraints[contact].node
     }
 
-    /// The touch nearest to `near` of the monitor through which a point would leave to `to`: phase, time and value of the minimum there. A minimum may lie
-    /// in a neighbouring phase, as long as the point stays what it is.
+    /// The touch nearest to `near`, of the time to the end, of the monitor through which a point would leave to `to`.
     pub(super) fn touch(
         &self,
         walk: &Walk,
         phase: usize,
-        (point, to): (usize, PointState),
+        lead: (usize, PointState),
         near: f64,
     ) -> Touch {
-        let sets = &self.chain.sets;
-        let present = sets[phase].at(point);
         let end = walk.links[walk.links.len() - 1].span.1;
-        let near = near * end;
-        let monitor = |phase: usize, t: f64| {
-            let link = &walk.links[phase];
-            link.monitor(link.monitor_of(point, to), t)
-        };
-        let at = |phase: usize, t: f64| Touch { phase, t, h: monitor(phase, t).0 };
-        let rate = |phase: usize, t: f64| monitor(phase, t).1;
-        let goes_on = |phase: usize| sets.get(phase).is_some_and(|s| s.at(point) == present);
-        // downhill from `near`, in growing steps, until the rate changes its sign or the contact state ends
-        let mut phase = phase;
-        let (mut a, mut b) = walk.links[phase].span;
-        let mut low = near.max(a.min(b)).min(b);
-        let mut high = low;
-        // a newborn phase has no length, an iterate of Newton's method may have a negative one
-        let mut stride = 1e-4 * (b - a).abs().max(1e-2 * end);
-        if rate(phase, low) < 0.0 {
-            while rate(phase, high) < 0.0 {
-                if high >= b {
-                    if !goes_on(phase + 1) {
-                        return at(phase, b);
-                    }
-                    phase += 1;
-                    b = walk.links[phase].span.1;
-                    low = high;
-                    continue;
-                }
-                (low, high) = (high, (high + stride).min(b));
-                stride *= 1.3;
-            }
-        } else {
-            while rate(phase, low) >= 0.0 {
-                if low <= a {
-                    if phase == 0 || !goes_on(phase - 1) {
-                        return at(phase, a);
-                    }
-                    phase -= 1;
-                    a = walk.links[phase].span.0;
-                    high = low;
-                    continue;
-                }
-                (low, high) = ((low - stride).max(a), low);
-                stride *= 1.3;
-            }
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if rate(phase, middle) < 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        at(phase, 0.5 * (low + high))
+        Minima { walk, sets: &self.chain.sets }.nearest(phase, lead, near * end)
     }
-}
-
-/// A minimum of a monitor.
-pub(super) struct Touch {
-    pub phase: usize,
-    pub t: f64,
-    pub h: f64,
 }
 
 impl Family for Segments<'_> {
