@@ -4,12 +4,15 @@
 //! here, pivots, ranks, lengths, tolerances, is decided in these units: a problem told in others takes the same steps.
 
 use faer::Mat;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use super::{Family, Units};
 
 /// Most iterations of a corrector.
 const ITERATIONS: usize = 12;
+
+/// A diagonal entry below this, over the largest of all, is no pivot.
+const PIVOT: f64 = 1e-8;
 
 /// A corrected point.
 #[derive(Debug, Clone)]
@@ -55,12 +58,78 @@ impl Units {
 
     /// `[J; cᵀ]⁻¹ (r, p)`: unknowns of a residual and of the value of a condition.
     fn bordered(&self, jacobian: &Mat<f64>, c: &[f64], (r, p): (&[f64], f64)) -> Vec<f64> {
-        let n = jacobian.nrows();
-        let (j, c) = (self.of_jacobian(jacobian), self.of_condition(c));
-        let a = Mat::from_fn(n + 1, n + 1, |i, k| if i < n { j[(i, k)] } else { c[k] });
-        let b = Mat::from_fn(n + 1, 1, |i, _| if i < n { r[i] / self.residual } else { p });
-        let solution = a.partial_piv_lu().solve(&b);
-        (0..=n).map(|i| solution[(i, 0)] * self.unknowns[i]).collect()
+        let r: Vec<f64> = r.iter().map(|r| r / self.residual).collect();
+        let y = Bordered::new(self.of_jacobian(jacobian), &self.of_condition(c)).solve(&r, p);
+        y.iter().zip(&self.unknowns).map(|(y, unit)| y * unit).collect()
+    }
+}
+
+/// `[J; cᵀ]`, factorised. Unknowns that stand in one equation alone, on the diagonal (of a mesh with damping most: nothing is left of them after a period), are taken
+/// out of it first: `x_i = (r_i − J_ik x_k)/J_ii`.
+struct Bordered {
+    j: Mat<f64>,
+    /// The unknowns that stand alone, their `J_ii` and what they have in `c`.
+    alone: Vec<(usize, f64, f64)>,
+    /// The others.
+    kept: Vec<usize>,
+    factors: PartialPivLu<f64>,
+}
+
+impl Bordered {
+    fn new(j: Mat<f64>, c: &[f64]) -> Bordered {
+        let n = j.nrows();
+        let least = PIVOT * j.norm_max();
+        let stands_alone = |k: usize| {
+            k < n && j[(k, k)].abs() > least && (0..n).all(|i| i == k || j[(i, k)] == 0.0)
+        };
+        let (apart, kept): (Vec<usize>, Vec<usize>) = (0..=n).partition(|&k| stands_alone(k));
+        let alone: Vec<(usize, f64, f64)> =
+            apart.into_iter().map(|i| (i, j[(i, i)], c[i])).collect();
+        let last = kept.len() - 1;
+        let condition =
+            |k: usize| c[k] - alone.iter().map(|&(i, pivot, c)| c / pivot * j[(i, k)]).sum::<f64>();
+        let a = Mat::from_fn(last + 1, last + 1, |i, k| {
+            if i < last { j[(kept[i], kept[k])] } else { condition(kept[k]) }
+        });
+        let factors = a.partial_piv_lu();
+        Bordered { j, alone, kept, factors }
+    }
+
+    fn solve(&self, r: &[f64], p: f64) -> Vec<f64> {
+        let last = self.kept.len() - 1;
+        let p = p - self.alone.iter().map(|&(i, pivot, c)| c / pivot * r[i]).sum::<f64>();
+        let b = Mat::from_fn(last + 1, 1, |i, _| if i < last { r[self.kept[i]] } else { p });
+        let solution = self.factors.solve(&b);
+        let mut x = vec![0.0; self.j.ncols()];
+        self.kept.iter().enumerate().for_each(|(i, &k)| x[k] = solution[(i, 0)]);
+        for &(i, pivot, _) in &self.alone {
+            let others: f64 = self.kept.iter().map(|&k| self.j[(i, k)] * x[k]).sum();
+            x[i] = (r[i] - others) / pivot;
+        }
+        x
+    }
+
+    /// Sign of the determinant, from the factors.
+    fn sign(&self) -> f64 {
+        let upper = self.factors.U();
+        let diagonal = (0..upper.nrows()).map(|i| upper[(i, i)]);
+        let pivots = self.alone.iter().map(|&(_, pivot, _)| pivot).chain(diagonal);
+        let mut sign = pivots.map(f64::signum).product::<f64>();
+        let swaps = self.factors.P().arrays().0;
+        let mut seen = vec![false; swaps.len()];
+        for start in 0..swaps.len() {
+            let mut length = 0;
+            let mut i = start;
+            while !seen[i] {
+                seen[i] = true;
+                i = swaps[i];
+                length += 1;
+            }
+            if length > 0 && length % 2 == 0 {
+                sign = -sign;
+            }
+        }
+        sign
     }
 }
 
@@ -126,33 +195,9 @@ pub(super) fn tangent_of<F: Family>(
     let weights = family.weights(x);
     let length = t.iter().zip(&weights).map(|(t, w)| w * t * t).sum::<f64>().sqrt();
     t.iter_mut().for_each(|t| *t /= length);
-    let j = units.of_jacobian(jacobian);
     let along: Vec<f64> = weights.iter().zip(&t).map(|(w, t)| w * t).collect();
-    let along = units.of_condition(&along);
-    let a = Mat::from_fn(n + 1, n + 1, |i, k| if i < n { j[(i, k)] } else { along[k] });
-    Some((t, determinant_sign(&a)))
-}
-
-/// Sign of a determinant, from the factors.
-fn determinant_sign(a: &Mat<f64>) -> f64 {
-    let lu = a.partial_piv_lu();
-    let diagonal = (0..a.nrows()).map(|i| lu.U()[(i, i)].signum()).product::<f64>();
-    let swaps = lu.P().arrays().0;
-    let mut seen = vec![false; swaps.len()];
-    let mut sign = diagonal;
-    for start in 0..swaps.len() {
-        let mut length = 0;
-        let mut i = start;
-        while !seen[i] {
-            seen[i] = true;
-            i = swaps[i];
-            length += 1;
-        }
-        if length > 0 && length % 2 == 0 {
-            sign = -sign;
-        }
-    }
-    sign
+    let closed = Bordered::new(units.of_jacobian(jacobian), &units.of_condition(&along));
+    Some((t, closed.sign()))
 }
 
 /// A solution near `x` with `λ` free: Newton steps across the null direction of the Jacobian. None if that does not converge.

@@ -133,7 +133,7 @@ fn exponent(
     for _ in 0..before + blocks * length {
         let passage = integrate(body, &body.state(&z), period)?;
         let walk = body.walk(&passage.chain, &z, &passage.times, period)?;
-        let next = body.tangent(&passage.chain, &walk, &Variation::of_map(e.as_ref()))?.end;
+        let next = body.tangent((&passage.chain, &walk), e.as_ref(), Variation::OF_MAP)?.end;
         let grown = next.norm_l2();
         growths.push((grown / e.norm_l2()).max(f64::MIN_POSITIVE).ln());
         if !(grown.is_finite() && grown > 0.0) {

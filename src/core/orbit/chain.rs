@@ -74,10 +74,13 @@ impl Jump {
 type Transforms = Cache<(States, States), Rc<Mat<f64>>>;
 
 /// Bytes of the transforms that are kept.
-const BUDGET: usize = 96 << 20;
+const BUDGET: usize = 256 << 20;
 
 /// Bodies so small that the transforms of a whole period are among them go from phase to phase by one product, larger ones by two.
 const BY_TRANSFORM: usize = 200;
+
+/// So many columns, over the displacements, pay for a transform that is used again.
+const PAYS: f64 = 0.3;
 
 /// A body with the modes of its phases, ready to carry states and tangents through chains.
 #[derive(Debug)]
@@ -168,8 +171,8 @@ impl Propagator {
         if from == to {
             return Ok(None);
         }
-        // a whole basis pays for a transform, were it used once
-        if self.n() <= BY_TRANSFORM || b.ncols() >= self.n() {
+        // not by what is at hand: a result does not depend on what was computed before
+        if self.n() <= BY_TRANSFORM || b.ncols() as f64 >= PAYS * self.n() as f64 {
             return Ok(Some(product(self.transform(from, to)?.as_ref().as_ref(), b)));
         }
         let u = product(self.spectra.of_set(&self.system, from)?.shapes.as_ref(), b);

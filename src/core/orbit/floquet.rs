@@ -11,6 +11,7 @@ use faer::Mat;
 use super::OrbitError;
 use super::chain::{Chain, Propagator};
 use super::shooting::Closure;
+use super::tangent::Variation;
 use super::walk::Walk;
 use crate::continuation::norm;
 
@@ -56,7 +57,7 @@ const OUTSIDE: f64 = 1e-6;
 
 /// The monodromy matrix in the frame, along the motion of a whole period.
 pub fn monodromy(body: &Propagator, along: (&Chain, &Walk)) -> Result<Mat<f64>, OrbitError> {
-    Ok(body.derivative(along, 2 * body.n(), (None, 0.0))?)
+    Ok(body.derivative(along, 2 * body.n(), Variation::OF_MAP)?.end)
 }
 
 /// Stability of an orbit that begins at `z`, from its monodromy matrix.
@@ -68,14 +69,13 @@ pub fn stability(
 ) -> Result<Stability, OrbitError> {
     let m = monodromy(body, along)?;
     let autonomous = !closure.is_forced();
-    let rest = if autonomous {
+    let mut values = if autonomous {
         let mut full = z.to_vec();
         full.resize(2 * body.n(), 0.0);
-        deflate(&m, &body.rate(&full, along.0)?)
+        eigenvalues(&m, Some(&body.rate(&full, along.0)?))?
     } else {
-        m
+        multipliers(&m)?
     };
-    let mut values = multipliers(&rest)?;
     let mut trivial = vec![];
     if autonomous {
         let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
@@ -95,14 +95,41 @@ pub(crate) fn stability_under_load(
     along: (&Chain, &Walk),
     alpha: f64,
 ) -> Result<Stability, OrbitError> {
-    let m = body.derivative(along, 2 * body.n(), (None, alpha))?;
+    let released = Variation { released: alpha, ..Variation::OF_MAP };
+    let m = body.derivative(along, 2 * body.n(), released)?.end;
     Ok(Stability::of(vec![], multipliers(&m)?))
 }
 
 /// All eigenvalues of a monodromy matrix.
 pub fn multipliers(m: &Mat<f64>) -> Result<Vec<Multiplier>, OrbitError> {
-    let values = m.eigenvalues().map_err(|_| OrbitError::Eigen("Floquet multipliers"))?;
-    Ok(values.iter().map(|v| (v.re, v.im)).collect())
+    eigenvalues(m, None)
+}
+
+/// All eigenvalues of a monodromy matrix, without the +1 of an eigenvector if one is known.
+fn eigenvalues(m: &Mat<f64>, known: Option<&[f64]>) -> Result<Vec<Multiplier>, OrbitError> {
+    let alive = alive(m);
+    let block = Mat::from_fn(alive.len(), alive.len(), |i, j| m[(alive[i], alive[j])]);
+    let block = match known {
+        None => block,
+        Some(p) => deflate(&block, &alive.iter().map(|&i| p[i]).collect::<Vec<f64>>()),
+    };
+    let values = block.eigenvalues().map_err(|_| OrbitError::Eigen("Floquet multipliers"))?;
+    let dead = std::iter::repeat_n((0.0, 0.0), m.nrows() - alive.len());
+    Ok(values.iter().map(|v| (v.re, v.im)).chain(dead).collect())
+}
+
+/// The directions of which something is left after a period. A column of zeros is an eigenvalue zero, and its row adds nothing to the others: both are struck out,
+/// until none is left.
+fn alive(m: &Mat<f64>) -> Vec<usize> {
+    let mut alive: Vec<usize> = (0..m.ncols()).collect();
+    loop {
+        let count = alive.len();
+        let lives = |&j: &usize| alive.iter().any(|&i| m[(i, j)] != 0.0);
+        alive = alive.iter().copied().filter(lives).collect();
+        if alive.len() == count {
+            return alive;
+        }
+    }
 }
 
 impl Stability {

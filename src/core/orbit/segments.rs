@@ -121,8 +121,7 @@ impl Family for Segments<'_> {
         let walk = self.walk(x)?;
         let r = self.assemble(x, &walk);
         let (n, m) = (self.closure.unknowns(self.body.n()), self.chain.events());
-        let start = Mat::<f64>::identity(n, n);
-        let tangent = self.body.tangent(&self.chain, &walk, &Variation::free(start.as_ref()))?;
+        let tangent = self.body.derivative((&self.chain, &walk), n, Variation::FREE)?;
         let closure = self.closure.derivative(&tangent.end, n);
         let mut j = Mat::zeros(n + m, n + m + 1);
         for c in 0..n + m {

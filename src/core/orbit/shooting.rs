@@ -16,7 +16,7 @@ use super::chain::Propagator;
 use super::krylov;
 use super::period_map::{Passage, integrate};
 use super::pin::Pin;
-use super::tangent::Parameter;
+use super::tangent::{Parameter, Variation};
 use super::walk::Walk;
 use crate::continuation::norm;
 
@@ -215,7 +215,8 @@ pub(super) fn jacobian(
         Closure::Forced(_) if by_frequency => Some(Parameter::Frequency),
         _ => None,
     };
-    let end = body.derivative((&at.passage.chain, walk), of_state, (by, 0.0))?;
+    let variation = Variation { by, ..Variation::OF_MAP };
+    let end = body.derivative((&at.passage.chain, walk), of_state, variation)?.end;
     let j = closure.derivative(&end, unknowns);
     Ok(match by_frequency && j.ncols() == unknowns {
         // without loads the motion up to a fixed time knows no frequency

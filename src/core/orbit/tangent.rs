@@ -29,9 +29,7 @@ pub enum Parameter {
 
 /// What is varied, and how.
 #[derive(Debug, Clone, Copy)]
-pub struct Variation<'a> {
-    /// Columns at the start: frame vectors, `2n` rows, or `n` for displacements only.
-    pub start: MatRef<'a, f64>,
+pub struct Variation {
     /// How tangents pass switches.
     pub switches: Switches,
     /// One more column is the derivative by this.
@@ -40,17 +38,12 @@ pub struct Variation<'a> {
     pub released: f64,
 }
 
-impl<'a> Variation<'a> {
+impl Variation {
     /// The derivative of the event-driven map.
-    pub(crate) fn of_map(start: MatRef<'a, f64>) -> Self {
-        let switches = Switches::Saltation;
-        Variation { start, switches, by: None, released: 0.0 }
-    }
-
+    pub(crate) const OF_MAP: Variation =
+        Variation { switches: Switches::Saltation, by: None, released: 0.0 };
     /// With switching times as variables of their own.
-    pub fn free(start: MatRef<'a, f64>) -> Self {
-        Variation { switches: Switches::Free, ..Variation::of_map(start) }
-    }
+    pub const FREE: Variation = Variation { switches: Switches::Free, ..Variation::OF_MAP };
 }
 
 /// Columns at the end of a chain, and the rows of the switch equations.
@@ -66,7 +59,7 @@ pub struct Tangent {
 const DIES: f64 = 1e-10;
 
 impl Propagator {
-    /// The derivative of the event-driven map along a walk: one column for each of the first `columns` entries of the frame vector, and one for `by`.
+    /// The derivative along a walk by each of the first `columns` entries of the frame vector, with what [`Self::tangent`] adds at the right.
     ///
     /// Perturbations by modes that damping takes away before the first switch are not carried: their columns are zero to rounding. Of a fine mesh
     /// these are most.
@@ -74,14 +67,14 @@ impl Propagator {
         &self,
         (chain, walk): (&Chain, &Walk),
         columns: usize,
-        (by, released): (Option<Parameter>, f64),
-    ) -> Result<Mat<f64>, FemError> {
+        variation: Variation,
+    ) -> Result<Tangent, FemError> {
         let n = self.n();
         let first = walk.links[0].span.1;
         let begins_open = chain.sets[0] == self.open_set && self.open.is_decoupled();
         let survives = |i: usize| {
             let m = self.open.modes[i];
-            let m = Oscillator { c: m.c + 0.5 * released, ..m };
+            let m = Oscillator { c: m.c + 0.5 * variation.released, ..m };
             let x = m.basis(first);
             let sizes = [x.c, x.ds, m.omega * x.s, self.scale[i] * x.s];
             sizes.iter().any(|s| s.abs() > DIES)
@@ -91,27 +84,30 @@ impl Propagator {
         let kept: Vec<usize> =
             modes.iter().copied().chain(velocities).filter(|i| *i < columns).collect();
         let start = Mat::from_fn(columns, kept.len(), |i, c| f64::from(u8::from(i == kept[c])));
-        let variation = Variation { by, released, ..Variation::of_map(start.as_ref()) };
-        let carried = self.tangent(chain, walk, &variation)?.end;
-        let mut all = Mat::zeros(2 * n, columns + usize::from(by.is_some()));
-        let places = kept.iter().copied().chain(by.is_some().then_some(columns));
-        for (c, place) in places.enumerate() {
-            all.col_as_slice_mut(place).copy_from_slice(carried.col_as_slice(c));
-        }
-        Ok(all)
+        let carried = self.tangent((chain, walk), start.as_ref(), variation)?;
+        let added = carried.end.ncols() - kept.len();
+        let places: Vec<usize> = kept.into_iter().chain(columns..columns + added).collect();
+        let spread = |narrow: &Mat<f64>| {
+            let mut all = Mat::zeros(narrow.nrows(), columns + added);
+            for (c, &place) in places.iter().enumerate() {
+                all.col_as_slice_mut(place).copy_from_slice(narrow.col_as_slice(c));
+            }
+            all
+        };
+        Ok(Tangent { end: spread(&carried.end), equations: spread(&carried.equations) })
     }
 
-    /// Carry columns along a walk.
+    /// Carry columns along a walk: frame vectors, `2n` rows, or `n` for displacements only.
     ///
     /// With `Switches::Saltation` the result is the derivative of the event-driven map. With `Switches::Free` one column a
     /// switching time is added at the right, with a parameter one more behind all others.
     pub fn tangent(
         &self,
-        chain: &Chain,
-        walk: &Walk,
-        variation: &Variation,
+        (chain, walk): (&Chain, &Walk),
+        start: MatRef<f64>,
+        variation: Variation,
     ) -> Result<Tangent, FemError> {
-        let Variation { start, switches, by, released } = *variation;
+        let Variation { switches, by, released } = variation;
         let (n, given, m) = (self.n(), start.ncols(), chain.events());
         let free = switches == Switches::Free;
         let k = given + if free { m } else { 0 } + usize::from(by.is_some());
