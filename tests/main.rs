@@ -9,6 +9,7 @@ mod bem;
 mod calls;
 mod carried;
 mod ci;
+mod combinations;
 mod command_line;
 mod compare;
 mod coupled;

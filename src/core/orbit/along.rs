@@ -144,7 +144,10 @@ fn across_corners(
         }
         options.points = options.points.saturating_sub(memory.since_corner - before);
         let Stop::Step { .. } = stop else { return Ok(Some(Ending::of(stop))) };
-        if options.points == 0 || options.natural || memory.since_corner == 0 {
+        if options.points == 0 {
+            return Ok(Some(Ending::of(Stop::Points)));
+        }
+        if options.natural || memory.since_corner == 0 {
             return Ok(Some(Ending::of(stop)));
         }
         let (at, border, turns, place) = match family.over(&last)? {
