@@ -1,7 +1,7 @@
 //! Forced responses: branches that do not depend on the instant at which their states are taken, first orbits where the linear response is far from any, and ranges that are
 //! covered to their end.
 
-use crate::common::{json, root, scene};
+use crate::common::{json, root, run, scene};
 use serde_json::Value;
 use signorini::contact::State;
 use signorini::event::Silent;
@@ -183,4 +183,33 @@ fn the_beam_is_followed_through_its_whole_range() {
         assert!((at / 0.059_284_92 - 1.0).abs() < 2e-6, "{phase}: {at}");
         println!("{phase}: {} points", points(&r).len());
     }
+}
+
+/// A load on a contact displacement, nodal reactions and the paper's mass: the body comes back to the last digit, and its energy does not. What is said is that, and what to do.
+#[test]
+fn a_motion_that_repeats_and_is_no_orbit_is_told_as_that() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let matrix = |entries: &[&str]| {
+        let head = "%%MatrixMarket matrix coordinate real symmetric";
+        format!("{head}\n4 4 {}\n{}\n", entries.len(), entries.join("\n"))
+    };
+    std::fs::write(path("M.mtx"), matrix(&["1 1 1", "2 2 1", "3 3 1", "4 4 0.5"])).unwrap();
+    let chain = ["1 1 32", "2 1 -16", "2 2 32", "3 2 -16", "3 3 32", "4 3 -16", "4 4 16"];
+    std::fs::write(path("K.mtx"), matrix(&chain)).unwrap();
+    let scene = "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n\
+                 [contact]\ndisplacements = [3]\ngap = 1.0\nstress = \"reaction\"\n[damping]\nratio = 0.05\nmode = 1\n\
+                 [[load]]\nkind = \"mode\"\nmode = 1\npeak = 2.0\nomega = 1.7\n[orbit]\nrange = [1.7, 1.9]\n";
+    std::fs::write(path("scene.toml"), scene).unwrap();
+    let output = run(&["response", &path("scene.toml"), "-o", &path("out.h5")]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    for word in ["comes back after a period of the loads", "energy balance", "mass-redistribution"]
+    {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let constant = scene.replace("\"reaction\"", "\"reaction\"\ninertia = \"constant\"");
+    std::fs::write(path("scene.toml"), constant).unwrap();
+    let answer = json(&["response", &path("scene.toml"), "-o", &path("constant.h5")]);
+    assert_eq!(answer["stops"][0]["end"], "range");
 }

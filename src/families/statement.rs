@@ -184,25 +184,26 @@ impl Changing {
     ) -> Result<Option<Vec<f64>>, FamilyError> {
         Ok(match (self.closure, &place.x[..]) {
             (Closure::Viscous(_), [frame @ .., alpha, _]) => {
-                let mut guess = self.moved(base, frame);
-                guess.push(*alpha);
-                Some(guess)
+                self.moved(base, frame).map(|z| [&z, &[*alpha][..]].concat())
             }
             (Closure::Forced(periods), [frame @ .., _]) => {
                 base.system.loads_mut().set_frequency(omega);
                 let z = at_origin(base, frame, omega, (section_of(place), periods))?;
-                Some(self.moved(base, &z))
+                self.moved(base, &z)
             }
             _ => None,
         })
     }
 
-    /// A frame vector of the family's body in the frame of this one, which has the same displacements.
-    fn moved(&self, base: &Propagator, frame: &[f64]) -> Vec<f64> {
-        let State { u, v } = base.state(frame);
+    /// A frame vector of the family's body in the frame of this one; none where only one of them has the displacements of the contact among its unknowns.
+    fn moved(&self, base: &Propagator, frame: &[f64]) -> Option<Vec<f64>> {
         let (from, to) = (&base.system.body, &self.body.system.body);
+        if from.nodal_dofs().n_o != to.nodal_dofs().n_o {
+            return None;
+        }
+        let State { u, v } = base.state(frame);
         let moved = |x: &[f64]| to.coordinates(&from.nodal_o(x)).into_owned();
-        self.body.frame(&State { u: moved(&u), v: moved(&v) })
+        Some(self.body.frame(&State { u: moved(&u), v: moved(&v) }))
     }
 }
 

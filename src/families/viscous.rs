@@ -35,6 +35,14 @@ impl Viscosity {
             );
         }
         super::start::check_method(scene, system)?;
+        if system.impact().is_some() {
+            let message = "the viscous nonlinear mode is damped in proportion to the stiffness: under the impact law reactions at held points would follow velocities";
+            return fail(
+                "contact.method",
+                message.into(),
+                "give another contact method, or leave --viscous out",
+            );
+        }
         if system.loads.is_driven() {
             let message = "the viscous nonlinear mode has no load that changes in time: its own feedback keeps it going";
             return fail(

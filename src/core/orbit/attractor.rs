@@ -12,7 +12,7 @@ use faer::Mat;
 use super::chain::Propagator;
 use super::credentials::Orbit;
 use super::period_map::{integrate, integrate_with};
-use super::settle::{Settled, Settling, settle};
+use super::settle::{Settled, Settling, repeats, settle};
 use super::tangent::Variation;
 use super::{OrbitError, tolerate};
 use crate::event::{Observer, Sample};
@@ -69,6 +69,11 @@ pub fn attractor(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Attract
             };
             let kind = judged(exponent, least);
             looked_at(body, &z, omega, LOOKED_AT, found(kind, exponent, told))
+        }
+        Settled::Flawed { periods, z, flaws } => {
+            let why = repeats(periods, &flaws);
+            let found = found(AttractorKind::Lost, (f64::NAN, f64::NAN), why);
+            looked_at(body, &z, omega, periods, found)
         }
         Settled::Unbounded => Ok(nothing(
             body,

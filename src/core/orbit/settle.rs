@@ -6,7 +6,7 @@
 use super::OrbitError;
 use super::chain::Propagator;
 use super::credentials::Orbit;
-use super::search::{Effort, find};
+use super::search::{Effort, Verdict, find};
 use super::section::later;
 use super::shooting::{Closure, Settings};
 use crate::continuation::norm;
@@ -39,6 +39,15 @@ pub enum Settled {
         least: f64,
         /// Frame vector.
         z: Vec<f64>,
+    },
+    /// The body comes back after so many periods of the loads, and the motion is no orbit for what speaks against it.
+    Flawed {
+        /// Number of periods.
+        periods: usize,
+        /// Frame vector.
+        z: Vec<f64>,
+        /// What speaks against it.
+        flaws: Vec<String>,
     },
     /// It grows without bound.
     Unbounded,
@@ -74,27 +83,45 @@ fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
     norm(&apart) / norm(a).max(body.unit)
 }
 
-/// A stable orbit of `p` periods that Newton's method finds from a state, and how far it is from there.
-fn stable_orbit(
-    body: &mut Propagator,
-    p: usize,
-    z: &[f64],
-    omega: f64,
-) -> Result<Option<(Box<Orbit>, f64)>, OrbitError> {
+/// What Newton's method finds from a state.
+enum Near {
+    /// A stable orbit, and how far it is from there.
+    Stable(Box<Orbit>, f64),
+    /// A motion that repeats and is none.
+    Flawed(Vec<String>),
+    Nothing,
+}
+
+/// What Newton's method finds from a state with `p` periods.
+fn near(body: &mut Propagator, p: usize, z: &[f64], omega: f64) -> Result<Near, OrbitError> {
     let newton = Settings { iterations: 12, ..Settings::default() };
     let effort = Effort { newton, rescue: false, ..Effort::default() };
-    let verdict = find(body, Closure::Forced(p), z, omega, &effort)?;
-    let stable = |o: &&Orbit| o.stability.as_ref().is_none_or(|s| s.is_stable());
-    let Some(orbit) = verdict.orbit().filter(stable) else { return Ok(None) };
+    let orbit = match find(body, Closure::Forced(p), z, omega, &effort)? {
+        Verdict::Flawed { flaws, .. } => return Ok(Near::Flawed(flaws)),
+        Verdict::Orbit(orbit) => orbit,
+        _ => return Ok(Near::Nothing),
+    };
+    if orbit.stability.as_ref().is_some_and(|s| !s.is_stable()) {
+        return Ok(Near::Nothing);
+    }
     let far = distance(body, z, &orbit.z);
     // one that comes back earlier is one of fewer periods, and no other
     for q in (1..p).filter(|q| p.is_multiple_of(*q)) {
-        let Ok(early) = later(body, &orbit.z, omega, q as f64) else { return Ok(None) };
+        let Ok(early) = later(body, &orbit.z, omega, q as f64) else { return Ok(Near::Nothing) };
         if distance(body, &orbit.z, &early) < SHORTER {
-            return Ok(stable_orbit(body, q, &orbit.z, omega)?.map(|(orbit, _)| (orbit, far)));
+            return Ok(match near(body, q, &orbit.z, omega)? {
+                Near::Stable(orbit, _) => Near::Stable(orbit, far),
+                other => other,
+            });
         }
     }
-    Ok(Some((Box::new(orbit.clone()), far)))
+    Ok(Near::Stable(orbit, far))
+}
+
+/// What a motion is that repeats and is no orbit.
+pub(super) fn repeats(periods: usize, flaws: &[String]) -> String {
+    let after = if periods == 1 { "a period".into() } else { format!("{periods} periods") };
+    format!("the body comes back after {after} of the loads, but {}", flaws.join(", "))
 }
 
 /// Let a body settle under loads of frequency `omega` from the frame vector `z`.
@@ -128,10 +155,14 @@ pub fn settle(body: &mut Propagator, z: &[f64], omega: f64) -> Result<Settling, 
             let before = (k > 2 * p).then(|| distance(body, &past[k - p], &past[k - 2 * p]));
             let ratio = before.map_or(0.0, |b| (d / b).min(0.99));
             let reach = (MOVED.0 * d / (1.0 - ratio)).min(MOVED.1);
-            if let Some((orbit, moved)) = stable_orbit(body, p, &now, omega)?
-                && moved <= reach
-            {
-                return ended(Settled::Orbit(orbit));
+            match near(body, p, &now, omega)? {
+                Near::Stable(orbit, moved) if moved <= reach => {
+                    return ended(Settled::Orbit(orbit));
+                }
+                Near::Flawed(flaws) if tries[p] == NEAR.len() => {
+                    return ended(Settled::Flawed { periods: p, z: now, flaws });
+                }
+                _ => {}
             }
         }
     }
@@ -151,7 +182,7 @@ fn approached(
 ) -> Result<Option<Box<Orbit>>, OrbitError> {
     let (numbers, more) = LAST;
     for p in numbers {
-        let Some((orbit, far)) = stable_orbit(body, p, z, omega)? else { continue };
+        let Near::Stable(orbit, far) = near(body, p, z, omega)? else { continue };
         let mut now = z.to_vec();
         for _ in 0..more / p * p {
             match next(body, &now, omega)? {
@@ -202,6 +233,7 @@ pub fn ladder(
             Settled::Restless { least, .. } => why.push(format!(
                 "the body does not come back within {periods} periods (nearest return {least:.1e} of its size)"
             )),
+            Settled::Flawed { periods, flaws, .. } => why.push(repeats(periods, &flaws)),
             Settled::Unbounded => why.push("the motion grows without bound".into()),
             Settled::Broken(reason) => {
                 why.push(format!("the motion could not be followed: {reason}"));

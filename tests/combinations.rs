@@ -1,0 +1,368 @@
+//! Which command takes which scene: `docs/reference/combinations.md` is what the program did with all of them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Output;
+
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::common::{root, run};
+
+const BAR: &str = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [4]\nyoung = 1.0\narea = 1.0\ndensity = 1.0\n\
+                   [[support]]\nedge = \"left\"\nfix = [\"x\"]\n";
+const PLATE: &str = "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+                     [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n";
+const MATRICES: &str =
+    "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
+const DAMPING: &str = "[damping]\nratio = 0.05\nmode = 1\n";
+/// Without damping no peak.
+const UNDAMPED: &str = "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.02\nomega = 1.7\n";
+const LOAD: &str = "[[load]]\nkind = \"mode\"\nmode = 1\npeak = 2.0\nomega = 1.7\n";
+
+/// A scene, in the parts that one or the other command wants changed.
+#[derive(Clone)]
+struct Row {
+    name: &'static str,
+    body: &'static str,
+    contact: String,
+    damping: &'static str,
+    load: String,
+    extra: &'static str,
+    run: &'static str,
+}
+
+impl Row {
+    fn of_contact(name: &'static str, body: &'static str, contact: &str) -> Row {
+        let place = match body {
+            MATRICES => "displacements = [3]",
+            _ => "edge = \"right\"",
+        };
+        let contact = format!("[contact]\n{place}\ngap = 1.0\n{contact}\n");
+        Row { name, body, contact, damping: DAMPING, load: LOAD.into(), extra: "", run: "" }
+    }
+
+    fn plate(name: &'static str, contact: &str) -> Row {
+        Row::of_contact(name, PLATE, contact)
+    }
+
+    fn text(&self, of: Scene) -> String {
+        let (damping, load) = match of {
+            Scene::Forced => (self.damping, &*self.load),
+            Scene::Free => ("", ""),
+        };
+        format!(
+            "{}{}{damping}{load}[orbit]\nomega = 1.7\nrange = [1.7, 1.9]\nharmonics = 5\nbeta = 0.3\n{}[run]\nuntil = 8.0\n{}",
+            self.body, self.contact, self.extra, self.run
+        )
+    }
+}
+
+/// With its damping and its loads, or without.
+#[derive(Clone, Copy, PartialEq)]
+enum Scene {
+    Forced,
+    Free,
+}
+
+fn rows() -> Vec<(&'static str, Vec<Row>)> {
+    let plate = |name, contact: &str| Row::plate(name, contact);
+    let with = |name, extra, contact: &str| Row { extra, ..Row::plate(name, contact) };
+    let integrator = |name, run| Row { run, ..Row::plate(name, "") };
+    let damped = |name, damping| Row { damping, ..Row::plate(name, "") };
+    let loaded = |name, more: &str| Row { load: more.into(), ..Row::plate(name, "") };
+    let free = "[reduction]\nkind = \"free-interface\"\nmodes = 6\n";
+    let fixed = "[reduction]\nkind = \"fixed-interface\"\nmodes = 6\n";
+    let optimal = "method = \"mass-redistribution\"\nmass = \"optimal\"";
+    let redistribution = "method = \"mass-redistribution\"";
+    let impact = |name, e: &str| {
+        let contact = format!("method = \"impact\"\nrestitution = {e}");
+        Row { damping: "[damping]\nrayleigh = [0.1, 0.0]\n", ..Row::plate(name, &contact) }
+    };
+    vec![
+        (
+            "Bodies",
+            vec![
+                Row::of_contact("bar", BAR, ""),
+                plate("plate", ""),
+                Row::of_contact("matrices, `mass-redistribution`", MATRICES, redistribution),
+            ],
+        ),
+        (
+            "Contact",
+            vec![
+                plate("`stress = \"nodal-mean\"`", "stress = \"nodal-mean\""),
+                plate("`stress = \"projection\"`", "stress = \"projection\""),
+                plate("`inertia = \"constant\"`", "inertia = \"constant\""),
+                plate("`mass-redistribution`", redistribution),
+                plate("`mass = \"optimal\"`", optimal),
+                plate("`penalty`", "method = \"penalty\""),
+                plate("`nitsche`", "method = \"nitsche\""),
+                plate("`nitsche`, `theta = 0`", "method = \"nitsche\"\ntheta = 0"),
+                plate("`stop`", "method = \"stop\"\nstiffness = 20.0"),
+                plate(
+                    "`stop` with `preload`",
+                    "method = \"stop\"\nstiffness = 20.0\npreload = 0.05",
+                ),
+                impact("`impact`, `restitution = 1`", "1.0"),
+                impact("`impact`, `restitution = 0`", "0.0"),
+                impact("`impact`, `restitution = 0.5`", "0.5"),
+                plate("`moreau-jean`", "method = \"moreau-jean\""),
+                Row {
+                    damping: "",
+                    load: String::new(),
+                    ..Row::of_contact("`waves`, a bar without loads", BAR, "method = \"waves\"")
+                },
+                plate("`gap_behind`", "gap_behind = 1.0"),
+                plate("`motion` of the obstacle", "motion = { amplitude = 0.1, omega = 1.7 }"),
+            ],
+        ),
+        (
+            "Reductions",
+            vec![
+                with("`fixed-interface`", fixed, ""),
+                with("`free-interface`", free, ""),
+                with("`free-interface`, `mass-redistribution`", free, redistribution),
+                with("`free-interface`, `penalty`", free, "method = \"penalty\""),
+                with("`fixed-interface`, `mass = \"optimal\"`", fixed, optimal),
+            ],
+        ),
+        (
+            "Damping",
+            vec![
+                damped("`rayleigh`, mass alone", "[damping]\nrayleigh = [0.1, 0.0]\n"),
+                damped("`ratios`", "[damping]\nratios = [[1, 0.03], [2, 0.05]]\n"),
+                Row { load: UNDAMPED.into(), ..damped("none", "") },
+            ],
+        ),
+        (
+            "Loads",
+            vec![
+                loaded(
+                    "`base`",
+                    "[[load]]\nkind = \"base\"\nedge = \"left\"\namplitude = [0.3, 0.0]\nomega = 1.7\n",
+                ),
+                loaded(
+                    "gravity beside a harmonic one",
+                    &format!("{LOAD}[[load]]\nkind = \"gravity\"\namplitude = [0.05, 0.0]\n"),
+                ),
+                loaded(
+                    "two frequencies",
+                    &format!(
+                        "{LOAD}[[load]]\nkind = \"mode\"\nmode = 2\namplitude = 0.1\nomega = 2.3\n"
+                    ),
+                ),
+                loaded(
+                    "`table`",
+                    "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.1\ntable = \"load.csv\"\n",
+                ),
+            ],
+        ),
+        (
+            "Integrators",
+            vec![
+                integrator("`dop853`", "integrator = \"dop853\"\n"),
+                integrator("`chebyshev`", "integrator = \"chebyshev\"\n"),
+                integrator("`modal`", "integrator = \"modal\"\n"),
+            ],
+        ),
+    ]
+}
+
+/// A command: its heading, the scene it wants, its arguments; `@` is the scene's file, `=NAME` the file that the command with that heading wrote.
+const COLUMNS: [(&str, Scene, &[&str]); 10] = [
+    ("run", Scene::Forced, &["run", "@"]),
+    ("orbit", Scene::Forced, &["orbit", "@"]),
+    ("response", Scene::Forced, &["response", "@", "--points", "10"]),
+    ("resumed", Scene::Forced, &["response", "@", "--points", "14", "--resume"]),
+    ("hbm", Scene::Forced, &["response", "@", "--method", "hbm", "--step", "0.4"]),
+    ("crosscheck", Scene::Forced, &["crosscheck", "=hbm", "@"]),
+    ("sweep", Scene::Forced, &["response", "@", "--sweep", "up", "--step", "0.4"]),
+    ("through", Scene::Forced, &["response", "@", "--through", "=sweep", "--points", "10"]),
+    ("backbone", Scene::Free, &["backbone", "@", "--step", "0.02"]),
+    ("viscous", Scene::Free, &["backbone", "@", "--viscous", "--points", "6"]),
+];
+
+/// What a command made of a scene.
+#[derive(Debug, Clone, PartialEq)]
+enum Outcome {
+    Works,
+    /// The message.
+    Refused(String),
+}
+
+/// The message of a refusal and its advice, without the place and without the lines of the scene.
+fn refusal(stderr: &str) -> String {
+    let mut words = vec![];
+    let mut takes = true;
+    for line in stderr.lines() {
+        let bare = line.trim().trim_start_matches(['×', '│', ' ']);
+        if line.contains('╭') {
+            takes = false;
+        } else if bare.starts_with("help:") || (!takes && line.contains("help:")) {
+            takes = true;
+        }
+        if takes && !line.contains('╰') {
+            words.extend(bare.split_whitespace());
+        }
+    }
+    let text = words.join(" ");
+    let text = text.strip_prefix("signorini: ").unwrap_or(&text);
+    // scene.toml:12:1: load: …
+    let place = text.split_once(".toml:").map_or(text, |(_, rest)| {
+        rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ':').trim_start()
+    });
+    place.replace(" help: ", "; ").trim_end_matches(['\n', ' ']).to_owned()
+}
+
+/// Why the answer of a command is none: every frequency has an orbit, a row, a verdict.
+fn flaw(heading: &str, answer: &Value) -> Option<String> {
+    let points = answer["points"].as_array();
+    if ["run", "orbit"].contains(&heading) {
+        return None;
+    }
+    let Some(points) = points.filter(|p| !p.is_empty()) else { return Some("no points".into()) };
+    let is_orbit = |p: &Value| p["converged"] == true;
+    if heading == "viscous" {
+        return (!points.iter().any(is_orbit)).then(|| "no orbit".into());
+    }
+    if ["response", "resumed", "through"].contains(&heading) {
+        if let Some(p) = points.iter().find(|p| !is_orbit(p)) {
+            return Some(p.to_string());
+        }
+        let is_end = |s: &&Value| !["range", "points"].contains(&s["end"].as_str().unwrap());
+        return answer["stops"].as_array().unwrap().iter().find(is_end).map(Value::to_string);
+    }
+    None
+}
+
+fn outcome(heading: &str, output: &Output) -> Result<Outcome, String> {
+    let said = String::from_utf8_lossy(&output.stderr);
+    match output.status.code() {
+        Some(2) => Ok(Outcome::Refused(refusal(&said))),
+        // the number of points is reached; of series some frequencies may have none
+        Some(0 | 3) => {
+            let answer = serde_json::from_slice(&output.stdout).map_err(|e| e.to_string())?;
+            flaw(heading, &answer).map_or(Ok(Outcome::Works), Err)
+        }
+        code => Err(format!("{code:?}: {said}")),
+    }
+}
+
+fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
+    std::fs::create_dir_all(folder).unwrap();
+    let matrix = |name: &str, entries: &[(usize, usize, f64)]| {
+        let mut text =
+            format!("%%MatrixMarket matrix coordinate real symmetric\n4 4 {}\n", entries.len());
+        entries.iter().for_each(|(i, j, x)| writeln!(text, "{i} {j} {x}").unwrap());
+        std::fs::write(folder.join(name), text).unwrap();
+    };
+    matrix("M.mtx", &[(1, 1, 1.0), (2, 2, 1.0), (3, 3, 1.0), (4, 4, 0.5)]);
+    let stiffness = [
+        (1, 1, 32.0),
+        (2, 1, -16.0),
+        (2, 2, 32.0),
+        (3, 2, -16.0),
+        (3, 3, 32.0),
+        (4, 3, -16.0),
+        (4, 4, 16.0),
+    ];
+    matrix("K.mtx", &stiffness);
+    let table: Vec<String> =
+        (0..40).map(|k| format!("{},{}", 0.4 * k as f64, (0.7 * k as f64).cos())).collect();
+    std::fs::write(folder.join("load.csv"), table.join("\n") + "\n").unwrap();
+    let mut done: BTreeMap<&str, Result<Outcome, String>> = BTreeMap::new();
+    let file = |heading: &str| {
+        let heading = if heading == "resumed" { "response" } else { heading };
+        folder.join(format!("{heading}.h5")).display().to_string()
+    };
+    for (heading, of, arguments) in COLUMNS {
+        let scene = folder.join(if of == Scene::Free { "free.toml" } else { "scene.toml" });
+        std::fs::write(&scene, row.text(of)).unwrap();
+        let earlier = arguments.iter().find_map(|a| a.strip_prefix('='));
+        let refused =
+            earlier.map(|name| &done[name]).filter(|d| **d != Ok(Outcome::Works)).cloned();
+        let found = refused.unwrap_or_else(|| {
+            let arguments = arguments.iter().map(|a| match a.strip_prefix('=') {
+                Some(name) => file(name),
+                None => a.replace('@', &scene.display().to_string()),
+            });
+            let mut arguments: Vec<String> = arguments.collect();
+            arguments.extend(["-o".into(), file(heading), "--json".into(), "--quiet".into()]);
+            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            outcome(heading, &run(&arguments)).map_err(|e| format!("{}, {heading}: {e}", row.name))
+        });
+        done.insert(heading, found);
+    }
+    COLUMNS.iter().map(|(heading, ..)| done[heading].clone()).collect()
+}
+
+fn page(tables: &[(&str, Vec<(&str, &[Outcome])>)]) -> String {
+    let mut messages: Vec<&str> = vec![];
+    let mut text = String::from(
+        "# What goes with what\n\n\
+         Each cell is a run of the program on a small body (`cargo test combinations::`): *yes*, with every frequency answered, or the number of the refusal below. `resumed`: `response --resume`; \
+         `hbm`: `response --method hbm`; `crosscheck` of those series; `sweep`: `response --sweep up`; `through`: `response --through` of that sweep; `backbone` and `viscous` (`backbone --viscous`) of \
+         the scene without its damping and its loads. What is not said is that of the plate: method `nbm`, damping by a ratio, a harmonic load in the first mode.\n",
+    );
+    for (title, rows) in tables {
+        write!(text, "\n## {title}\n\n| |").unwrap();
+        COLUMNS.iter().for_each(|(heading, ..)| write!(text, " {heading} |").unwrap());
+        text.push_str("\n| --- |");
+        COLUMNS.iter().for_each(|_| text.push_str(" --- |"));
+        for (name, outcomes) in rows {
+            write!(text, "\n| {name} |").unwrap();
+            for outcome in *outcomes {
+                match outcome {
+                    Outcome::Works => text.push_str(" yes |"),
+                    Outcome::Refused(message) => {
+                        let known = messages.iter().position(|m| m == message);
+                        let number = known.unwrap_or_else(|| {
+                            messages.push(message);
+                            messages.len() - 1
+                        });
+                        write!(text, " {} |", number + 1).unwrap();
+                    }
+                }
+            }
+        }
+        text.push('\n');
+    }
+    text.push_str("\n## Refusals\n\n");
+    for (number, message) in messages.iter().enumerate() {
+        writeln!(text, "{}. {message}", number + 1).unwrap();
+    }
+    text
+}
+
+/// Every command with every kind of scene: it works, or says why not and what to do. The page says which.
+#[test]
+fn the_page_of_combinations_is_what_the_program_does() {
+    let place = tempfile::tempdir().unwrap();
+    let groups = rows();
+    let all: Vec<&Row> = groups.iter().flat_map(|(_, rows)| rows).collect();
+    let done: Vec<_> = all
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(k, row)| outcomes(row, &place.path().join(k.to_string())))
+        .collect();
+    let flawed: Vec<&String> = done.iter().filter_map(|d| d.as_ref().err()).collect();
+    assert!(flawed.is_empty(), "{flawed:#?}");
+    let done: Vec<Outcome> = done.into_iter().map(Result::unwrap).collect();
+    let mut done = done.chunks(COLUMNS.len());
+    let tables: Vec<_> = groups
+        .iter()
+        .map(|(title, rows)| {
+            let rows = rows.iter().map(|row| (row.name, done.next().unwrap()));
+            (*title, rows.collect::<Vec<_>>())
+        })
+        .collect();
+    let now = page(&tables);
+    let known = std::fs::read_to_string(root().join("docs/reference/combinations.md"));
+    if !known.is_ok_and(|known| known == now) {
+        let new = root().join("target/combinations.md");
+        std::fs::write(&new, now).unwrap();
+        panic!("{} is what the program does; docs/reference/combinations.md is not", new.display());
+    }
+}
