@@ -1,5 +1,6 @@
 //! Forced responses come to an answer.
 //!
+//! - *Starts*: an orbit at every frequency of a range, each from nothing known.
 //! - *Grazings*: a bracket loaded in its first mode is linear until it touches, `|q₁(ω)| = 1.6 · 2ξω₁² / |ω₁² − ω² + 2iξω₁ω|` over grazing, which is one at two
 //!   frequencies: there the branch grazes, with and without a reduction.
 //! - *Sections*: the beam between two stops has its fold at .06948769 and its turn at .059285 (an independent prototype: mass redistribution, modes of the open body
@@ -93,12 +94,42 @@ fn at(points: &[PointRecord], is: impl Fn(&PointKind) -> bool) -> Vec<f64> {
     points.iter().filter(|p| is(&p.special)).map(|p| p.omega).collect()
 }
 
-/// The bracket grazes where its linear response says.
-fn grazings(effort: Effort, gallery: &Gallery, checks: &mut Vec<Check>) -> Result<(), String> {
+/// The bracket under a load in its first mode, 1.6 times as large as what makes it graze.
+fn bracket() -> String {
     let text = include_str!("../../scenarios/bracket.toml")
         .replace("[initial]\nmode = 1\namplitude = -1.5\n", "");
-    let text = text
-        + "[damping]\nratio = 0.02\nmode = 1\n[[load]]\nkind = \"mode\"\nmode = 1\npeak = 1.6\nomega = 8000.0\n";
+    text + "[damping]\nratio = 0.02\nmode = 1\n[[load]]\nkind = \"mode\"\nmode = 1\npeak = 1.6\nomega = 8000.0\n"
+}
+
+/// Each frequency for itself, from nothing known: the linear response, Newton's method, settling from rest.
+fn starts(effort: Effort, gallery: &Gallery, checks: &mut Vec<Check>) -> Result<(), String> {
+    let bar = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [20]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = \"left\"\nfix = [\"x\"]\n\
+               [contact]\nedge = \"right\"\ngap = 1.0\n[damping]\nratio = 0.01\nmode = 1\n\
+               [[load]]\nkind = \"mode\"\nmode = 1\npeak = 1.6\nomega = 1.7\n";
+    let plate = include_str!("../../scenarios/half-plate-response.toml");
+    let bodies = [
+        ("bar", bar.to_owned(), (1.4, 2.1), 100),
+        ("half plate", plate.to_owned(), (1.2, 2.1), 100),
+        ("bracket", bracket(), (7800.0, 9500.0), 20),
+    ];
+    for (name, text, (low, high), count) in bodies {
+        let count = if effort.short { 10 } else { count };
+        let mut body = body(&gallery.scene(&text)?)?;
+        let mut found = 0;
+        for k in 0..count {
+            let omega = low + (high - low) * f64::from(k) / f64::from(count - 1);
+            let orbit = ladder(&mut body, &[], omega).map_err(|e| e.to_string())?;
+            found += u32::from(orbit.is_ok());
+        }
+        let what = format!("{name}: orbits from nothing known at {count} frequencies");
+        checks.push(Check::near(what, f64::from(found), f64::from(count), 0.0));
+    }
+    Ok(())
+}
+
+/// The bracket grazes where its linear response says.
+fn grazings(effort: Effort, gallery: &Gallery, checks: &mut Vec<Check>) -> Result<(), String> {
+    let text = bracket();
     let problem = Problem::new(&gallery.scene(&text)?, None).map_err(|e| e.to_string())?;
     let system = problem.system;
     let modes = signorini::contact::phase_modes(&system, &system.open_phase(), 1);
@@ -354,6 +385,7 @@ fn any(effort: Effort, gallery: &Gallery, checks: &mut Vec<Check>) -> Result<(),
 fn run(effort: Effort) -> Outcome {
     let gallery = Gallery::new()?;
     let mut checks = vec![];
+    starts(effort, &gallery, &mut checks)?;
     grazings(effort, &gallery, &mut checks)?;
     sections(effort, &gallery, &mut checks)?;
     sweeps(effort, &gallery, &mut checks)?;
