@@ -121,6 +121,11 @@ impl Orbit {
         self.gap_error <= VIOLATION && self.tension <= VIOLATION && self.certified
     }
 
+    /// A subharmonic orbit that has come back after one period of the loads: one of that period.
+    pub(super) fn is_repeated(&self) -> bool {
+        self.halfway.as_ref().is_some_and(|d| norm(d) < SHORTER * norm(&self.z))
+    }
+
     /// What speaks against the orbit; empty for an orbit.
     pub fn flaws(&self) -> Vec<String> {
         let mut flaws = vec![];
@@ -138,7 +143,7 @@ impl Orbit {
         if self.closure == Closure::Reversible {
             limit("sum of energy jumps", self.jumps.abs(), BALANCE);
         }
-        if self.halfway.as_ref().is_some_and(|d| norm(d) < SHORTER * norm(&self.z)) {
+        if self.is_repeated() {
             flaws.push("it repeats after one period of the loads".into());
         }
         if self.is_at_rest {

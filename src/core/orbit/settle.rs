@@ -97,6 +97,8 @@ fn near(body: &mut Propagator, p: usize, z: &[f64], omega: f64) -> Result<Near, 
     let newton = Settings { iterations: 12, ..Settings::default() };
     let effort = Effort { newton, rescue: false, ..Effort::default() };
     let orbit = match find(body, Closure::Forced(p), z, omega, &effort)? {
+        // beside a doubling a body that comes back every other period is near an orbit of one
+        Verdict::Flawed { orbit, .. } if orbit.is_repeated() => return Ok(Near::Nothing),
         Verdict::Flawed { flaws, .. } => return Ok(Near::Flawed(flaws)),
         Verdict::Orbit(orbit) => orbit,
         _ => return Ok(Near::Nothing),
