@@ -298,7 +298,10 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
     COLUMNS.iter().map(|(heading, ..)| done[heading].clone()).collect()
 }
 
-fn page(tables: &[(&str, Vec<(&str, &[Outcome])>)]) -> String {
+/// A title, and rows of a name and what each command made of it.
+type Table<'a> = (&'a str, Vec<(&'a str, &'a [Outcome])>);
+
+fn page(tables: &[Table]) -> String {
     let mut messages: Vec<&str> = vec![];
     let mut text = String::from(
         "# What goes with what\n\n\
@@ -351,7 +354,7 @@ fn the_page_of_combinations_is_what_the_program_does() {
     assert!(flawed.is_empty(), "{flawed:#?}");
     let done: Vec<Outcome> = done.into_iter().map(Result::unwrap).collect();
     let mut done = done.chunks(COLUMNS.len());
-    let tables: Vec<_> = groups
+    let tables: Vec<Table> = groups
         .iter()
         .map(|(title, rows)| {
             let rows = rows.iter().map(|row| (row.name, done.next().unwrap()));
