@@ -199,6 +199,25 @@ fn approached(
     Ok(None)
 }
 
+/// The mean of the states of an orbit at the beginnings of its periods of the loads; none where they could not be followed.
+fn middle(
+    body: &mut Propagator,
+    orbit: &Orbit,
+    omega: f64,
+) -> Result<Option<Vec<f64>>, OrbitError> {
+    let p = orbit.closure.periods();
+    let (mut z, mut sum) = (orbit.z.clone(), orbit.z.clone());
+    for _ in 1..p {
+        match next(body, &z, omega)? {
+            Ok(later) => z = later,
+            Err(_) => return Ok(None),
+        }
+        sum.iter_mut().zip(&z).for_each(|(sum, z)| *sum += z);
+    }
+    sum.iter_mut().for_each(|sum| *sum /= p as f64);
+    Ok(Some(sum))
+}
+
 /// The orbit of the loads' own period that a body has, or comes to, at a frequency: where nothing touches the linear response itself; else what Newton's method makes
 /// of the guesses; else what the body settles to, from the guesses and from rest. In words, why there is none.
 pub fn ladder(
@@ -225,10 +244,13 @@ pub fn ladder(
             Settled::Orbit(orbit) if orbit.closure == closure => return Ok(Ok(orbit)),
             Settled::Orbit(orbit) => {
                 let p = orbit.closure.periods();
-                // beside a stable orbit of several periods there is an unstable one of one
-                let verdict = find(body, closure, &orbit.z, omega, &Effort::default())?;
-                if let Some(orbit) = verdict.orbit() {
-                    return Ok(Ok(Box::new(orbit.clone())));
+                // beside a stable orbit of several periods there is an unstable one of one, near one of its states or in their middle
+                for guess in [middle(body, &orbit, omega)?, Some(orbit.z.clone())] {
+                    let Some(guess) = guess else { continue };
+                    let verdict = find(body, closure, &guess, omega, &Effort::default())?;
+                    if let Some(orbit) = verdict.orbit() {
+                        return Ok(Ok(Box::new(orbit.clone())));
+                    }
                 }
                 why.push(format!("the body settles to an orbit of {p} periods of the loads"));
             }
