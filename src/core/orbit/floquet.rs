@@ -69,13 +69,10 @@ pub fn stability(
 ) -> Result<Stability, OrbitError> {
     let m = monodromy(body, along)?;
     let autonomous = !closure.is_forced();
-    let mut values = if autonomous {
-        let mut full = z.to_vec();
-        full.resize(2 * body.n(), 0.0);
-        eigenvalues(&m, Some(&body.rate(&full, along.0)?))?
-    } else {
-        multipliers(&m)?
-    };
+    let mut full = z.to_vec();
+    full.resize(2 * body.n(), 0.0);
+    let rate = if autonomous { Some(body.rate(&full, along.0)?) } else { None };
+    let mut values = eigenvalues(&m, rate.as_deref())?;
     let mut trivial = vec![];
     if autonomous {
         let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);

@@ -102,8 +102,8 @@ impl<'a> Segments<'a> {
         lead: (usize, PointState),
         near: f64,
     ) -> Touch {
-        let end = walk.links[walk.links.len() - 1].span.1;
-        Minima { walk, sets: &self.chain.sets }.nearest(phase, lead, near * end)
+        let minima = Minima { walk, sets: &self.chain.sets };
+        minima.nearest(phase, lead, near * minima.end())
     }
 }
 

@@ -28,7 +28,8 @@ pub(super) struct Minima<'a> {
 }
 
 impl Minima<'_> {
-    fn end(&self) -> f64 {
+    /// When the motion ends.
+    pub fn end(&self) -> f64 {
         self.walk.links[self.walk.links.len() - 1].span.1
     }
 
