@@ -204,7 +204,7 @@ impl Model {
                     }
                     None => {
                         let operator = boundary::reaction(&body, vec![1.0; contact.len()]);
-                        System::with_operator(body, operator, Gaps::front(gap), choice)?
+                        System::with_operator(body, operator, Gaps::front(gap), choice, vec![])?
                     }
                 }
             }

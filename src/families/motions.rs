@@ -67,7 +67,7 @@ impl Observer for Rows<'_> {
         self.v.extend(of_mesh(s.v));
         self.active.extend(s.active.codes());
         self.pressure.extend(s.pressure);
-        let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
+        let [kinetic, elastic, external, dissipated, ..] = Energies::numbers(s.energies);
         let row = [kinetic, elastic, external, dissipated, s.jumps];
         self.energy.iter_mut().zip(row).for_each(|(column, x)| column.push(x));
         Ok(())
@@ -211,7 +211,7 @@ fn along_series<'b>(
         let mut pressure = vec![0.0; system.n_contact()];
         phase.pressures(t, &u_o, &mut pressure);
         let (kinetic, elastic) = (system.kinetic(t, &v), system.elastic(t, &u));
-        let energies = Energies { kinetic, elastic, external: 0.0, dissipated: 0.0 };
+        let energies = Energies { kinetic, elastic, ..Energies::default() };
         let sample = Sample {
             t,
             u: &u,

@@ -33,7 +33,9 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
         (ContactMethod::MassRedistribution, ..) | (_, Some(Inertia::Constant), _) => {
             MassChoice::Condensed
         }
-        (ContactMethod::NodalBoundary, None, _) if is_mesh => MassChoice::Condensed,
+        (ContactMethod::NodalBoundary, None, _) if is_mesh || c.has_friction() => {
+            MassChoice::Condensed
+        }
         _ => MassChoice::Paper,
     };
     (stress, mass)

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::ProblemError;
 use super::body::check_way;
+use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
 use crate::fem::{Body, Csr, FemError};
 use crate::matrices::read_matrix;
@@ -37,6 +38,34 @@ pub(super) fn given_gaps_behind(
     let gap = field.at([0.0; 3]);
     front.iter().try_for_each(|g| check_way(scene, "contact.gap_behind", g + gap))?;
     Ok((0..front.len()).map(|d| (d, gap)).collect())
+}
+
+/// The tangents of given contact displacements.
+pub(super) fn given_tangents(
+    scene: &Scene,
+    contact: &Contact,
+    body: &Body,
+) -> Result<Vec<Option<Tangent>>, ProblemError> {
+    let n = body.dofs.n();
+    let own = contact.displacements.as_deref().unwrap_or_default();
+    let Some(rows) = contact.tangents.as_deref() else {
+        let help = "tangents = [1, 3]: rows of the matrices, one a contact displacement";
+        return Err(fault(scene, "contact.tangents", "is missing beside friction", help));
+    };
+    let is_wrong = |(k, i): (usize, &usize)| *i >= n || own.contains(i) || rows[..k].contains(i);
+    if rows.len() != own.len() || rows.iter().enumerate().any(is_wrong) {
+        let message = format!("{rows:?} beside the contact displacements {own:?}");
+        let help = format!("give one row from 0 to {} for each, none twice", n - 1);
+        return Err(fault(scene, "contact.tangents", message, &help));
+    }
+    let obstacle = contact.obstacles.first();
+    let coefficient = obstacle.and_then(|o| o.friction).filter(|mu| *mu > 0.0);
+    let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
+    let tangent = |&row: &usize| {
+        let (entry, direction) = (body.dofs.row(row), [0.0, 1.0, 0.0]);
+        coefficient.map(|coefficient| Tangent { entry, sign: 1.0, coefficient, surface, direction })
+    };
+    Ok(rows.iter().map(tangent).collect())
 }
 
 /// The unit of length of a body without geometry: its largest gap.

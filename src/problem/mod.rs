@@ -6,6 +6,7 @@
 mod body;
 mod damping;
 mod error;
+mod friction;
 mod given;
 mod imported;
 mod initial;
@@ -77,7 +78,9 @@ fn check_flow(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     if asked != Some(Integrator::Chebyshev) || system.is_entire() {
         return Ok(());
     }
-    let message = if !system.has_potential() {
+    let message = if system.tangents().is_some() {
+        "\"chebyshev\" needs elastic forces with a potential, and friction has none"
+    } else if !system.has_potential() {
         "\"chebyshev\" needs elastic forces with a potential, which Nitsche's with theta ≠ 1 have not"
     } else if !system.is_decoupled() {
         "\"chebyshev\" needs damping in proportion to mass and stiffness, and springs of the obstacle do not damp"
@@ -144,7 +147,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
         BodyKind::Matrices => {
             let (body, operator, gap) = given_body(scene)?;
             let behind = given_gaps_behind(scene, &gap)?;
-            System::with_operator(body, operator, Gaps { front: gap, behind }, choice)
+            let tangents = friction::tangents(scene, &body)?;
+            System::with_operator(body, operator, Gaps { front: gap, behind }, choice, tangents)
         }
         _ => {
             let body = assemble(scene)?;
@@ -155,7 +159,10 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
                     let law = Restitution { coefficient, march: march(c, &body) };
                     System::with_impacts(body, contacts.gaps.front, law)
                 }
-                None => System::new(body, &contacts, choice),
+                None => {
+                    let tangents = friction::tangents(scene, &body)?;
+                    System::with_friction(body, &contacts, choice, tangents)
+                }
             }
         }
     };
@@ -171,6 +178,11 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
                     "give the elements along the contact edge regular shapes, boundary_mass = \"consistent\", or stress = \"reaction\"",
                 ),
             };
+            scene.error(Issue::new(key, e.to_string(), help)).into()
+        }
+        ContactError::NoFriction => {
+            let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
+            let help = "remove stress and inertia: with friction they are \"reaction\" and \"constant\"";
             scene.error(Issue::new(key, e.to_string(), help)).into()
         }
         ContactError::SeveralDirections => {
@@ -208,6 +220,7 @@ impl Problem {
         }
         let mut notes = Notes::default();
         *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
+        friction::check(scene, &system, &mut notes)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;
         if let Some([u, v]) = moving::frame(scene, &system) {
             initial.u.iter_mut().zip(&u).for_each(|(x, u)| *x -= u);

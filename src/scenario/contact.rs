@@ -11,7 +11,7 @@ use super::number::{Check, finite, length, positive};
 use super::side::side;
 use super::{
     Activation, BodyKind, ContactMethod, Edge, Field, Inertia, Instants, Issue, METHOD_KEYS,
-    MassKind, RedistributedMass, Scene, StressKey,
+    MassKind, RedistributedMass, Scene, StressKey, TangentKey,
 };
 
 /// `[contact]`, or all tables `[[contact]]`: rigid, frictionless obstacles and one contact method.
@@ -25,6 +25,10 @@ pub struct Contact {
     pub gaps: Option<Vec<f64>>,
     /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
     pub displacements: Option<Vec<usize>>,
+    /// The displacements along the obstacle, as rows of the matrices, one a contact displacement (kind `matrices`).
+    pub tangents: Option<Vec<usize>>,
+    /// What tangential displacements of contact points are like.
+    pub tangent: Option<TangentKey>,
     /// File of `N_C` (kind `matrices`), `n_C × n_C` in the order of `displacements`.
     pub n_c: Option<String>,
     /// File of `N_O`, `n_C × n_O`, the other displacements in their order.
@@ -70,6 +74,10 @@ pub struct Obstacle {
     pub plane: Option<Plane>,
     /// Distance to a second obstacle behind, against the contact direction.
     pub gap_behind: Option<Field>,
+    /// Coulomb's coefficient `μ`.
+    pub friction: Option<f64>,
+    /// Velocity of the obstacle's surface along itself.
+    pub surface: Option<Vec<f64>>,
 }
 
 /// The obstacle fills `normal·x ≥ offset`.
@@ -109,6 +117,19 @@ pub(super) struct Table {
     /// Bodies from matrices: the contact displacements, as rows of the matrices counted from 0, positive towards the obstacle.
     #[schemars(extend("examples" = [[66, 67, 68, 69]]))]
     displacements: Option<Vec<usize>>,
+    /// Coulomb's coefficient of friction μ between the body and this obstacle; absent or 0: none. In the plane, with nodal reactions and a constant mass, which are
+    /// then the defaults of `nbm`.
+    #[schemars(extend("examples" = [0.3]), range(min = 0.0))]
+    friction: Option<f64>,
+    /// Velocity of the obstacle's surface along itself (a belt), with `friction`; of bodies from matrices one number, along `tangents`.
+    #[schemars(extend("examples" = [[0.0, 0.05]]))]
+    surface: Option<Vec<f64>>,
+    /// Bodies from matrices with `friction`: the displacements along the obstacle, as rows of the matrices, one a contact displacement.
+    #[schemars(extend("examples" = [[1, 3]]))]
+    tangents: Option<Vec<usize>>,
+    /// With `friction`: whether displacements along the obstacle keep their mass.
+    #[schemars(extend("default" = "inertia"))]
+    tangent: Option<TangentKey>,
     /// Bodies from matrices: `N_C` of `λ = N_C u_C + N_O u_O`, `n_C × n_C` in the order of `displacements`; a file, or `FILE.h5:/path`.
     n_c: Option<String>,
     /// Bodies from matrices: `N_O`, `n_C × n_O`, the other displacements in their order.
@@ -221,13 +242,16 @@ impl Tables {
                 _ => side(kind, &self.key(k, ""), t.edge, t.group.as_ref(), "right")?,
             };
             let (gap, plane) = (t.gap.clone(), t.plane.clone());
-            Ok(Obstacle { group, gap, plane, gap_behind: t.gap_behind.clone() })
+            let (friction, surface) = (t.friction, t.surface.clone());
+            Ok(Obstacle { group, gap, plane, gap_behind: t.gap_behind.clone(), friction, surface })
         };
         Ok(Some(Contact {
             obstacles: self.all.iter().enumerate().map(obstacle).collect::<Result<_, Issue>>()?,
             is_list: self.is_list,
             gaps: self.one("gaps", |t| &t.gaps)?,
             displacements: self.one("displacements", |t| &t.displacements)?,
+            tangents: self.one("tangents", |t| &t.tangents)?,
+            tangent: self.one("tangent", |t| &t.tangent)?,
             n_c: self.one("n_c", |t| &t.n_c)?,
             n_o: self.one("n_o", |t| &t.n_o)?,
             boundary_mass: self.one("boundary_mass", |t| &t.boundary_mass)?.unwrap_or_default(),
@@ -298,7 +322,64 @@ pub struct Motion {
 impl Contact {
     /// Whether the pressure is the nodal reaction.
     pub(crate) fn is_reaction(&self) -> bool {
-        self.method == ContactMethod::MassRedistribution || self.stress == Some(StressKey::Reaction)
+        let rubs = self.has_friction() && self.stress.is_none();
+        self.method == ContactMethod::MassRedistribution
+            || self.stress == Some(StressKey::Reaction)
+            || rubs
+    }
+
+    /// Whether some obstacle has friction.
+    pub(crate) fn has_friction(&self) -> bool {
+        self.obstacles.iter().any(|o| o.friction.is_some_and(|mu| mu > 0.0))
+    }
+
+    /// The key of the first coefficient of friction.
+    pub(crate) fn friction_key(&self) -> String {
+        let first = self.obstacles.iter().position(|o| o.friction.is_some_and(|mu| mu > 0.0));
+        self.key(first.unwrap_or(0), "friction")
+    }
+
+    /// What friction does not go with.
+    fn check_friction(&self, kind: BodyKind) -> Check {
+        for (k, o) in self.obstacles.iter().enumerate() {
+            if let Some(mu) = o.friction.filter(|mu| !(mu.is_finite() && *mu >= 0.0)) {
+                let help = "give Coulomb's coefficient, a number that is not negative";
+                return Err(Issue::new(self.key(k, "friction"), format!("is {mu}"), help));
+            }
+            let Some(velocity) = &o.surface else { continue };
+            if o.friction.is_none_or(|mu| mu == 0.0) {
+                let message = "is not read without friction";
+                return Err(Issue::new(self.key(k, "surface"), message, "remove the key, or give friction"));
+            }
+            let (wanted, example) = match kind {
+                BodyKind::Matrices => (1, "surface = [0.2]"),
+                _ => (2, "surface = [0.0, 0.05]"),
+            };
+            length(&self.key(k, "surface"), velocity.len(), wanted, example)?;
+            velocity.iter().try_for_each(|&v| finite(&self.key(k, "surface"), v))?;
+        }
+        if self.has_friction() {
+            let methods = [ContactMethod::NodalBoundary, ContactMethod::MassRedistribution];
+            if !methods.contains(&self.method) {
+                let name = self.method.name();
+                let message = format!("is not read by method = \"{name}\": it acts on nodal reactions");
+                let help = "give method = \"mass-redistribution\", or remove friction";
+                return Err(Issue::new(self.friction_key(), message, help));
+            }
+            if self.tangent == Some(TangentKey::Massless) {
+                let message = "\"massless\" is not here yet";
+                let help = "give tangent = \"inertia\": displacements along the obstacle keep their mass";
+                return Err(Issue::new(self.key(0, "tangent"), message, help));
+            }
+            return Ok(());
+        }
+        for (key, given) in [("tangents", self.tangents.is_some()), ("tangent", self.tangent.is_some())] {
+            if given {
+                let message = "is not read without friction";
+                return Err(Issue::new(self.key(0, key), message, "remove the key, or give friction"));
+            }
+        }
+        Ok(())
     }
 
     /// The keys that a method does not read.
@@ -390,12 +471,14 @@ impl Scene {
     pub(super) fn check_contact(&self) -> Check {
         let Some(c) = &self.contact else { return Ok(()) };
         c.check_method()?;
+        c.check_friction(self.body.kind)?;
         if self.body.kind == BodyKind::Matrices {
             return self.check_given_contact();
         }
         for (key, given) in [
             ("gaps", c.gaps.is_some()),
             ("displacements", c.displacements.is_some()),
+            ("tangents", c.tangents.is_some()),
             ("n_c", c.n_c.is_some()),
             ("n_o", c.n_o.is_some()),
             ("stress", matches!(c.stress, Some(StressKey::Terms(_)))),

@@ -97,6 +97,16 @@ pub enum Inertia {
     Constant,
 }
 
+/// `tangent` of friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TangentKey {
+    /// They keep it: one motion from every state, whatever the coefficient.
+    Inertia,
+    /// The boundary is quasi-static along the obstacle too.
+    Massless,
+}
+
 /// `instants` of `waves`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -68,12 +68,12 @@ fn half(system: &System, active: bool) -> Result<Half, String> {
     let rest = k.clone().lu().solve(&force).ok_or("stiffness matrix")?;
     let dynamics = -chol.solve(&k);
     let zero = vec![0.0; n];
-    let offset = phase.monitor_values(0.0, &zero)[0];
+    let offset = phase.monitor_values(0.0, &zero, &zero)[0];
     let mut row = DVector::zeros(n);
     for j in 0..n {
         let mut unit = zero.clone();
         unit[j] = 1.0;
-        row[j] = phase.monitor_gradient_at(&unit)[0];
+        row[j] = phase.monitor_gradient_at(&unit, &zero)[0];
     }
     Ok(Half { omega, shapes, rest, dynamics, row, offset })
 }

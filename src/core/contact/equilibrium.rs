@@ -70,9 +70,9 @@ fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
 fn infeasible(phase: &Phase, u: &[f64], unit: f64) -> Vec<Monitor> {
     let size = u.iter().fold(unit, |m, x| m.max(x.abs()));
     let mut h = vec![0.0; phase.monitors.len()];
-    phase.monitor_undriven(u, &mut h);
+    phase.monitor_undriven(u, &vec![0.0; u.len()], &mut h);
     // displacements of a static solution carry more than one rounding error
-    let rounding = phase.monitor_rounding(size);
+    let rounding = phase.monitor_rounding(size, 0.0);
     let negative = |k: &usize| h[*k] < -1e-12 / UNITS * rounding[*k];
     (0..h.len()).filter(negative).map(|k| phase.monitors[k].clone()).collect()
 }

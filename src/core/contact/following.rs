@@ -1,25 +1,26 @@
 //! Phases of methods in which contact displacements have no inertia: they follow from the conditions (theory §3).
 //!
 //! In contact `u_C = g`; free `u_C,f = N_ff⁻¹ (p_f,f(t) − N_f,O u_O − N_f,c g_c)`. The monitors are the gaps `w = g − s u_C` of free points and the
-//! pressures `p = s (p_f − N_O u_O − N_C u_C)` of points in contact.
+//! pressures `p = s (p_f − N_O u_O − N_C u_C)` of points in contact; with friction those of the tangents besides ([`super::friction`]).
 
 use std::sync::Arc;
 
 use super::conditions::Conditions;
 use super::expansion::{Driven, Expansion, Follow, Solved};
+use super::friction::{Friction, Rubbing};
 use super::inertia::{Inertia, PhaseInertia};
 use super::law::{Exit, Law};
 use super::lcp::Side;
 use super::monitor::{Monitor, Row, Size, Term};
 use super::phase::{Data, Parts, Phase};
-use super::states::States;
+use super::states::{PointState, States};
 use crate::fem::Harmonic;
 
 /// The phase of some states: displacements that follow, and monitors as the law says.
 pub(super) fn following(
     law: &dyn Law,
     conditions: &Arc<Conditions>,
-    inertia: &Arc<Inertia>,
+    (inertia, friction): (&Arc<Inertia>, Option<&Arc<Friction>>),
     parts: &Parts,
     set: &States,
 ) -> Phase {
@@ -27,22 +28,30 @@ pub(super) fn following(
     let loads = &parts.loads;
     let load = loads.constant.as_ref().and_then(|f| maker.load_on_contact(f));
     let offset = maker.shift(load.as_deref(), true);
+    // what friction holds feels every load
+    let sticks = friction.is_some() && set.iter().any(|s| s == PointState::Stick);
     let drives: Vec<(Driven, Vec<f64>)> =
-        loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h)).collect();
+        loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h, sticks)).collect();
     let driven = |k: usize| -> Vec<f64> { drives.iter().map(|d| d.1[k]).collect() };
-    let (mut monitors, mut reactions) = (vec![], vec![]);
-    for (point, state) in set.iter().enumerate() {
-        let row = maker.row(point, load.as_deref(), driven(point));
-        if state.touches() {
-            reactions.push((point, row.clone()));
-        }
-        let of = |&(kind, to): &Exit| Monitor { point, kind, to, row: row.clone() };
-        monitors.extend(law.exits(state).iter().map(of));
-    }
-    let inertia = PhaseInertia::new(inertia, conditions, set);
+    let rows: Vec<Row> =
+        (0..set.len()).map(|k| maker.row(k, load.as_deref(), driven(k))).collect();
     let drives = drives.into_iter().map(|d| d.0).collect();
     let expansion = Expansion { follow: Follow::Solved(maker.solved), offset, drives };
-    let data = Data { expansion, inertia, pushes: vec![], reactions };
+    let rubbing = friction.map(|f| Rubbing::new(f, set, &rows, &expansion, parts));
+    let (mut monitors, mut reactions) = (vec![], vec![]);
+    for ((point, state), row) in set.iter().enumerate().zip(rows) {
+        let of = |&(kind, to): &Exit| {
+            let tangential = rubbing.as_ref().filter(|_| kind.is_tangential());
+            let row = tangential.map_or_else(|| row.clone(), |r| r.monitor(kind, point, &row));
+            Monitor { point, kind, to, row }
+        };
+        monitors.extend(law.exits(state).iter().map(of));
+        if state.touches() {
+            reactions.push((point, row));
+        }
+    }
+    let inertia = PhaseInertia::new(inertia, conditions, set);
+    let data = Data { expansion, inertia, pushes: vec![], reactions, rubbing };
     Phase::new(parts.clone(), set.clone(), monitors, data)
 }
 
@@ -86,9 +95,13 @@ impl<'a> Maker<'a> {
         d
     }
 
-    /// What a harmonic load adds to displacements, and to the gap or pressure of each point.
-    fn drive(&self, index: usize, load: &Harmonic) -> Option<(Driven, Vec<f64>)> {
-        let p = self.load_on_contact(&load.force)?;
+    /// What a harmonic load adds to displacements, and to the gap or pressure of each point; of one that does not act on them nothing, or zeros.
+    fn drive(&self, index: usize, load: &Harmonic, always: bool) -> Option<(Driven, Vec<f64>)> {
+        let Some(p) = self.load_on_contact(&load.force) else {
+            let (none, load) = (vec![0.0; self.c.len()], load.clone());
+            let displacement = vec![0.0; self.c.count()];
+            return always.then_some((Driven { index, load, displacement }, none));
+        };
         let displacement = self.shift(Some(&p), false);
         let c = self.c;
         // those in contact do not move
@@ -111,7 +124,7 @@ impl<'a> Maker<'a> {
         };
         if !self.set.touches(k) {
             let terms = vec![(-s, Term::Entry(d))];
-            return Row { constant: c.gap[k], terms, drives, size: size(c.stiffness(k)) };
+            return Row::of_displacements(c.gap[k], terms, drives, size(c.stiffness(k)));
         }
         let own = match c.is_diagonal {
             true => (-s * c.n_c[(d, d)], Term::Entry(d)),
@@ -119,6 +132,6 @@ impl<'a> Maker<'a> {
         };
         let constant = s * load.map_or(0.0, |p| p[d]);
         let terms = vec![(-s, Term::StressO(c.clone(), d)), own];
-        Row { constant, terms, drives, size: size(1.0) }
+        Row::of_displacements(constant, terms, drives, size(1.0))
     }
 }

@@ -14,7 +14,7 @@ use nalgebra::DVector;
 
 use super::law::{March, Restitution};
 use super::lcp::{self, LcpError};
-use super::reactions::Reactions;
+use super::reactions::Columns;
 use super::states::States;
 
 /// The impacts of a body.
@@ -24,7 +24,7 @@ pub struct Impact {
     pub restitution: f64,
     /// A scheme of its own in place of events.
     pub march: Option<March>,
-    mass: Arc<Reactions>,
+    mass: Arc<Columns>,
 }
 
 /// `v ← v − Σ columns_j (rows_j v)` over `u_O`.
@@ -46,18 +46,18 @@ pub struct Blow {
 }
 
 impl Impact {
-    pub(super) fn new(law: Restitution, mass: Arc<Reactions>) -> Impact {
+    pub(super) fn new(law: Restitution, mass: Arc<Columns>) -> Impact {
         Impact { restitution: law.coefficient, march: law.march, mass }
     }
 
     /// `n`: displacement of each contact point along its normal, rows over `u_O`.
     pub fn normal(&self) -> &crate::fem::Csr {
-        &self.mass.normal
+        &self.mass.rows
     }
 
     /// The impact of the points `touching` at the velocity `v`, which becomes that after it.
     pub fn strike(&self, touching: &[usize], v: &mut [f64]) -> Result<Blow, LcpError> {
-        let rate = |v: &[f64], k: usize| -self.mass.normal.row_dot(k, v);
+        let rate = |v: &[f64], k: usize| -self.mass.rows.row_dot(k, v);
         let before: Vec<f64> = touching.iter().map(|&k| rate(v, k)).collect();
         let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let q: Vec<f64> = before.iter().map(|w| (1.0 + self.restitution) * w).collect();
@@ -88,14 +88,14 @@ impl Impact {
         let inverse = mass.block(struck).try_inverse()?;
         let factor = |k: usize| if held.touches(k) { 1.0 } else { 1.0 + self.restitution };
         let column = |j: usize| -> Vec<f64> {
-            let mut sum = vec![0.0; mass.normal.n_cols()];
+            let mut sum = vec![0.0; mass.rows.n_cols()];
             for (i, &k) in struck.iter().enumerate() {
                 let c = inverse[(i, j)] * factor(struck[j]);
                 sum.iter_mut().zip(&mass.columns[k]).for_each(|(s, x)| *s += c * x);
             }
             sum
         };
-        let row = |&k: &usize| mass.normal.row(k).collect();
+        let row = |&k: &usize| mass.rows.row(k).collect();
         Some(BlowMap {
             columns: (0..struck.len()).map(column).collect(),
             rows: struck.iter().map(row).collect(),
@@ -104,7 +104,7 @@ impl Impact {
 
     /// Take what is left of the velocity of some points against the obstacle.
     pub fn stop(&self, points: &[usize], v: &mut [f64]) {
-        let along = points.iter().map(|&k| self.mass.normal.row_dot(k, v));
+        let along = points.iter().map(|&k| self.mass.rows.row_dot(k, v));
         let along = DVector::from_iterator(points.len(), along);
         if let Some(r) = self.mass.block(points).lu().solve(&along) {
             self.push(points, r.as_slice(), v);
@@ -113,7 +113,7 @@ impl Impact {
 
     /// Which of the points at rest on the obstacle stay: `0 ≤ ẅ ⟂ λ ≥ 0` with the acceleration `a` of the body without their reactions.
     pub(crate) fn staying(&self, resting: &[usize], a: &[f64]) -> Result<Vec<usize>, LcpError> {
-        let q: Vec<f64> = resting.iter().map(|&k| -self.mass.normal.row_dot(k, a)).collect();
+        let q: Vec<f64> = resting.iter().map(|&k| -self.mass.rows.row_dot(k, a)).collect();
         let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let reaction = self.complementary(resting, &q, largest)?;
         Ok(resting.iter().zip(&reaction).filter(|(_, r)| **r > 0.0).map(|(&k, _)| k).collect())

@@ -124,7 +124,7 @@ impl Massive {
             Some(_) => Some(Arc::new(Reactions::new(body, obstacle.normal.clone())?)),
             None => None,
         };
-        let impact = restitution.zip(reactions.clone()).map(|(law, r)| Impact::new(law, r));
+        let impact = restitution.zip(reactions.clone()).map(|(law, r)| Impact::new(law, r.along.clone()));
         let knows_bound = restitution.is_none() && obstacle.has_potential();
         let highest = match knows_bound {
             true => {
@@ -164,7 +164,7 @@ impl Massive {
         let sum = depth.row(k).map(|e| e.1.abs()).sum::<f64>().max(1.0);
         let size = Size { a: 0.0, b: factor.abs() * sum, gap: gap[k], c: 1.0 };
         let terms = vec![(factor, Term::Over(depth.clone(), k))];
-        Row { constant, terms, drives: vec![0.0; drives], size: [size; 2] }
+        Row::of_displacements(constant, terms, vec![0.0; drives], [size; 2])
     }
 }
 
@@ -206,12 +206,10 @@ impl Massive {
             let own = of.row(i);
             let gap = self.obstacle.gap[points[i]];
             let size = Size { a: own.iter().map(|x| x.abs()).sum(), b: 0.0, gap, c: 1.0 };
-            Row {
-                constant: offsets.as_ref().map_or(0.0, |o| o[i]),
-                terms: vec![(1.0, Term::Own(own.into()))],
-                drives: shares.iter().map(|s| s[i]).collect(),
-                size: [size; 2],
-            }
+            let constant = offsets.as_ref().map_or(0.0, |o| o[i]);
+            let terms = vec![(1.0, Term::Own(own.into()))];
+            let drives = shares.iter().map(|s| s[i]).collect();
+            Row::of_displacements(constant, terms, drives, [size; 2])
         };
         let rows = (0..points.len()).map(row).collect();
         HeldRows { points, rows, drives }
@@ -327,7 +325,7 @@ impl Method for Massive {
             offset: vec![0.0; set.len()],
             drives: held.drives,
         };
-        let data = Data { expansion, inertia, pushes, reactions };
+        let data = Data { expansion, inertia, pushes, reactions, rubbing: None };
         Phase::new(parts.clone(), set.clone(), monitors, data)
     }
 

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use super::ContactError;
 use super::conditions::{Conditions, Rates};
 use super::constraint::Constraint;
+use super::friction::Friction;
 use super::impact::Impact;
 use super::inertia::Inertia;
 use super::law::Law;
@@ -79,6 +80,11 @@ pub(super) trait Method: Debug + Send + Sync {
     /// The contact points in the order of active sets.
     fn constraints(&self, body: &Body) -> Vec<Constraint>;
 
+    /// Friction of the contact points, of methods that have it.
+    fn friction(&self) -> Option<&Arc<Friction>> {
+        None
+    }
+
     /// The obstacle, where contact displacements have inertia.
     fn obstacle(&self) -> Option<&Arc<Obstacle>> {
         None
@@ -105,15 +111,25 @@ pub(super) trait Method: Debug + Send + Sync {
     ) -> Result<Selection, ContactError> {
         let load = self.conditions().load_pressure(loads, t, 0);
         let solution = self.conditions().solve(x, load.as_deref(), start)?;
-        Ok(Selection { set: States::of_contact(solution.active), degenerate: solution.degenerate })
+        let mut set = States::of_contact(solution.active);
+        self.keep(&mut set, start);
+        Ok(Selection { set, degenerate: solution.degenerate })
     }
 
     /// The same one order up, on the degenerate points alone.
     fn select_rates(&self, loads: &Loads, at: Degenerate) -> Result<Selection, ContactError> {
         let load = self.conditions().load_pressure(loads, at.t, at.order);
         let rates = Rates { x: at.x, load: load.as_deref(), blur: at.blur };
-        let (set, degenerate) = self.conditions().solve_rates(at.present, at.points, rates)?;
+        let (mut set, degenerate) = self.conditions().solve_rates(at.present, at.points, rates)?;
+        self.keep(&mut set, at.present);
         Ok(Selection { set, degenerate })
+    }
+
+    /// Points that are still in contact do what they did; displacements tell no more.
+    fn keep(&self, set: &mut States, before: &States) {
+        if let Some(friction) = self.friction() {
+            friction.keep(set, before);
+        }
     }
 
     /// The phase of a set.

@@ -12,6 +12,7 @@ pub mod distance;
 mod equilibrium;
 mod expansion;
 mod following;
+pub(crate) mod friction;
 mod gram;
 mod held;
 mod impact;
@@ -42,9 +43,10 @@ pub use constraint::Constraint;
 pub use damping::Rayleigh;
 pub use equilibrium::NoEquilibrium;
 pub use expansion::Drive;
+pub use friction::{RubbingRates, Tangent};
 pub use impact::{Blow, BlowMap, Impact};
 pub use law::{
-    Conduct, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule, Signorini,
+    Conduct, Coulomb, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule, Signorini,
     Stepping, Stop,
 };
 pub use lcp::LcpError;
@@ -105,6 +107,11 @@ pub enum ContactError {
         /// The largest difference, over mass and size.
         off: f64,
     },
+    /// Friction beside a method that has none.
+    #[error(
+        "friction acts on nodal reactions and tangents that keep their mass: mass redistribution, or stress = \"reaction\" with inertia = \"constant\""
+    )]
+    NoFriction,
     /// Springs that rounding errors drown.
     #[error(
         "springs {ratio:.1e} times as stiff as the body drown its own forces in rounding errors: give at most 1e8 times its stiffness"

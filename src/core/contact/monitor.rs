@@ -1,10 +1,12 @@
-//! The switching functions of a phase, `h_k ≥ 0` while it is valid: each an affine function of the displacements (theory §3, §5).
+//! The switching functions of a phase, `h_k ≥ 0` while it is valid: each an affine function of the displacements (theory §3, §5), with friction of the
+//! velocities too.
 //!
 //! ```text
-//! h = c + r_O · u_O + r_C · u_C
+//! h = c + r_O · u_O + r_C · u_C + ρ_O · u̇_O
 //! ```
 //!
-//! The rows share the matrices of the method; gaps are `g − s u_C`, pressures `s (p_f − N_O u_O − N_C u_C)`, or reactions over an area.
+//! The rows share the matrices of the method; gaps are `g − s u_C`, pressures `s (p_f − N_O u_O − N_C u_C)`, or reactions over an area; of a point that
+//! slips `σ(v_t − V)`, of one that sticks `μ p ∓ q` with the traction `q = r_t/area` ([`super::friction`]).
 
 use std::sync::Arc;
 
@@ -22,6 +24,12 @@ pub enum MonitorKind {
     Pressure,
     /// How deep a node is in an obstacle that yields.
     Depth,
+    /// `μ p − q` of a node that sticks: at zero it slips forwards.
+    StickPlus,
+    /// `μ p + q` of a node that sticks: at zero it slips backwards.
+    StickMinus,
+    /// `σ (v_t − V)` of a node that slips: at zero it comes to rest.
+    Slip,
     /// `θ` of a held node: at zero it goes into contact.
     HeldToContact,
     /// `1 − θ` of a held node: at zero it is released.
@@ -30,10 +38,13 @@ pub enum MonitorKind {
 
 impl MonitorKind {
     /// All kinds.
-    pub const ALL: [MonitorKind; 5] = [
+    pub const ALL: [MonitorKind; 8] = [
         MonitorKind::Gap,
         MonitorKind::Pressure,
         MonitorKind::Depth,
+        MonitorKind::StickPlus,
+        MonitorKind::StickMinus,
+        MonitorKind::Slip,
         MonitorKind::HeldToContact,
         MonitorKind::HeldToFree,
     ];
@@ -44,9 +55,17 @@ impl MonitorKind {
             MonitorKind::Gap => "gap",
             MonitorKind::Pressure => "pressure",
             MonitorKind::Depth => "depth",
+            MonitorKind::StickPlus => "stick+",
+            MonitorKind::StickMinus => "stick-",
+            MonitorKind::Slip => "slip",
             MonitorKind::HeldToContact => "closing",
             MonitorKind::HeldToFree => "opening",
         }
+    }
+
+    /// Whether it belongs to friction along the tangent.
+    pub(crate) fn is_tangential(self) -> bool {
+        matches!(self, MonitorKind::StickPlus | MonitorKind::StickMinus | MonitorKind::Slip)
     }
 
     /// Whether it is a weight of a held node, and not a function of the displacements.
@@ -84,6 +103,8 @@ pub fn leading(monitors: &[Monitor], point: usize, to: PointState) -> Option<usi
 pub(super) enum Term {
     /// Entry of `u_C`.
     Entry(usize),
+    /// Entry of `u_O`.
+    Of(usize),
     /// Row of `N_O` on `u_O`.
     StressO(Arc<Conditions>, usize),
     /// Row of `N_C` on `u_C`.
@@ -98,6 +119,7 @@ impl Term {
     fn value(&self, x_o: &[f64], x_c: &[f64]) -> f64 {
         match self {
             Term::Entry(d) => x_c[*d],
+            Term::Of(j) => x_o[*j],
             Term::StressO(c, d) => c.n_o.row_dot(*d, x_o),
             Term::StressC(c, d) => c.n_c.row_dot(*d, x_c),
             Term::Over(matrix, i) => matrix.row_dot(*i, x_o),
@@ -120,6 +142,17 @@ impl Size {
     fn of(&self, u: f64) -> f64 {
         (self.a * u + self.b * u.max(self.gap.abs())) / self.c
     }
+
+    /// `x` times it, and `y` times another.
+    pub fn plus(&self, x: f64, other: &Size, y: f64) -> Size {
+        let of = |this: f64, that: f64| x * this / self.c + y * that / other.c;
+        Size {
+            a: of(self.a, other.a),
+            b: of(self.b, other.b),
+            gap: self.gap.abs().max(other.gap.abs()),
+            c: 1.0,
+        }
+    }
 }
 
 /// One switching function.
@@ -129,22 +162,55 @@ pub(super) struct Row {
     pub constant: f64,
     /// The linear part: factors and terms.
     pub terms: Vec<(f64, Term)>,
+    /// Of velocities, over `u̇_O` alone.
+    pub rates: Vec<(f64, Term)>,
     /// What each drive of the phase adds.
     pub drives: Vec<f64>,
     /// Of its value, and of its rates (or second derivatives).
     pub size: [Size; 2],
+    /// Size of its terms in velocities of the order of one.
+    pub rate_size: f64,
 }
 
 impl Row {
+    /// Without velocities.
+    pub fn of_displacements(
+        constant: f64,
+        terms: Vec<(f64, Term)>,
+        drives: Vec<f64>,
+        size: [Size; 2],
+    ) -> Row {
+        Row { constant, terms, rates: vec![], drives, size, rate_size: 0.0 }
+    }
+
     /// `c + r_O · x_O + r_C · x_C`, or the linear part.
     pub fn value(&self, x_o: &[f64], x_c: &[f64], is_affine: bool) -> f64 {
         let constant = if is_affine { self.constant } else { 0.0 };
         self.terms.iter().fold(constant, |h, (factor, term)| h + factor * term.value(x_o, x_c))
     }
 
-    /// Its rounding error when displacements are of the order of `u`.
-    pub fn rounding(&self, u: f64) -> f64 {
-        UNITS * self.size[0].of(u)
+    /// `ρ_O · x_O`
+    pub fn of_velocity(&self, v_o: &[f64]) -> f64 {
+        self.rates.iter().map(|(factor, term)| factor * term.value(v_o, &[])).sum()
+    }
+
+    /// Its rounding error when displacements are of the order of `u`, velocities of that of `v`.
+    pub fn rounding(&self, u: f64, v: f64) -> f64 {
+        UNITS * (self.size[0].of(u) + self.rate_size * v)
+    }
+
+    /// The linear part over `u_O` and `u_C`, entry by entry.
+    pub fn entries(&self, mut of_o: impl FnMut(usize, f64), mut of_c: impl FnMut(usize, f64)) {
+        for (factor, term) in &self.terms {
+            match term {
+                Term::Entry(d) => of_c(*d, *factor),
+                Term::Of(j) => of_o(*j, *factor),
+                Term::StressO(c, d) => c.n_o.row(*d).for_each(|(j, v)| of_o(j, factor * v)),
+                Term::StressC(c, d) => c.n_c.row(*d).for_each(|(j, v)| of_c(j, factor * v)),
+                Term::Over(matrix, i) => matrix.row(*i).for_each(|(j, v)| of_o(j, factor * v)),
+                Term::Own(row) => row.iter().enumerate().for_each(|(j, v)| of_o(j, factor * v)),
+            }
+        }
     }
 
     /// That of its rate (or second derivative) when `u̇_O` (`ü_O`) is of the order of `size`.

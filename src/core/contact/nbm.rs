@@ -12,8 +12,9 @@ use super::boundary::{BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::following::following;
+use super::friction::{Friction, Tangent};
 use super::inertia::{Inertia, Projector};
-use super::law::{Law, Signorini};
+use super::law::{Coulomb, Law, Signorini};
 use super::method::{Method, Promise};
 use super::phase::{Parts, Phase};
 use super::redistribution::{self, MassChoice, Redistributed};
@@ -28,6 +29,8 @@ pub(super) struct Nbm {
     choice: (Stress, MassChoice),
     highest: f64,
     redistributed: Option<Redistributed>,
+    friction: Option<Arc<Friction>>,
+    law: Box<dyn Law>,
 }
 
 impl Nbm {
@@ -73,7 +76,30 @@ impl Nbm {
             choice: (stress, mass),
             highest,
             redistributed,
+            friction: None,
+            law: Box::new(Signorini),
         })
+    }
+
+    /// The same with friction at some of its contact points.
+    pub fn with_friction(self, tangents: Vec<Option<Tangent>>) -> Result<Nbm, ContactError> {
+        let Inertia::Constant(mass) = &*self.inertia else { return Err(ContactError::NoFriction) };
+        if self.choice.0 != Stress::Reaction {
+            return Err(ContactError::NoFriction);
+        }
+        let mut rubbing = tangents.iter().flatten().map(|t| t.coefficient).peekable();
+        if rubbing.peek().is_none() {
+            return Ok(self);
+        }
+        let extremes = [f64::INFINITY, 0.0];
+        let coefficients = rubbing.fold(extremes, |[a, b], mu| [a.min(mu), b.max(mu)]);
+        let c = &self.conditions;
+        let area = c.points.iter().map(|&(d, _)| c.area[d]).collect();
+        let mut scratch = mass.scratch();
+        let n_o = c.n_o.n_cols();
+        let friction = Friction::new(tangents, area, n_o, |x| mass.solve(x, &mut scratch));
+        let (friction, law) = (Some(Arc::new(friction)), Box::new(Coulomb { coefficients }));
+        Ok(Nbm { friction, law, ..self })
     }
 }
 
@@ -110,7 +136,11 @@ impl Method for Nbm {
     }
 
     fn law(&self) -> &dyn Law {
-        &Signorini
+        &*self.law
+    }
+
+    fn friction(&self) -> Option<&Arc<Friction>> {
+        self.friction.as_ref()
     }
 
     fn conditions(&self) -> &Arc<Conditions> {
@@ -141,7 +171,8 @@ impl Method for Nbm {
     }
 
     fn phase(&self, parts: &Parts, set: &States) -> Phase {
-        following(&Signorini, &self.conditions, &self.inertia, parts, set)
+        let inertia = (&self.inertia, self.friction.as_ref());
+        following(&*self.law, &self.conditions, inertia, parts, set)
     }
 
     fn gravity(&self, body: &Body, acceleration: &[f64]) -> Vec<f64> {

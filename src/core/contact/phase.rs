@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use super::damping::Rayleigh;
 use super::expansion::{Drive, Driven, Expansion, Part};
+use super::friction::{Rubbing, RubbingRates, elastic_force};
 use super::inertia::PhaseInertia;
 use super::monitor::{Monitor, MonitorKind, Row};
 use super::obstacle::Obstacle;
@@ -46,6 +47,8 @@ pub(super) struct Data {
     pub pushes: Vec<usize>,
     /// Pressures of points in contact.
     pub reactions: Vec<(usize, Row)>,
+    /// Friction along the tangents.
+    pub rubbing: Option<Rubbing>,
 }
 
 /// What all phases of a system share.
@@ -148,19 +151,13 @@ impl Phase {
         }
     }
 
-    /// The constant force on `u_O` (a drive's `K d*` is balanced on the points that it moves).
+    /// The constant force on `u_O`.
     pub(crate) fn constant_force(&self) -> Vec<f64> {
-        let (n, n_o) = (self.n(), self.n_o());
-        let (body, expansion) = (&self.parts.body, &self.data.expansion);
-        let mut force = self.parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
-        if expansion.solved().is_some() {
-            // A*ᵀ (f₀ − K d*)
-            let mut d = vec![0.0; n];
-            expansion.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
-            body.stiffness.mul_sub(&d, &mut force);
-            expansion.reduce(&mut force);
+        let n_o = self.n_o();
+        let mut force = elastic_force(&self.data.expansion, &self.parts);
+        if let Some(rubbing) = &self.data.rubbing {
+            force = rubbing.with_friction(force, None);
         }
-        force.truncate(n_o);
         if let Some((obstacle, pushes)) = self.pushing() {
             let at_rest = vec![0.0; n_o];
             for &k in pushes {
@@ -226,10 +223,46 @@ impl Phase {
         if damping.is_some() || loads.is_driven() {
             self.expand_velocity(t, v_o, &mut s.v);
         }
+        if let Some(rubbing) = &self.data.rubbing {
+            rubbing.push(t, u_o, &self.data.expansion.drives, &mut s.b);
+        }
         self.data.inertia.accelerate(&self.data.expansion, s, a_o);
         if let Some(d) = damping.filter(|d| d.alpha != 0.0) {
             a_o.iter_mut().zip(v_o).for_each(|(a, v)| *a -= d.alpha * v);
         }
+        if let Some(rubbing) = &self.data.rubbing {
+            rubbing.stop(a_o);
+        }
+    }
+
+    /// Powers and speeds of the contact points that rub, for a state `(u_O, u̇_O)`.
+    pub(crate) fn rubbing_rates(
+        &self,
+        t: f64,
+        state: (&[f64], &[f64]),
+        each: impl FnMut(usize, RubbingRates),
+    ) {
+        if let Some(rubbing) = &self.data.rubbing {
+            rubbing.rates(t, state, &self.data.expansion.drives, each);
+        }
+    }
+
+    /// Tractions of the obstacle along the tangents of the contact points, zero where there is no friction.
+    pub fn tractions(&self, t: f64, state: (&[f64], &[f64]), q: &mut [f64]) {
+        q.fill(0.0);
+        if let Some(rubbing) = &self.data.rubbing {
+            rubbing.tractions(t, state, &self.data.expansion.drives, q);
+        }
+    }
+
+    /// Displacements of `u_O` that stick, and their velocities.
+    pub(crate) fn stuck(&self) -> Vec<(usize, f64)> {
+        self.data.rubbing.as_ref().map_or(vec![], Rubbing::stuck)
+    }
+
+    /// Whether monitors know velocities, and their rates accelerations.
+    pub(crate) fn knows_velocities(&self) -> bool {
+        self.monitors.iter().any(|m| !m.row.rates.is_empty())
     }
 
     /// `y = M_α⁻¹ K_α x` for one homogeneous vector.
@@ -268,56 +301,58 @@ impl Phase {
         power
     }
 
-    /// The linear part of the monitors: `∇h · x` for a coefficient of an interpolant, a perturbation, a mode.
-    pub(crate) fn monitor_gradient(&self, x_o: &[f64], h: &mut [f64]) {
-        self.monitors_of(x_o, h, Part::Linear);
+    /// The linear part of the monitors: `∇h · x` for a coefficient of an interpolant, a perturbation, a mode; `w` is its velocity, of phases that know any.
+    pub(crate) fn monitor_gradient(&self, x_o: &[f64], w_o: &[f64], h: &mut [f64]) {
+        self.monitors_of((x_o, w_o), h, Part::Linear);
     }
 
-    fn monitors_of(&self, x_o: &[f64], h: &mut [f64], part: Part) {
+    fn monitors_of(&self, (x_o, w_o): (&[f64], &[f64]), h: &mut [f64], part: Part) {
         let expansion = &self.data.expansion;
         let x_c = expansion.seen(x_o, part);
         for (h, monitor) in h.iter_mut().zip(&self.monitors) {
-            *h = monitor.row.value(x_o, &x_c, part.is_affine());
+            *h = monitor.row.value(x_o, &x_c, part.is_affine()) + monitor.row.of_velocity(w_o);
         }
         part.each_drive(&expansion.drives, |k, c| {
             h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h += c * m.row.drives[k]);
         });
     }
 
-    fn new_monitors(&self, x_o: &[f64], part: Part) -> Vec<f64> {
+    fn new_monitors(&self, state: (&[f64], &[f64]), part: Part) -> Vec<f64> {
         let mut h = vec![0.0; self.monitors.len()];
-        self.monitors_of(x_o, &mut h, part);
+        self.monitors_of(state, &mut h, part);
         h
     }
 
-    /// Values of the monitors at `u_O` (for held nodes: those of their phase in contact).
-    pub fn monitor_values(&self, t: f64, u_o: &[f64]) -> Vec<f64> {
-        self.new_monitors(u_o, Part::Whole(t))
+    /// Values of the monitors at `(u_O, u̇_O)` (for held nodes: those of their phase in contact); velocities are read where the phase knows any.
+    pub fn monitor_values(&self, t: f64, u_o: &[f64], v_o: &[f64]) -> Vec<f64> {
+        self.new_monitors((u_o, v_o), Part::Whole(t))
     }
 
-    /// Their rates at a velocity `u̇_O`.
-    pub fn monitor_rates(&self, t: f64, v_o: &[f64]) -> Vec<f64> {
-        self.new_monitors(v_o, Part::Derivative(t, 1))
+    /// Their rates at a velocity `u̇_O` and, where the phase knows velocities, an acceleration `ü_O`.
+    pub fn monitor_rates(&self, t: f64, v_o: &[f64], a_o: &[f64]) -> Vec<f64> {
+        self.new_monitors((v_o, a_o), Part::Derivative(t, 1))
     }
 
-    /// Their second derivatives at an acceleration `ü_O`.
+    /// The second derivatives at an acceleration `ü_O` of those that know no velocities.
     pub(crate) fn monitor_curvatures_at(&self, t: f64, a_o: &[f64]) -> Vec<f64> {
-        self.new_monitors(a_o, Part::Derivative(t, 2))
+        let none = if self.knows_velocities() { vec![0.0; a_o.len()] } else { vec![] };
+        self.new_monitors((a_o, &none), Part::Derivative(t, 2))
     }
 
     /// [`Phase::monitor_gradient`] as a new vector.
-    pub fn monitor_gradient_at(&self, x_o: &[f64]) -> Vec<f64> {
-        self.new_monitors(x_o, Part::Linear)
+    pub fn monitor_gradient_at(&self, x_o: &[f64], w_o: &[f64]) -> Vec<f64> {
+        self.new_monitors((x_o, w_o), Part::Linear)
     }
 
     /// [`Phase::monitor_values`] without what drives add.
-    pub(crate) fn monitor_undriven(&self, u_o: &[f64], h: &mut [f64]) {
-        self.monitors_of(u_o, h, Part::Undriven);
+    pub(crate) fn monitor_undriven(&self, u_o: &[f64], v_o: &[f64], h: &mut [f64]) {
+        self.monitors_of((u_o, v_o), h, Part::Undriven);
     }
 
-    /// The same at `u_O = 0`, as a new vector.
+    /// The same at rest at `u_O = 0`, as a new vector.
     pub(crate) fn monitor_offsets(&self) -> Vec<f64> {
-        self.new_monitors(&vec![0.0; self.n_o()], Part::Undriven)
+        let zero = vec![0.0; self.n_o()];
+        self.new_monitors((&zero, &zero), Part::Undriven)
     }
 
     /// What harmonic loads on `u_C` add to displacements and monitors; weights of held nodes are none of theirs.
@@ -349,9 +384,9 @@ impl Phase {
         self.monitors.iter().map(|m| of_points[m.point]).collect()
     }
 
-    /// Rounding error of each monitor when displacements are of the order of `u`.
-    pub fn monitor_rounding(&self, u: f64) -> Vec<f64> {
-        let rounding = |m: &Monitor| if m.kind.is_weight() { 1e-12 } else { m.row.rounding(u) };
+    /// Rounding error of each monitor when displacements are of the order of `u`, velocities of that of `v`.
+    pub fn monitor_rounding(&self, u: f64, v: f64) -> Vec<f64> {
+        let rounding = |m: &Monitor| if m.kind.is_weight() { 1e-12 } else { m.row.rounding(u, v) };
         self.monitors.iter().map(rounding).collect()
     }
 
@@ -412,6 +447,7 @@ impl Phase {
     /// Whether `K_α` is symmetric, so that the phase has natural modes.
     pub(crate) fn is_symmetric(&self) -> bool {
         self.pushing().is_none_or(|(obstacle, _)| obstacle.has_potential())
+            && self.data.rubbing.is_none()
     }
 
     /// The stiffness over `u_O` that damps, where it is not `K_α` itself: that of the body alone.
@@ -531,7 +567,7 @@ mod tests {
                 let open = States::open(5);
                 let solution = system.conditions().solve(&u, None, &open).unwrap();
                 let phase = system.phase(&States::of_contact(solution.active.clone()));
-                let h = phase.monitor_values(0.0, &u);
+                let h = phase.monitor_values(0.0, &u, &[]);
                 for (h, m) in h.iter().zip(&phase.monitors) {
                     let expected = solution.w[m.point].max(solution.p[m.point]);
                     assert!((h - expected).abs() < 1e-12 * (1.0 + expected) && *h >= 0.0);
@@ -600,10 +636,10 @@ mod tests {
             let set = States::of_contact((0..5).map(|i| flags >> i & 1 == 1));
             let phase = system.phase(&set);
             let (t, h) = (0.7, 1e-5);
-            let at = |t: f64| phase.monitor_values(t, &zero);
+            let at = |t: f64| phase.monitor_values(t, &zero, &[]);
             let (before, now, after) = (at(t - h), at(t), at(t + h));
             let (rate, second) =
-                (phase.monitor_rates(t, &zero), phase.monitor_curvatures_at(t, &zero));
+                (phase.monitor_rates(t, &zero, &[]), phase.monitor_curvatures_at(t, &zero));
             // the nodal forces of the free points vanish: the state is in equilibrium there
             let mut u = vec![0.0; system.n()];
             phase.expand_displacement(t, &zero, &mut u);

@@ -9,20 +9,48 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector};
 
 use super::ContactError;
-use super::gram::{Schur, gram};
+use super::gram::{Schur, gram_by};
 use crate::fem::{Body, Csr, SpdFactor};
+
+/// What unit forces along some rows do: `M⁻¹nᵀ`.
+#[derive(Debug)]
+pub(super) struct Columns {
+    /// `n`: displacement of each point along a direction, rows over `u_O`.
+    pub rows: Arc<Csr>,
+    /// `M⁻¹nᵀ`
+    pub columns: Vec<Vec<f64>>,
+    /// `D = n M⁻¹nᵀ`
+    gram: DMatrix<f64>,
+}
+
+impl Columns {
+    /// Along these rows, with what solves with the mass.
+    pub fn new(rows: Arc<Csr>, solve: impl FnMut(&mut [f64])) -> Columns {
+        let mut columns = vec![];
+        let gram = gram_by(&rows, solve, |_, x| columns.push(x.to_vec()));
+        Columns { rows, columns, gram }
+    }
+
+    /// `D` of some of the rows.
+    pub fn block(&self, rows: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.len(), rows.len(), |i, j| self.gram[(rows[i], rows[j])])
+    }
+
+    /// Its inverse; not numbers where there is none.
+    pub(crate) fn inverse(&self, rows: &[usize]) -> DMatrix<f64> {
+        let size = rows.len();
+        let singular = || DMatrix::from_element(size, size, f64::NAN);
+        self.block(rows).try_inverse().unwrap_or_else(singular)
+    }
+}
 
 /// What a reaction at each contact point of a body does.
 #[derive(Debug)]
 pub(super) struct Reactions {
-    /// `n`: displacement of each point along its normal, rows over `u_O`.
-    pub normal: Arc<Csr>,
-    /// `M⁻¹nᵀ`
-    pub columns: Vec<Vec<f64>>,
+    /// Along the normals.
+    pub along: Arc<Columns>,
     /// `K M⁻¹nᵀ`, column by column.
     through: Vec<Vec<f64>>,
-    /// `D = n M⁻¹nᵀ`
-    gram: DMatrix<f64>,
 }
 
 impl Reactions {
@@ -30,9 +58,9 @@ impl Reactions {
     pub fn new(body: &Body, normal: Arc<Csr>) -> Result<Reactions, ContactError> {
         let (n_o, n) = (body.dofs.n_o, body.dofs.n());
         let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix")?;
-        let mut columns = vec![];
-        let gram = gram(&factor, &normal, |_, x| columns.push(x.to_vec()));
-        let through = columns.iter().map(|c: &Vec<f64>| {
+        let mut scratch = factor.scratch();
+        let along = Columns::new(normal, |x| factor.solve(x, &mut scratch));
+        let through = along.columns.iter().map(|c: &Vec<f64>| {
             let mut x = c.clone();
             x.resize(n, 0.0);
             let mut y = vec![0.0; n];
@@ -40,19 +68,17 @@ impl Reactions {
             y.truncate(n_o);
             y
         });
-        Ok(Reactions { through: through.collect(), normal, columns, gram })
+        Ok(Reactions { through: through.collect(), along: Arc::new(along) })
     }
 
     /// `D` of some of the points.
     pub fn block(&self, points: &[usize]) -> DMatrix<f64> {
-        DMatrix::from_fn(points.len(), points.len(), |i, j| self.gram[(points[i], points[j])])
+        self.along.block(points)
     }
 
     /// The pressures of some points that are held, over their areas: rows over `u_O`, and what a force adds.
     pub fn pressures(&self, points: &[usize], area: &[f64]) -> Pressures<'_> {
-        let size = points.len();
-        let singular = || DMatrix::from_element(size, size, f64::NAN);
-        let mut combine = self.block(points).try_inverse().unwrap_or_else(singular);
+        let mut combine = self.along.inverse(points);
         for (i, &k) in points.iter().enumerate() {
             combine.row_mut(i).iter_mut().for_each(|x| *x /= area[k]);
         }
@@ -75,13 +101,14 @@ impl Pressures<'_> {
 
     /// The row over `u_O` of the `i`-th of them.
     pub fn row(&self, i: usize) -> Vec<f64> {
-        let n_o = self.of.normal.n_cols();
+        let n_o = self.of.along.rows.n_cols();
         (0..n_o).map(|c| -self.combined(i, &|k| self.of.through[k][c])).collect()
     }
 
     /// What a force adds to each.
     pub(crate) fn of_force(&self, f: &[f64]) -> Vec<f64> {
-        let along = |k: usize| self.of.columns[k].iter().zip(f).map(|(a, f)| a * f).sum::<f64>();
+        let columns = &self.of.along.columns;
+        let along = |k: usize| columns[k].iter().zip(f).map(|(a, f)| a * f).sum::<f64>();
         (0..self.points.len()).map(|i| self.combined(i, &along)).collect()
     }
 }
@@ -89,7 +116,7 @@ impl Pressures<'_> {
 /// Points that are held in a phase.
 #[derive(Debug)]
 pub(super) struct Holds {
-    reactions: Arc<Reactions>,
+    along: Arc<Columns>,
     points: Vec<usize>,
     /// Displacements of `u_O` that stand still, and where.
     at: Vec<(usize, f64)>,
@@ -101,20 +128,29 @@ impl Holds {
     /// Hold some points at their gaps; none where there are no points.
     pub fn new(reactions: &Arc<Reactions>, points: Vec<usize>, gap: &[f64]) -> Option<Holds> {
         let held = |&k: &usize| {
-            let entry = reactions.normal.row(k).next();
+            let entry = reactions.along.rows.row(k).next();
             entry.map_or((0, 0.0), |(j, sign)| (j, sign * gap[k]))
         };
         let at = points.iter().map(held).collect();
-        let reactions = reactions.clone();
-        (!points.is_empty()).then_some(Holds { reactions, points, at, schur: OnceLock::new() })
+        Holds::along(&reactions.along, points, at)
+    }
+
+    /// Hold some points where they are.
+    pub(crate) fn along(
+        along: &Arc<Columns>,
+        points: Vec<usize>,
+        at: Vec<(usize, f64)>,
+    ) -> Option<Holds> {
+        let along = along.clone();
+        (!points.is_empty()).then_some(Holds { along, points, at, schur: OnceLock::new() })
     }
 
     /// `a ← a − M⁻¹nᵀ D_cc⁻¹ n a`
     pub fn stop(&self, a: &mut [f64]) {
-        let Reactions { normal, columns, .. } = &*self.reactions;
-        let schur = self.schur.get_or_init(|| Schur::dense(self.reactions.block(&self.points)));
+        let Columns { rows, columns, .. } = &*self.along;
+        let schur = self.schur.get_or_init(|| Schur::dense(self.along.block(&self.points)));
         let Some(schur) = schur else { return a.fill(f64::NAN) };
-        let along = self.points.iter().map(|&k| normal.row_dot(k, a));
+        let along = self.points.iter().map(|&k| rows.row_dot(k, a));
         let mut mu = DVector::from_iterator(self.points.len(), along);
         schur.solve(&mut mu);
         for (&mu, &k) in mu.iter().zip(&self.points) {

@@ -12,15 +12,41 @@ pub enum PointState {
     Open = 0,
     /// It touches: `w = 0`, pressure `p ≥ 0`.
     Closed = 1,
+    /// It touches, and friction holds it: `v_t = V`, `|r_t| ≤ μ r_n`.
+    Stick = 2,
+    /// It touches and slips forwards: `v_t > V`, `r_t = μ r_n`.
+    SlipPlus = 3,
+    /// It touches and slips backwards: `v_t < V`, `r_t = −μ r_n`.
+    SlipMinus = 4,
 }
 
 impl PointState {
     /// All states in the order of their numbers.
-    pub const ALL: [PointState; 2] = [PointState::Open, PointState::Closed];
+    pub const ALL: [PointState; 5] = [
+        PointState::Open,
+        PointState::Closed,
+        PointState::Stick,
+        PointState::SlipPlus,
+        PointState::SlipMinus,
+    ];
 
     /// Closed if the point touches.
     pub fn of_contact(touches: bool) -> Self {
         if touches { PointState::Closed } else { PointState::Open }
+    }
+
+    /// The slip of a sign.
+    pub fn of_slip(sign: f64) -> Self {
+        if sign > 0.0 { PointState::SlipPlus } else { PointState::SlipMinus }
+    }
+
+    /// `σ = ±1` of a point that slips.
+    pub fn slip(self) -> Option<f64> {
+        match self {
+            PointState::SlipPlus => Some(1.0),
+            PointState::SlipMinus => Some(-1.0),
+            _ => None,
+        }
     }
 
     /// Whether a point in this state is in contact.
@@ -43,6 +69,9 @@ impl PointState {
         match self {
             PointState::Open => "open",
             PointState::Closed => "closed",
+            PointState::Stick => "stick",
+            PointState::SlipPlus => "slip+",
+            PointState::SlipMinus => "slip-",
         }
     }
 
@@ -51,6 +80,9 @@ impl PointState {
         match self {
             PointState::Open => '.',
             PointState::Closed => '|',
+            PointState::Stick => 'S',
+            PointState::SlipPlus => '+',
+            PointState::SlipMinus => '-',
         }
     }
 

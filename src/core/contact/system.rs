@@ -8,6 +8,7 @@ use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::damping::Rayleigh;
 use super::impact::Impact;
+use super::friction::Tangent;
 use super::inertia::Inertia;
 use super::law::{Law, Restitution};
 use super::massive;
@@ -91,13 +92,23 @@ impl System {
         contacts: &Contacts,
         choice: (Stress, MassChoice),
     ) -> Result<System, ContactError> {
+        System::with_friction(body, contacts, choice, vec![])
+    }
+
+    /// The same with friction at some of the contact points; one entry a point, or none at all.
+    pub fn with_friction(
+        body: Body,
+        contacts: &Contacts,
+        choice: (Stress, MassChoice),
+        tangents: Vec<Option<Tangent>>,
+    ) -> Result<System, ContactError> {
         let operator = match choice.0 {
             _ if body.dofs.n_c == 0 => BoundaryOperator::none(body.dofs.n_o),
             Stress::Projection => boundary::projection(&body, contacts.lumped),
             Stress::NodalMean => boundary::nodal_mean(&body),
             Stress::Reaction => boundary::reaction(&body, boundary::areas(&body)),
         };
-        System::with_operator(body, operator, contacts.gaps.clone(), choice)
+        System::with_operator(body, operator, contacts.gaps.clone(), choice, tangents)
     }
 
     /// The same with a boundary operator that is given.
@@ -106,8 +117,12 @@ impl System {
         operator: BoundaryOperator,
         gaps: Gaps,
         choice: (Stress, MassChoice),
+        tangents: Vec<Option<Tangent>>,
     ) -> Result<System, ContactError> {
-        let method = Nbm::new(&body, operator, gaps, choice)?;
+        let mut method = Nbm::new(&body, operator, gaps, choice)?;
+        if !tangents.is_empty() {
+            method = method.with_friction(tangents)?;
+        }
         Ok(System::of_method(body, Arc::new(method)))
     }
 
@@ -130,6 +145,11 @@ impl System {
     ) -> Result<System, ContactError> {
         let sites = site::at_nodes(&body, &boundary::areas(&body));
         System::with_law(body, sites, gap, Arc::new(law))
+    }
+
+    /// Friction of the contact points, if any; one entry a point.
+    pub fn tangents(&self) -> Option<&[Option<Tangent>]> {
+        self.method.friction().map(|f| &f.tangents[..])
     }
 
     /// The law by which velocities jump, of a method that has one.
@@ -260,9 +280,10 @@ impl System {
         self.damping.is_none() && self.has_potential() && !self.loads.is_driven()
     }
 
-    /// Whether elastic forces and those of the obstacle have a potential in every phase: Nitsche's with `θ ≠ 1` have none.
+    /// Whether elastic forces and those of the obstacle have a potential in every phase: friction has none, nor have Nitsche's with `θ ≠ 1`.
     pub fn has_potential(&self) -> bool {
         self.method.obstacle().is_none_or(|o| o.has_potential())
+            && self.method.friction().is_none()
     }
 
     /// Whether the natural modes of a phase decouple its motion: `K_α` is symmetric, and damping a combination of `M_α` and `K_α`.

@@ -21,12 +21,15 @@ impl Account {
     /// The energies of a state, if it is one of the whole body.
     pub fn energies(&self, system: &System, now: &Present) -> Option<Energies> {
         let integral = |place: Option<usize>| place.map_or(0.0, |i| now.y[i]);
+        let rubbed = now.layout.rubbed;
         now.near.is_none().then(|| Energies {
             kinetic: system.kinetic(now.t, &now.v),
             elastic: system.elastic(now.t, &now.u),
             external: system.potential(now.t, &now.u, &now.v) - self.potential_start
                 + integral(now.layout.work),
             dissipated: integral(now.layout.dissipated),
+            friction: rubbed.map_or(0.0, |r| r.of_points(&now.y).map(|p| p.0).sum()),
+            belt: rubbed.map_or(0.0, |r| r.belt(&now.y)),
         })
     }
 

@@ -8,6 +8,7 @@
 
 use thiserror::Error;
 
+use super::friction::slip_velocity;
 use super::held::is_weight;
 use crate::contact::lcp::UNITS;
 use crate::contact::{
@@ -106,6 +107,17 @@ impl Surface<'_> {
         }
     }
 
+    /// What a point does if it touches: what it did, or slips by its velocity.
+    pub(super) fn state_of(&self, point: usize, touches: bool, base: &States) -> PointState {
+        let from = base.at(point);
+        let tangent = self.system.tangents().and_then(|t| t[point].as_ref());
+        match (touches, tangent) {
+            (true, _) if from.touches() => from,
+            (true, Some(t)) => PointState::of_slip(slip_velocity(t, self.v_o)),
+            _ => PointState::of_contact(touches),
+        }
+    }
+
     fn acceleration(&self, phase: &Phase, scratch: &mut Scratch) -> Vec<f64> {
         let mut a = vec![0.0; self.system.n_o()];
         phase.acceleration(self.t, self.u_o, self.v_o, scratch, &mut a);
@@ -187,7 +199,7 @@ impl Surface<'_> {
             nodes
                 .iter()
                 .enumerate()
-                .for_each(|(k, &i)| set.set(i, PointState::of_contact(bits >> k & 1 == 1)));
+                .for_each(|(k, &i)| set.set(i, self.state_of(i, bits >> k & 1 == 1, base)));
             let curvature = self.curvatures(&self.system.phase(&set), nodes, scratch);
             if curvature.iter().any(|&c| c < -1.0) {
                 continue;
@@ -235,7 +247,7 @@ impl Surface<'_> {
                 };
                 // one is free, zero in contact
                 let released = held.remove(k);
-                set.set(released, PointState::of_contact(theta[k] < 0.5));
+                set.set(released, self.state_of(released, theta[k] < 0.5, base));
                 changes[released] = 0;
                 continue;
             };

@@ -2,7 +2,7 @@
 //! [`crate::flow`]).
 
 use super::classify::{ClassifyError, Decision, Order, Surface};
-use super::{Observer, PointState, Root, Run, Scratch, States};
+use super::{Observer, Root, Run, Scratch, States};
 
 /// Up to this many nodes all combinations of held nodes are tried.
 const HELD_LIMIT: usize = 5;
@@ -36,7 +36,7 @@ impl Surface<'_> {
             let mut set = base.clone();
             let (mut held, mut others) = (vec![], vec![]);
             for (k, &i) in nodes.iter().enumerate() {
-                set.set(i, PointState::of_contact(digit(code, k) >= 1));
+                set.set(i, self.state_of(i, digit(code, k) >= 1, base));
                 if digit(code, k) == 2 { held.push(i) } else { others.push(i) }
             }
             let phase = self.system.held_phase(&set, &held);

@@ -40,7 +40,7 @@ impl<O: Observer> Run<'_, O> {
     pub(super) fn impact(&mut self, law: &Impact, root: &Root) -> Done<Option<Outcome>, O> {
         let present = self.phase.set.clone();
         let monitor = self.phase.monitors[root.index].clone();
-        let rates = self.now.monitor_rates(&self.phase);
+        let rates = self.monitor_rates();
         let of_monitors: Vec<usize> = self.phase.monitors.iter().map(|m| m.point).collect();
         // what a blow does to supports that move is work of theirs
         let kinetic = self.system.kinetic_of_free(&self.now.v);
@@ -113,7 +113,7 @@ impl<O: Observer> Run<'_, O> {
     /// The points on the obstacle when the run begins; or those inside it, from where no motion goes on.
     pub(super) fn meet_at_start(&mut self, law: &Impact) -> Done<Result<States, Vec<usize>>, O> {
         let h = self.now.monitors(&self.phase);
-        let rounding = self.phase.monitor_rounding(self.seen.largest_u);
+        let rounding = self.phase.monitor_rounding(self.seen.largest_u, 0.0);
         let inside: Vec<usize> =
             (0..h.len()).filter(|&k| h[k] < -INSIDE / UNITS * rounding[k]).collect();
         if !inside.is_empty() {

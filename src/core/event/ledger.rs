@@ -4,7 +4,7 @@
 //! jumps by `½ u̇_Oᵀ(M_α⁺ − M_α⁻)u̇_O`, which belongs to the method. What the ledger does not explain is integration error:
 //!
 //! ```text
-//! defect(t) = H(t) − H(0) − Σ jumps − external work + dissipated energy
+//! defect(t) = H(t) − H(0) − Σ jumps − external work − belt work + dissipated energy + friction work
 //! ```
 
 /// Energies of one state.
@@ -18,6 +18,10 @@ pub struct Energies {
     pub external: f64,
     /// Energy dissipated since the start.
     pub dissipated: f64,
+    /// What friction took since the start.
+    pub friction: f64,
+    /// Work of the surfaces of obstacles that move along themselves.
+    pub belt: f64,
 }
 
 impl Energies {
@@ -27,8 +31,15 @@ impl Energies {
     }
 
     /// As columns of a file: no numbers where they are not known.
-    pub fn numbers(of: Option<Energies>) -> [f64; 4] {
-        of.map_or([f64::NAN; 4], |e| [e.kinetic, e.elastic, e.external, e.dissipated])
+    pub fn numbers(of: Option<Energies>) -> [f64; 6] {
+        let numbers =
+            |e: Energies| [e.kinetic, e.elastic, e.external, e.dissipated, e.friction, e.belt];
+        of.map_or([f64::NAN; 6], numbers)
+    }
+
+    /// What came from outside less what was taken.
+    pub fn booked(&self) -> f64 {
+        self.external + self.belt - self.dissipated - self.friction
     }
 }
 
@@ -73,14 +84,15 @@ impl Ledger {
     }
 
     fn defect(&self, e: &Energies) -> f64 {
-        e.total() - self.start - self.jumps - self.held_exchange - e.external + e.dissipated
+        e.total() - self.start - self.jumps - self.held_exchange - e.booked()
     }
 
     /// Note a state inside a phase.
     pub fn note(&mut self, e: &Energies) {
         self.end = e.total();
         // what flows through the ledger is the size against which its rest is judged
-        self.scale = self.scale.max(e.total().abs()).max(e.external.abs()).max(e.dissipated);
+        let flows = [e.total(), e.external, e.dissipated, e.friction, e.belt];
+        self.scale = flows.iter().fold(self.scale, |m, x| m.max(x.abs()));
         let defect = self.defect(e);
         self.worst = self.worst.max(defect.abs());
         self.worst_in_phase = self.worst_in_phase.max((defect - self.phase_defect).abs());
@@ -153,7 +165,7 @@ mod tests {
     #[test]
     fn work_and_dissipation_balance() {
         let mut ledger = Ledger::new(state(0.0));
-        let e = Energies { kinetic: 2.0, elastic: 1.0, external: 4.0, dissipated: 1.0 };
+        let e = Energies { kinetic: 2.0, elastic: 1.0, external: 4.0, dissipated: 1.0, ..state(0.0) };
         ledger.note(&e);
         assert_eq!(ledger.drift_total(), 0.0);
     }

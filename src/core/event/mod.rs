@@ -9,6 +9,7 @@ pub(crate) mod classify;
 mod evidence;
 #[doc(hidden)]
 pub mod find;
+mod friction;
 mod held;
 mod impact;
 pub(crate) mod ledger;
@@ -96,6 +97,16 @@ pub fn resume<O: Observer>(
     Ok(run.report(outcome))
 }
 
+/// Rates of the monitors of a phase; accelerations are computed where it knows velocities.
+fn rates_at(phase: &Phase, t: f64, (u, v): (&[f64], &[f64]), scratch: &mut Scratch) -> Vec<f64> {
+    let mut a = vec![];
+    if phase.knows_velocities() {
+        a.resize(u.len(), 0.0);
+        phase.acceleration(t, u, v, scratch, &mut a);
+    }
+    phase.monitor_rates(t, v, &a)
+}
+
 struct Run<'a, O: Observer> {
     system: &'a System,
     options: &'a Options,
@@ -170,6 +181,12 @@ impl<O: Observer> Run<'_, O> {
         Outcome::Interrupted { t: self.now.t }
     }
 
+    /// Rates of the monitors at the present state.
+    fn monitor_rates(&mut self) -> Vec<f64> {
+        let state = (self.now.u_o(), self.now.v_o());
+        rates_at(&self.phase, self.now.t, state, &mut self.scratch)
+    }
+
     /// Differences of times near `t` below this are rounding errors.
     fn resolution(&self, t: f64) -> f64 {
         TIME_UNITS * t.abs().max(1.0 / self.system.units.frequency)
@@ -218,8 +235,9 @@ impl<O: Observer> Run<'_, O> {
             return None;
         }
         let y = self.flow.end_state();
-        let h = self.phase.monitor_values(root.t, self.now.layout.u(y))[root.index];
-        let rate = self.phase.monitor_rates(root.t, self.now.layout.v(y))[root.index];
+        let (u, v) = (self.now.layout.u(y), self.now.layout.v(y));
+        let h = self.phase.monitor_values(root.t, u, v)[root.index];
+        let rate = rates_at(&self.phase, root.t, (u, v), &mut self.scratch)[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();
@@ -244,9 +262,11 @@ impl<O: Observer> Run<'_, O> {
                 self.seen.proof.missed += 1;
             }
         }
+        let monitor = &self.phase.monitors[root.index];
+        let trigger = monitor.kind.is_tangential().then_some(monitor.point);
         let decision = match self.leave_hold(&root, &base) {
             Some(decision) => decision,
-            None => match self.decide(&base, &degenerate)? {
+            None => match self.decide(&base, &degenerate, trigger)? {
                 Ok(decision) => decision,
                 Err(outcome) => return Ok(Some(outcome)),
             },
@@ -255,15 +275,16 @@ impl<O: Observer> Run<'_, O> {
     }
 
     /// The nodes with `w = p = 0` at the state, to rounding and to the time resolution.
-    fn degenerate(&self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
+    fn degenerate(&mut self, root: &Root, of_lcp: &[usize]) -> Vec<usize> {
         let h = self.now.monitors(&self.phase);
-        let rate = self.now.monitor_rates(&self.phase);
+        let rate = self.monitor_rates();
         let resolution = 8.0 * self.resolution(self.now.t);
         let mut nodes: Vec<usize> = self
             .phase
             .monitors
             .iter()
             .enumerate()
+            .filter(|(_, m)| !m.kind.is_tangential())
             .filter(|&(k, m)| {
                 let at_zero = h[k] + rate[k].min(0.0) * resolution <= 4.0 * self.search.slack[k];
                 at_zero || k == root.index || of_lcp.contains(&m.point)
@@ -279,6 +300,7 @@ impl<O: Observer> Run<'_, O> {
         &mut self,
         base: &States,
         degenerate: &[usize],
+        trigger: Option<usize>,
     ) -> Done<Result<Decision, Outcome>, O> {
         let surface = Surface {
             system: self.system,
@@ -288,13 +310,23 @@ impl<O: Observer> Run<'_, O> {
             v_o: self.now.v_o(),
             resolution: self.resolution(self.now.t),
         };
-        match surface.decide(base, degenerate, &mut self.scratch) {
+        let decided = surface.decide(base, degenerate, &mut self.scratch);
+        match decided.and_then(|d| surface.rub(d, trigger, &mut self.scratch)) {
             Ok(decision) => Ok(Ok(decision)),
             Err(ClassifyError::Contact(e)) => Err(e.into()),
             Err(ClassifyError::Unresolved { t, nodes }) => {
                 Ok(Err(Outcome::Unresolved { t, nodes: self.mesh_nodes(&nodes) }))
             }
         }
+    }
+
+    /// Go into the phase of a decision.
+    fn take_up(&mut self, decision: &Decision) {
+        if let Some(tangents) = self.system.tangents() {
+            let n_o = self.now.layout.n_o;
+            friction::settle(tangents, &decision.set, &mut self.now.y[n_o..2 * n_o]);
+        }
+        self.phase = self.system.held_phase(&decision.set, &decision.held);
     }
 
     fn change_phase(
@@ -319,7 +351,7 @@ impl<O: Observer> Run<'_, O> {
             return Ok(None);
         }
         self.note_grazing(&decision, h)?;
-        let rates = self.now.monitor_rates(&self.phase);
+        let rates = self.monitor_rates();
         let of_point = |point: usize, from: PointState, to: PointState| match leading(
             &self.phase.monitors,
             point,
@@ -342,7 +374,7 @@ impl<O: Observer> Run<'_, O> {
                 t: self.now.t,
                 point,
                 node: self.system.constraints[point].node,
-                kind: SwitchKind::of_state(to),
+                kind: SwitchKind::of_states(from, to),
                 monitor,
                 monitor_rate,
                 energy_jump,
@@ -357,7 +389,7 @@ impl<O: Observer> Run<'_, O> {
             // what flows on knows no surroundings
             self.make_whole();
         }
-        self.phase = self.system.held_phase(&decision.set, &decision.held);
+        self.take_up(&decision);
         self.told.phases += 1;
         self.begin_phase();
         self.now.expand(&self.phase);

@@ -76,12 +76,12 @@ impl Present {
 
     /// Values of the monitors of a phase.
     pub fn monitors(&self, phase: &Phase) -> Vec<f64> {
-        phase.monitor_values(self.t, self.u_o())
+        phase.monitor_values(self.t, self.u_o(), self.v_o())
     }
 
-    /// Their rates.
-    pub(crate) fn monitor_rates(&self, phase: &Phase) -> Vec<f64> {
-        phase.monitor_rates(self.t, self.v_o())
+    /// Largest velocity that is known.
+    pub(crate) fn largest_v(&self) -> f64 {
+        self.v_o()[self.known()].iter().fold(0.0, |m, x| m.max(x.abs()))
     }
 
     /// Largest displacement that is known.

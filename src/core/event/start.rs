@@ -30,10 +30,10 @@ impl<'a, O: Observer> Run<'a, O> {
             return run.begin();
         }
         let selection = system.select(0.0, run.now.u_o(), &open)?;
-        match run.decide(&selection.set, &selection.degenerate)? {
+        match run.decide(&selection.set, &selection.degenerate, None)? {
             Ok(decision) => {
                 run.note_grazing(&decision, 0.0)?;
-                run.phase = system.held_phase(&decision.set, &decision.held);
+                run.take_up(&decision);
             }
             Err(outcome) => {
                 run.phase = system.phase(&selection.set);
@@ -73,10 +73,11 @@ impl<'a, O: Observer> Run<'a, O> {
         run.told.recent = c.recent.into();
         run.account.ledger = Ledger::of_numbers(c.ledger);
         (run.account.potential_start, run.told.last_stored) = (c.potential_start, c.last_stored);
-        run.seen.largest_u = c.seen.largest_u;
+        (run.seen.largest_u, run.seen.largest_v) = (c.seen.largest_u, c.seen.largest_v);
         run.resume_phase(&c.flow);
         // what the beginning of the phase counts is in these numbers already
-        run.seen = Evidence { largest_u: run.seen.largest_u, ..c.seen };
+        let Evidence { largest_u, largest_v, .. } = run.seen;
+        run.seen = Evidence { largest_u, largest_v, ..c.seen };
         (run.told.next_sample, run.told.phases) = (c.next_sample, c.phases);
         run.told.stored = c.rows[0];
         run.told.log = log;

@@ -13,12 +13,22 @@ pub enum SwitchKind {
     Impact,
     /// A node whose rebounds accumulated came to rest on the obstacle (impact law).
     Rest,
+    /// A node in contact came to rest along the obstacle's surface (friction).
+    Sticking,
+    /// A node in contact began to move along the obstacle's surface, or turned back on it (friction).
+    Slipping,
 }
 
 impl SwitchKind {
     /// All kinds.
-    pub const ALL: [SwitchKind; 4] =
-        [SwitchKind::Close, SwitchKind::Open, SwitchKind::Impact, SwitchKind::Rest];
+    pub const ALL: [SwitchKind; 6] = [
+        SwitchKind::Close,
+        SwitchKind::Open,
+        SwitchKind::Impact,
+        SwitchKind::Rest,
+        SwitchKind::Sticking,
+        SwitchKind::Slipping,
+    ];
 
     /// Name in files and JSON.
     pub fn name(self) -> &'static str {
@@ -27,6 +37,8 @@ impl SwitchKind {
             SwitchKind::Open => "open",
             SwitchKind::Impact => "impact",
             SwitchKind::Rest => "rest",
+            SwitchKind::Sticking => "sticking",
+            SwitchKind::Slipping => "slipping",
         }
     }
 
@@ -37,9 +49,13 @@ impl SwitchKind {
         SwitchKind::ALL.into_iter().find(|k| k.name() == name).unwrap_or(SwitchKind::Open)
     }
 
-    /// Of a point that goes into a state.
-    pub(crate) fn of_state(to: PointState) -> SwitchKind {
-        SwitchKind::of_crossing(to.touches())
+    /// Of a point that goes from one state to another.
+    pub(crate) fn of_states(from: PointState, to: PointState) -> SwitchKind {
+        match (from.touches() && to.touches(), to) {
+            (true, PointState::Stick) => SwitchKind::Sticking,
+            (true, _) => SwitchKind::Slipping,
+            (false, _) => SwitchKind::of_crossing(to.touches()),
+        }
     }
 
     /// Of a node that comes into contact, or leaves it.
@@ -49,7 +65,7 @@ impl SwitchKind {
 
     /// Whether a node came against the obstacle.
     pub fn arrives(self) -> bool {
-        self != SwitchKind::Open
+        matches!(self, SwitchKind::Close | SwitchKind::Impact | SwitchKind::Rest)
     }
 }
 

@@ -110,7 +110,11 @@ impl<O: Observer> Run<'_, O> {
 
     fn measure_phase(&mut self) {
         self.seen.proof.begin_phase(self.flow.is_exact());
-        self.search.rounding = self.phase.monitor_rounding(2.0 * self.seen.largest_u);
+        if self.phase.knows_velocities() {
+            self.seen.largest_v = self.seen.largest_v.max(self.now.largest_v());
+        }
+        let (u, v) = (2.0 * self.seen.largest_u, 2.0 * self.seen.largest_v);
+        self.search.rounding = self.phase.monitor_rounding(u, v);
         self.search.slack = self.search.rounding.clone();
         let h = self.now.monitors(&self.phase);
         for k in 0..self.phase.monitors.len() {

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("first window: {a} to {b:.6}, by {}", flow.name());
     let middle = 0.5 * (a + b);
     flow.state(middle, &mut y);
-    let gap = phase.monitor_values(middle, layout.u(&y))[0];
+    let gap = phase.monitor_values(middle, layout.u(&y), layout.v(&y))[0];
     let e = flow.enclose(0, a, b);
     println!(
         "gap of the first contact node there: {gap:.12}, enclosure {:.12} ± {:.1e}",

@@ -34,7 +34,7 @@ pub use runge_kutta::{RungeKutta, Tolerances};
 
 use std::ops::Range;
 
-use crate::contact::{Phase, System};
+use crate::contact::{Phase, RubbingRates, System};
 use thiserror::Error;
 
 /// A monitor on `[a, b]`: a polynomial, and how far the monitor may be from it.
@@ -136,6 +136,40 @@ pub struct Layout {
     pub work: Option<usize>,
     /// Position of the dissipated energy.
     pub dissipated: Option<usize>,
+    /// What friction does.
+    pub rubbed: Option<Rubbed>,
+}
+
+/// Places of the integrals of friction: the work of moving surfaces, then of each contact point what friction took and how far it slipped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rubbed {
+    first: usize,
+    points: usize,
+}
+
+impl Rubbed {
+    /// All places.
+    pub fn all(&self) -> Range<usize> {
+        self.first..self.first + 1 + 2 * self.points
+    }
+
+    /// Add rates over a time.
+    pub(crate) fn add(&self, y: &mut [f64], point: usize, rates: &RubbingRates, h: f64) {
+        y[self.first] += h * rates.belt;
+        y[self.first + 1 + 2 * point] += h * rates.work;
+        y[self.first + 2 + 2 * point] += h * rates.path;
+    }
+
+    /// Work of moving surfaces on the body.
+    pub fn belt(&self, y: &[f64]) -> f64 {
+        y[self.first]
+    }
+
+    /// Of each contact point: what friction took, how far it slipped.
+    pub fn of_points<'y>(&self, y: &'y [f64]) -> impl Iterator<Item = (f64, f64)> + use<'y> {
+        let (first, points) = (self.first, self.points);
+        (0..points).map(move |i| (y[first + 1 + 2 * i], y[first + 2 + 2 * i]))
+    }
 }
 
 impl Layout {
@@ -143,14 +177,18 @@ impl Layout {
     pub fn new(system: &System) -> Layout {
         let n_o = system.n_o();
         let work = system.loads.is_driven().then_some(2 * n_o);
-        let loses = system.damping.is_some() || !system.has_potential();
+        let rubs = system.tangents().is_some();
+        let loses = system.damping.is_some() || !(system.has_potential() || rubs);
         let dissipated = loses.then(|| 2 * n_o + usize::from(work.is_some()));
-        Layout { n_o, work, dissipated }
+        let first = 2 * n_o + usize::from(work.is_some()) + usize::from(loses);
+        let rubbed = rubs.then(|| Rubbed { first, points: system.n_contact() });
+        Layout { n_o, work, dissipated, rubbed }
     }
 
     /// Length of `y`.
     pub fn len(&self) -> usize {
-        2 * self.n_o + usize::from(self.work.is_some()) + usize::from(self.dissipated.is_some())
+        let integrals = [self.work, self.dissipated].iter().flatten().count();
+        2 * self.n_o + integrals + self.rubbed.map_or(0, |r| r.all().len())
     }
 
     /// Whether there is no state at all.

@@ -94,6 +94,10 @@ impl<'a> RungeKutta<'a> {
         if let Some(i) = self.layout.dissipated {
             k[i] = phase.dissipation(v, &mut self.scratch);
         }
+        if let Some(rubbed) = self.layout.rubbed {
+            k[rubbed.all()].fill(0.0);
+            phase.rubbing_rates(t, (u, v), |point, rates| rubbed.add(k, point, &rates, 1.0));
+        }
         self.counters.rhs_evaluations += 1;
     }
 
@@ -149,16 +153,16 @@ impl<'a> RungeKutta<'a> {
         self.enclose_monitors(phase);
     }
 
-    /// Every monitor is affine in `u_O`: apply it to the coefficients of the dense output.
+    /// Every monitor is affine in `(u_O, u̇_O)`: apply it to the coefficients of the dense output.
     fn enclose_monitors(&mut self, phase: &Phase) {
         let n = self.layout.n_o;
         let m = phase.monitors.len();
         let mut rows = vec![vec![0.0; m]; self.dense.f.len()];
         for (k, (f, row)) in self.dense.f.iter().zip(&mut rows).enumerate() {
             if k == 0 {
-                phase.monitor_undriven(&f[..n], row);
+                phase.monitor_undriven(&f[..n], &f[n..2 * n], row);
             } else {
-                phase.monitor_gradient(&f[..n], row);
+                phase.monitor_gradient(&f[..n], &f[n..2 * n], row);
             }
         }
         self.monitors.clear();

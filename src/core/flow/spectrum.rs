@@ -284,8 +284,9 @@ impl Eigenbasis {
             system.loads.harmonics.iter().map(|h| projected(&phase.reduce(&h.force))).collect();
         let count = phase.monitors.len();
         let mut rows = DMatrix::<f64>::zeros(count, n);
+        let still = vec![0.0; n];
         for (j, shape) in all.shapes.iter().enumerate() {
-            let h = phase.monitor_gradient_at(shape);
+            let h = phase.monitor_gradient_at(shape, &still);
             rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
         }
         let offsets = phase.monitor_offsets();

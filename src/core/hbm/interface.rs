@@ -239,7 +239,7 @@ impl Interface {
         let (alpha, beta) = self.damping();
         // the gradients of all monitors lie among the directions
         let gradients: Vec<Vec<f64>> =
-            (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c))).collect();
+            (0..r).map(|c| phase.monitor_gradient_at(self.lifted.col_as_slice(c), &[])).collect();
         let rows = Mat::from_fn(phase.monitors.len(), r, |k, c| gradients[c][k]);
         let offsets = phase.monitor_offsets();
         let drives = phase.drives();
@@ -250,7 +250,7 @@ impl Interface {
         };
         let monitors = phase.monitors.clone();
         let units =
-            phase.monitors.iter().zip(phase.monitor_rounding(length)).map(of_length).collect();
+            phase.monitors.iter().zip(phase.monitor_rounding(length, 0.0)).map(of_length).collect();
         match self.form {
             Form::Force => {
                 // springs of the obstacle neither damp nor have inertia

@@ -69,7 +69,7 @@ pub fn half_period<'a>(
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
         let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let monitor = leading(&before.monitors, s.point, s.to()).unwrap_or(0);
-        let rate = before.monitor_rates(s.t, &x.v)[monitor];
+        let rate = before.monitor_rates(s.t, &x.v, &[])[monitor];
         jumps.push(Jump { phase: before, t: s.t, monitor, rate, jump });
     }
     let last = system.phase(&passage.report.active);
@@ -87,7 +87,7 @@ impl HalfPeriod<'_> {
                 tangent.carry(&j.phase, j.t - t, (&mut du, &mut dv));
                 t = j.t;
             }
-            let slope = j.phase.monitor_gradient_at(&du)[j.monitor];
+            let slope = j.phase.monitor_gradient_at(&du, &[])[j.monitor];
             saltation::pass(&j.jump, j.rate, slope, &mut dv);
         }
         if self.end > t {

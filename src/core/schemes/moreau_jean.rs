@@ -339,6 +339,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             elastic: system.elastic(t, &u),
             external: self.external_work(),
             dissipated: self.dissipated,
+            ..Energies::default()
         }
     }
 

@@ -8,14 +8,17 @@
 //! | [`Signorini`] | open, closed | follows; stands at the gap |
 //! | [`Penalty`], [`Nitsche`] | open, closed | moves; moves, pushed by a spring |
 //! | [`Stop`] | open, closed | moves; moves, pushed by a spring with a preload |
+//! | [`Coulomb`] | open, stick, slip± (closed where there is no friction) | follows; stands at the gap |
 //! | [`Restitution`] | open, closed | moves, its velocity jumps; is held by a reaction |
 
+mod coulomb;
 mod nitsche;
 mod penalty;
 mod restitution;
 mod signorini;
 mod stop;
 
+pub use coulomb::Coulomb;
 pub use nitsche::Nitsche;
 pub use penalty::Penalty;
 pub use restitution::{Instants, March, Restitution, Rule, Stepping};
@@ -89,7 +92,7 @@ pub trait Law: Debug + Send + Sync {
     fn exits(&self, state: PointState) -> &'static [Exit] {
         match state {
             PointState::Open => &OPEN_AND_CLOSED[..1],
-            PointState::Closed => &OPEN_AND_CLOSED[1..],
+            _ => &OPEN_AND_CLOSED[1..],
         }
     }
 

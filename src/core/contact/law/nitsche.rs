@@ -34,7 +34,7 @@ impl Law for Nitsche {
     fn conduct(&self, state: PointState) -> Conduct {
         match state {
             PointState::Open => Conduct::Moves,
-            PointState::Closed => Conduct::Pushed,
+            _ => Conduct::Pushed,
         }
     }
 

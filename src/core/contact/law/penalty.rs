@@ -24,7 +24,7 @@ impl Law for Penalty {
     fn conduct(&self, state: PointState) -> Conduct {
         match state {
             PointState::Open => Conduct::Moves,
-            PointState::Closed => Conduct::Pushed,
+            _ => Conduct::Pushed,
         }
     }
 

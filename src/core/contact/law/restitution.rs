@@ -63,7 +63,7 @@ impl Law for Restitution {
     fn conduct(&self, state: PointState) -> Conduct {
         match state {
             PointState::Open => Conduct::Moves,
-            PointState::Closed => Conduct::Held,
+            _ => Conduct::Held,
         }
     }
 

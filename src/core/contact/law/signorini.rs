@@ -15,7 +15,7 @@ impl Law for Signorini {
     fn conduct(&self, state: PointState) -> Conduct {
         match state {
             PointState::Open => Conduct::Follows,
-            PointState::Closed => Conduct::Stands,
+            _ => Conduct::Stands,
         }
     }
 

@@ -353,7 +353,7 @@ impl Flow for Chebyshev<'_> {
             self.a0.iter_mut().zip(&p.series.terms(1)[0]).for_each(|(a, b)| *a -= factor * b);
         }
         self.h0.resize(phase.monitors.len(), 0.0);
-        phase.monitor_undriven(&self.start[..self.layout.n_o], &mut self.h0);
+        phase.monitor_undriven(&self.start[..self.layout.n_o], &[], &mut self.h0);
         self.cut(phase, t);
         self.sum_up(phase, &needs);
         self.values.clear();

@@ -32,7 +32,7 @@ impl Rows<'_> {
         let x = &x[..self.n_o];
         let monitors = self.phase.monitors.len();
         let mut all = vec![0.0; monitors + self.forces.len()];
-        self.phase.monitor_gradient(x, &mut all[..monitors]);
+        self.phase.monitor_gradient(x, &[], &mut all[..monitors]);
         all[monitors..].iter_mut().zip(self.forces).for_each(|(m, f)| *m = dot(f, x));
         all
     }

@@ -1,0 +1,51 @@
+//! Coulomb's law on Signorini's conditions: `0 ≤ g − u_n ⟂ r_n ≥ 0`, `r_t ∈ μ r_n Sgn(v_t − V)`, on normal displacements without inertia and tangential ones
+//! that keep theirs. Points without friction are open or closed.
+
+use super::{Conduct, Exit, Law, OPEN_AND_CLOSED};
+use crate::contact::monitor::MonitorKind;
+use crate::contact::states::PointState;
+
+/// The law; the coefficients are those of the points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coulomb {
+    /// Least and largest `μ`.
+    pub coefficients: [f64; 2],
+}
+
+const STICK: [Exit; 3] = [
+    (MonitorKind::Pressure, PointState::Open),
+    (MonitorKind::StickPlus, PointState::SlipPlus),
+    (MonitorKind::StickMinus, PointState::SlipMinus),
+];
+const SLIP: [Exit; 2] =
+    [(MonitorKind::Pressure, PointState::Open), (MonitorKind::Slip, PointState::Stick)];
+
+impl Law for Coulomb {
+    fn name(&self) -> String {
+        match self.coefficients {
+            [least, largest] if least == largest => format!("Coulomb's friction, μ = {least}"),
+            [least, largest] => format!("Coulomb's friction, μ = {least} … {largest}"),
+        }
+    }
+
+    fn states(&self) -> &'static [PointState] {
+        &PointState::ALL
+    }
+
+    fn conduct(&self, state: PointState) -> Conduct {
+        if state.touches() { Conduct::Stands } else { Conduct::Follows }
+    }
+
+    fn exits(&self, state: PointState) -> &'static [Exit] {
+        match state {
+            PointState::Open => &OPEN_AND_CLOSED[..1],
+            PointState::Closed => &OPEN_AND_CLOSED[1..],
+            PointState::Stick => &STICK,
+            PointState::SlipPlus | PointState::SlipMinus => &SLIP,
+        }
+    }
+
+    fn dissipates(&self) -> bool {
+        true
+    }
+}

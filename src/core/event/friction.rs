@@ -1,0 +1,142 @@
+//! Which points stick and which slip at a state (`v_t` relative to the obstacle's surface, `λ` the reaction that would hold a point).
+//!
+//! A point that moves along the surface slips, by the sign of its velocity. Those at rest, what sticks and what has just come to rest, are undecided:
+//!
+//! ```text
+//! a_t = a_t⁰ − D (r_t − r_t⁰),      r_t = σ μ r_n with σ a_t ≥ 0,   or   a_t = 0 with |r_t| ≤ μ r_n
+//! ```
+//!
+//! has one solution, for `D = E M⁻¹ Eᵀ` is positive definite. It is found by pivoting: in the phase of the present states every point that violates its own
+//! condition moves to the neighbouring state. Where `|r_t| = μ r_n` and `a_t = 0` both hold, as they do when a point breaks loose, the rate of
+//! `μ r_n ∓ r_t` in the phase in which it sticks decides.
+
+use super::classify::{ClassifyError, Decision, Surface};
+use super::rates_at;
+use crate::contact::{MonitorKind, Phase, PointState, Scratch, States, Tangent};
+
+/// Rounds in which all violating points change together; after these one at a time.
+const TOGETHER: usize = 10;
+/// Rounding errors of a velocity, of an acceleration and of a reaction, over their sizes.
+const ROUNDING: f64 = 256.0 * f64::EPSILON;
+
+impl Surface<'_> {
+    /// The decision with the states along the tangents put in; `trigger` is the point whose monitor along the tangent reached zero.
+    pub(super) fn rub(
+        &self,
+        mut decision: Decision,
+        trigger: Option<usize>,
+        scratch: &mut Scratch,
+    ) -> Result<Decision, ClassifyError> {
+        let Some(tangents) = self.system.tangents() else { return Ok(decision) };
+        let size = self.v_o.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut undecided = vec![];
+        for (i, tangent) in tangents.iter().enumerate() {
+            let Some(tangent) = tangent.as_ref().filter(|_| decision.set.touches(i)) else {
+                continue;
+            };
+            let slip = slip_velocity(tangent, self.v_o);
+            let rests = slip.abs() <= ROUNDING * size.max(tangent.surface.abs());
+            let stuck = self.phase.set.len() == tangents.len()
+                && self.phase.set.at(i) == PointState::Stick;
+            if rests || stuck || trigger == Some(i) {
+                undecided.push(i);
+                decision.set.set(i, PointState::Stick);
+            } else {
+                decision.set.set(i, PointState::of_slip(slip));
+            }
+        }
+        if !undecided.is_empty() {
+            decision.set = self.pivot(decision.set, &undecided, trigger, scratch)?;
+        }
+        Ok(decision)
+    }
+
+    fn pivot(
+        &self,
+        mut set: States,
+        points: &[usize],
+        trigger: Option<usize>,
+        scratch: &mut Scratch,
+    ) -> Result<States, ClassifyError> {
+        // what has broken loose by its rate, and stays so
+        let mut loose = vec![false; points.len()];
+        for round in 0..TOGETHER + 8 * points.len() {
+            let phase = self.system.phase(&set);
+            let moves = self.violations(&phase, points, trigger, &loose, scratch);
+            let few = if round < TOGETHER { moves.len() } else { moves.len().min(1) };
+            if few == 0 {
+                return Ok(set);
+            }
+            for &(k, to, by_rate) in &moves[..few] {
+                set.set(points[k], to);
+                loose[k] = by_rate;
+            }
+        }
+        Err(ClassifyError::Unresolved { t: self.t, nodes: points.to_vec() })
+    }
+
+    /// The points that leave their state: place in the list, whereto, and whether a rate decides that.
+    fn violations(
+        &self,
+        phase: &Phase,
+        points: &[usize],
+        trigger: Option<usize>,
+        loose: &[bool],
+        scratch: &mut Scratch,
+    ) -> Vec<(usize, PointState, bool)> {
+        let mut a = vec![0.0; self.u_o.len()];
+        phase.acceleration(self.t, self.u_o, self.v_o, scratch, &mut a);
+        let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let blur = ROUNDING * largest(&a);
+        let h = phase.monitor_values(self.t, self.u_o, self.v_o);
+        let rates = rates_at(phase, self.t, (self.u_o, self.v_o), scratch);
+        let (unit, speed) = (self.system.units.length, largest(self.v_o));
+        let rounding = phase.monitor_rounding(largest(self.u_o).max(unit), speed);
+        let mut moves = vec![];
+        for (k, &i) in points.iter().enumerate() {
+            let Some(tangent) = &self.system.tangents().and_then(|t| t[i].as_ref()) else {
+                continue;
+            };
+            let state = phase.set.at(i);
+            if let Some(sigma) = state.slip() {
+                let along = sigma * tangent.sign * a[tangent.entry];
+                if along < -blur || (along <= blur && !loose[k]) {
+                    moves.push((k, PointState::Stick, false));
+                }
+                continue;
+            }
+            let of = phase.monitors.iter().enumerate().filter(|(_, m)| m.point == i);
+            let sides =
+                of.filter(|(_, m)| [MonitorKind::StickPlus, MonitorKind::StickMinus].contains(&m.kind));
+            // the side that is violated most, or leaves zero fastest
+            let worst = sides
+                .filter_map(|(m, monitor)| {
+                    let slack = 16.0 * rounding[m] + 8.0 * self.resolution * rates[m].abs();
+                    let tied = h[m].abs() <= slack || (trigger == Some(i) && h[m].abs() <= 1e8 * slack);
+                    match tied {
+                        true => (rates[m] < 0.0).then_some((monitor.to, 0.0, true)),
+                        false => (h[m] < 0.0).then_some((monitor.to, h[m], false)),
+                    }
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((to, _, by_rate)) = worst {
+                moves.push((k, to, by_rate));
+            }
+        }
+        moves
+    }
+}
+
+/// `v_t − V`
+pub(super) fn slip_velocity(tangent: &Tangent, v_o: &[f64]) -> f64 {
+    tangent.sign * v_o[tangent.entry] - tangent.surface
+}
+
+/// Give what sticks exactly the velocity of the surface.
+pub(super) fn settle(tangents: &[Option<Tangent>], set: &States, v_o: &mut [f64]) {
+    for (tangent, state) in tangents.iter().zip(set.iter()) {
+        if let (Some(t), PointState::Stick) = (tangent, state) {
+            v_o[t.entry] = t.sign * t.surface;
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Friction of a scene: the tangent, the coefficient and the velocity of the surface at every contact point.
+
+use super::given::given_tangents;
+use super::{Notes, ProblemError};
+use crate::contact::{System, Tangent};
+use crate::fem::Body;
+use crate::mesh::Point;
+use crate::mesh::point::dot;
+use crate::scenario::{BodyKind, Contact, Issue, Obstacle, Scene};
+
+/// What of a surface's velocity may point along the normal, over its size.
+const ACROSS: f64 = 1e-9;
+
+/// One entry a contact point, those in front, then those behind; empty where the scene has no friction.
+pub(super) fn tangents(scene: &Scene, body: &Body) -> Result<Vec<Option<Tangent>>, ProblemError> {
+    let Some(contact) = scene.contact.as_ref().filter(|c| c.has_friction()) else {
+        return Ok(vec![]);
+    };
+    let front = match scene.body.kind {
+        BodyKind::Matrices => given_tangents(scene, contact, body)?,
+        _ => of_elements(scene, contact, body)?,
+    };
+    // the obstacle behind faces the other way: its tangent is turned
+    let behind = |t: &Tangent| Tangent {
+        sign: -t.sign,
+        surface: -t.surface,
+        direction: t.direction.map(|x| -x),
+        ..t.clone()
+    };
+    let mut all = front.clone();
+    for (i, tangent) in front.iter().enumerate() {
+        let k = body.dofs.contact.get(i).map_or(0, |c| c.group);
+        if contact.obstacles.get(k).is_some_and(|o| o.gap_behind.is_some()) {
+            all.push(tangent.as_ref().map(behind));
+        }
+    }
+    Ok(all)
+}
+
+/// Of a body in the plane: the outward normal turned by +90°, where that displacement is free.
+fn of_elements(
+    scene: &Scene,
+    contact: &Contact,
+    body: &Body,
+) -> Result<Vec<Option<Tangent>>, ProblemError> {
+    if body.mesh.dim() != 2 {
+        let (message, help) = match body.mesh.dim() {
+            1 => ("a bar has no displacement along the obstacle", "remove friction, or take a plate"),
+            _ => (
+                "in space a point slips in a direction that turns: that is not piecewise linear, and not here yet",
+                "remove friction, or take a body in the plane",
+            ),
+        };
+        return Err(scene.error(Issue::new(contact.friction_key(), message, help)).into());
+    }
+    let tangent = |point: &crate::fem::ContactPoint| -> Result<Option<Tangent>, ProblemError> {
+        let k = point.group;
+        let obstacle: &Obstacle = &contact.obstacles[k];
+        let Some(coefficient) = obstacle.friction.filter(|mu| *mu > 0.0) else { return Ok(None) };
+        let [nx, ny, _] = point.direction;
+        let direction: Point = [-ny, nx, 0.0];
+        let velocity: Point =
+            std::array::from_fn(|c| obstacle.surface.as_ref().map_or(0.0, |v| v[c]));
+        let across = dot(&velocity, &point.direction);
+        if across.abs() > ACROSS * dot(&velocity, &velocity).sqrt() {
+            let place = super::body::place(body.mesh.nodes()[point.node], 2);
+            let message =
+                format!("moves into the body, or off it, at {place}: by {across:e} along its normal");
+            let help = "give a velocity along the surface of the obstacle";
+            return Err(scene.error(Issue::new(contact.key(k, "surface"), message, help)).into());
+        }
+        let surface = dot(&velocity, &direction);
+        let along = |(row, place): (Point, Option<usize>)| {
+            let c = dot(&row, &direction);
+            let entry = place.filter(|i| *i < body.dofs.n_o && c.abs() > 0.5)?;
+            Some(Tangent { entry, sign: c.signum(), coefficient, surface, direction })
+        };
+        Ok(body.dofs.directions(point.node).find_map(along))
+    };
+    body.dofs.contact.iter().map(tangent).collect()
+}
+
+/// What friction does not go with, and what there is to say of it.
+pub(super) fn check(
+    scene: &Scene,
+    system: &System,
+    notes: &mut Notes,
+) -> Result<(), ProblemError> {
+    let Some(contact) = scene.contact.as_ref().filter(|c| c.has_friction()) else { return Ok(()) };
+    let fail = |key: String, message: &str, help: &str| {
+        Err(scene.error(Issue::new(key, message, help)).into())
+    };
+    let all = system.tangents().map_or(0, <[_]>::len);
+    let rubbing = system.tangents().map_or(0, |t| t.iter().flatten().count());
+    let asked = |i: &usize| {
+        let k = system.constraints[*i].group;
+        contact.obstacles.get(k).is_some_and(|o| o.friction.is_some_and(|mu| mu > 0.0))
+    };
+    let wanted = (0..system.n_contact()).filter(asked).count();
+    if wanted > rubbing {
+        notes.warnings.push(format!(
+            "friction does not act at {} of {} contact points: supports or other obstacles hold them along the surface",
+            wanted - rubbing,
+            all.max(wanted)
+        ));
+    }
+    if rubbing == 0 {
+        return Ok(());
+    }
+    let loads = &system.loads;
+    if !loads.measured.is_empty() {
+        let message = "has a measured history, and what holds a point that sticks is known for constant and harmonic loads only";
+        return fail("load".into(), message, "give a harmonic load, or remove friction");
+    }
+    if loads.carried != Default::default() {
+        let message = "the body is seen from what moves, and friction knows velocities along obstacles at rest or of constant velocity only";
+        let key = if contact.motion.is_some() { "contact.motion" } else { "support" };
+        return fail(key.into(), message, "remove the motion, or friction");
+    }
+    if scene.reduction.is_some() {
+        let message = "keeps modes in place of displacements along the obstacle, which friction needs";
+        return fail("reduction".into(), message, "leave [reduction] out, or remove friction");
+    }
+    if scene.body.damping_matrix.is_some() {
+        let message = "is a matrix, and friction goes with damping in proportion to mass and stiffness";
+        return fail("body.damping_matrix".into(), message, "give [damping], or remove friction");
+    }
+    if system.damping.is_none_or(|d| d.beta == 0.0)
+        && system.tangents().is_some_and(|t| t.iter().flatten().any(|t| t.surface != 0.0))
+    {
+        notes.warnings.push(
+            "the surface slides and nothing damps in proportion to the stiffness: unstable modes of sliding are the more the finer the mesh"
+                .into(),
+        );
+    }
+    Ok(())
+}
