@@ -16,15 +16,19 @@ use crate::contact::{MonitorKind, Phase, PointState, Scratch, States, Tangent};
 
 /// Rounds in which all violating points change together; after these one at a time.
 const TOGETHER: usize = 10;
+/// Acceleration of a point that has just broken loose, over the largest: as far as its reaction is from the limit at the instant that was found.
+const LOOSE: f64 = 1e-7;
+/// How far from zero the monitor may be that reached it, in rounding errors: as far as the flow is from the motion.
+const FOUND: f64 = 1e5;
 /// Rounding errors of a velocity, of an acceleration and of a reaction, over their sizes.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
 impl Surface<'_> {
-    /// The decision with the states along the tangents put in; `trigger` is the point whose monitor along the tangent reached zero.
+    /// The decision with the states along the tangents put in; `trigger` is the monitor along a tangent that reached zero.
     pub(super) fn rub(
         &self,
         mut decision: Decision,
-        trigger: Option<usize>,
+        trigger: Option<(usize, MonitorKind)>,
         scratch: &mut Scratch,
     ) -> Result<Decision, ClassifyError> {
         let Some(tangents) = self.system.tangents() else { return Ok(decision) };
@@ -38,7 +42,7 @@ impl Surface<'_> {
             let rests = slip.abs() <= ROUNDING * size.max(tangent.surface.abs());
             let stuck = self.phase.set.len() == tangents.len()
                 && self.phase.set.at(i) == PointState::Stick;
-            if rests || stuck || trigger == Some(i) {
+            if rests || stuck || trigger.is_some_and(|t| t.0 == i) {
                 undecided.push(i);
                 decision.set.set(i, PointState::Stick);
             } else {
@@ -55,7 +59,7 @@ impl Surface<'_> {
         &self,
         mut set: States,
         points: &[usize],
-        trigger: Option<usize>,
+        trigger: Option<(usize, MonitorKind)>,
         scratch: &mut Scratch,
     ) -> Result<States, ClassifyError> {
         // what has broken loose by its rate, and stays so
@@ -80,7 +84,7 @@ impl Surface<'_> {
         &self,
         phase: &Phase,
         points: &[usize],
-        trigger: Option<usize>,
+        trigger: Option<(usize, MonitorKind)>,
         loose: &[bool],
         scratch: &mut Scratch,
     ) -> Vec<(usize, PointState, bool)> {
@@ -100,7 +104,9 @@ impl Surface<'_> {
             let state = phase.set.at(i);
             if let Some(sigma) = state.slip() {
                 let along = sigma * tangent.sign * a[tangent.entry];
-                if along < -blur || (along <= blur && !loose[k]) {
+                // what broke loose by its rate starts without an acceleration
+                let stays = if loose[k] { along >= -LOOSE * largest(&a) } else { along > blur };
+                if !stays {
                     moves.push((k, PointState::Stick, false));
                 }
                 continue;
@@ -112,7 +118,8 @@ impl Surface<'_> {
             let worst = sides
                 .filter_map(|(m, monitor)| {
                     let slack = 16.0 * rounding[m] + 8.0 * self.resolution * rates[m].abs();
-                    let tied = h[m].abs() <= slack || (trigger == Some(i) && h[m].abs() <= 1e8 * slack);
+                    let found = trigger == Some((i, monitor.kind));
+                    let tied = h[m].abs() <= if found { FOUND * slack } else { slack };
                     match tied {
                         true => (rates[m] < 0.0).then_some((monitor.to, 0.0, true)),
                         false => (h[m] < 0.0).then_some((monitor.to, h[m], false)),

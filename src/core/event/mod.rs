@@ -263,7 +263,7 @@ impl<O: Observer> Run<'_, O> {
             }
         }
         let monitor = &self.phase.monitors[root.index];
-        let trigger = monitor.kind.is_tangential().then_some(monitor.point);
+        let trigger = monitor.kind.is_tangential().then_some((monitor.point, monitor.kind));
         let decision = match self.leave_hold(&root, &base) {
             Some(decision) => decision,
             None => match self.decide(&base, &degenerate, trigger)? {
@@ -300,7 +300,7 @@ impl<O: Observer> Run<'_, O> {
         &mut self,
         base: &States,
         degenerate: &[usize],
-        trigger: Option<usize>,
+        trigger: Option<(usize, MonitorKind)>,
     ) -> Done<Result<Decision, Outcome>, O> {
         let surface = Surface {
             system: self.system,
