@@ -269,6 +269,11 @@ impl Rubbing {
         combined([(tangent.coefficient, pressure), (sign, &self.tractions[place])])
     }
 
+    /// Whether some point slips.
+    pub fn slips(&self) -> bool {
+        !self.slips.is_empty()
+    }
+
     /// The forces of the slipping points: `b −= f p` at a state.
     pub fn push(&self, t: f64, u_o: &[f64], drives: &[Driven], b: &mut [f64]) {
         for slip in &self.slips {

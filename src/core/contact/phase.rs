@@ -444,10 +444,34 @@ impl Phase {
         self.data.inertia.holds().iter().flat_map(|h| h.displacements()).collect()
     }
 
-    /// Whether `K_α` is symmetric, so that the phase has natural modes.
-    pub(crate) fn is_symmetric(&self) -> bool {
-        self.pushing().is_none_or(|(obstacle, _)| obstacle.has_potential())
-            && self.data.rubbing.is_none()
+    /// The symmetric part of the stiffness that natural modes are made of: `K_α` without friction, and without forces of the obstacle that have no potential.
+    pub(crate) fn symmetric_stiffness(&self) -> Csr {
+        match self.pushing().is_none_or(|(obstacle, _)| obstacle.has_potential()) {
+            true => self.matrices().0,
+            false => self.parts.body.stiffness.leading(self.n_o()),
+        }
+    }
+
+    /// What points that slip add to `K_α`, if any do.
+    pub(crate) fn slip_stiffness(&self) -> Option<Csr> {
+        let rubbing = self.data.rubbing.as_ref().filter(|r| r.slips())?;
+        let n_o = self.n_o();
+        Some(Csr::from_triplets(n_o, n_o, rubbing.stiffness().collect()))
+    }
+
+    /// Whether there is friction at some contact points, of any phase.
+    pub(crate) fn rubs(&self) -> bool {
+        self.data.rubbing.is_some()
+    }
+
+    /// The force of a harmonic load on `u_O`, with what it makes of friction.
+    pub(crate) fn harmonic_force(&self, index: usize) -> Vec<f64> {
+        let force = self.reduce(&self.parts.loads.harmonics[index].force);
+        let drive = self.data.expansion.drives.iter().position(|d| d.index == index);
+        match (&self.data.rubbing, drive) {
+            (Some(rubbing), Some(k)) => rubbing.with_friction(force, Some(k)),
+            _ => force,
+        }
     }
 
     /// The stiffness over `u_O` that damps, where it is not `K_α` itself: that of the body alone.
@@ -455,11 +479,6 @@ impl Phase {
         let body = &self.parts.body;
         let differs = self.pushing().is_some() || body.structure.is_some();
         differs.then(|| body.structure().leading(self.n_o()))
-    }
-
-    /// The stiffness without pushes, of which natural modes serve as coordinates where `K_α` is not symmetric.
-    pub(crate) fn open_stiffness(&self) -> Csr {
-        self.parts.body.stiffness.leading(self.n_o())
     }
 
     /// What forces without a potential take.

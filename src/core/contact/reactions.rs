@@ -71,11 +71,6 @@ impl Reactions {
         Ok(Reactions { through: through.collect(), along: Arc::new(along) })
     }
 
-    /// `D` of some of the points.
-    pub fn block(&self, points: &[usize]) -> DMatrix<f64> {
-        self.along.block(points)
-    }
-
     /// The pressures of some points that are held, over their areas: rows over `u_O`, and what a force adds.
     pub fn pressures(&self, points: &[usize], area: &[f64]) -> Pressures<'_> {
         let mut combine = self.along.inverse(points);

@@ -15,9 +15,10 @@ use std::cell::OnceCell;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Eigen;
 use faer::{Accum, Mat, MatRef, Par};
-use nalgebra::{Complex, DMatrix};
+use nalgebra::Complex;
 
 use super::exponential::{Term, difference, integral, pair_integral, power};
+use super::sliding::Rows;
 use super::spectrum::Defect;
 use crate::fem::FemError;
 
@@ -49,7 +50,7 @@ pub struct Coupling {
     right: [Mat<f64>; 2],
     /// Of `W`.
     left: [Mat<f64>; 2],
-    /// `∇h U`, one row a monitor.
+    /// `∇h U`, one row a monitor, with velocities and what follows the coordinates.
     rows: Vec<Vec<C>>,
     /// `F₀`'s and, for each harmonic load, `W (0, F)`.
     forces: Vec<Vec<C>>,
@@ -103,7 +104,7 @@ impl Coupling {
     pub fn new(
         operators: Operators,
         scale: &[f64],
-        rows: &DMatrix<f64>,
+        rows: Rows,
         forces: &[&[f64]],
     ) -> Result<Coupling, FemError> {
         let n = scale.len();
@@ -176,11 +177,14 @@ impl Coupling {
             Mat::from_fn(p, 2 * n, |c, j| of_w(c, j).im),
         ];
         let row = |i: usize| -> Vec<C> {
-            let r: Vec<f64> = rows.row(i).iter().copied().collect();
-            let over = |m: &Mat<f64>, c: usize| dot(&r, &m.col_as_slice(c)[..n]);
+            let mut r: Vec<f64> = rows.0.row(i).iter().copied().collect();
+            if let Some(of_velocity) = rows.1 {
+                r.extend(of_velocity.row(i).iter());
+            }
+            let over = |m: &Mat<f64>, c: usize| dot(&r, m.col_as_slice(c));
             (0..p).map(|c| C::new(over(&right[0], c), over(&right[1], c))).collect()
         };
-        let rows = (0..rows.nrows()).map(row).collect();
+        let rows = (0..rows.0.nrows()).map(row).collect();
         let mut new = Coupling {
             operators,
             lambda,
@@ -203,21 +207,20 @@ impl Coupling {
         Ok(new)
     }
 
-    /// The same phase under another mass-proportional damping, `alpha` more.
-    pub fn shifted(
-        &self,
-        alpha: f64,
-        scale: &[f64],
-        rows: &DMatrix<f64>,
-    ) -> Result<Coupling, FemError> {
-        let mut operators = self.operators.clone();
-        (0..scale.len()).for_each(|i| operators.damping[(i, i)] += alpha);
-        Coupling::new(operators, scale, rows, &[])
+    /// The eigenvalues with `Im λ ≥ 0`.
+    pub(super) fn lambda(&self) -> &[C] {
+        &self.lambda
     }
 
-    /// `D`
-    pub fn damping(&self) -> &Mat<f64> {
-        &self.operators.damping
+    /// `U_k`, `q` over `q̇`, of complex pairs twice.
+    pub(super) fn shape(&self, k: usize) -> Vec<C> {
+        let parts = self.right[0].col_as_slice(k).iter().zip(self.right[1].col_as_slice(k));
+        parts.map(|(&re, &im)| C::new(re, im)).collect()
+    }
+
+    /// Add to what a mode is in a monitor: what follows the coupled coordinates.
+    pub(super) fn add_to_row(&mut self, monitor: usize, mode: usize, x: C) {
+        self.rows[monitor][mode] += x;
     }
 
     fn n(&self) -> usize {
@@ -299,16 +302,6 @@ impl Coupling {
         [a, b, c, d]
     }
 
-    /// Acceleration `F − D q̇ − K̂ q` at a state, `force` the loads there.
-    pub fn acceleration(&self, q: &[f64], v: &[f64], force: &[f64], a: &mut [f64]) {
-        a.copy_from_slice(force);
-        let of = |m: &Mat<f64>, x: &[f64]| {
-            product(m.as_ref(), MatRef::from_column_major_slice(x, x.len(), 1))
-        };
-        let (k, d) = (of(&self.operators.stiffness, q), of(&self.operators.damping, v));
-        a.iter_mut().enumerate().for_each(|(i, a)| *a -= k[(i, 0)] + d[(i, 0)]);
-    }
-
     /// `L = D v + N q` of a complex vector.
     fn loss(&self, q: &[C], v: &[C]) -> Vec<C> {
         let n = self.n();
@@ -355,6 +348,22 @@ impl Coupling {
     }
 }
 
+/// Acceleration `F − D q̇ − K̂ q` at a state, `force` the loads there.
+pub(super) fn acceleration(
+    operators: &Operators,
+    q: &[f64],
+    v: &[f64],
+    force: &[f64],
+    a: &mut [f64],
+) {
+    a.copy_from_slice(force);
+    let of = |m: &Mat<f64>, x: &[f64]| {
+        product(m.as_ref(), MatRef::from_column_major_slice(x, x.len(), 1))
+    };
+    let (k, d) = (of(&operators.stiffness, q), of(&operators.damping, v));
+    a.iter_mut().enumerate().for_each(|(i, a)| *a -= k[(i, 0)] + d[(i, 0)]);
+}
+
 /// A motion of a coupled phase.
 #[derive(Debug)]
 pub struct CoupledMotion {
@@ -362,6 +371,8 @@ pub struct CoupledMotion {
     amplitudes: Vec<C>,
     /// `x₀`
     steady: Vec<f64>,
+    /// `x₁` of what grows with time, `x₀ + x₁ t`.
+    ramp: Option<Vec<f64>>,
     /// `Ω` and `P e^{i(Ω t₀ + φ)}` of each harmonic load.
     driven: Vec<(f64, Vec<C>)>,
     /// Amplitudes of the modes in `x₀` and all `P`.
@@ -371,12 +382,31 @@ pub struct CoupledMotion {
 }
 
 impl CoupledMotion {
-    /// The motion from `x = (q, q̇)` at the start; of each harmonic load `Ω`, its angle there and its size. None where a load is at an eigenvalue.
-    pub fn new(coupling: &Coupling, x: &[f64], loads: &[(f64, f64, f64)]) -> Option<CoupledMotion> {
+    /// The motion from `x = (q, q̇)` at the start; of each harmonic load `Ω`, its angle there and its size. A constant force, and one that grows with the
+    /// time, may come besides. None where a load is at an eigenvalue.
+    pub(super) fn new(
+        coupling: &Coupling,
+        x: &[f64],
+        loads: &[(f64, f64, f64)],
+        (more, growing): (&[f64], &[f64]),
+    ) -> Option<CoupledMotion> {
         let n = coupling.n();
         let p = coupling.lambda.len();
         let mut steady = vec![0.0; 2 * n];
-        let constant = &coupling.forces[0];
+        let mut constant = coupling.forces[0].clone();
+        let of_force = |f: &[f64]| coupling.to_modes(&[&vec![0.0; n], f].concat());
+        if more.iter().any(|f| *f != 0.0) {
+            constant.iter_mut().zip(of_force(more)).for_each(|(c, f)| *c += f);
+        }
+        // A x₁ + F₁ = 0, A x₀ + F₀ = x₁
+        let ramp = growing.iter().any(|f| *f != 0.0).then(|| {
+            let mut x1 = vec![0.0; 2 * n];
+            let of_mode = |(f, l): (C, &C)| -f / l;
+            let modal: Vec<C> = of_force(growing).into_iter().zip(&coupling.lambda).map(of_mode).collect();
+            coupling.expand(&modal, &mut x1);
+            constant.iter_mut().zip(&modal).for_each(|(c, x)| *c -= x);
+            x1
+        });
         let mut steady_sizes = vec![0.0; p];
         let mut lost = 0.0;
         if constant.iter().any(|f| *f != C::default()) {
@@ -409,7 +439,8 @@ impl CoupledMotion {
             driven.push((omega, response));
         }
         let beside = (0.0, lost);
-        let mut motion = CoupledMotion { amplitudes: vec![], steady, driven, steady_sizes, beside };
+        let amplitudes = vec![];
+        let mut motion = CoupledMotion { amplitudes, steady, ramp, driven, steady_sizes, beside };
         let mut rest = x.to_vec();
         rest.iter_mut().zip(motion.response()).for_each(|(x, r)| *x -= r);
         motion.amplitudes = coupling.to_modes(&rest);
@@ -421,7 +452,7 @@ impl CoupledMotion {
     }
 
     /// The steady response `(q, q̇)` to the loads at the start.
-    fn response(&self) -> Vec<f64> {
+    pub(super) fn response(&self) -> Vec<f64> {
         let mut x = self.steady.clone();
         for (_, response) in &self.driven {
             x.iter_mut().zip(response).for_each(|(x, r)| *x += r.re);
@@ -429,35 +460,60 @@ impl CoupledMotion {
         x
     }
 
-    /// The same of loads.
-    pub(crate) fn steady(coupling: &Coupling, loads: &[(f64, f64, f64)]) -> Option<Vec<f64>> {
-        let motion = CoupledMotion::new(coupling, &vec![0.0; 2 * coupling.n()], loads)?;
-        Some(motion.response())
+    /// The response `(q, q̇)` to a harmonic load, `P e^{i(Ωt₀ + φ)}`.
+    pub(super) fn response_to(&self, load: usize) -> &[C] {
+        &self.driven[load].1
     }
 
-    /// `(q, q̇)` at `tau` after the start.
-    pub fn at(&self, coupling: &Coupling, tau: f64, q: &mut [f64], v: &mut [f64]) {
+    /// `Ω` and response of each harmonic load.
+    pub(super) fn driven(&self) -> &[(f64, Vec<C>)] {
+        &self.driven
+    }
+
+    /// `x₀` and `x₁`, which may be empty.
+    pub(super) fn polynomial(&self) -> [&[f64]; 2] {
+        [&self.steady, self.ramp.as_deref().unwrap_or_default()]
+    }
+
+    /// `x₁`
+    pub(super) fn ramp(&self) -> Option<&[f64]> {
+        self.ramp.as_deref()
+    }
+
+    /// What follows the modes with these shapes, and its rate, at the start.
+    pub(super) fn rigid_parts(&self, coupling: &Coupling, shapes: &[Mat<f64>; 2]) -> Vec<(f64, f64)> {
+        let of = |i: usize| {
+            let each = self.amplitudes.iter().zip(&coupling.lambda).enumerate();
+            each.fold((0.0, 0.0), |(q, v), (k, (a, l))| {
+                let z = a * C::new(shapes[0][(i, k)], shapes[1][(i, k)]);
+                (q + z.re, v + (z * l).re)
+            })
+        };
+        (0..shapes[0].nrows()).map(of).collect()
+    }
+
+    /// `(q, q̇)` at `tau` after the start; returns the amplitudes of the modes there.
+    pub fn at(&self, coupling: &Coupling, tau: f64, q: &mut [f64], v: &mut [f64]) -> Vec<C> {
         let n = q.len();
         let grown = self.amplitudes.iter().zip(&coupling.lambda).map(|(a, l)| a * power(l * tau));
+        let grown: Vec<C> = grown.collect();
         let mut x = vec![0.0; 2 * n];
-        coupling.expand(&grown.collect::<Vec<_>>(), &mut x);
+        coupling.expand(&grown, &mut x);
         x.iter_mut().zip(&self.steady).for_each(|(x, s)| *x += s);
+        if let Some(ramp) = &self.ramp {
+            x.iter_mut().zip(ramp).for_each(|(x, r)| *x += r * tau);
+        }
         for (omega, response) in &self.driven {
             let turn = C::from_polar(1.0, omega * tau);
             x.iter_mut().zip(response).for_each(|(x, r)| *x += (r * turn).re);
         }
         q.copy_from_slice(&x[..n]);
         v.copy_from_slice(&x[n..]);
+        grown
     }
 
-    /// Bounds of the changing part of each monitor and of its fourth derivative from `tau` to `end` after the start (theory §12, H2).
-    pub fn bounds(
-        &self,
-        coupling: &Coupling,
-        rows: &DMatrix<f64>,
-        tau: f64,
-        end: f64,
-    ) -> [Vec<f64>; 2] {
+    /// Bounds of what the modes are in each monitor, and of its fourth derivative, from `tau` to `end` after the start (theory §12, H2).
+    pub fn bounds(&self, coupling: &Coupling, tau: f64, end: f64) -> [Vec<f64>; 2] {
         let sizes: Vec<f64> = self
             .amplitudes
             .iter()
@@ -465,16 +521,11 @@ impl CoupledMotion {
             .map(|(a, l)| a.norm() * power(C::from(l.re * if l.re > 0.0 { end } else { tau })).re)
             .collect();
         let (mut size, mut fourth) = (vec![], vec![]);
-        for (i, row) in coupling.rows.iter().enumerate() {
+        for row in &coupling.rows {
             let (mut s, mut f) = (0.0, 0.0);
             for ((r, a), l) in row.iter().zip(&sizes).zip(&coupling.lambda) {
                 s += r.norm() * a;
                 f += r.norm() * a * l.norm_sqr().powi(2);
-            }
-            for (omega, response) in &self.driven {
-                let along = rows.row(i).iter().zip(response).map(|(r, x)| x * r).sum::<C>().norm();
-                s += along;
-                f += along * omega.powi(4);
             }
             size.push(s);
             fourth.push(f);
@@ -488,7 +539,7 @@ impl CoupledMotion {
     pub(super) fn deviations(
         &self,
         coupling: &Coupling,
-        rows: &DMatrix<f64>,
+        rows: Rows,
         (defect, beta): (Defect, f64),
         tau: f64,
     ) -> Vec<f64> {
@@ -514,11 +565,12 @@ impl CoupledMotion {
         let natural = defect.residual * (size + beta * rate);
         let off = coupling.spread * grown * (start + tau * (pushed + self.beside.1 + natural));
         let of_row = |i: usize| {
-            let row = rows.row(i);
+            let row = rows.0.row(i);
             let sum: f64 = row.iter().zip(&coupling.scale).map(|(r, w)| (r / w).powi(2)).sum();
-            sum.sqrt() * off
+            let of_velocity = rows.1.map_or(0.0, |r| r.row(i).norm_squared());
+            (sum + of_velocity).sqrt() * off
         };
-        (0..rows.nrows()).map(of_row).collect()
+        (0..rows.0.nrows()).map(of_row).collect()
     }
 
     /// Whether no amplitude changes.

@@ -19,7 +19,9 @@ mod held;
 pub(crate) mod modal;
 pub(crate) mod motion;
 pub(crate) mod oscillator;
+mod rubbing;
 pub(crate) mod runge_kutta;
+pub(crate) mod sliding;
 pub(crate) mod spectrum;
 #[doc(hidden)]
 pub mod tableau;

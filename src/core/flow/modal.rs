@@ -6,13 +6,14 @@
 //!
 //! Phases are kept by active set.
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use nalgebra::DVector;
 
 use super::drives::Drives;
 use super::motion::Motion;
+use super::rubbing;
 use super::spectrum::{Spectra, Spectrum};
 use super::values::Values;
 use super::{Bernstein, Counters, Enclosure, Flow, FlowError, Layout};
@@ -32,10 +33,10 @@ pub struct Modal<'a> {
     t1: f64,
     end: Vec<f64>,
     end_known: bool,
-    /// A time up to the start of the window, with work and dissipation there.
-    known: (f64, [f64; 2]),
+    /// A time up to the start of the window, with what a state has behind displacements and velocities: the integrals there.
+    known: (f64, Vec<f64>),
     /// The latest time for which they were asked, likewise.
-    latest: Cell<(f64, [f64; 2])>,
+    latest: RefCell<(f64, Vec<f64>)>,
     /// Bounds of the size and of the fourth derivative of each monitor in the window, and whether they hold
     /// for the whole phase.
     sizes: Vec<f64>,
@@ -68,8 +69,8 @@ impl<'a> Modal<'a> {
             t1: 0.0,
             end: vec![0.0; layout.len()],
             end_known: true,
-            known: (0.0, [0.0; 2]),
-            latest: Cell::new((0.0, [0.0; 2])),
+            known: (0.0, vec![]),
+            latest: RefCell::default(),
             sizes: vec![],
             fourth: vec![],
             steady: false,
@@ -103,9 +104,15 @@ impl<'a> Modal<'a> {
     /// Monitor values and slopes at `t`.
     fn monitors_at(&self, phase: &Spectrum, t: f64) -> (DVector<f64>, DVector<f64>) {
         let (q, v) = self.modes_at(phase, t);
-        let mut h = &phase.rows * q;
+        let mut h = &phase.rows * &q;
         h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
-        let mut rate = &phase.rows * v;
+        let mut rate = &phase.rows * &v;
+        if let Some(rows) = &phase.velocity_rows {
+            let mut a = DVector::zeros(q.len());
+            self.motion.acceleration(phase, t, q.as_slice(), v.as_slice(), a.as_mut_slice());
+            h += rows * &v;
+            rate += rows * a;
+        }
         if !self.drives.is_empty() {
             for i in 0..h.len() {
                 h[i] += self.drives.at(i, t, 0);
@@ -148,28 +155,40 @@ impl<'a> Modal<'a> {
         self.steady = self.motion.is_steady(phase);
     }
 
-    /// Work of harmonic loads and dissipation from `a` to `b`, mode by mode.
-    fn integrate_powers(&self, phase: &Spectrum, a: f64, b: f64) -> [f64; 2] {
-        let mut sums = [0.0; 2];
-        if self.layout.work.is_none() && self.layout.dissipated.is_none() {
-            return sums;
+    /// Add to the integrals of a state what happens from `a` to `b`: work of harmonic loads and dissipation mode by mode, what friction does.
+    fn integrate_powers(&self, phase: &Spectrum, (a, b): (f64, f64), y: &mut [f64]) {
+        let Layout { work, dissipated, rubbed, .. } = self.layout;
+        if let Some(i) = work {
+            y[i] += self.drives.work(a, b);
         }
-        sums = self.motion.all_powers(phase, (a, b));
-        sums[0] += self.drives.work(a, b);
-        sums
+        if rubbed.is_some() && phase.rubs() {
+            let at = |t: f64| {
+                let (_, v) = self.modes_at(phase, t);
+                (v.as_slice().to_vec(), self.monitors_at(phase, t).0.as_slice().to_vec())
+            };
+            rubbing::integrate((self.system, phase, &self.layout), (a, b), at, y);
+        } else if work.is_some() || dissipated.is_some() {
+            let sums = self.motion.all_powers(phase, (a, b));
+            let places = [work, dissipated].into_iter().zip(sums);
+            places.for_each(|(place, x)| place.into_iter().for_each(|i| y[i] += x));
+        }
     }
 
-    /// Work and dissipation at `t`, going on from the last time asked for.
-    fn integrals(&self, phase: &Spectrum, t: f64) -> [f64; 2] {
-        let (from, known) = match self.latest.get() {
-            latest if latest.0 <= t => latest,
+    /// Write the integrals at `t`, going on from the last time asked for.
+    fn write_integrals(&self, phase: &Spectrum, t: f64, y: &mut [f64]) {
+        let tail = 2 * self.layout.n_o;
+        if self.layout.len() == tail {
+            return;
+        }
+        let mut latest = self.latest.borrow_mut();
+        if latest.0 > t {
             // the end of the window was asked for before the samples
-            _ => self.known,
-        };
-        let more = self.integrate_powers(phase, from, t);
-        let sums = [known[0] + more[0], known[1] + more[1]];
-        self.latest.set((t, sums));
-        sums
+            latest.clone_from(&self.known);
+        }
+        y[tail..].copy_from_slice(&latest.1);
+        self.integrate_powers(phase, (latest.0, t), y);
+        latest.0 = t;
+        latest.1.copy_from_slice(&y[tail..]);
     }
 
     /// Set the end of the window; state, work and dissipation there are computed when they are asked for.
@@ -183,19 +202,11 @@ impl<'a> Modal<'a> {
         let Some(phase) = self.phase.clone().filter(|_| !self.end_known) else { return };
         let mut end = std::mem::take(&mut self.end);
         self.write_state(&phase, self.t1, &mut end);
-        self.write_integrals(self.integrals(&phase, self.t1), &mut end);
+        self.write_integrals(&phase, self.t1, &mut end);
         self.end = end;
         self.end_known = true;
     }
 
-    fn write_integrals(&self, sums: [f64; 2], y: &mut [f64]) {
-        if let Some(i) = self.layout.work {
-            y[i] = sums[0];
-        }
-        if let Some(i) = self.layout.dissipated {
-            y[i] = sums[1];
-        }
-    }
 }
 
 impl Flow for Modal<'_> {
@@ -203,9 +214,8 @@ impl Flow for Modal<'_> {
         (self.t0, self.t1) = (t, t);
         self.end.copy_from_slice(y);
         self.end_known = true;
-        let value = |i: Option<usize>| i.map_or(0.0, |i| y[i]);
-        self.known = (t, [value(self.layout.work), value(self.layout.dissipated)]);
-        self.latest.set(self.known);
+        self.known = (t, y[2 * self.layout.n_o..].to_vec());
+        self.latest.get_mut().clone_from(&self.known);
         self.values.clear();
         self.failure = None;
         self.steady = false;
@@ -228,7 +238,7 @@ impl Flow for Modal<'_> {
         }
         let Some(modal) = self.phase.clone() else { return Err(FlowError::NoModes { t: self.t1 }) };
         self.t0 = self.t1;
-        self.known = self.latest.get();
+        self.known.clone_from(self.latest.get_mut());
         self.values.keep(self.t0);
         let length = self.window_length(&modal, t_limit);
         let rest = t_limit - self.t0;
@@ -262,7 +272,7 @@ impl Flow for Modal<'_> {
             y.copy_from_slice(&self.end);
         } else if let Some(phase) = self.modal() {
             self.write_state(phase, t, y);
-            self.write_integrals(self.integrals(phase, t), y);
+            self.write_integrals(phase, t, y);
         }
     }
 

@@ -1,11 +1,11 @@
 //! The motion of all modes of a phase in closed form (theory §6): free vibration about static, rigid and harmonic responses, with bounds of its
 //! fourth derivative and exact integrals of its powers.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix};
 
-use super::coupled::CoupledMotion;
 use super::exponential::{Term, product_integral};
 use super::oscillator::{Basis, GAUSS10, Oscillator};
+use super::sliding::SlidingMotion;
 use super::spectrum::Spectrum;
 use super::trigonometry::sin_cos;
 use crate::fem::{Harmonic, Loads};
@@ -49,7 +49,7 @@ pub struct Motion {
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
     /// Of a phase whose modes do not decouple it; `Ω`, angle at the start and size of the loads.
-    coupled: Option<CoupledMotion>,
+    coupled: Option<SlidingMotion>,
     angles: Vec<(f64, f64, f64)>,
 }
 
@@ -57,8 +57,8 @@ impl Motion {
     /// The motion that starts at `(q, q̇)`: what the particular solutions have at the start is taken out.
     pub fn new(phase: &Spectrum, loads: &Loads, start: f64, q: &[f64], v: &[f64]) -> Motion {
         if let Some(coupling) = &phase.coupling {
-            let (angles, x) = (angles(loads, start), [q, v].concat());
-            let coupled = CoupledMotion::new(coupling, &x, &angles);
+            let angles = angles(loads, start);
+            let coupled = SlidingMotion::new(coupling, q, v, &angles);
             let lost = coupled.is_none();
             // what has no steady response is no number: the flow reports it
             let v = if lost { vec![f64::NAN; v.len()] } else { v.to_vec() };
@@ -69,7 +69,7 @@ impl Motion {
         let mut motion = Motion { start, loads, q, v, coupled: None, angles: vec![] };
         for (k, mode) in phase.modes.iter().enumerate() {
             if mode.omega > 0.0 {
-                motion.q[k] -= phase.constant[k] / (mode.omega * mode.omega);
+                motion.q[k] -= phase.steady_force[k] / (mode.omega * mode.omega);
             }
             for (w, phi, forces) in &motion.loads {
                 if let Forcing::Steady(p) = forces[k].1 {
@@ -100,7 +100,7 @@ impl Motion {
         let tau = t - self.start;
         let mut q = self.q[k] * basis.c + self.v[k] * basis.s;
         let mut v = -self.q[k] * mode.omega * mode.omega * basis.s + self.v[k] * basis.ds;
-        let f = phase.constant[k];
+        let f = phase.steady_force[k];
         if f != 0.0 {
             if mode.omega > 0.0 {
                 q += f / (mode.omega * mode.omega);
@@ -154,7 +154,7 @@ impl Motion {
         for k in 0..n {
             let w = phase.modes[k].omega;
             let (a, b) = (self.q[k], self.v[k]);
-            q[k] = a * cos[k] + b / w * sin[k] + phase.constant[k] / (w * w);
+            q[k] = a * cos[k] + b / w * sin[k] + phase.steady_force[k] / (w * w);
             v[k] = b * cos[k] - a * w * sin[k];
         }
     }
@@ -162,7 +162,7 @@ impl Motion {
     /// Accelerations of all modes at `t`, where they are at `(q, q̇)`: `F − 2c q̇ − ω² q`.
     pub fn acceleration(&self, phase: &Spectrum, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) {
         if let Some(coupling) = &phase.coupling {
-            let mut force = phase.constant.clone();
+            let mut force = phase.steady_force.clone();
             for ((w, angle, size), shape) in self.angles.iter().zip(&phase.harmonics) {
                 let c = size * (w * (t - self.start) + angle).cos();
                 force.iter_mut().zip(shape).for_each(|(f, s)| *f += c * s);
@@ -170,7 +170,7 @@ impl Motion {
             return coupling.acceleration(q, v, &force, a);
         }
         for (k, m) in phase.modes.iter().enumerate() {
-            a[k] = phase.constant[k] - 2.0 * m.c * v[k] - m.omega * m.omega * q[k];
+            a[k] = phase.steady_force[k] - 2.0 * m.c * v[k] - m.omega * m.omega * q[k];
             for (w, phi, forces) in &self.loads {
                 a[k] += forces[k].0 * (w * t + phi).cos();
             }
@@ -240,7 +240,7 @@ impl Motion {
     pub(super) fn all_powers(&self, phase: &Spectrum, (a, b): (f64, f64)) -> [f64; 2] {
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
             let span = (a - self.start, b - a);
-            return motion.powers(coupling, &self.angles, &phase.harmonics, span);
+            return motion.inner().powers(coupling.modes(), &self.angles, &phase.harmonics, span);
         }
         let mut sums = [0.0; 2];
         let turns = self.turns(a, b);
@@ -255,15 +255,22 @@ impl Motion {
     /// Bounds of the changing part of all monitors, and of their fourth derivatives, from `t` to `end`.
     pub(super) fn monitor_bounds(&self, phase: &Spectrum, t: f64, end: f64) -> [Vec<f64>; 2] {
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
-            return motion.bounds(coupling, &phase.rows, t - self.start, end - self.start);
+            let rows = phase.all_rows();
+            return motion.bounds(coupling, rows, t - self.start, end - self.start);
         }
         let count = phase.offsets.len();
         let (mut sizes, mut fourths) = (vec![0.0; count], vec![0.0; count]);
         for k in 0..phase.modes.len() {
-            let (size, fourth) = self.bounds(phase, k, t, end);
-            for (i, r) in phase.rows.column(k).iter().enumerate() {
-                sizes[i] += r.abs() * size;
-                fourths[i] += r.abs() * fourth;
+            let bound = |order| self.bound(phase, k, (t, end), order);
+            let mut add = |rows: &DMatrix<f64>, size: f64, fourth: f64| {
+                for (i, r) in rows.column(k).iter().enumerate() {
+                    sizes[i] += r.abs() * size;
+                    fourths[i] += r.abs() * fourth;
+                }
+            };
+            add(&phase.rows, bound(0), bound(4));
+            if let Some(rows) = &phase.velocity_rows {
+                add(rows, bound(1), bound(5));
             }
         }
         [sizes, fourths]
@@ -280,17 +287,17 @@ impl Motion {
         let defect = phase.defect;
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
             let beta = phase.stiffness_damping();
-            return motion.deviations(coupling, &phase.rows, (defect, beta), tau);
+            return motion.deviations(coupling, phase.all_rows(), (defect, beta), tau);
         }
         let (mut size, mut rate, mut force, mut grown) = (0.0, 0.0, 0.0, 1.0f64);
         for (k, mode) in phase.modes.iter().enumerate() {
-            let statics = phase.constant[k].abs() / scale[k].powi(2);
+            let statics = phase.steady_force[k].abs() / scale[k].powi(2);
             let of_loads = self.loads.iter().map(|l| l.2[k].0.abs()).sum::<f64>();
-            let q = self.bounds(phase, k, self.start, t).0 + statics;
+            let q = self.bound(phase, k, (self.start, t), 0) + statics;
             let v = mode.free_bound((self.q[k], self.v[k]), 1, (0.0, tau)) + tau * of_loads;
             size += q * q;
             rate += v * v;
-            force += (phase.constant[k].abs() + of_loads).powi(2);
+            force += (phase.steady_force[k].abs() + of_loads).powi(2);
             grown = grown.max((-2.0 * mode.c * tau).exp());
         }
         let (size, rate, force) = (size.sqrt(), rate.sqrt(), force.sqrt());
@@ -304,7 +311,13 @@ impl Motion {
                 all += r * r;
                 slow += (r * w).powi(2);
             }
-            grown * (all.sqrt() * beside + slow.sqrt() * pushed)
+            // of velocities as of displacements times a frequency
+            let of_velocity: f64 = phase
+                .velocity_rows
+                .as_ref()
+                .map_or(0.0, |m| m.row(i).iter().zip(&scale).map(|(r, w)| (r * w).powi(2)).sum());
+            let fast = phase.velocity_rows.as_ref().map_or(0.0, |m| m.row(i).norm());
+            grown * ((all + of_velocity).sqrt() * beside + (slow.sqrt() + fast) * pushed)
         };
         (0..phase.rows.nrows()).map(of_row).collect()
     }
@@ -321,7 +334,7 @@ impl Motion {
     /// `∫ u̇_OᵀM_α u̇_O` from `a` to `b`.
     pub(crate) fn squared_speed(&self, phase: &Spectrum, a: f64, b: f64) -> f64 {
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
-            return motion.squared_speed(coupling, (a - self.start, b - a));
+            return motion.inner().squared_speed(coupling.modes(), (a - self.start, b - a));
         }
         let turns = self.turns(a, b);
         (0..phase.modes.len()).map(|k| self.powers(phase, k, &turns, (a, b))[1]).sum()
@@ -331,7 +344,7 @@ impl Motion {
     pub(crate) fn by_mass_damping(&self, phase: &Spectrum, t: f64) -> (Vec<f64>, Vec<f64>) {
         let tau = t - self.start;
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
-            return motion.by_mass_damping(coupling, tau);
+            return motion.inner().by_mass_damping(coupling.modes(), tau);
         }
         let of_mode = |(k, m): (usize, &Oscillator)| {
             let (s, ds) = m.basis_by_damping(tau);
@@ -342,30 +355,30 @@ impl Motion {
         phase.modes.iter().enumerate().map(of_mode).unzip()
     }
 
-    /// Bounds of `|q|` and `|q⁗|` of the changing part of mode `k` from `t` to `end` (theory §12, H2).
-    pub(super) fn bounds(&self, phase: &Spectrum, k: usize, t: f64, end: f64) -> (f64, f64) {
+    /// A bound of the derivative of the order `order` of the changing part of mode `k` from `t` to `end` (theory §12, H2).
+    pub(super) fn bound(&self, phase: &Spectrum, k: usize, (t, end): (f64, f64), order: i32) -> f64 {
         let mode = &phase.modes[k];
         let Oscillator { omega, c } = *mode;
         let (tau, tau_end) = (t - self.start, end - self.start);
-        let start = (self.q[k], self.v[k]);
-        let bound = |order| mode.free_bound(start, order, (tau, tau_end));
-        let (mut size, mut fourth) = (bound(0), bound(4));
-        if phase.constant[k] != 0.0 && omega == 0.0 {
-            let f = phase.constant[k].abs();
+        let mut bound = mode.free_bound((self.q[k], self.v[k]), order, (tau, tau_end));
+        if phase.steady_force[k] != 0.0 && omega == 0.0 {
+            let f = phase.steady_force[k].abs();
             // q = F ∫∫e^{−2cx}, q⁗ = F (2c)² e^{−2cτ}: fed, both are largest at the end
             let grown = (-2.0 * c * tau_end).exp().max(1.0);
-            size += 0.5 * f * tau_end * tau_end * grown;
-            fourth += f * (2.0 * c).powi(2) * grown;
+            bound += f * grown
+                * match order {
+                    0 => 0.5 * tau_end * tau_end,
+                    1 => tau_end,
+                    _ => (2.0 * c).abs().powi(order - 2),
+                };
         }
         for (w, _, forces) in &self.loads {
-            let (s, b) = match forces[k].1 {
-                Forcing::Steady(p) => (p.norm(), p.norm() * w.powi(4)),
-                Forcing::FromRest(f) => mode.rest_bounds(*w, f, tau_end),
+            bound += match forces[k].1 {
+                Forcing::Steady(p) => p.norm() * w.powi(order),
+                Forcing::FromRest(f) => mode.rest_bound(*w, f, tau_end, order),
             };
-            size += s;
-            fourth += b;
         }
-        (size, fourth)
+        bound
     }
 }
 

@@ -221,15 +221,14 @@ impl Oscillator {
         (q + v / omega) * decay * (2.0 * c + omega).powi(order)
     }
 
-    /// The same for the response from rest to `f e^{iΩt}`, until `until`: the size and the fourth derivative (theory §12, H2).
+    /// The same for the response from rest to `f e^{iΩt}`, until `until` (theory §12, H2).
     ///
-    /// `p = ∫₀ᵗ S(x) e^{iΩ(t−x)} dx`, so `p⁗ = S‴ + iΩS″ − Ω²S′ − iΩ³S + Ω⁴p`, and `|p| ≤ ∫|S| ≤ min(t max|S|, ½t² max|S′|)`: with what grows where `c < 0`.
-    pub(super) fn rest_bounds(&self, omega: f64, f: f64, until: f64) -> (f64, f64) {
-        let s = [0, 1, 2, 3].map(|k| self.free_bound((0.0, 1.0), k, (0.0, until)));
-        let size = until * s[0].min(0.5 * until * s[1]);
-        let w = omega;
-        let sum = s[3] + w * (s[2] + w * (s[1] + w * s[0]));
-        (f.abs() * size, f.abs() * (w.powi(4) * size + sum))
+    /// `p = ∫₀ᵗ S(x) e^{iΩ(t−x)} dx`, so `p⁗ = S‴ + iΩS″ − Ω²S′ − iΩ³S + Ω⁴p` and likewise in every order, and `|p| ≤ ∫|S| ≤ min(t max|S|, ½t² max|S′|)`: with
+    /// what grows where `c < 0`.
+    pub(super) fn rest_bound(&self, omega: f64, f: f64, until: f64, order: i32) -> f64 {
+        let s = |k: i32| self.free_bound((0.0, 1.0), k, (0.0, until));
+        let size = until * s(0).min(0.5 * until * s(1));
+        f.abs() * (0..order).fold(size, |bound, k| omega * bound + s(k))
     }
 
     /// The steady response `P` to `e^{iΩt}`, where it has no small denominator.
@@ -335,8 +334,9 @@ mod tests {
             let (q, v) = (random(-1.0, 1.0), random(-1.0, 1.0) * omega.max(1.0));
             fed += usize::from(mode.c < 0.0);
             let free = [0, 1, 2, 3, 4].map(|k| mode.free_bound((q, v), k, (from, until)));
-            let (size, fourth) = mode.rest_bounds(load, 1.3, until);
-            let constant = mode.rest_bounds(0.0, 1.3, until);
+            let of_rest = |load: f64| [0, 4].map(|order| mode.rest_bound(load, 1.3, until, order));
+            let [size, fourth] = of_rest(load);
+            let constant = of_rest(0.0);
             for j in 0..=400 {
                 let part = j as f64 / 400.0;
                 let t = from + part * (until - from);
@@ -359,8 +359,8 @@ mod tests {
                 for (most, bound) in [
                     (most[0], size),
                     (most[4], fourth),
-                    (steady[0], constant.0),
-                    (steady[4], constant.1),
+                    (steady[0], constant[0]),
+                    (steady[4], constant[1]),
                 ] {
                     let rounding = 1e-10 * (1.3 * load * load + 1.3 * omega * omega);
                     assert!(most <= bound * (1.0 + 1e-9) + rounding, "{what}: {most} {bound}");

@@ -13,12 +13,13 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::cache::Cache;
-use super::coupled::{CoupledMotion, Coupling, Operators, dot};
+use super::coupled::{Operators, dot};
 use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
+use super::sliding::{Coupled, Rows, SlidingMotion};
 use crate::contact::{Drive, Lost, Monitor, Phase, Rayleigh, States, System};
-use crate::fem::{Csr, FemError, Loads, eigen};
+use crate::fem::{Csr, FemError, Harmonic, Loads, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
@@ -30,7 +31,9 @@ pub struct Spectrum {
     /// Undamped, without rigid motions.
     pub(super) is_undamped: bool,
     /// The complex modes, where the natural ones do not decouple the phase.
-    pub(super) coupling: Option<Coupling>,
+    pub(super) coupling: Option<Coupled>,
+    /// `F₀` of each mode, with what damping makes of displacements that stick to a moving surface.
+    pub(super) steady_force: Vec<f64>,
 }
 
 /// What does not depend on the damping: `α M + β K` has the same modes whatever `α` and `β`.
@@ -46,10 +49,16 @@ pub struct Eigenbasis {
     pub constant: Vec<f64>,
     /// Modal forces of each harmonic load.
     pub harmonics: Vec<Vec<f64>>,
+    /// The states of the contact points.
+    pub(super) states: States,
     /// The monitors of the phase.
     pub monitors: Vec<Monitor>,
     /// `r = ∇h Φ`, one row a monitor.
     pub rows: DMatrix<f64>,
+    /// The same of velocities, of phases that know any.
+    pub velocity_rows: Option<DMatrix<f64>>,
+    /// What friction holds.
+    pub(super) stuck: Stuck,
     /// Monitors at `u_O = 0`.
     pub offsets: Vec<f64>,
     /// What harmonic loads on `u_C` add to the monitors, at the frequencies of the time when this was made.
@@ -72,9 +81,14 @@ pub(super) struct Defect {
 }
 
 impl Defect {
-    /// Of `(K, M)` with the modes `Φ`, `inverse` is `ΦᵀM`. Of a vector `z` of random signs `‖Az‖²` is `‖A‖²` (Frobenius) on the average: the largest of
+    /// Of `(K, M)` with the modes `Φ`, `inverse` is `ΦᵀM`; only the first `moving` coordinates are modes. Of a vector `z` of random signs `‖Az‖²` is `‖A‖²` (Frobenius) on the average: the largest of
     /// some, twice.
-    fn of(k: &Csr, omega: &[f64], shapes: &Mat<f64>, inverse: &Mat<f64>) -> Defect {
+    fn of(
+        k: &Csr,
+        omega: &[f64],
+        (shapes, inverse): (&Mat<f64>, &Mat<f64>),
+        moving: usize,
+    ) -> Defect {
         /// Vectors that are tried.
         const PROBES: u64 = 4;
         let n = omega.len();
@@ -100,18 +114,34 @@ impl Defect {
             let mut kx = vec![0.0; n];
             k.mul(&x[..n], &mut kx);
             let projected = transposed(shapes, &kx);
-            let rest: Vec<f64> = projected.iter().zip(&back[n..]).map(|(p, b)| p - b).collect();
+            let both = projected.iter().zip(&back[n..]).take(moving);
+            let rest: Vec<f64> = both.map(|(p, b)| p - b).collect();
             defect.residual = defect.residual.max(norm(&rest));
         }
         defect
     }
 }
 
+/// What friction holds in a phase, in its coordinates: the last ones are displacements that stick, `u = Φ q_m + Ψ q_s`, `Ψ` static shapes.
+#[derive(Debug, Default)]
+pub(super) struct Stuck {
+    /// Their velocities `V`, those of the obstacle's surface.
+    pub velocities: Vec<f64>,
+    /// `ΦᵀMΨ V`
+    pub drag: Vec<f64>,
+    /// `VᵀΨᵀMΨ V` and `VᵀΨᵀKΨ V`
+    pub squares: [f64; 2],
+    /// Leading coordinates that are rigid motions apart from the others: of phases in which some point slips.
+    pub rigid: usize,
+    /// Forces of the harmonic loads on all coordinates, what sticks included: their work.
+    pub loads: Vec<Vec<f64>>,
+}
+
 /// Matrices that natural modes do not make diagonal.
 #[derive(Debug)]
 struct Mixing {
-    /// `ΦᵀK₀Φ` of the body without springs, which damps.
-    structure: Mat<f64>,
+    /// `ΦᵀK₀Φ` of the body without springs, which damps, where that is not `Λ`.
+    structure: Option<Mat<f64>>,
     /// Of forces without a potential `ΦᵀK_αΦ`, and what of it, and of the constant force, has none.
     forces: Option<Forces>,
 }
@@ -119,12 +149,13 @@ struct Mixing {
 #[derive(Debug)]
 struct Forces {
     stiffness: Mat<f64>,
-    skew: (Mat<f64>, Vec<f64>),
+    /// Of friction nothing: its work is counted apart.
+    skew: Option<(Mat<f64>, Vec<f64>)>,
 }
 
 impl Mixing {
     /// Of a phase where there is any.
-    fn of(phase: &Phase, shapes: &Mat<f64>) -> Option<Mixing> {
+    fn of(phase: &Phase, shapes: &Mat<f64>, omega: &[f64], moving: usize) -> Option<Mixing> {
         let projected = |a: &Csr| -> Mat<f64> {
             let n = shapes.ncols();
             let mut product = Mat::<f64>::zeros(n, n);
@@ -140,25 +171,40 @@ impl Mixing {
             matmul(product.as_mut(), Accum::Replace, left, columns.as_ref(), 1.0, Par::Seq);
             product
         };
+        if let Some(slips) = phase.slip_stiffness() {
+            let mut stiffness = projected(&slips);
+            for (j, w) in omega.iter().enumerate() {
+                // rigid motions change no pressure
+                if j < moving && *w == 0.0 {
+                    (0..omega.len()).for_each(|i| stiffness[(i, j)] = 0.0);
+                }
+                stiffness[(j, j)] += w * w;
+            }
+            return Some(Mixing { structure: None, forces: Some(Forces { stiffness, skew: None }) });
+        }
         let structure = phase.damping_stiffness()?;
         let forces = phase.lost().map(|Lost { matrix, constant }| Forces {
             stiffness: projected(&phase.matrices().0),
-            skew: (projected(&matrix), transposed(shapes, &constant)),
+            skew: Some((projected(&matrix), transposed(shapes, &constant))),
         });
-        Some(Mixing { structure: projected(&structure), forces })
+        Some(Mixing { structure: Some(projected(&structure)), forces })
     }
 
     fn operators(&self, omega: &[f64], (alpha, beta): (f64, f64)) -> Operators {
         let n = omega.len();
         let diagonal = |i: usize, j: usize, x: f64| if i == j { x } else { 0.0 };
-        let damping = |i: usize, j: usize| diagonal(i, j, alpha) + beta * self.structure[(i, j)];
+        let structure = |i: usize, j: usize| match &self.structure {
+            Some(structure) => structure[(i, j)],
+            None => diagonal(i, j, omega[i] * omega[i]),
+        };
+        let damping = |i: usize, j: usize| diagonal(i, j, alpha) + beta * structure(i, j);
         Operators {
             stiffness: match &self.forces {
                 Some(f) => f.stiffness.clone(),
                 None => Mat::from_fn(n, n, |i, j| diagonal(i, j, omega[i] * omega[i])),
             },
             damping: Mat::from_fn(n, n, damping),
-            skew: self.forces.as_ref().map(|f| f.skew.clone()),
+            skew: self.forces.as_ref().and_then(|f| f.skew.clone()),
         }
     }
 }
@@ -185,23 +231,30 @@ impl Spectrum {
     /// The modes of a basis under a damping.
     fn damped(basis: Rc<Eigenbasis>, damping: Option<Rayleigh>) -> Result<Self, FemError> {
         let (alpha, beta) = damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+        let frozen = basis.stuck.velocities.len();
+        let moving = basis.omega.len() - frozen;
+        let mut steady_force = basis.constant.clone();
+        steady_force.iter_mut().zip(&basis.stuck.drag).for_each(|(f, d)| *f -= alpha * d);
         let coupling = match &basis.mixing {
             Some(mixing) if beta != 0.0 || mixing.forces.is_some() => {
                 let scale = basis.scale();
                 let operators = mixing.operators(&basis.omega, (alpha, beta));
-                let forces: Vec<&[f64]> = [&basis.constant]
+                let forces: Vec<&[f64]> = [&steady_force]
                     .into_iter()
                     .chain(&basis.harmonics)
                     .map(Vec::as_slice)
                     .collect();
-                Some(Coupling::new(operators, &scale, &basis.rows, &forces)?)
+                let outer = (basis.stuck.rigid, frozen);
+                Some(Coupled::new(operators, &scale, outer, alpha, basis.all_rows(), &forces)?)
             }
             _ => None,
         };
-        let mode = |&omega: &f64| Oscillator { omega, c: 0.5 * (alpha + beta * omega * omega) };
-        let modes: Vec<Oscillator> = basis.omega.iter().map(mode).collect();
+        // what sticks keeps its velocity
+        let rate = |k: usize, omega: f64| if k < moving { alpha + beta * omega * omega } else { 0.0 };
+        let mode = |(k, &omega): (usize, &f64)| Oscillator { omega, c: 0.5 * rate(k, omega) };
+        let modes: Vec<Oscillator> = basis.omega.iter().enumerate().map(mode).collect();
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
-        Ok(Spectrum { modes, damping, basis, is_undamped, coupling })
+        Ok(Spectrum { modes, damping, basis, is_undamped, coupling, steady_force })
     }
 
     /// The homogeneous flow over `tau` of columns `[Q | V]`, `k` of each, under the damping `C + αM`.
@@ -209,9 +262,9 @@ impl Spectrum {
         if let Some(coupling) = &self.coupling {
             let shifted = match alpha {
                 0.0 => None,
-                alpha => Some(coupling.shifted(alpha, &self.scale(), &self.rows)?),
+                alpha => Some(coupling.shifted(alpha, &self.scale(), self.all_rows())?),
             };
-            shifted.as_ref().unwrap_or(coupling).carry(b, k, tau);
+            shifted.as_ref().unwrap_or(coupling).modes().carry(b, k, tau);
             return Ok(());
         }
         let of_mode = |m: &Oscillator| {
@@ -232,7 +285,7 @@ impl Spectrum {
     /// `r q(τ)` by `q` and by `q̇` at the start, then `r q̇(τ)` likewise, of a row `r`.
     pub(crate) fn row_carried(&self, r: &[f64], tau: f64) -> [Vec<f64>; 4] {
         if let Some(coupling) = &self.coupling {
-            return coupling.row_carried(r, tau);
+            return coupling.modes().row_carried(r, tau);
         }
         let mut all = [0; 4].map(|_| Vec::with_capacity(r.len()));
         for (m, r) in self.modes.iter().zip(r) {
@@ -246,18 +299,31 @@ impl Spectrum {
     /// The steady response to the constant and the harmonic loads at `t = 0`, where natural modes do not decouple the phase: `q`, then `q̇`.
     pub(crate) fn coupled_response(&self, loads: &Loads) -> Option<Vec<f64>> {
         let coupling = self.coupling.as_ref()?;
-        let response = CoupledMotion::steady(coupling, &motion::angles(loads, 0.0));
-        Some(response.unwrap_or_else(|| vec![f64::NAN; 2 * self.modes.len()]))
+        let n = self.modes.len();
+        let still = vec![0.0; n];
+        let motion = SlidingMotion::new(coupling, &still, &still, &motion::angles(loads, 0.0));
+        Some(motion.map_or_else(|| vec![f64::NAN; 2 * n], |m| m.inner().response()))
     }
 
     /// `ΦᵀCΦ`, where it is not diagonal.
     pub fn damping_matrix(&self) -> Option<&Mat<f64>> {
-        self.coupling.as_ref().map(Coupling::damping)
+        self.coupling.as_ref().map(Coupled::damping)
+    }
+
+    /// `α` and `β` of the damping.
+    pub(super) fn rayleigh(&self) -> (f64, f64) {
+        self.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta))
     }
 
     /// `β` of the damping.
     pub(super) fn stiffness_damping(&self) -> f64 {
-        self.damping.map_or(0.0, |d| d.beta)
+        self.rayleigh().1
+    }
+
+    /// Whether friction takes energy, or a moving surface brings it.
+    pub(super) fn rubs(&self) -> bool {
+        let slips = (0..self.states.len()).any(|i| self.states.at(i).slip().is_some());
+        slips || self.stuck.velocities.iter().any(|v| *v != 0.0)
     }
 
     /// Whether the modes by themselves are the motions of the phase.
@@ -268,45 +334,63 @@ impl Spectrum {
 
 impl Eigenbasis {
     fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
-        let (k, m) = phase.matrices();
+        let (_, m) = phase.matrices();
         let n = system.n_o();
         // forces without a potential have no natural modes: those of the body without them serve
-        let symmetric = if phase.is_symmetric() { k } else { phase.open_stiffness() };
-        let all = eigen::all(&symmetric, &m, system.units.frequency)?;
-        let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
-        let inverse = times_mass(&shapes, &m);
-        // modal forces: φᵀ A*ᵀ f
+        let symmetric = phase.symmetric_stiffness();
+        let held = phase.stuck();
+        let moving = n - held.len();
+        let Shapes { omega, shapes, inverse } = match held.is_empty() {
+            true => Shapes::natural(&symmetric, &m, system.units.frequency)?,
+            false => Shapes::beside(&held, &symmetric, &m, system.units.frequency)?,
+        };
+        // modal forces: φᵀ A*ᵀ f, none on what sticks
         let projected = |f: &[f64]| -> Vec<f64> {
-            all.shapes.iter().map(|x| x.iter().zip(f).map(|(a, b)| a * b).sum()).collect()
+            let mut force = transposed(&shapes, f);
+            force[moving..].fill(0.0);
+            force
         };
         let constant = projected(&phase.constant_force());
-        let harmonics =
-            system.loads.harmonics.iter().map(|h| projected(&phase.reduce(&h.force))).collect();
+        let count_loads = 0..system.loads.harmonics.len();
+        let harmonics = count_loads.map(|k| projected(&phase.harmonic_force(k))).collect();
+        let stuck = Stuck::of(system, phase, (&shapes, &omega), (&symmetric, &m));
         let count = phase.monitors.len();
         let mut rows = DMatrix::<f64>::zeros(count, n);
         let still = vec![0.0; n];
-        for (j, shape) in all.shapes.iter().enumerate() {
-            let h = phase.monitor_gradient_at(shape, &still);
-            rows.column_mut(j).iter_mut().zip(&h).for_each(|(x, y)| *x = *y);
+        let mut velocity_rows = phase.knows_velocities().then(|| rows.clone());
+        for j in 0..n {
+            let shape = shapes.col_as_slice(j);
+            rows.column_mut(j).copy_from_slice(&phase.monitor_gradient_at(shape, &still));
+            if let Some(rows) = &mut velocity_rows {
+                rows.column_mut(j).copy_from_slice(&phase.monitor_gradient_at(&still, shape));
+            }
         }
         let offsets = phase.monitor_offsets();
         let drives = phase.drives();
-        let mixing = Mixing::of(phase, &shapes);
-        let defect = Defect::of(&symmetric, &all.omega, &shapes, &inverse);
+        let mixing = Mixing::of(phase, &shapes, &omega, moving);
+        let defect = Defect::of(&symmetric, &omega, (&shapes, &inverse), moving);
         Ok(Eigenbasis {
             defect,
+            velocity_rows,
+            stuck,
             mixing,
             unit: system.units.frequency,
             drives,
-            omega: all.omega,
+            omega,
             shapes,
             inverse,
             constant,
             harmonics,
+            states: phase.set.clone(),
             monitors: phase.monitors.clone(),
             rows,
             offsets,
         })
+    }
+
+    /// The gradients of the monitors over displacements and velocities.
+    pub(super) fn all_rows(&self) -> Rows<'_> {
+        (&self.rows, self.velocity_rows.as_ref())
     }
 
     /// Natural frequencies, the body's unit in place of zero.
@@ -347,6 +431,102 @@ impl Eigenbasis {
     /// `u = Φ q`, `v = Φ q̇`, likewise.
     pub(crate) fn state_of_modes(&self, q: &[f64], x: &mut [f64]) {
         product(&self.shapes, q, x);
+    }
+}
+
+/// Coordinates of a phase: frequencies, `Φ`, and its inverse.
+struct Shapes {
+    omega: Vec<f64>,
+    shapes: Mat<f64>,
+    inverse: Mat<f64>,
+}
+
+impl Shapes {
+    /// Natural modes.
+    fn natural(k: &Csr, m: &Csr, unit: f64) -> Result<Shapes, FemError> {
+        let n = m.n_rows();
+        let all = eigen::all(k, m, unit)?;
+        let shapes = Mat::from_fn(n, n, |i, j| all.shapes[j][i]);
+        Ok(Shapes { inverse: times_mass(&shapes, m), omega: all.omega, shapes })
+    }
+
+    /// Natural modes of the displacements that move, then `Ψ = [−K_ff⁻¹K_fs; I]` of those that stick.
+    fn beside(held: &[(usize, f64)], k: &Csr, m: &Csr, unit: f64) -> Result<Shapes, FemError> {
+        let n = m.n_rows();
+        let sticks: Vec<usize> = held.iter().map(|h| h.0).collect();
+        let free: Vec<usize> = (0..n).filter(|i| !sticks.contains(i)).collect();
+        let moving = free.len();
+        let mut place = vec![None; n];
+        free.iter().enumerate().for_each(|(p, &i)| place[i] = Some(p));
+        let among = |a: &Csr| {
+            let kept = a.triplets().filter_map(|(i, j, v)| Some((place[i]?, place[j]?, v)));
+            Csr::from_triplets(moving, moving, kept.collect())
+        };
+        let (k_ff, m_ff) = (among(k), among(m));
+        let own = Shapes::natural(&k_ff, &m_ff, unit)?;
+        let mut shapes = Mat::<f64>::zeros(n, n);
+        let mut inverse = Mat::<f64>::zeros(n, n);
+        for q in 0..moving {
+            for (p, &i) in free.iter().enumerate() {
+                shapes[(i, q)] = own.shapes[(p, q)];
+                inverse[(q, i)] = own.inverse[(q, p)];
+            }
+        }
+        for (s, &j) in sticks.iter().enumerate() {
+            let column: Vec<f64> = free.iter().map(|&i| k.entry(i, j).copied().unwrap_or(0.0)).collect();
+            // a rigid motion of what moves leaves what sticks without force
+            let along = transposed(&own.shapes, &column);
+            let weight = |q: usize| match own.omega[q] {
+                w if w > 0.0 => along[q] / (w * w),
+                _ => 0.0,
+            };
+            shapes[(j, moving + s)] = 1.0;
+            inverse[(moving + s, j)] = 1.0;
+            for q in 0..moving {
+                let c = weight(q);
+                inverse[(q, j)] = c;
+                for (p, &i) in free.iter().enumerate() {
+                    shapes[(i, moving + s)] -= c * own.shapes[(p, q)];
+                }
+            }
+        }
+        let mut omega = own.omega;
+        omega.resize(n, 0.0);
+        Ok(Shapes { omega, shapes, inverse })
+    }
+}
+
+impl Stuck {
+    fn of(
+        system: &System,
+        phase: &Phase,
+        (shapes, omega): (&Mat<f64>, &[f64]),
+        (k, m): (&Csr, &Csr),
+    ) -> Stuck {
+        if !phase.rubs() {
+            return Stuck::default();
+        }
+        let n = omega.len();
+        let velocities: Vec<f64> = phase.stuck().iter().map(|h| h.1).collect();
+        let moving = n - velocities.len();
+        let mut carried = vec![0.0; n];
+        for (s, v) in velocities.iter().enumerate() {
+            let shape = shapes.col_as_slice(moving + s);
+            carried.iter_mut().zip(shape).for_each(|(c, x)| *c += v * x);
+        }
+        let mut pulled = vec![0.0; n];
+        m.mul(&carried, &mut pulled);
+        let mut drag = transposed(shapes, &pulled);
+        drag[moving..].fill(0.0);
+        let of_load = |h: &Harmonic| transposed(shapes, &phase.reduce(&h.force));
+        let slips = phase.slip_stiffness().is_some();
+        Stuck {
+            squares: [dot(&carried, &pulled), k.quadratic(&carried)],
+            rigid: if slips { omega[..moving].iter().take_while(|w| **w == 0.0).count() } else { 0 },
+            loads: system.loads.harmonics.iter().map(of_load).collect(),
+            velocities,
+            drag,
+        }
     }
 }
 

@@ -74,7 +74,7 @@ impl Sums {
                             sum.0 = (sum.0.0 + free.0, sum.0.1 + free.1);
                             sum.1 += steady.norm() * load.omega.powi(4);
                         }
-                        None => sum.1 += mode.rest_bounds(load.omega, z.norm(), self.length).1,
+                        None => sum.1 += mode.rest_bound(load.omega, z.norm(), self.length, 4),
                     }
                 }
                 sum
