@@ -69,7 +69,7 @@ pub(super) fn initial_state(
         }
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
-    if s.equilibrium && !system.has_potential() {
+    if s.equilibrium && !system.has_potential() && system.tangents().is_none() {
         let message =
             "is that of forces with a potential, and those of theta other than 1 have none";
         let help = "give theta = 1, or displacement = [\"…\"]";

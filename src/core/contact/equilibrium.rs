@@ -1,14 +1,18 @@
 //! Static equilibrium under the constant loads, contact included: `K_α u_O = f_α` with all monitors of α ≥ 0.
 //!
+//! With friction the balance is that of a body that was undeformed along its obstacles, `r_t ∈ μ r_n Sgn(u_t)`: a point sticks at `u_t = 0`, or slips to the side to
+//! which it has moved. On a surface that moves along itself every point slips, by `−V`.
+//!
 //! Principal pivoting as for the complementarity problem ([`super::lcp`]): solve in the present set, change all points that are infeasible
 //! while their number falls, one at a time otherwise.
 
+use super::coupling::Coupling;
 use super::lcp::UNITS;
-use super::monitor::Monitor;
+use super::monitor::{Monitor, MonitorKind};
 use super::phase::Phase;
-use super::states::States;
+use super::states::{PointState, States};
 use super::system::System;
-use crate::fem::SpdFactor;
+use crate::fem::{Csr, SpdFactor};
 
 /// No equilibrium was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -29,13 +33,14 @@ impl System {
         let n_c = self.n_contact();
         // a body that can move rigidly is held by the obstacle, or not at all
         let free = !self.body.rigid_motions(false).is_empty();
-        let mut set = if free { States::closed(n_c) } else { States::open(n_c) };
+        let mut set = States::of_contact(vec![free; n_c]);
+        (0..n_c).for_each(|i| set.set(i, self.at_rest(i, set.at(i))));
         let (mut fewest, mut patience) = (n_c + 1, 3);
         let limit = 50 + 20 * n_c * n_c;
         for _ in 0..limit {
             let phase = self.phase(&set);
             let u = static_displacement(&phase).ok_or(NoEquilibrium::NotHeld)?;
-            let wrong = infeasible(&phase, &u, self.units.length);
+            let wrong = infeasible(self, &phase, &u);
             let Some(first) = wrong.first() else { return Ok((set, u)) };
             if wrong.len() < fewest {
                 (fewest, patience) = (wrong.len(), 3);
@@ -43,19 +48,44 @@ impl System {
                 patience -= 1;
             }
             let change = if patience >= 0 { &wrong[..] } else { std::slice::from_ref(first) };
-            change.iter().for_each(|m| set.set(m.point, m.to));
+            change.iter().for_each(|m| set.set(m.point, self.at_rest(m.point, m.to)));
         }
         Err(NoEquilibrium::Pivots(limit))
+    }
+
+    /// What a point at rest does that is to go into a state: where it touches a surface that moves, it slips.
+    fn at_rest(&self, point: usize, to: PointState) -> PointState {
+        let tangent = self.tangents().and_then(|t| t[point].as_ref());
+        match (tangent, to) {
+            (Some(t), _) if to.touches() && t.surface != 0.0 => PointState::of_slip(-t.surface),
+            (Some(_), PointState::Closed) => PointState::Stick,
+            _ => to,
+        }
     }
 }
 
 /// `K_α⁻¹ f_α`, if the phase is held.
 fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
-    let stiffness = phase.matrices().0;
-    let mut u = phase.constant_force();
-    let factor = SpdFactor::new(&stiffness, "stiffness matrix of a phase").ok()?;
-    let force = u.clone();
-    factor.solve(&mut u, &mut factor.scratch());
+    let mut stiffness = phase.matrices().0;
+    let mut force = phase.constant_force();
+    let mut u = force.clone();
+    if phase.rubs() {
+        // what sticks stays at zero
+        let stuck: Vec<usize> = phase.stuck().iter().map(|s| s.0).collect();
+        let n = force.len();
+        let slips = phase.slip_stiffness();
+        let entries = stiffness.triplets().chain(slips.iter().flat_map(Csr::triplets));
+        let moves = |i: usize| !stuck.contains(&i);
+        let kept = entries.filter(|e| moves(e.0) && moves(e.1)).chain(stuck.iter().map(|&i| (i, i, 1.0)));
+        stiffness = Csr::from_triplets(n, n, kept.collect());
+        stuck.iter().for_each(|&i| force[i] = 0.0);
+        u.copy_from_slice(&force);
+        let all: Vec<usize> = (0..n).collect();
+        Coupling::from(stiffness.clone()).block(&all).ok()?.solve(&mut u).ok()?;
+    } else {
+        let factor = SpdFactor::new(&stiffness, "stiffness matrix of a phase").ok()?;
+        factor.solve(&mut u, &mut factor.scratch());
+    }
     // a rigid motion may pass the factorisation with a pivot of rounding size
     let mut rest = force.clone();
     stiffness.mul_sub(&u, &mut rest);
@@ -66,13 +96,20 @@ fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
     (held && u.iter().all(|u| u.is_finite())).then_some(u)
 }
 
-/// The monitors that are negative.
-fn infeasible(phase: &Phase, u: &[f64], unit: f64) -> Vec<Monitor> {
-    let size = u.iter().fold(unit, |m, x| m.max(x.abs()));
+/// The monitors that are negative; of a point that slips on a surface at rest by how far it has moved to its side.
+fn infeasible(system: &System, phase: &Phase, u: &[f64]) -> Vec<Monitor> {
+    let size = u.iter().fold(system.units.length, |m, x| m.max(x.abs()));
     let mut h = vec![0.0; phase.monitors.len()];
     phase.monitor_undriven(u, &vec![0.0; u.len()], &mut h);
+    for (h, monitor) in h.iter_mut().zip(&phase.monitors) {
+        let tangent = system.tangents().and_then(|t| t[monitor.point].as_ref());
+        if let (MonitorKind::Slip, Some(t)) = (monitor.kind, tangent) {
+            let sigma = phase.set.at(monitor.point).slip().unwrap_or(0.0);
+            *h = if t.surface == 0.0 { sigma * t.sign * u[t.entry] } else { t.surface.abs() };
+        }
+    }
     // displacements of a static solution carry more than one rounding error
-    let rounding = phase.monitor_rounding(size, 0.0);
+    let rounding = phase.monitor_rounding(size, size);
     let negative = |k: &usize| h[*k] < -1e-12 / UNITS * rounding[*k];
     (0..h.len()).filter(negative).map(|k| phase.monitors[k].clone()).collect()
 }

@@ -91,11 +91,14 @@ impl Surface<'_> {
         let mut a = vec![0.0; self.u_o.len()];
         phase.acceleration(self.t, self.u_o, self.v_o, scratch, &mut a);
         let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let blur = ROUNDING * largest(&a);
+        // accelerations of the body's own forces: of one that rests there are no others
+        let units = &self.system.units;
+        let own = units.frequency * largest(self.v_o).max(units.frequency * largest(self.u_o));
+        let scale = largest(&a).max(own);
+        let blur = ROUNDING * scale;
         let h = phase.monitor_values(self.t, self.u_o, self.v_o);
         let rates = rates_at(phase, self.t, (self.u_o, self.v_o), scratch);
-        let (unit, speed) = (self.system.units.length, largest(self.v_o));
-        let rounding = phase.monitor_rounding(largest(self.u_o).max(unit), speed);
+        let rounding = phase.monitor_rounding(largest(self.u_o).max(units.length), largest(self.v_o));
         let mut moves = vec![];
         for (k, &i) in points.iter().enumerate() {
             let Some(tangent) = &self.system.tangents().and_then(|t| t[i].as_ref()) else {
@@ -105,7 +108,7 @@ impl Surface<'_> {
             if let Some(sigma) = state.slip() {
                 let along = sigma * tangent.sign * a[tangent.entry];
                 // what broke loose by its rate starts without an acceleration
-                let stays = if loose[k] { along >= -LOOSE * largest(&a) } else { along > blur };
+                let stays = if loose[k] { along >= -LOOSE * scale } else { along > blur };
                 if !stays {
                     moves.push((k, PointState::Stick, false));
                 }
