@@ -230,6 +230,9 @@ fn integrate(
     // an interrupted run is not over
     if status != Status::Interrupted {
         writer.report(&object)?;
+        if let Some(rubbed) = &report.rubbed {
+            writer.friction(&problem.system, rubbed)?;
+        }
     }
     writer.finish(&status)?;
     Ok((report, object))

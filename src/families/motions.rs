@@ -218,6 +218,7 @@ fn along_series<'b>(
             v: &v,
             active: &present,
             pressure: &pressure,
+            traction: &[],
             energies: Some(energies),
             jumps: 0.0,
         };

@@ -39,6 +39,11 @@ static ONCE: &[About] = &[
     About::new("mesh/contact_area", "area", CONTACT, "area of each contact point: force = pressure x area"),
     About::new("mesh/gap", "length along the contact normal", CONTACT, "distance to the obstacle along the normal, undeformed"),
     About::new("trajectory/columns", "column", &["column"], "which of all displacements (mesh/dof_map) u and v hold"),
+    About::new("friction/work", "energy", CONTACT, "what friction took at each contact point over the run"),
+    About::new("friction/path", "length", CONTACT, "how far each contact point slipped"),
+    About::new("friction/coefficient", "1", CONTACT, "coefficient of friction of each contact point, 0: none"),
+    About::new("friction/surface", "length/time", CONTACT, "velocity of the obstacle's surface along the tangent of each contact point"),
+    About::new("friction/direction", "1", DIRECTION, "tangent of each contact point: its outward normal turned by +90 degrees"),
     About::new("report/final/u", "length", &["unknown"], "last state: displacements u_O"),
     About::new("report/final/v", "length/time", &["unknown"], "last state: velocities of u_O"),
     About::new("orbit/u0", "length", &["displacement"], "displacements at t = 0, in the order of trajectory/u"),
@@ -81,7 +86,7 @@ pub(super) static STATES: &[Column<Row>] = &[
     Column::new("trajectory/t", "time", STATE, "time of each stored state", Get::Number(|s| s.t)),
     Column::new("trajectory/u", "length", &["state", "displacement"], "displacements; contact displacements come last: mesh/dof_map says which column is which", Get::Numbers(|s| &s.u)),
     Column::new("trajectory/v", "length/time", &["state", "displacement"], "velocities, in the order of trajectory/u", Get::Numbers(|s| &s.v)),
-    Column::new("trajectory/active", "1 = contact", &["state", "contact point"], "1 where a contact point touches", Get::States(|s| &s.active)),
+    Column::new("trajectory/active", "1 = contact", &["state", "contact point"], "what a contact point does: 0 open, 1 in contact; with friction 2 sticks, 3 slips forwards along the tangent, 4 backwards", Get::States(|s| &s.active)),
     Column::new("trajectory/pressure", "stress", &["state", "contact point"], "contact pressure, positive in compression", Get::Numbers(|s| &s.pressure)),
 ];
 
@@ -96,17 +101,30 @@ pub(super) static ENERGY: &[Column<Row>] = &[
     Column::new("energy/jumps", "energy", STATE, "sum of the jumps at switches so far", Get::Number(|s| s.jumps)),
 ];
 
+/// The columns of states with friction besides.
+#[rustfmt::skip]
+pub(super) static TRACTIONS: &[Column<Row>] = &[
+    Column::new("trajectory/traction", "stress", &["state", "contact point"], "traction of the obstacle on the body along the tangent (friction/direction), with friction", Get::Numbers(|s| &s.traction)),
+];
+
+/// The columns of energies with friction besides.
+#[rustfmt::skip]
+pub(super) static FRICTION: &[Column<Row>] = &[
+    Column::new("energy/friction", "energy", STATE, "what friction took so far", Get::Number(|s| s.energy(4))),
+    Column::new("energy/belt", "energy", STATE, "work so far of obstacles' surfaces that move along themselves", Get::Number(|s| s.energy(5))),
+];
+
 /// `/switches`.
 #[rustfmt::skip]
 pub(super) static SWITCHES: &[Column<Switch>] = &[
     Column::new("switches/t", "time", SWITCH, "time of each switch of the active set", Get::Number(|s| s.t)),
     Column::new("switches/node", "mesh node", SWITCH, "mesh node that switches", Get::Whole(|s| s.node as i64)),
-    Column::new("switches/kind", "close | open | impact | rest", SWITCH, "close or open; of an impact law also impact (a rebound) or rest (rebounds that ended)", Get::Words(32, |s| s.kind.name().into())),
+    Column::new("switches/kind", "close | open | impact | rest | sticking | slipping", SWITCH, "close or open; of an impact law also impact (a rebound) or rest (rebounds that ended); with friction sticking or slipping (breaks loose, or turns back)", Get::Words(32, |s| s.kind.name().into())),
     Column::new("switches/energy_jump", "energy", SWITCH, "jump of the energy at the switch", Get::Number(|s| s.energy_jump)),
     Column::new("switches/point", "contact point", SWITCH, "its contact point: column of the tables by contact point", Get::Whole(|s| s.point as i64)),
-    Column::new("switches/monitor", "gap | pressure | closing | opening", SWITCH, "what vanishes: gap, pressure; of a point held on the surface: closing, opening", Get::Name(|s| s.monitor.word())),
-    Column::new("switches/from", "open | closed", SWITCH, "state of the point before the switch: open, closed", Get::Name(|s| s.from().word())),
-    Column::new("switches/to", "open | closed", SWITCH, "state of the point behind the switch", Get::Name(|s| s.to().word())),
+    Column::new("switches/monitor", "gap | pressure | closing | opening | stick+ | stick- | slip", SWITCH, "what vanishes: gap, pressure; of a point held on the surface: closing, opening; with friction what is left of mu p before slip+ or slip-, and the velocity of a slip", Get::Name(|s| s.monitor.word())),
+    Column::new("switches/from", "open | closed | stick | slip+ | slip-", SWITCH, "state of the point before the switch: open, closed; with friction stick, slip+, slip-", Get::Name(|s| s.from().word())),
+    Column::new("switches/to", "open | closed | stick | slip+ | slip-", SWITCH, "state of the point behind the switch", Get::Name(|s| s.to().word())),
     Column::new("switches/monitor_rate", "length/time (close) | stress/time (open)", SWITCH, "rate of the gap (close) or the pressure (open) that vanishes", Get::Number(|s| s.monitor_rate)),
     Column::new("switches/active_before", "1 = contact", &["switch", "contact point"], "active set before the switch", Get::States(|s| &s.before)),
     Column::new("switches/active_after", "1 = contact", &["switch", "contact point"], "active set behind the switch", Get::States(|s| &s.after)),
@@ -296,7 +314,8 @@ pub fn datasets() -> Vec<&'static About> {
     fn of<R>(columns: &'static [Column<R>]) -> impl Iterator<Item = &'static About> {
         columns.iter().map(|c| &c.about)
     }
-    let tables = of(STATES).chain(of(ENERGY)).chain(of(SWITCHES)).chain(of(GRAZINGS));
+    let states = of(STATES).chain(of(TRACTIONS)).chain(of(ENERGY)).chain(of(FRICTION));
+    let tables = states.chain(of(SWITCHES)).chain(of(GRAZINGS));
     // what runs and families have both is told once
     let is_new = |about: &&'static About| of(GRAZINGS).all(|known| known.path != about.path);
     let tables = tables.chain(of(FAMILY_GRAZINGS).filter(is_new));

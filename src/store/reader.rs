@@ -6,7 +6,7 @@ use hdf5::types::FixedAscii;
 use ndarray::Array2;
 
 use super::careful::{Careful, open, reading};
-use super::columns::ENERGY;
+use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
 use super::{StoreError, read_text};
 use crate::contact::States;
@@ -70,6 +70,8 @@ pub struct Stored {
     pub active: Array2<u8>,
     /// Pressures.
     pub pressure: Array2<f64>,
+    /// What friction did; none without it.
+    pub rubbed: Option<StoredFriction>,
     /// Energies: `kinetic, elastic, external, dissipated, jumps`, …, one column each.
     pub energy: Vec<Vec<f64>>,
     /// Switching times.
@@ -84,6 +86,23 @@ pub struct Stored {
     pub switch_jump: Vec<f64>,
     /// Number of grazings.
     pub grazings: usize,
+}
+
+/// What friction did at stored states.
+#[derive(Debug, Clone)]
+pub struct StoredFriction {
+    /// Tractions along the tangents.
+    pub traction: Array2<f64>,
+    /// What it took so far.
+    pub taken: Vec<f64>,
+    /// Work so far of surfaces that move.
+    pub belt: Vec<f64>,
+}
+
+impl StoredFriction {
+    fn fits(&self, rows: usize, n_c: usize) -> bool {
+        self.traction.dim() == (rows, n_c) && self.taken.len() == rows && self.belt.len() == rows
+    }
 }
 
 impl Stored {
@@ -176,6 +195,7 @@ impl Stored {
             held: (0..n).map(Some).collect(),
             active: Array2::zeros((0, n_c)),
             pressure: Array2::zeros((0, n_c)),
+            rubbed: None,
             energy: vec![vec![]; ENERGY.len() - 1],
             switch_t: vec![],
             switch_node: vec![],
@@ -206,6 +226,13 @@ impl Stored {
         }
         self.active = trajectory.dataset("active")?.table()?;
         self.pressure = trajectory.dataset("pressure")?.table()?;
+        if file.link_exists(FRICTION[0].about.path) {
+            self.rubbed = Some(StoredFriction {
+                traction: trajectory.dataset("traction")?.table()?,
+                taken: column("friction")?,
+                belt: column("belt")?,
+            });
+        }
         self.switch_t = switches.dataset("t")?.values()?;
         let nodes: Vec<i64> = switches.dataset("node")?.values()?;
         self.switch_node = nodes.into_iter().map(|i| i as usize).collect();
@@ -321,6 +348,7 @@ impl Stored {
             (self.t.iter().all(|t| t.is_finite()), "/trajectory/t"),
             (self.t.windows(2).all(|w| w[0] < w[1]), "/trajectory/t"),
             (self.energy.iter().all(|c| c.len() == rows), "/energy"),
+            (self.rubbed.as_ref().is_none_or(|r| r.fits(rows, n_c)), "/energy/friction"),
             (self.switch_node.len() == self.switch_t.len(), "/switches/node"),
             (self.switch_point.len() == self.switch_t.len(), "/switches/active_before"),
             (self.switch_kind.len() == self.switch_t.len(), "/switches/kind"),

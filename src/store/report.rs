@@ -2,15 +2,44 @@
 //! What is absent was null.
 
 use hdf5::Group;
+use ndarray::Array2;
 use serde_json::Value;
 
 use super::orbits::scalar;
 use super::{StoreError, Writer, write_text};
+use crate::contact::{System, Tangent};
+use crate::event::Rubbed;
 
 impl Writer {
     /// Write an object; lists of objects are left out: they stand in tables of their own.
     pub fn report(&self, object: &Value) -> Result<(), StoreError> {
         write_object(&fresh_group(self.file(), "report")?, object)
+    }
+}
+
+impl Writer {
+    /// Write what friction came to, with its coefficients.
+    pub(crate) fn friction(&self, system: &System, rubbed: &Rubbed) -> Result<(), StoreError> {
+        let g = fresh_group(self.file(), "friction")?;
+        let tangents = system.tangents().unwrap_or_default();
+        let of = |get: &dyn Fn(&Tangent) -> f64| -> Vec<f64> {
+            tangents.iter().map(|t| t.as_ref().map_or(0.0, get)).collect()
+        };
+        let (work, path): (Vec<f64>, Vec<f64>) = rubbed.points.iter().copied().unzip();
+        let rows = [
+            ("work", work),
+            ("path", path),
+            ("coefficient", of(&|t| t.coefficient)),
+            ("surface", of(&|t| t.surface)),
+        ];
+        for (name, row) in rows {
+            g.new_dataset_builder().with_data(&row).create(name)?;
+        }
+        let direction = Array2::from_shape_fn((tangents.len(), 2), |(i, c)| {
+            tangents[i].as_ref().map_or(0.0, |t| t.direction[c])
+        });
+        g.new_dataset_builder().with_data(&direction).create("direction")?;
+        Ok(())
     }
 }
 

@@ -11,6 +11,7 @@ pub(super) struct Row {
     pub v: Vec<f64>,
     pub active: States,
     pub pressure: Vec<f64>,
+    pub traction: Vec<f64>,
     energies: Option<Energies>,
     pub jumps: f64,
 }
@@ -23,19 +24,20 @@ impl Row {
             v: kept.row(s.v),
             active: s.active.clone(),
             pressure: s.pressure.to_vec(),
+            traction: s.traction.to_vec(),
             energies: s.energies,
             jumps: s.jumps,
         }
     }
 
-    /// Kinetic, elastic, external, dissipated.
+    /// Kinetic, elastic, external, dissipated, friction, belt.
     pub fn energy(&self, k: usize) -> f64 {
         Energies::numbers(self.energies)[k]
     }
 
     /// Whether what is stored in single precision fits in.
     pub(crate) fn is_single(&self) -> bool {
-        let mut all = self.u.iter().chain(&self.v).chain(&self.pressure);
+        let mut all = self.u.iter().chain(&self.v).chain(&self.pressure).chain(&self.traction);
         all.all(|x| x.abs() <= f64::from(f32::MAX))
     }
 }

@@ -66,8 +66,8 @@ impl Writer {
         let file = check_room(staged.at(), size_of_mesh(system))
             .and_then(|()| create_file(staged.at(), scene, system, options))
             .inspect_err(|_| staged.discard())?;
-        let n_c = system.n_contact();
-        let trajectory = Trajectory::create(&file, &kept, (n_c, !options.is_scratch))?;
+        let (n_c, rubs) = (system.n_contact(), system.tangents().is_some());
+        let trajectory = Trajectory::create(&file, &kept, (n_c, rubs, !options.is_scratch))?;
         let events = Events::create(&file, n_c)?;
         if !options.is_scratch {
             describe(&file)?;

@@ -1,6 +1,7 @@
 //! What a run writes down: samples, energies, violations, the report.
 
 use super::present::Present;
+use super::report::Rubbed;
 use super::{
     Done, Energies, Ledger, MonitorKind, Observer, Outcome, Report, Run, RunError, Sample, State,
     System,
@@ -119,6 +120,12 @@ impl<O: Observer> Run<'_, O> {
         self.note_violations();
         let mut pressure = vec![0.0; self.system.n_contact()];
         self.phase.pressures(self.now.t, self.now.u_o(), &mut pressure);
+        let mut traction = vec![];
+        if self.system.tangents().is_some() {
+            traction.resize(pressure.len(), 0.0);
+            let state = (self.now.u_o(), self.now.v_o());
+            self.phase.tractions(self.now.t, state, &mut traction);
+        }
         self.told.last_stored = self.now.t;
         self.told.stored += 1;
         let sample = Sample {
@@ -127,6 +134,7 @@ impl<O: Observer> Run<'_, O> {
             v: &self.now.v,
             active: &self.phase.set,
             pressure: &pressure,
+            traction: &traction,
             energies,
             jumps: self.account.ledger.jumps(),
         };
@@ -158,6 +166,10 @@ impl<O: Observer> Run<'_, O> {
             blows: self.seen.blows,
             energy_external: energies.external,
             energy_dissipated: energies.dissipated,
+            rubbed: self.now.layout.rubbed.map(|r| Rubbed {
+                belt: r.belt(&self.now.y),
+                points: r.of_points(&self.now.y).collect(),
+            }),
             energy_drift: self.account.ledger.drift_in_phase(),
             energy_drift_total: self.account.ledger.drift_total(),
             max_penetration: self.seen.gap_error.max(self.seen.entered),

@@ -30,7 +30,7 @@ pub use ledger::{Energies, Ledger};
 pub use log::{Log, Resumed};
 pub use observer::{Observer, Sample, Silent};
 pub use proof::Proof;
-pub use report::{Marched, Outcome, Report};
+pub use report::{Marched, Outcome, Report, Rubbed};
 pub use switch::{Grazing, GrazingKind, Switch, SwitchKind};
 pub use verify::{LcpCheck, Verified};
 

@@ -20,6 +20,8 @@ pub struct Sample<'a> {
     pub active: &'a States,
     /// Pressure at the contact nodes.
     pub pressure: &'a [f64],
+    /// Traction of the obstacle on the body along the tangent of each contact point; empty without friction.
+    pub traction: &'a [f64],
     /// Energies and work; none where only the surroundings of the contact are known ([`crate::flow::Flow::near`]): there other displacements and
     /// velocities are of an earlier time, too.
     pub energies: Option<Energies>,

@@ -64,6 +64,22 @@ impl std::fmt::Display for Outcome {
     }
 }
 
+/// What friction came to in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rubbed {
+    /// Work of moving surfaces on the body.
+    pub belt: f64,
+    /// Of each contact point: what friction took, how far it slipped.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Rubbed {
+    /// What friction took at all points.
+    pub fn work(&self) -> f64 {
+        self.points.iter().map(|p| p.0).sum()
+    }
+}
+
 /// The run in numbers, with what was proved on the way. Made by what integrated it: nobody else can.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -100,6 +116,8 @@ pub struct Report {
     pub energy_external: f64,
     /// Dissipated energy.
     pub energy_dissipated: f64,
+    /// What friction came to, of systems that have it.
+    pub rubbed: Option<Rubbed>,
     /// Largest relative drift inside any one phase.
     pub energy_drift: f64,
     /// Largest relative defect of the whole ledger.
@@ -157,6 +175,7 @@ impl Report {
             blows: 0.0,
             energy_external: 0.0,
             energy_dissipated: 0.0,
+            rubbed: None,
             energy_drift: ledger.drift_in_phase(),
             energy_drift_total: ledger.drift_total(),
             max_penetration: 0.0,

@@ -113,7 +113,9 @@ impl<O: Observer> Run<'_, O> {
         if self.phase.knows_velocities() {
             self.seen.largest_v = self.seen.largest_v.max(self.now.largest_v());
         }
-        let (u, v) = (2.0 * self.seen.largest_u, 2.0 * self.seen.largest_v);
+        let units = &self.system.units;
+        let largest_v = self.seen.largest_v.max(units.length * units.frequency);
+        let (u, v) = (2.0 * self.seen.largest_u, 2.0 * largest_v);
         self.search.rounding = self.phase.monitor_rounding(u, v);
         self.search.slack = self.search.rounding.clone();
         let h = self.now.monitors(&self.phase);

@@ -366,6 +366,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             v: &v,
             active: &self.set,
             pressure: &pressure,
+            traction: &[],
             energies: Some(self.energies()),
             jumps: self.ledger.jumps(),
         };

@@ -338,6 +338,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             v: &v,
             active: &States::of_contact([self.touches]),
             pressure: &[pressure],
+            traction: &[],
             energies: Some(energies),
             jumps: 0.0,
         };

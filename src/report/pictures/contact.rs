@@ -1,5 +1,7 @@
 //! The picture `contact`: contact displacement and pressure of nodes along the edge.
 
+use ndarray::Array2;
+
 use super::Options;
 use super::time::{over_time, time_range};
 use crate::report::curve::{self, Knot};
@@ -28,10 +30,17 @@ pub(super) fn contact<'s>(stored: &'s Stored, options: &Options) -> Result<Sheet
             "{n} {contacts} between two stored states: no pressure is drawn (more samples show it)"
         ),
     };
-    Ok(Sheet::new(&stored.title, &what(&edge, &shown))
+    let name = |what: &'static str, is_last: bool| (if is_last { "time" } else { "" }, what);
+    let traction = stored.rubbed.as_ref().map(|r| &r.traction);
+    let pressures = forces(stored, &edge, &shown, (&stored.pressure, name("contact pressure", traction.is_none())));
+    let mut sheet = Sheet::new(&stored.title, &what(&edge, &shown))
         .row(305.0, vec![displacements(stored, &edge, &shown).note(note)])
-        .row(285.0, vec![pressures(stored, &edge, &shown).into()])
-        .bar(edge.bar()))
+        .row(285.0, vec![pressures.into()]);
+    if let Some(traction) = traction {
+        let tractions = forces(stored, &edge, &shown, (traction, name("traction by friction", true)));
+        sheet = sheet.row(285.0, vec![tractions.into()]);
+    }
+    Ok(sheet.bar(edge.bar()))
 }
 
 /// The picture's name, with how many of the nodes it shows.
@@ -83,16 +92,21 @@ fn displacements(stored: &Stored, edge: &Edge, shown: &[usize]) -> Cell<'static>
     Cell::from(chart).legend(entries)
 }
 
-/// Contact pressures.
-fn pressures(stored: &Stored, edge: &Edge, shown: &[usize]) -> Chart {
+/// Pressures or tractions of contact points.
+fn forces(
+    stored: &Stored,
+    edge: &Edge,
+    shown: &[usize],
+    (values, labels): (&Array2<f64>, (&'static str, &'static str)),
+) -> Chart {
     let rows = stored.t.len();
     let both = |&i: &usize| std::iter::once(i).chain(edge.behind(i));
     let shown: Vec<usize> = shown.iter().flat_map(both).collect();
-    let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| stored.pressure[(r, i)]));
+    let all = shown.iter().flat_map(|&i| (0..rows).map(move |r| values[(r, i)]));
     let y = range(all.chain([0.0]));
-    let mut chart = over_time(stored, y, ("time", "contact pressure"));
+    let mut chart = over_time(stored, y, labels);
     for &i in &shown {
-        let series = (0..rows).map(|r| (stored.t[r], stored.pressure[(r, i)]));
+        let series = (0..rows).map(|r| (stored.t[r], values[(r, i)]));
         chart.line(series.collect(), edge.colour(i), 2.0);
     }
     chart

@@ -24,6 +24,9 @@ struct Ledger {
     external: Vec<f64>,
     dissipated: Vec<f64>,
     jumps: Vec<f64>,
+    /// What friction took, what moving surfaces brought.
+    friction: Vec<f64>,
+    belt: Vec<f64>,
     total: Vec<f64>,
 }
 
@@ -39,16 +42,24 @@ impl Ledger {
         let (t, has_gaps) = (known(&stored.t), rows.len() < stored.t.len());
         let [kinetic, elastic, external, dissipated, jumps] =
             [kinetic, elastic, external, dissipated, jumps].map(|c| known(c));
-        Some(Ledger { t, has_gaps, kinetic, elastic, external, dissipated, jumps, total })
+        let zeros = || vec![0.0; rows.len()];
+        let (friction, belt) = stored
+            .rubbed
+            .as_ref()
+            .map_or_else(|| (zeros(), zeros()), |r| (known(&r.taken), known(&r.belt)));
+        let flows = Ledger { t, has_gaps, kinetic, elastic, external, dissipated, jumps, friction, belt, total };
+        Some(flows)
     }
 
     /// The energies with their names, but those that are zero throughout.
     fn present(&self) -> Vec<(&'static str, &[f64])> {
-        let curves: [(&str, &[f64]); 5] = [
+        let curves: [(&str, &[f64]); 7] = [
             ("kinetic", &self.kinetic),
             ("elastic", &self.elastic),
             ("work of the loads", &self.external),
             ("dissipated", &self.dissipated),
+            ("taken by friction", &self.friction),
+            ("work of the moving surface", &self.belt),
             ("kinetic + elastic", &self.total),
         ];
         curves.into_iter().filter(|(_, c)| c.iter().any(|&v| v != 0.0)).collect()
@@ -58,9 +69,11 @@ impl Ledger {
     fn unexplained(&self) -> Vec<f64> {
         let total = &self.total;
         let known = total.iter().chain(&self.external).chain(&self.dissipated);
+        let known = known.chain(&self.friction).chain(&self.belt);
         let scale = known.fold(0.0f64, |m, x| m.max(x.abs()));
         let defect = |r: usize| {
-            let explained = total[0] + self.external[r] - self.dissipated[r] + self.jumps[r];
+            let taken = self.dissipated[r] + self.friction[r];
+            let explained = total[0] + self.external[r] + self.belt[r] - taken + self.jumps[r];
             ((total[r] - explained).abs() / scale.max(f64::MIN_POSITIVE)).max(FLOOR).log10()
         };
         (0..total.len()).map(defect).collect()

@@ -85,6 +85,12 @@ pub(crate) fn run_json(
         "damping": system.damping.map(|d| json!({"alpha": d.alpha, "beta": d.beta})),
         "wall_s": wall_s,
     });
+    if let Some(rubbed) = &report.rubbed {
+        let (work, path): (Vec<f64>, Vec<f64>) = rubbed.points.iter().copied().unzip();
+        said["friction_work"] = json!(rubbed.work());
+        said["belt_work"] = json!(rubbed.belt);
+        said["friction"] = json!({"work": work, "path": path});
+    }
     said["warnings"] = warnings(scene, notes, report).into();
     said["places"] = places.into();
     said["certified_until"] = json!(report.proof.holds().then_some(report.t_end));

@@ -83,6 +83,11 @@ pub(super) fn promises(system: &System) -> [String; 2] {
         };
         return [conditions.to_owned(), energy.to_owned()];
     }
+    if system.tangents().is_some() {
+        let law = system.law().name();
+        let conditions = format!("{stress}; {law}");
+        return [conditions, "energy exact but for what friction takes".to_owned()];
+    }
     let energy = match (promise.conserves_energy, promise.is_lipschitz) {
         (false, true) => "the forces have no potential: the energy changes in contact".to_owned(),
         // stiffness-proportional damping that acts through the contact makes the acceleration jump

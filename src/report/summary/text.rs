@@ -214,6 +214,10 @@ fn switches(out: &mut Lines, report: &Report, (given, yields): (bool, bool)) {
         let accumulations = plural(rests, "accumulation", "accumulations");
         let _ = write!(text, ", {}, {accumulations}", plural(impacts, "rebound", "rebounds"));
     }
+    let (stops, slips) = (count(SwitchKind::Sticking), count(SwitchKind::Slipping));
+    if stops + slips > 0 {
+        let _ = write!(text, ", {stops} sticking, {slips} slipping");
+    }
     let _ = write!(text, ") in {}", plural(report.phases, "smooth phase", "smooth phases"));
     if log.grazings() > 0 {
         let _ = write!(text, "; {}", plural(log.grazings(), "grazing", "grazings"));
@@ -278,10 +282,16 @@ fn energy(out: &mut Lines, system: &System, report: &Report) {
     }
     if system.damping.is_some() {
         part(-report.energy_dissipated, "by damping");
-    } else if !system.has_potential() {
+    } else if !system.has_potential() && report.rubbed.is_none() {
         part(-report.energy_dissipated, "by forces without a potential (part of the method)");
     }
-    if system.n_contact() > 0 && !system.promise().yields {
+    if let Some(rubbed) = &report.rubbed {
+        part(-rubbed.work(), "by friction");
+        if system.tangents().into_iter().flatten().flatten().any(|t| t.surface != 0.0) {
+            part(rubbed.belt, "by the surface that moves");
+        }
+    }
+    if system.n_contact() > 0 && !system.promise().yields && report.rubbed.is_none() {
         part(report.energy_jumps, "by the jumps at switches (part of the method)");
     }
     out.line(
