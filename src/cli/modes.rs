@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let closed = match system.n_contact() {
         0 => None,
         // forces without a potential have no natural modes
-        _ if !system.has_potential() => None,
+        _ if !system.has_potential() && system.tangents().is_none() => None,
         n => Some(modes(States::closed(n))?),
     };
     Ok(global.answer(

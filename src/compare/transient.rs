@@ -213,8 +213,9 @@ impl Measured {
         let pushed = if stepped { 0.0 } else { self.trace.impulse() };
         set(Quantity::Impulse, pushed + r.blows);
         // what forces without a potential do is booked with loads and damping, and is the method's
-        let booked = r.energy_external - r.energy_dissipated;
-        let booked = if self.has_potential { booked } else { 0.0 };
+        let rubbed = r.rubbed.as_ref().map_or(0.0, |f| f.belt - f.work());
+        let booked = r.energy_external - r.energy_dissipated + rubbed;
+        let booked = if self.has_potential || r.rubbed.is_some() { booked } else { 0.0 };
         if self.has_potential || self.is_free {
             let change = r.energy_end - r.energy_start - booked;
             set(Quantity::EnergyChange, change / r.energy_start.abs());

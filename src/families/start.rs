@@ -4,10 +4,16 @@ use crate::contact::{State, System};
 use crate::orbit::branch::mode_guess;
 use crate::orbit::{Closure, Propagator};
 use crate::problem::Problem;
-use crate::scenario::{Issue, Scene, SceneError};
+use crate::scenario::{Contact, Issue, Scene, SceneError};
 
 /// Orbits and harmonic balance are those of forces with a potential, and of velocities that do not jump.
 pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneError> {
+    if system.tangents().is_some() {
+        let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
+        let message = "is for run alone: orbits that stick and slip, and harmonic balance of them, are not here yet";
+        let help = "remove friction, or take `signorini run`: a damped body under a harmonic load settles";
+        return Err(scene.error(Issue::new(key, message, help)));
+    }
     if !system.has_potential() {
         let message = "is for run alone: its forces have no potential, motions gain or lose energy at every contact, and there are no families of orbits";
         return Err(scene.error(Issue::new("contact.theta", message, "give theta = 1")));

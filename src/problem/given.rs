@@ -113,10 +113,12 @@ pub(super) fn given_matrices(
     let mass = read(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
     let stiffness = read(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
     let n = mass.n_rows();
-    check_symmetric(scene, "body.mass_matrix", &mass, n, mass.n_cols())?;
-    check_symmetric(scene, "body.stiffness_matrix", &stiffness, n, mass.n_cols())?;
     let (rows, gap) = contact_rows(scene, n)?;
     let of_contact = if constrained { &rows[..] } else { &[] };
+    // contact displacements that follow the others need no mass
+    let massless = of_contact.iter().filter(|&&i| mass.row(i).next().is_none()).count();
+    check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
+    check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
     let length = given_length(scene);
     let body = Body::from_matrices(&mass, &stiffness, of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
@@ -131,11 +133,11 @@ pub(super) fn given_matrices(
 fn check_symmetric(
     scene: &Scene,
     key: &str,
-    a: &Csr,
+    (a, without): (&Csr, usize),
     n: usize,
     columns: usize,
 ) -> Result<(), ProblemError> {
-    if a.n_entries() < a.n_rows() {
+    if a.n_entries() + without < a.n_rows() {
         let (entries, rows) = (a.n_entries(), a.n_rows());
         let message = format!(
             "{entries} entries in {rows} rows: a positive definite matrix has one on every diagonal"

@@ -43,6 +43,10 @@ impl Condensed {
     ) -> Result<Option<Condensed>, ContactError> {
         let Some(masses) = body.mass.as_diagonal() else { return Ok(None) };
         let (size, n_o) = (conditions.count(), body.dofs.n_o);
+        // contact displacements without mass of their own
+        if masses[n_o..].contains(&0.0) {
+            return Ok(None);
+        }
         if masses.iter().any(|m| m.is_nan() || *m <= 0.0) {
             SpdFactor::new(&body.mass, "mass matrix")?;
         }

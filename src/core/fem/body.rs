@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::FemError;
@@ -89,6 +90,47 @@ fn terms_of(dofs: &DofMap, element: Element, terms: &mut Vec<(usize, usize, f64)
             terms.extend(dofs.terms(node, c).map(|(i, t)| (dofs.dim * k + c, i, t)));
         }
     }
+}
+
+/// The lowest and the highest natural frequency of given matrices. Contact displacements may have no mass: they follow the others, and the highest is that of the
+/// body with these held.
+fn extreme_frequencies(
+    mass: &Csr,
+    stiffness: &Csr,
+    contact: &[usize],
+) -> Result<[f64; 2], FemError> {
+    let n = mass.n_rows();
+    let massless: Vec<usize> =
+        contact.iter().copied().filter(|&i| mass.row(i).next().is_none()).collect();
+    let of = |k: &Csr, m: &Csr| -> Result<[f64; 2], FemError> {
+        let omega = eigen::all(k, m, 1e-300)?.omega;
+        let highest = omega.iter().fold(0.0f64, |m, w| m.max(*w));
+        Ok([omega.first().copied().unwrap_or(0.0), highest])
+    };
+    if massless.is_empty() {
+        return of(stiffness, mass);
+    }
+    let others: Vec<usize> = (0..n).filter(|i| !massless.contains(i)).collect();
+    let block = |a: &Csr, rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+            a.entry(rows[i], columns[j]).copied().unwrap_or(0.0)
+        })
+    };
+    let sparse = |a: &DMatrix<f64>| {
+        let all = (0..a.nrows()).flat_map(|i| (0..a.ncols()).map(move |j| (i, j)));
+        let entries = all.map(|(i, j)| (i, j, a[(i, j)])).collect();
+        Csr::from_triplets(a.nrows(), a.ncols(), entries)
+    };
+    let held = block(stiffness, &others, &others);
+    let own = sparse(&block(mass, &others, &others));
+    let [_, highest] = of(&sparse(&held), &own)?;
+    // K_OO − K_Oz K_zz⁻¹ K_zO
+    let coupling = block(stiffness, &massless, &others);
+    let factor = block(stiffness, &massless, &massless)
+        .cholesky()
+        .ok_or(FemError::NotPositiveDefinite { what: "stiffness matrix" })?;
+    let followed = held - coupling.transpose() * factor.solve(&coupling);
+    Ok([of(&sparse(&followed), &own)?[0], highest])
 }
 
 impl Body {
@@ -223,9 +265,7 @@ impl Body {
         length: f64,
     ) -> Result<Body, FemError> {
         let n = mass.n_rows();
-        let modes = eigen::all(stiffness, mass, 1e-300)?;
-        let highest = modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
-        let lowest = modes.omega.first().copied().unwrap_or(0.0);
+        let [lowest, highest] = extreme_frequencies(mass, stiffness, contact)?;
         if lowest <= 1e-7 * highest {
             return Err(FemError::NotPositiveDefinite { what: "stiffness matrix" });
         }
