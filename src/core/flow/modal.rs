@@ -124,6 +124,8 @@ impl<'a> Modal<'a> {
 
     /// The longest window whose enclosures are tight against the size of the monitors.
     fn window_length(&mut self, phase: &Spectrum, t_limit: f64) -> f64 {
+        // what grows is bounded over the time in which it grows by e
+        let t_limit = t_limit.min(self.t0 + 1.0 / phase.growth());
         let rest = t_limit - self.t0;
         let count = phase.offsets.len();
         if count == 0 {

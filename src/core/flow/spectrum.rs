@@ -320,6 +320,12 @@ impl Spectrum {
         self.rayleigh().1
     }
 
+    /// The largest rate at which a mode of a coupled phase grows; zero where none does.
+    pub(super) fn growth(&self) -> f64 {
+        let of_modes = self.coupling.iter().flat_map(|c| c.modes().lambda());
+        of_modes.fold(0.0, |m, l| m.max(l.re))
+    }
+
     /// Whether friction takes energy, or a moving surface brings it.
     pub(super) fn rubs(&self) -> bool {
         let slips = (0..self.states.len()).any(|i| self.states.at(i).slip().is_some());
