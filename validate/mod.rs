@@ -18,6 +18,8 @@ mod bouncing_bar;
 mod constant_inertia;
 #[path = "forced/case.rs"]
 mod forced;
+#[path = "friction/case.rs"]
+mod friction;
 #[path = "hard/case.rs"]
 mod hard;
 #[path = "harmonic-balance/case.rs"]
@@ -114,7 +116,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 18] = [
+pub static CASES: [Case; 19] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -124,6 +126,7 @@ pub static CASES: [Case; 18] = [
     bouncing_bar::CASE,
     impact::CASE,
     stop::CASE,
+    friction::CASE,
     hard::CASE,
     hard::MILLION,
     bar_orbits::CASE,
