@@ -301,9 +301,10 @@ fn random_scene(seed: u64) -> Scene {
 /// Random scenes by modes, by Dormand–Prince, and by small steps.
 fn random(effort: Effort) -> Outcome {
     const UNTIL: f64 = 6.0;
+    const NEAR: f64 = 1e-4;
     let count = if effort.short { 100 } else { 1000 };
     let (mut flows, mut steps, mut ledger, mut switches) = (0.0f64, 0.0f64, 0.0f64, 0usize);
-    let mut differ = 0usize;
+    let (mut differ, mut refined) = (0usize, 0usize);
     for seed in 0..count {
         let scene = random_scene(seed);
         let failed = |e: String| format!("scene {seed}: {e}");
@@ -322,14 +323,16 @@ fn random(effort: Effort) -> Outcome {
         differ += usize::from(modal.log.switches() != by_steps.log.switches());
         ledger = ledger.max(modal.energy_drift_total).max(by_steps.energy_drift_total);
         switches += modal.log.switches();
-        // the witness is of first order: its own error is what halving its steps changes
-        let state = |steps: usize| {
+        // the witness is of first order: where its steps are too long they are shortened
+        let off = |steps: usize| {
             let (u, v, _) = scene.march(UNTIL, steps);
-            State { u: u.as_slice().to_vec(), v: v.as_slice().to_vec() }
+            let state = State { u: u.as_slice().to_vec(), v: v.as_slice().to_vec() };
+            distance(&modal.last, &state)
         };
-        let (coarse, fine) = (state(4000), state(16000));
-        let own = distance(&coarse, &fine);
-        steps = steps.max(distance(&modal.last, &fine) / (own + 1e-5));
+        let coarse = off(16_000);
+        let fine = if coarse > NEAR { off(256_000) } else { coarse };
+        refined += usize::from(coarse > NEAR);
+        steps = steps.max(fine);
     }
     let name = format!("{count} random scenes");
     Ok(vec![
@@ -337,10 +340,11 @@ fn random(effort: Effort) -> Outcome {
         Check::at_most(format!("{name}: states by modes and by Dormand–Prince"), flows, 1e-8),
         Check::at_most(format!("{name}: with another number of switches"), differ as f64, 0.0),
         Check::at_most(format!("{name}: ledger"), ledger, 1e-11),
+        Check::at_most(format!("{name}: distance from small steps"), steps, NEAR),
         Check::at_most(
-            format!("{name}: distance from small steps, over what a quarter of these changes"),
-            steps,
-            1.5,
+            format!("{name}: of these with 256,000 steps in place of 16,000"),
+            refined as f64,
+            0.1 * count as f64,
         ),
     ])
 }
