@@ -23,6 +23,7 @@ mod family_pictures;
 mod file_format;
 mod fingerprint;
 #[cfg(unix)]
+mod friction;
 mod fuzz;
 mod gmsh;
 mod grazing;

@@ -236,7 +236,7 @@ fn a_report_counts_what_the_observer_takes() {
     assert_eq!(counted.log, listed.log);
     let closings = told.iter().filter(|s| s.kind.arrives()).count();
     let kinds = signorini::event::SwitchKind::ALL.map(|k| counted.log.of_kind(k));
-    assert_eq!(kinds, [closings, told.len() - closings, 0, 0]);
+    assert_eq!(kinds, [closings, told.len() - closings, 0, 0, 0, 0]);
     let [first, last] = counted.log.ends().unwrap();
     assert!(*first == told[0] && last == told.last().unwrap());
 }

@@ -11,7 +11,8 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
     if system.tangents().is_some() {
         let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
         let message = "is for run alone: orbits that stick and slip, and harmonic balance of them, are not here yet";
-        let help = "remove friction, or take `signorini run`: a damped body under a harmonic load settles";
+        let help =
+            "remove friction, or take `signorini run`: a damped body under a harmonic load settles";
         return Err(scene.error(Issue::new(key, message, help)));
     }
     if !system.has_potential() {

@@ -45,7 +45,9 @@ fn of_elements(
 ) -> Result<Vec<Option<Tangent>>, ProblemError> {
     if body.mesh.dim() != 2 {
         let (message, help) = match body.mesh.dim() {
-            1 => ("a bar has no displacement along the obstacle", "remove friction, or take a plate"),
+            1 => {
+                ("a bar has no displacement along the obstacle", "remove friction, or take a plate")
+            }
             _ => (
                 "in space a point slips in a direction that turns: that is not piecewise linear, and not here yet",
                 "remove friction, or take a body in the plane",
@@ -59,13 +61,14 @@ fn of_elements(
         let Some(coefficient) = obstacle.friction.filter(|mu| *mu > 0.0) else { return Ok(None) };
         let [nx, ny, _] = point.direction;
         let direction: Point = [-ny, nx, 0.0];
-        let velocity: Point =
-            std::array::from_fn(|c| obstacle.surface.as_ref().map_or(0.0, |v| v[c]));
+        let given = obstacle.surface.as_deref().unwrap_or_default();
+        let velocity: Point = std::array::from_fn(|c| given.get(c).copied().unwrap_or(0.0));
         let across = dot(&velocity, &point.direction);
         if across.abs() > ACROSS * dot(&velocity, &velocity).sqrt() {
             let place = super::body::place(body.mesh.nodes()[point.node], 2);
-            let message =
-                format!("moves into the body, or off it, at {place}: by {across:e} along its normal");
+            let message = format!(
+                "moves into the body, or off it, at {place}: by {across:e} along its normal"
+            );
             let help = "give a velocity along the surface of the obstacle";
             return Err(scene.error(Issue::new(contact.key(k, "surface"), message, help)).into());
         }
@@ -81,11 +84,7 @@ fn of_elements(
 }
 
 /// What friction does not go with, and what there is to say of it.
-pub(super) fn check(
-    scene: &Scene,
-    system: &System,
-    notes: &mut Notes,
-) -> Result<(), ProblemError> {
+pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result<(), ProblemError> {
     let Some(contact) = scene.contact.as_ref().filter(|c| c.has_friction()) else { return Ok(()) };
     let fail = |key: String, message: &str, help: &str| {
         Err(scene.error(Issue::new(key, message, help)).into())
@@ -118,11 +117,13 @@ pub(super) fn check(
         return fail(key.into(), message, "remove the motion, or friction");
     }
     if scene.reduction.is_some() {
-        let message = "keeps modes in place of displacements along the obstacle, which friction needs";
+        let message =
+            "keeps modes in place of displacements along the obstacle, which friction needs";
         return fail("reduction".into(), message, "leave [reduction] out, or remove friction");
     }
     if scene.body.damping_matrix.is_some() {
-        let message = "is a matrix, and friction goes with damping in proportion to mass and stiffness";
+        let message =
+            "is a matrix, and friction goes with damping in proportion to mass and stiffness";
         return fail("body.damping_matrix".into(), message, "give [damping], or remove friction");
     }
     if system.damping.is_none_or(|d| d.beta == 0.0)

@@ -349,7 +349,11 @@ impl Contact {
             let Some(velocity) = &o.surface else { continue };
             if o.friction.is_none_or(|mu| mu == 0.0) {
                 let message = "is not read without friction";
-                return Err(Issue::new(self.key(k, "surface"), message, "remove the key, or give friction"));
+                return Err(Issue::new(
+                    self.key(k, "surface"),
+                    message,
+                    "remove the key, or give friction",
+                ));
             }
             let (wanted, example) = match kind {
                 BodyKind::Matrices => (1, "surface = [0.2]"),
@@ -362,21 +366,29 @@ impl Contact {
             let methods = [ContactMethod::NodalBoundary, ContactMethod::MassRedistribution];
             if !methods.contains(&self.method) {
                 let name = self.method.name();
-                let message = format!("is not read by method = \"{name}\": it acts on nodal reactions");
+                let message =
+                    format!("is not read by method = \"{name}\": it acts on nodal reactions");
                 let help = "give method = \"mass-redistribution\", or remove friction";
                 return Err(Issue::new(self.friction_key(), message, help));
             }
             if self.tangent == Some(TangentKey::Massless) {
                 let message = "\"massless\" is not here yet";
-                let help = "give tangent = \"inertia\": displacements along the obstacle keep their mass";
+                let help =
+                    "give tangent = \"inertia\": displacements along the obstacle keep their mass";
                 return Err(Issue::new(self.key(0, "tangent"), message, help));
             }
             return Ok(());
         }
-        for (key, given) in [("tangents", self.tangents.is_some()), ("tangent", self.tangent.is_some())] {
+        for (key, given) in
+            [("tangents", self.tangents.is_some()), ("tangent", self.tangent.is_some())]
+        {
             if given {
                 let message = "is not read without friction";
-                return Err(Issue::new(self.key(0, key), message, "remove the key, or give friction"));
+                return Err(Issue::new(
+                    self.key(0, key),
+                    message,
+                    "remove the key, or give friction",
+                ));
             }
         }
         Ok(())

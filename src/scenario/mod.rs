@@ -48,7 +48,9 @@ pub(crate) use initial::Initial;
 pub use load::Load;
 pub(crate) use load::LoadKind;
 pub(crate) use material::MaterialTable;
-pub(crate) use method::{Activation, Instants, METHOD_KEYS, RedistributedMass, StressKey, TangentKey};
+pub(crate) use method::{
+    Activation, Instants, METHOD_KEYS, RedistributedMass, StressKey, TangentKey,
+};
 pub use method::{ContactMethod, Inertia};
 pub(crate) use orbit::Beta;
 pub use orbit::{Auto, Orbit};

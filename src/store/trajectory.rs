@@ -52,7 +52,8 @@ impl Trajectory {
     /// Go on with the tables of a file.
     pub(crate) fn reopen(file: &hdf5::File, place: Resume) -> Result<Self, StoreError> {
         let rubs = file.link_exists(FRICTION[0].about.path);
-        let groups = if rubs { &[STATES, ENERGY, TRACTIONS, FRICTION][..] } else { &[STATES, ENERGY] };
+        let groups =
+            if rubs { &[STATES, ENERGY, TRACTIONS, FRICTION][..] } else { &[STATES, ENERGY] };
         let reopen = |columns: &&'static _| Rows::reopen(file, columns, place);
         Ok(Trajectory { tables: groups.iter().map(reopen).collect::<Result<_, _>>()? })
     }

@@ -11,9 +11,7 @@ mod witness;
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
-use signorini::contact::{
-    Gaps, MassChoice, Rayleigh, State, Stress, System, Tangent, boundary,
-};
+use signorini::contact::{Gaps, MassChoice, Rayleigh, State, Stress, System, Tangent, boundary};
 use signorini::event::{self, Options, Report, Silent, SwitchKind};
 use signorini::fem::{Body, Csr};
 use signorini::flow::{Flow, Modal, RungeKutta, Tolerances, dop853::DOP853, exact};
@@ -51,8 +49,8 @@ fn system(scene: &Scene) -> Result<System, String> {
     let tangents = scene.tangents.iter().map(tangent).collect();
     let choice = (Stress::Reaction, MassChoice::Condensed);
     let gaps = Gaps::front(scene.gap.clone());
-    let mut system = System::with_operator(body, operator, gaps, choice, tangents)
-        .map_err(|e| e.to_string())?;
+    let mut system =
+        System::with_operator(body, operator, gaps, choice, tangents).map_err(|e| e.to_string())?;
     system.damping = Some(Rayleigh { alpha: scene.alpha, beta: 0.0 }).filter(|d| d.alpha != 0.0);
     system.loads_mut().push(scene.constant.clone(), None, 0.0);
     if scene.harmonic.0.iter().any(|f| *f != 0.0) {
@@ -62,7 +60,12 @@ fn system(scene: &Scene) -> Result<System, String> {
 }
 
 /// A run to a time by a flow.
-fn run_by(system: &System, start: &State, until: f64, flow: &mut dyn Flow) -> Result<Report, String> {
+fn run_by(
+    system: &System,
+    start: &State,
+    until: f64,
+    flow: &mut dyn Flow,
+) -> Result<Report, String> {
     let options = Options { until, samples: 0, switch_limit: 400.0 };
     let report =
         event::run(system, start, &options, flow, &mut Silent).map_err(|e| e.to_string())?;

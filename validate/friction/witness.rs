@@ -70,8 +70,8 @@ impl Scene {
             y += 0.5 * h * &v;
             let f = self.force((k as f64 + 0.5) * h);
             let (u, normal) = self.contact(&y, &f);
-            let elastic = self.stiffness.view((0, 0), (n, n)) * &y
-                + self.stiffness.view((0, n), (n, c)) * u;
+            let elastic =
+                self.stiffness.view((0, 0), (n, n)) * &y + self.stiffness.view((0, n), (n, c)) * u;
             let force = f.rows(0, n) - elastic - self.alpha * (&self.mass * &v);
             let mut new = &v + h * (&inverse * force);
             for (i, &(e, ..)) in self.tangents.iter().enumerate() {

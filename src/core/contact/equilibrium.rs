@@ -76,7 +76,8 @@ fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
         let slips = phase.slip_stiffness();
         let entries = stiffness.triplets().chain(slips.iter().flat_map(Csr::triplets));
         let moves = |i: usize| !stuck.contains(&i);
-        let kept = entries.filter(|e| moves(e.0) && moves(e.1)).chain(stuck.iter().map(|&i| (i, i, 1.0)));
+        let kept =
+            entries.filter(|e| moves(e.0) && moves(e.1)).chain(stuck.iter().map(|&i| (i, i, 1.0)));
         stiffness = Csr::from_triplets(n, n, kept.collect());
         stuck.iter().for_each(|&i| force[i] = 0.0);
         u.copy_from_slice(&force);

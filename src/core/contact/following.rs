@@ -33,8 +33,7 @@ pub(super) fn following(
     let drives: Vec<(Driven, Vec<f64>)> =
         loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h, sticks)).collect();
     let driven = |k: usize| -> Vec<f64> { drives.iter().map(|d| d.1[k]).collect() };
-    let rows: Vec<Row> =
-        (0..set.len()).map(|k| maker.row(k, load.as_deref(), driven(k))).collect();
+    let rows: Vec<Row> = (0..set.len()).map(|k| maker.row(k, load.as_deref(), driven(k))).collect();
     let drives = drives.into_iter().map(|d| d.0).collect();
     let expansion = Expansion { follow: Follow::Solved(maker.solved), offset, drives };
     let rubbing = friction.map(|f| Rubbing::new(f, set, &rows, &expansion, parts));

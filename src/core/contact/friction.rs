@@ -308,7 +308,13 @@ impl Rubbing {
     }
 
     /// Tractions of the obstacle on the body along the tangents, `−r_t/a`.
-    pub(crate) fn tractions(&self, t: f64, (u_o, v_o): (&[f64], &[f64]), drives: &[Driven], q: &mut [f64]) {
+    pub(crate) fn tractions(
+        &self,
+        t: f64,
+        (u_o, v_o): (&[f64], &[f64]),
+        drives: &[Driven],
+        q: &mut [f64],
+    ) {
         for slip in &self.slips {
             let tangent = self.tangent(slip.point);
             let factor = slip.factor * tangent.sign / self.friction.area[slip.point];
@@ -369,9 +375,8 @@ fn combined(parts: [(f64, &Row); 2]) -> Row {
     let scaled = |f: f64, terms: &[(f64, Term)]| -> Vec<(f64, Term)> {
         terms.iter().map(|(c, t)| (f * c, t.clone())).collect()
     };
-    let of = |pick: fn(&Row) -> &Vec<(f64, Term)>| {
-        [scaled(x, pick(a)), scaled(y, pick(b))].concat()
-    };
+    let of =
+        |pick: fn(&Row) -> &Vec<(f64, Term)>| [scaled(x, pick(a)), scaled(y, pick(b))].concat();
     let size = |k: usize| a.size[k].plus(x.abs(), &b.size[k], y.abs());
     Row {
         constant: x * a.constant + y * b.constant,

@@ -124,7 +124,8 @@ impl Massive {
             Some(_) => Some(Arc::new(Reactions::new(body, obstacle.normal.clone())?)),
             None => None,
         };
-        let impact = restitution.zip(reactions.clone()).map(|(law, r)| Impact::new(law, r.along.clone()));
+        let impact =
+            restitution.zip(reactions.clone()).map(|(law, r)| Impact::new(law, r.along.clone()));
         let knows_bound = restitution.is_none() && obstacle.has_potential();
         let highest = match knows_bound {
             true => {

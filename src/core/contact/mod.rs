@@ -46,8 +46,8 @@ pub use expansion::Drive;
 pub use friction::{RubbingRates, Tangent};
 pub use impact::{Blow, BlowMap, Impact};
 pub use law::{
-    Conduct, Coulomb, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule, Signorini,
-    Stepping, Stop,
+    Conduct, Coulomb, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule,
+    Signorini, Stepping, Stop,
 };
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};

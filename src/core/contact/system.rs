@@ -7,8 +7,8 @@ use super::boundary::{self, BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::damping::Rayleigh;
-use super::impact::Impact;
 use super::friction::Tangent;
+use super::impact::Impact;
 use super::inertia::Inertia;
 use super::law::{Law, Restitution};
 use super::massive;
@@ -282,8 +282,7 @@ impl System {
 
     /// Whether elastic forces and those of the obstacle have a potential in every phase: friction has none, nor have Nitsche's with `θ ≠ 1`.
     pub fn has_potential(&self) -> bool {
-        self.method.obstacle().is_none_or(|o| o.has_potential())
-            && self.method.friction().is_none()
+        self.method.obstacle().is_none_or(|o| o.has_potential()) && self.method.friction().is_none()
     }
 
     /// Whether the natural modes of a phase decouple its motion: `K_α` is symmetric, and damping a combination of `M_α` and `K_α`.

@@ -40,8 +40,8 @@ impl Surface<'_> {
             };
             let slip = slip_velocity(tangent, self.v_o);
             let rests = slip.abs() <= ROUNDING * size.max(tangent.surface.abs());
-            let stuck = self.phase.set.len() == tangents.len()
-                && self.phase.set.at(i) == PointState::Stick;
+            let stuck =
+                self.phase.set.len() == tangents.len() && self.phase.set.at(i) == PointState::Stick;
             if rests || stuck || trigger.is_some_and(|t| t.0 == i) {
                 undecided.push(i);
                 decision.set.set(i, PointState::Stick);
@@ -98,7 +98,8 @@ impl Surface<'_> {
         let blur = ROUNDING * scale;
         let h = phase.monitor_values(self.t, self.u_o, self.v_o);
         let rates = rates_at(phase, self.t, (self.u_o, self.v_o), scratch);
-        let rounding = phase.monitor_rounding(largest(self.u_o).max(units.length), largest(self.v_o));
+        let rounding =
+            phase.monitor_rounding(largest(self.u_o).max(units.length), largest(self.v_o));
         let mut moves = vec![];
         for (k, &i) in points.iter().enumerate() {
             let Some(tangent) = &self.system.tangents().and_then(|t| t[i].as_ref()) else {
@@ -115,8 +116,9 @@ impl Surface<'_> {
                 continue;
             }
             let of = phase.monitors.iter().enumerate().filter(|(_, m)| m.point == i);
-            let sides =
-                of.filter(|(_, m)| [MonitorKind::StickPlus, MonitorKind::StickMinus].contains(&m.kind));
+            let sides = of.filter(|(_, m)| {
+                [MonitorKind::StickPlus, MonitorKind::StickMinus].contains(&m.kind)
+            });
             // the side that is violated most, or leaves zero fastest
             let worst = sides
                 .filter_map(|(m, monitor)| {

@@ -165,7 +165,8 @@ mod tests {
     #[test]
     fn work_and_dissipation_balance() {
         let mut ledger = Ledger::new(state(0.0));
-        let e = Energies { kinetic: 2.0, elastic: 1.0, external: 4.0, dissipated: 1.0, ..state(0.0) };
+        let e =
+            Energies { kinetic: 2.0, elastic: 1.0, external: 4.0, dissipated: 1.0, ..state(0.0) };
         ledger.note(&e);
         assert_eq!(ledger.drift_total(), 0.0);
     }

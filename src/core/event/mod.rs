@@ -352,14 +352,16 @@ impl<O: Observer> Run<'_, O> {
         }
         self.note_grazing(&decision, h)?;
         let rates = self.monitor_rates();
-        let of_point = |point: usize, from: PointState, to: PointState| match leading(
-            &self.phase.monitors,
-            point,
-            to,
-        ) {
-            Some(k) => (self.phase.monitors[k].kind, rates[k]),
-            None => (self.system.law().watched(from), 0.0),
-        };
+        let found = root.index;
+        let monitors = &self.phase.monitors;
+        let of_point =
+            |point: usize, from: PointState, to: PointState| match leading(monitors, point, to)
+                // what turns back on the surface leaves through the end of its slip
+                .map(|k| if monitors[found].point == point { found } else { k })
+            {
+                Some(k) => (self.phase.monitors[k].kind, rates[k]),
+                None => (self.system.law().watched(from), 0.0),
+            };
         let mut before = present.clone();
         let mut jump = 0.0;
         let mut changes = vec![];

@@ -1,6 +1,7 @@
 //! Several flows behind one face: a rule chooses at the start of every phase.
 //!
-//! Exact flows know no held nodes (Filippov, theory §5): such phases always go by Dormand–Prince at a tight tolerance.
+//! Exact flows know no held nodes (Filippov, theory §5): such phases always go by Dormand–Prince at a tight tolerance, and so do phases whose modes cannot be
+//! computed (friction at the boundary of flutter, or of jamming).
 
 use std::ops::Range;
 
@@ -90,7 +91,17 @@ impl<R: Rule> Flow for Choice<'_, R> {
             self.chosen = other;
             self.active_mut().begin(phase, t, &y);
         }
-        self.active_mut().advance(phase, t_limit)
+        match self.active_mut().advance(phase, t_limit) {
+            // a phase whose modes cannot be had goes by steps
+            Err(FlowError::NoModes { .. }) if self.chosen + 1 < self.flows.len() => {
+                let (_, t) = self.active().window();
+                let y = self.active_mut().end_state().to_vec();
+                self.chosen = self.flows.len() - 1;
+                self.active_mut().begin(phase, t, &y);
+                self.active_mut().advance(phase, t_limit)
+            }
+            done => done,
+        }
     }
 
     fn cut(&mut self, phase: &Phase, t: f64) {

@@ -402,7 +402,8 @@ impl CoupledMotion {
         let ramp = growing.iter().any(|f| *f != 0.0).then(|| {
             let mut x1 = vec![0.0; 2 * n];
             let of_mode = |(f, l): (C, &C)| -f / l;
-            let modal: Vec<C> = of_force(growing).into_iter().zip(&coupling.lambda).map(of_mode).collect();
+            let modal: Vec<C> =
+                of_force(growing).into_iter().zip(&coupling.lambda).map(of_mode).collect();
             coupling.expand(&modal, &mut x1);
             constant.iter_mut().zip(&modal).for_each(|(c, x)| *c -= x);
             x1
@@ -481,7 +482,11 @@ impl CoupledMotion {
     }
 
     /// What follows the modes with these shapes, and its rate, at the start.
-    pub(super) fn rigid_parts(&self, coupling: &Coupling, shapes: &[Mat<f64>; 2]) -> Vec<(f64, f64)> {
+    pub(super) fn rigid_parts(
+        &self,
+        coupling: &Coupling,
+        shapes: &[Mat<f64>; 2],
+    ) -> Vec<(f64, f64)> {
         let of = |i: usize| {
             let each = self.amplitudes.iter().zip(&coupling.lambda).enumerate();
             each.fold((0.0, 0.0), |(q, v), (k, (a, l))| {

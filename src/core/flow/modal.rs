@@ -208,7 +208,6 @@ impl<'a> Modal<'a> {
         self.end = end;
         self.end_known = true;
     }
-
 }
 
 impl Flow for Modal<'_> {

@@ -356,7 +356,13 @@ impl Motion {
     }
 
     /// A bound of the derivative of the order `order` of the changing part of mode `k` from `t` to `end` (theory §12, H2).
-    pub(super) fn bound(&self, phase: &Spectrum, k: usize, (t, end): (f64, f64), order: i32) -> f64 {
+    pub(super) fn bound(
+        &self,
+        phase: &Spectrum,
+        k: usize,
+        (t, end): (f64, f64),
+        order: i32,
+    ) -> f64 {
         let mode = &phase.modes[k];
         let Oscillator { omega, c } = *mode;
         let (tau, tau_end) = (t - self.start, end - self.start);
@@ -365,7 +371,8 @@ impl Motion {
             let f = phase.steady_force[k].abs();
             // q = F ∫∫e^{−2cx}, q⁗ = F (2c)² e^{−2cτ}: fed, both are largest at the end
             let grown = (-2.0 * c * tau_end).exp().max(1.0);
-            bound += f * grown
+            bound += f
+                * grown
                 * match order {
                     0 => 0.5 * tau_end * tau_end,
                     1 => tau_end,

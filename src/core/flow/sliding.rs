@@ -42,6 +42,9 @@ pub struct Coupled {
     whole: Operators,
 }
 
+/// Eigenvalues below this share of the largest are none to divide by.
+const SINGULAR: f64 = 1e-7;
+
 /// The gradients of the monitors over `q` and, where there are such, over `q̇`.
 pub type Rows<'a> = (&'a DMatrix<f64>, Option<&'a DMatrix<f64>>);
 
@@ -96,8 +99,9 @@ impl Coupled {
             }
             for k in 0..rows.0.nrows() {
                 let of_q: C = (0..rigid).map(|i| along[i] * rows.0[(k, i)]).sum();
-                let of_v: C =
-                    rows.1.map_or(C::default(), |r| (0..rigid).map(|i| along[i] * l * r[(k, i)]).sum());
+                let of_v: C = rows
+                    .1
+                    .map_or(C::default(), |r| (0..rigid).map(|i| along[i] * l * r[(k, i)]).sum());
                 modes.add_to_row(k, c, of_q + of_v);
             }
         }
@@ -117,6 +121,14 @@ impl Coupled {
     /// The complex modes of `q_e`.
     pub fn modes(&self) -> &Coupling {
         &self.modes
+    }
+
+    /// Whether an eigenvalue vanishes beside those of the rigid motions: points that slip against each other may leave a body no stiffness, and then no load has a
+    /// steady response.
+    pub fn is_singular(&self) -> bool {
+        let lambda = self.modes.lambda();
+        let largest = lambda.iter().fold(0.0f64, |m, l| m.max(l.norm()));
+        lambda.iter().any(|l| l.norm() < SINGULAR * largest)
     }
 
     /// Where rigid motions end and where what sticks begins.

@@ -180,7 +180,10 @@ impl Mixing {
                 }
                 stiffness[(j, j)] += w * w;
             }
-            return Some(Mixing { structure: None, forces: Some(Forces { stiffness, skew: None }) });
+            return Some(Mixing {
+                structure: None,
+                forces: Some(Forces { stiffness, skew: None }),
+            });
         }
         let structure = phase.damping_stiffness()?;
         let forces = phase.lost().map(|Lost { matrix, constant }| Forces {
@@ -245,12 +248,20 @@ impl Spectrum {
                     .map(Vec::as_slice)
                     .collect();
                 let outer = (basis.stuck.rigid, frozen);
-                Some(Coupled::new(operators, &scale, outer, alpha, basis.all_rows(), &forces)?)
+                let rows = basis.all_rows();
+                let coupled = Coupled::new(operators, &scale, outer, alpha, rows, &forces)?;
+                let slips = mixing.forces.as_ref().is_some_and(|f| f.skew.is_none());
+                if slips && coupled.is_singular() {
+                    let size = 2 * basis.omega.len();
+                    return Err(FemError::Eigen { size, wanted: size });
+                }
+                Some(coupled)
             }
             _ => None,
         };
         // what sticks keeps its velocity
-        let rate = |k: usize, omega: f64| if k < moving { alpha + beta * omega * omega } else { 0.0 };
+        let rate =
+            |k: usize, omega: f64| if k < moving { alpha + beta * omega * omega } else { 0.0 };
         let mode = |(k, &omega): (usize, &f64)| Oscillator { omega, c: 0.5 * rate(k, omega) };
         let modes: Vec<Oscillator> = basis.omega.iter().enumerate().map(mode).collect();
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
@@ -479,7 +490,8 @@ impl Shapes {
             }
         }
         for (s, &j) in sticks.iter().enumerate() {
-            let column: Vec<f64> = free.iter().map(|&i| k.entry(i, j).copied().unwrap_or(0.0)).collect();
+            let column: Vec<f64> =
+                free.iter().map(|&i| k.entry(i, j).copied().unwrap_or(0.0)).collect();
             // a rigid motion of what moves leaves what sticks without force
             let along = transposed(&own.shapes, &column);
             let weight = |q: usize| match own.omega[q] {
@@ -528,7 +540,11 @@ impl Stuck {
         let slips = phase.slip_stiffness().is_some();
         Stuck {
             squares: [dot(&carried, &pulled), k.quadratic(&carried)],
-            rigid: if slips { omega[..moving].iter().take_while(|w| **w == 0.0).count() } else { 0 },
+            rigid: if slips {
+                omega[..moving].iter().take_while(|w| **w == 0.0).count()
+            } else {
+                0
+            },
             loads: system.loads.harmonics.iter().map(of_load).collect(),
             velocities,
             drag,

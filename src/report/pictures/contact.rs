@@ -32,12 +32,18 @@ pub(super) fn contact<'s>(stored: &'s Stored, options: &Options) -> Result<Sheet
     };
     let name = |what: &'static str, is_last: bool| (if is_last { "time" } else { "" }, what);
     let traction = stored.rubbed.as_ref().map(|r| &r.traction);
-    let pressures = forces(stored, &edge, &shown, (&stored.pressure, name("contact pressure", traction.is_none())));
+    let pressures = forces(
+        stored,
+        &edge,
+        &shown,
+        (&stored.pressure, name("contact pressure", traction.is_none())),
+    );
     let mut sheet = Sheet::new(&stored.title, &what(&edge, &shown))
         .row(305.0, vec![displacements(stored, &edge, &shown).note(note)])
         .row(285.0, vec![pressures.into()]);
     if let Some(traction) = traction {
-        let tractions = forces(stored, &edge, &shown, (traction, name("traction by friction", true)));
+        let tractions =
+            forces(stored, &edge, &shown, (traction, name("traction by friction", true)));
         sheet = sheet.row(285.0, vec![tractions.into()]);
     }
     Ok(sheet.bar(edge.bar()))

@@ -47,7 +47,18 @@ impl Ledger {
             .rubbed
             .as_ref()
             .map_or_else(|| (zeros(), zeros()), |r| (known(&r.taken), known(&r.belt)));
-        let flows = Ledger { t, has_gaps, kinetic, elastic, external, dissipated, jumps, friction, belt, total };
+        let flows = Ledger {
+            t,
+            has_gaps,
+            kinetic,
+            elastic,
+            external,
+            dissipated,
+            jumps,
+            friction,
+            belt,
+            total,
+        };
         Some(flows)
     }
 

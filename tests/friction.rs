@@ -1,0 +1,325 @@
+//! Friction at the contact: exact flows against Dormand–Prince in every state, the equations of a phase against themselves, relations between scenes, refusals.
+//! References that this program did not produce are in `validate/friction`.
+
+use crate::common::{datasets, problem, program, relative, scene};
+use signorini::contact::{PointState, State, States};
+use signorini::event::{Report, Silent, SwitchKind};
+use signorini::problem::Problem;
+use signorini::scenario::{Integrator, Scene};
+use signorini::simulate::simulate;
+
+fn run(scene: &Scene, integrator: Integrator) -> Report {
+    let mut scene = scene.clone();
+    if let Some(run) = &mut scene.run {
+        (run.integrator, run.rtol, run.atol) = (integrator, 1e-12, 1e-15);
+    }
+    let problem = Problem::new(&scene, None).unwrap();
+    let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
+    assert!(report.outcome.is_complete(), "{}", report.outcome);
+    assert_eq!(report.proof.missed, 0);
+    report
+}
+
+fn plate(size: &str, tables: &str) -> String {
+    format!("[body]\nkind = 'plate'\n{size}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n{tables}")
+}
+
+const SIZE: &str = "size = [0.5, 1.0]\nelements = [2, 4]";
+const CLAMPED: &str = "[[support]]\nedge = 'left'\nfix = ['x', 'y']\n";
+
+fn friction_work(r: &Report) -> f64 {
+    r.rubbed.as_ref().map_or(0.0, |f| f.work())
+}
+
+/// Free and clamped plates, with belts, loads on the contact edge, viscosity of both kinds, two obstacles: states, switches and all books.
+#[test]
+fn exact_flows_slip_and_stick_as_dormand_prince_does() {
+    let wall = |gap: f64, more: &str| format!("[contact]\nedge = 'right'\ngap = {gap}\n{more}\n");
+    let press = "[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.0]\n";
+    let shake = "[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.0, 0.1]\nomega = 1.3\n";
+    let on_contact = "[[load]]\nkind = 'traction'\nedge = 'right'\namplitude = [0.1, 0.05]\nomega = 2.1\nphase = 0.3\n";
+    let thrown = "[initial]\nvelocity = ['0.2', '0.1']\n[run]\nuntil = 6.0\n";
+    let from_rest = "[initial]\nequilibrium = true\n[run]\nuntil = 8.0\n";
+    let pushed = "[initial]\nvelocity = ['0.3*x', '0.2*x']\n[run]\nuntil = 6.0\n";
+    let two = "[[contact]]\nedge = 'right'\ngap = 0.02\nfriction = 0.4\n[[contact]]\nedge = 'top'\ngap = 0.01\nfriction = 0.2\nsurface = [0.1, 0.0]\n";
+    let damped = |a: f64, b: f64| format!("[damping]\nrayleigh = [{a}, {b}]\n");
+    let cases = [
+        ("free, undamped", wall(0.02, "friction = 0.3") + thrown),
+        ("free, damped", wall(0.02, "friction = 0.3") + &damped(0.1, 0.0) + thrown),
+        ("free, viscous", wall(0.02, "friction = 0.6") + &damped(0.1, 0.02) + thrown),
+        (
+            "free, belt",
+            wall(0.02, "friction = 0.3\nsurface = [0.0, 0.15]") + &damped(0.05, 0.01) + thrown,
+        ),
+        ("block", wall(0.0, "friction = 0.5") + &damped(0.2, 0.0) + press + shake + from_rest),
+        (
+            "block, viscous",
+            wall(0.0, "friction = 0.5") + &damped(0.1, 0.03) + press + shake + from_rest,
+        ),
+        ("block, undamped", wall(0.0, "friction = 0.5") + press + shake + from_rest),
+        (
+            "block, load on the contact",
+            wall(0.0, "friction = 0.5") + &damped(0.1, 0.02) + press + on_contact + from_rest,
+        ),
+        (
+            "block on a belt, load on the contact",
+            wall(0.0, "friction = 0.3\nsurface = [0.0, -0.2]")
+                + &damped(0.1, 0.02)
+                + press
+                + on_contact
+                + from_rest,
+        ),
+        ("clamped", CLAMPED.to_owned() + &wall(0.01, "friction = 0.4") + pushed),
+        (
+            "clamped, belt, viscous",
+            CLAMPED.to_owned()
+                + &wall(-0.02, "friction = 0.4\nsurface = [0.0, 0.1]")
+                + &damped(0.0, 0.02)
+                + pushed,
+        ),
+        ("two obstacles", two.to_owned() + &damped(0.1, 0.01) + thrown),
+    ];
+    let (mut sticks, mut slips) = (0, 0);
+    for (name, tables) in cases {
+        let scene = scene(&plate(SIZE, &tables));
+        let (exact, stepped) = (run(&scene, Integrator::Modal), run(&scene, Integrator::Dop853));
+        let state = |r: &Report| [&r.last.u[..], &r.last.v[..]].concat();
+        let off = relative(&state(&exact), &state(&stepped));
+        println!(
+            "{name}: {off:.1e}, {} switches, ledger {:.1e}",
+            exact.switches.len(),
+            exact.energy_drift_total
+        );
+        assert!(off < 1e-9, "{name}: {off:e}");
+        assert_eq!(exact.switches.len(), stepped.switches.len(), "{name}");
+        assert!(exact.energy_drift_total < 1e-11 && stepped.energy_drift_total < 1e-11, "{name}");
+        let scale = stepped.energy_end + stepped.energy_start + stepped.energy_external.abs();
+        let books = |r: &Report| {
+            let rubbed = r.rubbed.clone().unwrap();
+            let points = rubbed.points.iter().flat_map(|p| [p.0, p.1]);
+            let all = [r.energy_external, r.energy_dissipated, rubbed.belt];
+            points.chain(all).collect::<Vec<f64>>()
+        };
+        for (a, b) in books(&exact).into_iter().zip(books(&stepped)) {
+            assert!((a - b).abs() < 1e-8 * (scale + b.abs()), "{name}: {a} {b}");
+        }
+        assert!(books(&exact)[0] >= 0.0 && friction_work(&exact) > 0.0, "{name}");
+        sticks += exact.log.of_kind(SwitchKind::Sticking);
+        slips += exact.log.of_kind(SwitchKind::Slipping);
+    }
+    assert!(sticks > 40 && slips > 40, "{sticks} {slips}");
+}
+
+/// `M ü + C u̇ + K_α u + Σ e r_t = f_α` row by row, with the tractions that files hold: what sticks has no acceleration, what slips is pushed by `σ μ p`.
+#[test]
+fn accelerations_and_tractions_balance() {
+    let tables = "[contact]\nedge = 'right'\ngap = 0.0\nfriction = 0.3\nsurface = [0.0, 0.2]\n[damping]\nrayleigh = [0.1, 0.03]\n\
+                  [[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.05]\n\
+                  [[load]]\nkind = 'traction'\nedge = 'right'\namplitude = [0.1, 0.05]\nomega = 2.1\nphase = 0.3\n";
+    let system = problem(&plate(SIZE, tables)).system;
+    let tangents = system.tangents().unwrap().to_vec();
+    let (n, t) = (system.n_o(), 0.7);
+    let wave = |k: f64| (0..n).map(|i| 0.1 * ((i as f64) * k + k).sin()).collect::<Vec<f64>>();
+    let (u, mut v) = (wave(0.9), wave(1.7));
+    let states = [
+        PointState::Stick,
+        PointState::SlipPlus,
+        PointState::Open,
+        PointState::SlipMinus,
+        PointState::Stick,
+    ];
+    let set: States = states.into_iter().collect();
+    for (tangent, state) in tangents.iter().zip(states) {
+        let tangent = tangent.as_ref().unwrap();
+        if state == PointState::Stick {
+            v[tangent.entry] = tangent.sign * tangent.surface;
+        }
+    }
+    let phase = system.phase(&set);
+    let mut a = vec![0.0; n];
+    phase.acceleration(t, &u, &v, &mut system.scratch(), &mut a);
+    let (mut q, mut p) = (vec![0.0; 5], vec![0.0; 5]);
+    phase.tractions(t, (&u, &v), &mut q);
+    phase.pressures(t, &u, &mut p);
+    // everything but friction, with u_C put in
+    let (stiffness, mass) = phase.matrices();
+    let mut full = vec![0.0; system.n()];
+    phase.expand_displacement(t, &vec![0.0; n], &mut full);
+    let mut force = vec![0.0; system.n()];
+    system.loads.at(t, &mut force);
+    let mut held = vec![0.0; system.n()];
+    system.body.stiffness.mul(&full, &mut held);
+    force.iter_mut().zip(&held).for_each(|(f, k)| *f -= k);
+    let force = phase.reduce(&force);
+    let times = |m: &signorini::fem::Csr, x: &[f64]| {
+        let mut y = vec![0.0; n];
+        m.mul(x, &mut y);
+        y
+    };
+    let (ma, mv, ku, kv) =
+        (times(&mass, &a), times(&mass, &v), times(&stiffness, &u), times(&stiffness, &v));
+    let scale = ku.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    for i in 0..n {
+        let rest = force[i] - ma[i] - 0.1 * mv[i] - 0.03 * kv[i] - ku[i];
+        let of_friction: f64 = tangents
+            .iter()
+            .enumerate()
+            .filter_map(|(k, t)| Some((k, t.as_ref()?)))
+            .filter(|(_, t)| t.entry == i)
+            .map(|(k, t)| -t.sign * q[k] * system.constraints[k].area)
+            .sum();
+        assert!((rest - of_friction).abs() < 1e-11 * scale, "row {i}: {rest} {of_friction}");
+    }
+    for (k, state) in states.into_iter().enumerate() {
+        let tangent = tangents[k].as_ref().unwrap();
+        match state.slip() {
+            Some(sigma) => assert!((q[k] + sigma * 0.3 * p[k]).abs() < 1e-12 * scale),
+            None if state == PointState::Stick => {
+                assert!(a[tangent.entry].abs() < 1e-12 * scale && q[k] != 0.0)
+            }
+            None => assert_eq!(q[k], 0.0),
+        }
+    }
+    // rates of all monitors are those of their values along the motion
+    let h = 1e-6;
+    let along = |s: f64| {
+        let at = |x: &[f64], dx: &[f64], ddx: &[f64]| -> Vec<f64> {
+            let all = x.iter().zip(dx).zip(ddx);
+            all.map(|((x, dx), ddx)| x + s * dx + 0.5 * s * s * ddx).collect()
+        };
+        phase.monitor_values(t + s, &at(&u, &v, &a), &at(&v, &a, &vec![0.0; n]))
+    };
+    let rates = phase.monitor_rates(t, &v, &a);
+    for (k, (up, down)) in along(h).iter().zip(along(-h)).enumerate() {
+        let slope = (up - down) / (2.0 * h);
+        assert!((slope - rates[k]).abs() < 1e-6 * (1.0 + rates[k].abs()), "{slope} {}", rates[k]);
+    }
+}
+
+const THROWN: &str = "[initial]\nvelocity = ['0.2', '0.1']\n[run]\nuntil = 3.0\n";
+
+/// Without a coefficient, or with a zero, it is the frictionless program to the last bit.
+#[test]
+fn no_friction_is_the_frictionless_program() {
+    let of = |more: &str| {
+        let method = "method = 'mass-redistribution'";
+        let wall = format!("{CLAMPED}[contact]\nedge = 'right'\ngap = 0.02\n{method}\n{more}\n");
+        let text =
+            plate(SIZE, &(wall + "[initial]\nvelocity = ['0.2*x', '0.1*x']\n[run]\nuntil = 3.0\n"));
+        run(&scene(&text), Integrator::Modal)
+    };
+    let (plain, zero) = (of(""), of("friction = 0.0"));
+    assert!(plain.rubbed.is_none() && zero.rubbed.is_none());
+    assert_eq!(plain.switches, zero.switches);
+    let bits = |s: &State| s.u.iter().chain(&s.v).map(|x| x.to_bits()).collect::<Vec<u64>>();
+    assert_eq!(bits(&plain.last), bits(&zero.last));
+}
+
+/// Turned by a right angle, mirrored, in other units, cut in two: the same motion.
+#[test]
+fn the_motion_knows_no_axes_and_no_units() {
+    let of = |size: &str, edge: &str, gap: f64, velocity: &str, until: f64| {
+        let wall = format!("[contact]\nedge = '{edge}'\ngap = {gap}\nfriction = 0.3\n");
+        let end = format!("[initial]\nvelocity = {velocity}\n[run]\nuntil = {until}\n");
+        run(&scene(&plate(size, &(wall + &end))), Integrator::Modal)
+    };
+    let base = of(SIZE, "right", 0.02, "['0.2', '0.1']", 3.0);
+    let turned = "size = [1.0, 0.5]\nelements = [4, 2]";
+    let [on_top, on_floor] = [("top", "['-0.1', '0.2']"), ("bottom", "['0.1', '-0.2']")]
+        .map(|(edge, v)| of(turned, edge, 0.02, v, 3.0));
+    let left = of(SIZE, "left", 0.02, "['-0.2', '0.1']", 3.0);
+    let mirrored = of(SIZE, "right", 0.02, "['0.2', '-0.1']", 3.0);
+    let larger = of("size = [5.0, 10.0]\nelements = [2, 4]", "right", 0.2, "['0.2', '0.1']", 30.0);
+    for (name, other, unit) in [
+        ("top", &on_top, 1.0),
+        ("bottom", &on_floor, 1.0),
+        ("left", &left, 1.0),
+        ("mirrored", &mirrored, 1.0),
+        ("ten times as large", &larger, 100.0),
+    ] {
+        assert_eq!(base.switches.len(), other.switches.len(), "{name}");
+        for (a, b) in
+            [(base.energy_end, other.energy_end), (friction_work(&base), friction_work(other))]
+        {
+            assert!((a * unit - b).abs() < 1e-11 * b, "{name}: {a} {b}");
+        }
+    }
+    // at the left wall forwards is down: the tangent is the normal turned by +90°
+    let first = |r: &Report| r.switches[0].to();
+    assert_eq!((first(&base), first(&left)), (PointState::SlipPlus, PointState::SlipMinus));
+    assert_eq!(first(&mirrored), PointState::SlipMinus);
+}
+
+/// A run that was interrupted ends as one that was not, to the last bit; its file has tractions, books and the totals by point.
+#[test]
+fn a_run_that_was_interrupted_ends_in_the_same_file() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let text =
+        plate(SIZE, &format!("[contact]\nedge = 'right'\ngap = 0.02\nfriction = 0.3\n{THROWN}"));
+    std::fs::write(folder.path().join("a.toml"), text).unwrap();
+    let call = |output: &str, more: &[&str], look: Option<&str>| {
+        let mut command = program();
+        command.current_dir(folder.path()).args(["run", "a.toml", "-q", "-o", output]).args(more);
+        if let Some(look) = look {
+            command.env("SIGNORINI_AT_LOOK", look);
+        }
+        command.status().unwrap().code()
+    };
+    assert_eq!(call("whole.h5", &[], None), Some(0));
+    assert_eq!(call("parts.h5", &[], Some("INT 12")), Some(130));
+    assert_eq!(call("parts.h5", &["--resume"], None), Some(0));
+    let [whole, parts] = ["whole.h5", "parts.h5"].map(|name| datasets(&folder.path().join(name)));
+    assert_eq!(whole.keys().collect::<Vec<_>>(), parts.keys().collect::<Vec<_>>());
+    for (name, value) in &whole {
+        assert!(parts[name] == *value, "{name}");
+    }
+    for name in [
+        "/trajectory/traction",
+        "/energy/friction",
+        "/energy/belt",
+        "/friction/work",
+        "/friction/path",
+    ] {
+        assert!(whole.contains_key(name), "{name}");
+    }
+}
+
+/// What is refused, and the words that say so.
+#[test]
+fn what_friction_does_not_go_with_is_said() {
+    let wall = |more: &str| format!("[contact]\nedge = 'right'\ngap = 0.02\n{more}\n");
+    let base = |contact: &str| plate(SIZE, &format!("{CLAMPED}{contact}[run]\nuntil = 1.0\n"));
+    let with = |contact: &str, more: &str| {
+        plate(SIZE, &format!("{CLAMPED}{contact}{more}[run]\nuntil = 1.0\n"))
+    };
+    let bar = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [4]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n[contact]\nedge = 'right'\ngap = 1.0\nfriction = 0.1\n[run]\nuntil = 1.0\n";
+    for (text, words) in [
+        (base(&wall("friction = -0.1")), "is -0.1"),
+        (base(&wall("friction = 0.3\nmethod = 'penalty'")), "is not read by method = \"penalty\""),
+        (base(&wall("friction = 0.3\nstress = 'projection'")), "friction acts on nodal reactions"),
+        (base(&wall("friction = 0.3\ninertia = 'paper'")), "friction acts on nodal reactions"),
+        (base(&wall("friction = 0.3\ntangent = 'massless'")), "is not here yet"),
+        (base(&wall("surface = [0.0, 0.1]")), "is not read without friction"),
+        (base(&wall("tangents = [1]\nfriction = 0.1")), "belongs to body.kind = \"matrices\""),
+        (base(&wall("friction = 0.3\nsurface = [0.1, 0.1]")), "along its normal"),
+        (base(&wall("friction = 0.3\nsurface = [0.1]")), "surface"),
+        (bar.to_owned(), "a bar has no displacement along the obstacle"),
+        (with(&wall("friction = 0.3"), "[reduction]\nmodes = 5\n"), "which friction needs"),
+        (
+            with(&wall("friction = 0.3\nmotion = { amplitude = 0.1, omega = 1.0 }"), ""),
+            "seen from what moves",
+        ),
+    ] {
+        let parsed = Scene::parse(&text, std::path::Path::new("test.toml"));
+        let error = match parsed {
+            Ok(scene) => Problem::new(&scene, None).map(|_| ()).unwrap_err().to_string(),
+            Err(e) => e.to_string(),
+        };
+        assert!(error.contains(words), "{words}: {error}");
+    }
+    // a tangent that a support holds has none, and that is said
+    let held = "[[support]]\nedge = 'bottom'\nfix = ['y']\n";
+    let found = problem(&with(&wall("friction = 0.3"), held));
+    assert_eq!(found.system.tangents().unwrap().iter().flatten().count(), 4);
+    assert!(found.notes.warnings.iter().any(|w| w.contains("1 of 5 contact points")));
+}
