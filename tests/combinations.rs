@@ -115,6 +115,8 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     ..Row::of_contact("`waves`, a bar without loads", BAR, "method = \"waves\"")
                 },
                 plate("`gap_behind`", "gap_behind = 1.0"),
+                plate("`friction`", "friction = 0.3"),
+                plate("`friction` on a belt", "friction = 0.3\nsurface = [0.0, 0.1]"),
                 plate("`motion` of the obstacle", "motion = { amplitude = 0.1, omega = 1.7 }"),
             ],
         ),

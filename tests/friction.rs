@@ -62,10 +62,10 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
             wall(0.0, "friction = 0.5") + &damped(0.1, 0.02) + press + on_contact + from_rest,
         ),
         (
-            "block on a belt, load on the contact",
-            wall(0.0, "friction = 0.3\nsurface = [0.0, -0.2]")
+            "clamped on a belt, load on the contact",
+            CLAMPED.to_owned()
+                + &wall(-0.02, "friction = 0.3\nsurface = [0.0, -0.2]")
                 + &damped(0.1, 0.02)
-                + press
                 + on_contact
                 + from_rest,
         ),

@@ -7,7 +7,7 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 22] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 25] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
     ("blade", 14, 3.2864317559e1, 4.8349042385e2, 4.0216530832e-8, 16094),
@@ -26,8 +26,11 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 22] = [
     ("plate", 22, 1.4988821525, 2.0035976756, 0.5825145807, 4702),
     ("plate-forced", 206, 16.0715059737, 108.2634937412, 0.3600403608, 628),
     ("plate-half", 12, 1.4988821525, 2.0035976756, 0.2912572904, 4423),
+    ("rough-wall", 36, 1.0000000000e-1, 1.2465644901e0, 1.1691924914e-2, 46),
+    ("shaken-block", 250, 1.6014425139e0, 3.7150304452e1, 1.3391603242e-2, 479),
     ("sphere", 88, 5.0000000000e-1, 1.6922991372e1, 8.3775327552e-6, 40059),
     ("sphere-eighth", 26, 5.0000000000e-1, 1.6699643523e1, 1.0407217709e-6, 18624),
+    ("squeal-belt", 312, 1.3788038101e0, 1.1987793766e2, 1.7506636645e-1, 572),
     ("two-mass-stop", 72, 41.4010668552, 378.0610918347, 0.3995673372, 394),
     ("valve", 96, 1.0011765660e0, 8.1318328618e1, 1.4816785108e-4, 2969),
 ];
@@ -91,8 +94,8 @@ fn exact_flows_agree_on_the_shipped_scenes() {
             continue;
         }
         let problem = Problem::new(&scene, None).unwrap();
-        // an eigenproblem of this size for every phase takes minutes
-        if problem.system.n_o() > 1500 {
+        // an eigenproblem of this size for every phase takes minutes; friction has no flow without modes
+        if problem.system.n_o() > 1500 || problem.system.tangents().is_some() {
             continue;
         }
         let mut run = |integrator| {

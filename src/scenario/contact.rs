@@ -14,7 +14,7 @@ use super::{
     MassKind, RedistributedMass, Scene, StressKey, TangentKey,
 };
 
-/// `[contact]`, or all tables `[[contact]]`: rigid, frictionless obstacles and one contact method.
+/// `[contact]`, or all tables `[[contact]]`: rigid obstacles and one contact method.
 #[derive(Debug, Clone, Default)]
 pub struct Contact {
     /// The obstacles, one a table; of kind `matrices` one.

@@ -78,7 +78,7 @@ pub struct Scene {
     /// Displacements that are held at zero. A rigid motion may stay free only along the contact normal, with a constant load or a velocity towards the obstacle.
     #[serde(default, rename = "support")]
     pub supports: Vec<Support>,
-    /// Unilateral contact without friction, along the outward normal of the body: `[contact]`, or several obstacles as `[[contact]]`. Absent: a linear body.
+    /// Unilateral contact, with Coulomb friction if asked for, along the outward normal of the body: `[contact]`, or several obstacles as `[[contact]]`. Absent: a linear body.
     #[serde(default, rename = "contact")]
     tables: contact::Tables,
     /// Unilateral contact; absent: a linear body.

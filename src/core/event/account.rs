@@ -45,7 +45,9 @@ impl<O: Observer> Run<'_, O> {
     /// Store the samples of the window, note its end.
     pub(super) fn record_window(&mut self, ends_at_switch: bool) -> Done<(), O> {
         let (a, b) = self.flow.window();
-        while let Some(t) = self.told.sample_time(self.options).filter(|&t| t <= b) {
+        // what is due at the very time of a switch is stored behind it
+        let is_due = |t: &f64| *t < b || (*t == b && !(ends_at_switch && b < self.options.until));
+        while let Some(t) = self.told.sample_time(self.options).filter(is_due) {
             self.told.next_sample += 1;
             // a switch at this very time is stored already
             if t > self.told.last_stored {

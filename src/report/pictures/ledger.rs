@@ -118,12 +118,17 @@ fn curve(
     chart: &mut Chart,
     ledger: &Ledger,
     values: &[f64],
-    (colour, width): (RGBColor, f64),
+    (colour, width, is_repeated): (RGBColor, f64, bool),
 ) -> Mark {
     let points: Vec<Point> = ledger.t.iter().copied().zip(values.iter().copied()).collect();
     if ledger.has_gaps {
         chart.marks(points, Mark::Circle, colour);
         return Mark::Circle;
+    }
+    // more curves than colours: those that come again are dashed
+    if is_repeated {
+        chart.dashes(points, colour, width);
+        return Mark::Dashes;
     }
     chart.line(points, colour, width);
     Mark::Line
@@ -138,7 +143,7 @@ fn energies(stored: &Stored, ledger: &Ledger) -> Cell<'static> {
     entries.truncate(usize::from(!stored.gap.is_empty()));
     for (k, (name, values)) in present.iter().enumerate() {
         let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
-        let mark = curve(&mut chart, ledger, values, (colour, 2.0));
+        let mark = curve(&mut chart, ledger, values, (colour, 2.0, k >= LINES.len()));
         entries.push(entry(*name, colour, mark));
     }
     Cell::from(chart).legend(entries)
@@ -164,6 +169,6 @@ fn defects(stored: &Stored, ledger: &Ledger) -> Chart {
     let high = digits.iter().copied().fold(-14.0f64, f64::max).ceil() + 0.3;
     let labels = ("time", "log₁₀ unexplained");
     let mut chart = over_time(stored, low..high, labels);
-    curve(&mut chart, ledger, &digits, (LINES[2], 1.0));
+    curve(&mut chart, ledger, &digits, (LINES[2], 1.0, false));
     chart
 }
