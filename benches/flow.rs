@@ -89,7 +89,7 @@ fn search_a_window(bencher: Bencher, mesh: [usize; 2]) {
     let y: Vec<f64> = problem.initial.u.iter().chain(&problem.initial.v).copied().collect();
     flow.begin(&phase, 0.0, &y);
     flow.advance(&phase, 3.36).expect("a window");
-    let slack = phase.monitor_rounding(1.0);
+    let slack = phase.monitor_rounding(1.0, 1.0);
     let window = flow.window();
     bencher.bench_local(|| find::earliest(&flow, black_box(&slack), window, 1e-15));
 }

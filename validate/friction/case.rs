@@ -283,7 +283,7 @@ fn random_scene(seed: u64) -> Scene {
         (0..count).map(|_| r.between(-size, size)).collect()
     };
     let mut constant = list(n + c, 0.4);
-    constant[n..].iter_mut().for_each(|f| *f = 0.5 + *f);
+    constant[n..].iter_mut().for_each(|f| *f += 0.5);
     let (harmonic, u, v) = (list(n + c, 0.8), list(n, 0.5), list(n, 1.0));
     let gap = list(c, 0.3);
     let omega = r.between(0.5, 3.0);
