@@ -143,11 +143,13 @@ class Run(Result):
         u, v: displacements and velocities, all of them, contact displacements included, along the axes [s, N];
             ``mesh.dof_map`` says which column is which. With ``run.store = "contact"`` or groups the file keeps some
             of the columns only: ``columns`` says which (``None`` where it keeps all).
-        active: 1 where a contact point touches [s, n_C].
+        active: what a contact point does [s, n_C]: 0 open, 1 in contact; with friction 2 sticks, 3 slips forwards, 4 backwards.
         pressure: contact pressure, > 0 in contact [s, n_C].
-        switches: table with ``t``, ``node``, ``point``, ``monitor`` (what vanished: "gap", "pressure"), ``from``, ``to`` ("open", "closed"), ``kind`` ("close", "open"; of an impact law also "impact", "rest"), ``energy_jump``, ``monitor_rate``.
+        traction: with friction, that of the obstacle on the body along the tangent [s, n_C]; ``friction_work``, ``belt_work`` and the group
+            ``friction`` with ``work``, ``path`` [n_C] say what friction took and how far points slipped.
+        switches: table with ``t``, ``node``, ``point``, ``monitor`` (what vanished: "gap", "pressure"), ``from``, ``to`` ("open", "closed"; with friction "stick", "slip+", "slip-"), ``kind`` ("close", "open"; of an impact law also "impact", "rest"; with friction "sticking", "slipping"), ``energy_jump``, ``monitor_rate``.
         grazings: table with ``t``, ``node``, ``distance``, ``kind``.
-        ledger: group with ``t``, ``kinetic``, ``elastic``, ``external``, ``dissipated``, ``jumps`` [s].
+        ledger: group with ``t``, ``kinetic``, ``elastic``, ``external``, ``dissipated``, ``jumps``, with friction also ``friction``, ``belt`` [s].
         n_dof, n_o, n_contact: numbers of displacements, of those that move by themselves, of contact points.
         t_end, phases, energy_start, energy_end, energy_jumps, energy_external, energy_dissipated: as they say.
         energy_drift: largest relative drift of the energy inside phases; ``energy_drift_total`` with the jumps.
@@ -166,6 +168,10 @@ class Run(Result):
     v: np.ndarray
     active: np.ndarray
     pressure: np.ndarray
+    traction: np.ndarray
+    friction_work: float
+    belt_work: float
+    friction: Group
     n_dof: int
     n_o: int
     n_contact: int

@@ -113,7 +113,7 @@ struct States(Vec<f64>);
 impl Observer for States {
     type Error = Infallible;
     fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
-        let [kinetic, elastic, external, dissipated] = Energies::numbers(s.energies);
+        let [kinetic, elastic, external, dissipated, ..] = Energies::numbers(s.energies);
         [s.u, s.v, s.pressure].iter().for_each(|x| self.0.extend_from_slice(x));
         self.0.extend([s.t, kinetic, elastic, external, dissipated, s.jumps]);
         Ok(())

@@ -1,6 +1,6 @@
 //! The numerics of **signorini**: vibration of elastic bodies in unilateral contact, from a mesh to harmonic balance, without files, words or a command line.
 //!
-//! A finite-element body with displacements `u = (u_O, u_C) ∈ ℝᴺ` stands before a rigid, frictionless obstacle;
+//! A finite-element body with displacements `u = (u_O, u_C) ∈ ℝᴺ` stands before a rigid obstacle (frictionless here; with Coulomb friction: [`contact::Tangent`]);
 //! `u_C ∈ ℝ^{n_C}` are the displacements of the contact nodes along the outward normal, `u_O ∈ ℝ^{n_O}` all others, `g ∈ ℝ^{n_C}` the gaps:
 //!
 //! ```text

@@ -24,14 +24,14 @@ impl Law for Magnet {
     fn conduct(&self, state: PointState) -> Conduct {
         match state {
             PointState::Open => Conduct::Moves,
-            PointState::Closed => Conduct::Pushed,
+            _ => Conduct::Pushed,
         }
     }
 
     fn exits(&self, state: PointState) -> &'static [Exit] {
         match state {
             PointState::Open => &[(MonitorKind::Gap, PointState::Closed)],
-            PointState::Closed => &[(MonitorKind::Depth, PointState::Open)],
+            _ => &[(MonitorKind::Depth, PointState::Open)],
         }
     }
 
