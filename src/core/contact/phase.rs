@@ -333,6 +333,21 @@ impl Phase {
         self.new_monitors((v_o, a_o), Part::Derivative(t, 1))
     }
 
+    /// Their rates at a state; the acceleration is computed where the phase knows velocities.
+    pub(crate) fn rates_along(
+        &self,
+        t: f64,
+        (u_o, v_o): (&[f64], &[f64]),
+        scratch: &mut Scratch,
+    ) -> Vec<f64> {
+        let mut a = vec![];
+        if self.knows_velocities() {
+            a.resize(u_o.len(), 0.0);
+            self.acceleration(t, u_o, v_o, scratch, &mut a);
+        }
+        self.monitor_rates(t, v_o, &a)
+    }
+
     /// The second derivatives at an acceleration `ü_O` of those that know no velocities.
     pub(crate) fn monitor_curvatures_at(&self, t: f64, a_o: &[f64]) -> Vec<f64> {
         let none = if self.knows_velocities() { vec![0.0; a_o.len()] } else { vec![] };

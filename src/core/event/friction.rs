@@ -11,7 +11,6 @@
 //! `μ r_n ∓ r_t` in the phase in which it sticks decides.
 
 use super::classify::{ClassifyError, Decision, Surface};
-use super::rates_at;
 use crate::contact::{MonitorKind, Phase, PointState, Scratch, States, Tangent};
 
 /// Rounds in which all violating points change together; after these one at a time.
@@ -97,7 +96,7 @@ impl Surface<'_> {
         let scale = largest(&a).max(own);
         let blur = ROUNDING * scale;
         let h = phase.monitor_values(self.t, self.u_o, self.v_o);
-        let rates = rates_at(phase, self.t, (self.u_o, self.v_o), scratch);
+        let rates = phase.rates_along(self.t, (self.u_o, self.v_o), scratch);
         let rounding =
             phase.monitor_rounding(largest(self.u_o).max(units.length), largest(self.v_o));
         let mut moves = vec![];

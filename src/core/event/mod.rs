@@ -97,16 +97,6 @@ pub fn resume<O: Observer>(
     Ok(run.report(outcome))
 }
 
-/// Rates of the monitors of a phase; accelerations are computed where it knows velocities.
-fn rates_at(phase: &Phase, t: f64, (u, v): (&[f64], &[f64]), scratch: &mut Scratch) -> Vec<f64> {
-    let mut a = vec![];
-    if phase.knows_velocities() {
-        a.resize(u.len(), 0.0);
-        phase.acceleration(t, u, v, scratch, &mut a);
-    }
-    phase.monitor_rates(t, v, &a)
-}
-
 struct Run<'a, O: Observer> {
     system: &'a System,
     options: &'a Options,
@@ -184,7 +174,7 @@ impl<O: Observer> Run<'_, O> {
     /// Rates of the monitors at the present state.
     fn monitor_rates(&mut self) -> Vec<f64> {
         let state = (self.now.u_o(), self.now.v_o());
-        rates_at(&self.phase, self.now.t, state, &mut self.scratch)
+        self.phase.rates_along(self.now.t, state, &mut self.scratch)
     }
 
     /// Differences of times near `t` below this are rounding errors.
@@ -237,7 +227,7 @@ impl<O: Observer> Run<'_, O> {
         let y = self.flow.end_state();
         let (u, v) = (self.now.layout.u(y), self.now.layout.v(y));
         let h = self.phase.monitor_values(root.t, u, v)[root.index];
-        let rate = rates_at(&self.phase, root.t, (u, v), &mut self.scratch)[root.index];
+        let rate = self.phase.rates_along(root.t, (u, v), &mut self.scratch)[root.index];
         let correction = -h / rate;
         // a weak crossing is left where it was found
         let (a, b) = self.flow.window();

@@ -15,11 +15,10 @@ use std::cell::OnceCell;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Eigen;
 use faer::{Accum, Mat, MatRef, Par};
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix};
 
+use super::defect::{Defect, dot};
 use super::exponential::{Term, difference, integral, pair_integral, power};
-use super::sliding::Rows;
-use super::spectrum::Defect;
 use crate::fem::FemError;
 
 type C = Complex<f64>;
@@ -29,6 +28,9 @@ const CONDITION: f64 = 1e7;
 
 /// A load this near to an eigenvalue, over its size, has no steady response that could be computed with.
 const RESONANCE: f64 = 1e-7;
+
+/// The gradients of the monitors over `q` and, where there are such, over `q̇`.
+pub type Rows<'a> = (&'a DMatrix<f64>, Option<&'a DMatrix<f64>>);
 
 /// The operators of a coupled phase.
 #[derive(Debug, Clone)]
@@ -79,10 +81,6 @@ struct Wave {
     s: C,
     q: Vec<C>,
     v: Vec<C>,
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `A B` of real matrices.

@@ -11,6 +11,7 @@ pub(crate) mod cache;
 pub(crate) mod chebyshev;
 pub(crate) mod choice;
 pub(crate) mod coupled;
+mod defect;
 pub mod dop853;
 pub mod dopri5;
 pub(crate) mod drives;

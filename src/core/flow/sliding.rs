@@ -15,9 +15,9 @@
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
 
-use super::coupled::{CoupledMotion, Coupling, Operators};
+use super::coupled::{CoupledMotion, Coupling, Operators, Rows};
+use super::defect::Defect;
 use super::exponential::power;
-use super::spectrum::Defect;
 use crate::fem::FemError;
 
 type C = Complex<f64>;
@@ -44,9 +44,6 @@ pub struct Coupled {
 
 /// Eigenvalues below this share of the largest are none to divide by.
 const SINGULAR: f64 = 1e-7;
-
-/// The gradients of the monitors over `q` and, where there are such, over `q̇`.
-pub type Rows<'a> = (&'a DMatrix<f64>, Option<&'a DMatrix<f64>>);
 
 impl Coupled {
     /// The complex modes; `operators` are over all coordinates, of which the first `rigid` are rigid motions apart from the others and the last `frozen` stick.
