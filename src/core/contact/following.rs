@@ -40,11 +40,13 @@ pub(super) fn following(
     let (mut monitors, mut reactions) = (vec![], vec![]);
     for ((point, state), row) in set.iter().enumerate().zip(rows) {
         let of = |&(kind, to): &Exit| {
-            let tangential = rubbing.as_ref().filter(|_| kind.is_tangential());
-            let row = tangential.map_or_else(|| row.clone(), |r| r.monitor(kind, point, &row));
-            Monitor { point, kind, to, row }
+            let row = match kind.is_tangential() {
+                true => rubbing.as_ref()?.monitor(kind, point, &row)?,
+                false => row.clone(),
+            };
+            Some(Monitor { point, kind, to, row })
         };
-        monitors.extend(law.exits(state).iter().map(of));
+        monitors.extend(law.exits(state).iter().filter_map(of));
         if state.touches() {
             reactions.push((point, row));
         }

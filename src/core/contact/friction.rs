@@ -15,8 +15,8 @@
 
 use std::sync::Arc;
 
-use super::expansion::{Driven, Expansion};
-use super::monitor::{MonitorKind, Row, Term};
+use super::expansion::{Driven, Expansion, Part};
+use super::monitor::{MonitorKind, Row, Size, Term};
 use super::phase::Parts;
 use super::reactions::{Columns, Holds};
 use super::states::{PointState, States};
@@ -113,16 +113,20 @@ impl Affine {
 
     /// Its value at a time.
     fn at(&self, t: f64, u_o: &[f64], drives: &[Driven]) -> f64 {
-        let driven = self.drives.iter().zip(drives).map(|(x, d)| x * d.load.factor(t, 0));
-        self.constant + self.along(u_o) + driven.sum::<f64>()
+        self.constant + self.along(u_o) + driven(&self.drives, t, drives)
     }
+}
+
+/// What all drives add at a time, `shares` of each.
+fn driven(shares: &[f64], t: f64, drives: &[Driven]) -> f64 {
+    shares.iter().zip(drives).map(|(x, d)| x * d.load.factor(t, 0)).sum()
 }
 
 /// A point that slips: the force `−f p` on an entry of `u_O`.
 #[derive(Debug)]
 struct Slip {
     point: usize,
-    entry: usize,
+    tangent: Tangent,
     /// `f = σ μ a`, in the sign of the entry.
     factor: f64,
     pressure: Affine,
@@ -133,7 +137,7 @@ struct Slip {
 pub(super) struct Rubbing {
     friction: Arc<Friction>,
     slips: Vec<Slip>,
-    stuck: Vec<usize>,
+    stuck: Vec<(usize, Tangent)>,
     holds: Option<Holds>,
     /// Tractions `q` of the points that stick, `area q = λ`, as rows.
     tractions: Vec<Row>,
@@ -153,12 +157,15 @@ impl Rubbing {
             let (sigma, tangent) = (state.slip()?, friction.tangents[point].as_ref()?);
             let factor = sigma * tangent.coefficient * friction.area[point] * tangent.sign;
             let pressure = Affine::of(&pressures[point], expansion, n_o);
-            Some(Slip { point, entry: tangent.entry, factor, pressure })
+            Some(Slip { point, tangent: tangent.clone(), factor, pressure })
         };
         let slips = set.iter().enumerate().filter_map(slip).collect();
-        let sticks = |&i: &usize| set.at(i) == PointState::Stick && friction.tangents[i].is_some();
-        let stuck: Vec<usize> = (0..set.len()).filter(sticks).collect();
-        let places = stuck.iter().map(|&i| friction.place[i]).collect();
+        let stick = |(point, state): (usize, PointState)| {
+            let tangent = friction.tangents[point].as_ref()?;
+            (state == PointState::Stick).then(|| (point, tangent.clone()))
+        };
+        let stuck: Vec<(usize, Tangent)> = set.iter().enumerate().filter_map(stick).collect();
+        let places = stuck.iter().map(|s| friction.place[s.0]).collect();
         let holds = Holds::along(&friction.along, places, vec![]);
         let friction = friction.clone();
         let mut rubbing = Rubbing { friction, slips, stuck, holds, tractions: vec![] };
@@ -166,16 +173,11 @@ impl Rubbing {
         rubbing
     }
 
-    fn tangent(&self, point: usize) -> &Tangent {
-        let tangent = self.friction.tangents[point].as_ref();
-        tangent.unwrap_or_else(|| unreachable!("a point that rubs has a tangent"))
-    }
-
     /// `λ/a` of the points that stick.
     fn reactions(&self, expansion: &Expansion, parts: &Parts) -> Vec<Row> {
         let Friction { along, place, area, .. } = &*self.friction;
         let (n, n_o) = (parts.body.dofs.n(), parts.body.dofs.n_o);
-        let places: Vec<usize> = self.stuck.iter().map(|&i| place[i]).collect();
+        let places: Vec<usize> = self.stuck.iter().map(|s| place[s.0]).collect();
         if places.is_empty() {
             return vec![];
         }
@@ -197,13 +199,13 @@ impl Rubbing {
             .map(|&k| {
                 let c = &along.columns[k];
                 let (mut x, mut elastic) = (vec![0.0; n], vec![0.0; n]);
-                expansion.expand(c, &mut x, super::expansion::Part::Linear);
+                expansion.expand(c, &mut x, Part::Linear);
                 parts.kernel.mul(&parts.body.stiffness, [&x], [&mut elastic]);
                 expansion.reduce(&mut elastic);
                 elastic.truncate(n_o);
                 let mut all = elastic.clone();
                 for slip in &self.slips {
-                    let f = slip.factor * c[slip.entry];
+                    let f = slip.factor * c[slip.tangent.entry];
                     slip.pressure.entries.iter().for_each(|&(j, v)| all[j] += f * v);
                 }
                 (all, elastic)
@@ -211,22 +213,22 @@ impl Rubbing {
             .collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let inverse = along.inverse(&places);
-        let row = |(i, &point): (usize, &usize)| {
+        let row = |(i, (point, _)): (usize, &(usize, Tangent))| {
             let (mut own, mut rates) = (vec![0.0; n_o], vec![0.0; n_o]);
             let (mut constant, mut of_drives) = (0.0, vec![0.0; drives.len()]);
             for (j, &k) in places.iter().enumerate() {
-                let x = inverse[(i, j)] / area[point];
+                let x = inverse[(i, j)] / area[*point];
                 let (all, elastic) = &of_columns[j];
                 own.iter_mut().zip(all).for_each(|(o, a)| *o -= x * a);
                 rates.iter_mut().zip(elastic).for_each(|(r, e)| *r -= beta * x * e);
                 constant += x * dot(&along.columns[k], &force);
-                constant -= x * alpha * self.tangent(self.stuck[j]).surface;
+                constant -= x * alpha * self.stuck[j].1.surface;
                 let of_load = |f: &Vec<f64>| x * dot(&along.columns[k], f);
                 of_drives.iter_mut().zip(&driven).for_each(|(d, f)| *d += of_load(f));
             }
             let sum = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
             let gap = constant / sum(&own).max(f64::MIN_POSITIVE);
-            let value = super::monitor::Size { a: sum(&own), b: 0.0, gap, c: 1.0 };
+            let value = Size { a: sum(&own), b: 0.0, gap, c: 1.0 };
             let rate_size = sum(&rates);
             let rates = match beta {
                 0.0 => vec![],
@@ -240,33 +242,32 @@ impl Rubbing {
 
     /// A force on `u_O` with what the slipping points' friction adds at rest, or, of a drive, with the drive.
     pub fn with_friction(&self, mut force: Vec<f64>, drive: Option<usize>) -> Vec<f64> {
-        for Slip { entry, factor, pressure, .. } in &self.slips {
+        for Slip { tangent, factor, pressure, .. } in &self.slips {
             let p = drive.map_or(pressure.constant, |k| pressure.drives[k]);
-            force[*entry] -= factor * p;
+            force[tangent.entry] -= factor * p;
         }
         force
     }
 
-    /// The row of a monitor along the tangent; `pressure` is that of the point.
-    pub fn monitor(&self, kind: MonitorKind, point: usize, pressure: &Row) -> Row {
-        let tangent = self.tangent(point);
-        let drives = vec![0.0; pressure.drives.len()];
+    /// The row of a monitor along the tangent, of a point that has one; `pressure` is that of the point.
+    pub fn monitor(&self, kind: MonitorKind, point: usize, pressure: &Row) -> Option<Row> {
         if kind == MonitorKind::Slip {
-            let slips = self.slips.iter().find(|s| s.point == point);
-            let sigma = slips.map_or(1.0, |s| (s.factor * tangent.sign).signum());
-            let size = super::monitor::Size { a: 0.0, b: 0.0, gap: 0.0, c: 1.0 };
-            return Row {
+            let Slip { tangent, factor, .. } = self.slips.iter().find(|s| s.point == point)?;
+            let sigma = (factor * tangent.sign).signum();
+            let size = Size { a: 0.0, b: 0.0, gap: 0.0, c: 1.0 };
+            return Some(Row {
                 constant: -sigma * tangent.surface,
                 terms: vec![],
                 rates: vec![(sigma * tangent.sign, Term::Of(tangent.entry))],
-                drives,
+                drives: vec![0.0; pressure.drives.len()],
                 size: [size; 2],
                 rate_size: 1.0,
-            };
+            });
         }
         let sign = if kind == MonitorKind::StickPlus { -1.0 } else { 1.0 };
-        let place = self.stuck.iter().position(|i| *i == point).unwrap_or(0);
-        combined([(tangent.coefficient, pressure), (sign, &self.tractions[place])])
+        let place = self.stuck.iter().position(|s| s.0 == point)?;
+        let coefficient = self.stuck[place].1.coefficient;
+        Some(combined([(coefficient, pressure), (sign, &self.tractions[place])]))
     }
 
     /// Whether some point slips.
@@ -277,7 +278,7 @@ impl Rubbing {
     /// The forces of the slipping points: `b −= f p` at a state.
     pub fn push(&self, t: f64, u_o: &[f64], drives: &[Driven], b: &mut [f64]) {
         for slip in &self.slips {
-            b[slip.entry] -= slip.factor * slip.pressure.at(t, u_o, drives);
+            b[slip.tangent.entry] -= slip.factor * slip.pressure.at(t, u_o, drives);
         }
     }
 
@@ -291,7 +292,7 @@ impl Rubbing {
     /// The stiffness of the slipping points' friction: `f e pᵀ`, entry by entry.
     pub(crate) fn stiffness(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let of = |s: &Slip| {
-            let (entry, factor) = (s.entry, s.factor);
+            let (entry, factor) = (s.tangent.entry, s.factor);
             let all = s.pressure.entries.clone();
             all.into_iter().map(move |(j, v)| (entry, j, factor * v))
         };
@@ -300,11 +301,14 @@ impl Rubbing {
 
     /// Displacements of `u_O` that stick, and their velocities.
     pub(crate) fn stuck(&self) -> Vec<(usize, f64)> {
-        let of = |&i: &usize| {
-            let tangent = self.tangent(i);
-            (tangent.entry, tangent.sign * tangent.surface)
-        };
+        let of = |(_, t): &(usize, Tangent)| (t.entry, t.sign * t.surface);
         self.stuck.iter().map(of).collect()
+    }
+
+    /// `λ/a` of one of the points that stick.
+    fn reaction(&self, k: usize, t: f64, (u_o, v_o): (&[f64], &[f64]), drives: &[Driven]) -> f64 {
+        let row = &self.tractions[k];
+        row.value(u_o, &[], true) + row.of_velocity(v_o) + driven(&row.drives, t, drives)
     }
 
     /// Tractions of the obstacle on the body along the tangents, `−r_t/a`.
@@ -316,14 +320,11 @@ impl Rubbing {
         q: &mut [f64],
     ) {
         for slip in &self.slips {
-            let tangent = self.tangent(slip.point);
-            let factor = slip.factor * tangent.sign / self.friction.area[slip.point];
+            let factor = slip.factor * slip.tangent.sign / self.friction.area[slip.point];
             q[slip.point] = -factor * slip.pressure.at(t, u_o, drives);
         }
-        for (&point, row) in self.stuck.iter().zip(&self.tractions) {
-            let driven = row.drives.iter().zip(drives).map(|(x, d)| x * d.load.factor(t, 0));
-            let value = row.value(u_o, &[], true) + row.of_velocity(v_o);
-            q[point] = -(value + driven.sum::<f64>());
+        for (k, (point, _)) in self.stuck.iter().enumerate() {
+            q[*point] = -self.reaction(k, t, (u_o, v_o), drives);
         }
     }
 }
@@ -350,19 +351,17 @@ impl Rubbing {
     ) {
         let area = &self.friction.area;
         for slip in &self.slips {
-            let Tangent { entry, sign, surface, .. } = *self.tangent(slip.point);
+            let Tangent { entry, sign, surface, .. } = slip.tangent;
             let r = sign * slip.factor * slip.pressure.at(t, u_o, drives);
             let s = sign * v_o[entry] - surface;
             let rates = RubbingRates { work: r * s, path: s.abs(), belt: -r * surface };
             each(slip.point, rates);
         }
-        for (&point, row) in self.stuck.iter().zip(&self.tractions) {
-            let surface = self.tangent(point).surface;
+        for (k, &(point, Tangent { surface, .. })) in self.stuck.iter().enumerate() {
             if surface == 0.0 {
                 continue;
             }
-            let driven = row.drives.iter().zip(drives).map(|(x, d)| x * d.load.factor(t, 0));
-            let q = row.value(u_o, &[], true) + row.of_velocity(v_o) + driven.sum::<f64>();
+            let q = self.reaction(k, t, (u_o, v_o), drives);
             let belt = -area[point] * q * surface;
             each(point, RubbingRates { belt, ..RubbingRates::default() });
         }
@@ -394,7 +393,7 @@ pub(super) fn elastic_force(expansion: &Expansion, parts: &Parts) -> Vec<f64> {
     let mut force = parts.loads.constant.clone().unwrap_or_else(|| vec![0.0; n]);
     if expansion.solved().is_some() {
         let mut d = vec![0.0; n];
-        expansion.expand(&vec![0.0; n_o], &mut d, super::expansion::Part::Undriven);
+        expansion.expand(&vec![0.0; n_o], &mut d, Part::Undriven);
         parts.body.stiffness.mul_sub(&d, &mut force);
         expansion.reduce(&mut force);
     }

@@ -140,17 +140,17 @@ pub struct Layout {
     /// Position of the dissipated energy.
     pub dissipated: Option<usize>,
     /// What friction does.
-    pub rubbed: Option<Rubbed>,
+    pub rubbed: Option<FrictionPlaces>,
 }
 
 /// Places of the integrals of friction: the work of moving surfaces, then of each contact point what friction took and how far it slipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rubbed {
+pub struct FrictionPlaces {
     first: usize,
     points: usize,
 }
 
-impl Rubbed {
+impl FrictionPlaces {
     /// All places.
     pub fn all(&self) -> Range<usize> {
         self.first..self.first + 1 + 2 * self.points
@@ -184,7 +184,7 @@ impl Layout {
         let loses = system.damping.is_some() || !(system.has_potential() || rubs);
         let dissipated = loses.then(|| 2 * n_o + usize::from(work.is_some()));
         let first = 2 * n_o + usize::from(work.is_some()) + usize::from(loses);
-        let rubbed = rubs.then(|| Rubbed { first, points: system.n_contact() });
+        let rubbed = rubs.then(|| FrictionPlaces { first, points: system.n_contact() });
         Layout { n_o, work, dissipated, rubbed }
     }
 
