@@ -282,6 +282,12 @@ fn a_run_that_was_interrupted_ends_in_the_same_file() {
     ] {
         assert!(whole.contains_key(name), "{name}");
     }
+    // who draws a file asks whether a point touches, not for one code
+    let stored = signorini::store::Stored::read(&folder.path().join("whole.h5")).unwrap();
+    let (rows, n_c) = stored.active.dim();
+    let all = (0..rows).flat_map(|r| (0..n_c).map(move |i| (r, i)));
+    let slips = all.filter(|&(r, i)| stored.active[(r, i)] > 1 && stored.touches(r, i)).count();
+    assert!(slips > rows / 4, "{slips} of {rows}");
 }
 
 /// What is refused, and the words that say so.

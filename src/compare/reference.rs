@@ -255,7 +255,7 @@ fn trace_of(stored: &Stored) -> Trace {
     for (k, &t) in stored.t.iter().enumerate() {
         let pressure: Vec<f64> = stored.pressure.row(k).to_vec();
         trace.push(t, &pressure, &stored.contact_area, &touched);
-        touched = stored.active.row(k).iter().map(|a| *a == 1).collect();
+        touched = (0..stored.gap.len()).map(|i| stored.touches(k, i)).collect();
     }
     trace
 }

@@ -66,7 +66,7 @@ pub struct Stored {
     columns: Option<Vec<i64>>,
     /// The column that holds each displacement; none where it is not kept.
     held: Vec<Option<usize>>,
-    /// 1 = contact.
+    /// What the contact points do, by their codes: 0 is open.
     pub active: Array2<u8>,
     /// Pressures.
     pub pressure: Array2<f64>,
@@ -276,6 +276,11 @@ impl Stored {
     pub(crate) fn energy_names() -> impl Iterator<Item = &'static str> {
         // the first one is the time
         ENERGY[1..].iter().map(|column| column.about.place().1)
+    }
+
+    /// Whether a contact point touches in a state.
+    pub fn touches(&self, row: usize, point: usize) -> bool {
+        self.active[(row, point)] != 0
     }
 
     /// Number of displacements of the body.

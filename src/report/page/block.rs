@@ -40,8 +40,8 @@ pub(super) fn whole(x: impl IntoIterator<Item = usize>) -> Value {
 }
 
 /// 0 and 1.
-pub(super) fn flags(x: impl IntoIterator<Item = u8>) -> Value {
-    let bytes: Vec<u8> = x.into_iter().collect();
+pub(super) fn flags(x: impl IntoIterator<Item = bool>) -> Value {
+    let bytes: Vec<u8> = x.into_iter().map(u8::from).collect();
     block("u1", &bytes, 1.0)
 }
 

@@ -60,7 +60,7 @@ fn frames(stored: &Stored, rows: &[usize], short: bool) -> Value {
         "u": rounded(&u),
         "contact": number(contact),
         "pressure": number(pressure),
-        "active": flags(rows.iter().flat_map(|&r| stored.active.row(r).to_vec())),
+        "active": flags(rows.iter().flat_map(|&r| (0..stored.gap.len()).map(move |i| stored.touches(r, i)))),
     })
 }
 

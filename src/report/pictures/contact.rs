@@ -60,7 +60,7 @@ fn what(edge: &Edge, shown: &[usize]) -> String {
 /// Contacts of a point that begin and end without a stored state in between that has a pressure.
 fn unseen_contacts(stored: &Stored, i: usize) -> usize {
     let rows: Vec<usize> = (0..stored.t.len()).collect();
-    let touches = |r: &usize| stored.active[(*r, i)] != 0;
+    let touches = |r: &usize| stored.touches(*r, i);
     let contacts = rows.chunk_by(|a, b| touches(a) == touches(b)).filter(|run| touches(&run[0]));
     let whole = contacts.filter(|run| run.last() != rows.last());
     let largest = stored.pressure.iter().fold(0.0f64, |m, p| m.max(*p));

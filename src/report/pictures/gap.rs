@@ -40,7 +40,7 @@ fn cells(stored: &Stored, edge: &Edge, largest: f64) -> Vec<([Point; 2], RGBColo
         for start in (0..rows - 1).step_by(stride) {
             let end = (start + stride).min(rows - 1);
             let beyond = stored.t[(end + stride).min(rows - 1)].min(last);
-            let touching = (start..end).filter(|&r| stored.active[(r, i)] == 1).count();
+            let touching = (start..end).filter(|&r| stored.touches(r, i)).count();
             let here = (start..end).map(|r| gap(stored, r, i)).fold(f64::INFINITY, f64::min);
             let fill = if 2 * touching > end - start { WHITE } else { viridis(here / largest) };
             let corners =
