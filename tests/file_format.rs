@@ -14,11 +14,13 @@ fn check(script: &str, file: &Path) -> Option<String> {
         .arg(file)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     child.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
     let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "the outside reader found a fault");
+    let fault = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "the outside reader found a fault: {fault}");
     Some(String::from_utf8(output.stdout).unwrap())
 }
 
