@@ -1,24 +1,11 @@
 //! The exact flows against Dormand–Prince at a tight tolerance, on everything that their formulas tell apart:
 //! damping from none to far beyond critical, loads through resonance, rigid motions.
 
-use crate::common::{relative, scene};
+use crate::common::{relative, run_by, scene};
 use signorini::contact::phase_modes;
-use signorini::event::{Report, Silent};
+use signorini::event::Report;
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
-use signorini::simulate::simulate;
-
-fn run(scene: &Scene, integrator: Integrator) -> Report {
-    let mut scene = scene.clone();
-    if let Some(run) = &mut scene.run {
-        (run.integrator, run.rtol, run.atol) = (integrator, 1e-12, 1e-15);
-    }
-    let problem = Problem::new(&scene, None).unwrap();
-    let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
-    assert!(report.outcome.is_complete(), "{}", report.outcome);
-    assert_eq!(report.proof.missed, 0);
-    report
-}
 
 fn plate(tables: &str) -> Scene {
     scene(&format!(
@@ -36,7 +23,7 @@ fn harmonic(omega: f64) -> String {
 
 /// Final state, switches and ledger of two runs.
 fn compare(name: &str, scene: &Scene, integrator: Integrator, tolerance: f64) {
-    let (exact, stepped) = (run(scene, integrator), run(scene, Integrator::Dop853));
+    let (exact, stepped) = (run_by(scene, integrator), run_by(scene, Integrator::Dop853));
     let state = |r: &Report| -> Vec<f64> { r.last.u.iter().chain(&r.last.v).copied().collect() };
     let e = relative(&state(&exact), &state(&stepped));
     println!(

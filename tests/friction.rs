@@ -1,24 +1,11 @@
 //! Friction at the contact: exact flows against Dormand–Prince in every state, the equations of a phase against themselves, relations between scenes, refusals.
 //! References that this program did not produce are in `validate/friction`.
 
-use crate::common::{datasets, problem, program, relative, scene};
+use crate::common::{datasets, problem, program, relative, run_by, scene};
 use signorini::contact::{PointState, State, States};
-use signorini::event::{Report, Silent, SwitchKind};
+use signorini::event::{Report, SwitchKind};
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
-use signorini::simulate::simulate;
-
-fn run(scene: &Scene, integrator: Integrator) -> Report {
-    let mut scene = scene.clone();
-    if let Some(run) = &mut scene.run {
-        (run.integrator, run.rtol, run.atol) = (integrator, 1e-12, 1e-15);
-    }
-    let problem = Problem::new(&scene, None).unwrap();
-    let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
-    assert!(report.outcome.is_complete(), "{}", report.outcome);
-    assert_eq!(report.proof.missed, 0);
-    report
-}
 
 fn plate(size: &str, tables: &str) -> String {
     format!("[body]\nkind = 'plate'\n{size}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n{tables}")
@@ -82,7 +69,8 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
     let (mut sticks, mut slips) = (0, 0);
     for (name, tables) in cases {
         let scene = scene(&plate(SIZE, &tables));
-        let (exact, stepped) = (run(&scene, Integrator::Modal), run(&scene, Integrator::Dop853));
+        let (exact, stepped) =
+            (run_by(&scene, Integrator::Modal), run_by(&scene, Integrator::Dop853));
         let state = |r: &Report| [&r.last.u[..], &r.last.v[..]].concat();
         let off = relative(&state(&exact), &state(&stepped));
         println!(
@@ -206,7 +194,7 @@ fn no_friction_is_the_frictionless_program() {
         let wall = format!("{CLAMPED}[contact]\nedge = 'right'\ngap = 0.02\n{method}\n{more}\n");
         let text =
             plate(SIZE, &(wall + "[initial]\nvelocity = ['0.2*x', '0.1*x']\n[run]\nuntil = 3.0\n"));
-        run(&scene(&text), Integrator::Modal)
+        run_by(&scene(&text), Integrator::Modal)
     };
     let (plain, zero) = (of(""), of("friction = 0.0"));
     assert!(plain.rubbed.is_none() && zero.rubbed.is_none());
@@ -221,7 +209,7 @@ fn the_motion_knows_no_axes_and_no_units() {
     let of = |size: &str, edge: &str, gap: f64, velocity: &str, until: f64| {
         let wall = format!("[contact]\nedge = '{edge}'\ngap = {gap}\nfriction = 0.3\n");
         let end = format!("[initial]\nvelocity = {velocity}\n[run]\nuntil = {until}\n");
-        run(&scene(&plate(size, &(wall + &end))), Integrator::Modal)
+        run_by(&scene(&plate(size, &(wall + &end))), Integrator::Modal)
     };
     let base = of(SIZE, "right", 0.02, "['0.2', '0.1']", 3.0);
     let turned = "size = [1.0, 0.5]\nelements = [4, 2]";

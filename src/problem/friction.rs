@@ -58,7 +58,7 @@ fn of_elements(
     let tangent = |point: &crate::fem::ContactPoint| -> Result<Option<Tangent>, ProblemError> {
         let k = point.group;
         let obstacle: &Obstacle = &contact.obstacles[k];
-        let Some(coefficient) = obstacle.friction.filter(|mu| *mu > 0.0) else { return Ok(None) };
+        let Some(coefficient) = obstacle.coefficient() else { return Ok(None) };
         let [nx, ny, _] = point.direction;
         let direction: Point = [-ny, nx, 0.0];
         let given = obstacle.surface.as_deref().unwrap_or_default();
@@ -93,7 +93,7 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
     let rubbing = system.tangents().map_or(0, |t| t.iter().flatten().count());
     let asked = |i: &usize| {
         let k = system.constraints[*i].group;
-        contact.obstacles.get(k).is_some_and(|o| o.friction.is_some_and(|mu| mu > 0.0))
+        contact.obstacles.get(k).is_some_and(|o| o.coefficient().is_some())
     };
     let wanted = (0..system.n_contact()).filter(asked).count();
     if wanted > rubbing {

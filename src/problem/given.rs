@@ -10,7 +10,7 @@ use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
 use crate::fem::{Body, Csr, FemError};
 use crate::matrices::read_matrix;
-use crate::scenario::{Contact, Issue, Scene, StressKey};
+use crate::scenario::{Contact, Issue, Obstacle, Scene, StressKey};
 
 /// Files are named relative to the scene.
 pub(super) fn folder(scene: &Scene) -> &Path {
@@ -59,7 +59,7 @@ pub(super) fn given_tangents(
         return Err(fault(scene, "contact.tangents", message, &help));
     }
     let obstacle = contact.obstacles.first();
-    let coefficient = obstacle.and_then(|o| o.friction).filter(|mu| *mu > 0.0);
+    let coefficient = obstacle.and_then(Obstacle::coefficient);
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
     let tangent = |&row: &usize| {
         let (entry, direction) = (body.dofs.row(row), [0.0, 1.0, 0.0]);

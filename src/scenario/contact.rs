@@ -80,6 +80,13 @@ pub struct Obstacle {
     pub surface: Option<Vec<f64>>,
 }
 
+impl Obstacle {
+    /// Coulomb's coefficient, where there is friction.
+    pub(crate) fn coefficient(&self) -> Option<f64> {
+        self.friction.filter(|mu| *mu > 0.0)
+    }
+}
+
 /// The obstacle fills `normal·x ≥ offset`.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -330,12 +337,12 @@ impl Contact {
 
     /// Whether some obstacle has friction.
     pub(crate) fn has_friction(&self) -> bool {
-        self.obstacles.iter().any(|o| o.friction.is_some_and(|mu| mu > 0.0))
+        self.obstacles.iter().any(|o| o.coefficient().is_some())
     }
 
     /// The key of the first coefficient of friction.
     pub(crate) fn friction_key(&self) -> String {
-        let first = self.obstacles.iter().position(|o| o.friction.is_some_and(|mu| mu > 0.0));
+        let first = self.obstacles.iter().position(|o| o.coefficient().is_some());
         self.key(first.unwrap_or(0), "friction")
     }
 
@@ -347,7 +354,7 @@ impl Contact {
                 return Err(Issue::new(self.key(k, "friction"), format!("is {mu}"), help));
             }
             let Some(velocity) = &o.surface else { continue };
-            if o.friction.is_none_or(|mu| mu == 0.0) {
+            if o.coefficient().is_none() {
                 let message = "is not read without friction";
                 return Err(Issue::new(
                     self.key(k, "surface"),

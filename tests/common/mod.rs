@@ -20,7 +20,7 @@ use signorini::event::{self, Observer, Options, Report, Silent};
 use signorini::flow::Tolerances;
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
-use signorini::simulate::by_name;
+use signorini::simulate::{by_name, simulate};
 
 /// The project's folder.
 pub fn root() -> PathBuf {
@@ -113,6 +113,19 @@ pub fn scene(text: &str) -> Scene {
 /// The problem of a scene's text.
 pub fn problem(text: &str) -> Problem {
     Problem::new(&scene(text), None).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A whole run of a scene by an integrator, at tight tolerances.
+pub fn run_by(scene: &Scene, integrator: Integrator) -> Report {
+    let mut scene = scene.clone();
+    if let Some(run) = &mut scene.run {
+        (run.integrator, run.rtol, run.atol) = (integrator, 1e-12, 1e-15);
+    }
+    let problem = Problem::new(&scene, None).unwrap();
+    let report = simulate(&scene, &problem, false, &mut Silent).unwrap();
+    assert!(report.outcome.is_complete(), "{}", report.outcome);
+    assert_eq!(report.proof.missed, 0);
+    report
 }
 
 /// A bar of unit length and gap.

@@ -122,11 +122,10 @@ fn forced(mu: f64, load: f64, omega: f64, periods: f64) -> Result<[f64; 3], Stri
     let short = exactly(&scene, (periods - 1.0) * period)?;
     let taken = |r: &Report| r.rubbed.as_ref().map_or(f64::NAN, |r| r.work());
     let loss = taken(&long) - taken(&short);
-    let slides = times(&long, SwitchKind::Slipping).iter().rev().take(1).copied().sum::<f64>();
     let stops = times(&long, SwitchKind::Sticking);
-    let begins: Vec<f64> = times(&long, SwitchKind::Slipping);
+    let begins = times(&long, SwitchKind::Slipping);
     let last = stops.last().zip(begins.iter().rev().find(|t| Some(*t) < stops.last()));
-    let length = last.map_or(slides, |(end, begin)| end - begin);
+    let length = last.map_or(f64::NAN, |(end, begin)| end - begin);
     Ok([loss / (4.0 * mu), loss, length])
 }
 

@@ -55,8 +55,7 @@ impl System {
 
     /// What a point at rest does that is to go into a state: where it touches a surface that moves, it slips.
     fn at_rest(&self, point: usize, to: PointState) -> PointState {
-        let tangent = self.tangents().and_then(|t| t[point].as_ref());
-        match (tangent, to) {
+        match (self.tangent(point), to) {
             (Some(t), _) if to.touches() && t.surface != 0.0 => PointState::of_slip(-t.surface),
             (Some(_), PointState::Closed) => PointState::Stick,
             _ => to,
@@ -103,8 +102,7 @@ fn infeasible(system: &System, phase: &Phase, u: &[f64]) -> Vec<Monitor> {
     let mut h = vec![0.0; phase.monitors.len()];
     phase.monitor_undriven(u, &vec![0.0; u.len()], &mut h);
     for (h, monitor) in h.iter_mut().zip(&phase.monitors) {
-        let tangent = system.tangents().and_then(|t| t[monitor.point].as_ref());
-        if let (MonitorKind::Slip, Some(t)) = (monitor.kind, tangent) {
+        if let (MonitorKind::Slip, Some(t)) = (monitor.kind, system.tangent(monitor.point)) {
             let sigma = phase.set.at(monitor.point).slip().unwrap_or(0.0);
             *h = if t.surface == 0.0 { sigma * t.sign * u[t.entry] } else { t.surface.abs() };
         }

@@ -38,6 +38,13 @@ pub struct Tangent {
     pub direction: Point,
 }
 
+impl Tangent {
+    /// `v_t − V`
+    pub fn slip_velocity(&self, v_o: &[f64]) -> f64 {
+        self.sign * v_o[self.entry] - self.surface
+    }
+}
+
 /// Friction of the contact points of a body.
 #[derive(Debug)]
 pub(super) struct Friction {
@@ -351,9 +358,9 @@ impl Rubbing {
     ) {
         let area = &self.friction.area;
         for slip in &self.slips {
-            let Tangent { entry, sign, surface, .. } = slip.tangent;
+            let Tangent { sign, surface, .. } = slip.tangent;
             let r = sign * slip.factor * slip.pressure.at(t, u_o, drives);
-            let s = sign * v_o[entry] - surface;
+            let s = slip.tangent.slip_velocity(v_o);
             let rates = RubbingRates { work: r * s, path: s.abs(), belt: -r * surface };
             each(slip.point, rates);
         }

@@ -152,6 +152,11 @@ impl System {
         self.method.friction().map(|f| &f.tangents[..])
     }
 
+    /// Friction of one contact point.
+    pub(crate) fn tangent(&self, point: usize) -> Option<&Tangent> {
+        self.tangents().and_then(|t| t[point].as_ref())
+    }
+
     /// The law by which velocities jump, of a method that has one.
     pub fn impact(&self) -> Option<&Impact> {
         self.method.impact()

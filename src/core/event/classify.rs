@@ -8,7 +8,6 @@
 
 use thiserror::Error;
 
-use super::friction::slip_velocity;
 use super::held::is_weight;
 use crate::contact::lcp::UNITS;
 use crate::contact::{
@@ -110,15 +109,14 @@ impl Surface<'_> {
     /// What a point does if it touches: what it did, or slips by its velocity.
     pub(super) fn state_of(&self, point: usize, touches: bool, base: &States) -> PointState {
         let from = base.at(point);
-        let tangent = self.system.tangents().and_then(|t| t[point].as_ref());
-        match (touches, tangent) {
+        match (touches, self.system.tangent(point)) {
             (true, _) if from.touches() => from,
-            (true, Some(t)) => PointState::of_slip(slip_velocity(t, self.v_o)),
+            (true, Some(t)) => PointState::of_slip(t.slip_velocity(self.v_o)),
             _ => PointState::of_contact(touches),
         }
     }
 
-    fn acceleration(&self, phase: &Phase, scratch: &mut Scratch) -> Vec<f64> {
+    pub(super) fn acceleration(&self, phase: &Phase, scratch: &mut Scratch) -> Vec<f64> {
         let mut a = vec![0.0; self.system.n_o()];
         phase.acceleration(self.t, self.u_o, self.v_o, scratch, &mut a);
         a

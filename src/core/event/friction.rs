@@ -37,10 +37,9 @@ impl Surface<'_> {
             let Some(tangent) = tangent.as_ref().filter(|_| decision.set.touches(i)) else {
                 continue;
             };
-            let slip = slip_velocity(tangent, self.v_o);
+            let slip = tangent.slip_velocity(self.v_o);
             let rests = slip.abs() <= ROUNDING * size.max(tangent.surface.abs());
-            let stuck =
-                self.phase.set.len() == tangents.len() && self.phase.set.at(i) == PointState::Stick;
+            let stuck = self.phase.set.at(i) == PointState::Stick;
             if rests || stuck || trigger.is_some_and(|t| t.0 == i) {
                 undecided.push(i);
                 decision.set.set(i, PointState::Stick);
@@ -87,8 +86,7 @@ impl Surface<'_> {
         loose: &[bool],
         scratch: &mut Scratch,
     ) -> Vec<(usize, PointState, bool)> {
-        let mut a = vec![0.0; self.u_o.len()];
-        phase.acceleration(self.t, self.u_o, self.v_o, scratch, &mut a);
+        let a = self.acceleration(phase, scratch);
         let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // accelerations of the body's own forces: of one that rests there are no others
         let units = &self.system.units;
@@ -96,14 +94,12 @@ impl Surface<'_> {
         let scale = largest(&a).max(own);
         let blur = ROUNDING * scale;
         let h = phase.monitor_values(self.t, self.u_o, self.v_o);
-        let rates = phase.rates_along(self.t, (self.u_o, self.v_o), scratch);
+        let rates = phase.monitor_rates(self.t, self.v_o, &a);
         let rounding =
             phase.monitor_rounding(largest(self.u_o).max(units.length), largest(self.v_o));
         let mut moves = vec![];
         for (k, &i) in points.iter().enumerate() {
-            let Some(tangent) = &self.system.tangents().and_then(|t| t[i].as_ref()) else {
-                continue;
-            };
+            let Some(tangent) = self.system.tangent(i) else { continue };
             let state = phase.set.at(i);
             if let Some(sigma) = state.slip() {
                 let along = sigma * tangent.sign * a[tangent.entry];
@@ -136,11 +132,6 @@ impl Surface<'_> {
         }
         moves
     }
-}
-
-/// `v_t − V`
-pub(super) fn slip_velocity(tangent: &Tangent, v_o: &[f64]) -> f64 {
-    tangent.sign * v_o[tangent.entry] - tangent.surface
 }
 
 /// Give what sticks exactly the velocity of the surface.

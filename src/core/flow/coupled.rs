@@ -459,12 +459,7 @@ impl CoupledMotion {
         x
     }
 
-    /// The response `(q, q̇)` to a harmonic load, `P e^{i(Ωt₀ + φ)}`.
-    pub(super) fn response_to(&self, load: usize) -> &[C] {
-        &self.driven[load].1
-    }
-
-    /// `Ω` and response of each harmonic load.
+    /// `Ω` and response `(q, q̇)` of each harmonic load, `P e^{i(Ωt₀ + φ)}`.
     pub(super) fn driven(&self) -> &[(f64, Vec<C>)] {
         &self.driven
     }
@@ -474,25 +469,9 @@ impl CoupledMotion {
         [&self.steady, self.ramp.as_deref().unwrap_or_default()]
     }
 
-    /// `x₁`
-    pub(super) fn ramp(&self) -> Option<&[f64]> {
-        self.ramp.as_deref()
-    }
-
-    /// What follows the modes with these shapes, and its rate, at the start.
-    pub(super) fn rigid_parts(
-        &self,
-        coupling: &Coupling,
-        shapes: &[Mat<f64>; 2],
-    ) -> Vec<(f64, f64)> {
-        let of = |i: usize| {
-            let each = self.amplitudes.iter().zip(&coupling.lambda).enumerate();
-            each.fold((0.0, 0.0), |(q, v), (k, (a, l))| {
-                let z = a * C::new(shapes[0][(i, k)], shapes[1][(i, k)]);
-                (q + z.re, v + (z * l).re)
-            })
-        };
-        (0..shapes[0].nrows()).map(of).collect()
+    /// Amplitudes of the modes at the start.
+    pub(super) fn amplitudes(&self) -> &[C] {
+        &self.amplitudes
     }
 
     /// `(q, q̇)` at `tau` after the start; returns the amplitudes of the modes there.

@@ -101,23 +101,36 @@ impl<'a> Modal<'a> {
         phase.state_of_modes(&both, &mut y[..2 * n]);
     }
 
+    /// Monitor values at `t`, where the modes are at `(q, q̇)`.
+    fn monitors_of(
+        &self,
+        phase: &Spectrum,
+        t: f64,
+        (q, v): (&DVector<f64>, &DVector<f64>),
+    ) -> DVector<f64> {
+        let mut h = &phase.rows * q;
+        h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
+        if let Some(rows) = &phase.velocity_rows {
+            h += rows * v;
+        }
+        if !self.drives.is_empty() {
+            h.iter_mut().enumerate().for_each(|(i, h)| *h += self.drives.at(i, t, 0));
+        }
+        h
+    }
+
     /// Monitor values and slopes at `t`.
     fn monitors_at(&self, phase: &Spectrum, t: f64) -> (DVector<f64>, DVector<f64>) {
         let (q, v) = self.modes_at(phase, t);
-        let mut h = &phase.rows * &q;
-        h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
+        let h = self.monitors_of(phase, t, (&q, &v));
         let mut rate = &phase.rows * &v;
         if let Some(rows) = &phase.velocity_rows {
             let mut a = DVector::zeros(q.len());
             self.motion.acceleration(phase, t, q.as_slice(), v.as_slice(), a.as_mut_slice());
-            h += rows * &v;
             rate += rows * a;
         }
         if !self.drives.is_empty() {
-            for i in 0..h.len() {
-                h[i] += self.drives.at(i, t, 0);
-                rate[i] += self.drives.at(i, t, 1);
-            }
+            rate.iter_mut().enumerate().for_each(|(i, r)| *r += self.drives.at(i, t, 1));
         }
         (h, rate)
     }
@@ -165,8 +178,9 @@ impl<'a> Modal<'a> {
         }
         if rubbed.is_some() && phase.rubs() {
             let at = |t: f64| {
-                let (_, v) = self.modes_at(phase, t);
-                (v.as_slice().to_vec(), self.monitors_at(phase, t).0.as_slice().to_vec())
+                let (q, v) = self.modes_at(phase, t);
+                let h = self.monitors_of(phase, t, (&q, &v));
+                (v, h)
             };
             rubbing::integrate((self.system, phase, &self.layout), (a, b), at, y);
         } else if work.is_some() || dissipated.is_some() {

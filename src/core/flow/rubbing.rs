@@ -1,5 +1,7 @@
 //! What friction does in a window of a flow by modes: from the values of the monitors, which know pressures, slips and tractions.
 
+use nalgebra::DVector;
+
 use super::Layout;
 use super::oscillator::GAUSS10;
 use super::spectrum::Spectrum;
@@ -55,7 +57,7 @@ pub(super) fn powers(phase: &Spectrum, loads: &Loads, t: f64, v: &[f64]) -> [f64
 pub(super) fn integrate(
     (system, phase, layout): (&System, &Spectrum, &Layout),
     (a, b): (f64, f64),
-    at: impl Fn(f64) -> (Vec<f64>, Vec<f64>),
+    at: impl Fn(f64) -> (DVector<f64>, DVector<f64>),
     y: &mut [f64],
 ) {
     let Some(rubbed) = layout.rubbed else { return };
@@ -68,11 +70,11 @@ pub(super) fn integrate(
             for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
                 let (v, monitors) = at(t);
                 let weight = 0.5 * h * weight;
-                let powers = powers(phase, &system.loads, t, &v);
+                let powers = powers(phase, &system.loads, t, v.as_slice());
                 for (place, power) in [layout.work, layout.dissipated].into_iter().zip(powers) {
                     place.into_iter().for_each(|i| y[i] += weight * power);
                 }
-                rates(system, phase, &monitors, |point, rates| {
+                rates(system, phase, monitors.as_slice(), |point, rates| {
                     rubbed.add(y, point, &rates, weight);
                 });
             }

@@ -146,6 +146,15 @@ impl Coupled {
         Coupled::new(operators, scale, outer, self.alpha + alpha, rows, &[])
     }
 
+    /// A rigid motion and its rate in the modes of these amplitudes.
+    fn rigid_in(&self, i: usize, amplitudes: &[C]) -> (f64, f64) {
+        let each = amplitudes.iter().zip(self.modes.lambda()).enumerate();
+        each.fold((0.0, 0.0), |(q, v), (k, (a, l))| {
+            let z = a * C::new(self.rigid[0][(i, k)], self.rigid[1][(i, k)]);
+            (q + z.re, v + (z * l).re)
+        })
+    }
+
     /// Acceleration `F − D q̇ − K̂ q` at a state, `force` the loads there; what sticks has none.
     pub fn acceleration(&self, q: &[f64], v: &[f64], force: &[f64], a: &mut [f64]) {
         let last = self.bounds().1;
@@ -205,7 +214,7 @@ impl SlidingMotion {
             (0..elastic).map(|j| x(j) * phase.cascade[(i, j)]).sum()
         };
         for (j, &(omega, angle, size)) in loads.iter().enumerate().filter(|_| rigid > 0) {
-            let response = motion.inner.response_to(j);
+            let response = &motion.inner.driven()[j].1;
             let of = |i: usize| {
                 let force = C::from_polar(size * phase.rigid_forces[1 + j][i], angle);
                 let denominator = C::new(-omega * omega, phase.alpha * omega);
@@ -213,9 +222,9 @@ impl SlidingMotion {
             };
             motion.driven.push((0..rigid).map(of).collect());
         }
-        let free = motion.inner.rigid_parts(&phase.modes, &phase.rigid);
         for i in 0..rigid {
-            let (mut x, mut dx) = (q[i] - free[i].0, v[i] - free[i].1);
+            let free = phase.rigid_in(i, motion.inner.amplitudes());
+            let (mut x, mut dx) = (q[i] - free.0, v[i] - free.1);
             for (p, &(omega, ..)) in motion.driven.iter().zip(loads) {
                 x -= p[i].re;
                 dx -= (p[i] * C::new(0.0, omega)).re;
@@ -247,13 +256,9 @@ impl SlidingMotion {
         let [g, once, twice] = powers_of_time(phase.alpha, tau);
         let decay = power(C::from(-phase.alpha * tau)).re;
         for (i, &[x, dx, force, rate]) in self.rigid.iter().enumerate() {
-            q[i] = x + dx * g + force * once + rate * twice;
-            v[i] = dx * decay + force * g + rate * once;
-            for ((c, l), k) in grown.iter().zip(phase.modes.lambda()).zip(0..) {
-                let z = c * C::new(phase.rigid[0][(i, k)], phase.rigid[1][(i, k)]);
-                q[i] += z.re;
-                v[i] += (z * l).re;
-            }
+            let free = phase.rigid_in(i, &grown);
+            q[i] = free.0 + x + dx * g + force * once + rate * twice;
+            v[i] = free.1 + dx * decay + force * g + rate * once;
             for (p, (omega, _)) in self.driven.iter().zip(self.inner.driven()) {
                 let z = p[i] * C::from_polar(1.0, omega * tau);
                 q[i] += z.re;
@@ -296,10 +301,10 @@ impl SlidingMotion {
             for (k, &(_, dx)) in self.frozen.iter().enumerate() {
                 size[i] += rows.0[(i, last + k)].abs() * dx.abs() * end;
             }
-            if let Some(ramp) = self.inner.ramp() {
-                let along = |e: usize| rows.0[(i, first + e)] * ramp[e];
-                size[i] += end * (0..last - first).map(along).sum::<f64>().abs();
-            }
+            let [_, ramp] = self.inner.polynomial();
+            let along = ramp.iter().take(last - first).enumerate();
+            let along = along.map(|(e, r)| rows.0[(i, first + e)] * r);
+            size[i] += end * along.sum::<f64>().abs();
         }
         [size, fourth]
     }

@@ -47,7 +47,7 @@ impl Ledger {
             .rubbed
             .as_ref()
             .map_or_else(|| (zeros(), zeros()), |r| (known(&r.taken), known(&r.belt)));
-        let flows = Ledger {
+        Some(Ledger {
             t,
             has_gaps,
             kinetic,
@@ -58,8 +58,7 @@ impl Ledger {
             friction,
             belt,
             total,
-        };
-        Some(flows)
+        })
     }
 
     /// The energies with their names, but those that are zero throughout.
