@@ -141,8 +141,10 @@ fn energies(stored: &Stored, ledger: &Ledger) -> Cell<'static> {
     let mut entries: Vec<Entry> = vec![entry("in contact", SHADE, Mark::Patch)];
     entries.truncate(usize::from(!stored.gap.is_empty()));
     for (k, (name, values)) in present.iter().enumerate() {
-        let colour = if *name == "kinetic + elastic" { INK } else { LINES[k % LINES.len()] };
-        let mark = curve(&mut chart, ledger, values, (colour, 2.0, k >= LINES.len()));
+        let is_total = *name == "kinetic + elastic";
+        let colour = if is_total { INK } else { LINES[k % LINES.len()] };
+        let is_repeated = k >= LINES.len() && !is_total;
+        let mark = curve(&mut chart, ledger, values, (colour, 2.0, is_repeated));
         entries.push(entry(*name, colour, mark));
     }
     Cell::from(chart).legend(entries)
