@@ -212,6 +212,9 @@ impl Request {
             let issue = Issue::new("load", "a forced response needs a harmonic load", help);
             return Err(scene.error(issue).into());
         }
+        if self.choice.is_balance() {
+            start::check_friction(scene, &problem.system, start::Sought::Series)?;
+        }
         Ok(())
     }
 

@@ -1,9 +1,35 @@
 //! One orbit of a scene at a frequency.
 
+use std::f64::consts::TAU;
+
+use crate::contact::State;
 use crate::orbit::search::{Effort, Verdict, find};
 use crate::orbit::settle::ladder;
 use crate::orbit::viscous::by_viscosity;
-use crate::orbit::{Closure, OrbitError, Propagator};
+use crate::orbit::{Closure, OrbitError, Propagator, cycle};
+
+/// The limit cycle near a state with a period, if one is given, or else that which the body comes to.
+pub fn limit_cycle(
+    body: &mut Propagator,
+    from: &State,
+    period: Option<f64>,
+) -> Result<Verdict, OrbitError> {
+    if let Some(period) = period {
+        let guess = [body.frame(from), vec![period]].concat();
+        let found = find(body, Closure::Limit, &guess, TAU / period, &Effort::default())?;
+        if found.orbit().is_some() {
+            return Ok(found);
+        }
+    }
+    Ok(match cycle::approach(body, from)? {
+        Ok(orbit) => Verdict::Orbit(orbit),
+        Err(why) => Verdict::NotFound {
+            residual: f64::NAN,
+            singular_value: f64::NAN,
+            reason: Some(why),
+        },
+    })
+}
 
 /// The orbit that the first of the guesses leads to which leads to one, or why the first of all does not.
 pub fn search(

@@ -6,16 +6,45 @@ use crate::orbit::{Closure, Propagator};
 use crate::problem::Problem;
 use crate::scenario::{Contact, Issue, Scene, SceneError};
 
+/// What asks for periodic motions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sought {
+    /// Orbits, by shooting.
+    Orbits,
+    /// Series, by harmonic balance, and their check.
+    Series,
+    /// Viscous nonlinear modes.
+    Viscous,
+}
+
+/// Periodic motions with friction are those that a load or a moving surface keeps going.
+pub fn check_friction(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
+    let Some(tangents) = system.tangents() else { return Ok(()) };
+    let carries = tangents.iter().flatten().any(|t| t.surface != 0.0);
+    if what == Sought::Orbits && (carries || system.loads.is_driven()) {
+        return Ok(());
+    }
+    let (message, help) = match what {
+        Sought::Orbits => (
+            "takes the energy of every motion that slips: without a load that changes in time, or a surface that moves, no orbit is left but rest",
+            "give a [[load]] with omega, or contact.surface, or take `signorini run`",
+        ),
+        Sought::Series => (
+            "is for run, orbit and response: harmonic balance of motions that stick and slip is not here yet",
+            "leave --method out, or remove friction",
+        ),
+        Sought::Viscous => (
+            "is for run, orbit and response: the nonlinear modes of bodies that stick and slip are not here yet",
+            "leave --viscous out and give a [[load]] with omega, or remove friction",
+        ),
+    };
+    let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
+    Err(scene.error(Issue::new(key, message, help)))
+}
+
 /// Orbits and harmonic balance are those of forces with a potential, and of velocities that do not jump.
 pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneError> {
-    if system.tangents().is_some() {
-        let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
-        let message = "is for run alone: orbits that stick and slip, and harmonic balance of them, are not here yet";
-        let help =
-            "remove friction, or take `signorini run`: a damped body under a harmonic load settles";
-        return Err(scene.error(Issue::new(key, message, help)));
-    }
-    if !system.has_potential() {
+    if !system.has_potential() && system.tangents().is_none() {
         let message = "is for run alone: its forces have no potential, motions gain or lose energy at every contact, and there are no families of orbits";
         return Err(scene.error(Issue::new("contact.theta", message, "give theta = 1")));
     }
@@ -61,6 +90,7 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
         );
     }
     check_method(scene, system)?;
+    check_friction(scene, system, Sought::Orbits)?;
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {
@@ -71,6 +101,9 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
             );
         }
         return Ok(Closure::FORCED);
+    }
+    if system.tangents().is_some() {
+        return Ok(Closure::Limit);
     }
     if system.damping.is_some() {
         return fail(

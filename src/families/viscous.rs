@@ -1,5 +1,6 @@
 //! The viscous nonlinear mode of a scene: its viscosity, and whether the mesh resolves it.
 
+use super::start;
 use crate::orbit::viscous::pinned_mode;
 use crate::orbit::{Pin, Propagator};
 use crate::scenario::{Auto, Beta, BodyKind, Issue, Scene, SceneError};
@@ -34,7 +35,8 @@ impl Viscosity {
                 "add [contact]",
             );
         }
-        super::start::check_method(scene, system)?;
+        start::check_method(scene, system)?;
+        start::check_friction(scene, system, start::Sought::Viscous)?;
         if system.impact().is_some() {
             let message = "the viscous nonlinear mode is damped in proportion to the stiffness: under the impact law reactions at held points would follow velocities";
             return fail(

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use signorini::contact::State;
 use signorini::event::{self, Options, RunError};
-use signorini::families::single::search;
+use signorini::families::single::{limit_cycle, search};
 use signorini::families::start;
 use signorini::orbit::search::Verdict;
 use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
@@ -113,8 +113,12 @@ impl Arguments {
         Ok(options)
     }
 
-    /// What closes the orbit, and its frequency; a near-return becomes the initial state.
-    fn target(&self, scene: &Scene, problem: &mut Problem) -> Result<(Closure, f64), CliError> {
+    /// What closes the orbit, and its frequency, which only that of a limit cycle need not have; a near-return becomes the initial state.
+    fn target(
+        &self,
+        scene: &Scene,
+        problem: &mut Problem,
+    ) -> Result<(Closure, Option<f64>), CliError> {
         let mut near_period = None;
         if let Some(file) = &self.near_return {
             family::check_full(scene, "a near-return")?;
@@ -142,9 +146,18 @@ impl Arguments {
             closure = Closure::Autonomous;
         }
         let period = self.period.or(near_period.filter(|_| self.omega.is_none()));
+        if closure == Closure::Limit {
+            if self.all || self.amplitude.is_some() {
+                let text = "--all and --amplitude go with orbits of a given frequency: the limit cycle of a body on a surface that moves finds its own, from [initial] or --near-return";
+                return Err(CliError::Input(text.into()));
+            }
+            if self.omega.or(period).is_none() {
+                return Ok((closure, None));
+            }
+        }
         let omega = family::omega(scene, self.omega, period)?;
         family::check_frequency(problem, omega)?;
-        Ok((closure, omega))
+        Ok((closure, Some(omega)))
     }
 
     /// Which near-return is looked for: that of the loads, of the period that is given, or the best of all.
@@ -206,23 +219,32 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         viscous::warn(global, &viscosity);
         closure = viscous::closure(&viscosity);
     }
-    body.system.loads_mut().set_frequency(omega);
-    let own = start::guesses(&scene, &initial, &body, closure, omega);
-    if arguments.all {
-        return all(arguments, global, &scene, &mut body, (closure, omega), own, begun);
-    }
-    let guesses = arguments.guesses(own, &initial, &body, closure)?;
-    let verdict = search(&mut body, closure, &guesses, omega)?;
+    let verdict = match omega {
+        Some(omega) if closure != Closure::Limit => {
+            body.system.loads_mut().set_frequency(omega);
+            let own = start::guesses(&scene, &initial, &body, closure, omega);
+            if arguments.all {
+                return all(arguments, global, &scene, &mut body, (closure, omega), own, begun);
+            }
+            let guesses = arguments.guesses(own, &initial, &body, closure)?;
+            search(&mut body, closure, &guesses, omega)?
+        }
+        _ => limit_cycle(&mut body, &initial, omega.map(|w| std::f64::consts::TAU / w))?,
+    };
     let Verdict::Orbit(orbit) = &verdict else {
         let viscous = arguments.viscous.viscous;
         let answer = global.answer(|| failure_json(&verdict, omega), String::new);
         let advice = match viscous {
+            _ if closure == Closure::Limit => {
+                "run the scene longer and look what it does; --near-return RUN.h5 starts from a stored run"
+            }
             true => {
                 "try another frequency or a larger --beta; in the tongue of an internal resonance follow the family: signorini backbone --viscous --follow arclength"
             }
             false => "try another frequency, another [initial] guess, or --all",
         };
-        return Ok(answer.failed(format!("no orbit at omega = {omega}: {verdict}\n  {advice}")));
+        let at = omega.map_or(String::new(), |omega| format!(" at omega = {omega}"));
+        return Ok(answer.failed(format!("no orbit{at}: {verdict}\n  {advice}")));
     };
     let mut object = orbit_json(&body, orbit);
     object["wall_s"] = begun.elapsed().as_secs_f64().into();
@@ -279,6 +301,9 @@ fn write(
             });
         }
     };
+    if let Some(rubbed) = &report.rubbed {
+        writer.friction(&body.system, rubbed)?;
+    }
     writer.orbit(&branch::record(body, orbit)?, &body.system)?;
     let mut said = summary::run_json(scene, (&body.system, &Notes::default()), &report, 0.0);
     for (name, value) in object.as_object().into_iter().flatten() {

@@ -12,7 +12,7 @@ use signorini::report::summary::significant;
 use crate::cli::viscous::MEANING;
 
 /// Why there is no orbit.
-pub(super) fn failure_json(verdict: &Verdict, omega: f64) -> Value {
+pub(super) fn failure_json(verdict: &Verdict, omega: Option<f64>) -> Value {
     let mut json = json!({
         "status": "failed", "converged": false, "omega": omega, "verdict": verdict.word(), "message": verdict.to_string(),
     });
@@ -48,6 +48,11 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         "stable": of_body.map(|s| s.is_stable()), "stability_lost_by": of_body.and_then(|s| s.lost_by()),
         "u0": body.system.body.nodal_o(&o.state.u), "v0": body.system.body.nodal_o(&o.state.v),
     });
+    if let Some(rubbed) = &o.rubbed {
+        json["friction_work"] = rubbed.work().into();
+        json["belt_work"] = rubbed.belt.into();
+        json["family_dimension"] = json!(o.residual_positions());
+    }
     if let Some(v) = &o.viscous {
         json["alpha"] = v.alpha.into();
         json["beta"] = v.beta.into();
@@ -101,6 +106,28 @@ fn viscous_text(o: &Orbit) -> Vec<(&'static str, String)> {
         lines.push(("multipliers", text));
     }
     lines
+}
+
+/// What there is to say of friction.
+fn friction_text(o: &Orbit) -> Option<String> {
+    let rubbed = o.rubbed.as_ref()?;
+    let mut text = format!("takes {} a period", significant(rubbed.work(), 10));
+    if rubbed.belt != 0.0 {
+        let _ = write!(text, ", the surface that moves gives {}", significant(rubbed.belt, 10));
+    }
+    match o.residual_positions() {
+        None | Some(0) => {}
+        Some(1) => text.push_str(
+            "; one of a family with 1 parameter: friction holds the body in any of its residual positions, this one asked for the least change",
+        ),
+        Some(k) => {
+            let _ = write!(
+                text,
+                "; one of a family with {k} parameters: friction holds the body in any of its residual positions, this one asked for the least change"
+            );
+        }
+    }
+    Some(text)
 }
 
 /// An orbit in words.
@@ -164,6 +191,9 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
             o.jumps.abs()
         ),
     );
+    if let Some(text) = friction_text(o) {
+        line("friction", text);
+    }
     if o.viscous.is_some() {
         viscous_text(o).into_iter().for_each(|(label, text)| line(label, text));
         return out;

@@ -92,10 +92,16 @@ pub struct Monitor {
     pub(super) row: Row,
 }
 
-/// Which of the monitors of a phase it is through which a point leaves to the state `to`; the first of the point where it stays what it is (an impact).
+/// Which of the monitors of a phase it is through which a point leaves to the state `to`: what turns back on the surface of the obstacle leaves through the end of its slip; the
+/// first of the point where it stays what it is (an impact).
 pub fn leading(monitors: &[Monitor], point: usize, to: PointState) -> Option<usize> {
-    let of = |leads: bool| monitors.iter().position(|m| m.point == point && (!leads || m.to == to));
-    of(true).or_else(|| of(false))
+    let turns = to.slip().is_some();
+    let of = |leads: &dyn Fn(&Monitor) -> bool| {
+        monitors.iter().position(|m| m.point == point && leads(m))
+    };
+    of(&|m| m.to == to)
+        .or_else(|| of(&|m| turns && m.kind == MonitorKind::Slip))
+        .or_else(|| of(&|_| true))
 }
 
 /// A function of the displacements of a body: `factor` times a row of a matrix that phases share, or one entry.

@@ -342,20 +342,23 @@ impl<O: Observer> Run<'_, O> {
         }
         self.note_grazing(&decision, h)?;
         let rates = self.monitor_rates();
-        let found = root.index;
         let monitors = &self.phase.monitors;
-        let of_point =
-            |point: usize, from: PointState, to: PointState| match leading(monitors, point, to)
-                // what turns back on the surface leaves through the end of its slip
-                .map(|k| if monitors[found].point == point { found } else { k })
-            {
-                Some(k) => (self.phase.monitors[k].kind, rates[k]),
+        let found = &monitors[root.index];
+        let of_point = |point: usize, from: PointState, to: PointState| {
+            let leads = leading(monitors, point, to);
+            match leads.map(|k| if found.point == point { root.index } else { k }) {
+                Some(k) => (monitors[k].kind, rates[k]),
                 None => (self.system.law().watched(from), 0.0),
-            };
+            }
+        };
+        // what came to rest or broke loose comes before those that it takes along
+        let (first, others): (Vec<_>, Vec<_>) = present
+            .changes(&decision.set)
+            .partition(|change| change.0 == found.point && found.kind.is_tangential());
         let mut before = present.clone();
         let mut jump = 0.0;
         let mut changes = vec![];
-        for (point, from, to) in present.changes(&decision.set) {
+        for (point, from, to) in first.into_iter().chain(others) {
             self.search.armed[point] = true;
             let after = before.with(point, to);
             let (monitor, monitor_rate) = of_point(point, from, to);

@@ -75,6 +75,31 @@ struct Gram {
     mixed: Mat<C>,
 }
 
+/// Amplitudes of the modes, one column a motion: real and imaginary part.
+pub(super) struct Amplitudes(pub [Mat<f64>; 2]);
+
+impl Amplitudes {
+    /// Each mode times a number of its own.
+    pub fn scaled(&self, factors: &[C]) -> Amplitudes {
+        let of = |part: fn(C) -> f64| {
+            Mat::from_fn(factors.len(), self.0[0].ncols(), |i, j| {
+                part(C::new(self.0[0][(i, j)], self.0[1][(i, j)]) * factors[i])
+            })
+        };
+        Amplitudes([of(|z| z.re), of(|z| z.im)])
+    }
+
+    /// What is left without others.
+    pub fn minus(&self, others: &Amplitudes) -> Amplitudes {
+        Amplitudes([0, 1].map(|part| &self.0[part] - &others.0[part]))
+    }
+
+    /// `Re(R C)` of a matrix over the modes, real and imaginary part.
+    pub fn seen_by(&self, [re, im]: &[Mat<f64>; 2]) -> Mat<f64> {
+        product(re.as_ref(), self.0[0].as_ref()) - product(im.as_ref(), self.0[1].as_ref())
+    }
+}
+
 /// A vector in time: `Re(q e^{s (t − a)})`, its velocity likewise.
 #[derive(Debug, Clone)]
 struct Wave {
@@ -84,16 +109,10 @@ struct Wave {
 }
 
 /// `A B` of real matrices.
-fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
+pub(super) fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
     matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
     c
-}
-
-/// Real and imaginary part of `(A + iB)(X + iY)`.
-fn complex_product(a: &[Mat<f64>; 2], x: &[Mat<f64>; 2]) -> [Mat<f64>; 2] {
-    let of = |i: usize, j: usize| product(a[i].as_ref(), x[j].as_ref());
-    [of(0, 0) - of(1, 1), of(0, 1) + of(1, 0)]
 }
 
 impl Coupling {
@@ -258,25 +277,14 @@ impl Coupling {
         (all[..n].to_vec(), all[n..].to_vec())
     }
 
-    /// The homogeneous flow over `tau` of columns `[Q | V]`.
-    pub fn carry(&self, b: &mut Mat<f64>, k: usize, tau: f64) {
-        let n = self.n();
-        let x = Mat::from_fn(2 * n, k, |i, c| if i < n { b[(i, c)] } else { b[(i - n, k + c)] });
-        let mut c = [0, 1].map(|part| product(self.left[part].as_ref(), x.as_ref()));
-        let growth: Vec<C> = self.lambda.iter().map(|l| power(l * tau)).collect();
-        for j in 0..k {
-            for (i, g) in growth.iter().enumerate() {
-                let z = C::new(c[0][(i, j)], c[1][(i, j)]) * g;
-                (c[0][(i, j)], c[1][(i, j)]) = (z.re, z.im);
-            }
-        }
-        let [re, _] = complex_product(&self.right, &c);
-        for j in 0..k {
-            for i in 0..n {
-                b[(i, j)] = re[(i, j)];
-                b[(i, k + j)] = re[(n + i, j)];
-            }
-        }
+    /// `W X` of columns `x = (q, q̇)`.
+    pub(super) fn amplitudes_of(&self, x: MatRef<f64>) -> Amplitudes {
+        Amplitudes([0, 1].map(|part| product(self.left[part].as_ref(), x)))
+    }
+
+    /// `Re(U C)`: columns `(q, q̇)`.
+    pub(super) fn columns_of(&self, c: &Amplitudes) -> Mat<f64> {
+        c.seen_by(&self.right)
     }
 
     /// `r ∂q(τ)`, then `r ∂q̇(τ)`: each by `q` and by `q̇` at the start, for a row `r`.

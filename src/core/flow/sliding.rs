@@ -15,7 +15,7 @@
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
 
-use super::coupled::{CoupledMotion, Coupling, Operators, Rows};
+use super::coupled::{Amplitudes, CoupledMotion, Coupling, Operators, Rows, product};
 use super::defect::Defect;
 use super::exponential::power;
 use crate::fem::FemError;
@@ -144,6 +144,50 @@ impl Coupled {
         (0..last).for_each(|i| operators.damping[(i, i)] += alpha);
         let outer = (first, self.counts[2]);
         Coupled::new(operators, scale, outer, self.alpha + alpha, rows, &[])
+    }
+
+    /// The homogeneous flow over `tau` of columns `[Q | V]`, `k` of each; what sticks keeps its displacement, and has no velocity of its own.
+    pub fn carry(&self, b: &mut Mat<f64>, k: usize, tau: f64) {
+        let (first, last) = self.bounds();
+        let (rigid, elastic) = (first, last - first);
+        // K̂_rs q_s over K̂_es q_s
+        let pull = product(self.feed.as_ref(), b.submatrix(last, 0, self.counts[2], k));
+        let start = Mat::from_fn(2 * elastic, k, |i, c| {
+            if i < elastic { b[(first + i, c)] } else { b[(first + i - elastic, k + c)] }
+        });
+        let lambda = self.modes.lambda();
+        let force = Mat::from_fn(2 * elastic, k, |i, c| {
+            if i < elastic { 0.0 } else { -pull[(rigid + i - elastic, c)] }
+        });
+        let quiet: Vec<C> = lambda.iter().map(|l| -1.0 / l).collect();
+        let steady = self.modes.amplitudes_of(force.as_ref()).scaled(&quiet);
+        let free = self.modes.amplitudes_of(start.as_ref()).minus(&steady);
+        let growth: Vec<C> = lambda.iter().map(|l| power(l * tau)).collect();
+        let grown = free.scaled(&growth);
+        let statics = self.modes.columns_of(&steady);
+        let moved = self.modes.columns_of(&grown);
+        if rigid > 0 {
+            let [g, once, _] = powers_of_time(self.alpha, tau);
+            let decay = power(C::from(-self.alpha * tau)).re;
+            let rates = |a: &Amplitudes| a.scaled(lambda).seen_by(&self.rigid);
+            let (q0, v0) = (free.seen_by(&self.rigid), rates(&free));
+            let (q1, v1) = (grown.seen_by(&self.rigid), rates(&grown));
+            let along = product(self.cascade.as_ref(), statics.submatrix(0, 0, elastic, k));
+            for c in 0..k {
+                for i in 0..rigid {
+                    let (x, dx) = (b[(i, c)] - q0[(i, c)], b[(i, k + c)] - v0[(i, c)]);
+                    let force = -pull[(i, c)] - along[(i, c)];
+                    b[(i, c)] = q1[(i, c)] + x + dx * g + force * once;
+                    b[(i, k + c)] = v1[(i, c)] + dx * decay + force * g;
+                }
+            }
+        }
+        for c in 0..k {
+            for i in 0..elastic {
+                b[(first + i, c)] = moved[(i, c)] + statics[(i, c)];
+                b[(first + i, k + c)] = moved[(elastic + i, c)];
+            }
+        }
     }
 
     /// A rigid motion and its rate in the modes of these amplitudes.

@@ -73,10 +73,12 @@ pub struct Eigenbasis {
 }
 
 /// What friction holds in a phase, in its coordinates: the last ones are displacements that stick, `u = Φ q_m + Ψ q_s`, `Ψ` static shapes.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Stuck {
     /// Their velocities `V`, those of the obstacle's surface.
     pub velocities: Vec<f64>,
+    /// `ΦᵀMΨ`, over the coordinates that move.
+    pub inertia: Mat<f64>,
     /// `ΦᵀMΨ V`
     pub drag: Vec<f64>,
     /// `VᵀΨᵀMΨ V` and `VᵀΨᵀKΨ V`
@@ -213,6 +215,20 @@ impl Spectrum {
         Ok(Spectrum { modes, damping, basis, is_undamped, coupling, steady_force })
     }
 
+    /// Columns `[Q | V]` on the way into the phase: what sticks has no velocity of its own, `δq̇ ← δq̇ + ΦᵀMΨ δq̇_s`, `δq̇_s ← 0`. The impulse that stops a point acts on all
+    /// others through their inertia.
+    pub(crate) fn hold(&self, b: &mut Mat<f64>, k: usize) {
+        let inertia = &self.stuck.inertia;
+        let moving = inertia.nrows();
+        for c in k..2 * k {
+            let (free, held) = b.col_as_slice_mut(c).split_at_mut(moving);
+            for (s, v) in held.iter_mut().enumerate().filter(|_| inertia.ncols() > 0) {
+                free.iter_mut().zip(inertia.col_as_slice(s)).for_each(|(f, m)| *f += m * *v);
+                *v = 0.0;
+            }
+        }
+    }
+
     /// The homogeneous flow over `tau` of columns `[Q | V]`, `k` of each, under the damping `C + αM`.
     pub fn carry(&self, b: &mut Mat<f64>, k: usize, tau: f64, alpha: f64) -> Result<(), FemError> {
         if let Some(coupling) = &self.coupling {
@@ -220,7 +236,7 @@ impl Spectrum {
                 0.0 => None,
                 alpha => Some(coupling.shifted(alpha, &self.scale(), self.all_rows())?),
             };
-            shifted.as_ref().unwrap_or(coupling).modes().carry(b, k, tau);
+            shifted.as_ref().unwrap_or(coupling).carry(b, k, tau);
             return Ok(());
         }
         let of_mode = |m: &Oscillator| {
@@ -367,13 +383,10 @@ impl Eigenbasis {
         Drives(drives)
     }
 
-    /// Values of all monitors at modal displacements `q`, without drives.
-    pub(crate) fn monitor_values(&self, q: &[f64]) -> Vec<f64> {
-        let mut h = self.offsets.clone();
-        for (k, q) in q.iter().enumerate() {
-            h.iter_mut().zip(self.rows.column(k).iter()).for_each(|(h, r)| *h += r * q);
-        }
-        h
+    /// `∇h Φ` of one monitor: over displacements, and over velocities, if it knows any.
+    pub(crate) fn row(&self, monitor: usize) -> [Vec<f64>; 2] {
+        let of = |m: &DMatrix<f64>| m.row(monitor).iter().copied().collect();
+        [of(&self.rows), self.velocity_rows.as_ref().map_or(vec![], of)]
     }
 
     /// `q = ΦᵀM_α u`, `q̇ = ΦᵀM_α v`: `x` and the result hold displacements, then velocities.
@@ -467,7 +480,14 @@ impl Stuck {
         (k, m): (&Csr, &Csr),
     ) -> Stuck {
         if !phase.rubs() {
-            return Stuck::default();
+            return Stuck {
+                velocities: vec![],
+                inertia: Mat::new(),
+                drag: vec![],
+                squares: [0.0; 2],
+                rigid: 0,
+                loads: vec![],
+            };
         }
         let n = omega.len();
         let velocities: Vec<f64> = phase.stuck().iter().map(|h| h.1).collect();
@@ -479,8 +499,15 @@ impl Stuck {
         }
         let mut pulled = vec![0.0; n];
         m.mul(&carried, &mut pulled);
-        let mut drag = transposed(shapes, &pulled);
-        drag[moving..].fill(0.0);
+        let mut inertia = Mat::zeros(moving, velocities.len());
+        let mut drag = vec![0.0; n];
+        let mut column = vec![0.0; n];
+        for (s, v) in velocities.iter().enumerate() {
+            m.mul(shapes.col_as_slice(moving + s), &mut column);
+            let along = &transposed(shapes, &column)[..moving];
+            inertia.col_as_slice_mut(s).copy_from_slice(along);
+            drag.iter_mut().zip(along).for_each(|(d, a)| *d += v * a);
+        }
         let of_load = |h: &Harmonic| transposed(shapes, &phase.reduce(&h.force));
         let slips = phase.slip_stiffness().is_some();
         Stuck {
@@ -492,6 +519,7 @@ impl Stuck {
             },
             loads: system.loads.harmonics.iter().map(of_load).collect(),
             velocities,
+            inertia,
             drag,
         }
     }

@@ -15,7 +15,7 @@ use super::touch::Minima;
 use super::walk::Walk;
 use crate::contact::{MonitorKind, OMITTED_INERTIA, Phase, State, States, System};
 use crate::continuation::norm;
-use crate::event::{Observer, Sample, Switch};
+use crate::event::{Observer, Rubbed, Sample, Switch};
 use crate::records::crest;
 
 /// Stored states of a check.
@@ -68,6 +68,8 @@ pub struct Orbit {
     pub grazing: f64,
     /// Multipliers, unless the body is too large for them.
     pub stability: Option<Stability>,
+    /// What friction and moving surfaces do over the period, of a body with friction.
+    pub rubbed: Option<Rubbed>,
     /// What a viscous orbit has besides.
     pub viscous: Option<Feedback>,
     /// Of a subharmonic orbit: how far it is from itself after one period of the loads, `x(T) − x(0)` as a frame vector.
@@ -97,6 +99,9 @@ const BALANCE: f64 = 1e-8;
 /// Kinetic energy below this part of the energy is that of rounding errors.
 const AT_REST: f64 = 1e-20;
 
+/// A multiplier this near to +1 is one, where friction holds positions.
+const STAYS: f64 = 1e-6;
+
 /// A subharmonic orbit that comes back this near after one period of the loads, over its size, is none.
 const SHORTER: f64 = 1e-7;
 
@@ -119,6 +124,14 @@ impl Orbit {
     /// No penetration and no tension, between switches as well as at them.
     pub fn is_admissible(&self) -> bool {
         self.gap_error <= VIOLATION && self.tension <= VIOLATION && self.certified
+    }
+
+    /// Of a body with friction: how many parameters the family of orbits has that differ by where friction holds the body, each a multiplier +1. None where multipliers are not known.
+    pub fn residual_positions(&self) -> Option<usize> {
+        self.rubbed.as_ref()?;
+        let stability = self.stability.as_ref()?;
+        let stays = |m: &&(f64, f64)| (m.0 - 1.0).hypot(m.1) < STAYS;
+        Some(stability.multipliers[stability.trivial..].iter().filter(stays).count())
     }
 
     /// A subharmonic orbit that has come back after one period of the loads: one of that period.
@@ -271,6 +284,7 @@ pub fn examine(
     multipliers: bool,
 ) -> Result<Orbit, OrbitError> {
     closure.adopt(body, z)?;
+    let period = closure.period_of(z, period);
     let body = &*body;
     let system = &body.system;
     let state = body.state(closure.frame(z));
@@ -292,7 +306,8 @@ pub fn examine(
     let end = body.frame(&report.last);
     let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
     let unit = system.units.length;
-    for s in &report.switches {
+    // how near is told by gaps and pressures: a slip that ends softly is no grazing of the obstacle
+    for s in report.switches.iter().filter(|s| !s.monitor.is_tangential()) {
         let scale = system.monitor_unit(s.monitor, s.point);
         scan.grazing = scan.grazing.min(s.monitor_rate.abs() / scale * period / TAU / unit);
     }
@@ -310,8 +325,12 @@ pub fn examine(
     };
     let along = walk.as_ref().map(|walk| (&passage.chain, walk));
     if let Some((chain, walk)) = along {
-        for ((point, _), touch) in (Minima { walk, sets: &chain.sets }).all() {
-            let unit = system.unit_of_monitor(chain.sets[touch.phase].at(point), point);
+        for ((point, to), touch) in (Minima { walk, sets: &chain.sets }).all() {
+            let from = chain.sets[touch.phase].at(point);
+            if from.touches() && to.touches() {
+                continue;
+            }
+            let unit = system.unit_of_monitor(from, point);
             scan.grazing = scan.grazing.min(touch.h.max(0.0) / unit);
         }
     }
@@ -322,7 +341,7 @@ pub fn examine(
     let largest = scan.energy.of(energy_of.as_ref().map(|e| e as &dyn Fn(f64) -> f64));
     let energy = largest.max(f64::MIN_POSITIVE);
     let stability = match along {
-        Some(along) if wanted => if_known(stability(body, closure, &start, along))?,
+        Some(along) if wanted => if_known(stability(body, closure, z, along))?,
         _ => None,
     };
     let viscous = match (closure, along) {
@@ -363,6 +382,7 @@ pub fn examine(
         grazing: scan.grazing,
         stability,
         viscous,
+        rubbed: report.rubbed.clone(),
         halfway,
         switches: passage.report.switches,
         z: z.to_vec(),

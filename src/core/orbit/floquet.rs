@@ -4,7 +4,7 @@
 //! is a rotation. An autonomous orbit has the eigenvector `ẋ(0)` with multiplier +1; a conservative family has a
 //! second one, in a Jordan block with the first, which a numerical eigensolution knows to half the digits only. So `ẋ(0)` is taken out
 //! first, by an orthogonal similarity: what is left has a simple +1. A viscous orbit is fed by `−αM u̇`: its multipliers are those of
-//! the self-excited system, with one +1; beside them stand those of the damped body under `αM u̇(t)` as a prescribed load.
+//! the self-excited system, with one +1, as those of a limit cycle; beside them stand those of the damped body under `αM u̇(t)` as a prescribed load.
 
 use faer::Mat;
 
@@ -69,7 +69,7 @@ pub fn stability(
 ) -> Result<Stability, OrbitError> {
     let m = monodromy(body, along)?;
     let autonomous = !closure.is_forced();
-    let mut full = z.to_vec();
+    let mut full = closure.frame(z).to_vec();
     full.resize(2 * body.n(), 0.0);
     let rate = if autonomous { Some(body.rate(&full, along.0)?) } else { None };
     let mut values = eigenvalues(&m, rate.as_deref())?;
@@ -78,7 +78,7 @@ pub fn stability(
         let far = |v: &Multiplier| (v.0 - 1.0).hypot(v.1);
         let nearest =
             (0..values.len()).min_by(|&a, &b| far(&values[a]).total_cmp(&far(&values[b])));
-        if !matches!(closure, Closure::Viscous(_)) {
+        if !matches!(closure, Closure::Viscous(_) | Closure::Limit) {
             trivial.extend(nearest.map(|k| values.swap_remove(k)));
         }
         trivial.insert(0, (1.0, 0.0));

@@ -5,12 +5,11 @@
 //! GMRES, preconditioned by the half-period map of the open body, which is diagonal in the frame: `∂(q̇ + …) = −sin(ω_i T/2)`.
 
 use crate::contact::{Phase, State, leading};
-use crate::event::{Observer, Sample};
 use crate::flow::Tangent;
 
 use super::OrbitError;
 use super::chain::Propagator;
-use super::period_map::{Passage, integrate_with};
+use super::period_map::{Kept, Passage, integrate_with};
 use super::saltation;
 use crate::continuation::norm;
 
@@ -33,19 +32,6 @@ pub struct HalfPeriod<'a> {
     end: f64,
 }
 
-/// States as they are stored: every switch is followed by one.
-#[derive(Default)]
-struct Kept(Vec<(f64, State)>, usize);
-
-impl Observer for Kept {
-    type Error = std::convert::Infallible;
-    fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
-        let cut = |x: &[f64]| x[..self.1].to_vec();
-        self.0.push((s.t, State { u: cut(s.u), v: cut(s.v) }));
-        Ok(())
-    }
-}
-
 /// Integrate over half a period, and prepare the tangent.
 pub fn half_period<'a>(
     body: &'a Propagator,
@@ -53,7 +39,7 @@ pub fn half_period<'a>(
     end: f64,
 ) -> Result<(Passage, HalfPeriod<'a>), OrbitError> {
     let system = &body.system;
-    let mut kept = Kept(vec![], body.n());
+    let mut kept = Kept::new(body);
     let passage = integrate_with(body, &body.state(z), end, 0, &mut kept)?;
     let mut scratch = system.scratch();
     let n = body.n();
@@ -64,7 +50,7 @@ pub fn half_period<'a>(
         a
     };
     for s in &passage.report.switches {
-        let Some((_, x)) = kept.0.iter().find(|(t, _)| *t == s.t) else { continue };
+        let Some(x) = kept.at(s.t) else { continue };
         let (before, after) = (system.phase(&s.before), system.phase(&s.after));
         let (a, b) = (acceleration(&before, s.t, x), acceleration(&after, s.t, x));
         let jump = a.iter().zip(&b).map(|(a, b)| a - b).collect();

@@ -6,6 +6,8 @@
 //! - [`period_map`] — the motion over a time from a state, with the sequence of active sets that the integrator finds;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
+//! - `least` — the shortest step where friction holds a family of residual positions;
+//! - [`cycle`] — the limit cycle that a body comes to by itself;
 //! - [`nearest`] — the conservative orbit nearest to a viscous one;
 //! - [`saltation`] — how a perturbation passes a switch;
 //! - [`viscous`] — the viscous nonlinear mode: what is pinned, which viscosity, where to start;
@@ -35,11 +37,14 @@ pub mod chain;
 #[doc(hidden)]
 pub mod check;
 pub mod credentials;
+#[doc(hidden)]
+pub mod cycle;
 pub mod floquet;
 mod grazing;
 mod highest;
 #[doc(hidden)]
 pub mod krylov;
+mod least;
 pub(crate) mod mapped;
 #[doc(hidden)]
 pub mod nearest;

@@ -50,6 +50,36 @@ impl Observer for Stoppable<'_> {
     }
 }
 
+/// Keeps the states as they are stored, every switch is followed by one; and ends the motion when it is asked to.
+pub(super) struct Kept<'a> {
+    body: &'a Propagator,
+    states: Vec<(f64, State)>,
+}
+
+impl<'a> Kept<'a> {
+    /// Nothing yet.
+    pub fn new(body: &'a Propagator) -> Self {
+        Kept { body, states: vec![] }
+    }
+
+    /// The state behind the first switch at a time.
+    pub fn at(&self, t: f64) -> Option<&State> {
+        self.states.iter().find(|(at, _)| *at == t).map(|(_, state)| state)
+    }
+}
+
+impl Observer for Kept<'_> {
+    type Error = Infallible;
+    fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
+        let cut = |x: &[f64]| x[..self.body.n()].to_vec();
+        self.states.push((s.t, State { u: cut(s.u), v: cut(s.v) }));
+        Ok(())
+    }
+    fn progress(&mut self, t: f64) -> Result<Go, Infallible> {
+        Stoppable(self.body).progress(t)
+    }
+}
+
 /// Integrate from `x` at `t = 0` to `until` with the body's exact flow.
 pub fn integrate(body: &Propagator, x: &State, until: f64) -> Result<Passage, OrbitError> {
     integrate_with(body, x, until, 0, &mut Stoppable(body))

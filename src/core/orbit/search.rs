@@ -168,7 +168,9 @@ pub fn find(
     }
     if !effort.rescue
         || body.is_large()
-        || matches!(closure, Closure::Autonomous | Closure::Viscous(_))
+        // switching times of friction are no unknowns
+        || body.system.tangents().is_some()
+        || matches!(closure, Closure::Autonomous | Closure::Viscous(_) | Closure::Limit)
         || shot.passage.chain.events() == 0
     {
         let reason = None;
@@ -295,7 +297,7 @@ pub fn same(body: &Propagator, a: &Orbit, b: &Orbit) -> Result<bool, OrbitError>
         Closure::Forced(periods) => periods,
         // the phase condition leaves one instant
         Closure::Viscous(_) => 1,
-        Closure::Autonomous => return Ok(same_sequence(a, b)),
+        Closure::Autonomous | Closure::Limit => return Ok(same_sequence(a, b)),
     };
     let state = body.frame(&b.state);
     for part in 0..parts {

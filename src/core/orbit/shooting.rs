@@ -14,6 +14,7 @@ use faer::linalg::solvers::{Solve, SolveLstsq};
 use super::OrbitError;
 use super::chain::Propagator;
 use super::krylov;
+use super::least::least_change;
 use super::period_map::{Passage, integrate};
 use super::pin::Pin;
 use super::tangent::{Parameter, Variation};
@@ -29,6 +30,8 @@ pub enum Closure {
     Forced(usize),
     /// `x(T) = x(0)`, autonomous, with a phase condition.
     Autonomous,
+    /// `x(T) = x(0)` of a body that friction on a moving surface keeps going, with a phase condition; the last unknown is `T`.
+    Limit,
     /// `x(T) = x(0)` of a viscous body that is fed by `−αM u̇`, pinned to a mode; the last unknown is `α`.
     Viscous(Pin),
 }
@@ -61,21 +64,26 @@ impl Closure {
     pub fn unknowns(self, n: usize) -> usize {
         match self {
             Closure::Reversible => n,
-            Closure::Viscous(_) => 2 * n + 1,
+            Closure::Viscous(_) | Closure::Limit => 2 * n + 1,
             _ => 2 * n,
         }
+    }
+
+    /// The period of an orbit with these unknowns; one that the closure does not find itself is given.
+    pub fn period_of(self, z: &[f64], given: f64) -> f64 {
+        if self == Closure::Limit { z[z.len() - 1] } else { given }
     }
 
     /// Number of unknowns, and how many of them are the state.
     pub fn sizes(self, n: usize) -> (usize, usize) {
         let all = self.unknowns(n);
-        (all, if matches!(self, Closure::Viscous(_)) { 2 * n } else { all })
+        (all, if matches!(self, Closure::Viscous(_) | Closure::Limit) { 2 * n } else { all })
     }
 
     /// The frame vector among the unknowns.
     pub fn frame<'z>(&self, z: &'z [f64]) -> &'z [f64] {
         match self {
-            Closure::Viscous(_) => &z[..z.len() - 1],
+            Closure::Viscous(_) | Closure::Limit => &z[..z.len() - 1],
             _ => z,
         }
     }
@@ -185,7 +193,7 @@ pub(super) fn image(
     period: f64,
 ) -> Result<Image, OrbitError> {
     closure.adopt(body, z)?;
-    let end = closure.end(period);
+    let end = closure.end(closure.period_of(z, period));
     let frame = closure.frame(z);
     let passage = integrate(body, &body.state(frame), end)?;
     let walk = match body.is_large() {
@@ -217,7 +225,12 @@ pub(super) fn jacobian(
     };
     let variation = Variation { by, ..Variation::OF_MAP };
     let end = body.derivative((&at.passage.chain, walk), of_state, variation)?.end;
-    let j = closure.derivative(&end, unknowns);
+    let j = closure.derivative(&end, if closure == Closure::Limit { of_state } else { unknowns });
+    if closure == Closure::Limit {
+        return Ok(Mat::from_fn(of_state, unknowns, |i, k| {
+            if k < of_state { j[(i, k)] } else { walk.rate_end[i] }
+        }));
+    }
     Ok(match by_frequency && j.ncols() == unknowns {
         // without loads the motion up to a fixed time knows no frequency
         true => {
@@ -253,6 +266,9 @@ fn newton_step(
     }
     let j = jacobian(body, closure, at, false)?;
     let n = j.nrows();
+    if body.system.tangents().is_some() {
+        return shortest_step(body, closure, z, at, &j);
+    }
     let b = |rows: usize| Mat::from_fn(rows, 1, |i, _| if i < n { -at.r[i] } else { 0.0 });
     let step = if closure == Closure::Autonomous {
         // the direction of the flow at t = 0: a shift in time is no news
@@ -264,6 +280,34 @@ fn newton_step(
         j.partial_piv_lu().solve(b(n))
     };
     Ok((0..n).map(|i| step[(i, 0)]).collect())
+}
+
+/// The shortest Newton step, where friction may hold a family of residual positions; that of a limit cycle is across the flow at `t = 0`, a shift in time is no news.
+fn shortest_step(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    at: &Image,
+    j: &Mat<f64>,
+) -> Result<Vec<f64>, OrbitError> {
+    let mut wanted: Vec<f64> = at.r.iter().map(|r| -r).collect();
+    if closure != Closure::Limit {
+        return least_change(j, &wanted);
+    }
+    let rate = body.rate(closure.frame(z), &at.passage.chain)?;
+    let speed = norm(&rate).max(f64::MIN_POSITIVE);
+    // the unknown beside the state is `‖ż‖ δT`
+    let n = rate.len();
+    let a = Mat::from_fn(n + 1, n + 1, |i, k| match (i < n, k < n) {
+        (true, true) => j[(i, k)],
+        (true, false) => j[(i, k)] / speed,
+        (false, true) => rate[k] / speed,
+        (false, false) => 0.0,
+    });
+    wanted.push(0.0);
+    let mut step = least_change(&a, &wanted)?;
+    step[n] /= speed;
+    Ok(step)
 }
 
 /// Newton's method from the frame vector `z`. Evaluations that fail along the line search count as no progress; one that fails
@@ -298,7 +342,10 @@ pub fn shoot(
             return Ok(shot(z, at, iteration));
         }
         // a step much longer than the state leads anywhere
-        let excess = norm(closure.frame(&step)) / norm(closure.frame(&z));
+        let mut excess = norm(closure.frame(&step)) / norm(closure.frame(&z));
+        if closure == Closure::Limit {
+            excess = excess.max((step[step.len() - 1] / z[z.len() - 1]).abs());
+        }
         if excess > 0.5 {
             step.iter_mut().for_each(|s| *s *= 0.5 / excess);
         }

@@ -5,7 +5,6 @@ use faer::{Mat, MatRef};
 use super::chain::{Chain, Propagator};
 use super::saltation;
 use super::walk::Walk;
-use crate::continuation::dot;
 use crate::fem::FemError;
 use crate::flow::oscillator::Oscillator;
 
@@ -135,6 +134,7 @@ impl Propagator {
                 }
             }
             let link = &walk.links[j];
+            link.hold(&mut b, k);
             let event = walk.events.get(j);
             if let Some(e) = event.filter(|e| free && e.from_start) {
                 e.row(&mut equations, j, &b, k);
@@ -155,9 +155,7 @@ impl Propagator {
                     equations[(j, given + j - 1)] += e.by_last_time;
                 }
             } else {
-                let gradient = link.row(e.monitor);
-                let mut slopes: Vec<f64> =
-                    (0..k).map(|c| dot(&gradient, b.col_as_slice(c))).collect();
+                let mut slopes = link.slopes(e.monitor, &b, k);
                 if by == Some(Parameter::Frequency) {
                     slopes[k - 1] += link.monitor_by_frequency(e.monitor);
                 }

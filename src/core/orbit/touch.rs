@@ -59,7 +59,7 @@ impl Minima<'_> {
         let present = sets[phase].at(point);
         let monitor = |phase: usize, t: f64| {
             let link = &walk.links[phase];
-            link.monitor(link.monitor_of(point, to), t)
+            link.monitor(link.leading(point, to), t)
         };
         let at = |phase: usize, t: f64| Touch { phase, t, h: monitor(phase, t).0 };
         let rate = |phase: usize, t: f64| monitor(phase, t).1;

@@ -6,6 +6,7 @@
 use std::rc::Rc;
 
 use faer::Mat;
+use nalgebra::DMatrix;
 
 use super::chain::{Chain, Jump, Propagator};
 use crate::contact::{PointState, System, leading};
@@ -140,7 +141,6 @@ pub struct Link {
     v1: Vec<f64>,
     a0: Vec<f64>,
     a1: Vec<f64>,
-    h0: Vec<f64>,
 }
 
 impl Link {
@@ -153,47 +153,65 @@ impl Link {
         motion.at(&spectrum, span.1, &mut q1, &mut v1);
         motion.acceleration(&spectrum, span.1, &q1, &v1, &mut a1);
         let drives = spectrum.drives(&system.loads);
-        let mut h0 = spectrum.monitor_values(q0);
-        h0.iter_mut().enumerate().for_each(|(i, h)| *h += drives.at(i, span.0, 0));
         let (q0, v0) = (q0.to_vec(), v0.to_vec());
-        Link { spectrum, motion, drives, span, q0, v0, q1, v1, a0, a1, h0 }
+        Link { spectrum, motion, drives, span, q0, v0, q1, v1, a0, a1 }
     }
 
     /// Which monitor of the phase it is through which a point leaves to the state `to`.
-    pub(crate) fn monitor_of(&self, point: usize, to: PointState) -> usize {
+    pub(crate) fn leading(&self, point: usize, to: PointState) -> usize {
         // every contact point has one
         leading(&self.spectrum.monitors, point, to).unwrap_or(0)
     }
 
-    /// `∇h Φ` of monitor `k` of this phase.
-    pub(super) fn row(&self, k: usize) -> Vec<f64> {
-        self.spectrum.rows.row(k).iter().copied().collect()
+    /// Where the modes are at a time of the phase: `q`, `q̇`, and `q̈` where a monitor knows velocities.
+    fn modes_at(&self, t: f64) -> [Vec<f64>; 3] {
+        let n = self.spectrum.modes.len();
+        let [mut q, mut v, mut a] = [0; 3].map(|_| vec![0.0; n]);
+        self.motion.at(&self.spectrum, t, &mut q, &mut v);
+        if self.spectrum.velocity_rows.is_some() {
+            self.motion.acceleration(&self.spectrum, t, &q, &v, &mut a);
+        }
+        [q, v, a]
+    }
+
+    /// Monitor `k` and its rate where the modes are at `(q, q̇, q̈)`.
+    fn monitor_of(&self, k: usize, t: f64, [q, v, a]: [&[f64]; 3]) -> (f64, f64) {
+        let [r, rho] = self.spectrum.row(k);
+        let h = dot(&r, q) + dot(&rho, v) + self.spectrum.offsets[k] + self.drives.at(k, t, 0);
+        (h, dot(&r, v) + dot(&rho, a) + self.drives.at(k, t, 1))
     }
 
     /// Monitor `k` and its rate at any time of the phase.
     pub fn monitor(&self, k: usize, t: f64) -> (f64, f64) {
-        let n = self.spectrum.modes.len();
-        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
-        self.motion.at(&self.spectrum, t, &mut q, &mut v);
-        let r = self.row(k);
-        let h = dot(&r, &q) + self.spectrum.offsets[k] + self.drives.at(k, t, 0);
-        (h, dot(&r, &v) + self.drives.at(k, t, 1))
+        let [q, v, a] = self.modes_at(t);
+        self.monitor_of(k, t, [&q, &v, &a])
     }
 
     /// The rates of all monitors at any time of the phase.
     pub(super) fn monitor_rates(&self, t: f64) -> Vec<f64> {
-        let n = self.spectrum.modes.len();
-        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
-        self.motion.at(&self.spectrum, t, &mut q, &mut v);
+        let [_, v, a] = self.modes_at(t);
         let mut rates: Vec<f64> =
             (0..self.spectrum.offsets.len()).map(|k| self.drives.at(k, t, 1)).collect();
-        for (k, v) in v.iter().enumerate() {
-            rates
-                .iter_mut()
-                .zip(self.spectrum.rows.column(k).iter())
-                .for_each(|(h, r)| *h += r * v);
-        }
+        let mut add = |rows: &DMatrix<f64>, x: &[f64]| {
+            for (k, x) in x.iter().enumerate() {
+                rates.iter_mut().zip(rows.column(k).iter()).for_each(|(h, r)| *h += r * x);
+            }
+        };
+        add(&self.spectrum.rows, &v);
+        self.spectrum.velocity_rows.iter().for_each(|rows| add(rows, &a));
         rates
+    }
+
+    /// `∇h δx` of monitor `k` for columns `[Q | V]`, `columns` of each.
+    pub(super) fn slopes(&self, k: usize, b: &Mat<f64>, columns: usize) -> Vec<f64> {
+        let [r, rho] = self.spectrum.row(k);
+        let of = |c| dot(&r, b.col_as_slice(c)) + dot(&rho, b.col_as_slice(columns + c));
+        (0..columns).map(of).collect()
+    }
+
+    /// Columns on the way into the phase: [`Spectrum::hold`].
+    pub(super) fn hold(&self, b: &mut Mat<f64>, k: usize) {
+        self.spectrum.hold(b, k);
     }
 
     /// The contact point of each monitor of the phase, and the state that it leads to.
@@ -258,11 +276,10 @@ impl Link {
     /// The switch at the end of the phase.
     fn event(&self, chain: &Chain, j: usize, jump: Vec<f64>, frequency_bound: f64) -> Event {
         let point = chain.points[j];
-        let monitor = self.monitor_of(point, chain.sets[j + 1].at(point));
-        let r = self.row(monitor);
-        let t = self.span.1;
-        let h = dot(&r, &self.q1) + self.spectrum.offsets[monitor] + self.drives.at(monitor, t, 0);
-        let rate = dot(&r, &self.v1) + self.drives.at(monitor, t, 1);
+        let monitor = self.leading(point, chain.sets[j + 1].at(point));
+        let [by_u, by_v] = self.spectrum.row(monitor);
+        let at = [&self.q1[..], &self.v1, &self.a1];
+        let (h, rate) = self.monitor_of(monitor, self.span.1, at);
         let plain = Event {
             monitor,
             h,
@@ -272,12 +289,14 @@ impl Link {
             from_start: false,
             slowed: vec![],
             blow: None,
-            by_u: r,
-            by_v: vec![],
+            by_u,
+            by_v,
             by_time: rate,
             by_last_time: 0.0,
         };
-        if chain.is_pair(j) { self.divided(plain, frequency_bound) } else { plain }
+        // a rate of velocities is no difference of them: switching times of friction are no unknowns
+        let is_divided = chain.is_pair(j) && self.spectrum.velocity_rows.is_none();
+        if is_divided { self.divided(plain, frequency_bound) } else { plain }
     }
 
     /// The divided difference of the monitor over the phase in place of its end value.
@@ -292,8 +311,8 @@ impl Link {
             for i in 0..n {
                 (by_u[i], by_v[i]) = ((of_q[i] - r[i]) / tau, of_v[i] / tau);
             }
-            let d = (plain.h - self.h0[k]) / tau;
-            let start_rate = self.monitor(k, self.span.0).1;
+            let (start, start_rate) = self.monitor(k, self.span.0);
+            let d = (plain.h - start) / tau;
             return Event {
                 equation: d,
                 from_start: true,
