@@ -1,9 +1,11 @@
 //! Friction at the contact: exact flows against Dormand–Prince in every state, the equations of a phase against themselves, relations between scenes, refusals.
 //! References that this program did not produce are in `validate/friction`.
 
-use crate::common::{datasets, problem, program, relative, run_by, scene};
+use crate::common::{datasets, derivative_error, problem, program, relative, run_by, scene};
 use signorini::contact::{PointState, State, States};
 use signorini::event::{Report, SwitchKind};
+use signorini::orbit::period_map::integrate;
+use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
 
@@ -316,4 +318,42 @@ fn what_friction_does_not_go_with_is_said() {
     let found = problem(&with(&wall("friction = 0.3"), held));
     assert_eq!(found.system.tangents().unwrap().iter().flatten().count(), 4);
     assert!(found.notes.warnings.iter().any(|w| w.contains("1 of 5 contact points")));
+}
+
+/// The derivative of the motion through stick, slip, lift-off and landing against differences of it, in random directions: what sticks at the beginning may be pushed too,
+/// its impulse is taken up at once.
+#[test]
+fn tangents_pass_stick_and_slip() {
+    let block = "[contact]\nedge = 'right'\ngap = 0.0\nfriction = 0.5\n";
+    let loads = "[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.0]\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.0, 0.08]\nomega = 1.0\n[initial]\nequilibrium = true\n";
+    let belt = "[contact]\nedge = 'right'\ngap = -0.02\nfriction = 0.4\nsurface = [0.0, 0.05]\n";
+    let thrown = "[contact]\nedge = 'right'\ngap = 0.02\nfriction = 0.3\n[initial]\nvelocity = ['0.2', '0.1']\n";
+    let damped = |a: f64, b: f64| format!("[damping]\nrayleigh = [{a}, {b}]\n");
+    let cases = [
+        ("block", block.to_owned() + loads + &damped(0.3, 0.0), 6.1),
+        ("block, viscous", block.to_owned() + loads + &damped(0.1, 0.02), 6.1),
+        (
+            "belt",
+            CLAMPED.to_owned()
+                + belt
+                + &damped(0.0, 0.02)
+                + "[initial]\nvelocity = ['0.02*x', '0.03*x']\n",
+            4.0,
+        ),
+        ("thrown", thrown.to_owned(), 2.6),
+        ("thrown, damped", thrown.to_owned() + &damped(0.2, 0.0), 2.6),
+    ];
+    for (name, tables, until) in cases {
+        let problem = problem(&plate(SIZE, &(tables + "[run]\nuntil = 1.0\n")));
+        let mut body = Propagator::new(problem.system).unwrap();
+        let z = body.frame(&problem.initial);
+        let passage = integrate(&body, &problem.initial, until).unwrap();
+        let stuck_first = passage.chain.sets[0].iter().any(|s| s == PointState::Stick);
+        let worst = derivative_error(&mut body, Closure::FORCED, &z, until, 1e-8);
+        println!(
+            "{name}: {worst:.1e}, {} switches, stick at first: {stuck_first}",
+            passage.times.len()
+        );
+        assert!(worst < 1e-6, "{name}: {worst:.1e}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::{problem, random, shipped};
+use crate::common::{derivative_error, problem, random, shipped};
 use faer::Mat;
 use signorini::contact::{PointState, State, States};
 use signorini::continuation::{Family, Go, Options, Stop};
@@ -54,22 +54,7 @@ fn derivative_of_the_period_map() {
         for (z, r) in z.iter_mut().zip(random(n, 5)) {
             *z += 0.02 * r;
         }
-        let (_, j) = linearised(&mut body, closure, &z, period).unwrap();
-        let mut worst = 0.0f64;
-        for k in 0..4 {
-            let d = random(z.len(), 77 + k);
-            let h = 1e-6;
-            let mut at = |s: f64| {
-                let y: Vec<f64> = z.iter().zip(&d).map(|(z, d)| z + s * d).collect();
-                linearised(&mut body, closure, &y, period).unwrap().0
-            };
-            let (up, down) = (at(h), at(-h));
-            let exact = &j * Mat::from_fn(d.len(), 1, |i, _| d[i]);
-            let scale = (0..up.len()).map(|i| exact[(i, 0)].abs()).fold(0.0, f64::max);
-            for i in 0..up.len() {
-                worst = worst.max(((up[i] - down[i]) / (2.0 * h) - exact[(i, 0)]).abs() / scale);
-            }
-        }
+        let worst = derivative_error(&mut body, closure, &z, period, 1e-6);
         println!("{closure:?}: derivative against differences {worst:.1e}");
         assert!(worst < 1e-6, "{closure:?}: {worst:e}");
     }

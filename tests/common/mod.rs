@@ -14,10 +14,13 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use faer::Mat;
 use serde_json::Value;
 use signorini::contact::{State, System};
 use signorini::event::{self, Observer, Options, Report, Silent};
 use signorini::flow::Tolerances;
+use signorini::orbit::shooting::linearised;
+use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
 use signorini::simulate::{by_name, simulate};
@@ -364,4 +367,30 @@ pub fn half_plate_with(contact: &str) -> Problem {
         |x: &[f64]| system.body.dofs.gather(&paper.body.dofs.scatter(x))[..system.n_o()].to_vec();
     let initial = State { u: moved(&u), v: moved(&v) };
     Problem { system, initial, notes: Default::default() }
+}
+
+/// How far the derivative of a closure's residual is from central differences, in four directions, over its size.
+pub fn derivative_error(
+    body: &mut Propagator,
+    closure: Closure,
+    z: &[f64],
+    period: f64,
+    h: f64,
+) -> f64 {
+    let (_, j) = linearised(body, closure, z, period).unwrap();
+    let mut worst = 0.0f64;
+    for k in 0..4 {
+        let d = random(z.len(), 77 + k);
+        let mut at = |s: f64| {
+            let y: Vec<f64> = z.iter().zip(&d).map(|(z, d)| z + s * d).collect();
+            linearised(body, closure, &y, period).unwrap().0
+        };
+        let (up, down) = (at(h), at(-h));
+        let exact = &j * Mat::from_fn(d.len(), 1, |i, _| d[i]);
+        let scale = (0..up.len()).map(|i| exact[(i, 0)].abs()).fold(0.0, f64::max);
+        for i in 0..up.len() {
+            worst = worst.max(((up[i] - down[i]) / (2.0 * h) - exact[(i, 0)]).abs() / scale);
+        }
+    }
+    worst
 }

@@ -43,6 +43,11 @@ impl Tangent {
     pub fn slip_velocity(&self, v_o: &[f64]) -> f64 {
         self.sign * v_o[self.entry] - self.surface
     }
+
+    /// Give the point exactly the velocity of the surface.
+    pub fn settle(&self, v_o: &mut [f64]) {
+        v_o[self.entry] = self.sign * self.surface;
+    }
 }
 
 /// Friction of the contact points of a body.

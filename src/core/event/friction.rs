@@ -138,7 +138,7 @@ impl Surface<'_> {
 pub(super) fn settle(tangents: &[Option<Tangent>], set: &States, v_o: &mut [f64]) {
     for (tangent, state) in tangents.iter().zip(set.iter()) {
         if let (Some(t), PointState::Stick) = (tangent, state) {
-            v_o[t.entry] = t.sign * t.surface;
+            t.settle(v_o);
         }
     }
 }

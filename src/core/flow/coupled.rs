@@ -13,18 +13,15 @@
 use std::cell::OnceCell;
 
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::Eigen;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{Complex, DMatrix};
 
 use super::defect::{Defect, dot};
+use super::eigenpairs::{Eigenpairs, companion};
 use super::exponential::{Term, difference, integral, pair_integral, power};
 use crate::fem::FemError;
 
 type C = Complex<f64>;
-
-/// Largest condition number of an eigenvalue, `‖W_k‖ ‖U_k‖`: beyond it the eigenvectors are too nearly dependent to be computed with.
-const CONDITION: f64 = 1e7;
 
 /// A load this near to an eigenvalue, over its size, has no steady response that could be computed with.
 const RESONANCE: f64 = 1e-7;
@@ -125,66 +122,38 @@ impl Coupling {
         forces: &[&[f64]],
     ) -> Result<Coupling, FemError> {
         let n = scale.len();
-        let failed = || FemError::Eigen { size: 2 * n, wanted: 2 * n };
         let (k, d) = (&operators.stiffness, &operators.damping);
-        // x = (S q, q̇)
-        let a = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-            (true, true) => 0.0,
-            (true, false) => {
-                if i == j - n {
-                    scale[i]
-                } else {
-                    0.0
-                }
-            }
-            (false, true) => -k[(i - n, j)] / scale[j],
-            (false, false) => -d[(i - n, j - n)],
-        });
-        let eigen = Eigen::new_from_real(a.as_ref()).map_err(|_| failed())?;
-        let (u, values) = (eigen.U(), eigen.S());
-        let w = faer::linalg::solvers::DenseSolveCore::inverse(&u.partial_piv_lu());
-        let kept: Vec<usize> = (0..2 * n).filter(|&i| values[i].im >= 0.0).collect();
+        let a = companion(&operators, scale);
+        let Eigenpairs { lambda, right: u, left: w, spread } =
+            Eigenpairs::of(&operators, &a, scale)?;
+        let p = lambda.len();
         let size = |x: &mut dyn Iterator<Item = C>| x.map(|x| x.norm_sqr()).sum::<f64>().sqrt();
-        for &k in &kept {
-            let condition =
-                size(&mut (0..2 * n).map(|i| u[(i, k)])) * size(&mut (0..2 * n).map(|j| w[(k, j)]));
-            // not a number where the eigenvectors are dependent
-            if condition.is_nan() || condition > CONDITION {
-                return Err(failed());
-            }
-        }
-        let lambda: Vec<C> = kept.iter().map(|&k| values[k]).collect();
         // what rounding leaves of A U = U Λ, and what it hides of that
-        let parts = [0, 1].map(|part| {
-            let of = |i: usize, c: usize| match part {
-                0 => u[(i, kept[c])].re,
-                _ => u[(i, kept[c])].im,
-            };
-            product(a.as_ref(), Mat::from_fn(2 * n, kept.len(), of).as_ref())
+        let parts = [|x: &C| x.re, |x: &C| x.im].map(|part| {
+            product(a.as_ref(), Mat::from_fn(2 * n, p, |i, c| part(&u[(i, c)])).as_ref())
         });
         let hidden = 4.0 * f64::EPSILON * a.norm_l2();
         let residual = |(c, l): (usize, &C)| {
             let twice = if l.im > 0.0 { 2.0 } else { 1.0 };
             let image = |i: usize| C::new(parts[0][(i, c)], parts[1][(i, c)]);
-            let rest = size(&mut (0..2 * n).map(|i| image(i) - l * u[(i, kept[c])]));
-            twice * (rest + hidden * size(&mut (0..2 * n).map(|i| u[(i, kept[c])])))
+            let rest = size(&mut (0..2 * n).map(|i| image(i) - l * u[(i, c)]));
+            twice * (rest + hidden * size(&mut (0..2 * n).map(|i| u[(i, c)])))
         };
         let residuals = lambda.iter().enumerate().map(residual).collect();
         // (S q, q̇) of springs and dampers is a norm that does not grow
         let is_elastic = operators.skew.is_none()
             && lambda.iter().all(|l| l.re <= 0.0)
             && (0..n).all(|i| d[(i, i)] >= 0.0 && k[(i, i)] == scale[i] * scale[i]);
-        let spread = if is_elastic { 1.0 } else { u.norm_l2() * w.norm_l2() };
+        let spread = if is_elastic { 1.0 } else { spread };
         let of_u = |i: usize, c: usize| {
             let twice = if lambda[c].im > 0.0 { 2.0 } else { 1.0 };
             let unit = if i < n { scale[i] } else { 1.0 };
-            u[(i, kept[c])] * (twice / unit)
+            u[(i, c)] * (twice / unit)
         };
         let of_w = |c: usize, j: usize| {
             let unit = if j < n { scale[j] } else { 1.0 };
-            w[(kept[c], j)] * unit
+            w[(c, j)] * unit
         };
-        let p = kept.len();
         let right = [
             Mat::from_fn(2 * n, p, |i, c| of_u(i, c).re),
             Mat::from_fn(2 * n, p, |i, c| of_u(i, c).im),

@@ -15,6 +15,7 @@ mod defect;
 pub mod dop853;
 pub mod dopri5;
 pub(crate) mod drives;
+mod eigenpairs;
 mod exponential;
 mod held;
 pub(crate) mod modal;

@@ -23,7 +23,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::Complex;
 
-use crate::contact::{Rayleigh, State, States, System};
+use crate::contact::{ContactError, Rayleigh, State, States, System};
 use crate::fem::FemError;
 use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
@@ -78,6 +78,9 @@ const BUDGET: usize = 256 << 20;
 
 /// Bodies so small that the transforms of a whole period are among them go from phase to phase by one product, larger ones by two.
 const BY_TRANSFORM: usize = 200;
+
+/// A slip below this part of the largest velocity is none, where Newton's method has found the velocities.
+const RESTS: f64 = 1e-9;
 
 /// So many columns, over the displacements, pay for a transform that is used again.
 const PAYS: f64 = 0.3;
@@ -213,6 +216,23 @@ impl Propagator {
         self.open.to_modes(&both, &mut z);
         z[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q *= s);
         z
+    }
+
+    /// The frame vector with what rests on an obstacle's surface, as far as a solution of equations can tell, resting exactly: points that touch, and move along the surface by less than
+    /// [`RESTS`] of the largest velocity. None where nothing does.
+    pub fn settled(&self, z: &[f64]) -> Result<Option<Vec<f64>>, ContactError> {
+        let Some(tangents) = self.system.tangents() else { return Ok(None) };
+        let mut x = self.state(z);
+        let touching = self.system.select(0.0, &x.u, &self.open_set)?.set;
+        let least = RESTS * x.v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut rests = false;
+        for (_, t) in tangents.iter().enumerate().filter(|(i, _)| touching.touches(*i)) {
+            if let Some(t) = t.as_ref().filter(|t| t.slip_velocity(&x.v).abs() <= least) {
+                t.settle(&mut x.v);
+                rests = true;
+            }
+        }
+        Ok(rests.then(|| self.frame(&x)))
     }
 
     /// The frame vector at `t = 0` of the linear response of the open body to its harmonic and constant loads.

@@ -137,6 +137,8 @@ pub fn approach(
     }
     Ok(Err(match switches {
         0 => format!("nothing switches within {begun:.4}: the body slides steadily, or rests"),
-        _ => format!("the body does not come back within {begun:.4} (nearest return {least:.1e} of its motion)"),
+        _ => format!(
+            "the body does not come back within {begun:.4} (nearest return {least:.1e} of its motion)"
+        ),
     }))
 }

@@ -166,6 +166,8 @@ pub struct Shot {
 
 /// The map at `z`.
 pub(super) struct Image {
+    /// The frame vector of [`Propagator::settled`], in place of that of `z`.
+    settled: Option<Vec<f64>>,
     passage: Passage,
     /// None for a large body, which has the modes of no phase.
     walk: Option<Walk>,
@@ -177,6 +179,14 @@ pub(super) struct Image {
 }
 
 impl Image {
+    /// The unknowns with what rests.
+    fn resting(&self, mut z: Vec<f64>) -> Vec<f64> {
+        if let Some(settled) = &self.settled {
+            z[..settled.len()].copy_from_slice(settled);
+        }
+        z
+    }
+
     /// The rate of the frame vector at the end; empty for a large body.
     pub(crate) fn rate_end(&self) -> &[f64] {
         self.walk.as_ref().map_or(&[], |w| &w.rate_end)
@@ -194,18 +204,19 @@ pub(super) fn image(
 ) -> Result<Image, OrbitError> {
     closure.adopt(body, z)?;
     let end = closure.end(closure.period_of(z, period));
-    let frame = closure.frame(z);
+    let settled = body.settled(closure.frame(z))?;
+    let frame = settled.as_deref().unwrap_or(closure.frame(z));
     let passage = integrate(body, &body.state(frame), end)?;
     let walk = match body.is_large() {
         true => None,
         false => Some(body.walk(&passage.chain, frame, &passage.times, end)?),
     };
     let r = match &walk {
-        Some(walk) => closure.residual(z, &walk.z_end),
-        None => closure.residual(z, &body.frame(&passage.report.last)),
+        Some(walk) => closure.residual(frame, &walk.z_end),
+        None => closure.residual(frame, &body.frame(&passage.report.last)),
     };
     let size = norm(&r) / norm(frame).max(f64::MIN_POSITIVE);
-    Ok(Image { passage, walk, r, size, end })
+    Ok(Image { settled, passage, walk, r, size, end })
 }
 
 /// `∂R/∂z` of the event-driven map; with `by_frequency` one more column for the frequency of the loads, the time of the end held.
@@ -321,6 +332,7 @@ pub fn shoot(
 ) -> Result<Shot, OrbitError> {
     let mut z = z.to_vec();
     let mut at = image(body, closure, &z, period)?;
+    z = at.resting(z);
     let shot = |z, at: Image, iterations| Shot {
         z,
         residual: at.size,
@@ -364,7 +376,7 @@ pub fn shoot(
         let Some((better, there)) = best else { return Ok(shot(z, at, iteration)) };
         // at the tolerance, go on only while it is worth it
         let ended = there.size <= settings.tolerance && there.size > 0.1 * at.size;
-        (z, at) = (better, there);
+        (z, at) = (there.resting(better), there);
         if ended {
             return Ok(shot(z, at, iteration + 1));
         }
