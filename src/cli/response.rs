@@ -18,7 +18,7 @@ use signorini::problem::Problem;
 use signorini::records::{
     Branch, BranchEnd, Direction, EndReason, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
-use signorini::scenario::{Issue, Scene};
+use signorini::scenario::{Contact, Issue, Scene};
 use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Choice};
@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Frequencies to cover [default: range of the scene's [orbit]]
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     range: Option<Vec<f64>>,
-    /// Largest step of arclength (relative change of the state); the steps in frequency of harmonic balance follow it in proportion (at
+    /// Largest step of arclength (relative change of the state); the steps in frequency of harmonic balance, and of bodies with friction, follow it in proportion (at
     /// 0.05: a four-hundredth of the highest frequency, rounded)
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     step: f64,
@@ -139,12 +139,21 @@ impl Arguments {
         let walk = match choice.is_balance() {
             _ if self.sweep.is_some() => Walk::Sweep { grid: self.grid(range), dwell: self.dwell },
             true => Walk::Response(self.grid(range)),
+            // friction holds families of orbits at each frequency: there is no one branch to follow
+            false if scene.contact.as_ref().is_some_and(Contact::has_friction) => {
+                Walk::Response(self.grid(range))
+            }
             false => Walk::Upwards { start: range.0, step, locate },
         };
         let options =
             Options { range, step: (0.2 * step, 1e-9, step), points, locate, natural: false };
         if choice.is_balance() && simple.is_some() {
             return Err(CliError::Input("--doublings and --through go with shooting only".into()));
+        }
+        let is_stepped = !choice.is_balance() && matches!(walk, Walk::Response(_));
+        if is_stepped && (simple.is_some() || locate) {
+            let text = "--doublings, --through and --locate follow a branch by arclength: with friction the response goes from frequency to frequency, --step gives their distance";
+            return Err(CliError::Input(text.into()));
         }
         let sweeps = self.sweep.map_or(&[][..], Way::directions);
         Ok(Request {
@@ -159,7 +168,7 @@ impl Arguments {
         })
     }
 
-    /// Frequencies of harmonic balance: a tenth of the step, over the scale of the frequency.
+    /// Frequencies of harmonic balance, and of bodies with friction: a tenth of the step, over the scale of the frequency.
     fn grid(&self, range: (f64, f64)) -> Grid {
         // 0.005 at frequencies of the order of one
         let step = family::round_number(range.1 / 400.0) * (self.step / 0.05);
@@ -314,6 +323,13 @@ impl Request {
                 let rest = vec![0.0; 2 * body.n()];
                 let first = given.first().unwrap_or(&rest);
                 let end = sweep::sweep(&mut body, &plan, first, &known.branch(index), take)?;
+                BranchEnd { branch: index, ..end }
+            }
+            (What::Orbits, _, Some(grid)) => {
+                let (mut body, given) = shooting()?;
+                let stretch = Stretch { grid, range, downwards: false };
+                let known = known.branch(index);
+                let end = sequence::response(&mut body, &given, stretch, &known, take)?;
                 BranchEnd { branch: index, ..end }
             }
             (What::Series(n_h), _, Some(grid)) => {

@@ -7,6 +7,7 @@ use crate::hbm::newton::Settings;
 use crate::hbm::viscous_mode;
 use crate::orbit::branch::{self, Sequential};
 use crate::orbit::search::Effort;
+use crate::orbit::settle::ladder;
 use crate::orbit::{Closure, Propagator};
 use crate::records::{BranchEnd, EndReason, Grid, PointRecord};
 
@@ -63,6 +64,30 @@ pub fn orbits(
     let Stretch { grid, range: (low, high), .. } = stretch;
     let text = format!("{} frequencies from {low} to {high}", grid.within((low, high)).count());
     Ok(ended(0, EndReason::Range, text, true))
+}
+
+/// A forced response at each frequency, from what the body does, or settles to, at the first one; `given` is the state of the scene, if it has one. Friction holds whole families of
+/// orbits at a frequency, and no one branch could be followed along its length.
+pub fn response(
+    body: &mut Propagator,
+    given: &[Vec<f64>],
+    stretch: Stretch,
+    known: &[&PointRecord],
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    let omega = stretch.range.0;
+    let first = match known.is_empty() {
+        true => match ladder(body, given, omega)? {
+            Ok(orbit) => vec![orbit.z],
+            Err(why) => {
+                let text = format!("no orbit at omega = {omega}: {why}");
+                return Ok(ended(0, EndReason::Lost, text, false));
+            }
+        },
+        false => vec![],
+    };
+    let first = |_: &Propagator, _: f64| first.clone();
+    orbits(body, Closure::FORCED, &first, stretch, known, take)
 }
 
 /// Viscous nonlinear modes by harmonic balance at each frequency, all numbers of harmonics at once; `known` as in [`series`].

@@ -67,7 +67,7 @@ pub enum PointMethod {
 pub enum Walk {
     /// At each frequency of a grid: a backbone.
     Grid(Grid),
-    /// At each frequency of a grid, once upwards and once downwards: a response.
+    /// At each frequency of a grid a response: by harmonic balance once upwards and once downwards, of a body with friction upwards.
     Response(Grid),
     /// Along the branch, from an orbit in both directions.
     Branch {

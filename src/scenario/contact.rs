@@ -336,7 +336,7 @@ impl Contact {
     }
 
     /// Whether some obstacle has friction.
-    pub(crate) fn has_friction(&self) -> bool {
+    pub fn has_friction(&self) -> bool {
         self.obstacles.iter().any(|o| o.coefficient().is_some())
     }
 

@@ -67,11 +67,11 @@ pub fn arclength(
 /// without a stop.
 fn is_mapped(body: &Propagator, closure: Closure) -> bool {
     match closure {
-        Closure::Viscous(_) | Closure::Limit => true,
-        // velocities that jump, and slips that end, are in the map, and in no segment
-        _ if body.system.impact().is_some() || body.system.tangents().is_some() => true,
+        Closure::Viscous(_) => true,
+        // velocities that jump are in the map, and in no segment
+        _ if body.system.impact().is_some() => true,
         Closure::Forced(_) => body.system.damping.is_some_and(|d| d.beta > 0.0),
-        Closure::Reversible | Closure::Autonomous => false,
+        Closure::Reversible | Closure::Autonomous | Closure::Limit => false,
     }
 }
 

@@ -132,9 +132,7 @@ impl<'a> Mapped<'a> {
 
     /// Whether branches of the family go over grazings.
     fn goes_over(&self) -> bool {
-        let system = &self.body.system;
-        let is_smooth = system.impact().is_none() && system.tangents().is_none();
-        let is_smooth = is_smooth && !self.body.is_large();
+        let is_smooth = self.body.system.impact().is_none() && !self.body.is_large();
         self.closure.is_forced() && is_smooth
     }
 
