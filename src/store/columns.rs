@@ -6,8 +6,8 @@ use super::row::Row;
 use super::schema::{About, Column, Get};
 use crate::event::{Grazing, Switch};
 use crate::records::{
-    AttractorRecord, BranchEnd, CheckRow, GrazingRecord, OrbitRecord, Peak, PointRecord,
-    VerdictKind, ViscousRecord,
+    AttractorRecord, BranchEnd, CheckRow, FrictionRecord, GrazingRecord, OrbitRecord, Peak,
+    PointRecord, VerdictKind, ViscousRecord,
 };
 
 // a dataset is a row
@@ -52,7 +52,7 @@ static ONCE: &[About] = &[
     About::new("orbit/multipliers_under_load", "1", &["multiplier", "part"], "multipliers of a viscous mode as the response to the load that takes the place of its feedback"),
     About::new("orbit/switches/t", "time", SWITCH, "time of each switch of the period"),
     About::new("orbit/switches/node", "mesh node", SWITCH, "mesh node that switches"),
-    About::new("orbit/switches/kind", "close | open | impact | rest", SWITCH, "what the switch is"),
+    About::new("orbit/switches/kind", "close | open | impact | rest | sticking | slipping", SWITCH, "what the switch is"),
     About::new("orbit/switches/energy_jump", "energy", SWITCH, "jump of the energy at the switch"),
     About::new("hbm/coefficients", "length; order a_0, a_1, b_1, a_2, b_2, … of u_O (of the coordinates of a reduced body)", &["series", "function", "unknown"], "u_O(t) = sum of a_k cos k omega t + b_k sin k omega t"),
     About::new("backbone/points/NNNN/continuation/x", "units of the problem", &["unknown"], "unknowns of the continuation, the frequency last (a point has the datasets of /orbit besides)"),
@@ -207,6 +207,18 @@ pub(super) static VISCOUS: &[Column<PointRecord>] = &[
     Column::new("backbone/energy_turned_over", "energy a period", POINT, "energy that viscosity and feedback hand round in a period", Get::Number(|p| of_viscous(p, |v| v.turned_over))),
 ];
 
+fn of_friction(p: &PointRecord, get: fn(&FrictionRecord) -> f64) -> f64 {
+    p.orbit.as_ref().and_then(|o| o.friction.as_ref()).map_or(f64::NAN, get)
+}
+
+/// Columns of bodies with friction besides.
+#[rustfmt::skip]
+pub(super) static RUBBED: &[Column<PointRecord>] = &[
+    Column::new("backbone/friction_work", "energy a period", POINT, "work that friction takes in a period", Get::Number(|p| of_friction(p, |f| f.work))),
+    Column::new("backbone/belt_work", "energy a period", POINT, "work of moving surfaces on the body in a period", Get::Number(|p| of_friction(p, |f| f.belt))),
+    Column::new("backbone/family_dimension", "number", POINT, "parameters of the family of residual positions that the orbit is a member of", Get::Number(|p| of_friction(p, |f| f.family.map_or(f64::NAN, |k| k as f64)))),
+];
+
 /// `/backbone/ridge`, a row a peak.
 #[rustfmt::skip]
 pub(super) static RIDGE: &[Column<Peak>] = &[
@@ -319,7 +331,12 @@ pub fn datasets() -> Vec<&'static About> {
     // what runs and families have both is told once
     let is_new = |about: &&'static About| of(GRAZINGS).all(|known| known.path != about.path);
     let tables = tables.chain(of(FAMILY_GRAZINGS).filter(is_new));
-    let tables = tables.chain(of(FAMILY)).chain(of(VISCOUS)).chain(of(RIDGE)).chain(of(BRANCHES));
+    let tables = tables
+        .chain(of(FAMILY))
+        .chain(of(VISCOUS))
+        .chain(of(FRICTION))
+        .chain(of(RIDGE))
+        .chain(of(BRANCHES));
     let tables = tables.chain(of(SWEEP)).chain(of(SECTIONS)).chain(of(SERIES));
     let mut all: Vec<_> = ONCE.iter().chain(tables).chain(of(CHECKS)).collect();
     // groups in the order of their first rows

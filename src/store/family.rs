@@ -10,7 +10,7 @@ use hdf5::Group;
 use serde::Serialize;
 use serde_json as json;
 
-use super::columns::{BRANCHES, FAMILY, VISCOUS};
+use super::columns::{BRANCHES, FAMILY, RUBBED, VISCOUS};
 use super::crosscheck::write_crosscheck;
 use super::describe::describe;
 use super::grazings::{Passage, write_grazings};
@@ -161,7 +161,8 @@ impl FamilyWriter {
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
             let viscous = plan.identity.method.viscosity().map_or(&[][..], |_| VISCOUS);
-            let columns = FAMILY.iter().chain(viscous);
+            let rubs = system.tangents().map_or(&[][..], |_| RUBBED);
+            let columns = FAMILY.iter().chain(viscous).chain(rubs);
             let rows = Rows::create(&file, columns, &|_| Form::plain(None, 64))?;
             let points = g.create_group("points")?;
             describe(&file)?;

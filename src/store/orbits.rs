@@ -13,7 +13,7 @@ use super::schema::ascii;
 use super::{StoreError, Writer, read_text, write_text};
 use crate::contact::{States, System};
 use crate::event::SwitchKind;
-use crate::records::{OrbitRecord, PlaceRecord, ViscousRecord};
+use crate::records::{FrictionRecord, OrbitRecord, PlaceRecord, ViscousRecord};
 
 /// The name of a kind.
 type Word = FixedAscii<128>;
@@ -83,7 +83,25 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
     let kinds: Vec<Word> = o.switches.iter().map(|s| ascii(s.2.name())).collect();
     s.new_dataset_builder().with_data(&kinds).create("kind")?;
     s.new_dataset_builder().with_data(&o.jumps).create("energy_jump")?;
-    o.viscous.as_ref().map_or(Ok(()), |v| write_viscous(g, v))
+    o.viscous.as_ref().map_or(Ok(()), |v| write_viscous(g, v))?;
+    o.friction.as_ref().map_or(Ok(()), |f| write_friction(g, f))
+}
+
+const OF_FRICTION: [&str; 2] = ["friction_work", "belt_work"];
+const FAMILY_DIMENSION: &str = "family_dimension";
+
+fn write_friction(g: &Group, f: &FrictionRecord) -> Result<(), StoreError> {
+    OF_FRICTION.iter().zip([f.work, f.belt]).try_for_each(|(name, x)| scalar(g, name, x))?;
+    f.family.map_or(Ok(()), |k| scalar(g, FAMILY_DIMENSION, k as f64))
+}
+
+fn read_friction(g: &Group) -> Result<Option<FrictionRecord>, StoreError> {
+    if g.attr(OF_FRICTION[0]).is_err() {
+        return Ok(None);
+    }
+    let [work, belt] = [read_scalar(g, OF_FRICTION[0])?, read_scalar(g, OF_FRICTION[1])?];
+    let family = read_scalar(g, FAMILY_DIMENSION).ok().map(|k| k as usize);
+    Ok(Some(FrictionRecord { work, belt, family }))
 }
 
 const OF_VISCOUS: [&str; 3] = ["alpha", "beta", "energy_turned_over"];
@@ -152,6 +170,7 @@ pub(super) fn read_orbit(g: &Group) -> Result<OrbitRecord, StoreError> {
             .collect(),
         jumps: s.dataset("energy_jump")?.values()?,
         viscous: read_viscous(g)?,
+        friction: read_friction(g)?,
     })
 }
 

@@ -9,8 +9,8 @@ use super::shooting::Closure;
 use super::viscous;
 use crate::continuation::{Go, JUMP, Place, Special, guesses};
 use crate::records::{
-    GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange, VerdictKind,
-    ViscousRecord,
+    FrictionRecord, GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, StabilityChange,
+    VerdictKind, ViscousRecord,
 };
 
 /// An orbit as a file keeps it.
@@ -40,6 +40,11 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
         jumps: switches.clone().map(|s| s.energy_jump).collect(),
         switches: switches.map(|s| (s.t, s.node, s.kind)).collect(),
         viscous: orbit.viscous.as_ref().map(feedback),
+        friction: orbit.rubbed.as_ref().map(|rubbed| FrictionRecord {
+            work: rubbed.work(),
+            belt: rubbed.belt,
+            family: orbit.residual_positions(),
+        }),
     })
 }
 

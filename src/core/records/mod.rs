@@ -16,7 +16,7 @@ mod special;
 
 pub use attractor::{AttractorKind, AttractorRecord};
 pub use check::{CheckRow, VerdictKind};
-pub use orbit::{OrbitRecord, ViscousRecord};
+pub use orbit::{FrictionRecord, OrbitRecord, ViscousRecord};
 pub use point::{PlaceRecord, PointRecord};
 pub(crate) use ridge::crest;
 pub use ridge::{Peak, peaks};

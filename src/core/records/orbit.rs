@@ -75,6 +75,22 @@ pub struct OrbitRecord {
     /// What a viscous orbit has besides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscous: Option<ViscousRecord>,
+    /// What friction does, where there is any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionRecord>,
+}
+
+/// What friction does in a period.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrictionRecord {
+    /// Work that it takes at all contact points.
+    #[serde(with = "bits::one")]
+    pub work: f64,
+    /// Work of moving surfaces on the body.
+    #[serde(with = "bits::one")]
+    pub belt: f64,
+    /// Parameters of the family of residual positions, if multipliers are known.
+    pub family: Option<usize>,
 }
 
 /// The feedback of a viscous orbit: `C = βK − αM`.
