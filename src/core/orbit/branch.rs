@@ -5,6 +5,7 @@ use super::chain::{Chain, Propagator};
 use super::credentials::{Feedback, Orbit};
 use super::floquet::Stability;
 use super::search::{Effort, Verdict, find};
+use super::settle::ladder;
 use super::shooting::Closure;
 use super::viscous;
 use crate::continuation::{Go, JUMP, Place, Special, guesses};
@@ -225,6 +226,17 @@ fn try_at(
             singular_value: f64::NAN,
             reason: Some("no path of viscosities leads to an orbit".into()),
         }));
+    }
+    if closure == Closure::FORCED {
+        // what the body settles to from where it was
+        return Ok(match ladder(body, &list, omega)? {
+            Ok(orbit) => Verdict::Orbit(orbit),
+            Err(why) => Verdict::NotFound {
+                residual: f64::NAN,
+                singular_value: f64::NAN,
+                reason: Some(why),
+            },
+        });
     }
     let mut worst = None;
     for guess in list.iter().rev() {

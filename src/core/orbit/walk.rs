@@ -311,7 +311,8 @@ impl Link {
             for i in 0..n {
                 (by_u[i], by_v[i]) = ((of_q[i] - r[i]) / tau, of_v[i] / tau);
             }
-            let (start, start_rate) = self.monitor(k, self.span.0);
+            let (start, start_rate) =
+                self.monitor_of(k, self.span.0, [&self.q0, &self.v0, &self.a0]);
             let d = (plain.h - start) / tau;
             return Event {
                 equation: d,
