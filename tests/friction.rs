@@ -300,7 +300,6 @@ fn what_friction_does_not_go_with_is_said() {
         (base(&wall("friction = 0.3\nsurface = [0.1, 0.1]")), "along its normal"),
         (base(&wall("friction = 0.3\nsurface = [0.1]")), "surface"),
         (bar.to_owned(), "a bar has no displacement along the obstacle"),
-        (with(&wall("friction = 0.3"), "[reduction]\nmodes = 5\n"), "which friction needs"),
         (
             with(&wall("friction = 0.3\nmotion = { amplitude = 0.1, omega = 1.0 }"), ""),
             "seen from what moves",
@@ -355,5 +354,35 @@ fn tangents_pass_stick_and_slip() {
             passage.times.len()
         );
         assert!(worst < 1e-6, "{name}: {worst:.1e}");
+    }
+}
+
+/// With all modes a reduced body is the whole one, of either kind; with some it is near: displacements along the obstacle are coordinates of it.
+#[test]
+fn a_reduced_body_sticks_and_slips_as_the_whole_one() {
+    let tables = "[contact]\nedge = 'right'\ngap = -0.02\nfriction = 0.4\nsurface = [0.0, 0.05]\n[damping]\nrayleigh = [0.05, 0.02]\n[initial]\nvelocity = ['0.02*x', '0.03*x']\n[run]\nuntil = 5.0\n";
+    let on = |size: &str, more: &str| {
+        let text = plate(size, &format!("{CLAMPED}{tables}{more}"));
+        run_by(&scene(&text), Integrator::Modal)
+    };
+    // the contact conditions touch all of two columns of elements: there is nothing to leave out
+    let (all, none) = (on(SIZE, ""), on(SIZE, "[reduction]\nmodes = 3\n"));
+    assert!(relative(&[none.energy_end], &[all.energy_end]) < 1e-9);
+    let run = |more: &str| on("size = [0.5, 1.0]\nelements = [6, 4]", more);
+    let whole = run("");
+    let off = |r: &Report| {
+        relative(&[friction_work(r), r.energy_end], &[friction_work(&whole), whole.energy_end])
+    };
+    for kind in ["fixed-interface", "free-interface"] {
+        let reduced =
+            |modes: usize| run(&format!("[reduction]\nkind = '{kind}'\nmodes = {modes}\n"));
+        let all = reduced(60);
+        println!("{kind}: all modes {:.1e}, {} switches", off(&all), all.switches.len());
+        assert!(off(&all) < 1e-9, "{kind}: {:.1e}", off(&all));
+        let states = |r: &Report| r.switches.iter().map(|s| (s.point, s.to())).collect::<Vec<_>>();
+        assert_eq!(states(&all), states(&whole), "{kind}");
+        let some = [2, 20].map(|modes| off(&reduced(modes)));
+        println!("{kind}: 2 and 20 modes {some:?}");
+        assert!(some[1] < 0.3 * some[0], "{kind}: {some:?}");
     }
 }

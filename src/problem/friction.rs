@@ -116,11 +116,6 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
         let key = if contact.motion.is_some() { "contact.motion" } else { "support" };
         return fail(key.into(), message, "remove the motion, or friction");
     }
-    if scene.reduction.is_some() {
-        let message =
-            "keeps modes in place of displacements along the obstacle, which friction needs";
-        return fail("reduction".into(), message, "leave [reduction] out, or remove friction");
-    }
     if scene.body.damping_matrix.is_some() {
         let message =
             "is a matrix, and friction goes with damping in proportion to mass and stiffness";

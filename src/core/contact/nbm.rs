@@ -121,7 +121,17 @@ impl Method for Nbm {
         let Conditions { n_c, n_o, area, .. } = &*self.conditions;
         let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
         let operator = BoundaryOperator { n_c, n_o, area };
-        Ok(Arc::new(Nbm::new(body, operator, self.conditions.gaps(), self.choice)?))
+        let new = Nbm::new(body, operator, self.conditions.gaps(), self.choice)?;
+        let Some(friction) = &self.friction else { return Ok(Arc::new(new)) };
+        let placed = |t: &Option<Tangent>| match t {
+            None => Ok(None),
+            Some(t) => {
+                let entry = reduction.place(t.entry).ok_or(ContactError::NoFriction)?;
+                Ok(Some(Tangent { entry, ..t.clone() }))
+            }
+        };
+        let tangents = friction.tangents.iter().map(placed).collect::<Result<_, ContactError>>()?;
+        Ok(Arc::new(new.with_friction(tangents)?))
     }
 
     fn promise(&self) -> Promise {

@@ -5,14 +5,15 @@ use super::system::System;
 use crate::fem::{FemError, Interface, Kept, Reduction};
 
 impl System {
-    /// The basis of a reduction by so many modes.
+    /// The basis of a reduction by so many modes; displacements along obstacles with friction are coordinates of it.
     pub fn reduction(&self, interface: Interface, count: Kept) -> Result<Reduction, FemError> {
         match interface {
             Interface::Fixed => Reduction::fixed_interface(&self.body, &self.touched(), count),
             Interface::Free => {
                 let open = self.open_phase();
                 let lowest = |count| phase_modes(self, &open, count);
-                Reduction::free_interface(&self.body, count, lowest, self.static_forces())
+                Reduction::free_interface(&self.body, count, lowest, self.static_forces())?
+                    .with_coordinates(&self.rubbed())
             }
         }
     }
@@ -20,12 +21,22 @@ impl System {
     /// Displacements of `u_O` that the contact conditions touch.
     fn touched(&self) -> Vec<usize> {
         let mut touched: Vec<usize> = self.conditions().n_o.triplets().map(|e| e.1).collect();
+        touched.extend(self.rubbed());
         touched.sort_unstable();
         touched.dedup();
         touched
     }
 
-    /// Forces over `u_O`: of the contact at each point, and of each load.
+    /// Displacements of `u_O` along obstacles with friction.
+    fn rubbed(&self) -> Vec<usize> {
+        let tangents = self.tangents().unwrap_or_default().iter().flatten();
+        let mut rubbed: Vec<usize> = tangents.map(|t| t.entry).collect();
+        rubbed.sort_unstable();
+        rubbed.dedup();
+        rubbed
+    }
+
+    /// Forces over `u_O`: of the contact at each point, of friction there, and of each load.
     fn static_forces(&self) -> Vec<Vec<f64>> {
         let n_o = self.n_o();
         let mut forces: Vec<Vec<f64>> = vec![];
@@ -41,6 +52,7 @@ impl System {
             // −K_OC, up to the sign
             None => (n_o..self.n()).for_each(|j| push(&mut self.body.stiffness.row(j))),
         }
+        self.rubbed().into_iter().for_each(|i| push(&mut [(i, 1.0)].into_iter()));
         let harmonic = self.loads.harmonics.iter().map(|h| &h.force);
         let measured = self.loads.measured.iter().map(|m| &m.force);
         for f in self.loads.constant.iter().chain(harmonic).chain(measured) {

@@ -28,6 +28,18 @@ impl Reduction {
         let mut inside = vec![false; n_o];
         interface.iter().for_each(|&i| inside[i] = true);
         let rest: Vec<usize> = (0..n_o).filter(|&i| !inside[i]).collect();
+        if rest.is_empty() {
+            // nothing but the interface: the body itself
+            return Ok(Reduction {
+                basis: Mat::identity(n_o, n_o),
+                dual: Mat::identity(n_o, n_o),
+                dofs: body.dofs.clone(),
+                interface: Interface::Fixed,
+                coordinates: (0..n_o).collect(),
+                modes: 0,
+                cutoff: None,
+            });
+        }
         rest.iter().enumerate().for_each(|(r, &i)| place[i] = Some(r));
         let among_rest = |a: &Csr| {
             let entries = a.triplets().filter_map(|(i, j, v)| Some((place[i]?, place[j]?, v)));
@@ -72,7 +84,8 @@ impl Reduction {
                 dual[(i, c)] = body.stiffness.row_dot(i, &full);
             }
         }
-        let (dofs, interface) = (body.dofs.clone(), Interface::Fixed);
-        Ok(Reduction { basis, dual, dofs, interface, modes: count, cutoff })
+        let (dofs, coordinates) = (body.dofs.clone(), interface.to_vec());
+        let interface = Interface::Fixed;
+        Ok(Reduction { basis, dual, dofs, interface, coordinates, modes: count, cutoff })
     }
 }

@@ -45,6 +45,6 @@ impl Reduction {
             k.mul(x, dual.col_as_slice_mut(c));
         }
         let (dofs, interface) = (body.dofs.clone(), Interface::Free);
-        Ok(Reduction { basis, dual, dofs, interface, modes: count, cutoff })
+        Ok(Reduction { basis, dual, dofs, interface, coordinates: vec![], modes: count, cutoff })
     }
 }

@@ -1,13 +1,13 @@
 //! Reduction of `u_O`, never of `u_C`: `u_O = T y`, by what the body whose interface is held does ([`fixed`]) or by what the open body does ([`free`]).
 //!
 //! The complementarity problem is untouched. (With `u_C` among the boundary coordinates, as in the method of Craig and Bampton, the jumps of `u̇_C` drag the
-//! velocity of the interior along: another law of impact, off by 1.6 % whatever the number of modes.)
+//! velocity of the interior along: another law of impact, off by 1.6 % whatever the number of modes.) Displacements along obstacles with friction are coordinates of `y`.
 
 mod fixed;
 mod free;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par, Side};
+use faer::{Accum, Mat, MatRef, Par, Side};
 
 use super::FemError;
 use super::dofs::DofMap;
@@ -43,6 +43,8 @@ pub struct Reduction {
     pub dofs: DofMap,
     /// Which modes.
     pub interface: Interface,
+    /// Displacements of `u_O` that are coordinates, the first ones of `y` in this order.
+    pub coordinates: Vec<usize>,
     /// Number of modes.
     pub modes: usize,
     /// Frequency of the first mode that was left out; none if all were kept.
@@ -56,6 +58,51 @@ impl Reduction {
     /// Number of coordinates `y`.
     pub fn n_y(&self) -> usize {
         self.basis.ncols()
+    }
+
+    /// Which coordinate a displacement of `u_O` is.
+    pub fn place(&self, displacement: usize) -> Option<usize> {
+        self.coordinates.iter().position(|i| *i == displacement)
+    }
+
+    /// The same span with these displacements as its first coordinates: with `B` their rows in `T` and `Z` a basis of what leaves them at rest,
+    /// `T ← T [B⁺, Z]`, `D ← D [Bᵀ, Z]`.
+    pub fn with_coordinates(self, displacements: &[usize]) -> Result<Reduction, FemError> {
+        let (n, m) = (displacements.len(), self.n_y());
+        if n == 0 {
+            return Ok(self);
+        }
+        let singular =
+            || FemError::Singular { what: "displacements along the obstacle of a reduced body" };
+        if n > m {
+            return Err(singular());
+        }
+        let rows = Mat::from_fn(m, n, |j, i| self.basis[(displacements[i], j)]);
+        // Bᵀ = Q R
+        let qr = rows.qr();
+        let (q, r) = (qr.compute_Q(), qr.thin_R());
+        let largest = (0..n).fold(0.0f64, |s, i| s.max(r[(i, i)].abs()));
+        if (0..n).any(|i| r[(i, i)].abs() <= DEPENDENT * largest) {
+            return Err(singular());
+        }
+        let of = |a: MatRef<f64>, b: MatRef<f64>| {
+            let mut c = Mat::zeros(a.nrows(), b.ncols());
+            matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+            c
+        };
+        // B⁺ = Q₁ R⁻ᵀ
+        let mut inverse = Mat::<f64>::identity(n, n);
+        r.transpose().solve_lower_triangular_in_place(inverse.as_mut());
+        let right = of(q.get(.., ..n), inverse.as_ref());
+        let join = |first: &Mat<f64>| {
+            Mat::from_fn(m, m, |i, j| if j < n { first[(i, j)] } else { q[(i, j)] })
+        };
+        Ok(Reduction {
+            basis: of(self.basis.as_ref(), join(&right).as_ref()),
+            dual: of(self.dual.as_ref(), join(&rows).as_ref()),
+            coordinates: displacements.to_vec(),
+            ..self
+        })
     }
 
     /// `u_O = T y`
