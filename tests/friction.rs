@@ -1,7 +1,9 @@
 //! Friction at the contact: exact flows against Dormand–Prince in every state, the equations of a phase against themselves, relations between scenes, refusals.
 //! References that this program did not produce are in `validate/friction`.
 
-use crate::common::{datasets, derivative_error, problem, program, relative, run_by, scene};
+use crate::common::{
+    datasets, derivative_error, json, problem, program, relative, run, run_by, scene,
+};
 use signorini::contact::{PointState, State, States};
 use signorini::event::{Report, SwitchKind};
 use signorini::orbit::period_map::integrate;
@@ -355,6 +357,28 @@ fn tangents_pass_stick_and_slip() {
         );
         assert!(worst < 1e-6, "{name}: {worst:.1e}");
     }
+}
+
+/// A body that slides steadily and squeals: its complex modes are those of the phase, growth and all, and a surface that rests has none.
+#[test]
+fn modes_of_steady_sliding_grow() {
+    let belt = json(&["modes", "scenarios/squeal-belt.toml", "--sliding"]);
+    assert_eq!((belt["unstable"].as_u64(), belt["active"].as_str()), (Some(1), Some("-")));
+    let first = &belt["sliding"][0];
+    let (growth, omega) = (first["growth"].as_f64().unwrap(), first["omega"].as_f64().unwrap());
+    // λ² + αλ + κ = 0 with α = 0.1 and the κ of the undamped flutter: λ₀² = −κ, λ₀ = 0.2548 + …i
+    let (k11, k12, k22, k3) = (23.25, 0.25 * 3f64.sqrt() * 9.0, 18.75, 11.0);
+    let half: f64 = 0.5 * (k11 + k22);
+    let square: f64 = 0.25f64 * (k11 - k22) * (k11 - k22) + k12 * (k12 - 0.6 * k3);
+    // κ = half ± i sqrt(−square); λ + 0.05 = sqrt(0.0025 − κ)
+    let (re, im) = (0.0025 - half, (-square).sqrt());
+    let size = re.hypot(im);
+    let (a, b) = ((0.5 * (size + re)).sqrt(), (0.5 * (size - re)).sqrt());
+    assert!((growth - (a - 0.05)).abs() < 1e-11 && (omega - b).abs() < 1e-10, "{growth} {omega}");
+    let out = run(&["modes", "scenarios/rough-wall.toml", "--sliding"]);
+    assert_eq!(out.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(said.contains("contact.surface"), "{said}");
 }
 
 /// With all modes a reduced body is the whole one, of either kind; with some it is near: displacements along the obstacle are coordinates of it.

@@ -31,6 +31,10 @@ def row(check):
     return f"| {what} | {measured}{mark} | {accepted(*check['accepted'])} |"
 
 
+def seconds(x):
+    return f"{x:.0f}" if x >= 100 else f"{x:.2g}"
+
+
 def main():
     cases = json.load(sys.stdin)["cases"]
     checks = sum(len(c["checks"]) for c in cases)
@@ -43,7 +47,7 @@ def main():
     for case in cases:
         print(f"\n## {case['name']}\n")
         title = case["title"]
-        print(f"{title[0].upper()}{title[1:]}. Against: {case['source']}. (`signorini validate {case['name']}`, {case['wall_s']:.2g} s)\n")
+        print(f"{title[0].upper()}{title[1:]}. Against: {case['source']}. (`signorini validate {case['name']}`, {seconds(case['wall_s'])} s)\n")
         if case["error"]:
             print(f"**Failed**: {case['error']}")
             continue

@@ -15,7 +15,7 @@ use signorini::contact::{Gaps, MassChoice, Rayleigh, State, Stress, System, Tang
 use signorini::event::{self, Options, Report, Silent, SwitchKind};
 use signorini::families::single::limit_cycle;
 use signorini::fem::{Body, Csr};
-use signorini::flow::{Flow, Modal, RungeKutta, Tolerances, dop853::DOP853, exact};
+use signorini::flow::{Flow, Modal, RungeKutta, Tolerances, complex_modes, dop853::DOP853, exact};
 use signorini::orbit::search::Verdict;
 use signorini::orbit::settle::ladder;
 use signorini::orbit::{Orbit, Propagator};
@@ -221,6 +221,38 @@ fn squeal() -> Outcome {
     Ok(checks)
 }
 
+/// Growth rates about steady sliding of the same: `det([k₁₁ + λ², k₁₂ + μk₃; k₁₂, k₂₂ + λ²]) = 0`, a quadratic in `λ²`.
+fn flutter() -> Outcome {
+    let third = 3f64.sqrt();
+    let [k11, k12, k22, k3] = [0.75 * 31.0, 0.25 * third * 9.0, 0.25 * 31.0 + 11.0, 11.0];
+    let mut checks = vec![];
+    for (mu, growth) in [(0.5, 0.118_690_019_100), (0.6, 0.254_812_981_182)] {
+        let scene = Scene {
+            mass: DMatrix::identity(2, 2),
+            stiffness: DMatrix::from_row_slice(3, 3, &[k11, k12, 0.0, k12, k22, -k3, 0.0, -k3, k3]),
+            gap: vec![0.0],
+            tangents: vec![(0, mu, 0.05)],
+            alpha: 0.0,
+            constant: vec![0.0, 1.0, 0.0],
+            harmonic: (vec![0.0; 3], 1.0),
+            start: (vec![0.0; 2], vec![0.0; 2]),
+        };
+        let system = system(&scene)?;
+        let (set, _) = system.equilibrium().map_err(|e| e.to_string())?;
+        let modes = complex_modes(&system, &system.phase(&set)).map_err(|e| e.to_string())?;
+        let found = modes.first().map_or(f64::NAN, |m| m.lambda.re);
+        let name = format!("steady sliding, μ = {mu}: growth rate");
+        checks.push(Check::near(name.clone(), found, growth, 1e-11));
+        // λ² = −s ± i d of a pair, and the root with a positive real part; friction pulls by −σμk₃ where σ = −sgn V
+        let half = 0.5 * (k11 + k22);
+        let square = (0.5 * (k11 - k22)).powi(2) + k12 * (k12 - mu * k3);
+        let root = (half * half + square.abs()).sqrt();
+        let closed = (0.5 * (root - half)).sqrt();
+        checks.push(Check::near(format!("{name}, closed form"), found, closed, 1e-12));
+    }
+    Ok(checks)
+}
+
 /// Free plates thrown against a rough wall.
 fn impacts(effort: Effort) -> Outcome {
     let text = include_str!("plate.toml");
@@ -412,6 +444,7 @@ fn run(effort: Effort) -> Outcome {
     let mut checks = belt()?;
     checks.extend(den_hartog()?);
     checks.extend(squeal()?);
+    checks.extend(flutter()?);
     checks.extend(impacts(effort)?);
     checks.extend(block(effort)?);
     checks.extend(random(effort)?);

@@ -87,12 +87,16 @@ pub(crate) fn reduce_if_large(
     if is_small || keeps_all || scene.reduction.is_some() {
         return Ok(problem);
     }
+    // modes of the open body have statics where something holds it beside its contact
+    let (kind, what) = match system.body.rigid_motions(true).is_empty() {
+        true => ("free-interface", "of the open body and the statics of its contact"),
+        false => ("fixed-interface", "of the body whose contact is held, and its contact"),
+    };
     global.caller.warn(&format!(
-        "{} displacements move by themselves: reduced to {MODES} modes of the open body and the statics of its contact, as by [reduction] with \
-         kind = \"free-interface\", modes = {MODES} in the scene",
+        "{} displacements move by themselves: reduced to {MODES} modes {what}, as by [reduction] with kind = \"{kind}\", modes = {MODES} in the scene",
         system.n_o()
     ));
-    let kind = Change::set("reduction.kind", "free-interface");
+    let kind = Change::set("reduction.kind", kind);
     *scene = scene.with(&[kind, Change::set("reduction.modes", MODES.to_string())])?;
     load::of_scene(scene)
 }

@@ -35,6 +35,7 @@ pub use chebyshev::{Chebyshev, Tangent, Zoned};
 pub use choice::{Choice, exact};
 pub use modal::Modal;
 pub use runge_kutta::{RungeKutta, Tolerances};
+pub use spectrum::{ComplexMode, complex_modes};
 
 use std::ops::Range;
 

@@ -128,6 +128,17 @@ impl Coupled {
         lambda.iter().any(|l| l.norm() < SINGULAR * largest)
     }
 
+    /// `λ` and the coordinates that move of each complex mode with `Im λ ≥ 0`, rigid motions by themselves left out.
+    pub fn complex_modes(&self) -> Vec<(C, Vec<C>)> {
+        let [rigid, elastic, _] = self.counts;
+        let of_mode = |(k, l): (usize, &C)| {
+            let of_rigid = (0..rigid).map(|i| C::new(self.rigid[0][(i, k)], self.rigid[1][(i, k)]));
+            let shape = self.modes.shape(k);
+            (*l, of_rigid.chain(shape[..elastic].iter().copied()).collect())
+        };
+        self.modes.lambda().iter().enumerate().map(of_mode).collect()
+    }
+
     /// Where rigid motions end and where what sticks begins.
     fn bounds(&self) -> (usize, usize) {
         (self.counts[0], self.counts[0] + self.counts[1])

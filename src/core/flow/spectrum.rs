@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 
 use super::cache::Cache;
 use super::coupled::{Operators, Rows};
@@ -35,6 +35,15 @@ pub struct Spectrum {
     pub(super) coupling: Option<Coupled>,
     /// `F₀` of each mode, with what damping makes of displacements that stick to a moving surface.
     pub(super) steady_force: Vec<f64>,
+}
+
+/// A complex mode of a phase, `u_O = Re(φ e^{λt})`.
+#[derive(Debug, Clone)]
+pub struct ComplexMode {
+    /// `λ`: its growth rate and circular frequency.
+    pub lambda: Complex<f64>,
+    /// `φ`, over `u_O`.
+    pub shape: Vec<Complex<f64>>,
 }
 
 /// What does not depend on the damping: `α M + β K` has the same modes whatever `α` and `β`.
@@ -172,6 +181,11 @@ impl Deref for Spectrum {
     }
 }
 
+/// The complex modes of a phase with `Im λ ≥ 0`, those that grow fastest first.
+pub fn complex_modes(system: &System, phase: &Phase) -> Result<Vec<ComplexMode>, FemError> {
+    Ok(Spectrum::new(system, phase)?.complex_modes())
+}
+
 impl Spectrum {
     /// The eigensolution of a phase without held nodes.
     pub fn new(system: &System, phase: &Phase) -> Result<Self, FemError> {
@@ -296,6 +310,43 @@ impl Spectrum {
     pub(super) fn growth(&self) -> f64 {
         let of_modes = self.coupling.iter().flat_map(|c| c.modes().lambda());
         of_modes.fold(0.0, |m, l| m.max(l.re))
+    }
+
+    /// [`complex_modes`]
+    fn complex_modes(&self) -> Vec<ComplexMode> {
+        let n = self.modes.len();
+        let whole = |q: &[Complex<f64>]| -> Vec<Complex<f64>> {
+            let of = |i: usize| q.iter().enumerate().map(|(k, q)| q * self.shapes[(i, k)]).sum();
+            (0..n).map(of).collect()
+        };
+        let mut all: Vec<ComplexMode> = match &self.coupling {
+            Some(coupled) => coupled
+                .complex_modes()
+                .into_iter()
+                .map(|(lambda, q)| ComplexMode { lambda, shape: whole(&q) })
+                .collect(),
+            None => self.natural_modes(),
+        };
+        all.sort_by(|a, b| {
+            let key = |m: &ComplexMode| (-m.lambda.re, m.lambda.im);
+            key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal)
+        });
+        all
+    }
+
+    /// Those of modes that damping does not couple; of what moves.
+    fn natural_modes(&self) -> Vec<ComplexMode> {
+        let moving = self.modes.len() - self.stuck.velocities.len();
+        let mut all = vec![];
+        for (k, m) in self.modes.iter().enumerate().take(moving).filter(|(_, m)| m.omega > 0.0) {
+            let shape: Vec<_> =
+                self.shapes.col_as_slice(k).iter().map(|x| Complex::from(*x)).collect();
+            let root = Complex::from(m.c * m.c - m.omega * m.omega).sqrt();
+            let sides = [root - m.c, -root - m.c];
+            let kept = sides.into_iter().filter(|l| l.im > 0.0 || root.im == 0.0);
+            all.extend(kept.map(|lambda| ComplexMode { lambda, shape: shape.clone() }));
+        }
+        all
     }
 
     /// Whether friction takes energy, or a moving surface brings it.
