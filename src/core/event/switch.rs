@@ -63,6 +63,11 @@ impl SwitchKind {
         if closes { SwitchKind::Close } else { SwitchKind::Open }
     }
 
+    /// Whether a node that touches changed what it does along the obstacle.
+    pub fn is_tangential(self) -> bool {
+        matches!(self, SwitchKind::Sticking | SwitchKind::Slipping)
+    }
+
     /// Whether a node came against the obstacle.
     pub fn arrives(self) -> bool {
         matches!(self, SwitchKind::Close | SwitchKind::Impact | SwitchKind::Rest)

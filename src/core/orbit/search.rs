@@ -12,6 +12,7 @@ use super::{OrbitError, tolerate};
 use crate::continuation::{
     self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value, norm,
 };
+use crate::event::SwitchKind;
 
 /// What came of a search.
 #[derive(Debug, Clone)]
@@ -316,8 +317,8 @@ pub fn same(body: &Propagator, a: &Orbit, b: &Orbit) -> Result<bool, OrbitError>
 
 /// Whether contact points switch in the same cyclic order: all that two orbits without a common instant can be asked.
 fn same_sequence(a: &Orbit, b: &Orbit) -> bool {
-    let of = |o: &Orbit| -> Vec<(usize, bool)> {
-        o.switches.iter().map(|s| (s.point, s.kind.arrives())).collect()
+    let of = |o: &Orbit| -> Vec<(usize, SwitchKind)> {
+        o.switches.iter().map(|s| (s.point, s.kind)).collect()
     };
     let (a, b) = (of(a), of(b));
     a.is_empty() || (0..a.len()).any(|k| a[k..].iter().chain(&a[..k]).eq(&b))

@@ -1,5 +1,6 @@
 //! The phase portrait of the contact nodes of an orbit.
 
+use crate::event::SwitchKind;
 use crate::report::curve::{self, Knot};
 use crate::report::edge::Edge;
 use crate::report::figure::{
@@ -40,19 +41,20 @@ impl Portrait<'_> {
         curve::through(knots, jump).iter().map(|k| (k.x, k.v)).collect()
     }
 
-    /// The switches of a node: the stored state is that after it; a node that closes came with the rate of its gap.
+    /// The switches of a node between free motion and contact: the stored state is that after it; a node that closes came with the rate of its gap.
     fn switches(&self, i: usize) -> Vec<Switch> {
         let stored = self.stored;
         let row_of = |t: f64| stored.t.partition_point(|&s| s < t).min(stored.t.len() - 1);
+        let kind = |k: usize| SwitchKind::of_name(&stored.switch_kind[k]);
         let switch = |k: usize| {
             let row = row_of(stored.switch_t[k]);
             let x = self.edge.motion(row, i).0;
-            let closes = stored.switch_kind[k] != "open";
+            let closes = kind(k) != SwitchKind::Open;
             let last = || self.edge.motion(row.saturating_sub(1), i).1;
             let arrival = || self.rates.get(k).map_or_else(last, |rate| -rate);
             Switch { row, before: (x, if closes { arrival() } else { 0.0 }), closes }
         };
-        let of_point = |k: &usize| stored.switch_point[*k] == i;
+        let of_point = |k: &usize| stored.switch_point[*k] == i && !kind(*k).is_tangential();
         (0..stored.switch_t.len()).filter(of_point).map(switch).collect()
     }
 
