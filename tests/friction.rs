@@ -410,3 +410,86 @@ fn a_reduced_body_sticks_and_slips_as_the_whole_one() {
         assert!(some[1] < 0.3 * some[0], "{kind}: {some:?}");
     }
 }
+
+/// The limit cycle of the belt: from the scene's start and from the near return of a run; its file, and its picture with velocities alone.
+#[test]
+fn a_limit_cycle_is_found_stored_and_drawn() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
+    let (file, long) = (at("cycle.h5"), at("run.h5"));
+    let scene = "scenarios/squeal-belt.toml";
+    let cycle = json(&["orbit", scene, "-o", &file]);
+    let number = |v: &serde_json::Value, key: &str| v[key].as_f64().unwrap();
+    assert!((number(&cycle, "period") - 1.536_507_806_750).abs() < 1e-11, "{}", cycle["period"]);
+    assert!((number(&cycle, "friction_work") - 0.011_543_792_220).abs() < 1e-11);
+    assert_eq!(
+        (cycle["family_dimension"].as_u64(), cycle["stable"].as_bool()),
+        (Some(0), Some(true))
+    );
+    json(&["run", scene, "-o", &long]);
+    let again =
+        json(&["orbit", scene, "--near-return", &long, "--period", "1.5", "-o", &at("b.h5")]);
+    assert!(relative(&[number(&again, "period")], &[number(&cycle, "period")]) < 1e-11);
+    let all = datasets(std::path::Path::new(&file));
+    assert!(all.keys().any(|k| k.ends_with("friction/work")), "{:?}", all.keys());
+    assert!(run(&["plot", &file]).status.success());
+    // accelerations at which a slip ends, of the order of one, are no velocities
+    let drawn = std::fs::read_to_string(at("cycle-portrait.svg")).unwrap();
+    let labels = drawn
+        .split('>')
+        .filter_map(|s| s.split('<').next()?.trim().replace('−', "-").parse::<f64>().ok());
+    let largest = labels.fold(0.0f64, |m, x| m.max(x.abs()));
+    assert!(largest < 0.45, "{largest}");
+    for (arguments, words) in [
+        (&["orbit", scene, "--all"][..], "finds its own"),
+        (&["orbit", "scenarios/rough-wall.toml", "--omega", "1"], "no orbit is left but rest"),
+        (
+            &["response", "scenarios/shaken-block.toml", "--range", "0.9,1.1", "--locate"],
+            "frequency to frequency",
+        ),
+        (
+            &["response", "scenarios/shaken-block.toml", "--range", "0.9,1.1", "--method", "hbm"],
+            "harmonic balance",
+        ),
+    ] {
+        let out = run(arguments);
+        let said =
+            String::from_utf8_lossy(&out.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        let said = said.replace("│ ", "");
+        assert_eq!(out.status.code(), Some(2), "{said}");
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+/// A response goes from frequency to frequency, with what friction takes at each, and goes on where it was left.
+#[test]
+fn a_response_with_friction_goes_from_frequency_to_frequency() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
+    let tables = "[contact]\nedge = 'right'\ngap = 0.0\nfriction = 0.5\n[damping]\nrayleigh = [0.3, 0.02]\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.0]\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.0, 0.08]\nomega = 1.0\n[initial]\nequilibrium = true\n[run]\nperiods = 1\n";
+    let scene = at("block.toml");
+    std::fs::write(&scene, plate(SIZE, tables)).unwrap();
+    let (file, part) = (at("response.h5"), at("part.h5"));
+    let whole = json(&["response", &scene, "--range", "0.9,1.1", "--step", "0.5", "-o", &file]);
+    let points = whole["points"].as_array().unwrap();
+    assert!(
+        points.len() >= 9 && points.iter().all(|p| p["converged"] == true && p["stable"] == true)
+    );
+    let work = |path: &str| {
+        let bytes = datasets(std::path::Path::new(path));
+        let (_, (_, bytes)) =
+            bytes.iter().find(|(k, _)| k.ends_with("backbone/friction_work")).unwrap();
+        bytes
+            .chunks_exact(8)
+            .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+            .collect::<Vec<f64>>()
+    };
+    assert!(work(&file).iter().all(|w| *w > 0.0));
+    json(&["response", &scene, "--range", "0.9,1.0", "--step", "0.5", "-o", &part]);
+    json(&["response", &scene, "--range", "0.9,1.1", "--step", "0.5", "-o", &part, "--resume"]);
+    assert_eq!(work(&part), work(&file));
+    // the same orbits as those which are shot from the balance
+    let orbit = json(&["orbit", &scene, "--omega", "1.1", "-o", &at("orbit.h5")]);
+    let last = *work(&file).last().unwrap();
+    assert!(relative(&[orbit["friction_work"].as_f64().unwrap()], &[last]) < 1e-8, "{last}");
+}
