@@ -308,6 +308,7 @@ class Orbit(_OfOrbit, Run):
         admissible: no penetration, no tension, every switch proved.
         u0, v0: the state at t = 0, all displacements along the axes [N].
         alpha, beta, energy_start, energy_turned_over: of a viscous nonlinear mode.
+        family_dimension: with friction, parameters of the family of residual positions that the orbit is a member of; ``friction_work``, ``belt_work`` are those of a period.
     """
 
     period: float
@@ -329,6 +330,7 @@ class Orbit(_OfOrbit, Run):
     alpha: float | None
     beta: float | None
     energy_turned_over: float | None
+    family_dimension: int | None
 
     @property
     def multipliers(self) -> np.ndarray:

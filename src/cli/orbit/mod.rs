@@ -31,8 +31,9 @@ use words::{failure_json, orbit_json, orbit_text};
 /// Arguments of `orbit`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\n\
-    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini plot orbit.h5"
+    after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\
+    A body on a surface that moves (contact.surface) has no guess but its own motion: its limit cycle, whose period is found with it.\n\n\
+    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini orbit scenarios/squeal-belt.toml -o cycle.h5\n  signorini plot orbit.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)

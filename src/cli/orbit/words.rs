@@ -115,17 +115,12 @@ fn friction_text(o: &Orbit) -> Option<String> {
     if rubbed.belt != 0.0 {
         let _ = write!(text, ", the surface that moves gives {}", significant(rubbed.belt, 10));
     }
-    match o.residual_positions() {
-        None | Some(0) => {}
-        Some(1) => text.push_str(
-            "; one of a family with 1 parameter: friction holds the body in any of its residual positions, this one asked for the least change",
-        ),
-        Some(k) => {
-            let _ = write!(
-                text,
-                "; one of a family with {k} parameters: friction holds the body in any of its residual positions, this one asked for the least change"
-            );
-        }
+    if let Some(k) = o.residual_positions().filter(|k| *k > 0) {
+        let s = if k == 1 { "" } else { "s" };
+        let _ = write!(
+            text,
+            "; one of a family with {k} parameter{s}: friction holds the body in any of its residual positions, this one asked for the least change"
+        );
     }
     Some(text)
 }

@@ -18,6 +18,8 @@ use crate::continuation::norm;
 /// The motion is followed in pieces of so many periods of the lowest mode, so many of them.
 const PIECE: f64 = 10.0;
 const PIECES: usize = 60;
+/// A body that has not switched since this part of the time has come to an end of switching.
+const QUIET: f64 = 0.5;
 /// So many earlier switches of a kind are remembered.
 const REMEMBERED: usize = 12;
 /// Distances of a return, over how far the motion goes, at which Newton's method is tried, each once.
@@ -103,7 +105,7 @@ pub fn approach(
     let piece = PIECE * TAU / lowest.unwrap_or(body.system.units.frequency);
     let mut memory = Memory::default();
     let (mut state, mut begun) = (from.clone(), 0.0);
-    let (mut tries, mut least, mut switches) = (0, f64::INFINITY, 0);
+    let (mut tries, mut least, mut last) = (0, f64::INFINITY, None);
     for _ in 0..PIECES {
         let mut kept = Kept::new(body);
         let Passage { report, .. } = match integrate_with(body, &state, piece, 0, &mut kept) {
@@ -113,7 +115,7 @@ pub fn approach(
             }
             Err(e) => return Err(e),
         };
-        switches += report.switches.len();
+        last = report.switches.last().map(|s| begun + s.t).or(last);
         let mut returns = vec![];
         for s in &report.switches {
             let Some(there) = kept.at(s.t) else { continue };
@@ -135,9 +137,12 @@ pub fn approach(
         }
         (state, begun) = (report.last, begun + piece);
     }
-    Ok(Err(match switches {
-        0 => format!("nothing switches within {begun:.4}: the body slides steadily, or rests"),
-        _ => format!(
+    Ok(Err(match last {
+        None => format!("nothing switches within {begun:.4}: the body slides steadily, or rests"),
+        Some(t) if t < QUIET * begun => format!(
+            "nothing switches from {t:.4} to {begun:.4}: the body slides steadily, or rests"
+        ),
+        Some(_) => format!(
             "the body does not come back within {begun:.4} (nearest return {least:.1e} of its motion)"
         ),
     }))
