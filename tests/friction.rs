@@ -2,10 +2,11 @@
 //! References that this program did not produce are in `validate/friction`.
 
 use crate::common::{
-    datasets, derivative_error, json, problem, program, relative, run, run_by, scene,
+    Splitmix, datasets, derivative_error, json, problem, program, relative, run, run_by, scene,
 };
-use signorini::contact::{PointState, State, States};
-use signorini::event::{Report, SwitchKind};
+use signorini::contact::{PointState, State, States, System};
+use signorini::event::{self, Options, Report, Silent, SwitchKind};
+use signorini::flow::Modal;
 use signorini::orbit::period_map::integrate;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -492,4 +493,200 @@ fn a_response_with_friction_goes_from_frequency_to_frequency() {
     let orbit = json(&["orbit", &scene, "--omega", "1.1", "-o", &at("orbit.h5")]);
     let last = *work(&file).last().unwrap();
     assert!(relative(&[orbit["friction_work"].as_f64().unwrap()], &[last]) < 1e-8, "{last}");
+}
+
+/// A random plate before a rough wall on its right, or on the floor of a belt: as it is, or turned, mirrored and told in other units.
+struct Rough {
+    size: [f64; 2],
+    elements: [usize; 2],
+    poisson: f64,
+    wall: (f64, f64, f64),
+    damping: [f64; 2],
+    clamped: bool,
+    /// On the left edge: a constant traction, and a harmonic one with frequency and phase.
+    press: [f64; 2],
+    shake: ([f64; 2], f64, f64),
+    /// Of the centre, and its gradient.
+    velocity: ([f64; 2], [[f64; 2]; 2]),
+    until: f64,
+}
+
+/// A frame in which a scene is told: axes (a rotation by right angles, or a reflection) and units of length, time and mass.
+struct Told {
+    axes: [[f64; 2]; 2],
+    units: [f64; 3],
+}
+
+impl Told {
+    fn vector(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        self.axes.map(|[a, b]| a * x + b * y)
+    }
+
+    /// The edge whose outward normal this is.
+    fn edge(&self, normal: [f64; 2]) -> &'static str {
+        match self.vector(normal) {
+            [x, _] if x > 0.5 => "right",
+            [x, _] if x < -0.5 => "left",
+            [_, y] if y > 0.5 => "top",
+            _ => "bottom",
+        }
+    }
+}
+
+const AS_IT_IS: Told = Told { axes: [[1.0, 0.0], [0.0, 1.0]], units: [1.0; 3] };
+
+impl Rough {
+    fn new(seed: u64) -> Rough {
+        let source = Splitmix::new(seed);
+        let unit = |_: usize| source.bits() as f64 / u64::MAX as f64;
+        let between = |a: f64, b: f64| a + (b - a) * unit(0);
+        let clamped = source.below(3) > 0;
+        let vector = |size: f64| [between(-size, size), between(-size, size)];
+        let belt = if source.below(2) == 0 { between(-0.2, 0.2) } else { 0.0 };
+        Rough {
+            size: [between(0.4, 1.0), between(0.5, 1.2)],
+            elements: [2 + source.below(2), 3 + source.below(3)],
+            poisson: between(-0.2, 0.45),
+            wall: (
+                if clamped { between(-0.02, 0.02) } else { between(0.0, 0.02) },
+                between(0.1, 1.5),
+                belt,
+            ),
+            damping: [
+                between(0.0, 0.2),
+                if source.below(2) == 0 { between(0.0, 0.02) } else { 0.0 },
+            ],
+            clamped,
+            press: [between(0.0, 0.1), between(-0.03, 0.03)],
+            shake: (vector(0.08), between(0.7, 2.5), between(-3.0, 3.0)),
+            velocity: ([between(0.05, 0.2), between(-0.1, 0.1)], [vector(0.1), vector(0.1)]),
+            until: between(3.0, 5.0),
+        }
+    }
+
+    fn text(&self, told: &Told, more: &str) -> String {
+        let [l, t, m] = told.units;
+        let scaled = |v: [f64; 2], unit: f64| told.vector(v).map(|x| x * unit);
+        let along = |v: [f64; 2]| told.vector(v).map(f64::abs);
+        let [sx, sy] = along(self.size).map(|x| x * l);
+        let [nx, ny] = along(self.elements.map(|n| n as f64)).map(|n| n.round() as usize);
+        let (gap, friction, belt) = self.wall;
+        // R B Rᵀ
+        let (centre, gradient) = self.velocity;
+        let columns = [0, 1].map(|j| {
+            let axis = [told.axes[j][0], told.axes[j][1]];
+            told.vector(gradient.map(|row| row[0] * axis[0] + row[1] * axis[1]))
+        });
+        let centre = scaled(centre, l / t);
+        let field = |i: usize| {
+            format!(
+                "'{} + {}*(x - {}) + {}*(y - {})'",
+                centre[i],
+                columns[0][i] / t,
+                0.5 * sx,
+                columns[1][i] / t,
+                0.5 * sy
+            )
+        };
+        let far = told.edge([-1.0, 0.0]);
+        let held = if self.clamped {
+            format!("[[support]]\nedge = '{far}'\nfix = ['x', 'y']\n")
+        } else {
+            String::new()
+        };
+        let pulled = if self.clamped { told.edge([0.0, 1.0]) } else { far };
+        let (shake, omega, phase) = self.shake;
+        format!(
+            "[body]\nkind = 'plate'\nsize = [{sx}, {sy}]\nelements = [{nx}, {ny}]\nyoung = {}\npoisson = {}\ndensity = {}\n{held}\
+             [contact]\nedge = '{}'\ngap = {}\nfriction = {friction}\nsurface = {:?}\n[damping]\nrayleigh = [{}, {}]\n\
+             [[load]]\nkind = 'traction'\nedge = '{pulled}'\namplitude = {:?}\n\
+             [[load]]\nkind = 'traction'\nedge = '{pulled}'\namplitude = {:?}\nomega = {}\nphase = {phase}\n\
+             [initial]\nvelocity = [{}, {}]\n[run]\nuntil = {}\n{more}",
+            m / (t * t),
+            self.poisson,
+            m / (l * l),
+            told.edge([1.0, 0.0]),
+            gap * l,
+            scaled([0.0, belt], l / t),
+            self.damping[0] / t,
+            self.damping[1] * t,
+            scaled(self.press, m / (t * t)),
+            scaled(shake, m / (t * t)),
+            omega / t,
+            field(0),
+            field(1),
+            self.until * t,
+        )
+    }
+}
+
+/// Random scenes turned, mirrored, in other units, reduced without leaving out anything, and cut in two: the same switches, the same books.
+fn relations(scenes: u64) {
+    let (mut switches, mut worst) = (0, 0.0f64);
+    for seed in 0..scenes {
+        let rough = Rough::new(seed);
+        let run =
+            |told: &Told, more: &str| run_by(&scene(&rough.text(told, more)), Integrator::Modal);
+        let base = run(&AS_IT_IS, "");
+        let books =
+            |r: &Report| [r.energy_end, friction_work(r), r.energy_external, r.energy_dissipated];
+        let turned = Told { axes: [[0.0, -1.0], [1.0, 0.0]], ..AS_IT_IS };
+        let mirrored = Told { axes: [[1.0, 0.0], [0.0, -1.0]], ..AS_IT_IS };
+        let units = Told { axes: [[0.0, 1.0], [1.0, 0.0]], units: [0.013, 2.7e-4, 310.0] };
+        let energy = |[l, t, m]: [f64; 3]| m * l * l / (t * t);
+        let mut others = vec![
+            ("turned", run(&turned, ""), 1.0),
+            ("mirrored", run(&mirrored, ""), 1.0),
+            ("in other units", run(&units, ""), energy(units.units)),
+        ];
+        if rough.clamped {
+            for kind in ["fixed-interface", "free-interface"] {
+                let more = format!("[reduction]\nkind = '{kind}'\nmodes = 500\n");
+                others.push((kind, run(&AS_IT_IS, &more), 1.0));
+            }
+        }
+        switches += base.switches.len();
+        let size = books(&base).iter().fold(0.0f64, |m, b| m.max(b.abs()));
+        for (name, other, unit) in &others {
+            assert_eq!(other.switches.len(), base.switches.len(), "{seed}: {name}");
+            for (a, b) in books(&base).iter().zip(books(other)) {
+                let off = (a - b / unit).abs() / size;
+                assert!(off < 1e-8, "{seed}: {name}: {a} and {b}, {off:.1e}");
+                worst = worst.max(off);
+            }
+        }
+        // half the time, and the other half from there with the loads turned on
+        let problem = problem(&rough.text(&AS_IT_IS, ""));
+        let half = 0.5 * rough.until;
+        let part = |system: &System, start: &State| {
+            let options = Options { until: half, samples: 0, switch_limit: 40.0 };
+            event::run(system, start, &options, &mut Modal::new(system), &mut Silent).unwrap()
+        };
+        let first = part(&problem.system, &problem.initial);
+        let mut later = Rough::new(seed);
+        later.shake.2 += later.shake.1 * half;
+        let second = part(&crate::common::problem(&later.text(&AS_IT_IS, "")).system, &first.last);
+        assert_eq!(
+            first.switches.len() + second.switches.len(),
+            base.switches.len(),
+            "{seed}: cut in two"
+        );
+        let off =
+            (friction_work(&first) + friction_work(&second) - friction_work(&base)).abs() / size;
+        assert!(off < 1e-8, "{seed}: cut in two: {off:.1e}");
+        worst = worst.max(off);
+    }
+    println!("{scenes} scenes, {switches} switches, relations to {worst:.1e}");
+    assert!(switches > 10 * scenes as usize);
+}
+
+#[test]
+fn random_scenes_keep_their_relations() {
+    relations(40);
+}
+
+#[test]
+#[ignore = "a minute"]
+fn many_random_scenes_keep_their_relations() {
+    relations(300);
 }
