@@ -311,8 +311,11 @@ impl Link {
             for i in 0..n {
                 (by_u[i], by_v[i]) = ((of_q[i] - r[i]) / tau, of_v[i] / tau);
             }
-            let (start, start_rate) =
-                self.monitor_of(k, self.span.0, [&self.q0, &self.v0, &self.a0]);
+            // from the state itself: to evaluate the motion at its start would round it
+            let offset = self.spectrum.offsets[k];
+            let start = self.q0.iter().zip(&r).fold(offset, |h, (q, r)| h + r * q)
+                + self.drives.at(k, self.span.0, 0);
+            let start_rate = self.monitor(k, self.span.0).1;
             let d = (plain.h - start) / tau;
             return Event {
                 equation: d,
