@@ -23,9 +23,7 @@ pub fn limit_cycle(
     }
     Ok(match cycle::approach(body, from)? {
         Ok(orbit) => Verdict::Orbit(orbit),
-        Err(why) => {
-            Verdict::NotFound { residual: f64::NAN, singular_value: f64::NAN, reason: Some(why) }
-        }
+        Err(why) => Verdict::not_found(why),
     })
 }
 

@@ -13,9 +13,9 @@ mod sequence;
 mod tests;
 
 pub use arclength::{Go, Options, Place, Point, Special, Stop, follow};
-pub(crate) use newton::dot;
 pub use newton::norm;
 pub use newton::{Corrected, correct, tangent};
+pub(crate) use newton::{apart, dot};
 pub(crate) use newton::{approach, least_singular_value};
 pub use sequence::{Guess, guesses};
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod body;
 pub(crate) mod carried;
+pub(crate) mod dense;
 pub(crate) mod dofs;
 pub(crate) mod dynamic;
 pub mod eigen;

@@ -12,14 +12,14 @@
 
 use std::cell::OnceCell;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Mat, MatRef};
 use nalgebra::{Complex, DMatrix};
 
 use super::defect::{Defect, dot};
 use super::eigenpairs::{Eigenpairs, companion};
 use super::exponential::{Term, difference, integral, pair_integral, power};
 use crate::fem::FemError;
+use crate::fem::dense::product;
 
 type C = Complex<f64>;
 
@@ -103,13 +103,6 @@ struct Wave {
     s: C,
     q: Vec<C>,
     v: Vec<C>,
-}
-
-/// `A B` of real matrices.
-pub(super) fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    c
 }
 
 impl Coupling {

@@ -15,10 +15,11 @@
 use faer::Mat;
 use nalgebra::{Complex, DMatrix};
 
-use super::coupled::{Amplitudes, CoupledMotion, Coupling, Operators, Rows, product};
+use super::coupled::{Amplitudes, CoupledMotion, Coupling, Operators, Rows};
 use super::defect::Defect;
 use super::exponential::power;
 use crate::fem::FemError;
+use crate::fem::dense::product;
 
 type C = Complex<f64>;
 
@@ -167,15 +168,19 @@ impl Coupled {
             if i < elastic { b[(first + i, c)] } else { b[(first + i - elastic, k + c)] }
         });
         let lambda = self.modes.lambda();
-        let force = Mat::from_fn(2 * elastic, k, |i, c| {
-            if i < elastic { 0.0 } else { -pull[(rigid + i - elastic, c)] }
-        });
-        let quiet: Vec<C> = lambda.iter().map(|l| -1.0 / l).collect();
-        let steady = self.modes.amplitudes_of(force.as_ref()).scaled(&quiet);
-        let free = self.modes.amplitudes_of(start.as_ref()).minus(&steady);
+        let mut free = self.modes.amplitudes_of(start.as_ref());
+        let mut statics = Mat::zeros(2 * elastic, k);
+        if self.counts[2] > 0 {
+            let force = Mat::from_fn(2 * elastic, k, |i, c| {
+                if i < elastic { 0.0 } else { -pull[(rigid + i - elastic, c)] }
+            });
+            let quiet: Vec<C> = lambda.iter().map(|l| -1.0 / l).collect();
+            let steady = self.modes.amplitudes_of(force.as_ref()).scaled(&quiet);
+            free = free.minus(&steady);
+            statics = self.modes.columns_of(&steady);
+        }
         let growth: Vec<C> = lambda.iter().map(|l| power(l * tau)).collect();
         let grown = free.scaled(&growth);
-        let statics = self.modes.columns_of(&steady);
         let moved = self.modes.columns_of(&grown);
         if rigid > 0 {
             let [g, once, _] = powers_of_time(self.alpha, tau);

@@ -221,21 +221,14 @@ fn try_at(
     if let Closure::Viscous(pin) = closure {
         // a basin that reaches from the linear mode: higher viscosity first, then down
         let found = viscous::by_viscosity(body, pin, omega, &quick)?;
-        return Ok(found.unwrap_or(Verdict::NotFound {
-            residual: f64::NAN,
-            singular_value: f64::NAN,
-            reason: Some("no path of viscosities leads to an orbit".into()),
-        }));
+        let nothing = || Verdict::not_found("no path of viscosities leads to an orbit");
+        return Ok(found.unwrap_or_else(nothing));
     }
     if closure == Closure::FORCED {
         // what the body settles to from where it was
         return Ok(match ladder(body, &list, omega)? {
             Ok(orbit) => Verdict::Orbit(orbit),
-            Err(why) => Verdict::NotFound {
-                residual: f64::NAN,
-                singular_value: f64::NAN,
-                reason: Some(why),
-            },
+            Err(why) => Verdict::not_found(why),
         });
     }
     let mut worst = None;
@@ -249,11 +242,7 @@ fn try_at(
             worst = Some(verdict);
         }
     }
-    Ok(worst.unwrap_or(Verdict::NotFound {
-        residual: f64::NAN,
-        singular_value: f64::NAN,
-        reason: Some("there is nothing to start from".into()),
-    }))
+    Ok(worst.unwrap_or_else(|| Verdict::not_found("there is nothing to start from")))
 }
 
 /// Frame vectors of the mode `mode` (from 1) of the open phase at `amplitude` times grazing (negative: the far point).

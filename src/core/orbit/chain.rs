@@ -19,12 +19,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Mat, MatRef};
 use nalgebra::Complex;
 
 use crate::contact::{ContactError, Rayleigh, State, States, System};
 use crate::fem::FemError;
+use crate::fem::dense::product;
 use crate::flow::cache::Cache;
 use crate::flow::spectrum::{Spectra, Spectrum};
 
@@ -102,13 +102,6 @@ pub struct Propagator {
     /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
     pub stop: Option<Arc<AtomicBool>>,
     transforms: RefCell<Transforms>,
-}
-
-/// `A B`, on one thread: results must not depend on how many there are.
-pub(super) fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
-    let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-    c
 }
 
 impl Propagator {

@@ -13,7 +13,7 @@ use super::period_map::{Kept, Passage, integrate, integrate_with};
 use super::search::{Effort, find};
 use super::shooting::{Closure, Settings};
 use crate::contact::{State, States};
-use crate::continuation::norm;
+use crate::continuation::apart;
 
 /// The motion is followed in pieces of so many periods of the lowest mode, so many of them.
 const PIECE: f64 = 10.0;
@@ -49,10 +49,6 @@ struct Memory {
     first: Option<Vec<f64>>,
     /// How far states at switches are from the first.
     reach: f64,
-}
-
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    norm(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
 }
 
 impl Memory {

@@ -10,7 +10,8 @@ use super::segments::Segments;
 use super::shooting::{Closure, Settings, Shot, shoot};
 use super::{OrbitError, tolerate};
 use crate::continuation::{
-    self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value, norm,
+    self, Family, Options, Place, Special, Stop, apart, approach, correct, least_singular_value,
+    norm,
 };
 use crate::event::SwitchKind;
 
@@ -114,6 +115,14 @@ impl std::fmt::Display for Verdict {
                  largest)"
             ),
         }
+    }
+}
+
+impl Verdict {
+    /// Nothing was found, and no residual is known.
+    pub fn not_found(reason: impl Into<String>) -> Verdict {
+        let reason = Some(reason.into());
+        Verdict::NotFound { residual: f64::NAN, singular_value: f64::NAN, reason }
     }
 }
 
@@ -307,8 +316,7 @@ pub fn same(body: &Propagator, a: &Orbit, b: &Orbit) -> Result<bool, OrbitError>
             0 => body.frame(&a.state),
             _ => body.frame(&super::period_map::integrate(body, &a.state, t)?.report.last),
         };
-        let d: Vec<f64> = there.iter().zip(&state).map(|(a, b)| a - b).collect();
-        if norm(&d) <= SAME * norm(&state) {
+        if apart(&there, &state) <= SAME * norm(&state) {
             return Ok(true);
         }
     }

@@ -9,7 +9,7 @@ use super::credentials::Orbit;
 use super::search::{Effort, Verdict, find};
 use super::section::later;
 use super::shooting::{Closure, Settings};
-use crate::continuation::norm;
+use crate::continuation::{apart, norm};
 
 /// Most periods that a body is given.
 const MOST: usize = 400;
@@ -79,8 +79,7 @@ fn next(
 
 /// The distance of two frame vectors over the size of the first.
 fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
-    let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-    norm(&apart) / norm(a).max(body.unit)
+    apart(a, b) / norm(a).max(body.unit)
 }
 
 /// What Newton's method finds from a state.

@@ -6,10 +6,10 @@
 mod fixed;
 mod free;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, Side};
+use faer::{Mat, Side};
 
 use super::FemError;
+use super::dense::product;
 use super::dofs::DofMap;
 use super::eigen::Modes;
 use super::sparse::Csr;
@@ -85,21 +85,16 @@ impl Reduction {
         if (0..n).any(|i| r[(i, i)].abs() <= DEPENDENT * largest) {
             return Err(singular());
         }
-        let of = |a: MatRef<f64>, b: MatRef<f64>| {
-            let mut c = Mat::zeros(a.nrows(), b.ncols());
-            matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
-            c
-        };
         // B⁺ = Q₁ R⁻ᵀ
         let mut inverse = Mat::<f64>::identity(n, n);
         r.transpose().solve_lower_triangular_in_place(inverse.as_mut());
-        let right = of(q.get(.., ..n), inverse.as_ref());
+        let right = product(q.get(.., ..n), inverse.as_ref());
         let join = |first: &Mat<f64>| {
             Mat::from_fn(m, m, |i, j| if j < n { first[(i, j)] } else { q[(i, j)] })
         };
         Ok(Reduction {
-            basis: of(self.basis.as_ref(), join(&right).as_ref()),
-            dual: of(self.dual.as_ref(), join(&rows).as_ref()),
+            basis: product(self.basis.as_ref(), join(&right).as_ref()),
+            dual: product(self.dual.as_ref(), join(&rows).as_ref()),
             coordinates: displacements.to_vec(),
             ..self
         })
@@ -144,15 +139,7 @@ impl Reduction {
             Csr::from_triplets(to - from, n_o, entries.map(|(i, j, v)| (i - from, j, v)).collect())
         };
         let right = self.times(&rows(0, n_o));
-        let mut of_o = Mat::zeros(n_y, n_y);
-        matmul(
-            of_o.as_mut(),
-            Accum::Replace,
-            self.basis.transpose(),
-            right.as_ref(),
-            1.0,
-            Par::Seq,
-        );
+        let of_o = product(self.basis.transpose(), right.as_ref());
         let of_c = self.times(&rows(n_o, n_o + n_c));
         let mut entries = vec![];
         for i in 0..n_y {
