@@ -177,7 +177,7 @@ impl Choice {
         if !system.is_conservative() || !system.loads.is_none() {
             return refuse("a bar without damping and loads; leave them out, or give --method hbm");
         }
-        match BarBalance::of(system) {
+        match BarBalance::of(system).filter(|_| !scene.has_elements()) {
             Some(bar) => Ok(Some(bar)),
             None => refuse("a uniform bar that is held at its other end; give --method hbm"),
         }

@@ -91,7 +91,7 @@ impl Arguments {
                 "--beta: the series have no alpha, so they are not those of a viscous body".into(),
             ));
         }
-        start::check_friction(scene, &problem.system, start::Sought::Series)?;
+        start::check_sought(scene, &problem.system, start::Sought::Series)?;
         Ok(match start::closure(scene, problem)? {
             Closure::Autonomous => Closure::Reversible,
             other => other,

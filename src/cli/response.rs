@@ -222,7 +222,7 @@ impl Request {
             return Err(scene.error(issue).into());
         }
         if self.choice.is_balance() {
-            start::check_friction(scene, &problem.system, start::Sought::Series)?;
+            start::check_sought(scene, &problem.system, start::Sought::Series)?;
         }
         Ok(())
     }

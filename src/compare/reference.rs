@@ -34,7 +34,7 @@ impl Named {
     pub(crate) fn of_body(scene: &Scene, meshes: &[Vec<usize>], first: Option<&Variant>) -> Named {
         let at_rest = scene.contact.as_ref().is_some_and(|c| c.motion.is_none());
         let held = !scene.supports.is_empty();
-        let free = scene.loads.is_empty() && scene.damping.is_none();
+        let free = scene.loads.is_empty() && scene.damping.is_none() && !scene.has_elements();
         if scene.body.kind == BodyKind::Bar && at_rest && held && free {
             let all: Vec<usize> = meshes.iter().map(|m| m[0]).collect();
             return Named::waves(&all);

@@ -140,7 +140,7 @@ pub fn measure(
         march,
         has_impacts: system.impact().is_some(),
         has_potential: system.has_potential(),
-        is_free: system.loads.is_none() && system.damping.is_none(),
+        is_free: system.loads.is_none() && !system.is_damped(),
         wall,
     })
 }

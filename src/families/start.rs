@@ -17,8 +17,20 @@ pub enum Sought {
     Viscous,
 }
 
+/// What the method that is asked for does not know.
+pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
+    check_friction(scene, system, what)?;
+    if what != Sought::Series || system.dampers.is_none() {
+        return Ok(());
+    }
+    let key = if scene.dampers.is_empty() { "damping.modal" } else { "damper[0]" };
+    let message = "is for run, orbit and response by shooting: harmonic balance knows damping in proportion to mass and stiffness";
+    let help = "leave --method out, or give [damping] rayleigh, ratio or ratios";
+    Err(scene.error(Issue::new(key, message, help)))
+}
+
 /// Periodic motions with friction are those that a load or a moving surface keeps going.
-pub fn check_friction(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
+fn check_friction(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
     let Some(tangents) = system.tangents() else { return Ok(()) };
     let carries = tangents.iter().flatten().any(|t| t.surface != 0.0);
     if what == Sought::Orbits && (carries || system.loads.is_driven()) {
@@ -90,7 +102,7 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
         );
     }
     check_method(scene, system)?;
-    check_friction(scene, system, Sought::Orbits)?;
+    check_sought(scene, system, Sought::Orbits)?;
     let mut frequencies = system.loads.harmonics.iter().map(|h| h.omega);
     if let Some(first) = frequencies.next() {
         if frequencies.any(|w| w != first) {
@@ -105,7 +117,7 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
     if system.tangents().is_some() {
         return Ok(Closure::Limit);
     }
-    if system.damping.is_some() {
+    if system.is_damped() {
         return fail(
             "damping",
             "without a harmonic load a damped body has no periodic motion but rest",

@@ -36,7 +36,7 @@ impl Viscosity {
             );
         }
         start::check_method(scene, system)?;
-        start::check_friction(scene, system, start::Sought::Viscous)?;
+        start::check_sought(scene, system, start::Sought::Viscous)?;
         if system.impact().is_some() {
             let message = "the viscous nonlinear mode is damped in proportion to the stiffness: under the impact law reactions at held points would follow velocities";
             return fail(
@@ -53,7 +53,7 @@ impl Viscosity {
                 "remove the [[load]] with omega (and contact.motion), or leave --viscous out",
             );
         }
-        if system.damping.is_some() {
+        if system.is_damped() {
             let message =
                 "the viscous nonlinear mode has C = beta K - alpha M and no other damping";
             return fail("damping", message.into(), "remove [damping], and give [orbit] beta");

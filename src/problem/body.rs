@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::ProblemError;
+use super::elements;
 use super::given::{folder, given_length};
 use super::imported;
 use super::materials::materials;
@@ -94,6 +95,8 @@ pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     let materials = materials(scene);
     imported::check_elements(scene, &form, &dofs)?;
     let body = Body::assemble(form.mesh, dofs, &materials, b.mass == MassKind::Lumped);
+    let discrete = elements::discrete(scene, &body)?;
+    let body = body.with_elements(discrete);
     if let Some(issue) = empty(scene, &body) {
         return Err(scene.error(issue).into());
     }

@@ -1,11 +1,11 @@
-//! Rayleigh damping from coefficients, from damping ratios, or from a matrix: `C = αM + βK`.
+//! Damping from coefficients, from damping ratios, or from a matrix: `C = αM + βK`, or ratios of all modes.
 
 use super::ProblemError;
 use super::given::read;
 use super::modes::OpenModes;
-use crate::contact::{Rayleigh, System};
+use crate::contact::{Dampers, Rayleigh, System};
 use crate::fem::Csr;
-use crate::scenario::{Issue, Scene};
+use crate::scenario::{Amplitude, Issue, Scene};
 
 pub(super) fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleigh>, ProblemError> {
     let Some(d) = &scene.damping else { return Ok(None) };
@@ -41,6 +41,51 @@ pub(super) fn damping(scene: &Scene, modes: &OpenModes) -> Result<Option<Rayleig
     };
     let none = rayleigh.alpha == 0.0 && rayleigh.beta == 0.0;
     Ok((!none).then_some(rayleigh))
+}
+
+/// Most coordinates of a body whose modes are all computed for their damping.
+const MOST: usize = 3000;
+
+/// `ξ_k` of the modes of the open body, from the lowest on; none where the scene does not give all of them.
+fn modal_ratios(scene: &Scene, count: usize) -> Option<Vec<f64>> {
+    match scene.damping.as_ref()?.modal.as_ref()? {
+        Amplitude::Scalar(ratio) => Some(vec![*ratio; count]),
+        Amplitude::Vector(given) => {
+            Some((0..count).map(|k| given.get(k).copied().unwrap_or(0.0)).collect())
+        }
+    }
+}
+
+/// `C = Σ 2ξ_kω_k (Mφ_k)(Mφ_k)ᵀ` over the modes of the open body; rigid motions are not damped.
+pub(super) fn modal(scene: &Scene, system: &System) -> Result<Option<Dampers>, ProblemError> {
+    let n = system.n_o();
+    let Some(ratios) = modal_ratios(scene, n) else { return Ok(None) };
+    if n > MOST {
+        let message = format!("needs all {n} modes of the body: at most {MOST} are computed");
+        let help = "add [reduction], or give ratios of two modes";
+        return Err(scene.error(Issue::new("damping.modal", message, help)).into());
+    }
+    let phase = system.open_phase();
+    let (k, m) = phase.matrices();
+    let modes = crate::fem::eigen::all(&k, &m, system.units.frequency)?;
+    let mut entries = vec![];
+    let mut momentum = vec![0.0; n];
+    for (i, (omega, shape)) in modes.omega.iter().zip(&modes.shapes).enumerate() {
+        let root = (2.0 * ratios[i] * omega).sqrt();
+        if root > 0.0 {
+            m.mul(shape, &mut momentum);
+            let row = momentum.iter().enumerate().map(|(j, x)| (i, j, root * x));
+            entries.extend(row.filter(|e| e.2 != 0.0));
+        }
+    }
+    Ok((!entries.is_empty()).then(|| Dampers::new(Csr::from_triplets(n, n, entries))))
+}
+
+/// `2ξω` of a mode of the open body.
+pub(super) fn modal_damping(scene: &Scene, system: &System, mode: usize, omega: f64) -> f64 {
+    let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    let own = modal_ratios(scene, mode).map_or(0.0, |r| 2.0 * r[mode - 1] * omega);
+    alpha + beta * omega * omega + own
 }
 
 /// What `K` has across `M`, over all of it, is rounding below this.

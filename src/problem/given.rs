@@ -6,9 +6,10 @@ use nalgebra::DMatrix;
 
 use super::ProblemError;
 use super::body::check_way;
+use super::elements;
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
-use crate::fem::{Body, Csr, FemError};
+use crate::fem::{Body, Csr, FemError, with_elements};
 use crate::matrices::read_matrix;
 use crate::scenario::{Contact, Issue, Obstacle, Scene, StressKey};
 
@@ -119,11 +120,14 @@ pub(super) fn given_matrices(
     let massless = of_contact.iter().filter(|&&i| mass.row(i).next().is_none()).count();
     check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
+    let discrete = elements::of_matrices(scene, n)?;
+    let mass = with_elements(&mass, &discrete, |e| e.mass);
+    let stiffness = with_elements(&stiffness, &discrete, |e| e.stiffness);
     let length = given_length(scene);
     let body = Body::from_matrices(&mass, &stiffness, of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
         let key = if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" };
-        let help = "give positive definite matrices: a body that is held";
+        let help = "give a positive definite mass, and a stiffness that opposes some motion";
         fault(scene, key, e.to_string(), help)
     })?;
     Ok((body, rows, gap))

@@ -6,7 +6,7 @@ use super::given::folder;
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::{ElementKind, Facet, Family, Mesh};
-use crate::scenario::{BodyKind, ContactMethod, Issue, MassKind, Scene, State, StressKey};
+use crate::scenario::{BodyKind, ContactMethod, End, Issue, MassKind, Scene, State, StressKey};
 
 /// The mesh of a file, its regions numbered as the materials of the scene, and the tags of its nodes.
 pub(super) fn body(scene: &Scene) -> Result<(Mesh, Vec<i64>), ProblemError> {
@@ -130,6 +130,13 @@ fn sides(
     }
     let loads = scene.loads.iter().enumerate().filter(|(_, l)| !l.group().is_empty());
     named.extend(loads.map(|(i, l)| (format!("load[{i}].group"), l.group())));
+    for (table, ends) in scene.all_ends() {
+        for (end, key) in [(Some(ends.from), "group"), (ends.to, "to")] {
+            if let Some(End::Group(group)) = end {
+                named.push((format!("{table}.{key}"), group));
+            }
+        }
+    }
     named.extend(scene.stored_groups());
     let mut found = vec![];
     for (key, word) in named {

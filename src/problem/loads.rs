@@ -2,6 +2,8 @@
 
 use super::ProblemError;
 use super::body::place;
+use super::damping::modal_damping;
+use super::elements;
 use super::modes::OpenModes;
 use super::moving;
 use super::notes::{self, Notes, Placed};
@@ -9,7 +11,7 @@ use super::table::history;
 use crate::contact::{System, grazing_scale};
 use crate::fem::{Course, Loads, load};
 use crate::mesh::point::{minus, norm};
-use crate::mesh::{Point, bounds};
+use crate::mesh::{Mesh, Point, bounds};
 use crate::scenario::{Amplitude, BodyKind, Issue, Load, LoadKind, Scene};
 
 pub(super) fn loads(
@@ -37,7 +39,7 @@ pub(super) fn loads(
             LoadKind::Gravity => system.gravity(&vector),
             LoadKind::Traction => load::traction(body, l.group(), &vector),
             LoadKind::Point => {
-                let placed = placed(scene, system, &format!("load[{i}].at"), l.at.as_deref())?;
+                let placed = placed(scene, &body.mesh, &format!("load[{i}].at"), l.at.as_deref())?;
                 node = placed.node;
                 notes.places.push(placed);
                 load::point(body, node, &vector)
@@ -66,18 +68,19 @@ pub(super) fn loads(
         }
         loads.follow(force, 0, &course);
     }
+    elements::preload(scene, system, &mut loads, notes)?;
     moving::obstacle(scene, system, &mut loads)?;
     Ok(loads)
 }
 
 /// The node that a place names: none is far from the body.
-fn placed(
+pub(super) fn placed(
     scene: &Scene,
-    system: &System,
+    mesh: &Mesh,
     key: &str,
     at: Option<&[f64]>,
 ) -> Result<Placed, ProblemError> {
-    let (mesh, dim) = (&system.body.mesh, scene.dim().max(1));
+    let dim = scene.dim().max(1);
     let mut wanted = Point::default();
     at.unwrap_or(&[]).iter().zip(&mut wanted).for_each(|(x, w)| *w = *x);
     let node = mesh.nearest_node(wanted);
@@ -149,7 +152,7 @@ pub(super) fn peak_amplitude(
     let l = &scene.loads[i];
     let mode = l.mode.unwrap_or(1);
     let (omega, shape) = modes.get(scene, &format!("load[{i}].mode"), mode, system)?;
-    let (alpha, beta) = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    let damping = modal_damping(scene, system, mode, omega);
     let grazing = grazing_scale(system, &shape).ok_or_else(|| {
         let message = format!("mode {mode} never reaches the obstacle");
         let help = "choose a mode that moves the contact edge, or give amplitude";
@@ -160,5 +163,5 @@ pub(super) fn peak_amplitude(
         let message = "counts in grazing amplitudes, and the gap is not positive everywhere";
         return Err(scene.error(Issue::new(format!("load[{i}].peak"), message, help)).into());
     }
-    Ok(l.peak.unwrap_or(0.0) * (alpha + beta * omega * omega) * omega * grazing)
+    Ok(l.peak.unwrap_or(0.0) * damping * omega * grazing)
 }

@@ -5,6 +5,7 @@
 
 mod body;
 mod damping;
+mod elements;
 mod error;
 mod friction;
 mod given;
@@ -220,6 +221,8 @@ impl Problem {
         }
         let mut notes = Notes::default();
         *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
+        let dampers = elements::dampers(scene, &system, &mut notes)?;
+        elements::add(&mut system, dampers);
         friction::check(scene, &system, &mut notes)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;
         if let Some([u, v]) = moving::frame(scene, &system) {
@@ -229,6 +232,10 @@ impl Problem {
         check_flow(scene, &system)?;
         let problem = Problem { system, initial, notes };
         problem.check_rigid_motion(scene)?;
-        reduction::reduced(scene, problem)
+        elements::check(scene, &problem)?;
+        let mut problem = reduction::reduced(scene, problem)?;
+        let modal = damping::modal(scene, &problem.system)?;
+        elements::add(&mut problem.system, modal);
+        Ok(problem)
     }
 }

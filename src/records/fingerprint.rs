@@ -91,6 +91,7 @@ impl Sum {
         }
         let damping = system.damping.map(|d| [d.alpha, d.beta]);
         self.numbers(damping.as_ref().map_or(&[], |d| &d[..]));
+        system.dampers.iter().for_each(|d| self.matrix(d.rows()));
     }
 
     /// Vectors, frequencies, phases and histories.

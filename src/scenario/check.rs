@@ -53,6 +53,7 @@ impl Scene {
         self.check_materials()?;
         self.check_supports()?;
         self.check_contact()?;
+        self.check_elements()?;
         self.check_damping()?;
         self.check_loads()?;
         self.check_initial()?;

@@ -5,9 +5,9 @@ use serde::Deserialize;
 
 use super::number::{Check, count_from_one};
 use super::pair;
-use super::{Issue, Scene};
+use super::{Amplitude, Issue, Scene};
 
-/// `C = αM + βK`: exactly one of `rayleigh`, `ratio`, `ratios`.
+/// `C = αM + βK`, or ratios of all modes: exactly one of `rayleigh`, `ratio`, `ratios`, `modal`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Damping {
@@ -24,17 +24,21 @@ pub struct Damping {
     #[schemars(extend("examples" = [[[1, 0.01], [3, 0.01]]]))]
     #[serde(default, deserialize_with = "pair::pairs")]
     pub ratios: Option<[(usize, f64); 2]>,
+    /// One ratio for all modes of the open body, or a list from the lowest on, none for the others: `C = Σ 2ξ_kω_k (Mφ_k)(Mφ_k)ᵀ`, in contact too.
+    #[schemars(extend("examples" = [0.005, [0.01, 0.02]]))]
+    pub modal: Option<Amplitude>,
 }
 
 impl Scene {
     pub(super) fn check_damping(&self) -> Check {
         let Some(d) = &self.damping else { return Ok(()) };
-        let given = [d.rayleigh.is_some(), d.ratio.is_some(), d.ratios.is_some()];
+        let given =
+            [d.rayleigh.is_some(), d.ratio.is_some(), d.ratios.is_some(), d.modal.is_some()];
         if given.iter().filter(|&&g| g).count() != 1 {
             return Err(Issue::new(
                 "damping",
-                "give exactly one of rayleigh, ratio, ratios",
-                "rayleigh = [0.0, 1e-3], or ratio = 0.01 with mode = 1, or ratios = [[1, 0.01], [3, 0.01]]",
+                "give exactly one of rayleigh, ratio, ratios, modal",
+                "rayleigh = [0.0, 1e-3], or ratio = 0.01 with mode = 1, or ratios = [[1, 0.01], [3, 0.01]], or modal = 0.005",
             ));
         }
         let non_negative = |key: &str, v: f64| {
@@ -57,6 +61,13 @@ impl Scene {
         }
         if let Some(m) = d.mode {
             count_from_one("damping.mode", m)?;
+        }
+        match &d.modal {
+            Some(Amplitude::Scalar(r)) => non_negative("damping.modal", *r)?,
+            Some(Amplitude::Vector(all)) => {
+                all.iter().try_for_each(|&r| non_negative("damping.modal", r))?;
+            }
+            None => {}
         }
         if let Some([(m1, r1), (m2, r2)]) = d.ratios {
             for (m, r) in [(m1, r1), (m2, r2)] {

@@ -9,6 +9,7 @@ mod change;
 mod check;
 mod contact;
 mod damping;
+mod element;
 mod error;
 mod expression;
 mod file;
@@ -39,6 +40,8 @@ pub use change::Change;
 pub(crate) use contact::Obstacle;
 pub use contact::{Contact, Motion};
 pub use damping::Damping;
+pub(crate) use element::{End, Ends};
+pub use element::{Damper, Mass, Spring};
 pub(crate) use error::Issue;
 pub use error::SceneError;
 pub(crate) use error::{from_toml as misread, locate};
@@ -84,7 +87,16 @@ pub struct Scene {
     /// Unilateral contact; absent: a linear body.
     #[serde(skip)]
     pub contact: Option<Contact>,
-    /// Damping: exactly one of `rayleigh`, `ratio`, `ratios`. Absent: none.
+    /// Springs between displacements of the body, or from one to the ground. They belong to its stiffness: to its modes, and to what damps in proportion to it.
+    #[serde(default, rename = "spring")]
+    pub springs: Vec<Spring>,
+    /// Viscous dampers, likewise.
+    #[serde(default, rename = "damper")]
+    pub dampers: Vec<Damper>,
+    /// Masses at displacements of the body. They belong to its mass, and have weight.
+    #[serde(default, rename = "mass")]
+    pub masses: Vec<Mass>,
+    /// Damping: exactly one of `rayleigh`, `ratio`, `ratios`, `modal`. Absent: none.
     pub damping: Option<Damping>,
     /// Loads; several add up.
     #[serde(default, rename = "load")]

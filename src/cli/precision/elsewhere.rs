@@ -108,7 +108,7 @@ fn body(bench: &Bench) -> Result<Value, CliError> {
         "dim": mesh.dim(), "nodes": mesh.nodes().iter().map(|p| &p[..mesh.dim()]).collect::<Vec<_>>(),
         "blocks": blocks, "state": state, "thickness": thickness,
         "young": material.young, "poisson": material.poisson, "density": material.density,
-        "lumped": body.mass.as_diagonal().is_some(), "held": held, "contact": contact,
+        "lumped": body.is_lumped, "held": held, "contact": contact,
         "u0": dofs.scatter(&u), "v0": dofs.scatter(&v), "until": bench.options.until,
         "unit": bench.omega, "size": size.fold(f64::INFINITY, f64::min),
         "wave_speed": material.wave_speed(),

@@ -205,7 +205,7 @@ impl Rubbing {
             .collect();
         let beta = parts.damping.map_or(0.0, |d| d.beta);
         let alpha = parts.damping.map_or(0.0, |d| d.alpha);
-        // columns M⁻¹eⱼ: what they are of K_α, of the slipping points' forces, of the loads
+        // columns M⁻¹eⱼ: what they are of K_α with the slipping points' forces, and the forces of what damps but αM
         let of_columns: Vec<(Vec<f64>, Vec<f64>)> = places
             .iter()
             .map(|&k| {
@@ -220,7 +220,12 @@ impl Rubbing {
                     let f = slip.factor * c[slip.tangent.entry];
                     slip.pressure.entries.iter().for_each(|&(j, v)| all[j] += f * v);
                 }
-                (all, elastic)
+                let mut viscous = elastic;
+                viscous.iter_mut().for_each(|e| *e *= -beta);
+                if let Some(dampers) = &parts.dampers {
+                    dampers.push(c, &mut viscous);
+                }
+                (all, viscous)
             })
             .collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -230,9 +235,9 @@ impl Rubbing {
             let (mut constant, mut of_drives) = (0.0, vec![0.0; drives.len()]);
             for (j, &k) in places.iter().enumerate() {
                 let x = inverse[(i, j)] / area[*point];
-                let (all, elastic) = &of_columns[j];
+                let (all, viscous) = &of_columns[j];
                 own.iter_mut().zip(all).for_each(|(o, a)| *o -= x * a);
-                rates.iter_mut().zip(elastic).for_each(|(r, e)| *r -= beta * x * e);
+                rates.iter_mut().zip(viscous).for_each(|(r, e)| *r += x * e);
                 constant += x * dot(&along.columns[k], &force);
                 constant -= x * alpha * self.stuck[j].1.surface;
                 let of_load = |f: &Vec<f64>| x * dot(&along.columns[k], f);
@@ -242,9 +247,9 @@ impl Rubbing {
             let gap = constant / sum(&own).max(f64::MIN_POSITIVE);
             let value = Size { a: sum(&own), b: 0.0, gap, c: 1.0 };
             let rate_size = sum(&rates);
-            let rates = match beta {
-                0.0 => vec![],
-                _ => vec![(1.0, Term::Own(rates.into()))],
+            let rates = match rate_size == 0.0 {
+                true => vec![],
+                false => vec![(1.0, Term::Own(rates.into()))],
             };
             let terms = vec![(1.0, Term::Own(own.into()))];
             Row { constant, terms, rates, drives: of_drives, size: [value; 2], rate_size }

@@ -40,7 +40,7 @@ pub(crate) mod system;
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};
 pub use constraint::Constraint;
-pub use damping::Rayleigh;
+pub use damping::{Dampers, Rayleigh};
 pub use equilibrium::NoEquilibrium;
 pub use expansion::Drive;
 pub use friction::{RubbingRates, Tangent};

@@ -11,7 +11,9 @@
 
 use std::sync::Arc;
 
-use super::damping::Rayleigh;
+use faer::Mat;
+
+use super::damping::{Dampers, Rayleigh};
 use super::expansion::{Drive, Driven, Expansion, Part};
 use super::friction::{Rubbing, RubbingRates, elastic_force};
 use super::inertia::PhaseInertia;
@@ -58,6 +60,7 @@ pub(super) struct Parts {
     /// For products with its stiffness.
     pub kernel: Arc<Kernel>,
     pub damping: Option<Rayleigh>,
+    pub dampers: Option<Arc<Dampers>>,
     pub loads: Arc<Loads>,
     /// Of laws at displacements that have inertia.
     pub obstacle: Option<Arc<Obstacle>>,
@@ -191,7 +194,7 @@ impl Phase {
         s: &mut Scratch,
         a_o: &mut [f64],
     ) {
-        let Parts { body, kernel, damping, loads, .. } = &self.parts;
+        let Parts { body, kernel, damping, dampers, loads, .. } = &self.parts;
         self.expand_displacement(t, u_o, &mut s.u);
         if loads.is_none() {
             s.b.fill(0.0);
@@ -220,7 +223,10 @@ impl Phase {
                 obstacle.direction.row(k).for_each(|(j, t)| s.b[j] -= t * push);
             }
         }
-        if damping.is_some() || loads.is_driven() {
+        if let Some(dampers) = dampers {
+            dampers.push(v_o, &mut s.b);
+        }
+        if damping.is_some() || dampers.is_some() || loads.is_driven() {
             self.expand_velocity(t, v_o, &mut s.v);
         }
         if let Some(rubbing) = &self.data.rubbing {
@@ -289,6 +295,9 @@ impl Phase {
             let u_o = &s.u[..v_o.len()];
             let of = |&k: &usize| along(&obstacle.lost_along(k), v_o) * obstacle.push(k, u_o, true);
             power += pushes.iter().map(of).sum::<f64>();
+        }
+        if let Some(dampers) = &self.parts.dampers {
+            power += dampers.power(v_o);
         }
         let Some(Rayleigh { alpha, beta }) = self.parts.damping else { return power };
         if alpha != 0.0 {
@@ -494,6 +503,11 @@ impl Phase {
         let body = &self.parts.body;
         let differs = self.pushing().is_some() || body.structure.is_some();
         differs.then(|| body.structure().leading(self.n_o()))
+    }
+
+    /// `ΦᵀWᵀWΦ` of the dampers, of shapes over `u_O`.
+    pub(crate) fn dampers_among(&self, shapes: &Mat<f64>) -> Option<Mat<f64>> {
+        self.parts.dampers.as_ref().map(|d| d.among(shapes))
     }
 
     /// What forces without a potential take.

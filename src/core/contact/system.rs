@@ -6,7 +6,7 @@ use super::ContactError;
 use super::boundary::{self, BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
-use super::damping::Rayleigh;
+use super::damping::{Dampers, Rayleigh};
 use super::friction::Tangent;
 use super::impact::Impact;
 use super::inertia::Inertia;
@@ -55,8 +55,10 @@ pub struct System {
     kernel: Arc<Kernel>,
     /// The contact points, in the order of active sets and `u_C`.
     pub constraints: Vec<Constraint>,
-    /// Damping, if any.
+    /// Damping in proportion to mass and stiffness, if any.
     pub damping: Option<Rayleigh>,
+    /// Dampers on displacements of `u_O`, if any.
+    pub dampers: Option<Arc<Dampers>>,
     /// Loads; phases keep those of the time when they were made.
     pub loads: Arc<Loads>,
     /// Units.
@@ -168,6 +170,7 @@ impl System {
         let method = self.method.reduced(&body, reduction)?;
         let mut system = System::of_method(body, method);
         system.damping = self.damping;
+        system.dampers = self.dampers.as_ref().map(|d| Arc::new(d.reduced(reduction)));
         let loads = system.loads_mut();
         loads.constant = self.loads.constant.as_ref().map(|f| reduction.load(f));
         let harmonic = |h: &Harmonic| Harmonic { force: reduction.load(&h.force), ..h.clone() };
@@ -190,6 +193,7 @@ impl System {
         System {
             constraints,
             damping: None,
+            dampers: None,
             loads: Arc::default(),
             units,
             kernel: Arc::new(Kernel::new(&body.stiffness)),
@@ -280,9 +284,14 @@ impl System {
         self.constraints.iter().map(|c| c.gap).collect()
     }
 
+    /// Whether anything damps the body.
+    pub fn is_damped(&self) -> bool {
+        self.damping.is_some() || self.dampers.is_some()
+    }
+
     /// Undamped, the forces have a potential, and all loads are constant.
     pub fn is_conservative(&self) -> bool {
-        self.damping.is_none() && self.has_potential() && !self.loads.is_driven()
+        !self.is_damped() && self.has_potential() && !self.loads.is_driven()
     }
 
     /// Whether elastic forces and those of the obstacle have a potential in every phase: friction has none, nor have Nitsche's with `θ ≠ 1`.
@@ -293,7 +302,7 @@ impl System {
     /// Whether the natural modes of a phase decouple its motion: `K_α` is symmetric, and damping a combination of `M_α` and `K_α`.
     pub fn is_decoupled(&self) -> bool {
         let plain = !self.contact_has_inertia() || self.damping.is_none_or(|d| d.beta == 0.0);
-        plain && self.has_potential()
+        plain && self.dampers.is_none() && self.has_potential()
     }
 
     /// Whether every phase has an exact flow without modes: damping is `αM_α + βK_α` of a symmetric `K_α`, frequencies are bounded, and no load has a
@@ -319,6 +328,7 @@ impl System {
             body: self.body.clone(),
             kernel: self.kernel.clone(),
             damping: self.damping,
+            dampers: self.dampers.clone(),
             loads: self.loads.clone(),
             obstacle: self.method.obstacle().cloned(),
         }

@@ -7,12 +7,13 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::FemError;
+use super::discrete::{Discrete, with_elements};
 use super::dofs::DofMap;
 use super::eigen;
 use super::element::{ElementMatrices, Shape};
 use super::law::Material;
 use super::reduction::Reduction;
-use super::sparse::{Csr, Sums};
+use super::sparse::{Csr, SpdFactor, Sums};
 use crate::mesh::{Block, Element, Mesh, Point, structured};
 
 /// Where the matrices come from.
@@ -22,10 +23,12 @@ pub enum Origin {
     Elements(Vec<Material>),
     /// Given: no shape, no materials. The lowest frequency, and a bound of all.
     Matrices {
-        /// Lowest circular frequency.
+        /// Lowest circular frequency but zero.
         lowest: f64,
         /// Bound of all.
         highest: f64,
+        /// Displacements over the rows that the stiffness does not oppose.
+        free: Vec<Vec<f64>>,
     },
     /// Of a body of elements, in fewer coordinates.
     Reduced {
@@ -53,6 +56,10 @@ pub struct Body {
     pub stiffness: Csr,
     /// Stiffness over `u` of the body alone, where the contact adds to it in every state: what Rayleigh's damping multiplies.
     pub structure: Option<Csr>,
+    /// Springs and masses between its displacements and elsewhere; they are in the matrices.
+    pub discrete: Vec<Discrete>,
+    /// Row sums of the mass of the elements stand on its diagonal.
+    pub is_lumped: bool,
 }
 
 /// Elements whose matrices are integrated together, on all threads.
@@ -92,20 +99,27 @@ fn terms_of(dofs: &DofMap, element: Element, terms: &mut Vec<(usize, usize, f64)
     }
 }
 
-/// The lowest and the highest natural frequency of given matrices. Contact displacements may have no mass: they follow the others, and the highest is that of the
-/// body with these held.
+/// A frequency below this share of the highest is that of a motion which the stiffness does not oppose.
+const FREE: f64 = 1e-7;
+
+/// The frequencies of given matrices: the lowest but zero and the highest, and the motions that the stiffness does not oppose. Contact displacements may have no mass: they
+/// follow the others, and the highest is that of the body with these held.
 fn extreme_frequencies(
     mass: &Csr,
     stiffness: &Csr,
     contact: &[usize],
-) -> Result<[f64; 2], FemError> {
+) -> Result<(f64, f64, Vec<Vec<f64>>), FemError> {
     let n = mass.n_rows();
     let massless: Vec<usize> =
         contact.iter().copied().filter(|&i| mass.row(i).next().is_none()).collect();
-    let of = |k: &Csr, m: &Csr| -> Result<[f64; 2], FemError> {
-        let omega = eigen::all(k, m, 1e-300)?.omega;
-        let highest = omega.iter().fold(0.0f64, |m, w| m.max(*w));
-        Ok([omega.first().copied().unwrap_or(0.0), highest])
+    let of = |k: &Csr, m: &Csr| -> Result<(f64, f64, Vec<Vec<f64>>), FemError> {
+        let modes = eigen::all(k, m, 1e-300)?;
+        let highest = modes.omega.iter().fold(0.0f64, |m, w| m.max(*w));
+        let is_free = |w: &f64| *w <= FREE * highest;
+        let lowest = modes.omega.iter().find(|w| !is_free(w)).copied().unwrap_or(0.0);
+        let all = modes.omega.iter().zip(modes.shapes);
+        let free = all.filter(|(w, _)| is_free(w)).map(|(_, shape)| shape).collect();
+        Ok((lowest, highest, free))
     };
     if massless.is_empty() {
         return of(stiffness, mass);
@@ -123,14 +137,22 @@ fn extreme_frequencies(
     };
     let held = block(stiffness, &others, &others);
     let own = sparse(&block(mass, &others, &others));
-    let [_, highest] = of(&sparse(&held), &own)?;
+    let (_, highest, _) = of(&sparse(&held), &own)?;
     // K_OO − K_Oz K_zz⁻¹ K_zO
     let coupling = block(stiffness, &massless, &others);
     let factor = block(stiffness, &massless, &massless)
         .cholesky()
         .ok_or(FemError::NotPositiveDefinite { what: "stiffness matrix" })?;
-    let followed = held - coupling.transpose() * factor.solve(&coupling);
-    Ok([of(&sparse(&followed), &own)?[0], highest])
+    let follow = -factor.solve(&coupling);
+    let (lowest, _, free) = of(&sparse(&(held + coupling.transpose() * &follow)), &own)?;
+    let whole = |shape: Vec<f64>| -> Vec<f64> {
+        let mut all = vec![0.0; n];
+        others.iter().zip(&shape).for_each(|(&i, x)| all[i] = *x);
+        let followed = &follow * nalgebra::DVector::from_vec(shape);
+        massless.iter().zip(followed.iter()).for_each(|(&i, x)| all[i] = *x);
+        all
+    };
+    Ok((lowest, highest, free.into_iter().map(whole).collect()))
 }
 
 impl Body {
@@ -171,7 +193,16 @@ impl Body {
             dofs,
             origin: Origin::Elements(materials.to_vec()),
             structure: None,
+            discrete: vec![],
+            is_lumped: lumped,
         }
+    }
+
+    /// The body with springs and masses on its displacements.
+    pub fn with_elements(self, discrete: Vec<Discrete>) -> Body {
+        let mass = with_elements(&self.mass, &discrete, |e| e.mass);
+        let stiffness = with_elements(&self.stiffness, &discrete, |e| e.stiffness);
+        Body { mass, stiffness, discrete, ..self }
     }
 
     /// The body with `points` contact displacements that are but seen, `u_C = n u_O`: they have no rows of their own. `terms` over `u_O` come to its stiffness, and do
@@ -219,6 +250,8 @@ impl Body {
             origin: Origin::Reduced { materials, highest, reduction },
             mass,
             stiffness,
+            discrete: vec![],
+            is_lumped: false,
         })
     }
 
@@ -265,8 +298,8 @@ impl Body {
         length: f64,
     ) -> Result<Body, FemError> {
         let n = mass.n_rows();
-        let [lowest, highest] = extreme_frequencies(mass, stiffness, contact)?;
-        if lowest <= 1e-7 * highest {
+        let (lowest, highest, free) = extreme_frequencies(mass, stiffness, contact)?;
+        if lowest <= 0.0 {
             return Err(FemError::NotPositiveDefinite { what: "stiffness matrix" });
         }
         let dofs = DofMap::of_rows(n, contact);
@@ -282,17 +315,18 @@ impl Body {
             mass: permuted(mass),
             stiffness: permuted(stiffness),
             mesh: structured::row(length, n),
-            origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest },
+            origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest, free },
             dofs,
             structure: None,
+            discrete: vec![],
+            is_lumped: false,
         })
     }
 
     /// `K w` and `M w` on the free displacements, of a nodal field `w` (components interleaved) that may move prescribed displacements: `K_fp w_p` for one that
     /// moves nothing else. Nothing for bodies without elements.
     pub fn forces_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
-        let (mesh, dim) = (&self.mesh, self.mesh.dim());
-        let lumped = self.mass.as_diagonal().is_some();
+        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
         let mut forces = [vec![0.0; self.dofs.n()], vec![0.0; self.dofs.n()]];
         if !self.is_of_elements() {
             return forces;
@@ -318,8 +352,7 @@ impl Body {
 
     /// `K w` and `M w` on all nodes (components interleaved), held displacements included, of a nodal field `w`.
     pub(crate) fn products_of_field(&self, w: &[f64]) -> [Vec<f64>; 2] {
-        let (mesh, dim) = (&self.mesh, self.mesh.dim());
-        let lumped = self.mass.as_diagonal().is_some();
+        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
         let mut products = [vec![0.0; w.len()], vec![0.0; w.len()]];
         if !self.is_of_elements() {
             return products;
@@ -359,8 +392,7 @@ impl Body {
 
     /// The mass matrix of one displacement component over all nodes, prescribed ones included; empty for given matrices.
     pub fn scalar_mass(&self) -> Csr {
-        let (mesh, dim) = (&self.mesh, self.mesh.dim());
-        let lumped = self.mass.as_diagonal().is_some();
+        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
         let mut entries = vec![];
         if self.is_of_elements() {
             for (e, matrices) in element_matrices(mesh, self.materials()) {
@@ -403,13 +435,13 @@ impl Body {
     }
 
     /// Upper bound of the natural frequencies of the body and of all phases of the paper's mass: the largest natural frequency of an
-    /// element by itself (Irons; supports and contact conditions only take motions away).
+    /// element by itself (Irons; supports and contact conditions only take motions away), and what springs add to its square, `k wᵀM⁻¹w` at the most.
     pub fn frequency_bound(&self) -> f64 {
         let materials = match &self.origin {
             Origin::Matrices { highest, .. } | Origin::Reduced { highest, .. } => return *highest,
             Origin::Elements(materials) => materials,
         };
-        let lumped = self.mass.as_diagonal().is_some();
+        let lumped = self.is_lumped;
         let of_block = |block: &Block| {
             let n = block.kind.nodes();
             let of = |nodes: &[usize]| {
@@ -423,16 +455,59 @@ impl Body {
             }
         };
         let largest = self.mesh.blocks().iter().map(of_block).fold(0.0, f64::max);
-        (1.0 + 1e-9) * largest.sqrt()
+        (1.0 + 1e-9) * (largest + self.of_springs()).sqrt()
     }
 
-    /// Rigid motions that the supports leave, as nodal fields; `held_contact` counts the contact
-    /// displacements as prescribed too.
-    pub fn rigid_motions(&self, held_contact: bool) -> Vec<Vec<f64>> {
-        // given matrices are held, or were refused
-        if !self.is_of_elements() {
-            return vec![];
+    /// `Σ k wᵀM⁻¹w`
+    fn of_springs(&self) -> f64 {
+        let mut springs = self.discrete.iter().filter(|e| e.stiffness != 0.0).peekable();
+        if springs.peek().is_none() {
+            return 0.0;
         }
+        let Ok(factor) = SpdFactor::new(&self.mass, "mass matrix") else { return f64::INFINITY };
+        let mut scratch = factor.scratch();
+        let of_one = |spring: &Discrete| {
+            let mut x = vec![0.0; self.dofs.n()];
+            spring.row.iter().for_each(|&(j, w)| x[j] = w);
+            factor.solve(&mut x, &mut scratch);
+            spring.stiffness * spring.along(&x)
+        };
+        springs.map(of_one).sum()
+    }
+
+    /// Motions that supports and springs leave without any force, as nodal fields: rigid ones of a body of elements. `held_contact` counts the contact displacements as prescribed
+    /// too.
+    pub fn rigid_motions(&self, held_contact: bool) -> Vec<Vec<f64>> {
+        match &self.origin {
+            Origin::Elements(_) => self.rigid_motions_of_elements(held_contact),
+            Origin::Matrices { free, .. } => self.free_motions(free, held_contact),
+            // what is left of a body that was looked at before
+            Origin::Reduced { .. } => vec![],
+        }
+    }
+
+    /// The motions over the rows of given matrices that no stiffness opposes, as values at the points that stand for the rows.
+    fn free_motions(&self, free: &[Vec<f64>], held_contact: bool) -> Vec<Vec<f64>> {
+        let at_contact = self.dofs.contact.iter().filter(|_| held_contact);
+        let rows: Vec<usize> = at_contact.map(|c| c.node).collect();
+        let gram = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            rows.iter().map(|&i| free[a][i] * free[b][i]).sum()
+        });
+        let size = free.iter().flatten().fold(0.0f64, |m, x| m.max(x * x));
+        let combined = |v: &[f64]| -> Vec<f64> {
+            let of_row = |i: usize| v.iter().zip(free).map(|(v, f)| v * f[i]).sum();
+            // the last point is the ground
+            let rows = free.first().map_or(0, Vec::len);
+            (0..rows).map(of_row).chain([0.0]).collect()
+        };
+        let eigen = gram.symmetric_eigen();
+        (0..free.len())
+            .filter(|&k| eigen.eigenvalues[k] <= 1e-10 * size)
+            .map(|k| combined(eigen.eigenvectors.column(k).as_slice()))
+            .collect()
+    }
+
+    fn rigid_motions_of_elements(&self, held_contact: bool) -> Vec<Vec<f64>> {
         let (mesh, dofs, dim) = (&self.mesh, &self.dofs, self.mesh.dim());
         let (scale, centre) = (mesh.length(), mesh.centre());
         // a ring can only move along its axis
@@ -467,6 +542,17 @@ impl Body {
         // contact displacements, whether they are u_C or carry springs
         let contact = dofs.contact.iter().filter(|_| held_contact);
         contact.for_each(|c| hold(c.node, c.direction));
+        for spring in self.discrete.iter().filter(|e| e.stiffness != 0.0) {
+            let along: Vec<f64> = (0..n_motions)
+                .map(|k| {
+                    let nodes = mesh.nodes().iter();
+                    let field = nodes.flat_map(|p| (0..dim).map(move |c| motion(k, *p, c)));
+                    spring.along(&dofs.gather(&field.collect::<Vec<f64>>()))
+                })
+                .collect();
+            held += 1.0;
+            (0..n_motions).for_each(|a| (0..n_motions).for_each(|b| gram[(a, b)] += along[a] * along[b]));
+        }
         let eigen = gram.symmetric_eigen();
         (0..n_motions)
             .filter(|&k| eigen.eigenvalues[k] <= 1e-10 * held.max(1.0))

@@ -198,11 +198,33 @@ pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
     let dim = body.mesh.dim();
     let nodal: Vec<f64> =
         nodal_mass.iter().flat_map(|m| (0..dim).map(move |c| m * acceleration[c])).collect();
-    body.dofs.gather_forces(&nodal)
+    let mut force = body.dofs.gather_forces(&nodal);
+    // of masses at displacements: m w (w a)
+    if body.discrete.iter().any(|e| e.mass != 0.0) {
+        let field = acceleration[..dim].repeat(body.mesh.n_nodes());
+        let field = body.dofs.gather(&field);
+        for element in &body.discrete {
+            let along = element.mass * element.along(&field);
+            element.row.iter().for_each(|&(j, w)| force[j] += w * along);
+        }
+    }
+    force
 }
 
 /// A uniform force per unit area on a group of sides.
 pub fn traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
+    body.dofs.gather_forces(&nodal_traction(body, group, stress))
+}
+
+/// The areas that belong to the nodes of a group of sides, others none; over an angle of 2π around an axis.
+pub fn nodal_areas(body: &Body, group: &str) -> Vec<f64> {
+    let dim = body.mesh.dim();
+    let mut unit = vec![0.0; dim];
+    unit[0] = 1.0;
+    nodal_traction(body, group, &unit).into_iter().step_by(dim).collect()
+}
+
+fn nodal_traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let mut nodal = vec![0.0; dim * mesh.n_nodes()];
     for &facet in mesh.group(group) {
@@ -218,7 +240,7 @@ pub fn traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
             }
         }
     }
-    body.dofs.gather_forces(&nodal)
+    nodal
 }
 
 /// A force at a node.

@@ -3,6 +3,7 @@
 pub(crate) mod body;
 pub(crate) mod carried;
 pub(crate) mod dense;
+pub(crate) mod discrete;
 pub(crate) mod dofs;
 pub(crate) mod dynamic;
 pub mod eigen;
@@ -24,6 +25,7 @@ pub mod stress;
 
 pub use body::{Body, Origin};
 pub use carried::Carried;
+pub use discrete::{Discrete, with_elements};
 pub use dofs::DofMap;
 pub use dynamic::{DynamicFactor, DynamicStiffness};
 pub use eigen::Modes;

@@ -183,7 +183,7 @@ impl Layout {
         let n_o = system.n_o();
         let work = system.loads.is_driven().then_some(2 * n_o);
         let rubs = system.tangents().is_some();
-        let loses = system.damping.is_some() || !(system.has_potential() || rubs);
+        let loses = system.is_damped() || !(system.has_potential() || rubs);
         let dissipated = loses.then(|| 2 * n_o + usize::from(work.is_some()));
         let first = 2 * n_o + usize::from(work.is_some()) + usize::from(loses);
         let rubbed = rubs.then(|| FrictionPlaces { first, points: system.n_contact() });

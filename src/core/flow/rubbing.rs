@@ -46,11 +46,7 @@ pub(super) fn powers(phase: &Spectrum, loads: &Loads, t: f64, v: &[f64]) -> [f64
     let dot = |f: &[f64]| f.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
     let of_load = |(h, f): (&crate::fem::Harmonic, &Vec<f64>)| h.factor(t, 0) * dot(f);
     let work = loads.harmonics.iter().zip(&phase.stuck.loads).map(of_load).sum();
-    let (alpha, beta) = phase.rayleigh();
-    let [mass, stiffness] = phase.stuck.squares;
-    let own = phase.modes.iter().zip(v).map(|(m, v)| 2.0 * m.c * v * v).sum::<f64>();
-    let lost = own + 2.0 * alpha * dot(&phase.stuck.drag) + alpha * mass + beta * stiffness;
-    [work, lost]
+    [work, phase.dissipation(v)]
 }
 
 /// Add to the integrals of a state what happens from `a` to `b`; `at` gives modal velocities and the monitors.

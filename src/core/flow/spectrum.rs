@@ -20,7 +20,7 @@ use super::motion;
 use super::oscillator::Oscillator;
 use super::sliding::{Coupled, SlidingMotion};
 use crate::contact::{Drive, Lost, Monitor, Phase, Rayleigh, States, System};
-use crate::fem::{Csr, FemError, Harmonic, Loads, eigen};
+use crate::fem::{Csr, FemError, Harmonic, Loads, dense, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
@@ -98,14 +98,19 @@ pub(super) struct Stuck {
     pub loads: Vec<Vec<f64>>,
 }
 
-/// Matrices that natural modes do not make diagonal.
-#[derive(Debug)]
+/// Matrices that natural modes need not make diagonal.
+#[derive(Debug, Default)]
 struct Mixing {
     /// `ΦᵀK₀Φ` of the body without springs, which damps, where that is not `Λ`.
     structure: Option<Mat<f64>>,
     /// Of forces without a potential `ΦᵀK_αΦ`, and what of it, and of the constant force, has none.
     forces: Option<Forces>,
+    /// `ΦᵀWᵀWΦ` of dampers.
+    dampers: Option<Mat<f64>>,
 }
+
+/// Entries of `ΦᵀWᵀWΦ` beside the diagonal, over the largest on it, that are rounding errors of modal damping in its own modes.
+const BESIDE: f64 = 1e-13;
 
 #[derive(Debug)]
 struct Forces {
@@ -118,20 +123,12 @@ impl Mixing {
     /// Of a phase where there is any.
     fn of(phase: &Phase, shapes: &Mat<f64>, omega: &[f64], moving: usize) -> Option<Mixing> {
         let projected = |a: &Csr| -> Mat<f64> {
-            let n = shapes.ncols();
-            let mut product = Mat::<f64>::zeros(n, n);
-            let columns: Vec<Vec<f64>> = (0..n)
-                .map(|j| {
-                    let mut y = vec![0.0; n];
-                    a.mul(shapes.col_as_slice(j), &mut y);
-                    y
-                })
-                .collect();
-            let columns = Mat::from_fn(n, n, |i, j| columns[j][i]);
-            let left = shapes.transpose();
-            matmul(product.as_mut(), Accum::Replace, left, columns.as_ref(), 1.0, Par::Seq);
-            product
+            let mut columns = Mat::<f64>::zeros(shapes.nrows(), shapes.ncols());
+            (0..shapes.ncols())
+                .for_each(|j| a.mul(shapes.col_as_slice(j), columns.col_as_slice_mut(j)));
+            dense::product(shapes.transpose(), columns.as_ref())
         };
+        let mut mixing = Mixing { dampers: phase.dampers_among(shapes), ..Mixing::default() };
         if let Some(slips) = phase.slip_stiffness() {
             let mut stiffness = projected(&slips);
             for (j, w) in omega.iter().enumerate() {
@@ -141,17 +138,28 @@ impl Mixing {
                 }
                 stiffness[(j, j)] += w * w;
             }
-            return Some(Mixing {
-                structure: None,
-                forces: Some(Forces { stiffness, skew: None }),
+            mixing.forces = Some(Forces { stiffness, skew: None });
+        } else if let Some(structure) = phase.damping_stiffness() {
+            mixing.structure = Some(projected(&structure));
+            mixing.forces = phase.lost().map(|Lost { matrix, constant }| Forces {
+                stiffness: projected(&phase.matrices().0),
+                skew: Some((projected(&matrix), transposed(shapes, &constant))),
             });
         }
-        let structure = phase.damping_stiffness()?;
-        let forces = phase.lost().map(|Lost { matrix, constant }| Forces {
-            stiffness: projected(&phase.matrices().0),
-            skew: Some((projected(&matrix), transposed(shapes, &constant))),
-        });
-        Some(Mixing { structure: Some(projected(&structure)), forces })
+        let any = mixing.structure.is_some() || mixing.forces.is_some() || mixing.dampers.is_some();
+        any.then_some(mixing)
+    }
+
+    /// Whether it couples the first `moving` coordinates under stiffness-proportional damping, or without.
+    fn couples(&self, beta: f64, moving: usize) -> bool {
+        let beside = |d: &Mat<f64>| {
+            let largest = (0..moving).fold(0.0f64, |m, i| m.max(d[(i, i)]));
+            let is_beside = |i: usize, j: usize| i != j && d[(i, j)].abs() > BESIDE * largest;
+            (0..moving).any(|j| (0..moving).any(|i| is_beside(i, j)))
+        };
+        self.forces.is_some()
+            || beta != 0.0 && self.structure.is_some()
+            || self.dampers.as_ref().is_some_and(beside)
     }
 
     fn operators(&self, omega: &[f64], (alpha, beta): (f64, f64)) -> Operators {
@@ -161,7 +169,10 @@ impl Mixing {
             Some(structure) => structure[(i, j)],
             None => diagonal(i, j, omega[i] * omega[i]),
         };
-        let damping = |i: usize, j: usize| diagonal(i, j, alpha) + beta * structure(i, j);
+        let dampers = |i: usize, j: usize| self.dampers.as_ref().map_or(0.0, |d| d[(i, j)]);
+        let damping = |i: usize, j: usize| {
+            diagonal(i, j, alpha) + beta * structure(i, j) + dampers(i, j)
+        };
         Operators {
             stiffness: match &self.forces {
                 Some(f) => f.stiffness.clone(),
@@ -199,8 +210,15 @@ impl Spectrum {
         let moving = basis.omega.len() - frozen;
         let mut steady_force = basis.constant.clone();
         steady_force.iter_mut().zip(&basis.stuck.drag).for_each(|(f, d)| *f -= alpha * d);
+        let dampers = basis.mixing.as_ref().and_then(|m| m.dampers.as_ref());
+        if let Some(d) = dampers {
+            // what sticks to a moving surface moves the dampers too
+            for (s, v) in basis.stuck.velocities.iter().enumerate() {
+                (0..moving).for_each(|i| steady_force[i] -= d[(i, moving + s)] * v);
+            }
+        }
         let coupling = match &basis.mixing {
-            Some(mixing) if beta != 0.0 || mixing.forces.is_some() => {
+            Some(mixing) if mixing.couples(beta, moving) => {
                 let scale = basis.scale();
                 let operators = mixing.operators(&basis.omega, (alpha, beta));
                 let forces: Vec<&[f64]> = [&steady_force]
@@ -221,8 +239,11 @@ impl Spectrum {
             _ => None,
         };
         // what sticks keeps its velocity
-        let rate =
-            |k: usize, omega: f64| if k < moving { alpha + beta * omega * omega } else { 0.0 };
+        let by_dampers = |k: usize| dampers.map_or(0.0, |d| d[(k, k)]);
+        let rate = |k: usize, omega: f64| match k < moving {
+            true => alpha + beta * omega * omega + by_dampers(k),
+            false => 0.0,
+        };
         let mode = |(k, &omega): (usize, &f64)| Oscillator { omega, c: 0.5 * rate(k, omega) };
         let modes: Vec<Oscillator> = basis.omega.iter().enumerate().map(mode).collect();
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
@@ -299,6 +320,18 @@ impl Spectrum {
     /// `α` and `β` of the damping.
     pub(super) fn rayleigh(&self) -> (f64, f64) {
         self.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta))
+    }
+
+    /// `vᵀΦᵀCΦ v` of velocities in the coordinates of the phase, those of what sticks included.
+    pub(super) fn dissipation(&self, v: &[f64]) -> f64 {
+        let ((alpha, beta), stuck) = (self.rayleigh(), &self.stuck);
+        let moving = self.omega.len() - stuck.velocities.len();
+        let own = self.omega[..moving].iter().zip(v).map(|(w, v)| (alpha + beta * w * w) * v * v);
+        let [mass, stiffness] = stuck.squares;
+        let held = alpha * (2.0 * dot(&stuck.drag, v) + mass) + beta * stiffness;
+        let dampers = self.mixing.as_ref().and_then(|m| m.dampers.as_ref());
+        let along = |d: &Mat<f64>| (0..v.len()).map(|j| v[j] * dot(d.col_as_slice(j), v)).sum();
+        own.sum::<f64>() + held + dampers.map_or(0.0, along)
     }
 
     /// `β` of the damping.

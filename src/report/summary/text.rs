@@ -280,7 +280,7 @@ fn energy(out: &mut Lines, system: &System, report: &Report) {
         };
         part(report.energy_external, what);
     }
-    if system.damping.is_some() {
+    if system.is_damped() {
         part(-report.energy_dissipated, "by damping");
     } else if !system.has_potential() && report.rubbed.is_none() {
         part(-report.energy_dissipated, "by forces without a potential (part of the method)");

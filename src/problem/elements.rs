@@ -1,0 +1,235 @@
+//! Elements at nodes: springs, dampers and masses of a scene as rows over the displacements.
+
+use std::sync::Arc;
+
+use super::body::place;
+use super::loads::placed;
+use super::notes::Notes;
+use super::{Problem, ProblemError};
+use crate::contact::{Dampers, System};
+use crate::fem::{Body, Csr, Discrete, Loads, load};
+use crate::scenario::{BodyKind, ContactMethod, End, Ends, Issue, LoadKind, RedistributedMass, Scene};
+
+/// `w` of an element, and what its values are multiplied by: an area, where there is one at every node of a group.
+type Placed = (Vec<(usize, f64)>, f64);
+
+/// Springs and masses of the body of elements of a scene.
+pub(super) fn discrete(scene: &Scene, body: &Body) -> Result<Vec<Discrete>, ProblemError> {
+    elements(scene, |table, ends| rows(scene, body, table, ends, &mut Notes::default()))
+}
+
+/// Those of a scene whose body comes from `n × n` matrices.
+pub(super) fn of_matrices(scene: &Scene, n: usize) -> Result<Vec<Discrete>, ProblemError> {
+    elements(scene, |table, ends| Ok(vec![(on_rows(scene, table, ends, n)?, 1.0)]))
+}
+
+/// Springs, then masses, on their rows.
+fn elements(
+    scene: &Scene,
+    rows: impl Fn(&str, &Ends) -> Result<Vec<Placed>, ProblemError>,
+) -> Result<Vec<Discrete>, ProblemError> {
+    let mut all = vec![];
+    for (i, spring) in scene.springs.iter().enumerate() {
+        let placed = rows(&format!("spring[{i}]"), &spring.ends())?;
+        let of = |(row, share): Placed| Discrete { row, stiffness: share * spring.stiffness, mass: 0.0 };
+        all.extend(placed.into_iter().map(of));
+    }
+    for (i, mass) in scene.masses.iter().enumerate() {
+        let placed = rows(&format!("mass[{i}]"), &mass.ends())?;
+        let of = |(row, share): Placed| Discrete { row, stiffness: 0.0, mass: share * mass.mass };
+        all.extend(placed.into_iter().map(of));
+    }
+    Ok(all)
+}
+
+/// The rows of an element over the displacements of the body.
+fn rows(
+    scene: &Scene,
+    body: &Body,
+    table: &str,
+    ends: &Ends,
+    notes: &mut Notes,
+) -> Result<Vec<Placed>, ProblemError> {
+    if scene.body.kind == BodyKind::Matrices {
+        let row = on_rows(scene, table, ends, body.mesh.n_nodes() - 1)?;
+        return Ok(vec![(row.into_iter().map(|(i, w)| (body.dofs.row(i), w)).collect(), 1.0)]);
+    }
+    let dim = body.mesh.dim();
+    let given = ends.direction.unwrap_or(&[1.0]);
+    let size = given.iter().fold(0.0f64, |m, x| m.hypot(*x));
+    let direction: Vec<f64> = given.iter().map(|x| x / size).collect();
+    let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
+    let mut each = vec![];
+    for (end, prefix, sign) in [(Some(ends.from), "", 1.0), (ends.to, "to_", -1.0)] {
+        match end {
+            Some(End::At(at)) => {
+                let found = placed(scene, &body.mesh, &format!("{table}.{prefix}at"), Some(at))?;
+                let own = &mut nodal[dim * found.node..dim * (found.node + 1)];
+                own.iter_mut().zip(&direction).for_each(|(x, d)| *x += sign * d);
+                notes.places.push(found);
+            }
+            Some(End::Group(group)) => {
+                let areas = load::nodal_areas(body, group);
+                let whole: f64 = areas.iter().sum();
+                if whole == 0.0 {
+                    let message = format!("the body has no edge \"{group}\"");
+                    let help = "give \"left\", \"right\", \"bottom\" or \"top\"";
+                    return Err(scene.error(Issue::new(format!("{table}.to"), message, help)).into());
+                }
+                if ends.each {
+                    each = areas;
+                    continue;
+                }
+                for (own, area) in nodal.chunks_exact_mut(dim).zip(&areas) {
+                    own.iter_mut().zip(&direction).for_each(|(x, d)| *x += sign * area / whole * d);
+                }
+            }
+            Some(End::Row(_)) | None => {}
+        }
+    }
+    let entries = |nodal: &[f64]| -> Vec<(usize, f64)> {
+        let row = body.dofs.gather_forces(nodal);
+        row.into_iter().enumerate().filter(|e| e.1 != 0.0).collect()
+    };
+    let all: Vec<Placed> = match ends.each {
+        false => vec![(entries(&nodal), 1.0)],
+        true => {
+            let of_node = |(node, area): (usize, &f64)| {
+                let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
+                nodal[dim * node..dim * (node + 1)].copy_from_slice(&direction);
+                (entries(&nodal), *area)
+            };
+            let at_nodes = each.iter().enumerate().filter(|(_, area)| **area != 0.0).map(of_node);
+            at_nodes.filter(|(row, _)| !row.is_empty()).collect()
+        }
+    };
+    if all.iter().all(|(row, _)| row.is_empty()) {
+        let message = "acts on displacements that supports hold, or on two ends that move alike";
+        let help = "choose another place or direction, or remove it";
+        return Err(scene.error(Issue::new(table, message, help)).into());
+    }
+    Ok(all)
+}
+
+/// The row of an element on given matrices.
+fn on_rows(
+    scene: &Scene,
+    table: &str,
+    ends: &Ends,
+    n: usize,
+) -> Result<Vec<(usize, f64)>, ProblemError> {
+    let mut row: Vec<(usize, f64)> = vec![];
+    for (end, name, sign) in [(Some(ends.from), "row", 1.0), (ends.to, "to_row", -1.0)] {
+        let Some(End::Row(i)) = end else { continue };
+        let twice = row.iter().any(|e| e.0 == i);
+        if i >= n || twice {
+            let message = match twice {
+                true => "is the row of the first end".to_owned(),
+                false => format!("{i} is no row of the matrices"),
+            };
+            let help = format!("give another row from 0 to {}", n - 1);
+            return Err(scene.error(Issue::new(format!("{table}.{name}"), message, help)).into());
+        }
+        row.push((i, sign));
+    }
+    Ok(row)
+}
+
+/// The forces of the springs at rest, into the constant loads.
+pub(super) fn preload(
+    scene: &Scene,
+    system: &System,
+    loads: &mut Loads,
+    notes: &mut Notes,
+) -> Result<(), ProblemError> {
+    for (i, spring) in scene.springs.iter().enumerate() {
+        let placed = rows(scene, &system.body, &format!("spring[{i}]"), &spring.ends(), notes)?;
+        if spring.preload == 0.0 {
+            continue;
+        }
+        let mut force = vec![0.0; system.n()];
+        for (row, share) in placed {
+            row.into_iter().for_each(|(j, w)| force[j] -= share * spring.preload * w);
+        }
+        loads.push(force, None, 0.0);
+    }
+    Ok(())
+}
+
+/// The dampers of a scene.
+pub(super) fn dampers(
+    scene: &Scene,
+    system: &System,
+    notes: &mut Notes,
+) -> Result<Option<Dampers>, ProblemError> {
+    let mut entries = vec![];
+    let mut count = 0;
+    for (i, damper) in scene.dampers.iter().enumerate() {
+        let table = format!("damper[{i}]");
+        for (row, share) in rows(scene, &system.body, &table, &damper.ends(), notes)? {
+            let root = (share * damper.viscosity).sqrt();
+            if let Some((j, _)) = row.iter().find(|(j, _)| *j >= system.n_o()) {
+                let message = format!(
+                    "acts on the contact displacement {}, which has no inertia: its velocity follows from the others and jumps",
+                    j - system.n_o()
+                );
+                let help = "choose a place beside the contact, or a direction along the obstacle; or give [damping]";
+                return Err(scene.error(Issue::new(table, message, help)).into());
+            }
+            entries.extend(row.into_iter().map(|(j, w)| (count, j, root * w)));
+            count += 1;
+        }
+    }
+    for (i, mass) in scene.masses.iter().enumerate() {
+        rows(scene, &system.body, &format!("mass[{i}]"), &mass.ends(), notes)?;
+    }
+    Ok((count > 0).then(|| Dampers::new(Csr::from_triplets(count, system.n_o(), entries))))
+}
+
+/// Add dampers to those that a system has.
+pub(super) fn add(system: &mut System, more: Option<Dampers>) {
+    let Some(more) = more else { return };
+    system.dampers = Some(Arc::new(match &system.dampers {
+        Some(own) => more.beside(own),
+        None => more,
+    }));
+}
+
+/// What elements at nodes do not go with.
+pub(super) fn check(scene: &Scene, problem: &Problem) -> Result<(), ProblemError> {
+    let Some((table, _)) = scene.all_ends().next() else { return Ok(()) };
+    let fail = |key: &str, message: &str, help: &str| {
+        Err(scene.error(Issue::new(key, message, help)).into())
+    };
+    let system = &problem.system;
+    if scene.contact.as_ref().is_some_and(|c| c.method == ContactMethod::Waves) {
+        let message = "changes the bar, and \"waves\" knows a uniform one";
+        return fail(&table, message, "remove it, or give another contact method");
+    }
+    let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some())
+        || scene.loads.iter().any(|l| l.kind == LoadKind::Base);
+    if moves {
+        let message = "leads to the ground or to supports, and these move here: the body is seen from what moves";
+        return fail(&table, message, "move the loads in place of the supports, or remove it");
+    }
+    let optimal = scene.contact.as_ref().and_then(|c| c.mass) == Some(RedistributedMass::Optimal);
+    if optimal && !scene.masses.is_empty() {
+        let message = "is a mass of its own, and \"optimal\" spreads that of the elements";
+        return fail("mass[0]", message, "give [contact] mass = \"condensed\"");
+    }
+    // pressures from strains do not know of springs at contact displacements
+    let by_forces = system.contact_has_inertia()
+        || system.n_contact() == 0
+        || scene.contact.as_ref().is_some_and(|c| c.is_reaction());
+    let at_contact = |e: &&Discrete| e.stiffness != 0.0 && e.row.iter().any(|(j, _)| *j >= system.n_o());
+    if let Some(e) = system.body.discrete.iter().find(at_contact).filter(|_| !by_forces) {
+        let at = e.row.iter().find(|(j, _)| *j >= system.n_o()).map_or(0, |e| e.0 - system.n_o());
+        let node = system.body.dofs.contact[at].node;
+        let message = format!(
+            "a spring acts on a contact displacement at {}, and this method takes the pressure from strains",
+            place(system.body.mesh.nodes()[node], scene.dim())
+        );
+        return fail("contact", &message, "give stress = \"reaction\", or another place");
+    }
+    Ok(())
+}
