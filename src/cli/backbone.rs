@@ -384,7 +384,7 @@ fn warn_below_first_mode(
     range: (f64, f64),
 ) -> Result<(), CliError> {
     let system = &problem.system;
-    if system.constraints.iter().any(|c| c.gap <= 0.0) || range.0 <= 0.0 {
+    if system.facing().iter().any(|c| c.gap <= 0.0) || range.0 <= 0.0 {
         return Ok(());
     }
     let open = system.phase(&States::open(system.n_contact()));

@@ -185,7 +185,7 @@ fn check_units(
     if series.is_empty() {
         return Err(CliError::Input(format!("{file} holds no points")));
     }
-    let gaps = problem.system.constraints.iter().map(|c| c.gap.abs());
+    let gaps = problem.system.facing().iter().map(|c| c.gap.abs());
     let unit = problem.system.body.mesh.size().into_iter().chain(gaps).fold(0.0, f64::max);
     for (k, s) in series.iter().enumerate() {
         let largest = s.coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));

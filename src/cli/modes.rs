@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         0 => None,
         // forces without a potential have no natural modes
         _ if !system.has_potential() && system.tangents().is_none() => None,
-        n => Some(modes(States::closed(n))?),
+        _ => Some(modes(system.closed_states())?),
     };
     Ok(global.answer(
         || {

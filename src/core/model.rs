@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::contact::law::Law;
 use crate::contact::{
-    ContactError, Contacts, Gaps, MassChoice, Rayleigh, State, Stress, System, at_displacements,
-    boundary, on_sides,
+    ContactError, Contacts, Gaps, MassChoice, Rayleigh, Rubs, State, Stress, System,
+    at_displacements, boundary, on_sides,
 };
 use crate::event::{self, Options, Report, Silent};
 use crate::fem::{Body, Csr, DofMap, Facing, FemError, FrameError, Held, Material, load};
@@ -204,7 +204,13 @@ impl Model {
                     }
                     None => {
                         let operator = boundary::reaction(&body, vec![1.0; contact.len()]);
-                        System::with_operator(body, operator, Gaps::front(gap), choice, vec![])?
+                        System::with_operator(
+                            body,
+                            operator,
+                            Gaps::front(gap),
+                            choice,
+                            Rubs::default(),
+                        )?
                     }
                 }
             }

@@ -7,6 +7,7 @@ use super::elements;
 use super::given::{folder, given_length};
 use super::imported;
 use super::materials::materials;
+use super::places::place;
 use crate::contact::{Contacts, Gaps, MassChoice, Stress};
 use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held};
 use crate::matrices::read_matrix;
@@ -18,11 +19,18 @@ use crate::scenario::{
 
 /// Stress and mass of the contact method that a scene names.
 pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
-    let Some(c) = &scene.contact else { return (Stress::Projection, MassChoice::Paper) };
+    let slides = scene.slides();
+    let Some(c) = &scene.contact else {
+        return match slides {
+            true => (Stress::Reaction, MassChoice::Condensed),
+            false => (Stress::Projection, MassChoice::Paper),
+        };
+    };
     // meshes have defaults of their own: those that work with every element
     let is_mesh = scene.body.kind == BodyKind::Mesh;
     let stress = match c.stress {
         _ if c.is_reaction() => Stress::Reaction,
+        None if slides => Stress::Reaction,
         Some(StressKey::NodalMean) => Stress::NodalMean,
         None if is_mesh => Stress::NodalMean,
         _ => Stress::Projection,
@@ -34,7 +42,7 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
         (ContactMethod::MassRedistribution, ..) | (_, Some(Inertia::Constant), _) => {
             MassChoice::Condensed
         }
-        (ContactMethod::NodalBoundary, None, _) if is_mesh || c.has_friction() => {
+        (ContactMethod::NodalBoundary, None, _) if is_mesh || slides || c.has_friction() => {
             MassChoice::Condensed
         }
         _ => MassChoice::Paper,
@@ -95,8 +103,7 @@ pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     let materials = materials(scene);
     imported::check_elements(scene, &form, &dofs)?;
     let body = Body::assemble(form.mesh, dofs, &materials, b.mass == MassKind::Lumped);
-    let discrete = elements::discrete(scene, &body)?;
-    let body = body.with_elements(discrete);
+    let body = elements::attach(scene, body)?;
     if let Some(issue) = empty(scene, &body) {
         return Err(scene.error(issue).into());
     }
@@ -289,10 +296,4 @@ pub(super) fn gaps_at(
         return Err(scene.error(Issue::new(key, message, help)).into());
     }
     Ok(gap)
-}
-
-/// A place in words: `(1, 0.5)`, `(1, 0.5, 0)` in space.
-pub(super) fn place(p: Point, dim: usize) -> String {
-    let numbers: Vec<String> = p[..dim.max(2)].iter().map(f64::to_string).collect();
-    format!("({})", numbers.join(", "))
 }

@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use super::body::place;
-use super::loads::placed;
-use super::notes::Notes;
+use super::places::{Placed, place, placed};
 use super::{Problem, ProblemError};
-use crate::contact::{Dampers, System};
+use crate::contact::{Dampers, Elastic, Slider, System};
 use crate::fem::{Body, Csr, Discrete, Loads, load};
-use crate::scenario::{BodyKind, ContactMethod, End, Ends, Issue, LoadKind, RedistributedMass, Scene};
+use crate::scenario::{
+    BodyKind, ContactMethod, End, Ends, Issue, LoadKind, RedistributedMass, Scene, Sliding,
+};
 
 /// `w` of an element, and what its values are multiplied by: an area, where there is one at every node of a group.
-type Placed = (Vec<(usize, f64)>, f64);
+type Row = (Vec<(usize, f64)>, f64);
 
 /// Springs and masses of the body of elements of a scene.
-pub(super) fn discrete(scene: &Scene, body: &Body) -> Result<Vec<Discrete>, ProblemError> {
-    elements(scene, |table, ends| rows(scene, body, table, ends, &mut Notes::default()))
+fn discrete(scene: &Scene, body: &Body) -> Result<Vec<Discrete>, ProblemError> {
+    elements(scene, |table, ends| rows(scene, body, table, ends))
 }
 
 /// Those of a scene whose body comes from `n × n` matrices.
@@ -26,30 +26,25 @@ pub(super) fn of_matrices(scene: &Scene, n: usize) -> Result<Vec<Discrete>, Prob
 /// Springs, then masses, on their rows.
 fn elements(
     scene: &Scene,
-    rows: impl Fn(&str, &Ends) -> Result<Vec<Placed>, ProblemError>,
+    rows: impl Fn(&str, &Ends) -> Result<Vec<Row>, ProblemError>,
 ) -> Result<Vec<Discrete>, ProblemError> {
     let mut all = vec![];
     for (i, spring) in scene.springs.iter().enumerate() {
         let placed = rows(&format!("spring[{i}]"), &spring.ends())?;
-        let of = |(row, share): Placed| Discrete { row, stiffness: share * spring.stiffness, mass: 0.0 };
+        let of =
+            |(row, share): Row| Discrete { row, stiffness: share * spring.stiffness, mass: 0.0 };
         all.extend(placed.into_iter().map(of));
     }
     for (i, mass) in scene.masses.iter().enumerate() {
         let placed = rows(&format!("mass[{i}]"), &mass.ends())?;
-        let of = |(row, share): Placed| Discrete { row, stiffness: 0.0, mass: share * mass.mass };
+        let of = |(row, share): Row| Discrete { row, stiffness: 0.0, mass: share * mass.mass };
         all.extend(placed.into_iter().map(of));
     }
     Ok(all)
 }
 
 /// The rows of an element over the displacements of the body.
-fn rows(
-    scene: &Scene,
-    body: &Body,
-    table: &str,
-    ends: &Ends,
-    notes: &mut Notes,
-) -> Result<Vec<Placed>, ProblemError> {
+fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>, ProblemError> {
     if scene.body.kind == BodyKind::Matrices {
         let row = on_rows(scene, table, ends, body.mesh.n_nodes() - 1)?;
         return Ok(vec![(row.into_iter().map(|(i, w)| (body.dofs.row(i), w)).collect(), 1.0)]);
@@ -66,7 +61,6 @@ fn rows(
                 let found = placed(scene, &body.mesh, &format!("{table}.{prefix}at"), Some(at))?;
                 let own = &mut nodal[dim * found.node..dim * (found.node + 1)];
                 own.iter_mut().zip(&direction).for_each(|(x, d)| *x += sign * d);
-                notes.places.push(found);
             }
             Some(End::Group(group)) => {
                 let areas = load::nodal_areas(body, group);
@@ -74,7 +68,9 @@ fn rows(
                 if whole == 0.0 {
                     let message = format!("the body has no edge \"{group}\"");
                     let help = "give \"left\", \"right\", \"bottom\" or \"top\"";
-                    return Err(scene.error(Issue::new(format!("{table}.to"), message, help)).into());
+                    return Err(scene
+                        .error(Issue::new(format!("{table}.to"), message, help))
+                        .into());
                 }
                 if ends.each {
                     each = areas;
@@ -91,7 +87,7 @@ fn rows(
         let row = body.dofs.gather_forces(nodal);
         row.into_iter().enumerate().filter(|e| e.1 != 0.0).collect()
     };
-    let all: Vec<Placed> = match ends.each {
+    let all: Vec<Row> = match ends.each {
         false => vec![(entries(&nodal), 1.0)],
         true => {
             let of_node = |(node, area): (usize, &f64)| {
@@ -140,10 +136,9 @@ pub(super) fn preload(
     scene: &Scene,
     system: &System,
     loads: &mut Loads,
-    notes: &mut Notes,
 ) -> Result<(), ProblemError> {
     for (i, spring) in scene.springs.iter().enumerate() {
-        let placed = rows(scene, &system.body, &format!("spring[{i}]"), &spring.ends(), notes)?;
+        let placed = rows(scene, &system.body, &format!("spring[{i}]"), &spring.ends())?;
         if spring.preload == 0.0 {
             continue;
         }
@@ -156,17 +151,26 @@ pub(super) fn preload(
     Ok(())
 }
 
+/// Where the places of elements ended up.
+pub(super) fn places(scene: &Scene, body: &Body) -> Result<Vec<Placed>, ProblemError> {
+    let mut all = vec![];
+    for (table, ends) in scene.all_ends() {
+        for (end, key) in [(Some(ends.from), "at"), (ends.to, "to_at")] {
+            if let Some(End::At(at)) = end {
+                all.push(placed(scene, &body.mesh, &format!("{table}.{key}"), Some(at))?);
+            }
+        }
+    }
+    Ok(all)
+}
+
 /// The dampers of a scene.
-pub(super) fn dampers(
-    scene: &Scene,
-    system: &System,
-    notes: &mut Notes,
-) -> Result<Option<Dampers>, ProblemError> {
+pub(super) fn dampers(scene: &Scene, system: &System) -> Result<Option<Dampers>, ProblemError> {
     let mut entries = vec![];
     let mut count = 0;
     for (i, damper) in scene.dampers.iter().enumerate() {
         let table = format!("damper[{i}]");
-        for (row, share) in rows(scene, &system.body, &table, &damper.ends(), notes)? {
+        for (row, share) in rows(scene, &system.body, &table, &damper.ends())? {
             let root = (share * damper.viscosity).sqrt();
             if let Some((j, _)) = row.iter().find(|(j, _)| *j >= system.n_o()) {
                 let message = format!(
@@ -180,10 +184,72 @@ pub(super) fn dampers(
             count += 1;
         }
     }
-    for (i, mass) in scene.masses.iter().enumerate() {
-        rows(scene, &system.body, &format!("mass[{i}]"), &mass.ends(), notes)?;
-    }
     Ok((count > 0).then(|| Dampers::new(Csr::from_triplets(count, system.n_o(), entries))))
+}
+
+/// The body of elements of a scene with its springs and masses, and with what springs of sliders remember.
+pub(super) fn attach(scene: &Scene, body: Body) -> Result<Body, ProblemError> {
+    let discrete = discrete(scene, &body)?;
+    let body = body.with_elements(discrete);
+    let elastic = sliders(scene, &body)?.iter().filter(|s| s.elastic.is_some()).count();
+    Ok(body.with_memory(elastic))
+}
+
+/// The sliders of a scene on the displacements of a body; what their springs remember are the last entries of `u_O`.
+pub(super) fn sliders(scene: &Scene, body: &Body) -> Result<Vec<Slider>, ProblemError> {
+    let mut all: Vec<Slider> = vec![];
+    for Sliding { table, ends, limit, stiffness } in scene.all_sliders() {
+        for (row, share) in rows(scene, body, &table, &ends)? {
+            if row.iter().any(|(j, _)| *j >= body.dofs.n_o) {
+                let message = "acts on contact displacements, which have no inertia: friction is known where there is some";
+                let help = "choose a place beside the contact, or a direction along the obstacle";
+                return Err(scene.error(Issue::new(table, message, help)).into());
+            }
+            if stiffness.is_none() && all.iter().any(|s| s.elastic.is_none() && s.row == row) {
+                let message = "slides over the same displacement as another: only the sum of their limits would be known";
+                let help = "give one slider with the sum, or each a stiffness";
+                return Err(scene.error(Issue::new(table, message, help)).into());
+            }
+            let node = node_of(scene, body, &ends, &row);
+            let position = body.mesh.nodes()[node];
+            let mut direction = [0.0; 3];
+            let given = ends.direction.unwrap_or(&[1.0]);
+            let size = given.iter().fold(0.0f64, |m, x| m.hypot(*x));
+            direction.iter_mut().zip(given).for_each(|(d, x)| *d = x / size);
+            let elastic = stiffness.map(|k| Elastic { stiffness: share * k, memory: 0 });
+            let limit = share * limit;
+            all.push(Slider { row, limit, elastic, node, position, direction });
+        }
+    }
+    let mut springs: Vec<&mut Elastic> =
+        all.iter_mut().filter_map(|s| s.elastic.as_mut()).collect();
+    let first = body.dofs.n_o.saturating_sub(springs.len());
+    springs.iter_mut().enumerate().for_each(|(k, e)| e.memory = first + k);
+    Ok(all)
+}
+
+/// What files call the place of an element: a row, or the node of its first end that the row knows best.
+fn node_of(scene: &Scene, body: &Body, ends: &Ends, row: &[(usize, f64)]) -> usize {
+    if let (BodyKind::Matrices, End::Row(i)) = (scene.body.kind, ends.from) {
+        return i;
+    }
+    let largest = row.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |e| e.0);
+    let has = |n: &usize| body.dofs.directions(*n).any(|(_, place)| place == Some(largest));
+    (0..body.mesh.n_nodes()).find(has).unwrap_or(0)
+}
+
+/// What sliders do not go with, before there is a body.
+pub(super) fn check_sliders(scene: &Scene) -> Result<(), ProblemError> {
+    let Some(contact) = scene.contact.as_ref().filter(|_| scene.slides()) else {
+        return Ok(());
+    };
+    if matches!(contact.method, ContactMethod::NodalBoundary | ContactMethod::MassRedistribution) {
+        return Ok(());
+    }
+    let message = "is known beside obstacles that do not yield: this contact method has springs, or velocities that jump";
+    let help = "give [contact] method = \"nbm\" or \"mass-redistribution\", or no [contact]";
+    let table = if scene.sliders.is_empty() { "iwan[0]" } else { "slider[0]" };
+    Err(scene.error(Issue::new(table, message, help)).into())
 }
 
 /// Add dampers to those that a system has.
@@ -221,7 +287,8 @@ pub(super) fn check(scene: &Scene, problem: &Problem) -> Result<(), ProblemError
     let by_forces = system.contact_has_inertia()
         || system.n_contact() == 0
         || scene.contact.as_ref().is_some_and(|c| c.is_reaction());
-    let at_contact = |e: &&Discrete| e.stiffness != 0.0 && e.row.iter().any(|(j, _)| *j >= system.n_o());
+    let at_contact =
+        |e: &&Discrete| e.stiffness != 0.0 && e.row.iter().any(|(j, _)| *j >= system.n_o());
     if let Some(e) = system.body.discrete.iter().find(at_contact).filter(|_| !by_forces) {
         let at = e.row.iter().find(|(j, _)| *j >= system.n_o()).map_or(0, |e| e.0 - system.n_o());
         let node = system.body.dofs.contact[at].node;

@@ -2,7 +2,7 @@
 
 use super::given::given_tangents;
 use super::{Notes, ProblemError};
-use crate::contact::{System, Tangent};
+use crate::contact::{Constraint, System, Tangent};
 use crate::fem::Body;
 use crate::mesh::Point;
 use crate::mesh::point::dot;
@@ -22,7 +22,7 @@ pub(super) fn tangents(scene: &Scene, body: &Body) -> Result<Vec<Option<Tangent>
     };
     // the obstacle behind faces the other way: its tangent is turned
     let behind = |t: &Tangent| Tangent {
-        sign: -t.sign,
+        row: t.row.iter().map(|(j, w)| (*j, -w)).collect(),
         surface: -t.surface,
         direction: t.direction.map(|x| -x),
         ..t.clone()
@@ -65,7 +65,7 @@ fn of_elements(
         let velocity: Point = std::array::from_fn(|c| given.get(c).copied().unwrap_or(0.0));
         let across = dot(&velocity, &point.direction);
         if across.abs() > ACROSS * dot(&velocity, &velocity).sqrt() {
-            let place = super::body::place(body.mesh.nodes()[point.node], 2);
+            let place = super::places::place(body.mesh.nodes()[point.node], 2);
             let message = format!(
                 "moves into the body, or off it, at {place}: by {across:e} along its normal"
             );
@@ -76,7 +76,7 @@ fn of_elements(
         let along = |(row, place): (Point, Option<usize>)| {
             let c = dot(&row, &direction);
             let entry = place.filter(|i| *i < body.dofs.n_o && c.abs() > 0.5)?;
-            Some(Tangent { entry, sign: c.signum(), coefficient, surface, direction })
+            Some(Tangent { row: vec![(entry, c.signum())], coefficient, surface, direction })
         };
         Ok(body.dofs.directions(point.node).find_map(along))
     };
@@ -85,41 +85,50 @@ fn of_elements(
 
 /// What friction does not go with, and what there is to say of it.
 pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result<(), ProblemError> {
-    let Some(contact) = scene.contact.as_ref().filter(|c| c.has_friction()) else { return Ok(()) };
     let fail = |key: String, message: &str, help: &str| {
         Err(scene.error(Issue::new(key, message, help)).into())
     };
-    let all = system.tangents().map_or(0, <[_]>::len);
-    let rubbing = system.tangents().map_or(0, |t| t.iter().flatten().count());
-    let asked = |i: &usize| {
-        let k = system.constraints[*i].group;
-        contact.obstacles.get(k).is_some_and(|o| o.coefficient().is_some())
+    let facing = system.facing();
+    let rubbing = |t: &[Option<Tangent>]| t.iter().take(facing.len()).flatten().count();
+    let rubbing = system.tangents().map_or(0, rubbing);
+    let asked = |c: &&Constraint| {
+        let obstacle = scene.contact.as_ref().and_then(|all| all.obstacles.get(c.group));
+        obstacle.is_some_and(|o| o.coefficient().is_some())
     };
-    let wanted = (0..system.n_contact()).filter(asked).count();
+    let wanted = facing.iter().filter(asked).count();
     if wanted > rubbing {
         notes.warnings.push(format!(
             "friction does not act at {} of {} contact points: supports or other obstacles hold them along the surface",
             wanted - rubbing,
-            all.max(wanted)
+            facing.len()
         ));
     }
-    if rubbing == 0 {
+    if system.tangents().is_none() {
         return Ok(());
     }
     let loads = &system.loads;
     if !loads.measured.is_empty() {
         let message = "has a measured history, and what holds a point that sticks is known for constant and harmonic loads only";
-        return fail("load".into(), message, "give a harmonic load, or remove friction");
+        return fail(
+            "load".into(),
+            message,
+            "give a harmonic load, or remove friction and sliders",
+        );
     }
     if loads.carried != Default::default() {
         let message = "the body is seen from what moves, and friction knows velocities along obstacles at rest or of constant velocity only";
-        let key = if contact.motion.is_some() { "contact.motion" } else { "support" };
-        return fail(key.into(), message, "remove the motion, or friction");
+        let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some());
+        let key = if moves { "contact.motion" } else { "support" };
+        return fail(key.into(), message, "remove the motion, or friction and sliders");
     }
     if scene.body.damping_matrix.is_some() {
         let message =
             "is a matrix, and friction goes with damping in proportion to mass and stiffness";
-        return fail("body.damping_matrix".into(), message, "give [damping], or remove friction");
+        return fail(
+            "body.damping_matrix".into(),
+            message,
+            "give [damping], or remove friction and sliders",
+        );
     }
     if system.damping.is_none_or(|d| d.beta == 0.0)
         && system.tangents().is_some_and(|t| t.iter().flatten().any(|t| t.surface != 0.0))

@@ -63,8 +63,8 @@ pub(super) fn given_tangents(
     let coefficient = obstacle.and_then(Obstacle::coefficient);
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
     let tangent = |&row: &usize| {
-        let (entry, direction) = (body.dofs.row(row), [0.0, 1.0, 0.0]);
-        coefficient.map(|coefficient| Tangent { entry, sign: 1.0, coefficient, surface, direction })
+        let (row, direction) = (vec![(body.dofs.row(row), 1.0)], [0.0, 1.0, 0.0]);
+        coefficient.map(|coefficient| Tangent { row, coefficient, surface, direction })
     };
     Ok(rows.iter().map(tangent).collect())
 }
@@ -130,7 +130,8 @@ pub(super) fn given_matrices(
         let help = "give a positive definite mass, and a stiffness that opposes some motion";
         fault(scene, key, e.to_string(), help)
     })?;
-    Ok((body, rows, gap))
+    let elastic = scene.all_sliders().iter().filter(|s| s.stiffness.is_some()).count();
+    Ok((body.with_memory(elastic), rows, gap))
 }
 
 /// Square, of `n` rows as the mass matrix, symmetric, with a diagonal.

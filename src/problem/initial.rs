@@ -1,9 +1,9 @@
 //! The state at `t = 0`.
 
-use super::body::place;
 use super::modes::OpenModes;
 use super::moving;
 use super::notes::Notes;
+use super::places::place;
 use super::{ProblemError, StoredState};
 use crate::contact::{March, State, System};
 use crate::scenario::{BodyKind, Field, Issue, Scene};
@@ -47,7 +47,7 @@ pub(super) fn initial_state(
             let high = above.into_iter().fold(f64::INFINITY, f64::min);
             let low = below.into_iter().fold(f64::NEG_INFINITY, f64::max);
             let still = moving::frame(scene, system).is_none();
-            match still && system.constraints.iter().all(|c| c.gap > 0.0) {
+            match still && system.facing().iter().all(|c| c.gap > 0.0) {
                 true => {
                     let message = format!(
                         "the initial state penetrates the obstacle: mode {mode} by {amplitude} gaps"

@@ -1,17 +1,15 @@
 //! The loads of a scene.
 
 use super::ProblemError;
-use super::body::place;
 use super::damping::modal_damping;
 use super::elements;
 use super::modes::OpenModes;
 use super::moving;
-use super::notes::{self, Notes, Placed};
+use super::notes::{self, Notes};
+use super::places::placed;
 use super::table::history;
 use crate::contact::{System, grazing_scale};
 use crate::fem::{Course, Loads, load};
-use crate::mesh::point::{minus, norm};
-use crate::mesh::{Mesh, Point, bounds};
 use crate::scenario::{Amplitude, BodyKind, Issue, Load, LoadKind, Scene};
 
 pub(super) fn loads(
@@ -68,37 +66,9 @@ pub(super) fn loads(
         }
         loads.follow(force, 0, &course);
     }
-    elements::preload(scene, system, &mut loads, notes)?;
+    elements::preload(scene, system, &mut loads)?;
     moving::obstacle(scene, system, &mut loads)?;
     Ok(loads)
-}
-
-/// The node that a place names: none is far from the body.
-pub(super) fn placed(
-    scene: &Scene,
-    mesh: &Mesh,
-    key: &str,
-    at: Option<&[f64]>,
-) -> Result<Placed, ProblemError> {
-    let dim = scene.dim().max(1);
-    let mut wanted = Point::default();
-    at.unwrap_or(&[]).iter().zip(&mut wanted).for_each(|(x, w)| *w = *x);
-    let node = mesh.nearest_node(wanted);
-    let found = mesh.nodes()[node];
-    let distance = norm(&minus(&found, &wanted));
-    if !mesh.is_near(wanted) {
-        let message = format!(
-            "{} is outside the body: {distance:.6e} from the nearest node {}, more than half an element",
-            place(wanted, dim),
-            place(found, dim)
-        );
-        let [low, high] = bounds(mesh.nodes());
-        let of = |c: usize| format!("{} from {} to {}", ["x", "y", "z"][c], low[c], high[c]);
-        let ranges: Vec<String> = (0..dim).map(of).collect();
-        let help = format!("give a place in the body: {}", ranges.join(", "));
-        return Err(scene.error(Issue::new(key, message, help)).into());
-    }
-    Ok(Placed { key: key.to_owned(), wanted: wanted[..dim].to_vec(), node, found, distance })
 }
 
 /// Forces on the rows of given matrices.
@@ -158,7 +128,7 @@ pub(super) fn peak_amplitude(
         let help = "choose a mode that moves the contact edge, or give amplitude";
         scene.error(Issue::new(format!("load[{i}].peak"), message, help))
     })?;
-    if system.constraints.iter().any(|c| c.gap <= 0.0) {
+    if system.facing().iter().any(|c| c.gap <= 0.0) {
         let help = "give amplitude, or a positive gap";
         let message = "counts in grazing amplitudes, and the gap is not positive everywhere";
         return Err(scene.error(Issue::new(format!("load[{i}].peak"), message, help)).into());

@@ -16,13 +16,15 @@ mod materials;
 mod modes;
 mod moving;
 mod notes;
+mod places;
 mod reduction;
 mod rigid;
 mod springs;
 mod table;
 
 use crate::contact::{
-    ContactError, Gaps, Instants, March, MassChoice, Restitution, Rule, State, Stepping, System,
+    ContactError, Gaps, Instants, March, MassChoice, Restitution, Rubs, Rule, State, Stepping,
+    System,
 };
 use crate::fem::{Body, FemError};
 use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Integrator, Issue, Scene};
@@ -141,6 +143,14 @@ fn check_impact(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     Ok(())
 }
 
+/// Friction at obstacles, and sliders.
+fn rubs(scene: &Scene, body: &Body) -> Result<Rubs, ProblemError> {
+    Ok(Rubs {
+        tangents: friction::tangents(scene, body)?,
+        sliders: elements::sliders(scene, body)?,
+    })
+}
+
 /// The system of a method whose conditions hold at nodes.
 fn nodal(scene: &Scene) -> Result<System, ProblemError> {
     let choice = discretisation(scene);
@@ -148,8 +158,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
         BodyKind::Matrices => {
             let (body, operator, gap) = given_body(scene)?;
             let behind = given_gaps_behind(scene, &gap)?;
-            let tangents = friction::tangents(scene, &body)?;
-            System::with_operator(body, operator, Gaps { front: gap, behind }, choice, tangents)
+            let rubs = rubs(scene, &body)?;
+            System::with_operator(body, operator, Gaps { front: gap, behind }, choice, rubs)
         }
         _ => {
             let body = assemble(scene)?;
@@ -161,8 +171,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
                     System::with_impacts(body, contacts.gaps.front, law)
                 }
                 None => {
-                    let tangents = friction::tangents(scene, &body)?;
-                    System::with_friction(body, &contacts, choice, tangents)
+                    let rubs = rubs(scene, &body)?;
+                    System::with_friction(body, &contacts, choice, rubs)
                 }
             }
         }
@@ -180,6 +190,10 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
                 ),
             };
             scene.error(Issue::new(key, e.to_string(), help)).into()
+        }
+        ContactError::NoFriction if scene.slides() => {
+            let help = "remove stress and inertia: beside sliders they are \"reaction\" and \"constant\"";
+            scene.error(Issue::new("slider[0]", e.to_string(), help)).into()
         }
         ContactError::NoFriction => {
             let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
@@ -209,6 +223,7 @@ impl Problem {
     /// Set up a scene. `stored` is the state of the file named in `[initial]`, if any.
     pub fn new(scene: &Scene, stored: Option<StoredState>) -> Result<Problem, ProblemError> {
         let contact = scene.contact.as_ref();
+        elements::check_sliders(scene)?;
         let mut system = match contact.and_then(|c| Some((c, springs::law(c)?))) {
             Some((contact, law)) => springs::system(scene, contact, law)?,
             None => nodal(scene)?,
@@ -221,7 +236,8 @@ impl Problem {
         }
         let mut notes = Notes::default();
         *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
-        let dampers = elements::dampers(scene, &system, &mut notes)?;
+        notes.places.extend(elements::places(scene, &system.body)?);
+        let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
         friction::check(scene, &system, &mut notes)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;

@@ -5,23 +5,8 @@ use crate::fem::{Body, Reduction, load};
 use crate::mesh::Point;
 use crate::scenario::{Field, LoadKind, Scene};
 
-use super::body::place;
 use super::moving;
-
-/// A node that a place in the scene names.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Placed {
-    /// The key.
-    pub key: String,
-    /// The place in the scene.
-    pub wanted: Vec<f64>,
-    /// The node, by its number in files.
-    pub node: usize,
-    /// Where it is.
-    pub found: Point,
-    /// How far it is from the place.
-    pub distance: f64,
-}
+use super::places::{Placed, place};
 
 /// What there is to say of a problem.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,4 +1,4 @@
-//! `[[spring]]`, `[[damper]]`, `[[mass]]`: elements at nodes, along the displacement of one end, or between two.
+//! `[[spring]]`, `[[damper]]`, `[[mass]]`, `[[slider]]`, `[[iwan]]`: elements at nodes, along the displacement of one end, or between two.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -121,10 +121,140 @@ table! {
     }
 }
 
+table! {
+    /// A slider: dry friction under a force that stays. It sticks while the force on it is less than its limit, and slides against that otherwise.
+    Slider {
+        /// The force at which it slides.
+        limit: f64,
+        /// Stiffness of a spring in series (a Jenkins element); absent: rigid, Coulomb's law.
+        stiffness: Option<f64>,
+    }
+}
+
+table! {
+    /// Sliders in parallel, each with a spring in series: a table of them, or Segalman's four parameters.
+    Iwan {
+        /// `[limit, stiffness]` of each slider.
+        #[schemars(extend("examples" = [[[1.0, 50.0], [2.0, 30.0]]]))]
+        #[serde(default)]
+        table: Vec<[f64; 2]>,
+        /// In its place `F_S`: the force at which all of them slide.
+        limit: Option<f64>,
+        /// `K_T`: the stiffness while all of them stick.
+        stiffness: Option<f64>,
+        /// `χ`, more than −1: the loss of small amplitudes grows with their power `χ + 3`.
+        chi: Option<f64>,
+        /// `β`: the stiffness that is lost at once when all slide, over what was lost before.
+        beta: Option<f64>,
+        /// Number of sliders that stand for the four parameters.
+        #[schemars(extend("default" = 20), range(min = 1))]
+        sliders: Option<usize>,
+    }
+}
+
+/// Most sliders of one element.
+const MOST: usize = 1000;
+
+impl Iwan {
+    /// `[limit, stiffness]` of all its sliders.
+    ///
+    /// The four parameters are those of the density `ρ(φ) = R φ^χ (φ < φ_max) + S δ(φ − φ_max)` of springs that give way at the displacement `φ`, with `K_T = ∫ρ` and
+    /// `F_S = ∫φρ` (Segalman 2005). Cells from `φ_max (m/N)²` to the next become a slider each that has the stiffness and the limit of the cell: the sums are exact.
+    pub fn sliders(&self) -> Vec<[f64; 2]> {
+        let (Some(limit), Some(stiffness), Some(chi), Some(beta)) =
+            (self.limit, self.stiffness, self.chi, self.beta)
+        else {
+            return self.table.clone();
+        };
+        let share = beta + (chi + 1.0) / (chi + 2.0);
+        let last = limit * (1.0 + beta) / (stiffness * share);
+        let at_once = limit / last * beta / share;
+        let density = limit * (chi + 1.0) / (last.powf(chi + 2.0) * share);
+        let count = self.sliders.unwrap_or(20);
+        let edge = |m: usize| last * (m as f64 / count as f64).powi(2);
+        let moment = |m: usize, power: f64| {
+            (edge(m + 1).powf(power) - edge(m).powf(power)) / power * density
+        };
+        let cells = (0..count).map(|m| [moment(m, chi + 2.0), moment(m, chi + 1.0)]);
+        let end = Some([at_once * last, at_once]).filter(|_| at_once > 0.0);
+        cells.chain(end).collect()
+    }
+
+    fn check(&self, table: &str) -> Check {
+        let key = |name: &str| format!("{table}.{name}");
+        let four = [self.limit, self.stiffness, self.chi, self.beta];
+        let given = four.iter().flatten().count();
+        let example = "table = [[1.0, 50.0], [2.0, 30.0]], or limit, stiffness, chi and beta";
+        if !self.table.is_empty() && given + usize::from(self.sliders.is_some()) > 0 {
+            return Err(Issue::new(table, "has a table and parameters", format!("give {example}")));
+        }
+        if self.table.is_empty() && given < 4 {
+            let message = "needs a table, or all four parameters";
+            return Err(Issue::new(table, message, format!("give {example}")));
+        }
+        if self.table.len() > MOST || self.sliders.is_some_and(|n| !(1..=MOST).contains(&n)) {
+            let name = if self.table.is_empty() { "sliders" } else { "table" };
+            let message = format!("1 to {MOST} sliders are known");
+            return Err(Issue::new(key(name), message, "give fewer, or at least one"));
+        }
+        for x in self.table.iter().flatten() {
+            positive(&key("table"), *x)?;
+        }
+        self.limit.map_or(Ok(()), |x| positive(&key("limit"), x))?;
+        self.stiffness.map_or(Ok(()), |x| positive(&key("stiffness"), x))?;
+        if self.chi.is_some_and(|chi| !(chi > -1.0 && chi <= 10.0)) {
+            let help = "give a number more than -1 (and at most 10), for example -0.5";
+            return Err(Issue::new(key("chi"), "does not lie between -1 and 10", help));
+        }
+        if self.beta.is_some_and(|beta| !(0.0..=1e6).contains(&beta)) {
+            let help = "give a number from 0 to 1e6, for example 0.1";
+            return Err(Issue::new(key("beta"), "does not lie between 0 and 1e6", help));
+        }
+        Ok(())
+    }
+}
+
+/// A slider as a scene has it, in a table of its own or in one of several.
+#[derive(Debug, Clone)]
+pub struct Sliding<'s> {
+    /// The table that it stands in.
+    pub table: String,
+    /// Where it is.
+    pub ends: Ends<'s>,
+    /// The force at which it slides.
+    pub limit: f64,
+    /// Stiffness of its spring, if any.
+    pub stiffness: Option<f64>,
+}
+
 impl Scene {
+    /// All sliders, those of Iwan elements included.
+    pub fn all_sliders(&self) -> Vec<Sliding<'_>> {
+        let own = self.sliders.iter().enumerate().map(|(i, s)| Sliding {
+            table: format!("slider[{i}]"),
+            ends: s.ends(),
+            limit: s.limit,
+            stiffness: s.stiffness,
+        });
+        let of_iwan = self.iwans.iter().enumerate().flat_map(|(i, iwan)| {
+            iwan.sliders().into_iter().map(move |[limit, stiffness]| Sliding {
+                table: format!("iwan[{i}]"),
+                ends: iwan.ends(),
+                limit,
+                stiffness: Some(stiffness),
+            })
+        });
+        own.chain(of_iwan).collect()
+    }
+
+    /// Whether there are any.
+    pub fn slides(&self) -> bool {
+        !(self.sliders.is_empty() && self.iwans.is_empty())
+    }
+
     /// Whether there are elements at nodes.
     pub fn has_elements(&self) -> bool {
-        !(self.springs.is_empty() && self.dampers.is_empty() && self.masses.is_empty())
+        self.all_ends().next().is_some()
     }
 
     /// Where all elements at nodes are, with the names of their tables.
@@ -135,7 +265,11 @@ impl Scene {
         let dampers = dampers.map(|(i, e)| (format!("damper[{i}]"), e.ends()));
         let masses = self.masses.iter().enumerate();
         let masses = masses.map(|(i, e)| (format!("mass[{i}]"), e.ends()));
-        springs.chain(dampers).chain(masses)
+        let sliders = self.sliders.iter().enumerate();
+        let sliders = sliders.map(|(i, e)| (format!("slider[{i}]"), e.ends()));
+        let iwans = self.iwans.iter().enumerate();
+        let iwans = iwans.map(|(i, e)| (format!("iwan[{i}]"), e.ends()));
+        springs.chain(dampers).chain(masses).chain(sliders).chain(iwans)
     }
 
     pub(super) fn check_elements(&self) -> Check {
@@ -155,6 +289,17 @@ impl Scene {
             mass.check_ends(self, &table)?;
             positive(&format!("{table}.mass"), mass.mass)?;
         }
+        for (i, slider) in self.sliders.iter().enumerate() {
+            let table = format!("slider[{i}]");
+            slider.check_ends(self, &table)?;
+            positive(&format!("{table}.limit"), slider.limit)?;
+            slider.stiffness.map_or(Ok(()), |k| positive(&format!("{table}.stiffness"), k))?;
+        }
+        for (i, iwan) in self.iwans.iter().enumerate() {
+            let table = format!("iwan[{i}]");
+            iwan.check_ends(self, &table)?;
+            iwan.check(&table)?;
+        }
         Ok(())
     }
 
@@ -164,14 +309,21 @@ impl Scene {
         let side = self.body.kind.side_key();
         let example = match self.body.kind {
             BodyKind::Matrices => "row = 0".to_owned(),
-            _ => format!("{side} = \"right\", or at = {}", self.example(["[1.0]", "[1.0, 0.0]", "[1.0, 0.0, 0.0]"])),
+            _ => format!(
+                "{side} = \"right\", or at = {}",
+                self.example(["[1.0]", "[1.0, 0.0]", "[1.0, 0.0, 0.0]"])
+            ),
         };
         match (count(first), count(second)) {
             (0, _) => Err(Issue::new(table, "does not say where it is", example)),
             (1, 0 | 1) => Ok(()),
             (1, _) => {
                 let message = "has several second ends";
-                Err(Issue::new(table, message, "give one of to, to_at, to_row, or none: the ground"))
+                Err(Issue::new(
+                    table,
+                    message,
+                    "give one of to, to_at, to_row, or none: the ground",
+                ))
             }
             _ => Err(Issue::new(table, "has several first ends", format!("give one: {example}"))),
         }
@@ -222,7 +374,8 @@ impl Scene {
             }
             None if of_matrices || self.dim() == 1 => Ok(()),
             None => {
-                let example = self.example(["", "direction = [0.0, 1.0]", "direction = [0.0, 0.0, 1.0]"]);
+                let example =
+                    self.example(["", "direction = [0.0, 1.0]", "direction = [0.0, 0.0, 1.0]"]);
                 Err(Issue::new(key("direction"), "is missing", example))
             }
         }

@@ -40,8 +40,8 @@ pub use change::Change;
 pub(crate) use contact::Obstacle;
 pub use contact::{Contact, Motion};
 pub use damping::Damping;
+pub use element::{Damper, Iwan, Mass, Slider, Sliding, Spring};
 pub(crate) use element::{End, Ends};
-pub use element::{Damper, Mass, Spring};
 pub(crate) use error::Issue;
 pub use error::SceneError;
 pub(crate) use error::{from_toml as misread, locate};
@@ -96,6 +96,12 @@ pub struct Scene {
     /// Masses at displacements of the body. They belong to its mass, and have weight.
     #[serde(default, rename = "mass")]
     pub masses: Vec<Mass>,
+    /// Sliders: dry friction between displacements of the body, or from one to the ground, under forces that stay.
+    #[serde(default, rename = "slider")]
+    pub sliders: Vec<Slider>,
+    /// Sliders with springs in parallel (Iwan's model): smooth hysteresis, as joints have it.
+    #[serde(default, rename = "iwan")]
+    pub iwans: Vec<Iwan>,
     /// Damping: exactly one of `rayleigh`, `ratio`, `ratios`, `modal`. Absent: none.
     pub damping: Option<Damping>,
     /// Loads; several add up.

@@ -65,7 +65,8 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     }
     let normals = table(|c| c.normal)?;
     g.new_dataset_builder().with_data(&normals).create("contact_normals")?;
-    let groups: Vec<i64> = system.constraints.iter().map(|c| c.group as i64).collect();
+    let groups: Vec<i64> =
+        system.constraints.iter().map(|c| i64::try_from(c.group).unwrap_or(-1)).collect();
     g.new_dataset_builder().with_data(&groups).create("contact_groups")?;
     let names: Vec<&str> = dofs.facing.iter().map(|f| f.group.as_str()).collect();
     let of_groups = g.dataset("contact_groups")?;
@@ -73,8 +74,8 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     // columns of u that are contact displacements up to their sign
     let along_axis = |c: &Constraint| c.normal.iter().filter(|x| **x != 0.0).count() == 1;
     let of_point = |(i, c): (usize, &Constraint)| match system.promise().yields || along_axis(c) {
-        true => (dofs.n_o + system.conditions().points[i].0) as i64,
-        false => -1,
+        true if i < system.facing().len() => (dofs.n_o + system.conditions().points[i].0) as i64,
+        _ => -1,
     };
     let contact_dofs: Vec<i64> = system.constraints.iter().enumerate().map(of_point).collect();
     g.new_dataset_builder().with_data(&contact_dofs).create("contact_dofs")?;
@@ -83,7 +84,7 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     g.new_dataset_builder().with_data(&area).create("contact_area")?;
     let is_common = |&(axis, sign): &(usize, f64)| {
         let along: Point = std::array::from_fn(|c| if c == axis { sign } else { 0.0 });
-        system.constraints.iter().all(|c| c.normal == along)
+        system.facing().iter().all(|c| c.normal == along)
     };
     let mut axes = (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]);
     let common = axes.find(is_common).map_or("several".to_owned(), |(axis, sign)| {

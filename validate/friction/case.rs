@@ -11,7 +11,9 @@ mod witness;
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
-use signorini::contact::{Gaps, MassChoice, Rayleigh, State, Stress, System, Tangent, boundary};
+use signorini::contact::{
+    Gaps, MassChoice, Rayleigh, Rubs, State, Stress, System, Tangent, boundary,
+};
 use signorini::event::{self, Options, Report, Silent, SwitchKind};
 use signorini::families::single::limit_cycle;
 use signorini::fem::{Body, Csr};
@@ -49,13 +51,14 @@ fn system(scene: &Scene) -> Result<System, String> {
     let operator = boundary::reaction(&body, vec![1.0; c]);
     let tangent = |&(entry, coefficient, surface): &(usize, f64, f64)| {
         let direction = [0.0, 1.0, 0.0];
-        Some(Tangent { entry, sign: 1.0, coefficient, surface, direction })
+        Some(Tangent { row: vec![(entry, 1.0)], coefficient, surface, direction })
     };
     let tangents = scene.tangents.iter().map(tangent).collect();
+    let rubs = Rubs { tangents, sliders: vec![] };
     let choice = (Stress::Reaction, MassChoice::Condensed);
     let gaps = Gaps::front(scene.gap.clone());
     let mut system =
-        System::with_operator(body, operator, gaps, choice, tangents).map_err(|e| e.to_string())?;
+        System::with_operator(body, operator, gaps, choice, rubs).map_err(|e| e.to_string())?;
     system.damping = Some(Rayleigh { alpha: scene.alpha, beta: 0.0 }).filter(|d| d.alpha != 0.0);
     system.loads_mut().push(scene.constant.clone(), None, 0.0);
     if scene.harmonic.0.iter().any(|f| *f != 0.0) {

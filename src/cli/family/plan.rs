@@ -83,7 +83,8 @@ pub(crate) fn reduce_if_large(
 ) -> Result<Problem, CliError> {
     let system = &problem.system;
     let is_small = system.n_o() <= signorini::orbit::LARGE;
-    let keeps_all = system.impact().is_some() || scene.body.kind == BodyKind::Matrices;
+    let keeps_all =
+        system.impact().is_some() || system.remembers() || scene.body.kind == BodyKind::Matrices;
     if is_small || keeps_all || scene.reduction.is_some() {
         return Ok(problem);
     }

@@ -170,7 +170,9 @@ fn errors(stored: &StoredFamily) -> Vec<String> {
 
 /// Whether motions of a scene conserve their energy.
 fn is_free(scene: &Scene) -> bool {
-    scene.damping.is_none() && scene.dampers.is_empty() && scene.loads.iter().all(|l| l.omega.is_none())
+    scene.damping.is_none()
+        && scene.dampers.is_empty()
+        && scene.loads.iter().all(|l| l.omega.is_none())
 }
 
 /// Whether a point is listed: not those that every family has, nor those that are counted.

@@ -162,14 +162,17 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
             o.residual, o.iterations
         ),
     );
+    let switches = format!("{} switches", o.switches.len());
     line(
         "contact",
-        format!(
-            "{} switches; touches during {} of the period; {:.1e} from grazing",
-            o.switches.len(),
-            significant(o.contact_time / o.period, 4),
-            o.grazing
-        ),
+        match o.grazing.is_finite() {
+            true => format!(
+                "{switches}; touches during {} of the period; {:.1e} from grazing",
+                significant(o.contact_time / o.period, 4),
+                o.grazing
+            ),
+            false => switches,
+        },
     );
     line(
         "admissible",

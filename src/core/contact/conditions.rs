@@ -231,7 +231,8 @@ impl Conditions {
     ) -> Result<LcpSolution, LcpError> {
         let (q, scale) = self.data(u_o, load);
         if self.way.is_empty() {
-            return lcp::solve(&self.n_c, &q, &scale, &start.flags());
+            let touching: Vec<bool> = start.flags().into_iter().take(self.len()).collect();
+            return lcp::solve(&self.n_c, &q, &scale, &touching);
         }
         let found = lcp::solve_between(&self.n_c, (&q, &scale), &self.way, &self.places(start))?;
         let side = |s: f64| if s > 0.0 { Side::Front } else { Side::Behind };

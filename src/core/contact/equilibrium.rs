@@ -7,12 +7,13 @@
 //! while their number falls, one at a time otherwise.
 
 use super::coupling::Coupling;
+use super::friction::Slider;
 use super::lcp::UNITS;
 use super::monitor::{Monitor, MonitorKind};
 use super::phase::Phase;
 use super::states::{PointState, States};
 use super::system::System;
-use crate::fem::{Csr, SpdFactor};
+use crate::fem::{Csr, Pivots, SpdFactor};
 
 /// No equilibrium was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -33,7 +34,7 @@ impl System {
         let n_c = self.n_contact();
         // a body that can move rigidly is held by the obstacle, or not at all
         let free = !self.body.rigid_motions(false).is_empty();
-        let mut set = States::of_contact(vec![free; n_c]);
+        let mut set = States::of_contact((0..n_c).map(|i| free || i >= self.conditions().len()));
         (0..n_c).for_each(|i| set.set(i, self.at_rest(i, set.at(i))));
         let (mut fewest, mut patience) = (n_c + 1, 3);
         let limit = 50 + 20 * n_c * n_c;
@@ -41,7 +42,11 @@ impl System {
             let phase = self.phase(&set);
             let u = static_displacement(&phase).ok_or(NoEquilibrium::NotHeld)?;
             let wrong = infeasible(self, &phase, &u);
-            let Some(first) = wrong.first() else { return Ok((set, u)) };
+            let Some(first) = wrong.first() else {
+                let mut u = u;
+                self.sliders().iter().for_each(|s| s.settle(&mut u));
+                return Ok((set, u));
+            };
             if wrong.len() < fewest {
                 (fewest, patience) = (wrong.len(), 3);
             } else {
@@ -69,31 +74,44 @@ fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
     let mut force = phase.constant_force();
     let mut u = force.clone();
     if phase.rubs() {
-        // what sticks stays at zero
-        let stuck: Vec<usize> = phase.stuck().iter().map(|s| s.0).collect();
         let n = force.len();
-        let slips = phase.slip_stiffness();
-        let entries = stiffness.triplets().chain(slips.iter().flat_map(Csr::triplets));
-        let moves = |i: usize| !stuck.contains(&i);
-        let kept =
-            entries.filter(|e| moves(e.0) && moves(e.1)).chain(stuck.iter().map(|&i| (i, i, 1.0)));
+        let stuck = phase.stuck();
+        let rows: Vec<&[(usize, f64)]> = stuck.iter().map(|s| s.0).collect();
+        let rows = Pivots::of(n, &rows)?;
+        if let Some(slips) = phase.slip_stiffness() {
+            let entries = stiffness.triplets().chain(slips.triplets());
+            stiffness = Csr::from_triplets(n, n, entries.collect());
+        }
+        // what sticks stays at zero
+        stiffness = rows.congruence(&stiffness).unwrap_or(stiffness);
+        rows.onto(&mut force);
+        let moves = |i: usize| !rows.pivots.contains(&i);
+        let kept = stiffness.triplets().filter(|e| moves(e.0) && moves(e.1));
+        let kept = kept.chain(rows.pivots.iter().map(|&i| (i, i, 1.0)));
         stiffness = Csr::from_triplets(n, n, kept.collect());
-        stuck.iter().for_each(|&i| force[i] = 0.0);
+        rows.pivots.iter().for_each(|&i| force[i] = 0.0);
         u.copy_from_slice(&force);
         let all: Vec<usize> = (0..n).collect();
         Coupling::from(stiffness.clone()).block(&all).ok()?.solve(&mut u).ok()?;
+        let held = is_solution(&stiffness, &u, &force);
+        rows.forth(&mut u);
+        return held.then_some(u);
     } else {
         let factor = SpdFactor::new(&stiffness, "stiffness matrix of a phase").ok()?;
         factor.solve(&mut u, &mut factor.scratch());
     }
-    // a rigid motion may pass the factorisation with a pivot of rounding size
-    let mut rest = force.clone();
-    stiffness.mul_sub(&u, &mut rest);
+    is_solution(&stiffness, &u, &force).then_some(u)
+}
+
+/// Whether `K u = f` was solved: a rigid motion may pass the factorisation with a pivot of rounding size.
+fn is_solution(stiffness: &Csr, u: &[f64], force: &[f64]) -> bool {
+    let mut rest = force.to_vec();
+    stiffness.mul_sub(u, &mut rest);
     let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let stiff = stiffness.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
     let held =
-        largest(&u) * stiff <= 1e13 * largest(&force) && largest(&rest) <= 1e-6 * largest(&force);
-    (held && u.iter().all(|u| u.is_finite())).then_some(u)
+        largest(u) * stiff <= 1e13 * largest(force) && largest(&rest) <= 1e-6 * largest(force);
+    held && u.iter().all(|u| u.is_finite())
 }
 
 /// The monitors that are negative; of a point that slips on a surface at rest by how far it has moved to its side.
@@ -104,7 +122,10 @@ fn infeasible(system: &System, phase: &Phase, u: &[f64]) -> Vec<Monitor> {
     for (h, monitor) in h.iter_mut().zip(&phase.monitors) {
         if let (MonitorKind::Slip, Some(t)) = (monitor.kind, system.tangent(monitor.point)) {
             let sigma = phase.set.at(monitor.point).slip().unwrap_or(0.0);
-            *h = if t.surface == 0.0 { sigma * t.sign * u[t.entry] } else { t.surface.abs() };
+            // a spring has given way before
+            let spring = |s: &Slider| s.elastic.map(|e| s.limit / e.stiffness);
+            let given = system.slider(monitor.point).and_then(spring).unwrap_or(0.0);
+            *h = if t.surface == 0.0 { sigma * t.along(u) - given } else { t.surface.abs() };
         }
     }
     // displacements of a static solution carry more than one rounding error

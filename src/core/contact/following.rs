@@ -33,7 +33,9 @@ pub(super) fn following(
     let drives: Vec<(Driven, Vec<f64>)> =
         loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h, sticks)).collect();
     let driven = |k: usize| -> Vec<f64> { drives.iter().map(|d| d.1[k]).collect() };
-    let rows: Vec<Row> = (0..set.len()).map(|k| maker.row(k, load.as_deref(), driven(k))).collect();
+    let of_contact = (0..conditions.len()).map(|k| maker.row(k, load.as_deref(), driven(k)));
+    let limits = friction.iter().flat_map(|f| f.limits(drives.len()));
+    let rows: Vec<Row> = of_contact.chain(limits).collect();
     let drives = drives.into_iter().map(|d| d.0).collect();
     let expansion = Expansion { follow: Follow::Solved(maker.solved), offset, drives };
     let rubbing = friction.map(|f| Rubbing::new(f, set, &rows, &expansion, parts));
@@ -83,7 +85,7 @@ impl<'a> Maker<'a> {
         let Maker { c, set, solved } = self;
         let mut d = vec![0.0; c.count()];
         if with_gap {
-            for k in set.closed_points() {
+            for k in set.closed_points().into_iter().filter(|k| *k < c.len()) {
                 let (i, s) = c.points[k];
                 d[i] = s * c.gap[k];
             }

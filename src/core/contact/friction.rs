@@ -20,16 +20,14 @@ use super::monitor::{MonitorKind, Row, Size, Term};
 use super::phase::Parts;
 use super::reactions::{Columns, Holds};
 use super::states::{PointState, States};
-use crate::fem::Csr;
+use crate::fem::{Csr, Discrete};
 use crate::mesh::Point;
 
 /// Friction of one contact point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tangent {
-    /// Entry of `u_O` that is the displacement along the tangent, but for its sign.
-    pub entry: usize,
-    /// That sign.
-    pub sign: f64,
+    /// `e`: the displacement along the tangent is `e u_O`; entries of `u_O`, each once.
+    pub row: Vec<(usize, f64)>,
     /// `μ > 0`
     pub coefficient: f64,
     /// `V`: velocity of the obstacle's surface along the tangent.
@@ -39,22 +37,95 @@ pub struct Tangent {
 }
 
 impl Tangent {
-    /// `v_t − V`
-    pub fn slip_velocity(&self, v_o: &[f64]) -> f64 {
-        self.sign * v_o[self.entry] - self.surface
+    /// `e x`
+    pub fn along(&self, x: &[f64]) -> f64 {
+        self.row.iter().map(|&(j, w)| w * x[j]).sum()
     }
 
-    /// Give the point exactly the velocity of the surface.
+    /// `v_t − V`
+    pub fn slip_velocity(&self, v_o: &[f64]) -> f64 {
+        self.along(v_o) - self.surface
+    }
+
+    /// Give the point exactly the velocity of the surface, by the displacement that counts most.
     pub fn settle(&self, v_o: &mut [f64]) {
-        v_o[self.entry] = self.sign * self.surface;
+        let Some(&(pivot, w)) = self.row.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        else {
+            return;
+        };
+        let others = self.row.iter().filter(|e| e.0 != pivot);
+        let others: f64 = others.map(|&(j, w)| w * v_o[j]).sum();
+        v_o[pivot] = (self.surface - others) / w;
     }
 }
 
-/// Friction of the contact points of a body.
+/// A slider: friction between two displacements, or one and the ground, under a force that stays. It is a contact point that never opens, of the pressure
+/// `limit` over the area one, with `μ = 1`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slider {
+    /// `w u_O` is the displacement over which it slides.
+    pub row: Vec<(usize, f64)>,
+    /// The force at which it slides.
+    pub limit: f64,
+    /// A spring in series, if any.
+    pub elastic: Option<Elastic>,
+    /// What files and messages name: a mesh node, or a row of given matrices.
+    pub node: usize,
+    /// Place on the undeformed body.
+    pub position: Point,
+    /// Direction along which it slides.
+    pub direction: Point,
+}
+
+/// The spring in series with a slider (Jenkins): the force is `k (w u − z)`, `z` the place where the slider holds it. `z` is a displacement of `u_O` that has a
+/// mass of its own, no other force, and never a velocity: it is set anew where a slip ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Elastic {
+    /// `k`
+    pub stiffness: f64,
+    /// The entry of `u_O` that is `z`.
+    pub memory: usize,
+}
+
+impl Slider {
+    fn tangent(&self) -> Tangent {
+        let (row, direction) = (self.row.clone(), self.direction);
+        Tangent { row, coefficient: 1.0, surface: 0.0, direction }
+    }
+
+    /// `w u`
+    pub fn along(&self, u_o: &[f64]) -> f64 {
+        self.row.iter().map(|&(j, w)| w * u_o[j]).sum()
+    }
+
+    /// `k (w u − z)`, of one with a spring; beyond the limit while it slides.
+    pub fn trial(&self, u_o: &[f64]) -> Option<f64> {
+        self.elastic.map(|e| e.stiffness * (self.along(u_o) - u_o[e.memory]))
+    }
+
+    /// Where the spring begins to stick: `z` such that the force is at its limit, where it was beyond.
+    pub fn settle(&self, u_o: &mut [f64]) {
+        if let (Some(e), Some(trial)) = (self.elastic, self.trial(u_o))
+            && trial.abs() > self.limit
+        {
+            u_o[e.memory] = self.along(u_o) - self.limit.copysign(trial) / e.stiffness;
+        }
+    }
+
+    /// Energy of the spring.
+    pub(crate) fn energy(&self, u_o: &[f64]) -> f64 {
+        let Some(e) = self.elastic else { return 0.0 };
+        let force = self.trial(u_o).unwrap_or(0.0).clamp(-self.limit, self.limit);
+        0.5 * force * force / e.stiffness
+    }
+}
+
+/// Friction of the contact points of a body, and its sliders, which are the last points.
 #[derive(Debug)]
 pub(super) struct Friction {
-    /// One a contact point; none where there is no friction.
+    /// One a point; none where there is no friction.
     pub tangents: Vec<Option<Tangent>>,
+    pub sliders: Vec<Slider>,
     /// Areas of the contact points.
     area: Vec<f64>,
     /// Which row of `along` is that of a contact point.
@@ -64,19 +135,40 @@ pub(super) struct Friction {
 }
 
 impl Friction {
-    /// Of these points, with what solves with the mass of `u_O`.
+    /// Of contact points and sliders, with what solves with the mass of `u_O`.
     pub fn new(
-        tangents: Vec<Option<Tangent>>,
-        area: Vec<f64>,
+        mut tangents: Vec<Option<Tangent>>,
+        mut area: Vec<f64>,
+        sliders: Vec<Slider>,
         n_o: usize,
         solve: impl FnMut(&mut [f64]),
     ) -> Friction {
+        tangents.extend(sliders.iter().map(|s| Some(s.tangent())));
+        area.resize(tangents.len(), 1.0);
         let before = |k: usize| tangents[..k].iter().flatten().count();
         let place = (0..tangents.len()).map(before).collect();
-        let rows = tangents.iter().flatten().enumerate().map(|(k, t)| (k, t.entry, t.sign));
+        let rows = tangents.iter().flatten().enumerate();
+        let rows = rows.flat_map(|(k, t)| t.row.iter().map(move |&(j, w)| (k, j, w)));
         let rows = Csr::from_triplets(tangents.iter().flatten().count(), n_o, rows.collect());
         let along = Arc::new(Columns::new(Arc::new(rows), solve));
-        Friction { tangents, area, place, along }
+        Friction { tangents, sliders, area, place, along }
+    }
+
+    /// The spring of a slider that has one, along `(w, −1)`.
+    fn spring(&self, point: usize) -> Option<Discrete> {
+        let first = self.tangents.len() - self.sliders.len();
+        let slider = self.sliders.get(point.checked_sub(first)?)?;
+        let elastic = slider.elastic?;
+        let row = slider.row.iter().copied().chain([(elastic.memory, -1.0)]).collect();
+        Some(Discrete { row, stiffness: elastic.stiffness, mass: 0.0 })
+    }
+
+    /// The pressures of the sliders, which stay, beside so many drives.
+    pub fn limits(&self, drives: usize) -> impl Iterator<Item = Row> + '_ {
+        let size = Size { a: 0.0, b: 0.0, gap: 0.0, c: 1.0 };
+        let of =
+            move |s: &Slider| Row::of_displacements(s.limit, vec![], vec![0.0; drives], [size; 2]);
+        self.sliders.iter().map(of)
     }
 
     /// What a point does that comes into contact, or stays there, when nothing is known of its velocity.
@@ -88,13 +180,14 @@ impl Friction {
         }
     }
 
-    /// A set in which the points that were in contact before do what they did.
+    /// A set in which the points that were in contact before do what they did, and so do the sliders.
     pub(crate) fn keep(&self, set: &mut States, before: &States) {
-        for i in 0..set.len() {
-            if set.touches(i) {
-                set.set(i, self.in_contact(i, before.at(i)));
-            }
-        }
+        let contacts = self.tangents.len() - self.sliders.len();
+        let of_point = |i: usize| match i < contacts && !set.touches(i) {
+            true => set.at(i),
+            false => self.in_contact(i, before.at(i)),
+        };
+        *set = (0..self.tangents.len()).map(of_point).collect();
     }
 }
 
@@ -134,12 +227,12 @@ fn driven(shares: &[f64], t: f64, drives: &[Driven]) -> f64 {
     shares.iter().zip(drives).map(|(x, d)| x * d.load.factor(t, 0)).sum()
 }
 
-/// A point that slips: the force `−f p` on an entry of `u_O`.
+/// A point that slips: the force `−f p e` on `u_O`.
 #[derive(Debug)]
 struct Slip {
     point: usize,
     tangent: Tangent,
-    /// `f = σ μ a`, in the sign of the entry.
+    /// `f = σ μ a`
     factor: f64,
     pressure: Affine,
 }
@@ -150,6 +243,10 @@ pub(super) struct Rubbing {
     friction: Arc<Friction>,
     slips: Vec<Slip>,
     stuck: Vec<(usize, Tangent)>,
+    /// Springs of sliders that stick: their points, and `(w, −1)` over `u_O` and `z`.
+    springs: Vec<(usize, Discrete)>,
+    /// The places `z` of all springs, as rows.
+    memory: Vec<[(usize, f64); 1]>,
     holds: Option<Holds>,
     /// Tractions `q` of the points that stick, `area q = λ`, as rows.
     tractions: Vec<Row>,
@@ -167,20 +264,27 @@ impl Rubbing {
         let n_o = parts.body.dofs.n_o;
         let slip = |(point, state): (usize, PointState)| {
             let (sigma, tangent) = (state.slip()?, friction.tangents[point].as_ref()?);
-            let factor = sigma * tangent.coefficient * friction.area[point] * tangent.sign;
+            let factor = sigma * tangent.coefficient * friction.area[point];
             let pressure = Affine::of(&pressures[point], expansion, n_o);
             Some(Slip { point, tangent: tangent.clone(), factor, pressure })
         };
         let slips = set.iter().enumerate().filter_map(slip).collect();
-        let stick = |(point, state): (usize, PointState)| {
+        let sticks = |(point, _): &(usize, PointState)| set.at(*point) == PointState::Stick;
+        let stick = |(point, _): (usize, PointState)| {
             let tangent = friction.tangents[point].as_ref()?;
-            (state == PointState::Stick).then(|| (point, tangent.clone()))
+            friction.spring(point).is_none().then(|| (point, tangent.clone()))
         };
-        let stuck: Vec<(usize, Tangent)> = set.iter().enumerate().filter_map(stick).collect();
+        let at_rest = || set.iter().enumerate().filter(sticks);
+        let stuck: Vec<(usize, Tangent)> = at_rest().filter_map(stick).collect();
+        let springs = at_rest().filter_map(|(point, _)| Some((point, friction.spring(point)?)));
+        let springs = springs.collect();
+        let elastic = friction.sliders.iter().filter_map(|s| s.elastic);
+        let memory = elastic.map(|e| [(e.memory, 1.0)]).collect();
         let places = stuck.iter().map(|s| friction.place[s.0]).collect();
         let holds = Holds::along(&friction.along, places, vec![]);
         let friction = friction.clone();
-        let mut rubbing = Rubbing { friction, slips, stuck, holds, tractions: vec![] };
+        let tractions = vec![];
+        let mut rubbing = Rubbing { friction, slips, stuck, springs, memory, holds, tractions };
         rubbing.tractions = rubbing.reactions(expansion, parts);
         rubbing
     }
@@ -216,8 +320,12 @@ impl Rubbing {
                 expansion.reduce(&mut elastic);
                 elastic.truncate(n_o);
                 let mut all = elastic.clone();
+                for (_, spring) in &self.springs {
+                    let force = spring.stiffness * spring.along(c);
+                    spring.row.iter().for_each(|(j, w)| all[*j] += force * w);
+                }
                 for slip in &self.slips {
-                    let f = slip.factor * c[slip.tangent.entry];
+                    let f = slip.factor * slip.tangent.along(c);
                     slip.pressure.entries.iter().for_each(|&(j, v)| all[j] += f * v);
                 }
                 let mut viscous = elastic;
@@ -261,7 +369,7 @@ impl Rubbing {
     pub fn with_friction(&self, mut force: Vec<f64>, drive: Option<usize>) -> Vec<f64> {
         for Slip { tangent, factor, pressure, .. } in &self.slips {
             let p = drive.map_or(pressure.constant, |k| pressure.drives[k]);
-            force[tangent.entry] -= factor * p;
+            tangent.row.iter().for_each(|(j, w)| force[*j] -= factor * w * p);
         }
         force
     }
@@ -270,33 +378,47 @@ impl Rubbing {
     pub fn monitor(&self, kind: MonitorKind, point: usize, pressure: &Row) -> Option<Row> {
         if kind == MonitorKind::Slip {
             let Slip { tangent, factor, .. } = self.slips.iter().find(|s| s.point == point)?;
-            let sigma = (factor * tangent.sign).signum();
+            let sigma = factor.signum();
             let size = Size { a: 0.0, b: 0.0, gap: 0.0, c: 1.0 };
             return Some(Row {
                 constant: -sigma * tangent.surface,
                 terms: vec![],
-                rates: vec![(sigma * tangent.sign, Term::Of(tangent.entry))],
+                rates: tangent.row.iter().map(|&(j, w)| (sigma * w, Term::Of(j))).collect(),
                 drives: vec![0.0; pressure.drives.len()],
                 size: [size; 2],
                 rate_size: 1.0,
             });
         }
         let sign = if kind == MonitorKind::StickPlus { -1.0 } else { 1.0 };
+        if let Some((_, spring)) = self.springs.iter().find(|s| s.0 == point) {
+            let terms = spring.row.iter().map(|&(j, w)| (spring.stiffness * w, Term::Of(j)));
+            let sum = spring.row.iter().map(|e| spring.stiffness * e.1.abs()).sum();
+            let size = Size { a: sum, b: 0.0, gap: 0.0, c: 1.0 };
+            let drives = vec![0.0; pressure.drives.len()];
+            let force = Row::of_displacements(0.0, terms.collect(), drives, [size; 2]);
+            return Some(combined([(1.0, pressure), (sign, &force)]));
+        }
         let place = self.stuck.iter().position(|s| s.0 == point)?;
         let coefficient = self.stuck[place].1.coefficient;
         Some(combined([(coefficient, pressure), (sign, &self.tractions[place])]))
     }
 
-    /// Whether some point slips.
+    /// Whether some point slips under a pressure that follows the motion.
     pub fn slips(&self) -> bool {
-        !self.slips.is_empty()
+        self.slips.iter().any(|s| !s.pressure.entries.is_empty())
     }
 
-    /// The forces of the slipping points: `b −= f p` at a state.
+    /// The forces of the slipping points and of springs: `b −= f p` at a state. None on what only remembers.
     pub fn push(&self, t: f64, u_o: &[f64], drives: &[Driven], b: &mut [f64]) {
         for slip in &self.slips {
-            b[slip.tangent.entry] -= slip.factor * slip.pressure.at(t, u_o, drives);
+            let pressure = slip.pressure.at(t, u_o, drives);
+            slip.tangent.row.iter().for_each(|(j, w)| b[*j] -= slip.factor * w * pressure);
         }
+        for (_, spring) in &self.springs {
+            let force = spring.stiffness * spring.along(u_o);
+            spring.row.iter().for_each(|(j, w)| b[*j] -= force * w);
+        }
+        self.memory.iter().for_each(|[(z, _)]| b[*z] = 0.0);
     }
 
     /// Take the acceleration of what sticks.
@@ -308,18 +430,22 @@ impl Rubbing {
 
     /// The stiffness of the slipping points' friction: `f e pᵀ`, entry by entry.
     pub(crate) fn stiffness(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-        let of = |s: &Slip| {
-            let (entry, factor) = (s.tangent.entry, s.factor);
-            let all = s.pressure.entries.clone();
-            all.into_iter().map(move |(j, v)| (entry, j, factor * v))
+        let of_entry = |s: &Slip, (i, w): (usize, f64)| -> Vec<(usize, usize, f64)> {
+            s.pressure.entries.iter().map(|&(j, v)| (i, j, s.factor * w * v)).collect()
         };
-        self.slips.iter().flat_map(of)
+        let entries = self.slips.iter().flat_map(|s| s.tangent.row.iter().map(move |e| (s, *e)));
+        entries.flat_map(move |(s, e)| of_entry(s, e))
     }
 
-    /// Displacements of `u_O` that stick, and their velocities.
-    pub(crate) fn stuck(&self) -> Vec<(usize, f64)> {
-        let of = |(_, t): &(usize, Tangent)| (t.entry, t.sign * t.surface);
-        self.stuck.iter().map(of).collect()
+    /// What sticks: its displacement as a row over `u_O`, and its velocity.
+    pub(crate) fn stuck(&self) -> impl Iterator<Item = (&[(usize, f64)], f64)> {
+        let memory = self.memory.iter().map(|z| (&z[..], 0.0));
+        self.stuck.iter().map(|(_, t)| (&t.row[..], t.surface)).chain(memory)
+    }
+
+    /// The springs of sliders that stick; they do not damp.
+    pub(crate) fn springs(&self) -> impl Iterator<Item = &Discrete> {
+        self.springs.iter().map(|s| &s.1)
     }
 
     /// `λ/a` of one of the points that stick.
@@ -337,11 +463,14 @@ impl Rubbing {
         q: &mut [f64],
     ) {
         for slip in &self.slips {
-            let factor = slip.factor * slip.tangent.sign / self.friction.area[slip.point];
+            let factor = slip.factor / self.friction.area[slip.point];
             q[slip.point] = -factor * slip.pressure.at(t, u_o, drives);
         }
         for (k, (point, _)) in self.stuck.iter().enumerate() {
             q[*point] = -self.reaction(k, t, (u_o, v_o), drives);
+        }
+        for (point, spring) in &self.springs {
+            q[*point] = -spring.stiffness * spring.along(u_o);
         }
     }
 }
@@ -368,8 +497,8 @@ impl Rubbing {
     ) {
         let area = &self.friction.area;
         for slip in &self.slips {
-            let Tangent { sign, surface, .. } = slip.tangent;
-            let r = sign * slip.factor * slip.pressure.at(t, u_o, drives);
+            let surface = slip.tangent.surface;
+            let r = slip.factor * slip.pressure.at(t, u_o, drives);
             let s = slip.tangent.slip_velocity(v_o);
             let rates = RubbingRates { work: r * s, path: s.abs(), belt: -r * surface };
             each(slip.point, rates);

@@ -196,7 +196,7 @@ impl ConstantMass {
     /// Bounds of `‖∇h‖_{M⁻¹}` of the monitors of a phase.
     fn gradient_bounds(&self, solved: &Solved, set: &States) -> Vec<f64> {
         let conditions = &solved.conditions;
-        let points = 0..set.len();
+        let points = 0..conditions.len();
         if conditions.n_c.is_sparse()
             && let Some(known) = conditions.follow_bounds()
         {
@@ -442,10 +442,10 @@ impl PhaseInertia {
 
     /// Bounds of `‖∇h_i‖_{M⁻¹}` for all contact points: gap of a free one, pressure of one in contact. None known where contact displacements have inertia.
     pub(crate) fn gradient_bounds(&self, expansion: &Expansion, set: &States) -> Vec<f64> {
-        let size = set.len();
         let Some(solved) = expansion.solved() else {
-            return vec![f64::INFINITY; size];
+            return vec![f64::INFINITY; set.len()];
         };
+        let size = solved.conditions.len();
         match &*self.shared {
             // the Gram matrix's own diagonal, of which a phase only subtracts
             Inertia::Projected(p) => (0..size)

@@ -43,7 +43,7 @@ pub use constraint::Constraint;
 pub use damping::{Dampers, Rayleigh};
 pub use equilibrium::NoEquilibrium;
 pub use expansion::Drive;
-pub use friction::{RubbingRates, Tangent};
+pub use friction::{Elastic, RubbingRates, Slider, Tangent};
 pub use impact::{Blow, BlowMap, Impact};
 pub use law::{
     Conduct, Coulomb, Exit, Instants, Law, March, Nitsche, Penalty, Push, Restitution, Rule,
@@ -60,7 +60,7 @@ pub use redistribution::MassChoice;
 pub use scratch::Scratch;
 pub use site::{Site, at_displacements, on_sides};
 pub use states::{PointState, States};
-pub use system::{Contacts, OMITTED_INERTIA, State, System, Units};
+pub use system::{Contacts, OMITTED_INERTIA, Rubs, State, System, Units};
 
 use crate::fem::FemError;
 use thiserror::Error;

@@ -2,12 +2,15 @@
 
 use super::phase::Phase;
 use super::system::System;
-use crate::fem::{FemError, Modes, eigen};
+use crate::fem::{Csr, FemError, Modes, Pivots, eigen};
 
 /// The `count` lowest modes of a phase, `φᵀ M_α φ = 1`, with the sign that makes the contact
 /// displacement of largest magnitude positive (the largest displacement where there is no contact).
 pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes, FemError> {
     let (k, m) = phase.matrices();
+    if !phase.stuck().is_empty() {
+        return modes_beside(system, phase, (&k, &m), count);
+    }
     // held displacements are modes of their own, and none of the body's
     let held = phase.held_displacements();
     let mut modes = eigen::lowest(&k, &m, count + held.len(), system.units.frequency)?;
@@ -19,6 +22,44 @@ pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes
     modes.shapes.retain(|_| keep.next() == Some(&true));
     modes.omega.truncate(count);
     modes.shapes.truncate(count);
+    orient(system, phase, &mut modes);
+    Ok(modes)
+}
+
+/// Those of a phase in which something sticks.
+fn modes_beside(
+    system: &System,
+    phase: &Phase,
+    (k, m): (&Csr, &Csr),
+    count: usize,
+) -> Result<Modes, FemError> {
+    let n = m.n_rows();
+    let stuck = phase.stuck();
+    let rows: Vec<&[(usize, f64)]> = stuck.iter().map(|s| s.0).collect();
+    let singular = FemError::Singular { what: "matrix of what sticks" };
+    let rows = Pivots::of(n, &rows).ok_or(singular)?;
+    let free: Vec<usize> = (0..n).filter(|i| !rows.pivots.contains(i)).collect();
+    let among = |a: &Csr| {
+        let changed = rows.congruence(a);
+        let place = |i: usize| free.binary_search(&i).ok();
+        let entries = changed.as_ref().unwrap_or(a).triplets();
+        let kept = entries.filter_map(|(i, j, v)| Some((place(i)?, place(j)?, v)));
+        Csr::from_triplets(free.len(), free.len(), kept.collect())
+    };
+    let mut modes =
+        eigen::lowest(&among(k), &among(m), count.min(free.len()), system.units.frequency)?;
+    for shape in &mut modes.shapes {
+        let mut whole = vec![0.0; n];
+        free.iter().zip(shape.iter()).for_each(|(&i, x)| whole[i] = *x);
+        rows.forth(&mut whole);
+        *shape = whole;
+    }
+    orient(system, phase, &mut modes);
+    Ok(modes)
+}
+
+/// Give shapes the sign that makes the contact displacement of largest magnitude positive.
+fn orient(system: &System, phase: &Phase, modes: &mut Modes) {
     let mut full = vec![0.0; system.n()];
     for shape in &mut modes.shapes {
         phase.expand(shape, &mut full);
@@ -34,7 +75,6 @@ pub fn phase_modes(system: &System, phase: &Phase, count: usize) -> Result<Modes
             shape.iter_mut().for_each(|x| *x = -*x);
         }
     }
-    Ok(modes)
 }
 
 fn largest_of(x: &[f64]) -> f64 {

@@ -12,14 +12,15 @@ use super::boundary::{BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::following::following;
-use super::friction::{Friction, Tangent};
+use super::friction::{Friction, Slider, Tangent};
 use super::inertia::{Inertia, Projector};
 use super::law::{Coulomb, Law, Signorini};
 use super::method::{Method, Promise};
 use super::phase::{Parts, Phase};
 use super::redistribution::{self, MassChoice, Redistributed};
 use super::states::States;
-use crate::fem::{Body, ContactPoint, Reduction, load};
+use crate::fem::{Body, ContactPoint, Csr, Reduction, load};
+use crate::mesh::Point;
 
 /// The method; see the module's text.
 #[derive(Debug)]
@@ -81,24 +82,32 @@ impl Nbm {
         })
     }
 
-    /// The same with friction at some of its contact points.
-    pub fn with_friction(self, tangents: Vec<Option<Tangent>>) -> Result<Nbm, ContactError> {
+    /// The same with friction at some of its contact points, and with sliders.
+    pub fn with_friction(
+        self,
+        mut tangents: Vec<Option<Tangent>>,
+        sliders: Vec<Slider>,
+    ) -> Result<Nbm, ContactError> {
+        let coefficients = tangents.iter().flatten().map(|t| t.coefficient);
+        let extremes = coefficients.fold(None, |all: Option<[f64; 2]>, mu| match all {
+            None => Some([mu, mu]),
+            Some([a, b]) => Some([a.min(mu), b.max(mu)]),
+        });
+        if extremes.is_none() && sliders.is_empty() {
+            return Ok(self);
+        }
         let Inertia::Constant(mass) = &*self.inertia else { return Err(ContactError::NoFriction) };
         if self.choice.0 != Stress::Reaction {
             return Err(ContactError::NoFriction);
         }
-        let mut rubbing = tangents.iter().flatten().map(|t| t.coefficient).peekable();
-        if rubbing.peek().is_none() {
-            return Ok(self);
-        }
-        let extremes = [f64::INFINITY, 0.0];
-        let coefficients = rubbing.fold(extremes, |[a, b], mu| [a.min(mu), b.max(mu)]);
         let c = &self.conditions;
+        tangents.resize(c.len(), None);
         let area = c.points.iter().map(|&(d, _)| c.area[d]).collect();
         let mut scratch = mass.scratch();
         let n_o = c.n_o.n_cols();
-        let friction = Friction::new(tangents, area, n_o, |x| mass.solve(x, &mut scratch));
-        let (friction, law) = (Some(Arc::new(friction)), Box::new(Coulomb { coefficients }));
+        let solve = |x: &mut [f64]| mass.solve(x, &mut scratch);
+        let law = Box::new(Coulomb { coefficients: extremes, sliders: sliders.len() });
+        let friction = Some(Arc::new(Friction::new(tangents, area, sliders, n_o, solve)));
         Ok(Nbm { friction, law, ..self })
     }
 }
@@ -119,19 +128,28 @@ impl Method for Nbm {
 
     fn reduced(&self, body: &Body, reduction: &Reduction) -> Result<Arc<dyn Method>, ContactError> {
         let Conditions { n_c, n_o, area, .. } = &*self.conditions;
-        let (n_c, n_o, area) = (n_c.clone(), reduction.operator(n_o), area.clone());
-        let operator = BoundaryOperator { n_c, n_o, area };
+        let operator =
+            BoundaryOperator { n_c: n_c.clone(), n_o: reduction.operator(n_o), area: area.clone() };
         let new = Nbm::new(body, operator, self.conditions.gaps(), self.choice)?;
         let Some(friction) = &self.friction else { return Ok(Arc::new(new)) };
-        let placed = |t: &Option<Tangent>| match t {
-            None => Ok(None),
-            Some(t) => {
-                let entry = reduction.place(t.entry).ok_or(ContactError::NoFriction)?;
-                Ok(Some(Tangent { entry, ..t.clone() }))
+        // a displacement that is a coordinate stays one
+        let placed = |row: &[(usize, f64)]| match row {
+            [(j, w)] if reduction.place(*j).is_some() => {
+                reduction.place(*j).map_or(vec![], |place| vec![(place, *w)])
+            }
+            row => {
+                let entries = row.iter().map(|&(j, w)| (0, j, w)).collect();
+                let row = reduction.operator(&Csr::from_triplets(1, n_o.n_cols(), entries));
+                row.row(0).collect()
             }
         };
-        let tangents = friction.tangents.iter().map(placed).collect::<Result<_, ContactError>>()?;
-        Ok(Arc::new(new.with_friction(tangents)?))
+        let of_contact = friction.tangents.iter().take(self.conditions.len());
+        let tangents = of_contact
+            .map(|t| t.as_ref().map(|t| Tangent { row: placed(&t.row), ..t.clone() }))
+            .collect();
+        let sliders =
+            friction.sliders.iter().map(|s| Slider { row: placed(&s.row), ..s.clone() }).collect();
+        Ok(Arc::new(new.with_friction(tangents, sliders)?))
     }
 
     fn promise(&self) -> Promise {
@@ -177,7 +195,17 @@ impl Method for Nbm {
                 stiffness: conditions.stiffness(i),
             }
         };
-        (0..conditions.len()).map(constraint).collect()
+        let of_slider = |s: &Slider| Constraint {
+            node: s.node,
+            position: s.position,
+            normal: Point::default(),
+            group: usize::MAX,
+            gap: 0.0,
+            area: 1.0,
+            stiffness: 1.0,
+        };
+        let sliders = self.friction.iter().flat_map(|f| &f.sliders).map(of_slider);
+        (0..conditions.len()).map(constraint).chain(sliders).collect()
     }
 
     fn phase(&self, parts: &Parts, set: &States) -> Phase {

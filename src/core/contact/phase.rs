@@ -21,7 +21,7 @@ use super::monitor::{Monitor, MonitorKind, Row};
 use super::obstacle::Obstacle;
 use super::scratch::Scratch;
 use super::states::States;
-use crate::fem::{Body, Csr, Kernel, Loads};
+use crate::fem::{Body, Csr, Discrete, Kernel, Loads, with_elements};
 
 /// A phase: the states of the contact points and what follows from them.
 #[derive(Debug)]
@@ -261,9 +261,9 @@ impl Phase {
         }
     }
 
-    /// Displacements of `u_O` that stick, and their velocities.
-    pub(crate) fn stuck(&self) -> Vec<(usize, f64)> {
-        self.data.rubbing.as_ref().map_or(vec![], Rubbing::stuck)
+    /// What sticks: its displacement as a row over `u_O`, and its velocity.
+    pub(crate) fn stuck(&self) -> Vec<(&[(usize, f64)], f64)> {
+        self.data.rubbing.iter().flat_map(Rubbing::stuck).collect()
     }
 
     /// Whether monitors know velocities, and their rates accelerations.
@@ -405,7 +405,8 @@ impl Phase {
             return self.monitors.iter().map(of).collect();
         }
         let of_points = self.data.inertia.gradient_bounds(&self.data.expansion, &self.set);
-        self.monitors.iter().map(|m| of_points[m.point]).collect()
+        // the limits of sliders stay
+        self.monitors.iter().map(|m| of_points.get(m.point).copied().unwrap_or(0.0)).collect()
     }
 
     /// Rounding error of each monitor when displacements are of the order of `u`, velocities of that of `v`.
@@ -457,10 +458,17 @@ impl Phase {
             }
             None => (self.whole_stiffness(), inertia.shared.mass(body).leading(self.n_o())),
         };
+        let springs: Vec<Discrete> = self.springs().cloned().collect();
+        let stiffness = with_elements(&stiffness, &springs, |e| e.stiffness);
         match inertia.holds() {
             Some(holds) => (holds.decoupled(&stiffness), holds.decoupled(&mass)),
             None => (stiffness, mass),
         }
+    }
+
+    /// The springs of sliders that stick.
+    fn springs(&self) -> impl Iterator<Item = &Discrete> {
+        self.data.rubbing.iter().flat_map(Rubbing::springs)
     }
 
     /// Displacements of `u_O` that reactions hold: in [`Phase::matrices`] they know of no other.
@@ -501,6 +509,9 @@ impl Phase {
     /// The stiffness over `u_O` that damps, where it is not `K_α` itself: that of the body alone.
     pub(crate) fn damping_stiffness(&self) -> Option<Csr> {
         let body = &self.parts.body;
+        if self.springs().next().is_some() {
+            return Some(body.stiffness.congruence(&self.a_star()));
+        }
         let differs = self.pushing().is_some() || body.structure.is_some();
         differs.then(|| body.structure().leading(self.n_o()))
     }

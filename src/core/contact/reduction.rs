@@ -21,16 +21,21 @@ impl System {
     /// Displacements of `u_O` that the contact conditions touch.
     fn touched(&self) -> Vec<usize> {
         let mut touched: Vec<usize> = self.conditions().n_o.triplets().map(|e| e.1).collect();
-        touched.extend(self.rubbed());
+        let tangents = self.tangents().unwrap_or_default().iter().flatten();
+        touched.extend(tangents.flat_map(|t| t.row.iter().map(|e| e.0)));
         touched.sort_unstable();
         touched.dedup();
         touched
     }
 
-    /// Displacements of `u_O` along obstacles with friction.
+    /// Displacements of `u_O` along which friction acts by themselves.
     fn rubbed(&self) -> Vec<usize> {
         let tangents = self.tangents().unwrap_or_default().iter().flatten();
-        let mut rubbed: Vec<usize> = tangents.map(|t| t.entry).collect();
+        let single = tangents.filter_map(|t| match t.row[..] {
+            [(j, _)] => Some(j),
+            _ => None,
+        });
+        let mut rubbed: Vec<usize> = single.collect();
         rubbed.sort_unstable();
         rubbed.dedup();
         rubbed
@@ -52,7 +57,8 @@ impl System {
             // −K_OC, up to the sign
             None => (n_o..self.n()).for_each(|j| push(&mut self.body.stiffness.row(j))),
         }
-        self.rubbed().into_iter().for_each(|i| push(&mut [(i, 1.0)].into_iter()));
+        let tangents = self.tangents().unwrap_or_default().iter().flatten();
+        tangents.for_each(|t| push(&mut t.row.iter().copied()));
         let harmonic = self.loads.harmonics.iter().map(|h| &h.force);
         let measured = self.loads.measured.iter().map(|m| &m.force);
         for f in self.loads.constant.iter().chain(harmonic).chain(measured) {

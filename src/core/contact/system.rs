@@ -7,7 +7,7 @@ use super::boundary::{self, BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::damping::{Dampers, Rayleigh};
-use super::friction::Tangent;
+use super::friction::{Slider, Tangent};
 use super::impact::Impact;
 use super::inertia::Inertia;
 use super::law::{Law, Restitution};
@@ -87,6 +87,15 @@ impl State {
     }
 }
 
+/// What rubs: one entry a contact point, or none at all, and the sliders.
+#[derive(Debug, Clone, Default)]
+pub struct Rubs {
+    /// Friction at obstacles.
+    pub tangents: Vec<Option<Tangent>>,
+    /// Friction under forces that stay.
+    pub sliders: Vec<Slider>,
+}
+
 impl System {
     /// Signorini's conditions at nodes; a body without contact points is a linear one.
     pub fn new(
@@ -94,15 +103,15 @@ impl System {
         contacts: &Contacts,
         choice: (Stress, MassChoice),
     ) -> Result<System, ContactError> {
-        System::with_friction(body, contacts, choice, vec![])
+        System::with_friction(body, contacts, choice, Rubs::default())
     }
 
-    /// The same with friction at some of the contact points; one entry a point, or none at all.
+    /// The same with friction at some of the contact points, and with sliders.
     pub fn with_friction(
         body: Body,
         contacts: &Contacts,
         choice: (Stress, MassChoice),
-        tangents: Vec<Option<Tangent>>,
+        rubs: Rubs,
     ) -> Result<System, ContactError> {
         let operator = match choice.0 {
             _ if body.dofs.n_c == 0 => BoundaryOperator::none(body.dofs.n_o),
@@ -110,7 +119,7 @@ impl System {
             Stress::NodalMean => boundary::nodal_mean(&body),
             Stress::Reaction => boundary::reaction(&body, boundary::areas(&body)),
         };
-        System::with_operator(body, operator, contacts.gaps.clone(), choice, tangents)
+        System::with_operator(body, operator, contacts.gaps.clone(), choice, rubs)
     }
 
     /// The same with a boundary operator that is given.
@@ -119,12 +128,9 @@ impl System {
         operator: BoundaryOperator,
         gaps: Gaps,
         choice: (Stress, MassChoice),
-        tangents: Vec<Option<Tangent>>,
+        Rubs { tangents, sliders }: Rubs,
     ) -> Result<System, ContactError> {
-        let mut method = Nbm::new(&body, operator, gaps, choice)?;
-        if !tangents.is_empty() {
-            method = method.with_friction(tangents)?;
-        }
+        let method = Nbm::new(&body, operator, gaps, choice)?.with_friction(tangents, sliders)?;
         Ok(System::of_method(body, Arc::new(method)))
     }
 
@@ -152,6 +158,27 @@ impl System {
     /// Friction of the contact points, if any; one entry a point.
     pub fn tangents(&self) -> Option<&[Option<Tangent>]> {
         self.method.friction().map(|f| &f.tangents[..])
+    }
+
+    /// Friction of one contact point, unless a spring lies between the two.
+    pub(crate) fn rigid_tangent(&self, point: usize) -> Option<&Tangent> {
+        let elastic = self.slider(point).is_some_and(|s| s.elastic.is_some());
+        self.tangent(point).filter(|_| !elastic)
+    }
+
+    /// Whether the state knows where springs of sliders stuck.
+    pub fn remembers(&self) -> bool {
+        self.sliders().iter().any(|s| s.elastic.is_some())
+    }
+
+    /// The slider that a point is.
+    pub(crate) fn slider(&self, point: usize) -> Option<&Slider> {
+        self.sliders().get(point.checked_sub(self.facing().len())?)
+    }
+
+    /// The sliders, which are the last contact points.
+    pub fn sliders(&self) -> &[Slider] {
+        self.method.friction().map_or(&[], |f| &f.sliders)
     }
 
     /// Friction of one contact point.
@@ -212,6 +239,29 @@ impl System {
         self.constraints.len()
     }
 
+    /// What the contact points move by: along their normals, and over the sliders.
+    pub fn at_points(&self, u: &[f64]) -> Vec<f64> {
+        let mut moved = self.along_normals(u);
+        let first = self.facing().len();
+        self.sliders()
+            .iter()
+            .enumerate()
+            .for_each(|(s, slider)| moved[first + s] = slider.along(u));
+        moved
+    }
+
+    /// The states of the contact points of the body that touches everywhere, and whose sliders stick.
+    pub fn closed_states(&self) -> States {
+        let facing = self.facing().len();
+        let of = |i: usize| if i < facing { PointState::Closed } else { PointState::Stick };
+        (0..self.n_contact()).map(of).collect()
+    }
+
+    /// The contact points that stand before obstacles: all but the sliders.
+    pub fn facing(&self) -> &[Constraint] {
+        &self.constraints[..self.n_contact() - self.sliders().len()]
+    }
+
     /// Whether contact displacements have inertia: `u_C` are displacements of the body that are seen, no unknowns that follow.
     pub fn contact_has_inertia(&self) -> bool {
         self.method.obstacle().is_some()
@@ -222,9 +272,10 @@ impl System {
         self.method.obstacle().map(|o| [&*o.normal, &*o.depth, &*o.direction])
     }
 
-    /// Number of displacements (or coordinates) of the body: those that are but seen are none.
+    /// Number of displacements (or coordinates) of the body: those that are but seen are none, nor what springs of sliders remember.
     pub fn n_displacements(&self) -> usize {
-        if self.contact_has_inertia() { self.n_o() } else { self.n() }
+        let memory = self.sliders().iter().filter(|s| s.elastic.is_some()).count();
+        if self.contact_has_inertia() { self.n_o() } else { self.n() - memory }
     }
 
     /// Length of `u`.
@@ -427,7 +478,8 @@ impl System {
     pub fn elastic(&self, t: f64, u: &[f64]) -> f64 {
         let square = self.kernel.quadratic(&self.body.stiffness, u);
         let obstacle = self.method.obstacle().map_or(0.0, |o| o.energy(&u[..self.n_o()]));
-        0.5 * square + obstacle + self.loads.carried.elastic(t, u)
+        let sliders: f64 = self.sliders().iter().map(|s| s.energy(u)).sum();
+        0.5 * square + obstacle + sliders + self.loads.carried.elastic(t, u)
     }
 
     /// Energy `H` at `t` of a state in a phase.
@@ -438,13 +490,15 @@ impl System {
         self.elastic(t, &u) + self.kinetic(t, &v)
     }
 
-    /// Displacements of the body at the contact points along their normals, of a full displacement; what is but seen need not be in it.
+    /// Displacements of the body at the contact points along their normals, of a full displacement; what is but seen need not be in it. Sliders have none.
     pub fn along_normals(&self, u: &[f64]) -> Vec<f64> {
         let (u_o, u_c) = u.split_at(self.n_o());
-        match self.method.obstacle() {
+        let mut along = match self.method.obstacle() {
             Some(o) => (0..u_c.len()).map(|k| o.normal.row_dot(k, u_o)).collect(),
             None => self.conditions().at_points(u_c),
-        }
+        };
+        along.resize(self.n_contact(), 0.0);
+        along
     }
 
     /// Displacements of the contact points that meet their obstacles, of a full displacement: at most the gap, where the obstacle yields.

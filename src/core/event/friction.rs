@@ -11,7 +11,7 @@
 //! `μ r_n ∓ r_t` in the phase in which it sticks decides.
 
 use super::classify::{ClassifyError, Decision, Surface};
-use crate::contact::{MonitorKind, Phase, PointState, Scratch, States, Tangent};
+use crate::contact::{MonitorKind, Phase, PointState, Scratch, States, System};
 
 /// Rounds in which all violating points change together; after these one at a time.
 const TOGETHER: usize = 10;
@@ -38,6 +38,11 @@ impl Surface<'_> {
                 continue;
             };
             let slip = tangent.slip_velocity(self.v_o);
+            if let Some(trial) = self.system.slider(i).and_then(|s| s.trial(self.u_o)) {
+                let state = self.of_spring(i, (trial, slip), size, trigger, scratch);
+                decision.set.set(i, state);
+                continue;
+            }
             let rests = slip.abs() <= ROUNDING * size.max(tangent.surface.abs());
             let stuck = self.phase.set.at(i) == PointState::Stick;
             if rests || stuck || trigger.is_some_and(|t| t.0 == i) {
@@ -51,6 +56,34 @@ impl Surface<'_> {
             decision.set = self.pivot(decision.set, &undecided, trigger, scratch)?;
         }
         Ok(decision)
+    }
+
+    /// What a slider with a spring does, whose trial force is `k (w u − z)`: it slides where that is at its limit or beyond, and grows.
+    fn of_spring(
+        &self,
+        point: usize,
+        (trial, slip): (f64, f64),
+        size: f64,
+        trigger: Option<(usize, MonitorKind)>,
+        scratch: &mut Scratch,
+    ) -> PointState {
+        let Some(slider) = self.system.slider(point) else { return PointState::Stick };
+        let stiffness = slider.elastic.map_or(0.0, |e| e.stiffness);
+        let sigma = trial.signum();
+        let found = trigger.filter(|t| t.0 == point).map(|t| t.1);
+        if found == Some(MonitorKind::Slip) {
+            // it comes to rest, or its velocity only touches zero
+            let a = self.acceleration(self.phase, scratch);
+            let largest = a.iter().fold(0.0f64, |m, a| m.max(a.abs()));
+            let goes_on = sigma * slider.along(&a) > LOOSE * largest;
+            return if goes_on { PointState::of_slip(sigma) } else { PointState::Stick };
+        }
+        let blur = ROUNDING * slider.limit + 8.0 * self.resolution * stiffness * slip.abs();
+        let at_limit = found.is_some() || trial.abs() >= slider.limit - blur;
+        match at_limit && sigma * slip > ROUNDING * size {
+            true => PointState::of_slip(sigma),
+            false => PointState::Stick,
+        }
     }
 
     fn pivot(
@@ -102,7 +135,7 @@ impl Surface<'_> {
             let Some(tangent) = self.system.tangent(i) else { continue };
             let state = phase.set.at(i);
             if let Some(sigma) = state.slip() {
-                let along = sigma * tangent.sign * a[tangent.entry];
+                let along = sigma * tangent.along(&a);
                 // what broke loose by its rate starts without an acceleration
                 let stays = if loose[k] { along >= -LOOSE * scale } else { along > blur };
                 if !stays {
@@ -134,10 +167,20 @@ impl Surface<'_> {
     }
 }
 
-/// Give what sticks exactly the velocity of the surface.
-pub(super) fn settle(tangents: &[Option<Tangent>], set: &States, v_o: &mut [f64]) {
-    for (tangent, state) in tangents.iter().zip(set.iter()) {
-        if let (Some(t), PointState::Stick) = (tangent, state) {
+/// Where springs of sliders stick, none is beyond its limit.
+pub(super) fn remember(system: &System, set: &States, u_o: &mut [f64]) {
+    let first = system.facing().len();
+    for (s, slider) in system.sliders().iter().enumerate() {
+        if set.at(first + s) == PointState::Stick {
+            slider.settle(u_o);
+        }
+    }
+}
+
+/// Give what sticks exactly the velocity of the surface; springs of sliders stick at any.
+pub(super) fn settle(system: &System, set: &States, v_o: &mut [f64]) {
+    for (i, state) in set.iter().enumerate() {
+        if let (Some(t), PointState::Stick) = (system.rigid_tangent(i), state) {
             t.settle(v_o);
         }
     }

@@ -312,9 +312,10 @@ impl<O: Observer> Run<'_, O> {
 
     /// Go into the phase of a decision.
     fn take_up(&mut self, decision: &Decision) {
-        if let Some(tangents) = self.system.tangents() {
+        if self.system.tangents().is_some() {
             let n_o = self.now.layout.n_o;
-            friction::settle(tangents, &decision.set, &mut self.now.y[n_o..2 * n_o]);
+            friction::settle(self.system, &decision.set, &mut self.now.y[n_o..2 * n_o]);
+            friction::remember(self.system, &decision.set, &mut self.now.y[..n_o]);
         }
         self.phase = self.system.held_phase(&decision.set, &decision.held);
     }

@@ -90,7 +90,8 @@ impl<O: Observer> Run<'_, O> {
         if !self.flow.is_exact() {
             return;
         }
-        let of_monitor = |(d, r): (f64, &f64)| d / (r / UNITS);
+        // the limit of a slider does not move, and has no error
+        let of_monitor = |(d, r): (f64, &f64)| if d == 0.0 { 0.0 } else { d / (r / UNITS) };
         let all = self.flow.deviations().into_iter().zip(&self.search.rounding).map(of_monitor);
         self.seen.proof.end_phase(all);
     }

@@ -217,6 +217,24 @@ impl Body {
         Body { dofs: self.dofs.with_points(points), mass, stiffness, structure, ..self }
     }
 
+    /// The body with `count` more entries of `u_O`, its last ones: they have a mass of one, and nothing acts on them.
+    pub fn with_memory(self, count: usize) -> Body {
+        if count == 0 {
+            return self;
+        }
+        let (n, n_o) = (self.dofs.n() + count, self.dofs.n_o);
+        let place = |i: usize| if i < n_o { i } else { i + count };
+        let moved = |a: &Csr| a.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect();
+        let mut mass: Vec<(usize, usize, f64)> = moved(&self.mass);
+        mass.extend((n_o..n_o + count).map(|i| (i, i, 1.0)));
+        let stiffness = Csr::from_triplets(n, n, moved(&self.stiffness));
+        let mut discrete = self.discrete;
+        discrete.iter_mut().flat_map(|e| &mut e.row).for_each(|(i, _)| *i = place(*i));
+        let dofs = self.dofs.with_memory(count);
+        let mass = Csr::from_triplets(n, n, mass);
+        Body { mass, stiffness, discrete, dofs, ..self }
+    }
+
     /// Stiffness over `u` of the body alone.
     pub fn structure(&self) -> &Csr {
         self.structure.as_ref().unwrap_or(&self.stiffness)
@@ -480,7 +498,10 @@ impl Body {
     pub fn rigid_motions(&self, held_contact: bool) -> Vec<Vec<f64>> {
         match &self.origin {
             Origin::Elements(_) => self.rigid_motions_of_elements(held_contact),
-            Origin::Matrices { free, .. } => self.free_motions(free, held_contact),
+            Origin::Matrices { free, .. } if !free.is_empty() => {
+                self.free_motions(free, held_contact)
+            }
+            Origin::Matrices { .. } => vec![],
             // what is left of a body that was looked at before
             Origin::Reduced { .. } => vec![],
         }
@@ -551,7 +572,8 @@ impl Body {
                 })
                 .collect();
             held += 1.0;
-            (0..n_motions).for_each(|a| (0..n_motions).for_each(|b| gram[(a, b)] += along[a] * along[b]));
+            (0..n_motions)
+                .for_each(|a| (0..n_motions).for_each(|b| gram[(a, b)] += along[a] * along[b]));
         }
         let eigen = gram.symmetric_eigen();
         (0..n_motions)

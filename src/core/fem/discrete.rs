@@ -27,7 +27,9 @@ pub fn with_elements(a: &Csr, elements: &[Discrete], of: fn(&Discrete) -> f64) -
     let mut entries: Vec<(usize, usize, f64)> = vec![];
     for element in elements.iter().filter(|e| of(e) != 0.0) {
         let (c, row) = (of(element), &element.row);
-        entries.extend(row.iter().flat_map(|&(i, v)| row.iter().map(move |&(j, w)| (i, j, c * v * w))));
+        entries.extend(
+            row.iter().flat_map(|&(i, v)| row.iter().map(move |&(j, w)| (i, j, c * v * w))),
+        );
     }
     match entries.is_empty() {
         true => a.clone(),

@@ -129,6 +129,21 @@ impl DofMap {
         DofMap { n_c, is_seen: true, ..self }
     }
 
+    /// The same with `count` more entries of `u_O`, its last ones, that are displacements of no node.
+    pub(crate) fn with_memory(mut self, count: usize) -> DofMap {
+        let n_o = self.n_o;
+        let moved = |i: &mut usize| {
+            if *i >= n_o {
+                *i += count;
+            }
+        };
+        self.index.iter_mut().flatten().for_each(moved);
+        self.rows.iter_mut().for_each(moved);
+        self.places.iter_mut().for_each(|p| moved(&mut p.0));
+        self.n_o += count;
+        self
+    }
+
     /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.
     pub(crate) fn of_coordinates(&self, n_o: usize) -> DofMap {
         DofMap { n_o, index: vec![None; self.index.len()], ..self.clone() }

@@ -15,6 +15,7 @@ pub(crate) mod kernel;
 pub(crate) mod law;
 pub mod load;
 mod matrix_market;
+pub(crate) mod pivots;
 pub(crate) mod reduction;
 #[doc(hidden)]
 pub mod shape;
@@ -35,6 +36,7 @@ pub use kernel::Kernel;
 pub use law::{Material, StressState};
 pub use load::{Course, Harmonic, Loads, Measured};
 pub use matrix_market::parse_matrix_market;
+pub(crate) use pivots::Pivots;
 pub use reduction::{Interface, Kept, Reduction};
 pub(crate) use sparse::blocks;
 pub use sparse::{Csr, SolveScratch, SpdFactor};

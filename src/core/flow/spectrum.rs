@@ -4,6 +4,7 @@
 //! coordinate is known at every time to rounding error: under- and over-damped, constant and harmonic loads
 //! through resonance, rigid motions (`ω = 0`). The basis does not depend on the frequencies of the loads.
 
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::ops::Deref;
 use std::rc::Rc;
@@ -19,8 +20,8 @@ use super::drives::Drives;
 use super::motion;
 use super::oscillator::Oscillator;
 use super::sliding::{Coupled, SlidingMotion};
-use crate::contact::{Drive, Lost, Monitor, Phase, Rayleigh, States, System};
-use crate::fem::{Csr, FemError, Harmonic, Loads, dense, eigen};
+use crate::contact::{Drive, Lost, Monitor, Phase, PointState, Rayleigh, States, System};
+use crate::fem::{Csr, FemError, Harmonic, Loads, Pivots, dense, eigen};
 
 /// The eigenbasis of one active set with its loads, and its modes under the damping of the time when they were asked for.
 #[derive(Debug)]
@@ -139,8 +140,11 @@ impl Mixing {
                 stiffness[(j, j)] += w * w;
             }
             mixing.forces = Some(Forces { stiffness, skew: None });
-        } else if let Some(structure) = phase.damping_stiffness() {
+        }
+        if let Some(structure) = phase.damping_stiffness() {
             mixing.structure = Some(projected(&structure));
+        }
+        if mixing.forces.is_none() {
             mixing.forces = phase.lost().map(|Lost { matrix, constant }| Forces {
                 stiffness: projected(&phase.matrices().0),
                 skew: Some((projected(&matrix), transposed(shapes, &constant))),
@@ -170,9 +174,8 @@ impl Mixing {
             None => diagonal(i, j, omega[i] * omega[i]),
         };
         let dampers = |i: usize, j: usize| self.dampers.as_ref().map_or(0.0, |d| d[(i, j)]);
-        let damping = |i: usize, j: usize| {
-            diagonal(i, j, alpha) + beta * structure(i, j) + dampers(i, j)
-        };
+        let damping =
+            |i: usize, j: usize| diagonal(i, j, alpha) + beta * structure(i, j) + dampers(i, j);
         Operators {
             stiffness: match &self.forces {
                 Some(f) => f.stiffness.clone(),
@@ -248,6 +251,34 @@ impl Spectrum {
         let modes: Vec<Oscillator> = basis.omega.iter().enumerate().map(mode).collect();
         let is_undamped = modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0);
         Ok(Spectrum { modes, damping, basis, is_undamped, coupling, steady_force })
+    }
+
+    /// Where springs of sliders begin to stick on the way into the phase, `z` is set so that their force is at its limit: of the first `k` columns, displacements, and of
+    /// states with the limits, of perturbations without.
+    pub(crate) fn remember(
+        &self,
+        system: &System,
+        before: &States,
+        (x, k): (&mut Mat<f64>, usize),
+        is_state: bool,
+    ) {
+        let first = system.facing().len();
+        for (s, slider) in system.sliders().iter().enumerate() {
+            let (Some(elastic), point) = (slider.elastic, first + s) else { continue };
+            let (from, to) = (before.at(point), self.states.at(point));
+            let Some(sigma) = from.slip().filter(|_| to == PointState::Stick) else { continue };
+            let of_mode = |q: usize| {
+                let shape = self.shapes.col_as_slice(q);
+                slider.along(shape) - shape[elastic.memory]
+            };
+            let row: Vec<f64> = (0..self.shapes.ncols()).map(of_mode).collect();
+            let limit = if is_state { sigma * slider.limit / elastic.stiffness } else { 0.0 };
+            for c in 0..k {
+                let change = dot(&row, x.col_as_slice(c)) - limit;
+                let unit = self.inverse.col_as_slice(elastic.memory);
+                x.col_as_slice_mut(c).iter_mut().zip(unit).for_each(|(x, u)| *x += change * u);
+            }
+        }
     }
 
     /// Columns `[Q | V]` on the way into the phase: what sticks has no velocity of its own, `δq̇ ← δq̇ + ΦᵀMΨ δq̇_s`, `δq̇_s ← 0`. The impulse that stops a point acts on all
@@ -404,7 +435,13 @@ impl Eigenbasis {
         let moving = n - held.len();
         let Shapes { omega, shapes, inverse } = match held.is_empty() {
             true => Shapes::natural(&symmetric, &m, system.units.frequency)?,
-            false => Shapes::beside(&held, &symmetric, &m, system.units.frequency)?,
+            false => {
+                let rows: Vec<&[(usize, f64)]> = held.iter().map(|h| h.0).collect();
+                let of_rows = Pivots::of(n, &rows).ok_or(FemError::Singular {
+                    what: "matrix of what sticks: a slider there follows from others",
+                })?;
+                Shapes::beside(&of_rows, &symmetric, &m, system.units.frequency)?
+            }
         };
         // modal forces: φᵀ A*ᵀ f, none on what sticks
         let projected = |f: &[f64]| -> Vec<f64> {
@@ -509,10 +546,10 @@ impl Shapes {
         Ok(Shapes { inverse: times_mass(&shapes, m), omega: all.omega, shapes })
     }
 
-    /// Natural modes of the displacements that move, then `Ψ = [−K_ff⁻¹K_fs; I]` of those that stick.
-    fn beside(held: &[(usize, f64)], k: &Csr, m: &Csr, unit: f64) -> Result<Shapes, FemError> {
-        let n = m.n_rows();
-        let sticks: Vec<usize> = held.iter().map(|h| h.0).collect();
+    /// Natural modes of the displacements that move, then `Ψ = [−K_ff⁻¹K_fs; I]` of what sticks, all of these in units of the rows that hold it.
+    fn beside(held: &Pivots, k: &Csr, m: &Csr, unit: f64) -> Result<Shapes, FemError> {
+        let [k, m] = &[k, m].map(|a| held.congruence(a).map_or(Cow::Borrowed(a), Cow::Owned));
+        let (n, sticks) = (m.n_rows(), &held.pivots);
         let free: Vec<usize> = (0..n).filter(|i| !sticks.contains(i)).collect();
         let moving = free.len();
         let mut place = vec![None; n];
@@ -549,6 +586,17 @@ impl Shapes {
                     shapes[(i, moving + s)] -= c * own.shapes[(p, q)];
                 }
             }
+        }
+        for (s, scale) in held.scale.iter().enumerate() {
+            shapes.col_as_slice_mut(moving + s).iter_mut().for_each(|x| *x /= scale);
+            (0..n).for_each(|j| inverse[(moving + s, j)] *= scale);
+        }
+        (0..n).for_each(|q| held.forth(shapes.col_as_slice_mut(q)));
+        let mut row = vec![0.0; n];
+        for q in 0..n {
+            row.iter_mut().enumerate().for_each(|(j, x)| *x = inverse[(q, j)]);
+            held.over(&mut row);
+            row.iter().enumerate().for_each(|(j, x)| inverse[(q, j)] = *x);
         }
         let mut omega = own.omega;
         omega.resize(n, 0.0);

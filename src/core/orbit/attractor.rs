@@ -178,7 +178,7 @@ impl Observer for Look<'_> {
 
     fn sample(&mut self, s: &Sample) -> Result<(), Infallible> {
         let system = &self.body.system;
-        let u = system.along_normals(s.u);
+        let u = system.at_points(s.u);
         let areas = system.constraints.iter().map(|c| c.area);
         let force = s.pressure.iter().zip(areas).map(|(p, a)| p * a).sum::<f64>();
         self.force = self.force.max(force);

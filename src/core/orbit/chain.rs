@@ -214,14 +214,24 @@ impl Propagator {
     /// The frame vector with what rests on an obstacle's surface, as far as a solution of equations can tell, resting exactly: points that touch, and move along the surface by less than
     /// [`RESTS`] of the largest velocity. None where nothing does.
     pub fn settled(&self, z: &[f64]) -> Result<Option<Vec<f64>>, ContactError> {
-        let Some(tangents) = self.system.tangents() else { return Ok(None) };
+        if self.system.tangents().is_none() {
+            return Ok(None);
+        }
         let mut x = self.state(z);
         let touching = self.system.select(0.0, &x.u, &self.open_set)?.set;
         let least = RESTS * x.v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let mut rests = false;
-        for (_, t) in tangents.iter().enumerate().filter(|(i, _)| touching.touches(*i)) {
-            if let Some(t) = t.as_ref().filter(|t| t.slip_velocity(&x.v).abs() <= least) {
+        for t in touching.closed_points().into_iter().filter_map(|i| self.system.rigid_tangent(i)) {
+            if t.slip_velocity(&x.v).abs() <= least {
                 t.settle(&mut x.v);
+                rests = true;
+            }
+        }
+        // a spring beyond the limit of its slider, which does not slide on
+        for s in self.system.sliders() {
+            let trial = s.trial(&x.u).unwrap_or(0.0);
+            if trial.abs() > s.limit && trial * s.along(&x.v) <= 0.0 {
+                s.settle(&mut x.u);
                 rests = true;
             }
         }

@@ -204,7 +204,7 @@ impl Observer for Scan<'_> {
             self.jumps = s.jumps;
         }
         self.energy.note(s.t, energy);
-        let moved = system.along_normals(s.u);
+        let moved = system.at_points(s.u);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match system.law().watched(s.active.at(i)) {
             MonitorKind::Pressure => s.pressure[i] / system.constraints[i].stiffness,

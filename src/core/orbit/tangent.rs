@@ -163,6 +163,7 @@ impl Propagator {
                 if let Some(passed) = self.passed(place, next, b.as_ref())? {
                     b = passed;
                 }
+                walk.links[j + 1].remember(&self.system, place, &mut b, k);
                 place = next;
                 if let Some(blow) = &e.blow {
                     let after = blow.act(b.subcols(k, k));

@@ -9,7 +9,7 @@ use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::chain::{Chain, Jump, Propagator};
-use crate::contact::{PointState, System, leading};
+use crate::contact::{PointState, States, System, leading};
 use crate::continuation::dot;
 use crate::fem::{FemError, Loads};
 use crate::flow::drives::Drives;
@@ -53,6 +53,7 @@ impl Propagator {
                 x.subcols_mut(1, 1).copy_from(&after);
             }
             let spectrum = self.spectra.of_set(&self.system, set)?;
+            spectrum.remember(&self.system, place, (&mut x, 1), true);
             let (a, b) = (
                 if j == 0 { 0.0 } else { times[j - 1] },
                 if j < times.len() { times[j] } else { end },
@@ -207,6 +208,11 @@ impl Link {
         let [r, rho] = self.spectrum.row(k);
         let of = |c| dot(&r, b.col_as_slice(c)) + dot(&rho, b.col_as_slice(columns + c));
         (0..columns).map(of).collect()
+    }
+
+    /// Columns of perturbations on the way into the phase from another: [`Spectrum::remember`].
+    pub(super) fn remember(&self, system: &System, before: &States, b: &mut Mat<f64>, k: usize) {
+        self.spectrum.remember(system, before, (b, k), false);
     }
 
     /// Columns on the way into the phase: [`Spectrum::hold`].

@@ -91,6 +91,12 @@ pub(crate) fn run_json(
         said["belt_work"] = json!(rubbed.belt);
         said["friction"] = json!({"work": work, "path": path});
     }
+    said["elements"] = json!({
+        "springs": system.body.discrete.iter().filter(|e| e.stiffness != 0.0).count(),
+        "masses": system.body.discrete.iter().filter(|e| e.mass != 0.0).count(),
+        "dampers": system.dampers.as_ref().map_or(0, |d| d.rows().n_rows()),
+        "sliders": system.sliders().len(),
+    });
     said["warnings"] = warnings(scene, notes, report).into();
     said["places"] = places.into();
     said["certified_until"] = json!(report.proof.holds().then_some(report.t_end));

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::promises::{certificate, promises};
 use super::{energy_warning, mass_ratio, plural, significant, warnings};
 use crate::contact::lcp::PMatrix;
-use crate::contact::{March, System};
+use crate::contact::{March, Rayleigh, System};
 use crate::event::{Report, SwitchKind};
 use crate::fem::{Facing, Interface};
 use crate::mesh::ElementKind;
@@ -33,6 +33,7 @@ pub(crate) fn run_text(
         contact(&mut out, system, given);
         on_mesh(&mut out, scene, system);
     }
+    elements(&mut out, system);
     out.line("time", format!("0 to {}: {}", significant(report.t_end, 7), report.outcome));
     if system.n_contact() > 0 {
         let yields = system.promise().yields;
@@ -64,7 +65,7 @@ fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
         1 => format!("bar, {}", plural(scene.body.elements[0], "element", "elements")),
         _ => format!("plate, {} × {} elements", scene.body.elements[0], scene.body.elements[1]),
     };
-    let follow = match system.n_contact() {
+    let follow = match system.facing().len() {
         0 => String::new(),
         _ if system.contact_has_inertia() => String::new(),
         n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
@@ -106,11 +107,30 @@ fn mesh(scene: &Scene, system: &System) -> String {
 }
 
 fn damping(out: &mut Lines, system: &System) {
-    let Some(d) = system.damping else { return };
+    let d = system.damping.unwrap_or(Rayleigh { alpha: 0.0, beta: 0.0 });
     let terms = [(d.alpha, "M"), (d.beta, "K")];
     let terms = terms.iter().filter(|(c, _)| *c != 0.0);
-    let terms: Vec<_> = terms.map(|(c, m)| format!("{} {m}", significant(*c, 7))).collect();
-    out.line("damping", format!("C = {}", terms.join(" + ")));
+    let mut terms: Vec<_> = terms.map(|(c, m)| format!("{} {m}", significant(*c, 7))).collect();
+    if let Some(dampers) = &system.dampers {
+        let rows = plural(dampers.rows().n_rows(), "damper or mode", "dampers and modes");
+        terms.push(format!("sum of {rows}"));
+    }
+    if !terms.is_empty() {
+        out.line("damping", format!("C = {}", terms.join(" + ")));
+    }
+}
+
+/// Springs, masses, dampers and sliders at nodes.
+fn elements(out: &mut Lines, system: &System) {
+    let discrete = &system.body.discrete;
+    let springs = discrete.iter().filter(|e| e.stiffness != 0.0).count();
+    let masses = discrete.iter().filter(|e| e.mass != 0.0).count();
+    let kinds = [(springs, "spring", "springs"), (masses, "mass", "masses")];
+    let some = kinds.into_iter().filter(|k| k.0 > 0).map(|(n, one, many)| plural(n, one, many));
+    let all: Vec<String> = some.collect();
+    if !all.is_empty() {
+        out.line("elements", format!("{} at nodes", all.join(", ")));
+    }
 }
 
 /// Which nodes places in the scene name.
@@ -143,12 +163,17 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
         false => ("node", "nodes"),
     };
     let count = system.conditions().count();
-    let between = match system.n_contact() - count {
+    let between = match system.facing().len() - count {
         0 => String::new(),
         n if n == count => " between two obstacles".to_owned(),
         n => format!(", {n} of them between two obstacles"),
     };
     let nodes = format!("{}{between}", plural(count, one, many));
+    let sliders = plural(system.sliders().len(), "slider", "sliders");
+    if count == 0 {
+        out.line("friction", format!("{sliders}; energy exact but for what they take"));
+        return;
+    }
     if system.contact_has_inertia() {
         out.line("contact", nodes);
         let [stress, energy] = promises(system);

@@ -8,8 +8,10 @@ use crate::contact::states::PointState;
 /// The law; the coefficients are those of the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coulomb {
-    /// Least and largest `μ`.
-    pub coefficients: [f64; 2],
+    /// Least and largest `μ`, where there is friction at obstacles.
+    pub coefficients: Option<[f64; 2]>,
+    /// Number of sliders, whose limit force stays.
+    pub sliders: usize,
 }
 
 const STICK: [Exit; 3] = [
@@ -22,10 +24,16 @@ const SLIP: [Exit; 2] =
 
 impl Law for Coulomb {
     fn name(&self) -> String {
-        match self.coefficients {
-            [least, largest] if least == largest => format!("Coulomb's friction, μ = {least}"),
-            [least, largest] => format!("Coulomb's friction, μ = {least} … {largest}"),
-        }
+        let at_obstacles = self.coefficients.map(|[least, largest]| match least == largest {
+            true => format!("Coulomb's friction, μ = {least}"),
+            false => format!("Coulomb's friction, μ = {least} … {largest}"),
+        });
+        let sliders = match self.sliders {
+            0 => None,
+            1 => Some("1 slider".to_owned()),
+            n => Some(format!("{n} sliders")),
+        };
+        at_obstacles.into_iter().chain(sliders).collect::<Vec<_>>().join(", ")
     }
 
     fn states(&self) -> &'static [PointState] {
