@@ -3,6 +3,7 @@
 mod common;
 
 mod animation;
+mod at_nodes;
 mod bad_input;
 mod beginnings;
 mod bem;

@@ -60,6 +60,11 @@ pub(super) fn initial_state(
         })?;
         return Ok(State { u: shape[..n_o].to_vec(), v: vec![0.0; n_o] });
     }
+    if stored.is_some() && system.remembers() {
+        let message = "holds displacements of nodes, and not what springs of sliders remember";
+        let help = "start from rest, or go on with the run itself: signorini run --resume";
+        return Err(scene.error(Issue::new("initial.file", message, help)).into());
+    }
     if let Some((u, v)) = stored {
         let (u, v) = (dofs.gather(&u), dofs.gather(&v));
         // steps enter the obstacle by what they move in one, and stay there until they leave

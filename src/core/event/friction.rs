@@ -19,6 +19,8 @@ const TOGETHER: usize = 10;
 const LOOSE: f64 = 1e-7;
 /// How far from zero the monitor may be that reached it, in rounding errors: as far as the flow is from the motion.
 const FOUND: f64 = 1e5;
+/// A slider at its limit is at rest below this velocity, over that of its spring.
+const STILL: f64 = 1e-9;
 /// Rounding errors of a velocity, of an acceleration and of a reaction, over their sizes.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
@@ -53,7 +55,11 @@ impl Surface<'_> {
             }
         }
         if !undecided.is_empty() {
-            decision.set = self.pivot(decision.set, &undecided, trigger, scratch)?;
+            // reactions are those of springs that are at their limits at the most
+            let mut u_o = self.u_o.to_vec();
+            remember(self.system, &decision.set, &mut u_o);
+            let settled = Surface { u_o: &u_o, ..*self };
+            decision.set = settled.pivot(decision.set, &undecided, trigger, scratch)?;
         }
         Ok(decision)
     }
@@ -78,9 +84,15 @@ impl Surface<'_> {
             let goes_on = sigma * slider.along(&a) > LOOSE * largest;
             return if goes_on { PointState::of_slip(sigma) } else { PointState::Stick };
         }
+        // of several sliders that come to rest at one instant each ends by itself
+        let slides = self.phase.set.at(point).slip().is_some();
+        let least = match slides || found.is_some() {
+            true => ROUNDING * size,
+            false => STILL * self.system.units.frequency * slider.limit / stiffness,
+        };
         let blur = ROUNDING * slider.limit + 8.0 * self.resolution * stiffness * slip.abs();
-        let at_limit = found.is_some() || trial.abs() >= slider.limit - blur;
-        match at_limit && sigma * slip > ROUNDING * size {
+        let at_limit = slides || found.is_some() || trial.abs() >= slider.limit - blur;
+        match at_limit && sigma * slip > least {
             true => PointState::of_slip(sigma),
             false => PointState::Stick,
         }
@@ -177,8 +189,9 @@ pub(super) fn remember(system: &System, set: &States, u_o: &mut [f64]) {
     }
 }
 
-/// Give what sticks exactly the velocity of the surface; springs of sliders stick at any.
+/// Give what sticks exactly the velocity of the surface; springs of sliders stick at any, and what they remember has none.
 pub(super) fn settle(system: &System, set: &States, v_o: &mut [f64]) {
+    system.sliders().iter().filter_map(|s| s.elastic).for_each(|e| v_o[e.memory] = 0.0);
     for (i, state) in set.iter().enumerate() {
         if let (Some(t), PointState::Stick) = (system.rigid_tangent(i), state) {
             t.settle(v_o);

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::rc::Rc;
 
 use faer::linalg::matmul::matmul;
@@ -166,7 +166,8 @@ impl Mixing {
             || self.dampers.as_ref().is_some_and(beside)
     }
 
-    fn operators(&self, omega: &[f64], (alpha, beta): (f64, f64)) -> Operators {
+    /// Of the coordinates; what sticks, the last ones, moves by itself, and what damps it pushes with the steady forces.
+    fn operators(&self, omega: &[f64], moving: usize, (alpha, beta): (f64, f64)) -> Operators {
         let n = omega.len();
         let diagonal = |i: usize, j: usize, x: f64| if i == j { x } else { 0.0 };
         let structure = |i: usize, j: usize| match &self.structure {
@@ -174,8 +175,10 @@ impl Mixing {
             None => diagonal(i, j, omega[i] * omega[i]),
         };
         let dampers = |i: usize, j: usize| self.dampers.as_ref().map_or(0.0, |d| d[(i, j)]);
-        let damping =
-            |i: usize, j: usize| diagonal(i, j, alpha) + beta * structure(i, j) + dampers(i, j);
+        let damping = |i: usize, j: usize| match (i < moving) == (j < moving) {
+            true => diagonal(i, j, alpha) + beta * structure(i, j) + dampers(i, j),
+            false => 0.0,
+        };
         Operators {
             stiffness: match &self.forces {
                 Some(f) => f.stiffness.clone(),
@@ -213,17 +216,20 @@ impl Spectrum {
         let moving = basis.omega.len() - frozen;
         let mut steady_force = basis.constant.clone();
         steady_force.iter_mut().zip(&basis.stuck.drag).for_each(|(f, d)| *f -= alpha * d);
-        let dampers = basis.mixing.as_ref().and_then(|m| m.dampers.as_ref());
-        if let Some(d) = dampers {
-            // what sticks to a moving surface moves the dampers too
+        let mixing = basis.mixing.as_ref();
+        let dampers = mixing.and_then(|m| m.dampers.as_ref());
+        let structure = mixing.and_then(|m| m.structure.as_ref());
+        // what sticks to a moving surface moves what damps
+        for (damps, c) in [(dampers, 1.0), (structure, beta)] {
+            let Some(damps) = damps else { continue };
             for (s, v) in basis.stuck.velocities.iter().enumerate() {
-                (0..moving).for_each(|i| steady_force[i] -= d[(i, moving + s)] * v);
+                (0..moving).for_each(|i| steady_force[i] -= c * damps[(i, moving + s)] * v);
             }
         }
         let coupling = match &basis.mixing {
             Some(mixing) if mixing.couples(beta, moving) => {
                 let scale = basis.scale();
-                let operators = mixing.operators(&basis.omega, (alpha, beta));
+                let operators = mixing.operators(&basis.omega, moving, (alpha, beta));
                 let forces: Vec<&[f64]> = [&steady_force]
                     .into_iter()
                     .chain(&basis.harmonics)
@@ -279,6 +285,12 @@ impl Spectrum {
                 x.col_as_slice_mut(c).iter_mut().zip(unit).for_each(|(x, u)| *x += change * u);
             }
         }
+    }
+
+    /// Coordinates that never move in the phase, its last ones.
+    pub(crate) fn frozen(&self) -> Range<usize> {
+        let n = self.omega.len();
+        n - self.stuck.velocities.len()..n
     }
 
     /// Columns `[Q | V]` on the way into the phase: what sticks has no velocity of its own, `δq̇ ← δq̇ + ΦᵀMΨ δq̇_s`, `δq̇_s ← 0`. The impulse that stops a point acts on all
@@ -357,12 +369,20 @@ impl Spectrum {
     pub(super) fn dissipation(&self, v: &[f64]) -> f64 {
         let ((alpha, beta), stuck) = (self.rayleigh(), &self.stuck);
         let moving = self.omega.len() - stuck.velocities.len();
-        let own = self.omega[..moving].iter().zip(v).map(|(w, v)| (alpha + beta * w * w) * v * v);
         let [mass, stiffness] = stuck.squares;
-        let held = alpha * (2.0 * dot(&stuck.drag, v) + mass) + beta * stiffness;
-        let dampers = self.mixing.as_ref().and_then(|m| m.dampers.as_ref());
-        let along = |d: &Mat<f64>| (0..v.len()).map(|j| v[j] * dot(d.col_as_slice(j), v)).sum();
-        own.sum::<f64>() + held + dampers.map_or(0.0, along)
+        let by_mass = dot(&v[..moving], &v[..moving]) + 2.0 * dot(&stuck.drag, v) + mass;
+        let along =
+            |d: &Mat<f64>| -> f64 { (0..v.len()).map(|j| v[j] * dot(d.col_as_slice(j), v)).sum() };
+        let mixing = self.mixing.as_ref();
+        let by_stiffness = match mixing.and_then(|m| m.structure.as_ref()) {
+            Some(structure) => along(structure),
+            None => {
+                let own = self.omega[..moving].iter().zip(v).map(|(w, v)| (w * v).powi(2));
+                own.sum::<f64>() + stiffness
+            }
+        };
+        let dampers = mixing.and_then(|m| m.dampers.as_ref()).map_or(0.0, along);
+        alpha * by_mass + beta * by_stiffness + dampers
     }
 
     /// `β` of the damping.

@@ -38,6 +38,8 @@ impl Propagator {
             x[(i, 0)] = z[i] / s;
             x[(i, 1)] = if z.len() > n { z[n + i] } else { 0.0 };
         }
+        // what springs remember does not drift
+        self.open.frozen().for_each(|i| x[(i, 1)] = 0.0);
         let mut place = &self.open_set;
         let mut links: Vec<Link> = vec![];
         let mut events = vec![];
