@@ -18,7 +18,7 @@ use signorini::problem::Problem;
 use signorini::records::{
     Branch, BranchEnd, Direction, EndReason, FamilyKind, Grid, PointRecord, Walk, fingerprint,
 };
-use signorini::scenario::{Contact, Issue, Scene};
+use signorini::scenario::{Issue, Scene};
 use signorini::store::{FamilyPlan, StoredFamily};
 
 use super::balance::{self, Choice};
@@ -140,9 +140,7 @@ impl Arguments {
             _ if self.sweep.is_some() => Walk::Sweep { grid: self.grid(range), dwell: self.dwell },
             true => Walk::Response(self.grid(range)),
             // friction holds families of orbits at each frequency: there is no one branch to follow
-            false if scene.contact.as_ref().is_some_and(Contact::has_friction) => {
-                Walk::Response(self.grid(range))
-            }
+            false if scene.rubs() => Walk::Response(self.grid(range)),
             false => Walk::Upwards { start: range.0, step, locate },
         };
         let options =

@@ -4,7 +4,7 @@ use crate::contact::{State, System};
 use crate::orbit::branch::mode_guess;
 use crate::orbit::{Closure, Propagator};
 use crate::problem::Problem;
-use crate::scenario::{Contact, Issue, Scene, SceneError};
+use crate::scenario::{Issue, Scene, SceneError};
 
 /// What asks for periodic motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,15 +43,14 @@ fn check_friction(scene: &Scene, system: &System, what: Sought) -> Result<(), Sc
         ),
         Sought::Series => (
             "is for run, orbit and response: harmonic balance of motions that stick and slip is not here yet",
-            "leave --method out, or remove friction",
+            "leave --method out, or remove friction and sliders",
         ),
         Sought::Viscous => (
             "is for run, orbit and response: the nonlinear modes of bodies that stick and slip are not here yet",
-            "leave --viscous out and give a [[load]] with omega, or remove friction",
+            "leave --viscous out and give a [[load]] with omega, or remove friction and sliders",
         ),
     };
-    let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
-    Err(scene.error(Issue::new(key, message, help)))
+    Err(scene.error(Issue::new(scene.friction_key(), message, help)))
 }
 
 /// Orbits and harmonic balance are those of forces with a potential, and of velocities that do not jump.
@@ -90,8 +89,8 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
     if system.n_contact() == 0 {
         return fail(
             "contact",
-            "is missing: orbits are those of a body in contact",
-            "add [contact]",
+            "is missing: orbits are those of a body in contact, or on sliders",
+            "add [contact], or a [[slider]]",
         );
     }
     if let Some(i) = scene.loads.iter().position(|l| l.table.is_some()) {

@@ -70,15 +70,16 @@ pub(super) fn modal(scene: &Scene, system: &System) -> Result<Option<Dampers>, P
     let modes = crate::fem::eigen::all(&k, &m, system.units.frequency)?;
     let mut entries = vec![];
     let mut momentum = vec![0.0; n];
-    for (i, (omega, shape)) in modes.omega.iter().zip(&modes.shapes).enumerate() {
-        let root = (2.0 * ratios[i] * omega).sqrt();
-        if root > 0.0 {
-            m.mul(shape, &mut momentum);
-            let row = momentum.iter().enumerate().map(|(j, x)| (i, j, root * x));
-            entries.extend(row.filter(|e| e.2 != 0.0));
-        }
+    let rates = modes.omega.iter().zip(&ratios).map(|(omega, ratio)| 2.0 * ratio * omega);
+    let damped = rates.zip(&modes.shapes).filter(|(rate, _)| *rate > 0.0);
+    let mut count = 0;
+    for (rate, shape) in damped {
+        m.mul(shape, &mut momentum);
+        let row = momentum.iter().enumerate().map(|(j, x)| (count, j, rate.sqrt() * x));
+        entries.extend(row.filter(|e| e.2 != 0.0));
+        count += 1;
     }
-    Ok((!entries.is_empty()).then(|| Dampers::new(Csr::from_triplets(n, n, entries))))
+    Ok((count > 0).then(|| Dampers::new(Csr::from_triplets(count, n, entries))))
 }
 
 /// `2ξω` of a mode of the open body.

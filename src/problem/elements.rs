@@ -248,7 +248,7 @@ pub(super) fn check_sliders(scene: &Scene) -> Result<(), ProblemError> {
     }
     let message = "is known beside obstacles that do not yield: this contact method has springs, or velocities that jump";
     let help = "give [contact] method = \"nbm\" or \"mass-redistribution\", or no [contact]";
-    let table = if scene.sliders.is_empty() { "iwan[0]" } else { "slider[0]" };
+    let table = scene.all_sliders().first().map_or(String::new(), |s| s.table.clone());
     Err(scene.error(Issue::new(table, message, help)).into())
 }
 

@@ -193,10 +193,10 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
         }
         ContactError::NoFriction if scene.slides() => {
             let help = "remove stress and inertia: beside sliders they are \"reaction\" and \"constant\"";
-            scene.error(Issue::new("slider[0]", e.to_string(), help)).into()
+            scene.error(Issue::new(scene.friction_key(), e.to_string(), help)).into()
         }
         ContactError::NoFriction => {
-            let key = scene.contact.as_ref().map_or(String::new(), Contact::friction_key);
+            let key = scene.friction_key();
             let help = "remove stress and inertia: with friction they are \"reaction\" and \"constant\"";
             scene.error(Issue::new(key, e.to_string(), help)).into()
         }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::number::{Check, finite, length, positive};
 use super::side::side;
-use super::{BodyKind, Edge, Issue, Scene};
+use super::{BodyKind, Contact, Edge, Issue, Scene};
 
 /// One end of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -245,6 +245,19 @@ impl Scene {
             })
         });
         own.chain(of_iwan).collect()
+    }
+
+    /// The key by which messages call what rubs: friction at an obstacle, or the first slider.
+    pub fn friction_key(&self) -> String {
+        match self.contact.as_ref().filter(|c| c.has_friction()) {
+            Some(contact) => contact.friction_key(),
+            None => self.all_sliders().first().map_or(String::new(), |s| s.table.clone()),
+        }
+    }
+
+    /// Whether anything rubs, at an obstacle or over a slider.
+    pub fn rubs(&self) -> bool {
+        self.slides() || self.contact.as_ref().is_some_and(Contact::has_friction)
     }
 
     /// Whether there are any.

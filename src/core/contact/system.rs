@@ -512,11 +512,11 @@ impl System {
         }
     }
 
-    /// How far a shape `u_O` of the open body moves a contact point at the most.
+    /// How far a shape `u_O` of the open body moves a contact point, or a slider, at the most.
     pub fn reach(&self, shape: &[f64]) -> f64 {
         let mut full = vec![0.0; self.n()];
         self.open_phase().expand(shape, &mut full);
-        self.along_normals(&full).into_iter().fold(0.0, |m, u| m.max(u.abs()))
+        self.at_points(&full).into_iter().fold(0.0, |m, u| m.max(u.abs()))
     }
 
     /// How far a full displacement enters the obstacle at the most; negative where it touches nowhere.

@@ -34,18 +34,25 @@ impl Surface<'_> {
     ) -> Result<Decision, ClassifyError> {
         let Some(tangents) = self.system.tangents() else { return Ok(decision) };
         let size = self.v_o.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        // where one comes to rest others may, within what an instant is known to
+        let slows = match trigger {
+            Some((_, MonitorKind::Slip)) => self.acceleration(self.phase, scratch),
+            _ => vec![0.0; self.v_o.len()],
+        };
         let mut undecided = vec![];
         for (i, tangent) in tangents.iter().enumerate() {
             let Some(tangent) = tangent.as_ref().filter(|_| decision.set.touches(i)) else {
                 continue;
             };
             let slip = tangent.slip_velocity(self.v_o);
+            let blur = 8.0 * self.resolution * tangent.along(&slows).abs();
             if let Some(trial) = self.system.slider(i).and_then(|s| s.trial(self.u_o)) {
-                let state = self.of_spring(i, (trial, slip), size, trigger, scratch);
+                let least = blur.max(ROUNDING * size);
+                let state = self.of_spring(i, (trial, slip, least), trigger, &slows);
                 decision.set.set(i, state);
                 continue;
             }
-            let rests = slip.abs() <= ROUNDING * size.max(tangent.surface.abs());
+            let rests = slip.abs() <= blur.max(ROUNDING * size.max(tangent.surface.abs()));
             let stuck = self.phase.set.at(i) == PointState::Stick;
             if rests || stuck || trigger.is_some_and(|t| t.0 == i) {
                 undecided.push(i);
@@ -64,14 +71,14 @@ impl Surface<'_> {
         Ok(decision)
     }
 
-    /// What a slider with a spring does, whose trial force is `k (w u − z)`: it slides where that is at its limit or beyond, and grows.
+    /// What a slider with a spring does, whose trial force is `k (w u − z)`: it slides where that is at its limit or beyond, and grows. It is at rest below the velocity
+    /// `least`; `slows` are the accelerations where some slip ends.
     fn of_spring(
         &self,
         point: usize,
-        (trial, slip): (f64, f64),
-        size: f64,
+        (trial, slip, least): (f64, f64, f64),
         trigger: Option<(usize, MonitorKind)>,
-        scratch: &mut Scratch,
+        slows: &[f64],
     ) -> PointState {
         let Some(slider) = self.system.slider(point) else { return PointState::Stick };
         let stiffness = slider.elastic.map_or(0.0, |e| e.stiffness);
@@ -79,15 +86,14 @@ impl Surface<'_> {
         let found = trigger.filter(|t| t.0 == point).map(|t| t.1);
         if found == Some(MonitorKind::Slip) {
             // it comes to rest, or its velocity only touches zero
-            let a = self.acceleration(self.phase, scratch);
-            let largest = a.iter().fold(0.0f64, |m, a| m.max(a.abs()));
-            let goes_on = sigma * slider.along(&a) > LOOSE * largest;
+            let largest = slows.iter().fold(0.0f64, |m, a| m.max(a.abs()));
+            let goes_on = sigma * slider.along(slows) > LOOSE * largest;
             return if goes_on { PointState::of_slip(sigma) } else { PointState::Stick };
         }
         // of several sliders that come to rest at one instant each ends by itself
         let slides = self.phase.set.at(point).slip().is_some();
         let least = match slides || found.is_some() {
-            true => ROUNDING * size,
+            true => least,
             false => STILL * self.system.units.frequency * slider.limit / stiffness,
         };
         let blur = ROUNDING * slider.limit + 8.0 * self.resolution * stiffness * slip.abs();

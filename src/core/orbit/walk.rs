@@ -303,7 +303,8 @@ impl Link {
             by_last_time: 0.0,
         };
         // a rate of velocities is no difference of them: switching times of friction are no unknowns
-        let is_divided = chain.is_pair(j) && self.spectrum.velocity_rows.is_none();
+        let rubs = self.spectrum.velocity_rows.is_some() || !self.spectrum.frozen().is_empty();
+        let is_divided = chain.is_pair(j) && !rubs;
         if is_divided { self.divided(plain, frequency_bound) } else { plain }
     }
 
