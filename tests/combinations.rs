@@ -135,7 +135,33 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
             vec![
                 damped("`rayleigh`, mass alone", "[damping]\nrayleigh = [0.1, 0.0]\n"),
                 damped("`ratios`", "[damping]\nratios = [[1, 0.03], [2, 0.05]]\n"),
+                damped("`modal`", "[damping]\nmodal = 0.03\n"),
                 Row { load: UNDAMPED.into(), ..damped("none", "") },
+            ],
+        ),
+        (
+            "Elements at nodes",
+            vec![
+                with(
+                    "`[[spring]]`, `[[mass]]`",
+                    "[[spring]]\nat = [0.5, 0.3]\ndirection = [0.0, 1.0]\nstiffness = 0.2\n[[mass]]\nat = [0.5, 0.3]\ndirection = [0.0, 1.0]\nmass = 0.02\n",
+                    "",
+                ),
+                with(
+                    "`[[damper]]`",
+                    "[[damper]]\nat = [0.5, 0.3]\ndirection = [0.0, 1.0]\nviscosity = 0.05\n",
+                    "",
+                ),
+                with(
+                    "`[[slider]]`",
+                    "[[slider]]\nat = [0.5, 0.3]\ndirection = [1.0, 0.0]\nlimit = 0.02\n",
+                    "",
+                ),
+                with(
+                    "`[[slider]]` with `stiffness`",
+                    "[[slider]]\nat = [0.5, 0.3]\ndirection = [1.0, 0.0]\nlimit = 0.02\nstiffness = 1.0\n",
+                    "",
+                ),
             ],
         ),
         (

@@ -27,7 +27,7 @@ const FILES: [&str; 8] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 10] = [
+const WORDS: [&str; 20] = [
     "title",
     "contact.gap",
     "contact.gap_behind",
@@ -38,6 +38,16 @@ const WORDS: [&str; 10] = [
     "material[].group",
     "run.store[]",
     "support[].group",
+    "spring[].group",
+    "spring[].to",
+    "damper[].group",
+    "damper[].to",
+    "mass[].group",
+    "mass[].to",
+    "slider[].group",
+    "slider[].to",
+    "iwan[].group",
+    "iwan[].to",
 ];
 
 /// Every key of a schema below `place` that may hold a text of the user's own, and the number of all keys.

@@ -51,6 +51,14 @@ impl Sum {
         x.iter().for_each(|x| self.number(*x));
     }
 
+    fn row(&mut self, row: &[(usize, f64)]) {
+        self.count(row.len());
+        for (j, v) in row {
+            self.count(*j);
+            self.number(*v);
+        }
+    }
+
     fn matrix(&mut self, a: &Csr) {
         self.count(a.n_rows());
         self.count(a.n_cols());
@@ -92,6 +100,15 @@ impl Sum {
         let damping = system.damping.map(|d| [d.alpha, d.beta]);
         self.numbers(damping.as_ref().map_or(&[], |d| &d[..]));
         system.dampers.iter().for_each(|d| self.matrix(d.rows()));
+        for t in system.tangents().iter().flat_map(|all| all.iter()).flatten() {
+            self.row(&t.row);
+            self.numbers(&[t.coefficient, t.surface]);
+        }
+        for s in system.sliders() {
+            let elastic = s.elastic.map(|e| (e.stiffness, e.memory));
+            self.numbers(&[s.limit, elastic.map_or(0.0, |e| e.0)]);
+            self.count(elastic.map_or(0, |e| e.1));
+        }
     }
 
     /// Vectors, frequencies, phases and histories.

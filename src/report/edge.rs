@@ -10,14 +10,14 @@ use crate::store::Stored;
 /// At most this many nodes are drawn where nobody chooses.
 const SHOWN: usize = 12;
 
-/// The contact nodes of a stored motion, at least one.
+/// The contact nodes of a stored motion.
 pub(super) struct Edge<'s> {
     stored: &'s Stored,
     /// Coordinate along the edge: that of an axis, or the length along the edges, one behind the other.
     pub position: Vec<f64>,
     /// Its name.
     pub axis: &'static str,
-    /// The points that are not behind another: one a displacement.
+    /// The points before obstacles that are not behind another: one a displacement.
     pub fronts: Vec<usize>,
     /// Of each point that behind it, on the other side of the same displacement.
     behind: Vec<Option<usize>>,
@@ -33,7 +33,7 @@ impl<'s> Edge<'s> {
         };
         let mut behind = vec![None; places.len()];
         let mut fronts = vec![];
-        for i in 0..places.len() {
+        for i in 0..stored.facing() {
             match is_behind(i) {
                 Some(front) => behind[front] = Some(i),
                 None => fronts.push(i),
@@ -90,7 +90,7 @@ impl<'s> Edge<'s> {
     pub fn parts(&self) -> Vec<Vec<usize>> {
         let stored = self.stored;
         let mut parts: Vec<Vec<usize>> = vec![];
-        for i in 0..stored.gap.len() {
+        for i in 0..stored.facing() {
             let belongs = |part: &Vec<usize>| {
                 let last = part[part.len() - 1];
                 let same = stored.contact_groups[last] == stored.contact_groups[i];
@@ -117,8 +117,8 @@ impl<'s> Edge<'s> {
 
     /// From the first to the last node.
     pub(crate) fn span(&self) -> std::ops::Range<f64> {
-        let last = self.fronts[self.fronts.len() - 1];
-        self.position[0]..self.position[last]
+        let last = self.fronts.last().map_or(0.0, |&last| self.position[last]);
+        self.position.first().copied().unwrap_or(0.0)..last
     }
 
     /// Contact displacement along the outward normal, and its velocity.

@@ -370,9 +370,17 @@ impl Stored {
         }
     }
 
+    /// Number of contact points before obstacles: sliders, which belong to no group, stand behind them.
+    pub(crate) fn facing(&self) -> usize {
+        self.contact_groups.iter().take_while(|g| **g != usize::MAX).count()
+    }
+
     /// What a contact point is called where it needs a name of its own: its node; where the node meets several obstacles `GROUP:NODE`, and on the other
-    /// side of the same displacement `NODE:behind`.
+    /// side of the same displacement `NODE:behind`; a slider by its number.
     pub(crate) fn contact_name(&self, i: usize) -> String {
+        if let Some(slider) = i.checked_sub(self.facing()) {
+            return format!("slider{slider}");
+        }
         let same = |&j: &usize| self.contact_nodes[j] == self.contact_nodes[i];
         let group = self.contact_groups[i];
         let several = (0..self.gap.len()).filter(same).any(|j| self.contact_groups[j] != group);

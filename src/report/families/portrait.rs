@@ -83,7 +83,7 @@ impl Portrait<'_> {
 /// Contact displacement along the outward normal and its velocity, a curve a node; thin: jumps of the velocity at its switches.
 pub(super) fn portrait(stored: &Stored, rates: &[f64]) -> Result<Sheet<'static>, FigureError> {
     let rows = stored.t.len();
-    if stored.gap.is_empty() || rows < 2 {
+    if stored.facing() == 0 || rows < 2 {
         return Err(FigureError::Empty("a portrait needs a contact node and two states"));
     }
     let portrait = Portrait { stored, edge: Edge::of(stored), rates };

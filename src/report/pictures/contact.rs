@@ -1,4 +1,4 @@
-//! The picture `contact`: contact displacement and pressure of nodes along the edge.
+//! The picture `contact`: contact displacement and pressure of nodes along the edge, forces of sliders.
 
 use ndarray::Array2;
 
@@ -7,7 +7,7 @@ use super::time::{over_time, time_range};
 use crate::report::curve::{self, Knot};
 use crate::report::edge::Edge;
 use crate::report::figure::{
-    Cell, Chart, Entry, FigureError, INK, Mark, SHADE, Sheet, entry, range,
+    Cell, Chart, Entry, FigureError, INK, Mark, SHADE, Sheet, entry, range, viridis,
 };
 use crate::store::Stored;
 
@@ -16,11 +16,14 @@ pub(super) fn contact<'s>(stored: &'s Stored, options: &Options) -> Result<Sheet
     if stored.gap.is_empty() || stored.t.is_empty() {
         return Err(FigureError::Empty("the body has no contact nodes"));
     }
+    if stored.facing() == 0 {
+        return Ok(sliders(stored));
+    }
     let edge = Edge::of(stored);
     let chosen = |i: &usize| options.nodes.contains(&stored.contact_nodes[*i]);
     let shown: Vec<usize> = match options.nodes.is_empty() {
         true => edge.shown(),
-        false => (0..stored.gap.len()).filter(chosen).collect(),
+        false => (0..stored.facing()).filter(chosen).collect(),
     };
     let unseen = shown.iter().map(|&i| unseen_contacts(stored, i)).sum::<usize>();
     let contacts = if unseen == 1 { "contact lies" } else { "contacts lie" };
@@ -47,6 +50,26 @@ pub(super) fn contact<'s>(stored: &'s Stored, options: &Options) -> Result<Sheet
         sheet = sheet.row(285.0, vec![tractions.into()]);
     }
     Ok(sheet.bar(edge.bar()))
+}
+
+/// So many sliders have names in the picture.
+const LEGEND: usize = 10;
+
+/// The forces of sliders over time, of a body that has nothing else.
+fn sliders(stored: &Stored) -> Sheet<'_> {
+    let all = 0..stored.gap.len();
+    let force = |r: usize, i: usize| stored.rubbed.as_ref().map_or(0.0, |f| f.traction[(r, i)]);
+    let rows = stored.t.len();
+    let y = range(all.clone().flat_map(|i| (0..rows).map(move |r| force(r, i))).chain([0.0]));
+    let mut chart = over_time(stored, y, ("time", "force of a slider on the body"));
+    let mut entries = vec![];
+    for i in all {
+        let colour = viridis((i as f64 + 0.5) / stored.gap.len() as f64);
+        chart.line((0..rows).map(|r| (stored.t[r], force(r, i))).collect(), colour, 1.5);
+        entries.push(entry(stored.contact_name(i), colour, Mark::Line));
+    }
+    let shown = if entries.len() > LEGEND { vec![] } else { entries };
+    Sheet::new(&stored.title, "sliders").row(420.0, vec![Cell::from(chart).legend(shown)])
 }
 
 /// The picture's name, with how many of the nodes it shows.
