@@ -23,7 +23,7 @@ pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), 
     if what != Sought::Series || system.dampers.is_none() {
         return Ok(());
     }
-    let key = if scene.dampers.is_empty() { "damping.modal" } else { "damper[0]" };
+    let key = if scene.dampers.is_empty() { "damping.modal" } else { scene.damping_key() };
     let message = "is for run, orbit and response by shooting: harmonic balance knows damping in proportion to mass and stiffness";
     let help = "leave --method out, or give [damping] rayleigh, ratio or ratios";
     Err(scene.error(Issue::new(key, message, help)))
@@ -117,10 +117,11 @@ pub fn closure(scene: &Scene, problem: &Problem) -> Result<Closure, SceneError> 
         return Ok(Closure::Limit);
     }
     if system.is_damped() {
+        let key = scene.damping_key();
         return fail(
-            "damping",
+            key,
             "without a harmonic load a damped body has no periodic motion but rest",
-            "remove [damping] for a backbone, or add a [[load]] with omega",
+            "remove it for a backbone, or add a [[load]] with omega",
         );
     }
     let moving = problem.initial.v.iter().any(|v| *v != 0.0);

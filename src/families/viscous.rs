@@ -56,7 +56,8 @@ impl Viscosity {
         if system.is_damped() {
             let message =
                 "the viscous nonlinear mode has C = beta K - alpha M and no other damping";
-            return fail("damping", message.into(), "remove [damping], and give [orbit] beta");
+            let help = "remove it, and give [orbit] beta";
+            return fail(scene.damping_key(), message.into(), help);
         }
         let Some(stiffest) = pinned_mode(body) else {
             let message =

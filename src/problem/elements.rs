@@ -263,19 +263,22 @@ pub(super) fn add(system: &mut System, more: Option<Dampers>) {
 
 /// What elements at nodes do not go with.
 pub(super) fn check(scene: &Scene, problem: &Problem) -> Result<(), ProblemError> {
-    let Some((table, _)) = scene.all_ends().next() else { return Ok(()) };
+    let modal = scene.damping.as_ref().is_some_and(|d| d.modal.is_some());
+    let modal = modal.then(|| "damping.modal".to_owned());
+    let Some(table) = scene.all_ends().next().map(|e| e.0).or(modal) else { return Ok(()) };
     let fail = |key: &str, message: &str, help: &str| {
         Err(scene.error(Issue::new(key, message, help)).into())
     };
     let system = &problem.system;
-    if scene.contact.as_ref().is_some_and(|c| c.method == ContactMethod::Waves) {
+    let waves = scene.contact.as_ref().is_some_and(|c| c.method == ContactMethod::Waves);
+    if waves && scene.has_elements() {
         let message = "changes the bar, and \"waves\" knows a uniform one";
         return fail(&table, message, "remove it, or give another contact method");
     }
     let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some())
         || scene.loads.iter().any(|l| l.kind == LoadKind::Base);
     if moves {
-        let message = "leads to the ground or to supports, and these move here: the body is seen from what moves";
+        let message = "acts against the ground, and supports or obstacles move here: the body is seen from what moves";
         return fail(&table, message, "move the loads in place of the supports, or remove it");
     }
     let optimal = scene.contact.as_ref().and_then(|c| c.mass) == Some(RedistributedMass::Optimal);

@@ -86,7 +86,7 @@ fn check_flow(scene: &Scene, system: &System) -> Result<(), ProblemError> {
     } else if !system.has_potential() {
         "\"chebyshev\" needs elastic forces with a potential, which Nitsche's with theta ≠ 1 have not"
     } else if !system.is_decoupled() {
-        "\"chebyshev\" needs damping in proportion to mass and stiffness, and springs of the obstacle do not damp"
+        "\"chebyshev\" needs damping in proportion to mass and stiffness: neither dampers nor ratios of all modes, nor springs of the obstacle, which do not damp"
     } else {
         "\"chebyshev\" needs a bound of the natural frequencies, which is not known for this contact method on this body"
     };
@@ -252,6 +252,13 @@ impl Problem {
         let mut problem = reduction::reduced(scene, problem)?;
         let modal = damping::modal(scene, &problem.system)?;
         elements::add(&mut problem.system, modal);
+        if problem.system.impact().is_some() && problem.system.dampers.is_some() {
+            let message =
+                "acts on points that the impact law holds: their reactions would follow velocities";
+            let help = "give [damping] rayleigh = [alpha, 0.0], or another contact method";
+            return Err(scene.error(Issue::new(scene.damping_key(), message, help)).into());
+        }
+        check_flow(scene, &problem.system)?;
         Ok(problem)
     }
 }

@@ -247,6 +247,14 @@ impl Scene {
         own.chain(of_iwan).collect()
     }
 
+    /// The table by which messages call what damps.
+    pub fn damping_key(&self) -> &'static str {
+        match (&self.damping, self.dampers.is_empty()) {
+            (None, false) => "damper[0]",
+            _ => "damping",
+        }
+    }
+
     /// The key by which messages call what rubs: friction at an obstacle, or the first slider.
     pub fn friction_key(&self) -> String {
         match self.contact.as_ref().filter(|c| c.has_friction()) {

@@ -129,7 +129,7 @@ impl<'s> Fields<'s> {
             let n = s.nodes.nrows();
             let (mut status, mut gap) = (vec![-1; n], vec![f64::NAN; n]);
             // a node has the least gap of the points of quadrature next to it
-            for i in 0..s.gap.len() {
+            for i in 0..s.facing() {
                 let node = s.nearest_node(i);
                 status[node] = status[node].max(i32::from(s.active[(row, i)]));
                 gap[node] = gap[node].min(s.gap[i] - s.contact_displacement(row, i));

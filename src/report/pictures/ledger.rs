@@ -139,7 +139,7 @@ fn energies(stored: &Stored, ledger: &Ledger) -> Cell<'static> {
     let y = range(present.iter().flat_map(|(_, c)| c.iter().copied()).chain([0.0]));
     let mut chart = over_time(stored, y, ("", "energy"));
     let mut entries: Vec<Entry> = vec![entry("in contact", SHADE, Mark::Patch)];
-    entries.truncate(usize::from(!stored.gap.is_empty()));
+    entries.truncate(stored.facing().min(1));
     for (k, (name, values)) in present.iter().enumerate() {
         let is_total = *name == "kinetic + elastic";
         let colour = if is_total { INK } else { LINES[k % LINES.len()] };

@@ -73,7 +73,11 @@ fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Sheet<'static> {
     let all = of.iter().flat_map(|&r| (0..n).map(move |i| (r, i)));
     let y = range(all.map(|(r, i)| stored.displacement(r, i)[0]));
     // the obstacle limits the displacement of one end
-    let wall = stored.gap.first().map(|g| stored.contact_normals[(0, 0)] * g);
+    let wall = stored
+        .gap
+        .first()
+        .filter(|_| stored.facing() > 0)
+        .map(|g| stored.contact_normals[(0, 0)] * g);
     let y = range([y.start, y.end].into_iter().chain(wall));
     let reach = 0.04 * (x.end - x.start);
     let mut chart = Chart::new(Axis::linear("x", x), Axis::linear("displacement u", y));

@@ -14,7 +14,7 @@ pub(super) fn time_range(stored: &Stored) -> Range<f64> {
 
 /// Intervals of time in which any node touches.
 fn contact_intervals(stored: &Stored) -> Vec<(f64, f64)> {
-    let touching = |row: usize| (0..stored.gap.len()).any(|i| stored.touches(row, i));
+    let touching = |row: usize| (0..stored.facing()).any(|i| stored.touches(row, i));
     let mut intervals = vec![];
     let mut start = None;
     for row in 0..stored.t.len() {
