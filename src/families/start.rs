@@ -23,7 +23,7 @@ pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), 
     if what != Sought::Series || system.dampers.is_none() {
         return Ok(());
     }
-    let key = if scene.dampers.is_empty() { "damping.modal" } else { scene.damping_key() };
+    let key = if scene.dampers.is_empty() { "damping.modal" } else { "damper[0]" };
     let message = "is for run, orbit and response by shooting: harmonic balance knows damping in proportion to mass and stiffness";
     let help = "leave --method out, or give [damping] rayleigh, ratio or ratios";
     Err(scene.error(Issue::new(key, message, help)))
