@@ -43,6 +43,13 @@ fn elements(
     Ok(all)
 }
 
+/// The direction of an element, of length one.
+fn unit(ends: &Ends) -> Vec<f64> {
+    let given = ends.direction.unwrap_or(&[1.0]);
+    let size = given.iter().fold(0.0f64, |m, x| m.hypot(*x));
+    given.iter().map(|x| x / size).collect()
+}
+
 /// The rows of an element over the displacements of the body.
 fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>, ProblemError> {
     if scene.body.kind == BodyKind::Matrices {
@@ -50,9 +57,7 @@ fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>
         return Ok(vec![(row.into_iter().map(|(i, w)| (body.dofs.row(i), w)).collect(), 1.0)]);
     }
     let dim = body.mesh.dim();
-    let given = ends.direction.unwrap_or(&[1.0]);
-    let size = given.iter().fold(0.0f64, |m, x| m.hypot(*x));
-    let direction: Vec<f64> = given.iter().map(|x| x / size).collect();
+    let direction = unit(ends);
     let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
     let mut each = vec![];
     for (end, prefix, sign) in [(Some(ends.from), "", 1.0), (ends.to, "to_", -1.0)] {
@@ -213,9 +218,7 @@ pub(super) fn sliders(scene: &Scene, body: &Body) -> Result<Vec<Slider>, Problem
             let node = node_of(scene, body, &ends, &row);
             let position = body.mesh.nodes()[node];
             let mut direction = [0.0; 3];
-            let given = ends.direction.unwrap_or(&[1.0]);
-            let size = given.iter().fold(0.0f64, |m, x| m.hypot(*x));
-            direction.iter_mut().zip(given).for_each(|(d, x)| *d = x / size);
+            direction.iter_mut().zip(unit(&ends)).for_each(|(d, x)| *d = x);
             let elastic = stiffness.map(|k| Elastic { stiffness: share * k, memory: 0 });
             let limit = share * limit;
             all.push(Slider { row, limit, elastic, node, position, direction });

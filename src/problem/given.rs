@@ -121,8 +121,8 @@ pub(super) fn given_matrices(
     check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
     let discrete = elements::of_matrices(scene, n)?;
-    let mass = with_elements(&mass, &discrete, |e| e.mass);
-    let stiffness = with_elements(&stiffness, &discrete, |e| e.stiffness);
+    let mass = with_elements(mass, &discrete, |e| e.mass);
+    let stiffness = with_elements(stiffness, &discrete, |e| e.stiffness);
     let length = given_length(scene);
     let body = Body::from_matrices(&mass, &stiffness, of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));

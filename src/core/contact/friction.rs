@@ -20,7 +20,7 @@ use super::monitor::{MonitorKind, Row, Size, Term};
 use super::phase::Parts;
 use super::reactions::{Columns, Holds};
 use super::states::{PointState, States};
-use crate::fem::{Csr, Discrete};
+use crate::fem::{Csr, Discrete, along};
 use crate::mesh::Point;
 
 /// Friction of one contact point.
@@ -39,7 +39,7 @@ pub struct Tangent {
 impl Tangent {
     /// `e x`
     pub fn along(&self, x: &[f64]) -> f64 {
-        self.row.iter().map(|&(j, w)| w * x[j]).sum()
+        along(&self.row, x)
     }
 
     /// `v_t − V`
@@ -95,7 +95,7 @@ impl Slider {
 
     /// `w u`
     pub fn along(&self, u_o: &[f64]) -> f64 {
-        self.row.iter().map(|&(j, w)| w * u_o[j]).sum()
+        along(&self.row, u_o)
     }
 
     /// `k (w u − z)`, of one with a spring; beyond the limit while it slides.
@@ -213,7 +213,7 @@ impl Affine {
     }
 
     fn along(&self, x: &[f64]) -> f64 {
-        self.entries.iter().map(|&(j, v)| v * x[j]).sum()
+        along(&self.entries, x)
     }
 
     /// Its value at a time.

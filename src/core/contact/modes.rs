@@ -38,14 +38,8 @@ fn modes_beside(
     let rows: Vec<&[(usize, f64)]> = stuck.iter().map(|s| s.0).collect();
     let singular = FemError::Singular { what: "matrix of what sticks" };
     let rows = Pivots::of(n, &rows).ok_or(singular)?;
-    let free: Vec<usize> = (0..n).filter(|i| !rows.pivots.contains(i)).collect();
-    let among = |a: &Csr| {
-        let changed = rows.congruence(a);
-        let place = |i: usize| free.binary_search(&i).ok();
-        let entries = changed.as_ref().unwrap_or(a).triplets();
-        let kept = entries.filter_map(|(i, j, v)| Some((place(i)?, place(j)?, v)));
-        Csr::from_triplets(free.len(), free.len(), kept.collect())
-    };
+    let free = rows.others(n);
+    let among = |a: &Csr| Pivots::among(rows.congruence(a).as_ref().unwrap_or(a), &free);
     let mut modes =
         eigen::lowest(&among(k), &among(m), count.min(free.len()), system.units.frequency)?;
     for shape in &mut modes.shapes {

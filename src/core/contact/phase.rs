@@ -21,7 +21,7 @@ use super::monitor::{Monitor, MonitorKind, Row};
 use super::obstacle::Obstacle;
 use super::scratch::Scratch;
 use super::states::States;
-use crate::fem::{Body, Csr, Discrete, Kernel, Loads, with_elements};
+use crate::fem::{Body, Csr, Discrete, Kernel, Loads, along, with_elements};
 
 /// A phase: the states of the contact points and what follows from them.
 #[derive(Debug)]
@@ -73,11 +73,6 @@ pub struct Lost {
     pub matrix: Csr,
     /// `r`
     pub constant: Vec<f64>,
-}
-
-/// A row along a vector.
-fn along(entries: &[(usize, f64)], x: &[f64]) -> f64 {
-    entries.iter().map(|&(j, v)| v * x[j]).sum()
 }
 
 impl Phase {
@@ -459,7 +454,7 @@ impl Phase {
             None => (self.whole_stiffness(), inertia.shared.mass(body).leading(self.n_o())),
         };
         let springs: Vec<Discrete> = self.springs().cloned().collect();
-        let stiffness = with_elements(&stiffness, &springs, |e| e.stiffness);
+        let stiffness = with_elements(stiffness, &springs, |e| e.stiffness);
         match inertia.holds() {
             Some(holds) => (holds.decoupled(&stiffness), holds.decoupled(&mass)),
             None => (stiffness, mass),

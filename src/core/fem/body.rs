@@ -200,8 +200,8 @@ impl Body {
 
     /// The body with springs and masses on its displacements.
     pub fn with_elements(self, discrete: Vec<Discrete>) -> Body {
-        let mass = with_elements(&self.mass, &discrete, |e| e.mass);
-        let stiffness = with_elements(&self.stiffness, &discrete, |e| e.stiffness);
+        let mass = with_elements(self.mass, &discrete, |e| e.mass);
+        let stiffness = with_elements(self.stiffness, &discrete, |e| e.stiffness);
         Body { mass, stiffness, discrete, ..self }
     }
 

@@ -15,15 +15,20 @@ pub struct Discrete {
     pub mass: f64,
 }
 
+/// `w x` of a row.
+pub(crate) fn along(row: &[(usize, f64)], x: &[f64]) -> f64 {
+    row.iter().map(|&(j, w)| w * x[j]).sum()
+}
+
 impl Discrete {
     /// `w x`
     pub fn along(&self, x: &[f64]) -> f64 {
-        self.row.iter().map(|&(j, w)| w * x[j]).sum()
+        along(&self.row, x)
     }
 }
 
 /// A matrix with `c w wᵀ` of every element added, `c` its stiffness or its mass; elements that have none change nothing.
-pub fn with_elements(a: &Csr, elements: &[Discrete], of: fn(&Discrete) -> f64) -> Csr {
+pub fn with_elements(a: Csr, elements: &[Discrete], of: fn(&Discrete) -> f64) -> Csr {
     let mut entries: Vec<(usize, usize, f64)> = vec![];
     for element in elements.iter().filter(|e| of(e) != 0.0) {
         let (c, row) = (of(element), &element.row);
@@ -32,7 +37,7 @@ pub fn with_elements(a: &Csr, elements: &[Discrete], of: fn(&Discrete) -> f64) -
         );
     }
     match entries.is_empty() {
-        true => a.clone(),
+        true => a,
         false => Csr::from_triplets(a.n_rows(), a.n_cols(), a.triplets().chain(entries).collect()),
     }
 }
@@ -50,9 +55,9 @@ mod tests {
         assert_eq!(spring.along(&x), along);
         let own = a.quadratic(&x);
         let elements = [spring];
-        let k = with_elements(&a, &elements, |e| e.stiffness);
+        let k = with_elements(a.clone(), &elements, |e| e.stiffness);
         assert!((k.quadratic(&x) - own - 3.0 * along * along).abs() < 1e-15);
-        let m = with_elements(&a, &elements, |e| e.mass);
+        let m = with_elements(a, &elements, |e| e.mass);
         assert!((m.quadratic(&x) - own - 0.25 * along * along).abs() < 1e-15);
     }
 }

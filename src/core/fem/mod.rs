@@ -26,6 +26,7 @@ pub mod stress;
 
 pub use body::{Body, Origin};
 pub use carried::Carried;
+pub(crate) use discrete::along;
 pub use discrete::{Discrete, with_elements};
 pub use dofs::DofMap;
 pub use dynamic::{DynamicFactor, DynamicStiffness};

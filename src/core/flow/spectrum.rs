@@ -570,15 +570,9 @@ impl Shapes {
     fn beside(held: &Pivots, k: &Csr, m: &Csr, unit: f64) -> Result<Shapes, FemError> {
         let [k, m] = &[k, m].map(|a| held.congruence(a).map_or(Cow::Borrowed(a), Cow::Owned));
         let (n, sticks) = (m.n_rows(), &held.pivots);
-        let free: Vec<usize> = (0..n).filter(|i| !sticks.contains(i)).collect();
+        let free = held.others(n);
         let moving = free.len();
-        let mut place = vec![None; n];
-        free.iter().enumerate().for_each(|(p, &i)| place[i] = Some(p));
-        let among = |a: &Csr| {
-            let kept = a.triplets().filter_map(|(i, j, v)| Some((place[i]?, place[j]?, v)));
-            Csr::from_triplets(moving, moving, kept.collect())
-        };
-        let (k_ff, m_ff) = (among(k), among(m));
+        let (k_ff, m_ff) = (Pivots::among(k, &free), Pivots::among(m, &free));
         let own = Shapes::natural(&k_ff, &m_ff, unit)?;
         let mut shapes = Mat::<f64>::zeros(n, n);
         let mut inverse = Mat::<f64>::zeros(n, n);
