@@ -17,23 +17,16 @@ pub enum Sought {
     Viscous,
 }
 
-/// What the method that is asked for does not know.
+/// What the method that is asked for does not know: periodic motions with friction are those that a load or a moving surface keeps going.
 pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
-    check_friction(scene, system, what)?;
-    if what != Sought::Series || system.dampers.is_none() {
-        return Ok(());
-    }
-    let key = if scene.dampers.is_empty() { "damping.modal" } else { "damper[0]" };
-    let message = "is for run, orbit and response by shooting: harmonic balance knows damping in proportion to mass and stiffness";
-    let help = "leave --method out, or give [damping] rayleigh, ratio or ratios";
-    Err(scene.error(Issue::new(key, message, help)))
-}
-
-/// Periodic motions with friction are those that a load or a moving surface keeps going.
-fn check_friction(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
     let Some(tangents) = system.tangents() else { return Ok(()) };
     let carries = tangents.iter().flatten().any(|t| t.surface != 0.0);
-    if what == Sought::Orbits && (carries || system.loads.is_driven()) {
+    let is_kept = match what {
+        Sought::Orbits => carries || system.loads.is_driven(),
+        Sought::Series => system.loads.is_driven(),
+        Sought::Viscous => false,
+    };
+    if is_kept {
         return Ok(());
     }
     let (message, help) = match what {
@@ -42,8 +35,8 @@ fn check_friction(scene: &Scene, system: &System, what: Sought) -> Result<(), Sc
             "give a [[load]] with omega, or contact.surface, or take `signorini run`",
         ),
         Sought::Series => (
-            "is for run, orbit and response: harmonic balance of motions that stick and slip is not here yet",
-            "leave --method out, or remove friction and sliders",
+            "lets no motion that stays without a load that changes in time: harmonic balance knows the period by the load's",
+            "give a [[load]] with omega, or take `signorini orbit` for what a moving surface keeps going",
         ),
         Sought::Viscous => (
             "is for run, orbit and response: the nonlinear modes of bodies that stick and slip are not here yet",

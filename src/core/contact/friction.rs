@@ -163,6 +163,11 @@ impl Friction {
         Some(Discrete { row, stiffness: elastic.stiffness, mass: 0.0 })
     }
 
+    /// `μ a`: the largest force over the pressure.
+    pub fn limit_over_pressure(&self, point: usize) -> f64 {
+        self.tangents[point].as_ref().map_or(0.0, |t| t.coefficient * self.area[point])
+    }
+
     /// The pressures of the sliders, which stay, beside so many drives.
     pub fn limits(&self, drives: usize) -> impl Iterator<Item = Row> + '_ {
         let size = Size { a: 0.0, b: 0.0, gap: 0.0, c: 1.0 };
@@ -264,7 +269,7 @@ impl Rubbing {
         let n_o = parts.body.dofs.n_o;
         let slip = |(point, state): (usize, PointState)| {
             let (sigma, tangent) = (state.slip()?, friction.tangents[point].as_ref()?);
-            let factor = sigma * tangent.coefficient * friction.area[point];
+            let factor = sigma * friction.limit_over_pressure(point);
             let pressure = Affine::of(&pressures[point], expansion, n_o);
             Some(Slip { point, tangent: tangent.clone(), factor, pressure })
         };

@@ -186,6 +186,11 @@ impl System {
         self.tangents().and_then(|t| t[point].as_ref())
     }
 
+    /// `μ a` of a point: the largest force along its tangent over its pressure.
+    pub(crate) fn limit_over_pressure(&self, point: usize) -> f64 {
+        self.method.friction().map_or(0.0, |f| f.limit_over_pressure(point))
+    }
+
     /// The law by which velocities jump, of a method that has one.
     pub fn impact(&self) -> Option<&Impact> {
         self.method.impact()

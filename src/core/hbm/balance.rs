@@ -12,6 +12,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::HbmError;
 use super::interface::{Interface, PhaseOperator};
+use super::rubbing::{self, Along, Contact, Derivatives, Path};
 use super::series::{Basis, Function, Integrals, Series};
 use crate::contact::{Monitor, PointState, States};
 
@@ -50,6 +51,10 @@ pub struct Balance {
     pub n: Series,
     /// `∂n/∂y`: `(functions · r) × (functions · r_in)`.
     pub derivative: Mat<f64>,
+    /// `∂N/∂n`, where the force of something that rubs is an unknown.
+    pub by_n: Option<Mat<f64>>,
+    /// What all that rubs does.
+    pub(super) paths: Vec<Path>,
     /// Switches on the interval of the balance (half a period for a cosine series).
     pub crossings: Vec<Crossing>,
     /// Active sets between them.
@@ -60,10 +65,10 @@ pub struct Balance {
 }
 
 /// Most switches of one node a harmonic.
-const SWITCHES: usize = 8;
+pub(super) const SWITCHES: usize = 8;
 
 /// Norm of a function squared, over the interval of its basis.
-fn weight(basis: Basis, (k, _): Function) -> f64 {
+pub(super) fn weight(basis: Basis, (k, _): Function) -> f64 {
     let half = 0.5 * basis.end();
     if k == 0 { 2.0 * half } else { half }
 }
@@ -95,14 +100,14 @@ struct Crossed {
 }
 
 /// Active sets along a series, the switches between them, what crosses zero at each, and the number of undecided touches.
-type Path = (Vec<States>, Vec<Crossing>, Vec<Crossed>, usize);
+type Walked = (Vec<States>, Vec<Crossing>, Vec<Crossed>, usize);
 
-/// The switches along a series.
-fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
+/// The switches of the contact along a series.
+fn walk(interface: &Interface, y: &Series) -> Result<Walked, HbmError> {
     let system = &interface.system;
     let n_c = system.n_contact();
     let u = interface.representative(&y.at(0.0).0);
-    let mut set = system.select(0.0, &u, &States::open(n_c))?.set;
+    let mut set = interface.contact_of(&system.select(0.0, &u, &States::open(n_c))?.set);
     let (basis, n_h) = (y.basis, y.n_h);
     let (mut sets, mut crossings, mut crossed) = (vec![set.clone()], vec![], vec![]);
     let mut theta = 0.0;
@@ -128,7 +133,7 @@ fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
         let &Monitor { point, to, .. } = &op.monitors[monitor];
         crossings.push(Crossing { theta: t, point, from: set.at(point), to });
         crossed.push(Crossed { monitor, slope });
-        set.set(point, to);
+        set.set(point, PointState::of_contact(to.touches()));
         sets.push(set.clone());
         theta = t;
         if crossings.len() > limit {
@@ -137,7 +142,7 @@ fn walk(interface: &Interface, y: &Series) -> Result<Path, HbmError> {
     }
 }
 
-/// `n` at `θ` in a phase.
+/// `n` at `θ` in a phase of the contact.
 fn value(
     op: &PhaseOperator,
     interface: &Interface,
@@ -163,7 +168,7 @@ fn value(
 
 /// `n += factor A y`
 fn add_product(n: &mut [f64], a: &Mat<f64>, y: &[f64], factor: f64) {
-    for (c, y) in y.iter().enumerate() {
+    for (c, y) in y.iter().enumerate().take(a.ncols()) {
         let yc = factor * y;
         n.iter_mut().zip(a.col_as_slice(c)).for_each(|(n, a)| *n += a * yc);
     }
@@ -184,20 +189,17 @@ fn derivatives(y: &Series, theta: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 
 impl Balance {
     /// Projections of the interface terms along a series of projections `y` at frequency `omega`.
-    pub fn new(
-        interface: &Interface,
-        y: &Series,
-        omega: f64,
-        quadrature: Quadrature,
-    ) -> Result<Balance, HbmError> {
+    pub(super) fn new(at: &Along, quadrature: Quadrature) -> Result<Balance, HbmError> {
         match quadrature {
-            Quadrature::EventResolved => event_resolved(interface, y, omega),
-            Quadrature::Sampled(samples) => sampled(interface, y, omega, samples),
+            Quadrature::EventResolved => event_resolved(at),
+            Quadrature::Sampled(_) if !at.interface.rubs.is_empty() => Err(HbmError::Samples),
+            Quadrature::Sampled(samples) => sampled(at.interface, at.y, at.omega, samples),
         }
     }
 }
 
-fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balance, HbmError> {
+fn event_resolved(at: &Along) -> Result<Balance, HbmError> {
+    let &Along { interface, y, omega, .. } = at;
     let (sets, crossings, crossed, mut undecided) = walk(interface, y)?;
     let (basis, n_h) = (y.basis, y.n_h);
     let functions = basis.functions(n_h);
@@ -244,7 +246,16 @@ fn event_resolved(interface: &Interface, y: &Series, omega: f64) -> Result<Balan
     }
     let path = Moving { interface, y, omega, operators: &operators, crossed: &crossed };
     undecided += path.add(&crossings, &mut derivative);
-    Ok(Balance { n, derivative, crossings, sets, undecided })
+    // forces of friction do not jump with the series
+    let unknown = interface.has_unknown_forces();
+    let mut by_n = unknown.then(|| Mat::<f64>::zeros(count * r, count * r));
+    let phases = operators.iter().map(|op| op.as_ref()).zip(spans(&crossings, basis)).collect();
+    let contact = Contact { phases, sets: &sets };
+    let mut derivatives = Derivatives { by_y: &mut derivative, by_n: by_n.as_mut() };
+    let (paths, more) = rubbing::add(at, &contact, &mut n, &mut derivatives)?;
+    undecided += more;
+    let (crossings, sets) = rubbing::merge((crossings, sets), &paths);
+    Ok(Balance { n, derivative, by_n, paths, crossings, sets, undecided })
 }
 
 /// The derivative at fixed switches: column by column of the operators, that of all phases times their integrals.
@@ -257,18 +268,20 @@ fn add_phases(
 ) {
     let (Some(first), functions) = (phases.first(), y.basis.functions(y.n_h)) else { return };
     let (r, r_in, count) = (first.p.nrows(), y.n, functions.len());
+    let rank = derivative.nrows() / count;
     let of_function = |l: usize| {
         let size = phases.len() * count;
         MatRef::from_column_major_slice(&integrals[l * size..(l + 1) * size], phases.len(), count)
     };
-    for c in 0..r_in {
+    for c in 0..first.p.ncols() {
         let p = Mat::from_fn(r, phases.len(), |i, j| phases[j].p[(i, c)]);
         let a = column_of(phases, c, |op| op.a.as_ref());
         let v = column_of(phases, c, |op| op.v.as_ref());
         for (l, &(harmonic, is_sine)) in functions.iter().enumerate() {
             let lw = harmonic as f64 * omega;
             let column = derivative.col_as_slice_mut(l * r_in + c);
-            let mut target = MatMut::from_column_major_slice_mut(column, r, count);
+            let target = MatMut::from_column_major_slice_mut(column, rank, count);
+            let mut target = target.subrows_mut(0, r);
             let mut add = |m: &Mat<f64>, function: usize, factor: f64| {
                 let (right, all) = (of_function(function), Accum::Add);
                 matmul(target.as_mut(), all, m.as_ref(), right, factor, Par::Seq);
@@ -333,7 +346,7 @@ impl Moving<'_> {
                 target.iter_mut().zip(step).for_each(|(t, s)| *t = s);
             }
             for l in 0..count {
-                for c in 0..r {
+                for c in 0..operators[j].rows.ncols() {
                     delays[(j, l * r + c)] = -operators[j].rows[(monitor, c)] * f[l] / slope;
                 }
             }
@@ -406,5 +419,6 @@ fn sampled(
         }
     }
     // samples decide nothing between them
-    Ok(Balance { n, derivative, crossings, sets, undecided: 0 })
+    let (by_n, paths) = (None, vec![]);
+    Ok(Balance { n, derivative, by_n, paths, crossings, sets, undecided: 0 })
 }

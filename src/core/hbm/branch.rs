@@ -7,7 +7,6 @@ use super::newton::Settings;
 use super::response::{self, Harmonics, Origin, Point, Summary, Track, Walk};
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
-use crate::event::SwitchKind;
 use crate::orbit::branch::{kind_of, record as orbit_record};
 use crate::orbit::check::Likeness;
 use crate::orbit::search::{Effort, Verdict, find};
@@ -44,7 +43,7 @@ pub(super) fn record(
 ) -> Result<OrbitRecord, HbmError> {
     let system = &interface.system;
     let summary = Summary::along(interface, s, u);
-    let (u0, v0) = response::state(u, 0.0, s.omega).full(system)?;
+    let (u0, v0) = s.state(u, 0.0, 0).full(system)?;
     let (u0, v0) = (system.body.nodal(&u0).into_owned(), system.body.nodal(&v0).into_owned());
     let node = |c: usize| system.constraints[c].node;
     Ok(OrbitRecord {
@@ -55,11 +54,7 @@ pub(super) fn record(
         contact_time: summary.contact_time,
         grazing: f64::NAN,
         jumps: vec![f64::NAN; summary.switches.len()],
-        switches: summary
-            .switches
-            .iter()
-            .map(|&(t, c, closes)| (t, node(c), SwitchKind::of_crossing(closes)))
-            .collect(),
+        switches: summary.switches.iter().map(|&(t, c, kind)| (t, node(c), kind)).collect(),
         u0,
         v0,
         ..OrbitRecord::default()
@@ -89,7 +84,7 @@ pub(super) fn confirmed(
 ) -> Result<PointRecord, HbmError> {
     let mut special = kind;
     if let Some((body, closure)) = shooter {
-        let mut guess = body.frame(&response::state(u, 0.0, s.omega));
+        let mut guess = body.frame(&s.state(u, 0.0, 0));
         guess.truncate(closure.sizes(body.n()).1);
         guess.extend(alpha);
         let effort = Effort { rescue: false, ..Effort::of(closure) };

@@ -12,12 +12,11 @@ use std::cell::RefCell;
 
 use faer::{Mat, c64};
 
-use super::balance::Balance;
-use super::interface::{Form, Interface, orthonormal};
-use super::newton::{self, Settings, condensed, condensed_residual};
+use super::interface::{Directions, Form, Interface};
+use super::newton::{self, Settings};
 use super::receptance::{Receptance, load_series};
 use super::series::Series;
-use super::solution::{Ended, Solution};
+use super::solution::Solution;
 use super::{Balanced, HbmError};
 use crate::contact::System;
 use crate::continuation::{dot, norm};
@@ -59,20 +58,6 @@ struct Answers {
     of_harmonic: Vec<([Mat<f64>; 2], Vec<c64>)>,
 }
 
-/// An iterate on the interface.
-struct Iterate {
-    y: Series,
-    n: Series,
-    balance: Balance,
-    /// Residual over the size of its terms.
-    size: f64,
-    /// What rounding errors make of it.
-    floor: f64,
-}
-
-/// A residual of so many rounding errors of its terms is none: they grow with the highest natural frequency squared, and reach `1e-12` on meshes of ten thousand displacements.
-const ROUNDING: f64 = 4.0;
-
 /// A shape that moves the contact by less, over what the contact's own directions move it by, does not move it.
 const NO_REACH: f64 = 1e-9;
 
@@ -86,7 +71,7 @@ impl Dynamic {
         let n = system.n_o();
         let factor = SpdFactor::new(&m, "mass matrix of the open phase")?;
         let mut scratch = factor.scratch();
-        let pairs = system.directions().into_iter().map(|column| {
+        let directions = Directions::new(&system, |column| {
             let mut b = vec![0.0; n];
             column.iter().for_each(|&(i, v)| b[i] = v);
             let mut x = b.clone();
@@ -94,8 +79,7 @@ impl Dynamic {
             (b, x)
         });
         // (M₀L, L)
-        let basis = orthonormal(pairs);
-        let lifted = Mat::from_fn(n, basis.len(), |i, c| basis[c].1[i]);
+        let basis = &directions.pairs;
         let support: Vec<usize> =
             (0..n).filter(|&i| basis.iter().any(|(b, _)| b[i] != 0.0)).collect();
         let rows = Mat::from_fn(support.len(), basis.len(), |i, c| basis[c].0[support[i]]);
@@ -117,25 +101,25 @@ impl Dynamic {
         if omega == 0.0 {
             return Err(HbmError::Free(n));
         }
-        let directions = basis.iter().map(|(b, _)| dot(b, &shape)).collect();
+        let of_shape = basis.iter().map(|(b, _)| dot(b, &shape)).collect();
         let of_first =
             ([dot(&forces.0, &shape)], of_loads.iter().map(|f| vec![dot(f, &shape)]).collect());
         // a first mode that does not move the contact has no say
-        let reach = |c: usize| system.reach(lifted.col_as_slice(c));
+        let reach = |(_, x): &(Vec<f64>, Vec<f64>)| system.reach(x);
         let (of_first_mode, locally) =
-            (system.reach(&shape), (0..lifted.ncols()).map(reach).fold(0.0, f64::max));
+            (system.reach(&shape), basis.iter().map(reach).fold(0.0, f64::max));
         let furthest = if of_first_mode > NO_REACH * locally { of_first_mode } else { locally };
         let force_unit = omega * omega * system.units.length / furthest;
         let damps = open.damping_stiffness();
         Ok(Dynamic {
             stiffness: DynamicStiffness::new(&k, &m, damps.as_ref())?,
-            interface: Interface::new(system, form, lifted),
             directions: (support, rows),
             forces,
-            first: FirstMode { omega, shape, directions, forces: of_first },
+            first: FirstMode { omega, shape, directions: of_shape, forces: of_first },
             force_unit,
             sizes,
             answers: RefCell::default(),
+            interface: Interface::new(system, form, directions.lifted(), directions),
         })
     }
 
@@ -177,22 +161,6 @@ impl Dynamic {
         Ok(([re.subcols(0, r).to_owned(), im.subcols(0, r).to_owned()], c))
     }
 
-    /// The residual `n − N(ĉ − Ĝ n)` over the size of its terms.
-    fn evaluate(
-        &self,
-        receptance: &Receptance,
-        n: Series,
-        omega: f64,
-        settings: &Settings,
-    ) -> Result<Iterate, HbmError> {
-        let at = (omega, settings.quadrature);
-        let (r, y, balance) = condensed_residual(&self.interface, receptance, &n, at)?;
-        let terms = self.terms(&y, &n, omega);
-        let size = norm(&r) / terms.max(f64::MIN_POSITIVE);
-        let floor = ROUNDING * rounding(&balance.derivative, &y) / terms.max(f64::MIN_POSITIVE);
-        Ok(Iterate { y, n, balance, size, floor })
-    }
-
     /// Size of the terms of the residual: loads, interface terms, stiffness times displacements (of which the projections and the first mode are known).
     fn terms(&self, y: &Series, n: &Series, omega: f64) -> f64 {
         let (rank, functions) = (self.interface.rank(), y.basis.len(y.n_h));
@@ -221,15 +189,6 @@ impl Dynamic {
         }
         sum.sqrt()
     }
-}
-
-/// Rounding errors of `N`: `ε ‖ |N′| |y| ‖`
-fn rounding(derivative: &Mat<f64>, y: &Series) -> f64 {
-    let mut sum = vec![0.0; derivative.nrows()];
-    for (c, y) in y.a.iter().enumerate() {
-        sum.iter_mut().zip(derivative.col_as_slice(c)).for_each(|(s, d)| *s += (d * y).abs());
-    }
-    f64::EPSILON * norm(&sum)
 }
 
 impl Balanced for Dynamic {
@@ -265,7 +224,6 @@ impl Balanced for Dynamic {
         Some(y)
     }
 
-    /// Newton's method on the interface terms. A guess `y` need not come from any; the first step is taken whole.
     fn solve(
         &self,
         guess: &Series,
@@ -273,28 +231,9 @@ impl Balanced for Dynamic {
         settings: &Settings,
     ) -> Result<Result<Solution, GapReason>, HbmError> {
         let receptance = self.receptance(guess.n_h, omega)?;
-        let balance = Balance::new(&self.interface, guess, omega, settings.quadrature)?;
-        let n = condensed(&receptance, guess, &balance);
-        if n.a.iter().any(|n| !n.is_finite()) {
-            return Ok(Err(GapReason::NotConverged { residual: f64::NAN, iterations: 1 }));
-        }
-        let evaluate = |n: Series| self.evaluate(&receptance, n, omega, settings);
-        let start = evaluate(n)?;
-        let step = |at: &Iterate| {
-            let next = condensed(&receptance, &at.y, &at.balance);
-            next.a.iter().zip(&at.n.a).map(|(a, b)| a - b).collect()
-        };
-        let trial = |at: &Iterate, step: &[f64], lambda: f64| {
-            let mut n = at.n.clone();
-            n.a.iter_mut().zip(step).for_each(|(n, s)| *n += lambda * s);
-            evaluate(n)
-        };
-        let (at, iterations) = newton::damped(start, settings, |at| at.size, step, trial);
-        let Iterate { y, n, balance, size, floor } = at;
-        let settings = Settings { tolerance: settings.tolerance.max(floor), ..*settings };
-        let iterations = iterations + 1;
-        let ended = Ended { omega, q: y.clone(), y, n, residual: size, iterations };
-        newton::conclude(&self.interface, ended, balance, &settings)
+        let terms = |y: &Series, n: &Series| self.terms(y, n, omega);
+        let at = (omega, settings);
+        newton::on_terms(&self.interface, &receptance, guess, at, terms, |y, _| y.clone())
     }
 
     fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {

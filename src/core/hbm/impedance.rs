@@ -21,15 +21,20 @@ pub(super) enum Impedance {
 impl Impedance {
     /// At `kω`.
     pub fn new(open: &Spectrum, kw: f64) -> Impedance {
-        let stiffness = |w: f64| (w - kw) * (w + kw);
+        // no force moves what is but remembered
+        let frozen = open.frozen();
+        let stiffness = |i: usize| match (frozen.contains(&i), open.modes[i].omega) {
+            (true, _) => 1.0,
+            (false, w) => (w - kw) * (w + kw),
+        };
+        let n = open.modes.len();
         match open.damping_matrix() {
-            None => Impedance::Modes(
-                open.modes.iter().map(|m| c64::new(stiffness(m.omega), 2.0 * m.c * kw)).collect(),
-            ),
+            None => {
+                let of = |i: usize| c64::new(stiffness(i), 2.0 * open.modes[i].c * kw);
+                Impedance::Modes((0..n).map(of).collect())
+            }
             Some(c) => {
-                let n = open.modes.len();
-                let own =
-                    |i: usize, j: usize| if i == j { stiffness(open.modes[i].omega) } else { 0.0 };
+                let own = |i: usize, j: usize| if i == j { stiffness(i) } else { 0.0 };
                 let d = Mat::from_fn(n, n, |i, j| c64::new(own(i, j), kw * c[(i, j)]));
                 let lu = d.partial_piv_lu();
                 Impedance::Full(d, lu)

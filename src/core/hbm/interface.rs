@@ -2,6 +2,8 @@
 //!
 //! In the mass matrix `M₀` of the open phase let `B R⁻¹ = M₀ L` be its directions made orthonormal, `LᵀM₀L = I`: with the modes `Φ` of the open phase `Q = ΦᵀM₀L` and
 //! `L = ΦQ`. A phase needs of a displacement `u_O` only `y₁ = LᵀM₀u_O = Qᵀq`, and in the acceleration form `y₂ = LᵀK₀u_O = QᵀΩ²q` too.
+//!
+//! What rubs has components of its own behind these, its displacement among the projections and its force among the terms ([`super::rubbing`]).
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -10,6 +12,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::HbmError;
+use super::rubbing::{self, Rub};
 use super::series::{Basis, Polynomial, Series};
 use crate::contact::lcp::UNITS;
 use crate::contact::{Drive, Monitor, MonitorKind, States, System};
@@ -27,16 +30,18 @@ pub enum Form {
 }
 
 impl Form {
-    /// The form in which a body's equations are projected: with springs of the obstacle, which do not touch the inertia, both are one.
+    /// The form in which a body's equations are projected: with springs of the obstacle, which do not touch the inertia, both are one; the second projection knows neither dampers
+    /// nor what rubs.
     pub(super) fn of(self, system: &System) -> Form {
-        if system.contact_has_inertia() { Form::Force } else { self }
+        let is_plain = system.dampers.is_none() && system.tangents().is_none();
+        if system.contact_has_inertia() || !is_plain { Form::Force } else { self }
     }
 }
 
 /// One phase on the reduced directions: `n = P y + V ẏ + A ÿ − s − Σ_j (c_j cos + …)`.
 #[derive(Debug)]
 pub struct PhaseOperator {
-    /// `r × r_in`, acting on `y = (y₁, y₂)`.
+    /// Acting on `y = (y₁, y₂)` of the contact's directions.
     pub p: Mat<f64>,
     /// Acting on `dy/dt`.
     pub v: Option<Mat<f64>>,
@@ -97,7 +102,11 @@ pub struct Interface {
     pub form: Form,
     /// Cosine series or full.
     pub basis: Basis,
-    /// `L`, `n_O × r`.
+    /// What rubs.
+    pub(super) rubs: Vec<Rub>,
+    /// Number of components of a series.
+    rank: usize,
+    /// `L`, a column a direction of the contact.
     lifted: Mat<f64>,
     /// `M₀`
     mass: Csr,
@@ -112,9 +121,7 @@ pub struct Interface {
 const RANK: f64 = 1e-10;
 
 /// Of pairs `(b, M⁻¹b)` a basis `(b, x)` of their span with `b_iᵀx_j = δ_ij` (Gram and Schmidt, twice).
-pub(super) fn orthonormal(
-    pairs: impl Iterator<Item = (Vec<f64>, Vec<f64>)>,
-) -> Vec<(Vec<f64>, Vec<f64>)> {
+fn orthonormal(pairs: impl Iterator<Item = (Vec<f64>, Vec<f64>)>) -> Vec<(Vec<f64>, Vec<f64>)> {
     let mut basis: Vec<(Vec<f64>, Vec<f64>)> = vec![];
     for (mut b, mut x) in pairs {
         let first = dot(&b, &x).sqrt();
@@ -135,6 +142,39 @@ pub(super) fn orthonormal(
     basis
 }
 
+/// The directions `(b, M₀⁻¹b)` of all components of a series.
+pub(super) struct Directions {
+    pub pairs: Vec<(Vec<f64>, Vec<f64>)>,
+    /// So many are those of the contact, orthonormal; the others are those of what rubs.
+    pub contact: usize,
+    pub rubs: Vec<Rub>,
+}
+
+impl Directions {
+    /// `pair` makes `(b, M₀⁻¹b)` of the entries of `b`, or both in coordinates in which the mass is one.
+    pub fn new(
+        system: &System,
+        mut pair: impl FnMut(&[(usize, f64)]) -> (Vec<f64>, Vec<f64>),
+    ) -> Directions {
+        let mut pairs = orthonormal(system.directions().iter().map(|column| pair(column)));
+        let contact = pairs.len();
+        let rubs = rubbing::rubs(system, |row| {
+            let (mut b, mut x) = pair(row);
+            let scale = dot(&b, &x).sqrt();
+            b.iter_mut().chain(&mut x).for_each(|b| *b /= scale);
+            pairs.push((b, x));
+            (pairs.len() - 1, scale)
+        });
+        Directions { pairs, contact, rubs }
+    }
+
+    /// `L` of the contact, made of the second of each pair.
+    pub fn lifted(&self) -> Mat<f64> {
+        let n = self.pairs.first().map_or(0, |(_, x)| x.len());
+        Mat::from_fn(n, self.contact, |i, c| self.pairs[c].1[i])
+    }
+}
+
 /// `Bᵀ A B` for a sparse `A` of few rows.
 fn congruence(a: &Csr, b: &Mat<f64>) -> Mat<f64> {
     let rows: Vec<usize> = (0..a.n_rows()).filter(|&i| a.row(i).next().is_some()).collect();
@@ -149,23 +189,30 @@ fn onto(lifted: &Mat<f64>, x: &[f64]) -> Vec<f64> {
 }
 
 impl Interface {
-    /// The interface of a body whose directions are `lifted` (`L`); the series is a cosine series for an undamped body without harmonic loads.
-    pub(super) fn new(system: System, form: Form, lifted: Mat<f64>) -> Interface {
+    /// The interface of a body whose directions of the contact are `lifted` (`L`); the series is a cosine series for an undamped body without friction and harmonic loads.
+    pub(super) fn new(
+        system: System,
+        form: Form,
+        lifted: Mat<f64>,
+        directions: Directions,
+    ) -> Interface {
         let open = system.open_phase();
         let (stiffness, mass) = open.matrices();
         let constant = onto(&lifted, &open.constant_force());
         let loads = system.loads.harmonics.iter();
         let harmonics = loads.map(|h| onto(&lifted, &open.reduce(&h.force))).collect();
-        let full = system.damping.is_some() || !system.loads.harmonics.is_empty();
+        let takes = system.is_damped() || system.tangents().is_some();
+        let full = takes || !system.loads.harmonics.is_empty();
         let basis = if full { Basis::Full } else { Basis::Cosine };
         let phases = RefCell::new(Cache::new(BUDGET));
         let forces = (constant, harmonics);
-        Interface { system, form, basis, lifted, mass, stiffness, forces, phases }
+        let (rank, rubs) = (directions.pairs.len(), directions.rubs);
+        Interface { system, form, basis, rubs, rank, lifted, mass, stiffness, forces, phases }
     }
 
-    /// Number of directions, `r`.
+    /// Number of components of a series, `r`: directions of the contact, and of what rubs.
     pub fn rank(&self) -> usize {
-        self.lifted.ncols()
+        self.rank
     }
 
     /// Number of projections of a displacement: `r` in the force form, `2r` in the acceleration form.
@@ -186,7 +233,7 @@ impl Interface {
     /// A displacement `u_O` with the projections `y`: the contact conditions cannot tell it from any other.
     pub(crate) fn representative(&self, y: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.lifted.nrows()];
-        for (c, y) in y[..self.rank()].iter().enumerate() {
+        for (c, y) in y[..self.lifted.ncols()].iter().enumerate() {
             u.iter_mut().zip(self.lifted.col_as_slice(c)).for_each(|(u, l)| *u += y * l);
         }
         u
@@ -194,17 +241,33 @@ impl Interface {
 
     /// Monitor `k` of a phase along a series of projections.
     pub(super) fn monitor(&self, phase: &PhaseOperator, k: usize, y: &Series) -> Polynomial {
+        Polynomial::new(y.basis, y.n_h, &self.monitor_coefficients(phase, k, y))
+    }
+
+    /// The same, as coefficients.
+    pub(super) fn monitor_coefficients(
+        &self,
+        phase: &PhaseOperator,
+        k: usize,
+        y: &Series,
+    ) -> Vec<f64> {
         let of_function = |f: usize| {
             let of_first = y.of(f).iter().take(phase.rows.ncols());
             let dot: f64 = of_first.enumerate().map(|(c, y)| phase.rows[(k, c)] * y).sum();
             dot + phase.monitor_constant(k, f, &self.system.loads)
         };
-        let coefficients: Vec<f64> = (0..y.basis.len(y.n_h)).map(of_function).collect();
-        Polynomial::new(y.basis, y.n_h, &coefficients)
+        (0..y.basis.len(y.n_h)).map(of_function).collect()
     }
 
-    /// A phase on the reduced directions.
+    /// What a set says of the contact alone: nothing sticks, slides or is a slider.
+    pub(super) fn contact_of(&self, set: &States) -> States {
+        let facing = self.system.facing().len();
+        States::of_contact((0..set.len()).map(|i| i < facing && set.touches(i)))
+    }
+
+    /// A phase of the contact on the reduced directions.
     pub fn phase(&self, set: &States) -> Result<Rc<PhaseOperator>, HbmError> {
+        let set = &self.contact_of(set);
         if let Some(known) = self.phases.borrow_mut().get_mut(set) {
             return Ok(known.clone());
         }
@@ -219,7 +282,7 @@ impl Interface {
         let (k, m) = phase.matrices();
         let s_m = congruence(&Csr::combination(1.0, &m, -1.0, &self.mass), &self.lifted);
         let s_k = congruence(&Csr::combination(1.0, &k, -1.0, &self.stiffness), &self.lifted);
-        let r = self.rank();
+        let r = self.lifted.ncols();
         // A*ᵀ x on the reduced directions, less that of the open phase
         let open = system.open_phase();
         let difference = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> {

@@ -33,6 +33,7 @@ pub(crate) mod receptance;
 pub(crate) mod reduction;
 #[doc(hidden)]
 pub mod response;
+mod rubbing;
 pub mod series;
 pub(crate) mod solution;
 pub mod viscous;
@@ -78,6 +79,11 @@ pub enum HbmError {
         "harmonic balance has no series for velocities that jump: shoot (--method shooting), or give another contact method"
     )]
     Impacts,
+    /// Samples of a period know no friction.
+    #[error(
+        "samples of a period know nothing of friction: leave --samples out, and integrals go from switch to switch"
+    )]
+    Samples,
     /// More switches than a series of this length can have.
     #[error("more than {0} switches along one period")]
     Switches(usize),

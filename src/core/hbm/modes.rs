@@ -9,9 +9,10 @@ use faer::{Mat, c64};
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
 use super::impedance::Impedance;
-use super::newton::{Settings, conclude, condensed, damped};
+use super::newton::{Settings, conclude, condensed, damped, on_terms};
 use super::receptance::{Receptance, load_series};
 use super::reduction::Reduction;
+use super::rubbing::Along;
 use super::series::Series;
 use super::solution::{Ended, Solution};
 use crate::continuation::{dot, norm};
@@ -39,7 +40,7 @@ impl Linear {
         let d: Vec<_> = (0..=n_h).map(|k| Impedance::new(open, k as f64 * omega)).collect();
         let mut nearness = f64::INFINITY;
         for (k, d) in d.iter().enumerate() {
-            for (i, m) in open.modes.iter().enumerate() {
+            for (i, m) in open.modes[..open.frozen().start].iter().enumerate() {
                 let size = m.omega.powi(2) + (k as f64 * omega).powi(2);
                 nearness = nearness.min(d.nearness(i, size));
             }
@@ -128,7 +129,6 @@ pub(super) fn residual(
 ) -> (Series, f64) {
     let dq = linear.multiply(q);
     let mut r = dq.clone();
-    let mut terms = norm(&linear.f.a);
     for i in 0..q.basis.len(q.n_h) {
         r.of_mut(i).iter_mut().zip(linear.f.of(i)).for_each(|(r, f)| *r -= f);
         for (c, &nc) in n.of(i).iter().enumerate() {
@@ -136,9 +136,13 @@ pub(super) fn residual(
             r.of_mut(i).iter_mut().zip(column).for_each(|(r, q)| *r += q * nc);
         }
     }
-    terms = terms.max(norm(&n.a)).max(reduction.stiffness_unit() * norm(&q.a));
-    let size = norm(&r.a) / terms.max(f64::MIN_POSITIVE);
+    let size = norm(&r.a) / terms(reduction, linear, q, n).max(f64::MIN_POSITIVE);
     (r, size)
+}
+
+/// Size of the terms of the residual.
+fn terms(reduction: &Reduction, linear: &Linear, q: &Series, n: &Series) -> f64 {
+    norm(&linear.f.a).max(norm(&n.a)).max(reduction.stiffness_unit() * norm(&q.a))
 }
 
 /// Solve the balance at a frequency from a guess.
@@ -149,9 +153,20 @@ pub fn solve(
     settings: &Settings,
 ) -> Result<Result<Solution, GapReason>, HbmError> {
     let linear = Linear::new(reduction, guess.n_h, omega);
+    if reduction.has_unknown_forces() {
+        if linear.nearness < RESONANCE {
+            return Ok(Err(GapReason::NotConverged { residual: f64::NAN, iterations: 0 }));
+        }
+        let terms =
+            |_: &Series, n: &Series| terms(reduction, &linear, &linear.solve(reduction, n), n);
+        let (at, guess) = ((omega, settings), project_in(reduction, guess));
+        let series_of = |_: &Series, n: &Series| linear.solve(reduction, n);
+        return on_terms(reduction, &linear.receptance, &guess, at, terms, series_of);
+    }
     let evaluate = |q: Series| -> Result<Whole, HbmError> {
         let y = project_in(reduction, &q);
-        let balance = Balance::new(reduction, &y, omega, settings.quadrature)?;
+        let at = Along { interface: reduction, y: &y, n: None, omega };
+        let balance = Balance::new(&at, settings.quadrature)?;
         let (r, size) = residual(reduction, &linear, &q, &balance.n);
         Ok(Whole { q, y, balance, r, size })
     };
@@ -188,7 +203,7 @@ fn condensed_step(
     y: &Series,
     balance: &Balance,
 ) -> Vec<f64> {
-    let n = condensed(&linear.receptance, y, balance);
+    let n = condensed(&linear.receptance, (y, None), balance);
     let next = linear.solve(reduction, &n);
     next.a.iter().zip(&q.a).map(|(a, b)| a - b).collect()
 }
@@ -237,7 +252,7 @@ pub fn directional(
 ) -> Result<(Vec<f64>, Vec<f64>), HbmError> {
     let linear = Linear::new(reduction, q.n_h, omega);
     let y = project_in(reduction, q);
-    let balance = Balance::new(reduction, &y, omega, quadrature)?;
+    let balance = Balance::new(&Along { interface: reduction, y: &y, n: None, omega }, quadrature)?;
     let (r, _) = residual(reduction, &linear, q, &balance.n);
     let dy = project_in(reduction, direction);
     let dn = &balance.derivative * Mat::from_fn(dy.a.len(), 1, |i, _| dy.a[i]);

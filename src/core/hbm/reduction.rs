@@ -6,7 +6,7 @@ use std::rc::Rc;
 use faer::Mat;
 
 use super::HbmError;
-use super::interface::{Form, Interface, orthonormal};
+use super::interface::{Directions, Form, Interface};
 use crate::contact::{Rayleigh, State, States, System};
 use crate::flow::spectrum::{Spectra, Spectrum};
 
@@ -52,7 +52,7 @@ impl Reduction {
 
     /// Whether the open body can move rigidly.
     pub fn is_free(&self) -> bool {
-        self.open.modes.iter().any(|m| m.omega == 0.0)
+        self.open.modes[..self.open.frozen().start].iter().any(|m| m.omega == 0.0)
     }
 
     /// Solve for the modes, and find the directions.
@@ -62,14 +62,13 @@ impl Reduction {
         let spectra = Spectra::default();
         let open = spectra.of_set(&system, &States::open(system.n_contact()))?;
         let n = system.n_o();
-        let pairs = system.directions().into_iter().map(|column| {
+        let directions = Directions::new(&system, |column| {
             let of_mode = |j: usize| column.iter().map(|&(i, v)| open.shapes[(i, j)] * v).sum();
             let modal: Vec<f64> = (0..n).map(of_mode).collect();
             (modal.clone(), modal)
         });
-        let basis = orthonormal(pairs);
-        let r = basis.len();
-        let q = Mat::from_fn(n, r, |i, c| basis[c].0[i]);
+        let r = directions.pairs.len();
+        let q = Mat::from_fn(n, r, |i, c| directions.pairs[c].0[i]);
         let q_in = match form {
             Form::Force => q.clone(),
             Form::Acceleration => Mat::from_fn(n, 2 * r, |i, j| {
@@ -77,7 +76,8 @@ impl Reduction {
                 if j < r { q[(i, j)] } else { w * w * q[(i, j - r)] }
             }),
         };
-        let interface = Interface::new(system, form, &open.shapes * &q);
+        let lifted = &open.shapes * directions.lifted();
+        let interface = Interface::new(system, form, lifted, directions);
         let energy_root = open.root_of_energy(&interface.system);
         let mut new = Reduction { interface, open, spectra, force_unit: 0.0, q, q_in };
         new.force_unit = new.stiffness_unit().sqrt() * energy_root;

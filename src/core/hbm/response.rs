@@ -4,15 +4,16 @@ use std::convert::Infallible;
 
 use faer::Mat;
 
-use super::balance::{Balance, Quadrature};
-use super::newton::{Settings, condensed_residual};
+use super::balance::{Balance, Crossing, Quadrature};
+use super::newton::{Settings, condensed_residual, jacobian};
 use super::receptance::Receptance;
 use super::reduction::Reduction;
 use super::series::{Basis, Series};
 use super::solution::{Ended, Solution};
 use super::{Balanced, HbmError, Interface};
-use crate::contact::{Phase, State, States, System};
+use crate::contact::{Phase, States, System};
 use crate::continuation::{Family, JUMP, Units, norm};
+use crate::event::SwitchKind;
 use crate::orbit::Highest;
 use crate::records::{GapReason, crest};
 
@@ -25,19 +26,12 @@ pub struct Summary {
     pub amplitude: f64,
     /// Time in contact.
     pub contact_time: f64,
-    /// Switches over the period: time, contact node, closes.
-    pub switches: Vec<(f64, usize, bool)>,
+    /// Switches over the period: time, contact point, what it does.
+    pub switches: Vec<(f64, usize, SwitchKind)>,
 }
 
 /// States along a period at which extremes are looked for.
 const SAMPLES: usize = 200;
-
-/// State along a series of `u_O`.
-pub(super) fn state(u: &Series, theta: f64, omega: f64) -> State {
-    let (u, mut v) = u.at(theta);
-    v.iter_mut().for_each(|v| *v *= omega);
-    State { u, v }
-}
 
 impl Summary {
     /// Walk along a solution.
@@ -54,16 +48,16 @@ impl Summary {
         let mut last: Vec<(f64, Vec<f64>)> = vec![];
         for k in 0..=SAMPLES {
             let theta = end * k as f64 / SAMPLES as f64;
-            let j = s.crossings.iter().filter(|c| c.theta <= theta).count();
-            let set: &States = &s.sets()[j.min(s.sets().len() - 1)];
+            let j = s.phase_at(theta);
+            let set: &States = &s.sets()[j];
             if !phases.contains_key(set) {
                 phases.insert(set.clone(), system.phase(set));
             }
             let phase = &phases[set];
-            let state = state(series, theta, s.omega);
+            let state = s.state(series, theta, j);
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
-            let moved: Vec<f64> = system.along_normals(&u).iter().map(|u| u.abs()).collect();
+            let moved: Vec<f64> = system.at_points(&u).iter().map(|u| u.abs()).collect();
             amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));
             if let [(t0, a), (t1, b)] = &last[..] {
                 // the top between the samples
@@ -76,20 +70,21 @@ impl Summary {
         let energy = match s.q.basis {
             // the far point
             Basis::Cosine => {
-                system.energy_in(&system.phase(&s.sets()[0]), 0.0, &state(series, 0.0, s.omega))
+                system.energy_in(&system.phase(&s.sets()[0]), 0.0, &s.state(series, 0.0, 0))
             }
             Basis::Full => largest_energy(system, s, series),
         };
         let tau = std::f64::consts::TAU;
-        let mut switches: Vec<(f64, usize, bool)> =
-            s.crossings.iter().map(|c| (c.theta / s.omega, c.point, c.to.touches())).collect();
+        let forth =
+            |c: &Crossing| (c.theta / s.omega, c.point, SwitchKind::of_states(c.from, c.to));
+        let mut switches: Vec<(f64, usize, SwitchKind)> = s.crossings.iter().map(forth).collect();
         let mirrored = s.q.basis == Basis::Cosine;
         if mirrored {
             let back: Vec<_> = s
                 .crossings
                 .iter()
                 .rev()
-                .map(|c| ((tau - c.theta) / s.omega, c.point, c.from.touches()))
+                .map(|c| ((tau - c.theta) / s.omega, c.point, SwitchKind::of_states(c.to, c.from)))
                 .collect();
             switches.extend(back);
         }
@@ -105,23 +100,24 @@ impl Summary {
 
 /// The largest energy of a series, which jumps at its switches: states of every phase with both of its ends, and the maxima between them.
 fn largest_energy(system: &System, s: &Solution, series: &Series) -> f64 {
-    let of = |phase: &Phase, theta: f64| {
-        system.energy_in(phase, theta / s.omega, &state(series, theta, s.omega))
+    let of = |j: usize, phase: &Phase, theta: f64| {
+        system.energy_in(phase, theta / s.omega, &s.state(series, theta, j))
     };
     let phases: Vec<(Phase, (f64, f64))> =
         s.phases().map(|(set, span)| (system.phase(set), span)).collect();
     let mut highest = Highest::default();
-    for (phase, (a, b)) in &phases {
+    for (j, (phase, (a, b))) in phases.iter().enumerate() {
         let steps = (SAMPLES as f64 * (b - a) / s.q.basis.end()).ceil().max(4.0) as usize;
         for k in 0..=steps {
             let theta = a + (b - a) * k as f64 / steps as f64;
-            highest.note(theta, of(phase, theta));
+            highest.note(theta, of(j, phase, theta));
         }
         highest.end_phase();
     }
     let energy = |theta: f64| {
         let j = phases.partition_point(|(_, (_, end))| *end < theta);
-        of(&phases[j.min(phases.len() - 1)].0, theta)
+        let j = j.min(phases.len() - 1);
+        of(j, &phases[j].0, theta)
     };
     highest.of(Some(&energy))
 }
@@ -242,7 +238,7 @@ impl Family for Harmonics<'_> {
         };
         let (up, down) = (at(h)?, at(-h)?);
         let (r, balance, receptance) = self.at(x)?;
-        let j = receptance.jacobian(&balance.derivative);
+        let j = jacobian(&receptance, &balance);
         let m = r.len();
         let whole =
             Mat::from_fn(

@@ -43,6 +43,17 @@ impl Basis {
         if self == Basis::Cosine { std::f64::consts::PI } else { std::f64::consts::TAU }
     }
 
+    /// Coefficients of the derivative by `θ` of those of a scalar function of the full basis.
+    pub fn derivative(self, of: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; of.len()];
+        for k in 1..=of.len() / 2 {
+            let (cos, sin) = (2 * k - 1, 2 * k);
+            all[cos] = k as f64 * of[sin];
+            all[sin] = -(k as f64) * of[cos];
+        }
+        all
+    }
+
     /// Values of the functions at `θ`.
     pub fn values(self, n_h: usize, theta: f64, out: &mut Vec<f64>) {
         out.clear();
@@ -84,6 +95,11 @@ impl Series {
     /// Coefficients of function `i`, to be changed.
     pub fn of_mut(&mut self, i: usize) -> &mut [f64] {
         &mut self.a[i * self.n..(i + 1) * self.n]
+    }
+
+    /// Coefficients of component `c`, function by function.
+    pub fn component(&self, c: usize) -> Vec<f64> {
+        self.a.iter().skip(c).step_by(self.n).copied().collect()
     }
 
     /// The same series with another number of harmonics.

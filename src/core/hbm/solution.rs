@@ -3,8 +3,9 @@
 use super::HbmError;
 use super::balance::{Balance, Crossing, Quadrature, spans};
 use super::interface::Interface;
+use super::rubbing::remembered;
 use super::series::{Basis, Series};
-use crate::contact::States;
+use crate::contact::{State, States};
 use crate::records::GapReason;
 
 /// A converged series.
@@ -24,6 +25,8 @@ pub struct Solution {
     pub crossings: Vec<Crossing>,
     /// Active sets between them; private, so that [`Solution::examine`] alone makes a solution.
     sets: Vec<States>,
+    /// What springs of sliders remember between them: entry of `u_O`, and its value.
+    memory: Vec<Vec<(usize, f64)>>,
     /// Touches that may be crossings, and were taken for none.
     pub undecided: usize,
 }
@@ -57,8 +60,23 @@ impl Solution {
         if let Some(failure) = flaw(interface, &y, omega, &balance, quadrature)? {
             return Ok(Err(failure));
         }
-        let Balance { crossings, sets, undecided, .. } = balance;
-        Ok(Ok(Solution { omega, q, n, residual, iterations, crossings, sets, undecided }))
+        let Balance { crossings, sets, undecided, paths, .. } = balance;
+        let middles = spans(&crossings, q.basis).map(|(a, b)| 0.5 * (a + b));
+        let memory = middles.map(|theta| remembered(&interface.rubs, &paths, theta)).collect();
+        Ok(Ok(Solution { omega, q, n, residual, iterations, crossings, sets, memory, undecided }))
+    }
+
+    /// State at a phase angle, of the displacements `u` of the solution; `phase` is that between the switches.
+    pub(super) fn state(&self, u: &Series, theta: f64, phase: usize) -> State {
+        let (mut u, mut v) = u.at(theta);
+        v.iter_mut().for_each(|v| *v *= self.omega);
+        self.memory[phase].iter().for_each(|&(j, z)| u[j] = z);
+        State { u, v }
+    }
+
+    /// Which phase between the switches a phase angle is in: at a switch the one behind it.
+    pub(super) fn phase_at(&self, theta: f64) -> usize {
+        self.crossings.partition_point(|c| c.theta <= theta)
     }
 
     /// Active sets between the switches, one more than these.
@@ -71,10 +89,12 @@ impl Solution {
         self.sets.iter().zip(spans(&self.crossings, self.q.basis))
     }
 
-    /// The switches over a whole period in their order: contact point, closes.
+    /// The switches of the contact over a whole period in their order: contact point, closes.
     pub fn sequence(&self) -> Vec<(usize, bool)> {
-        let forth = self.crossings.iter().map(|c| (c.point, c.to.touches()));
-        let back = self.crossings.iter().rev().map(|c| (c.point, c.from.touches()));
+        let of_contact = |c: &&Crossing| c.from.touches() != c.to.touches();
+        let crossings = || self.crossings.iter().filter(of_contact);
+        let forth = crossings().map(|c| (c.point, c.to.touches()));
+        let back = crossings().rev().map(|c| (c.point, c.from.touches()));
         // a cosine series is walked over half a period
         let mirrored = self.q.basis == Basis::Cosine;
         forth.chain(back.filter(|_| mirrored)).collect()
@@ -128,8 +148,10 @@ fn inadmissible(
         let theta = 0.5 * (a + b);
         let u = interface.representative(&y.at(theta).0);
         let t = theta / omega;
-        let there = interface.system.select(t, &u, set)?;
-        let mut decided = set.changes(&there.set).filter(|(c, ..)| !there.degenerate.contains(c));
+        let set = interface.contact_of(set);
+        let there = interface.system.select(t, &u, &set)?;
+        let found = interface.contact_of(&there.set);
+        let mut decided = set.changes(&found).filter(|(c, ..)| !there.degenerate.contains(c));
         if decided.next().is_some() {
             return Ok(Some(theta));
         }

@@ -21,6 +21,7 @@ use faer::linalg::solvers::Solve;
 use super::balance::{Balance, Quadrature};
 use super::modes::{Linear, project_in, residual};
 use super::newton::{Settings, conclude};
+use super::rubbing::Along;
 use super::series::{Basis, Series};
 use super::solution::Ended;
 use super::{Form, HbmError, Reduction, Solution};
@@ -168,7 +169,8 @@ impl Viscous {
         self.set_feedback(alpha)?;
         let linear = Linear::new(&self.reduction, q.n_h, omega);
         let y = project_in(&self.reduction, q);
-        let balance = Balance::new(&self.reduction, &y, omega, quadrature)?;
+        let at = Along { interface: &self.reduction, y: &y, n: None, omega };
+        let balance = Balance::new(&at, quadrature)?;
         let (r, size) = residual(&self.reduction, &linear, q, &balance.n);
         Ok(Evaluated { linear, balance, r, size })
     }

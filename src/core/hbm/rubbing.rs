@@ -1,0 +1,519 @@
+//! Forces of friction along a series: event-resolved, as those of the contact.
+//!
+//! What rubs has a component of its own: its displacement `W(θ)` among the projections, its force `F(θ)` among the interface terms.
+//!
+//! *A slider with a spring* is a play operator: `F = k(W − z)` while `|F| ≤ L`, and where that would be exceeded `F = ±L` until `W` turns; there `z` is set anew. With a periodic
+//! `W` it is periodic after one period at the latest. Its integrals are closed forms, `z = W(θ_z) ∓ L/k` depends on the series at one instant, and `F` does not jump.
+//!
+//! *Coulomb's friction without a spring* has no force that displacements would tell: its series `F_N` is an unknown, and the condition `Ẇ − V ∈ N_[−P,P](F)` is
+//!
+//! ```text
+//! F_N = Π_N clamp(x, −P, P),     x = F_N + ρ (Ẇ_N − V)
+//! ```
+//!
+//! whatever `ρ > 0` (Nacivet et al., J. Sound Vib. 265, 2003, with integrals in the place of samples): the point sticks where `|x| < P`, and slips elsewhere. The unknown is the
+//! force, so that the tangent does not vanish where all points slip. Forces of a point that comes to rest jump, and their series converge like `1/N_h`.
+
+use faer::Mat;
+
+use super::HbmError;
+use super::balance::{Crossing, SWITCHES, weight};
+use super::interface::{Interface, PhaseOperator};
+use super::series::{Integrals, Polynomial, Series};
+use crate::contact::{MonitorKind, PointState, States, System};
+
+/// What rubs.
+#[derive(Debug)]
+pub(super) struct Rub {
+    /// Contact point.
+    pub point: usize,
+    /// Its component `c`: `W = s y_c`, `n_c = s F`.
+    pub component: usize,
+    /// `s = √(w M⁻¹ wᵀ)`, which makes forces of unit components move the body alike.
+    pub scale: f64,
+    law: Law,
+}
+
+#[derive(Debug)]
+enum Law {
+    /// `L` and `k`; `memory` is the entry of `u_O` that is `z`.
+    Elastic { limit: f64, stiffness: f64, memory: usize },
+    /// `P = factor` times the pressure, and `V`.
+    Rigid { factor: f64, surface: f64 },
+}
+
+/// All that rubs; `component` makes one of the row of a displacement, and says `s`. Springs over one row share it.
+pub(super) fn rubs(
+    system: &System,
+    mut component: impl FnMut(&[(usize, f64)]) -> (usize, f64),
+) -> Vec<Rub> {
+    let Some(tangents) = system.tangents() else { return vec![] };
+    let mut known: Vec<(&[(usize, f64)], (usize, f64))> = vec![];
+    let mut all = vec![];
+    for (point, tangent) in tangents.iter().enumerate() {
+        let Some(tangent) = tangent else { continue };
+        let elastic = system.slider(point).and_then(|s| Some((s.limit, s.elastic?)));
+        let (law, (component, scale)) = match elastic {
+            None => {
+                let factor = system.limit_over_pressure(point);
+                (Law::Rigid { factor, surface: tangent.surface }, component(&tangent.row))
+            }
+            Some((limit, spring)) => {
+                let row = &tangent.row[..];
+                let earlier = known.iter().find(|k| k.0 == row).map(|k| k.1);
+                let place = earlier.unwrap_or_else(|| component(row));
+                known.push((row, place));
+                let (stiffness, memory) = (spring.stiffness, spring.memory);
+                (Law::Elastic { limit, stiffness, memory }, place)
+            }
+        };
+        all.push(Rub { point, component, scale, law });
+    }
+    all
+}
+
+/// What a slider's spring remembers: `z`, and where on the series it was set (nowhere: it never slipped).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Memory {
+    z: f64,
+    set_at: Option<f64>,
+}
+
+/// A stretch of the series in one state.
+#[derive(Debug, Clone)]
+struct Piece {
+    begin: f64,
+    end: f64,
+    state: PointState,
+    memory: Memory,
+    /// Which phase of the contact it is in.
+    phase: usize,
+}
+
+/// What one thing that rubs does along a series.
+#[derive(Debug)]
+pub(super) struct Path {
+    point: usize,
+    pieces: Vec<Piece>,
+}
+
+/// The contact along a series, as what rubs sees it.
+pub(super) struct Contact<'a> {
+    /// Phases of the contact, and where they begin and end.
+    pub phases: Vec<(&'a PhaseOperator, (f64, f64))>,
+    pub sets: &'a [States],
+}
+
+/// A series of displacements and of forces, with its frequency.
+#[derive(Clone, Copy)]
+pub(super) struct Along<'a> {
+    pub interface: &'a Interface,
+    pub y: &'a Series,
+    /// Terms of the last iterate; none are known at the start.
+    pub n: Option<&'a Series>,
+    pub omega: f64,
+}
+
+/// Derivative of the terms by the projections, and by the terms themselves where there is friction without a spring.
+pub(super) struct Derivatives<'a> {
+    pub by_y: &'a mut Mat<f64>,
+    pub by_n: Option<&'a mut Mat<f64>>,
+}
+
+/// `ρ` over the highest frequency of a series, in components.
+const RHO: f64 = 1.0;
+
+/// Slack of a monitor that has left zero a moment ago, over its size.
+const SLACK: f64 = 1e-13;
+
+impl Along<'_> {
+    fn count(&self) -> usize {
+        self.y.basis.len(self.y.n_h)
+    }
+
+    fn polynomial(&self, coefficients: &[f64]) -> Polynomial {
+        Polynomial::new(self.y.basis, self.y.n_h, coefficients)
+    }
+
+    /// `sign (c₀ + factor f)` of coefficients.
+    fn affine(&self, of: &[f64], factor: f64, constant: f64) -> Polynomial {
+        let mut all: Vec<f64> = of.iter().map(|c| factor * c).collect();
+        all[0] += constant;
+        self.polynomial(&all)
+    }
+
+    /// Coefficients of `W` by components: `y_c`.
+    fn displacement(&self, rub: &Rub) -> Vec<f64> {
+        self.y.component(rub.component)
+    }
+
+    fn rho(&self) -> f64 {
+        RHO * self.y.n_h.max(1) as f64 * self.omega
+    }
+
+    /// Coefficients of `x = n_c + ρ (ẏ_c − V/s)`.
+    fn trial(&self, rub: &Rub, surface: f64) -> Vec<f64> {
+        let mut x = self.y.basis.derivative(&self.displacement(rub));
+        let factor = self.rho() * self.omega;
+        x.iter_mut().for_each(|x| *x *= factor);
+        x[0] -= self.rho() * surface / rub.scale;
+        if let Some(n) = self.n {
+            x.iter_mut().zip(n.component(rub.component)).for_each(|(x, n)| *x += n);
+        }
+        x
+    }
+
+    /// Coefficients of `s P` in a phase of the contact, and the row of its monitor; a slider's is constant.
+    fn limit(&self, rub: &Rub, factor: f64, op: &PhaseOperator) -> (Vec<f64>, Option<usize>) {
+        let (system, factor) = (&self.interface.system, factor * rub.scale);
+        let mut all = vec![0.0; self.count()];
+        if let Some(slider) = system.slider(rub.point) {
+            all[0] = factor * slider.limit;
+            return (all, None);
+        }
+        let is_pressure = |k: &usize| {
+            let m = &op.monitors[*k];
+            m.point == rub.point && m.kind == MonitorKind::Pressure
+        };
+        let row = (0..op.monitors.len()).find(is_pressure);
+        if let Some(k) = row {
+            all = self.interface.monitor_coefficients(op, k, self.y);
+            all.iter_mut().for_each(|x| *x *= factor);
+        }
+        (all, row)
+    }
+}
+
+/// A walk from switch to switch of one thing that rubs.
+struct Walk {
+    pieces: Vec<Piece>,
+    undecided: usize,
+    most: usize,
+}
+
+impl Walk {
+    fn new(n_h: usize) -> Walk {
+        Walk { pieces: vec![], undecided: 0, most: SWITCHES * (n_h + 1) }
+    }
+
+    /// Where the first of some monitors falls below zero, and which.
+    fn next(&mut self, monitors: &[Polynomial], (a, b): (f64, f64)) -> Option<(f64, usize)> {
+        let mut first: Option<(f64, usize)> = None;
+        for (k, h) in monitors.iter().enumerate() {
+            let end = first.map_or(b, |f| f.0);
+            let found = h.first_crossing(a, end, SLACK * h.size, &mut self.undecided);
+            if let Some(t) = found.filter(|t| *t < end) {
+                first = Some((t.max(a), k));
+            }
+        }
+        first
+    }
+
+    fn push(&mut self, piece: Piece) -> Result<(), HbmError> {
+        if self.pieces.len() > self.most {
+            return Err(HbmError::Switches(self.most));
+        }
+        self.pieces.push(piece);
+        Ok(())
+    }
+}
+
+/// The play of a slider with a spring over one period, from what it remembers at the start and whether it slips there; and how it ends.
+fn play(
+    at: &Along,
+    w: &[f64],
+    (limit, stiffness): (f64, f64),
+    start: (PointState, Memory),
+) -> Result<(Walk, (PointState, Memory)), HbmError> {
+    let (mut state, mut memory) = start;
+    let rate = at.y.basis.derivative(w);
+    let displacement = at.polynomial(w);
+    let mut walk = Walk::new(at.y.n_h);
+    let (mut theta, end) = (0.0, at.y.basis.end());
+    loop {
+        let found = match state.slip() {
+            // L ∓ k(W − z)
+            None => {
+                let of = |sign: f64| {
+                    at.affine(w, -sign * stiffness, limit + sign * stiffness * memory.z)
+                };
+                walk.next(&[of(1.0), of(-1.0)], (theta, end))
+            }
+            Some(sigma) => walk.next(&[at.affine(&rate, sigma, 0.0)], (theta, end)),
+        };
+        let until = found.map_or(end, |f| f.0);
+        walk.push(Piece { begin: theta, end: until, state, memory, phase: 0 })?;
+        let Some((there, monitor)) = found else { return Ok((walk, (state, memory))) };
+        state = match state.slip() {
+            None => PointState::of_slip(if monitor == 0 { 1.0 } else { -1.0 }),
+            Some(sigma) => {
+                let z = displacement.at(there).0 - sigma * limit / stiffness;
+                memory = Memory { z, set_at: Some(there) };
+                PointState::Stick
+            }
+        };
+        theta = there;
+    }
+}
+
+/// What a slider with a spring does along a periodic series, once it does the same in every period.
+fn periodic_play(
+    at: &Along,
+    rub: &Rub,
+    (limit, stiffness): (f64, f64),
+) -> Result<(Walk, f64), HbmError> {
+    let w: Vec<f64> = at.displacement(rub).iter().map(|y| rub.scale * y).collect();
+    let first = at.polynomial(&w).at(0.0).0;
+    let beyond = stiffness * first.abs() > limit;
+    let z = if beyond { first - (limit / stiffness).copysign(first) } else { 0.0 };
+    let memory = Memory { z, set_at: beyond.then_some(0.0) };
+    let (_, end) = play(at, &w, (limit, stiffness), (PointState::Stick, memory))?;
+    let (walk, _) = play(at, &w, (limit, stiffness), end)?;
+    Ok((walk, stiffness))
+}
+
+/// What Coulomb's friction without a spring does: phase by phase of the contact.
+fn projected(
+    at: &Along,
+    rub: &Rub,
+    (factor, surface): (f64, f64),
+    contact: &Contact,
+) -> Result<Walk, HbmError> {
+    let mut walk = Walk::new(at.y.n_h * contact.phases.len());
+    let x = at.trial(rub, surface);
+    let is_slider = at.interface.system.slider(rub.point).is_some();
+    let memory = Memory::default();
+    for (phase, (op, (begin, end))) in contact.phases.iter().enumerate() {
+        let (mut theta, end) = (*begin, *end);
+        if !is_slider && !contact.sets[phase].touches(rub.point) {
+            walk.push(Piece { begin: theta, end, state: PointState::Open, memory, phase })?;
+            continue;
+        }
+        let (limit, _) = at.limit(rub, factor, op);
+        // a P + b x
+        let sum = |a: f64, b: f64| {
+            let all: Vec<f64> = limit.iter().zip(&x).map(|(p, x)| a * p + b * x).collect();
+            at.polynomial(&all)
+        };
+        let value = at.polynomial(&x).at(theta).0;
+        let mut state = match value.abs() > at.polynomial(&limit).at(theta).0 {
+            true => PointState::of_slip(value),
+            false => PointState::Stick,
+        };
+        loop {
+            let found = match state.slip() {
+                None => walk.next(&[sum(1.0, -1.0), sum(1.0, 1.0)], (theta, end)),
+                Some(sigma) => walk.next(&[sum(-1.0, sigma)], (theta, end)),
+            };
+            let until = found.map_or(end, |f| f.0);
+            walk.push(Piece { begin: theta, end: until, state, memory, phase })?;
+            let Some((there, monitor)) = found else { break };
+            state = match state.slip() {
+                None => PointState::of_slip(if monitor == 0 { 1.0 } else { -1.0 }),
+                Some(_) => PointState::Stick,
+            };
+            theta = there;
+        }
+    }
+    Ok(walk)
+}
+
+/// Add the forces of all that rubs to the terms `n` and to their derivatives; says what each does, and how many touches were undecided.
+pub(super) fn add(
+    at: &Along,
+    contact: &Contact,
+    n: &mut Series,
+    derivatives: &mut Derivatives,
+) -> Result<(Vec<Path>, usize), HbmError> {
+    let (mut paths, mut undecided) = (vec![], 0);
+    for rub in &at.interface.rubs {
+        let walk = match rub.law {
+            Law::Elastic { limit, stiffness, .. } => {
+                let (walk, stiffness) = periodic_play(at, rub, (limit, stiffness))?;
+                let mut sums = Sums { at, rub, n, derivatives };
+                walk.pieces.iter().for_each(|p| sums.elastic(p, (limit, stiffness)));
+                walk
+            }
+            Law::Rigid { factor, surface } => {
+                let walk = projected(at, rub, (factor, surface), contact)?;
+                let mut sums = Sums { at, rub, n, derivatives };
+                let x = at.trial(rub, surface);
+                walk.pieces.iter().for_each(|p| sums.rigid(p, &x, factor, contact));
+                if walk.pieces.iter().all(|p| p.state == PointState::Stick) {
+                    sums.keep_mean();
+                }
+                walk
+            }
+        };
+        undecided += walk.undecided;
+        paths.push(Path { point: rub.point, pieces: walk.pieces });
+    }
+    Ok((paths, undecided))
+}
+
+/// Sums over the pieces of what one thing does.
+struct Sums<'a, 'b> {
+    at: &'a Along<'a>,
+    rub: &'a Rub,
+    n: &'a mut Series,
+    derivatives: &'a mut Derivatives<'b>,
+}
+
+/// `∫ f_k f_l` over a piece, over the norm of `f_k`.
+struct Products {
+    ends: [Integrals; 2],
+    functions: Vec<super::series::Function>,
+    scale: Vec<f64>,
+}
+
+impl Products {
+    fn new(y: &Series, piece: &Piece) -> Products {
+        let functions = y.basis.functions(y.n_h);
+        let scale = functions.iter().map(|f| 1.0 / weight(y.basis, *f)).collect();
+        let ends = [piece.begin, piece.end].map(|theta| Integrals::new(y.n_h, theta));
+        Products { ends, functions, scale }
+    }
+
+    fn at(&self, k: usize, l: usize) -> f64 {
+        let (f, g) = (self.functions[k], self.functions[l]);
+        let [a, b] = &self.ends;
+        self.scale[k] * (b.product(f, g) - a.product(f, g))
+    }
+}
+
+impl Sums<'_, '_> {
+    /// Row of function `k` in the terms, and column of function `l`'s component `c` in the projections.
+    fn row(&self, k: usize) -> usize {
+        k * self.n.n + self.rub.component
+    }
+
+    fn column(&self, l: usize, c: usize) -> usize {
+        l * self.at.y.n + c
+    }
+
+    /// A piece of a slider with a spring.
+    fn elastic(&mut self, piece: &Piece, (limit, stiffness): (f64, f64)) {
+        let (count, c, scale) = (self.at.count(), self.rub.component, self.rub.scale);
+        let products = Products::new(self.at.y, piece);
+        if let Some(sigma) = piece.state.slip() {
+            (0..count)
+                .for_each(|k| self.n.of_mut(k)[c] += scale * sigma * limit * products.at(k, 0));
+            return;
+        }
+        // s k (s y_c − z),  z = s y_c(θ_z) ∓ L/k
+        let mut then = vec![];
+        match piece.memory.set_at {
+            Some(theta) => self.at.y.basis.values(self.at.y.n_h, theta, &mut then),
+            None => then.resize(count, 0.0),
+        }
+        let factor = stiffness * scale * scale;
+        for k in 0..count {
+            let constant = products.at(k, 0);
+            let mut force = -stiffness * scale * piece.memory.z * constant;
+            for (l, then) in then.iter().enumerate() {
+                let product = products.at(k, l);
+                force += factor * product * self.at.y.of(l)[c];
+                let place = (self.row(k), self.column(l, c));
+                self.derivatives.by_y[place] += factor * (product - then * constant);
+            }
+            self.n.of_mut(k)[c] += force;
+        }
+    }
+
+    /// A piece of Coulomb's friction: `x` where it sticks, `±sP` where it slips.
+    fn rigid(&mut self, piece: &Piece, x: &[f64], factor: f64, contact: &Contact) {
+        let (count, c) = (self.at.count(), self.rub.component);
+        if piece.state == PointState::Open || piece.begin == piece.end {
+            return;
+        }
+        let products = Products::new(self.at.y, piece);
+        if let Some(sigma) = piece.state.slip() {
+            let op = contact.phases[piece.phase].0;
+            let (limit, row) = self.at.limit(self.rub, factor, op);
+            for k in 0..count {
+                for l in 0..count {
+                    let product = sigma * products.at(k, l);
+                    self.n.of_mut(k)[c] += product * limit[l];
+                    let Some(row) = row else { break };
+                    for j in 0..op.rows.ncols() {
+                        let place = (self.row(k), self.column(l, j));
+                        self.derivatives.by_y[place] +=
+                            product * factor * self.rub.scale * op.rows[(row, j)];
+                    }
+                }
+            }
+            return;
+        }
+        let slope = self.at.rho() * self.at.omega;
+        for k in 0..count {
+            for l in 0..count {
+                let product = products.at(k, l);
+                self.n.of_mut(k)[c] += product * x[l];
+                let place = (self.row(k), l * self.n.n + c);
+                if let Some(by_n) = &mut self.derivatives.by_n {
+                    by_n[place] += product;
+                }
+                // x_l has l b_l in the place of a cosine, and −l a_l in that of a sine
+                let (harmonic, is_sine) = products.functions[l];
+                if harmonic > 0 {
+                    let (partner, sign) = if is_sine { (l - 1, -1.0) } else { (l + 1, 1.0) };
+                    let place = (self.row(k), self.column(partner, c));
+                    self.derivatives.by_y[place] += product * slope * sign * harmonic as f64;
+                }
+            }
+        }
+    }
+
+    /// Where a point never slips the mean of its force is that of the guess: any is a solution.
+    fn keep_mean(&mut self) {
+        let place = (self.row(0), self.row(0));
+        if let Some(by_n) = &mut self.derivatives.by_n {
+            by_n[place] = 0.0;
+        }
+    }
+}
+
+/// The switches of the contact and of all that rubs in one order, with the sets between them.
+pub(super) fn merge(
+    (crossings, sets): (Vec<Crossing>, Vec<States>),
+    paths: &[Path],
+) -> (Vec<Crossing>, Vec<States>) {
+    if paths.is_empty() {
+        return (crossings, sets);
+    }
+    // the contact decides whether a point touches, what rubs decides how
+    let mut all: Vec<(f64, usize, PointState)> =
+        crossings.iter().map(|c| (c.theta, c.point, c.to)).collect();
+    let mut first = sets[0].clone();
+    for path in paths {
+        all.retain(|a| a.1 != path.point);
+        first.set(path.point, path.pieces[0].state);
+        let pairs = path.pieces.windows(2).filter(|w| w[0].state != w[1].state);
+        all.extend(pairs.map(|w| (w[1].begin, path.point, w[1].state)));
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut set, mut merged) = (first.clone(), (vec![], vec![first]));
+    for (theta, point, to) in all {
+        merged.0.push(Crossing { theta, point, from: set.at(point), to });
+        set.set(point, to);
+        merged.1.push(set.clone());
+    }
+    merged
+}
+
+/// What springs remember at a phase angle: entry of `u_O`, and `z`.
+pub(super) fn remembered(rubs: &[Rub], paths: &[Path], theta: f64) -> Vec<(usize, f64)> {
+    let of = |(rub, path): (&Rub, &Path)| {
+        let Law::Elastic { memory, .. } = rub.law else { return None };
+        let piece = path.pieces.iter().find(|p| theta < p.end).or(path.pieces.last())?;
+        Some((memory, piece.memory.z))
+    };
+    rubs.iter().zip(paths).filter_map(of).collect()
+}
+
+impl Interface {
+    /// Whether the force of something that rubs is an unknown.
+    pub(super) fn has_unknown_forces(&self) -> bool {
+        self.rubs.iter().any(|r| matches!(r.law, Law::Rigid { .. }))
+    }
+}
