@@ -2,11 +2,11 @@
 
 use crate::common::{random, shipped};
 use signorini::continuation::Go;
+use signorini::hbm::check::{Candidate, Likeness, check, series_of_orbit};
 use signorini::hbm::modes::{directional, solve};
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Summary, Track, Walk, ladder, mode_start, sequential};
 use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
-use signorini::orbit::check::{Candidate, Likeness, check, series_of_orbit};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator, branch, census};
 use signorini::problem::Problem;

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use signorini::contact::System;
 use signorini::families::{Asked, check, start};
 use signorini::fem::Body;
+use signorini::hbm::check::NEAR;
 use signorini::orbit::Closure;
-use signorini::orbit::check::NEAR;
 use signorini::problem::Problem;
 use signorini::records::{
     Branch, BranchEnd, CheckRow, FamilyKind, PointMethod, PointRecord, SeriesRecord, Walk,

@@ -1,7 +1,7 @@
 //! Series of another program or method against the equations in time, each with the orbit that shooting finds from it.
 
 use super::{FamilyError, digest};
-use crate::orbit::check::{Candidate, Checked, check};
+use crate::hbm::check::{Candidate, Checked, check};
 use crate::orbit::search::Effort;
 use crate::orbit::{Closure, Propagator, branch};
 use crate::records::{CheckRow, GapReason, PointKind, PointRecord, SeriesRecord, VerdictKind};

@@ -9,7 +9,7 @@ use super::FamilyError;
 use crate::contact::{Rayleigh, State};
 use crate::event::{self, Energies, Observer, Options, RunError, Sample};
 use crate::fem::Body;
-use crate::orbit::check::Candidate;
+use crate::hbm::check::Candidate;
 use crate::orbit::{OrbitError, Propagator, period_map};
 use crate::problem::Problem;
 use crate::records::{PointRecord, Solver};

@@ -8,11 +8,11 @@ use std::f64::consts::{PI, TAU};
 
 use signorini::contact::State;
 use signorini::continuation::Go;
+use signorini::hbm::check::series_of_orbit;
 use signorini::hbm::modes::solve;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Summary, Track, Walk, sequential};
 use signorini::hbm::{Basis, Form, Quadrature, Reduction, Series, Solution};
-use signorini::orbit::check::series_of_orbit;
 use signorini::orbit::search::{Effort as Search, find};
 use signorini::orbit::{Closure, Propagator, branch};
 use signorini::problem::Problem;

@@ -6,9 +6,9 @@
 //! 26 % less): `−αM` feeds all harmonics, a load of one frequency the first alone.
 
 use signorini::continuation::Go;
+use signorini::hbm::check::series_of_orbit;
 use signorini::orbit::Propagator;
 use signorini::orbit::along::section_of;
-use signorini::orbit::check::series_of_orbit;
 use signorini::orbit::section::at_origin;
 use signorini::records::peaks;
 

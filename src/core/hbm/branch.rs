@@ -3,12 +3,12 @@
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
+use super::check::Likeness;
 use super::newton::Settings;
 use super::response::{self, Harmonics, Origin, Point, Summary, Track, Walk};
 use super::{Balanced, Basis, HbmError, Interface, Series, Solution};
 use crate::continuation::{self, Family, Go, Options, Place, Stop};
 use crate::orbit::branch::{kind_of, record as orbit_record};
-use crate::orbit::check::Likeness;
 use crate::orbit::search::{Effort, Verdict, find};
 use crate::orbit::{Closure, Propagator};
 use crate::records::{

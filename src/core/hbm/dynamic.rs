@@ -233,7 +233,7 @@ impl Balanced for Dynamic {
         let receptance = self.receptance(guess.n_h, omega)?;
         let terms = |y: &Series, n: &Series| self.terms(y, n, omega);
         let at = (omega, settings);
-        newton::on_terms(&self.interface, &receptance, guess, at, terms, |y, _| y.clone())
+        newton::on_terms(&self.interface, &receptance, guess, at, terms, |y, _, _| y.clone())
     }
 
     fn receptance(&self, n_h: usize, omega: f64) -> Result<Receptance, HbmError> {

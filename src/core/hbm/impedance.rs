@@ -19,6 +19,19 @@ pub(super) enum Impedance {
 }
 
 impl Impedance {
+    /// At rest, with some motions held by a spring.
+    pub fn at_rest(open: &Spectrum, (held, spring): (&[usize], f64)) -> Impedance {
+        let mut rest = Impedance::new(open, 0.0);
+        match &mut rest {
+            Impedance::Modes(d) => held.iter().for_each(|i| d[*i] = c64::new(spring, 0.0)),
+            Impedance::Full(d, lu) => {
+                held.iter().for_each(|i| d[(*i, *i)] = c64::new(spring, 0.0));
+                *lu = d.partial_piv_lu();
+            }
+        }
+        rest
+    }
+
     /// At `kω`.
     pub fn new(open: &Spectrum, kw: f64) -> Impedance {
         // no force moves what is but remembered

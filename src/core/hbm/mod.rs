@@ -14,21 +14,24 @@
 //! along the series, all of them, by subdivision with proof ([`series`]). Newton's linear systems are condensed on `n`: `r (2N_h + 1)` unknowns whatever the
 //! size of the body.
 //!
-//! The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`modes`]), or,
+//! What rubs is in [`rubbing`], the memory of a slider's spring in [`play`]. The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`modes`]), or,
 //! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] and [`newton`] are what both have in common, [`response`] and [`branch`] are families of
-//! solutions. [`viscous`] has the feedback of a viscous body as one more unknown, [`viscous_mode`] families of it frequency by frequency, [`viscous_branch`] along the branch.
+//! solutions, [`check`] holds series of any origin against the equations in time. [`viscous`] has the feedback of a viscous body as one more unknown, [`viscous_mode`] families of it frequency by frequency, [`viscous_branch`] along the branch.
 
 pub(crate) mod balance;
 pub(crate) mod balanced;
 pub mod bem;
 #[doc(hidden)]
 pub mod branch;
+#[doc(hidden)]
+pub mod check;
 pub(crate) mod dynamic;
 mod impedance;
 pub(crate) mod interface;
 pub mod modes;
 #[doc(hidden)]
 pub mod newton;
+mod play;
 pub(crate) mod receptance;
 pub(crate) mod reduction;
 #[doc(hidden)]

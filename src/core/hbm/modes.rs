@@ -10,7 +10,7 @@ use super::HbmError;
 use super::balance::{Balance, Quadrature};
 use super::impedance::Impedance;
 use super::newton::{Settings, conclude, condensed, damped, on_terms};
-use super::receptance::{Receptance, load_series};
+use super::receptance::{Receptance, Rigid, load_series};
 use super::reduction::Reduction;
 use super::rubbing::Along;
 use super::series::Series;
@@ -37,10 +37,21 @@ impl Linear {
     pub fn new(reduction: &Reduction, n_h: usize, omega: f64) -> Linear {
         let f = load_series(reduction, n_h, &reduction.open.constant, &reduction.open.harmonics);
         let open = &reduction.open;
-        let d: Vec<_> = (0..=n_h).map(|k| Impedance::new(open, k as f64 * omega)).collect();
+        // where their positions are unknowns, rigid motions are held by a spring that has no force in a solution
+        let rigid: Vec<usize> = match reduction.has_unknown_forces() {
+            true => reduction.rigid().collect(),
+            false => vec![],
+        };
+        let held = (&rigid[..], reduction.stiffness_unit());
+        let impedance = |k: usize| match k {
+            0 => Impedance::at_rest(open, held),
+            _ => Impedance::new(open, k as f64 * omega),
+        };
+        let d: Vec<_> = (0..=n_h).map(impedance).collect();
         let mut nearness = f64::INFINITY;
         for (k, d) in d.iter().enumerate() {
-            for (i, m) in open.modes[..open.frozen().start].iter().enumerate() {
+            let moving = open.modes[..open.frozen().start].iter().enumerate();
+            for (i, m) in moving.filter(|(i, _)| k > 0 || !rigid.contains(i)) {
                 let size = m.omega.powi(2) + (k as f64 * omega).powi(2);
                 nearness = nearness.min(d.nearness(i, size));
             }
@@ -49,7 +60,12 @@ impl Linear {
         let mut of_f = f.clone();
         divide(&d, &mut of_f);
         let c = onto_columns(&reduction.q, &of_f);
-        let receptance = Receptance::new(reduction, omega, g, c);
+        let mut receptance = Receptance::new(reduction, omega, g, c);
+        let q = &reduction.q;
+        receptance.rigid = (!rigid.is_empty()).then(|| Rigid {
+            motions: Mat::from_fn(q.ncols(), rigid.len(), |c, m| q[(rigid[m], c)]),
+            forces: rigid.iter().map(|m| f.of(0)[*m]).collect(),
+        });
         Linear { d, f, receptance, nearness }
     }
 
@@ -160,7 +176,11 @@ pub fn solve(
         let terms =
             |_: &Series, n: &Series| terms(reduction, &linear, &linear.solve(reduction, n), n);
         let (at, guess) = ((omega, settings), project_in(reduction, guess));
-        let series_of = |_: &Series, n: &Series| linear.solve(reduction, n);
+        let series_of = |_: &Series, n: &Series, a: &[f64]| {
+            let mut q = linear.solve(reduction, n);
+            reduction.rigid().zip(a).for_each(|(i, a)| q.of_mut(0)[i] += a);
+            q
+        };
         return on_terms(reduction, &linear.receptance, &guess, at, terms, series_of);
     }
     let evaluate = |q: Series| -> Result<Whole, HbmError> {

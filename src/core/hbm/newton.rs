@@ -7,7 +7,7 @@
 //! ```
 //!
 //! (Woodbury): exact, with `r` unknowns a function; `ĉ − Ĝ n` is what the open body answers ([`Receptance`]). Where forces of friction are unknowns, `N(y, n)`, the matrix has
-//! `−∂N/∂n` and the right-hand side `−∂N/∂n n` besides.
+//! `−∂N/∂n` and the right-hand side `−∂N/∂n n` besides, and the positions of rigid motions are unknowns too.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -15,11 +15,12 @@ use faer::linalg::solvers::Solve;
 use super::HbmError;
 use super::balance::{Balance, Quadrature};
 use super::interface::Interface;
-use super::receptance::Receptance;
+use super::receptance::{Receptance, Rigid};
 use super::rubbing::Along;
 use super::series::Series;
 use super::solution::{Ended, Solution};
 use crate::continuation::norm;
+use crate::orbit::least_change;
 use crate::records::GapReason;
 
 /// Limits and choices of a solution.
@@ -94,6 +95,22 @@ pub(super) fn conclude(
     Solution::examine(interface, ended, balance, settings.quadrature)
 }
 
+/// `N + N′(ĉ − y) − ∂N/∂n n`
+fn right(
+    receptance: &Receptance,
+    (y, last): (&Series, Option<&Series>),
+    balance: &Balance,
+) -> Mat<f64> {
+    let column = |x: &[f64]| Mat::from_fn(x.len(), 1, |i, _| x[i]);
+    let c = receptance.answer(None);
+    let shift = Mat::from_fn(c.a.len(), 1, |i, _| c.a[i] - y.a[i]);
+    let mut rhs = column(&balance.n.a) + &balance.derivative * shift;
+    if let (Some(by_n), Some(last)) = (&balance.by_n, last) {
+        rhs -= by_n * column(&last.a);
+    }
+    rhs
+}
+
 /// `I + N′Ĝ − ∂N/∂n`
 pub(super) fn jacobian(receptance: &Receptance, balance: &Balance) -> Mat<f64> {
     let a = receptance.jacobian(&balance.derivative);
@@ -110,22 +127,49 @@ pub(super) fn condensed(
     balance: &Balance,
 ) -> Series {
     let a = jacobian(receptance, balance);
-    let c = receptance.answer(None);
-    let shift = Mat::from_fn(c.a.len(), 1, |i, _| c.a[i] - y.a[i]);
-    let mut rhs = Mat::from_fn(a.nrows(), 1, |i, _| balance.n.a[i]) + &balance.derivative * shift;
-    if let (Some(by_n), Some(last)) = (&balance.by_n, last) {
-        rhs -= by_n * Mat::from_fn(last.a.len(), 1, |i, _| last.a[i]);
-    }
-    let solution = a.partial_piv_lu().solve(&rhs);
+    let solution = a.partial_piv_lu().solve(&right(receptance, (y, last), balance));
     let mut n = balance.n.clone();
     n.a.iter_mut().enumerate().for_each(|(i, n)| *n = solution[(i, 0)]);
     n
+}
+
+/// The interface terms of the next iterate and the positions of rigid motions: of all that solve the linear system (friction holds families of positions) those that differ least from
+/// the last ones.
+///
+/// ```text
+/// [ I + N′Ĝ − ∂N/∂n   −N′B ] [n]   [ N + N′(ĉ − y) − ∂N/∂n n ]
+/// [ Bᵀ                  0  ] [a] = [ f₀                      ]
+/// ```
+fn condensed_with(
+    rigid: &Rigid,
+    receptance: &Receptance,
+    (y, last): (&Series, (&Series, &[f64])),
+    balance: &Balance,
+) -> Result<(Series, Vec<f64>), HbmError> {
+    let core = jacobian(receptance, balance);
+    let (size, (r, m)) = (core.nrows(), rigid.motions.shape());
+    let mut a = Mat::<f64>::zeros(size + m, size + m);
+    a.submatrix_mut(0, 0, size, size).copy_from(&core);
+    let moved = balance.derivative.subcols(0, r) * &rigid.motions;
+    a.submatrix_mut(0, size, size, m).copy_from(-moved);
+    a.submatrix_mut(size, 0, m, r).copy_from(rigid.motions.transpose());
+    let mut rhs = right(receptance, (y, Some(last.0)), balance).col_as_slice(0).to_vec();
+    rhs.extend(&rigid.forces);
+    let now: Vec<f64> = last.0.a.iter().chain(last.1).copied().collect();
+    let residual = &a * Mat::from_fn(size + m, 1, |i, _| now[i]);
+    rhs.iter_mut().zip(residual.col_as_slice(0)).for_each(|(b, r)| *b -= r);
+    let change = least_change(&a, &rhs)?;
+    let mut n = last.0.clone();
+    n.a.iter_mut().zip(&change).for_each(|(n, d)| *n += d);
+    Ok((n, last.1.iter().zip(&change[size..]).map(|(a, d)| a + d).collect()))
 }
 
 /// An iterate on the interface.
 struct Iterate {
     y: Series,
     n: Series,
+    /// Positions of rigid motions.
+    a: Vec<f64>,
     balance: Balance,
     /// Residual over the size of its terms.
     size: f64,
@@ -153,48 +197,65 @@ pub(super) fn on_terms(
     guess: &Series,
     (omega, settings): (f64, &Settings),
     terms: impl Fn(&Series, &Series) -> f64,
-    series_of: impl Fn(&Series, &Series) -> Series,
+    series_of: impl Fn(&Series, &Series, &[f64]) -> Series,
 ) -> Result<Result<Solution, GapReason>, HbmError> {
     let start = Along { interface, y: guess, n: None, omega };
     let balance = Balance::new(&start, settings.quadrature)?;
-    let n = condensed(receptance, (guess, None), &balance);
+    let next = |y: &Series, last: (&Series, &[f64]), balance: &Balance| match &receptance.rigid {
+        Some(rigid) => condensed_with(rigid, receptance, (y, last), balance),
+        None => Ok((condensed(receptance, (y, Some(last.0)), balance), vec![])),
+    };
+    let nothing = Series::zeros(guess.basis, guess.n_h, interface.rank());
+    let still = vec![0.0; receptance.rigid.as_ref().map_or(0, |r| r.forces.len())];
+    let (n, a) = next(guess, (&nothing, &still), &balance)?;
     if n.a.iter().any(|n| !n.is_finite()) {
         return Ok(Err(GapReason::NotConverged { residual: f64::NAN, iterations: 1 }));
     }
-    let evaluate = |n: Series| -> Result<Iterate, HbmError> {
+    let evaluate = |n: Series, a: Vec<f64>| -> Result<Iterate, HbmError> {
         let at = (omega, settings.quadrature);
-        let (r, y, balance) = condensed_residual(interface, receptance, &n, at)?;
+        let (r, y, balance) = condensed_residual(interface, receptance, (&n, &a), at)?;
         let terms = terms(&y, &n).max(f64::MIN_POSITIVE);
         let size = norm(&r) / terms;
         let floor = ROUNDING * rounding(&balance.derivative, &y) / terms;
-        Ok(Iterate { y, n, balance, size, floor })
+        Ok(Iterate { y, n, a, balance, size, floor })
     };
     let step = |at: &Iterate| {
-        let next = condensed(receptance, (&at.y, Some(&at.n)), &at.balance);
-        next.a.iter().zip(&at.n.a).map(|(a, b)| a - b).collect()
+        let Ok((n, a)) = next(&at.y, (&at.n, &at.a), &at.balance) else { return vec![f64::NAN] };
+        let change = |now: &[f64], last: &[f64]| -> Vec<f64> {
+            now.iter().zip(last).map(|(a, b)| a - b).collect()
+        };
+        [change(&n.a, &at.n.a), change(&a, &at.a)].concat()
     };
     let trial = |at: &Iterate, step: &[f64], lambda: f64| {
-        let mut n = at.n.clone();
-        n.a.iter_mut().zip(step).for_each(|(n, s)| *n += lambda * s);
-        evaluate(n)
+        let (mut n, mut a) = (at.n.clone(), at.a.clone());
+        n.a.iter_mut().chain(&mut a).zip(step).for_each(|(n, s)| *n += lambda * s);
+        evaluate(n, a)
     };
-    let (at, iterations) = damped(evaluate(n)?, settings, |at| at.size, step, trial);
-    let Iterate { y, n, balance, size, floor } = at;
+    let (at, iterations) = damped(evaluate(n, a)?, settings, |at| at.size, step, trial);
+    let Iterate { y, n, a, balance, size, floor } = at;
     let settings = Settings { tolerance: settings.tolerance.max(floor), ..*settings };
-    let q = series_of(&y, &n);
+    let q = series_of(&y, &n, &a);
     let ended = Ended { omega, q, y, n, residual: size, iterations: iterations + 1 };
     conclude(interface, ended, balance, &settings)
 }
 
-/// The condensed residual `n − N(ĉ − Ĝ n)`, the answer `ĉ − Ĝ n`, and the projections; its Jacobian is `I + N′Ĝ`.
+/// The condensed residual `n − N(ĉ − Ĝ n)` (rigid motions at `a`: `N(ĉ − Ĝ n + B a)`, and `Bᵀn₀ − f₀`), the answer, and the projections; its Jacobian is `I + N′Ĝ`.
 pub(super) fn condensed_residual(
     interface: &Interface,
     receptance: &Receptance,
-    n: &Series,
+    (n, a): (&Series, &[f64]),
     (omega, quadrature): (f64, Quadrature),
 ) -> Result<(Vec<f64>, Series, Balance), HbmError> {
-    let y = receptance.answer(Some(n));
+    let mut y = receptance.answer(Some(n));
+    if let Some(rigid) = &receptance.rigid {
+        let moved = &rigid.motions * Mat::from_fn(a.len(), 1, |i, _| a[i]);
+        y.of_mut(0).iter_mut().zip(moved.col_as_slice(0)).for_each(|(y, b)| *y += b);
+    }
     let balance = Balance::new(&Along { interface, y: &y, n: Some(n), omega }, quadrature)?;
-    let r = n.a.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
+    let mut r: Vec<f64> = n.a.iter().zip(&balance.n.a).map(|(a, b)| a - b).collect();
+    for (k, force) in receptance.rigid.iter().flat_map(|r| r.forces.iter().enumerate()) {
+        let motions = receptance.rigid.iter().flat_map(|r| r.motions.col_as_slice(k));
+        r.push(motions.zip(n.of(0)).map(|(b, n)| b * n).sum::<f64>() - force);
+    }
     Ok((r, y, balance))
 }

@@ -29,6 +29,16 @@ pub struct Receptance {
     c: Series,
     /// `Qᵀf_k` and harmonic by harmonic `(σ_k, 1/(1 + ikωβ))`; none in the force form.
     second: Option<(Series, Vec<(c64, c64)>)>,
+    /// What rigid motions of the open body ask for, if it has any and they are unknowns.
+    pub(super) rigid: Option<Rigid>,
+}
+
+/// Rigid motions of the open body, whose mean positions `a` no stiffness tells: `y₁ += B a` at `k = 0`, and their mean forces vanish, `Bᵀ n₀ = f₀`.
+pub(super) struct Rigid {
+    /// `B`, `r × m`.
+    pub motions: Mat<f64>,
+    /// `f₀` of each.
+    pub forces: Vec<f64>,
 }
 
 /// Coefficients of the constant and the harmonic loads, function by function; `of_load` has those of each.
@@ -72,7 +82,7 @@ impl Receptance {
             let (constant, of_load) = &interface.forces;
             (load_series(interface, n_h, constant, of_load), factors.collect())
         });
-        Receptance { basis, n_h, g, c, second }
+        Receptance { basis, n_h, g, c, second, rigid: None }
     }
 
     fn rank(&self) -> usize {

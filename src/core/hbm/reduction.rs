@@ -50,9 +50,14 @@ impl Reduction {
         self.force_unit
     }
 
+    /// The modes that are rigid motions.
+    pub(super) fn rigid(&self) -> impl Iterator<Item = usize> {
+        (0..self.open.frozen().start).filter(|i| self.open.modes[*i].omega == 0.0)
+    }
+
     /// Whether the open body can move rigidly.
     pub fn is_free(&self) -> bool {
-        self.open.modes[..self.open.frozen().start].iter().any(|m| m.omega == 0.0)
+        self.rigid().next().is_some()
     }
 
     /// Solve for the modes, and find the directions.

@@ -214,7 +214,8 @@ impl Harmonics<'_> {
         self.body.set_frequency(omega);
         let receptance = self.body.receptance(self.n_h, omega)?;
         let (n, at) = (self.series(x), (omega, Quadrature::EventResolved));
-        let (r, _, balance) = condensed_residual(self.body.interface(), &receptance, &n, at)?;
+        let interface = self.body.interface();
+        let (r, _, balance) = condensed_residual(interface, &receptance, (&n, &[]), at)?;
         Ok((r, balance, receptance))
     }
 }
@@ -451,6 +452,13 @@ fn attempt(
         };
         match raised {
             Ok(s) => return Ok(Ok((s, Origin::Ladder))),
+            Err(e) => failure = e,
+        }
+    }
+    // few harmonics may have no solution where many have one
+    if body.interface().basis == Basis::Full && below.is_none() && guesses.is_empty() {
+        match body.solve(&at_rest(body, n_h), omega, settings)? {
+            Ok(s) => return Ok(Ok((s, Origin::Started))),
             Err(e) => failure = e,
         }
     }

@@ -2,8 +2,8 @@
 //!
 //! What rubs has a component of its own: its displacement `W(θ)` among the projections, its force `F(θ)` among the interface terms.
 //!
-//! *A slider with a spring* is a play operator: `F = k(W − z)` while `|F| ≤ L`, and where that would be exceeded `F = ±L` until `W` turns; there `z` is set anew. With a periodic
-//! `W` it is periodic after one period at the latest. Its integrals are closed forms, `z = W(θ_z) ∓ L/k` depends on the series at one instant, and `F` does not jump.
+//! *A slider with a spring* is a play operator ([`super::play`]): `F = k(W − z)`, or `±L`. Its integrals are closed forms, `z = W(θ_z) ∓ L/k` depends on the series at one instant,
+//! and `F` does not jump.
 //!
 //! *Coulomb's friction without a spring* has no force that displacements would tell: its series `F_N` is an unknown, and the condition `Ẇ − V ∈ N_[−P,P](F)` is
 //!
@@ -17,9 +17,10 @@
 use faer::Mat;
 
 use super::HbmError;
-use super::balance::{Crossing, SWITCHES, weight};
+use super::balance::{Crossing, weight};
 use super::interface::{Interface, PhaseOperator};
-use super::series::{Integrals, Polynomial, Series};
+use super::play::{Jenkins, Memory, Piece, Walk};
+use super::series::{Function, Integrals, Polynomial, Series};
 use crate::contact::{MonitorKind, PointState, States, System};
 
 /// What rubs.
@@ -36,8 +37,8 @@ pub(super) struct Rub {
 
 #[derive(Debug)]
 enum Law {
-    /// `L` and `k`; `memory` is the entry of `u_O` that is `z`.
-    Elastic { limit: f64, stiffness: f64, memory: usize },
+    /// `memory` is the entry of `u_O` that is `z`.
+    Elastic { spring: Jenkins, memory: usize },
     /// `P = factor` times the pressure, and `V`.
     Rigid { factor: f64, surface: f64 },
 }
@@ -64,7 +65,7 @@ pub(super) fn rubs(
                 let place = earlier.unwrap_or_else(|| component(row));
                 known.push((row, place));
                 let (stiffness, memory) = (spring.stiffness, spring.memory);
-                (Law::Elastic { limit, stiffness, memory }, place)
+                (Law::Elastic { spring: Jenkins { limit, stiffness }, memory }, place)
             }
         };
         all.push(Rub { point, component, scale, law });
@@ -72,29 +73,11 @@ pub(super) fn rubs(
     all
 }
 
-/// What a slider's spring remembers: `z`, and where on the series it was set (nowhere: it never slipped).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Memory {
-    z: f64,
-    set_at: Option<f64>,
-}
-
-/// A stretch of the series in one state.
-#[derive(Debug, Clone)]
-struct Piece {
-    begin: f64,
-    end: f64,
-    state: PointState,
-    memory: Memory,
-    /// Which phase of the contact it is in.
-    phase: usize,
-}
-
 /// What one thing that rubs does along a series.
 #[derive(Debug)]
 pub(super) struct Path {
     point: usize,
-    pieces: Vec<Piece>,
+    walk: Walk,
 }
 
 /// The contact along a series, as what rubs sees it.
@@ -123,9 +106,6 @@ pub(super) struct Derivatives<'a> {
 /// `ρ` over the highest frequency of a series, in components.
 const RHO: f64 = 1.0;
 
-/// Slack of a monitor that has left zero a moment ago, over its size.
-const SLACK: f64 = 1e-13;
-
 impl Along<'_> {
     fn count(&self) -> usize {
         self.y.basis.len(self.y.n_h)
@@ -133,13 +113,6 @@ impl Along<'_> {
 
     fn polynomial(&self, coefficients: &[f64]) -> Polynomial {
         Polynomial::new(self.y.basis, self.y.n_h, coefficients)
-    }
-
-    /// `sign (c₀ + factor f)` of coefficients.
-    fn affine(&self, of: &[f64], factor: f64, constant: f64) -> Polynomial {
-        let mut all: Vec<f64> = of.iter().map(|c| factor * c).collect();
-        all[0] += constant;
-        self.polynomial(&all)
     }
 
     /// Coefficients of `W` by components: `y_c`.
@@ -182,94 +155,6 @@ impl Along<'_> {
         }
         (all, row)
     }
-}
-
-/// A walk from switch to switch of one thing that rubs.
-struct Walk {
-    pieces: Vec<Piece>,
-    undecided: usize,
-    most: usize,
-}
-
-impl Walk {
-    fn new(n_h: usize) -> Walk {
-        Walk { pieces: vec![], undecided: 0, most: SWITCHES * (n_h + 1) }
-    }
-
-    /// Where the first of some monitors falls below zero, and which.
-    fn next(&mut self, monitors: &[Polynomial], (a, b): (f64, f64)) -> Option<(f64, usize)> {
-        let mut first: Option<(f64, usize)> = None;
-        for (k, h) in monitors.iter().enumerate() {
-            let end = first.map_or(b, |f| f.0);
-            let found = h.first_crossing(a, end, SLACK * h.size, &mut self.undecided);
-            if let Some(t) = found.filter(|t| *t < end) {
-                first = Some((t.max(a), k));
-            }
-        }
-        first
-    }
-
-    fn push(&mut self, piece: Piece) -> Result<(), HbmError> {
-        if self.pieces.len() > self.most {
-            return Err(HbmError::Switches(self.most));
-        }
-        self.pieces.push(piece);
-        Ok(())
-    }
-}
-
-/// The play of a slider with a spring over one period, from what it remembers at the start and whether it slips there; and how it ends.
-fn play(
-    at: &Along,
-    w: &[f64],
-    (limit, stiffness): (f64, f64),
-    start: (PointState, Memory),
-) -> Result<(Walk, (PointState, Memory)), HbmError> {
-    let (mut state, mut memory) = start;
-    let rate = at.y.basis.derivative(w);
-    let displacement = at.polynomial(w);
-    let mut walk = Walk::new(at.y.n_h);
-    let (mut theta, end) = (0.0, at.y.basis.end());
-    loop {
-        let found = match state.slip() {
-            // L ∓ k(W − z)
-            None => {
-                let of = |sign: f64| {
-                    at.affine(w, -sign * stiffness, limit + sign * stiffness * memory.z)
-                };
-                walk.next(&[of(1.0), of(-1.0)], (theta, end))
-            }
-            Some(sigma) => walk.next(&[at.affine(&rate, sigma, 0.0)], (theta, end)),
-        };
-        let until = found.map_or(end, |f| f.0);
-        walk.push(Piece { begin: theta, end: until, state, memory, phase: 0 })?;
-        let Some((there, monitor)) = found else { return Ok((walk, (state, memory))) };
-        state = match state.slip() {
-            None => PointState::of_slip(if monitor == 0 { 1.0 } else { -1.0 }),
-            Some(sigma) => {
-                let z = displacement.at(there).0 - sigma * limit / stiffness;
-                memory = Memory { z, set_at: Some(there) };
-                PointState::Stick
-            }
-        };
-        theta = there;
-    }
-}
-
-/// What a slider with a spring does along a periodic series, once it does the same in every period.
-fn periodic_play(
-    at: &Along,
-    rub: &Rub,
-    (limit, stiffness): (f64, f64),
-) -> Result<(Walk, f64), HbmError> {
-    let w: Vec<f64> = at.displacement(rub).iter().map(|y| rub.scale * y).collect();
-    let first = at.polynomial(&w).at(0.0).0;
-    let beyond = stiffness * first.abs() > limit;
-    let z = if beyond { first - (limit / stiffness).copysign(first) } else { 0.0 };
-    let memory = Memory { z, set_at: beyond.then_some(0.0) };
-    let (_, end) = play(at, &w, (limit, stiffness), (PointState::Stick, memory))?;
-    let (walk, _) = play(at, &w, (limit, stiffness), end)?;
-    Ok((walk, stiffness))
 }
 
 /// What Coulomb's friction without a spring does: phase by phase of the contact.
@@ -328,10 +213,11 @@ pub(super) fn add(
     let (mut paths, mut undecided) = (vec![], 0);
     for rub in &at.interface.rubs {
         let walk = match rub.law {
-            Law::Elastic { limit, stiffness, .. } => {
-                let (walk, stiffness) = periodic_play(at, rub, (limit, stiffness))?;
+            Law::Elastic { spring, .. } => {
+                let w = at.polynomial(&at.displacement(rub)).affine(rub.scale, 0.0);
+                let walk = spring.play(&w, at.y.basis.end())?;
                 let mut sums = Sums { at, rub, n, derivatives };
-                walk.pieces.iter().for_each(|p| sums.elastic(p, (limit, stiffness)));
+                walk.pieces.iter().for_each(|p| sums.elastic(p, &spring));
                 walk
             }
             Law::Rigid { factor, surface } => {
@@ -346,7 +232,7 @@ pub(super) fn add(
             }
         };
         undecided += walk.undecided;
-        paths.push(Path { point: rub.point, pieces: walk.pieces });
+        paths.push(Path { point: rub.point, walk });
     }
     Ok((paths, undecided))
 }
@@ -362,7 +248,7 @@ struct Sums<'a, 'b> {
 /// `∫ f_k f_l` over a piece, over the norm of `f_k`.
 struct Products {
     ends: [Integrals; 2],
-    functions: Vec<super::series::Function>,
+    functions: Vec<Function>,
     scale: Vec<f64>,
 }
 
@@ -392,7 +278,7 @@ impl Sums<'_, '_> {
     }
 
     /// A piece of a slider with a spring.
-    fn elastic(&mut self, piece: &Piece, (limit, stiffness): (f64, f64)) {
+    fn elastic(&mut self, piece: &Piece, &Jenkins { limit, stiffness }: &Jenkins) {
         let (count, c, scale) = (self.at.count(), self.rub.component, self.rub.scale);
         let products = Products::new(self.at.y, piece);
         if let Some(sigma) = piece.state.slip() {
@@ -487,8 +373,8 @@ pub(super) fn merge(
     let mut first = sets[0].clone();
     for path in paths {
         all.retain(|a| a.1 != path.point);
-        first.set(path.point, path.pieces[0].state);
-        let pairs = path.pieces.windows(2).filter(|w| w[0].state != w[1].state);
+        first.set(path.point, path.walk.pieces[0].state);
+        let pairs = path.walk.pieces.windows(2).filter(|w| w[0].state != w[1].state);
         all.extend(pairs.map(|w| (w[1].begin, path.point, w[1].state)));
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -505,8 +391,7 @@ pub(super) fn merge(
 pub(super) fn remembered(rubs: &[Rub], paths: &[Path], theta: f64) -> Vec<(usize, f64)> {
     let of = |(rub, path): (&Rub, &Path)| {
         let Law::Elastic { memory, .. } = rub.law else { return None };
-        let piece = path.pieces.iter().find(|p| theta < p.end).or(path.pieces.last())?;
-        Some((memory, piece.memory.z))
+        Some((memory, path.walk.at(theta).memory.z))
     };
     rubs.iter().zip(paths).filter_map(of).collect()
 }

@@ -142,10 +142,36 @@ impl Polynomial {
         for ((k, is_sine), c) in basis.functions(n_h).into_iter().zip(coefficients) {
             if is_sine { sin[k] = *c } else { cos[k] = *c }
         }
+        Polynomial::of_harmonics(cos, sin)
+    }
+
+    fn of_harmonics(cos: Vec<f64>, sin: Vec<f64>) -> Polynomial {
+        let n_h = cos.len() - 1;
         let amplitude = |k: usize| cos[k].hypot(sin[k]);
         let fourth = (1..=n_h).map(|k| (k as f64).powi(4) * amplitude(k)).sum();
         let size = (0..=n_h).map(amplitude).sum();
         Polynomial { cos, sin, fourth, size }
+    }
+
+    /// Highest harmonic.
+    pub fn harmonics(&self) -> usize {
+        self.cos.len() - 1
+    }
+
+    /// `c + factor f`
+    pub fn affine(&self, factor: f64, c: f64) -> Polynomial {
+        let scaled = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| factor * x).collect() };
+        let mut cos = scaled(&self.cos);
+        cos[0] += c;
+        Polynomial::of_harmonics(cos, scaled(&self.sin))
+    }
+
+    /// `f′`
+    pub fn derivative(&self) -> Polynomial {
+        let times = |sign: f64, x: &[f64]| -> Vec<f64> {
+            x.iter().enumerate().map(|(k, x)| sign * k as f64 * x).collect()
+        };
+        Polynomial::of_harmonics(times(1.0, &self.sin), times(-1.0, &self.cos))
     }
 
     /// Value and derivative, by the recurrence of `e^{ikθ}`.

@@ -54,7 +54,7 @@ impl Tongue<'_> {
         let (mut r, _, balance) = match condensed_residual(
             reduction,
             &linear.receptance,
-            &of_n,
+            (&of_n, &[]),
             (omega, Quadrature::EventResolved),
         ) {
             Ok(found) => found,

@@ -21,7 +21,6 @@
 //! - [`credentials`] — everything an orbit has to show before it is one;
 //! - [`branch`] — families of orbits frequency by frequency, with all that a file keeps of them;
 //! - [`along`] — families by arclength, through folds and corners;
-//! - [`check`] — a series of another method against the equations in time;
 //! - [`search`] — one orbit from a guess, with a verdict that names the cause of a failure; all orbits from a set of starts.
 
 #[doc(hidden)]
@@ -34,8 +33,6 @@ pub mod branch;
 #[doc(hidden)]
 pub mod census;
 pub mod chain;
-#[doc(hidden)]
-pub mod check;
 pub mod credentials;
 #[doc(hidden)]
 pub mod cycle;
@@ -69,6 +66,7 @@ pub use chain::{Chain, LARGE, Propagator};
 pub use credentials::Orbit;
 pub use floquet::Stability;
 pub use highest::Highest;
+pub(crate) use least::least_change;
 pub use pin::Pin;
 pub use segments::Segments;
 pub use shooting::Closure;

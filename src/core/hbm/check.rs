@@ -2,15 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::OrbitError;
-use super::chain::Propagator;
-use super::credentials::Orbit;
-use super::period_map::integrate;
-use super::search::{Effort, Verdict, find};
-use super::shooting::Closure;
-use crate::contact::State;
-use crate::contact::{Phase, States};
+use super::HbmError;
+use super::play::{Jenkins, Walk};
+use super::series::{Basis, Polynomial};
+use crate::contact::{Phase, PointState, State, States, System};
 use crate::continuation::norm;
+use crate::orbit::period_map::integrate;
+use crate::orbit::search::{Effort, Verdict, find};
+use crate::orbit::{Closure, Orbit, OrbitError, Propagator};
 use crate::records::VerdictKind;
 
 /// A series `u_O(t) = Σ a_k cos kωt + b_k sin kωt` of another method.
@@ -59,7 +58,7 @@ pub const NEAR: f64 = 0.1;
 pub struct Likeness {
     /// How far shooting moved the state, relative to the orbit.
     pub moved: f64,
-    /// Whether nodes switch in the same order.
+    /// Whether nodes touch and leave in the same order.
     pub same_sequence: bool,
 }
 
@@ -71,7 +70,9 @@ impl Likeness {
     pub fn new(orbit: &Orbit, z: &[f64], sequence: &[(usize, bool)]) -> Likeness {
         let found = orbit.closure.frame(&orbit.z);
         let d: Vec<f64> = found.iter().zip(z).map(|(a, b)| a - b).collect();
-        let of_orbit = orbit.switches.iter().map(|s| (s.point, s.kind.arrives()));
+        // a series tells when a point slips less sharply than when it touches
+        let of_contact = orbit.switches.iter().filter(|s| !s.kind.is_tangential());
+        let of_orbit = of_contact.map(|s| (s.point, s.kind.arrives()));
         let same_sequence = of_orbit.eq(sequence.iter().copied());
         Likeness { moved: norm(&d) / norm(found), same_sequence }
     }
@@ -103,6 +104,12 @@ impl Candidate {
         [u, v, a]
     }
 
+    /// The displacement over a row of `u_O`.
+    fn along(&self, n: usize, of: impl Fn(&[f64]) -> f64) -> Polynomial {
+        let parts: Vec<f64> = self.coefficients.chunks_exact(n).map(of).collect();
+        Polynomial::new(Basis::Full, parts.len() / 2, &parts)
+    }
+
     /// Whether it starts at rest and is symmetric in time: no sine parts.
     pub(crate) fn is_reversible(&self, n: usize) -> bool {
         let size = |f: usize| norm(&self.coefficients[f * n..(f + 1) * n]);
@@ -113,13 +120,62 @@ impl Candidate {
     }
 }
 
+/// What rubs along a candidate. Sliders with springs are played; whether a point without one sticks is told by its velocity.
+struct Rubbing {
+    /// Contact point, entry of `u_O` that its spring remembers by, what it does.
+    springs: Vec<(usize, usize, Walk)>,
+    /// Contact point, and the velocity below which it sticks.
+    points: Vec<(usize, f64)>,
+}
+
+/// A point without a spring sticks where it moves by less of the largest velocity that it has: a series has no exact rest.
+const STICKS: f64 = 0.05;
+
+impl Rubbing {
+    fn new(system: &System, candidate: &Candidate) -> Result<Rubbing, HbmError> {
+        let mut rubbing = Rubbing { springs: vec![], points: vec![] };
+        let points = system.tangents().into_iter().flatten().enumerate();
+        for (point, tangent) in points.filter_map(|(i, t)| Some((i, t.as_ref()?))) {
+            let w = candidate.along(system.n_o(), |u| tangent.along(u));
+            match system.slider(point).and_then(|s| Some((s.limit, s.elastic?))) {
+                Some((limit, spring)) => {
+                    let jenkins = Jenkins { limit, stiffness: spring.stiffness };
+                    rubbing.springs.push((point, spring.memory, jenkins.play(&w, TAU)?));
+                }
+                None => {
+                    let at = |k: usize| w.at(TAU * k as f64 / SAMPLES as f64).1.abs();
+                    let fastest = (0..SAMPLES).map(at).fold(0.0, f64::max);
+                    rubbing.points.push((point, STICKS * fastest * candidate.omega));
+                }
+            }
+        }
+        Ok(rubbing)
+    }
+
+    /// Give a state, and the set in which what touches is known, what rubs.
+    fn settle(&self, system: &System, theta: f64, (u, v): (&mut [f64], &[f64]), set: &mut States) {
+        for (point, memory, walk) in &self.springs {
+            let piece = walk.at(theta);
+            u[*memory] = piece.memory.z;
+            set.set(*point, piece.state);
+        }
+        for (point, slow) in &self.points {
+            let tangent = system.tangent(*point).filter(|_| set.touches(*point));
+            let Some(tangent) = tangent else { continue };
+            let velocity = tangent.slip_velocity(v);
+            let slips = velocity.abs() > *slow;
+            set.set(*point, if slips { PointState::of_slip(velocity) } else { PointState::Stick });
+        }
+    }
+}
+
 /// Confront a candidate with the equations in time, and shoot from it.
 pub fn check(
     body: &mut Propagator,
     closure: Closure,
     candidate: &Candidate,
     effort: &Effort,
-) -> Result<Checked, OrbitError> {
+) -> Result<Checked, HbmError> {
     let n = body.n();
     body.system.loads_mut().set_frequency(candidate.omega);
     let closure = match closure {
@@ -132,8 +188,11 @@ pub fn check(
         _ => vec![],
     };
     closure.adopt(body, &guess)?;
-    let (residual, contact_time, sequence) = along(body, candidate, period)?;
-    let [u, v, _] = candidate.at(n, 0.0);
+    let rubbing = Rubbing::new(&body.system, candidate)?;
+    let (residual, contact_time, sequence) = along(body, candidate, &rubbing, period)?;
+    let [mut u, v, _] = candidate.at(n, 0.0);
+    let mut open = States::open(body.system.n_contact());
+    rubbing.settle(&body.system, 0.0, (&mut u, &v), &mut open);
     let state = State { u, v };
     let (full_u, full_v) = state.full(&body.system)?;
     let energy = body.system.kinetic(0.0, &full_v) + body.system.elastic(0.0, &full_u);
@@ -145,7 +204,7 @@ pub fn check(
             norm(&d) / norm(&z)
         }
         Err(OrbitError::Incomplete(_) | OrbitError::Held { .. }) => f64::NAN,
-        Err(e) => return Err(e),
+        Err(e) => return Err(e.into()),
     };
     guess.splice(0..0, z[..closure.sizes(n).1].iter().copied());
     let verdict = find(body, closure, &guess, candidate.omega, effort)?;
@@ -162,8 +221,9 @@ pub fn check(
 fn along(
     body: &Propagator,
     candidate: &Candidate,
+    rubbing: &Rubbing,
     period: f64,
-) -> Result<(f64, f64, Vec<(usize, bool)>), OrbitError> {
+) -> Result<(f64, f64, Vec<(usize, bool)>), HbmError> {
     let system = &body.system;
     let n = body.n();
     let mut scratch = system.scratch();
@@ -172,13 +232,13 @@ fn along(
     let mut set = States::open(system.n_contact());
     let mut last: Option<(f64, States)> = None;
     let mut sequence = vec![];
-    let set_at = |t: f64, start: &States| -> Result<States, OrbitError> {
+    let set_at = |t: f64, start: &States| -> Result<States, HbmError> {
         let [u, ..] = candidate.at(n, t);
         Ok(system.select(t, &u, start)?.set)
     };
     for k in 0..=SAMPLES {
         let t = period * k as f64 / SAMPLES as f64;
-        let [u, v, a] = candidate.at(n, t);
+        let [mut u, v, a] = candidate.at(n, t);
         set = system.select(t, &u, &set)?.set;
         if let Some((before, previous)) = &last {
             refine(&set_at, (*before, previous.clone()), (t, set.clone()), 0, &mut sequence)?;
@@ -187,6 +247,7 @@ fn along(
             contact_time += 0.5 * touching as f64 * (t - before);
         }
         last = Some((t, set.clone()));
+        rubbing.settle(system, candidate.omega * t, (&mut u, &v), &mut set);
         if !phases.contains_key(&set) {
             phases.insert(set.clone(), system.phase(&set));
         }
@@ -205,14 +266,14 @@ fn along(
 
 /// The order of the switches between two times at which the sets are known, by halving where several nodes changed.
 fn refine(
-    set_at: &dyn Fn(f64, &States) -> Result<States, OrbitError>,
+    set_at: &dyn Fn(f64, &States) -> Result<States, HbmError>,
     (a, before): (f64, States),
     (b, after): (f64, States),
     depth: u32,
     sequence: &mut Vec<(f64, usize, bool)>,
-) -> Result<(), OrbitError> {
-    let changes: Vec<(usize, bool)> =
-        before.changes(&after).map(|(i, _, to)| (i, to.touches())).collect();
+) -> Result<(), HbmError> {
+    let of_contact = before.changes(&after).filter(|(_, from, to)| from.touches() != to.touches());
+    let changes: Vec<(usize, bool)> = of_contact.map(|(i, _, to)| (i, to.touches())).collect();
     if changes.len() > 1 && depth < 40 {
         let middle = 0.5 * (a + b);
         let set = set_at(middle, &before)?;
