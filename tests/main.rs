@@ -30,6 +30,7 @@ mod gmsh;
 mod grazing;
 mod grazing_branches;
 mod harmonic_balance;
+mod harmonic_friction;
 mod hertz;
 mod impacts;
 mod invariance;

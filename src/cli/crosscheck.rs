@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 
 use signorini::contact::System;
 use signorini::families::{Asked, check, start};
-use signorini::fem::Body;
 use signorini::hbm::check::NEAR;
 use signorini::orbit::Closure;
 use signorini::problem::Problem;
@@ -127,7 +126,7 @@ impl Task for Arguments {
     fn plan(&self, work: &mut Work) -> Result<Request, CliError> {
         let scene = &work.scene;
         let problem = load::of_scene(scene)?;
-        let series = read(self, &problem.system.body)?;
+        let series = read(self, &problem.system)?;
         let own = StoredFamily::read(&self.backbone).ok().filter(|f| !f.scene.is_empty());
         let known = own.as_ref().and_then(|f| f.identity.method.viscosity());
         let closure = self.closure(scene, &problem, &series, known)?;
@@ -225,8 +224,19 @@ fn family_plan(
 }
 
 /// The series of a file, in the coordinates of the body: of a reduced one as they stand, or its displacements of the mesh.
-fn read(arguments: &Arguments, body: &Body) -> Result<Vec<SeriesRecord>, CliError> {
-    let own = read_as(arguments, body.dofs.n_o);
+fn read(arguments: &Arguments, system: &System) -> Result<Vec<SeriesRecord>, CliError> {
+    let (body, memory) = (&*system.body, system.n_remembered());
+    let mut own = read_as(arguments, body.dofs.n_o);
+    if own.is_err() && memory > 0 {
+        // other programs know displacements alone
+        let n = body.dofs.n_o - memory;
+        own = read_as(arguments, n);
+        for series in own.iter_mut().flatten() {
+            let parts = series.coefficients.chunks(n);
+            series.coefficients =
+                parts.flat_map(|u| u.iter().copied().chain(vec![0.0; memory])).collect();
+        }
+    }
     let (Err(_), Some(reduction)) = (&own, body.reduction()) else { return own };
     let n_o = reduction.dofs.n_o;
     let Ok(mut of_mesh) = read_as(arguments, n_o) else { return own };

@@ -168,7 +168,12 @@ impl System {
 
     /// Whether the state knows where springs of sliders stuck.
     pub fn remembers(&self) -> bool {
-        self.sliders().iter().any(|s| s.elastic.is_some())
+        self.n_remembered() > 0
+    }
+
+    /// Number of entries of `u_O` that springs of sliders remember by.
+    pub fn n_remembered(&self) -> usize {
+        self.sliders().iter().filter(|s| s.elastic.is_some()).count()
     }
 
     /// The slider that a point is.
@@ -279,8 +284,7 @@ impl System {
 
     /// Number of displacements (or coordinates) of the body: those that are but seen are none, nor what springs of sliders remember.
     pub fn n_displacements(&self) -> usize {
-        let memory = self.sliders().iter().filter(|s| s.elastic.is_some()).count();
-        if self.contact_has_inertia() { self.n_o() } else { self.n() - memory }
+        if self.contact_has_inertia() { self.n_o() } else { self.n() - self.n_remembered() }
     }
 
     /// Length of `u`.

@@ -401,7 +401,7 @@ pub fn sequential(
 
 /// A solution of one harmonic where nothing is known: from rest (forced), or from the first mode.
 fn started(
-    body: &dyn Balanced,
+    body: &mut dyn Balanced,
     omega: f64,
     settings: &Settings,
 ) -> Result<Option<(Solution, Origin)>, HbmError> {
@@ -412,6 +412,46 @@ fn started(
     for start in starts {
         if let Ok(s) = body.solve(&start, omega, settings)? {
             return Ok(Some((s, Origin::Started)));
+        }
+    }
+    let rubs = body.interface().rubs();
+    for from in WAYS_IN.into_iter().filter(|_| rubs) {
+        let found = walked_in(body, (omega, from), settings)?;
+        body.set_frequency(omega);
+        if let Some(s) = found {
+            return Ok(Some((s, Origin::Started)));
+        }
+    }
+    Ok(None)
+}
+
+/// Frequencies over that which is asked for from which bodies with friction are followed: away from a resonance nothing slips, or all does.
+const WAYS_IN: [f64; 2] = [2.0, 0.5];
+
+/// Steps on such a way.
+const STEPS_IN: u32 = 24;
+
+/// The solution of one harmonic at a frequency, by way of others.
+fn walked_in(
+    body: &mut dyn Balanced,
+    (omega, from): (f64, f64),
+    settings: &Settings,
+) -> Result<Option<Solution>, HbmError> {
+    let mut track = Track::default();
+    for step in 0..=STEPS_IN {
+        let there = omega * f64::powf(from, 1.0 - f64::from(step) / f64::from(STEPS_IN));
+        body.set_frequency(there);
+        let mut found = None;
+        for guess in track.guesses(there).into_iter().chain([at_rest(body, 1)]) {
+            if let Ok(s) = body.solve(&guess, there, settings)? {
+                found = Some(s);
+                break;
+            }
+        }
+        match found {
+            Some(s) if step == STEPS_IN => return Ok(Some(s)),
+            Some(s) => track.push(there, s.q),
+            None => {}
         }
     }
     Ok(None)

@@ -397,6 +397,11 @@ pub(super) fn remembered(rubs: &[Rub], paths: &[Path], theta: f64) -> Vec<(usize
 }
 
 impl Interface {
+    /// Whether anything rubs.
+    pub(super) fn rubs(&self) -> bool {
+        !self.rubs.is_empty()
+    }
+
     /// Whether the force of something that rubs is an unknown.
     pub(super) fn has_unknown_forces(&self) -> bool {
         self.rubs.iter().any(|r| matches!(r.law, Law::Rigid { .. }))
