@@ -1,6 +1,7 @@
 //! Harmonic balance by dynamic stiffness beside that by all modes: two ways to one series.
 
-use crate::common::shipped;
+use crate::common::{scene, shipped};
+use crate::harmonic_friction::plate;
 use signorini::continuation::Go;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Track, Walk, sequential};
@@ -112,4 +113,13 @@ fn large_bodies_go_by_dynamic_stiffness() {
         assert_eq!(body.components() != n, large);
         assert_eq!(body.components() == body.interface().rank_in(), large);
     }
+}
+
+/// Coulomb's friction, a slider with a spring, one without, a damper.
+#[test]
+fn what_rubs() {
+    let more = "[[slider]]\nat = [0.25, 1.0]\ndirection = [0.0, 1.0]\nlimit = 0.01\nstiffness = 0.7\n[[slider]]\nat = [0.25, 0.5]\ndirection = [1.0, 0.0]\nlimit = 0.003\n\
+                [[damper]]\nat = [0.25, 1.0]\ndirection = [1.0, 0.0]\nviscosity = 0.1\n";
+    let scene = scene(&plate(0.01, [0.1, 0.1], more));
+    both_ways(&scene, Form::Acceleration, &[3, 9], &[2.1, 2.15, 2.2]);
 }

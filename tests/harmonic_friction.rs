@@ -26,7 +26,7 @@ fn jenkins(omega: f64) -> String {
 }
 
 /// A plate held on the left, with a rough wall on the right that it presses, or meets.
-fn plate(gap: f64, load: [f64; 2], more: &str) -> String {
+pub fn plate(gap: f64, load: [f64; 2], more: &str) -> String {
     let [x, y] = load;
     format!(
         "[body]\nkind = 'plate'\nsize = [0.5, 1.0]\nelements = [2, 4]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\

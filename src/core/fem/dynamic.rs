@@ -14,8 +14,8 @@ use super::sparse::Csr;
 #[derive(Debug)]
 pub struct DynamicStiffness {
     pattern: SymbolicSparseColMat<usize>,
-    /// Entries of `K`, `M` and of what damps, in the order of the pattern.
-    entries: Vec<[f64; 3]>,
+    /// Entries of `K`, `M`, of what stiffness-proportional damping is proportional to, and of dampers, in the order of the pattern.
+    entries: Vec<[f64; 4]>,
     order: OnceLock<SymbolicLu<usize>>,
 }
 
@@ -24,13 +24,18 @@ pub struct DynamicStiffness {
 pub struct DynamicFactor(Lu<usize, c64>);
 
 impl DynamicStiffness {
-    /// Of symmetric matrices; `damps` is what stiffness-proportional damping is proportional to, where it is not `K`.
-    pub fn new(k: &Csr, m: &Csr, damps: Option<&Csr>) -> Result<DynamicStiffness, FemError> {
+    /// Of symmetric matrices; `damps` is what stiffness-proportional damping is proportional to, where it is not `K`, `dampers` the matrix of viscous elements.
+    pub fn new(
+        (k, m): (&Csr, &Csr),
+        damps: Option<&Csr>,
+        dampers: Option<&Csr>,
+    ) -> Result<DynamicStiffness, FemError> {
         let n = k.n_rows();
-        let damps = damps.unwrap_or(k);
+        let (damps, none) = (damps.unwrap_or(k), Csr::from_triplets(n, n, vec![]));
+        let dampers = dampers.unwrap_or(&none);
         // all on one pattern
-        let sum = |of_k: c64, of_m: c64, of_c: c64| {
-            let parts = [(k, of_k), (m, of_m), (damps, of_c)];
+        let sum = |[of_k, of_m, of_c, of_w]: [c64; 4]| {
+            let parts = [(k, of_k), (m, of_m), (damps, of_c), (dampers, of_w)];
             let entries = parts
                 .iter()
                 .flat_map(|&(a, c)| a.triplets().map(move |(i, j, v)| Triplet::new(i, j, c * v)));
@@ -38,18 +43,19 @@ impl DynamicStiffness {
                 .map_err(|_| FemError::Singular { what: "dynamic stiffness" })
         };
         let (zero, one, i) = (c64::new(0.0, 0.0), c64::new(1.0, 0.0), c64::new(0.0, 1.0));
-        let (pattern, of_both) = sum(one, i, zero)?.into_parts();
-        let (_, of_damping) = sum(zero, zero, one)?.into_parts();
+        let (pattern, of_both) = sum([one, i, zero, zero])?.into_parts();
+        let (_, of_damping) = sum([zero, zero, one, i])?.into_parts();
         let both = of_both.iter().zip(&of_damping);
-        let entries = both.map(|(v, c)| [v.re, v.im, c.re]).collect();
+        let entries = both.map(|(v, c)| [v.re, v.im, c.re, c.im]).collect();
         Ok(DynamicStiffness { pattern, entries, order: OnceLock::new() })
     }
 
-    /// Factorise at a frequency, with the damping `αM + βK`.
+    /// Factorise at a frequency, with the damping `αM + βK` beside that of the dampers.
     pub fn factor(&self, omega: f64, (alpha, beta): (f64, f64)) -> Result<DynamicFactor, FemError> {
         let failed = || FemError::Singular { what: "dynamic stiffness" };
-        let value =
-            |&[k, m, c]: &[f64; 3]| c64::new(k - omega * omega * m, omega * (alpha * m + beta * c));
+        let value = |&[k, m, c, w]: &[f64; 4]| {
+            c64::new(k - omega * omega * m, omega * (alpha * m + beta * c + w))
+        };
         let values: Vec<c64> = self.entries.iter().map(value).collect();
         let d = faer::sparse::SparseColMatRef::new(self.pattern.as_ref(), &values);
         let order = match self.order.get() {

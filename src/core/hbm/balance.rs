@@ -11,9 +11,10 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::HbmError;
+use super::crossing::{Crossing, SWITCHES, spans};
 use super::interface::{Interface, PhaseOperator};
 use super::rubbing::{self, Along, Contact, Derivatives, Path};
-use super::series::{Basis, Function, Integrals, Series};
+use super::series::{Integrals, Series};
 use crate::contact::{Monitor, PointState, States};
 
 /// How the projections are computed.
@@ -23,25 +24,6 @@ pub enum Quadrature {
     EventResolved,
     /// Alternating frequency–time with this number of samples a period: an approximation.
     Sampled(usize),
-}
-
-/// A switch along a series.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Crossing {
-    /// Where.
-    pub theta: f64,
-    /// Contact point.
-    pub point: usize,
-    /// Its state before.
-    pub from: PointState,
-    /// Its state after.
-    pub to: PointState,
-}
-
-/// Where the phases between the switches of a series begin and end.
-pub(super) fn spans(crossings: &[Crossing], basis: Basis) -> impl Iterator<Item = (f64, f64)> {
-    let ends = crossings.iter().map(|c| c.theta);
-    std::iter::once(0.0).chain(ends.clone()).zip(ends.chain([basis.end()]))
 }
 
 /// Projections along a series.
@@ -62,15 +44,6 @@ pub struct Balance {
     /// Touches that may be crossings: tangencies that could not be decided, and switches whose monitor has no slope (the derivative knows
     /// nothing of how they move).
     pub undecided: usize,
-}
-
-/// Most switches of one node a harmonic.
-pub(super) const SWITCHES: usize = 8;
-
-/// Norm of a function squared, over the interval of its basis.
-pub(super) fn weight(basis: Basis, (k, _): Function) -> f64 {
-    let half = 0.5 * basis.end();
-    if k == 0 { 2.0 * half } else { half }
 }
 
 /// The coefficients by which a phase multiplies `y_l f_l`: `P f_l + ωV f_l′ + ω²A f_l″` as one matrix for `f_l`, and one for its partner
@@ -220,7 +193,7 @@ fn event_resolved(at: &Along) -> Result<Balance, HbmError> {
         let (a, b, op) = (&tables[j], &tables[j + 1], &operators[j]);
         let at = |k: usize, l: usize| (l * count + k) * active.len() + place;
         for k in 0..count {
-            let scale = 1.0 / weight(basis, functions[k]);
+            let scale = 1.0 / basis.weight(functions[k]);
             for l in 0..count {
                 let (f, g) = (functions[k], functions[l]);
                 integrals[at(k, l)] = scale * (b.product(f, g) - a.product(f, g));
@@ -341,7 +314,7 @@ impl Moving<'_> {
             let after = value(&operators[j + 1], interface, y, omega, crossing.theta);
             basis.values(n_h, crossing.theta, &mut f);
             for (k, target) in steps.col_as_slice_mut(j).chunks_exact_mut(r).enumerate() {
-                let scale = f[k] / weight(basis, functions[k]);
+                let scale = f[k] / basis.weight(functions[k]);
                 let step = before.iter().zip(&after).map(|(a, b)| scale * (a - b));
                 target.iter_mut().zip(step).for_each(|(t, s)| *t = s);
             }
@@ -398,7 +371,7 @@ fn sampled(
         let value = value(&op, interface, y, omega, theta);
         basis.values(n_h, theta, &mut f);
         for k in 0..count {
-            let scale = f[k] * h / weight(basis, functions[k]);
+            let scale = f[k] * h / basis.weight(functions[k]);
             n.of_mut(k).iter_mut().zip(&value).for_each(|(n, v)| *n += scale * v);
         }
         for (l, &(harmonic, is_sine)) in functions.iter().enumerate() {
@@ -412,7 +385,7 @@ fn sampled(
                     }
                     for k in 0..count {
                         derivative[(k * r + i, l * r_in + c)] +=
-                            value * f[k] * h / weight(basis, functions[k]);
+                            value * f[k] * h / basis.weight(functions[k]);
                     }
                 }
             }

@@ -55,12 +55,17 @@ pub trait Balanced {
     fn displacements(&self, s: &Solution) -> Result<Series, HbmError>;
 }
 
-/// Above this number of displacements the open body is known by its dynamic stiffness, not by its modes.
+/// Above this number of displacements the open body is known by its dynamic stiffness, not by its modes, unless its modes are what its damping is made of.
 const LARGE: usize = 1000;
+
+/// Dampers over more rows, over the displacements, are those of all modes.
+const FEW: f64 = 0.1;
 
 /// A body, prepared in the way that suits its size.
 pub fn prepare(system: System, form: Form) -> Result<Box<dyn Balanced>, HbmError> {
-    Ok(match system.n_o() > LARGE {
+    let dampers = system.dampers.as_ref().map_or(0, |d| d.rows().n_rows());
+    let is_sparse = dampers as f64 <= FEW * system.n_o() as f64;
+    Ok(match system.n_o() > LARGE && is_sparse {
         true => Box::new(Dynamic::new(system, form)?),
         false => Box::new(Reduction::new(system, form)?),
     })

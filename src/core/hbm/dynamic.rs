@@ -3,7 +3,7 @@
 //! Newton's method goes on the interface terms alone, `n = N(ĉ − Ĝ n)` ([`Receptance`]); with `M₀L` the orthonormal directions
 //!
 //! ```text
-//! G_k = (M₀L)ᵀ D_k⁻¹ (M₀L),     D_k = K₀ − k²ω²M₀ + ikω(αM₀ + βK₀)
+//! G_k = (M₀L)ᵀ D_k⁻¹ (M₀L),     D_k = K₀ − k²ω²M₀ + ikω(αM₀ + βK₀ + WᵀW)
 //! ```
 //!
 //! and `D_k u_k = f_k − M₀L n_k` gives the displacements of a solution. Series are those of the projections `y`.
@@ -20,7 +20,9 @@ use super::solution::Solution;
 use super::{Balanced, HbmError};
 use crate::contact::System;
 use crate::continuation::{dot, norm};
-use crate::fem::{DynamicFactor, DynamicStiffness, FemError, SpdFactor, eigen};
+use crate::fem::{
+    Discrete, DynamicFactor, DynamicStiffness, FemError, SpdFactor, eigen, with_elements,
+};
 use crate::records::GapReason;
 
 /// A large body.
@@ -44,6 +46,8 @@ pub struct Dynamic {
 /// The first mode of the open body: a coordinate that is never the least of a motion.
 struct FirstMode {
     omega: f64,
+    /// `φᵀWᵀWφ` of the dampers.
+    by_dampers: f64,
     shape: Vec<f64>,
     /// `φᵀM₀L`
     directions: Vec<f64>,
@@ -68,6 +72,12 @@ impl Dynamic {
         let form = form.of(&system);
         let open = system.open_phase();
         let (k, m) = open.matrices();
+        // what springs of sliders remember by takes part in no motion
+        let held = system.sliders().iter().filter_map(|s| s.elastic).map(|e| {
+            let (row, stiffness) = (vec![(e.memory, 1.0)], system.units.highest.powi(2));
+            Discrete { row, stiffness, mass: 0.0 }
+        });
+        let k = with_elements(k, &held.collect::<Vec<_>>(), |e| e.stiffness);
         let n = system.n_o();
         let factor = SpdFactor::new(&m, "mass matrix of the open phase")?;
         let mut scratch = factor.scratch();
@@ -110,12 +120,14 @@ impl Dynamic {
             (system.reach(&shape), basis.iter().map(reach).fold(0.0, f64::max));
         let furthest = if of_first_mode > NO_REACH * locally { of_first_mode } else { locally };
         let force_unit = omega * omega * system.units.length / furthest;
-        let damps = open.damping_stiffness();
+        let (damps, dampers) = (open.damping_stiffness(), system.dampers.as_ref());
+        let by_dampers = dampers.map_or(0.0, |d| d.power(&shape));
+        let dampers = dampers.map(|d| d.matrix());
         Ok(Dynamic {
-            stiffness: DynamicStiffness::new(&k, &m, damps.as_ref())?,
+            stiffness: DynamicStiffness::new((&k, &m), damps.as_ref(), dampers.as_ref())?,
             directions: (support, rows),
             forces,
-            first: FirstMode { omega, shape, directions: of_shape, forces: of_first },
+            first: FirstMode { omega, by_dampers, shape, directions: of_shape, forces: of_first },
             force_unit,
             sizes,
             answers: RefCell::default(),
@@ -174,13 +186,14 @@ impl Dynamic {
 
     /// Size of the first mode's coordinate under the interface terms `n`.
     fn first_coordinate(&self, n: &Series, omega: f64) -> f64 {
-        let FirstMode { omega: natural, directions, forces, .. } = &self.first;
+        let FirstMode { omega: natural, by_dampers, directions, forces, .. } = &self.first;
         let loads = load_series(&self.interface, n.n_h, &forces.0, &forces.1);
         let (alpha, beta) = self.interface.damping();
         let mut sum = 0.0;
         for k in 0..=n.n_h {
             let kw = k as f64 * omega;
-            let (re, im) = (natural * natural - kw * kw, kw * (alpha + beta * natural * natural));
+            let (re, im) =
+                (natural * natural - kw * kw, kw * (alpha + beta * natural * natural + by_dampers));
             let (cos, sin) = n.basis.places(k);
             for function in [Some(cos), sin].into_iter().flatten() {
                 let force = loads.of(function)[0] - dot(directions, n.of(function));

@@ -12,7 +12,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::HbmError;
-use super::rubbing::{self, Rub};
+use super::rub::{self, Rub};
 use super::series::{Basis, Polynomial, Series};
 use crate::contact::lcp::UNITS;
 use crate::contact::{Drive, Monitor, MonitorKind, States, System};
@@ -158,7 +158,7 @@ impl Directions {
     ) -> Directions {
         let mut pairs = orthonormal(system.directions().iter().map(|column| pair(column)));
         let contact = pairs.len();
-        let rubs = rubbing::rubs(system, |row| {
+        let rubs = rub::all(system, |row| {
             let (mut b, mut x) = pair(row);
             let scale = dot(&b, &x).sqrt();
             b.iter_mut().chain(&mut x).for_each(|b| *b /= scale);
@@ -208,6 +208,16 @@ impl Interface {
         let forces = (constant, harmonics);
         let (rank, rubs) = (directions.pairs.len(), directions.rubs);
         Interface { system, form, basis, rubs, rank, lifted, mass, stiffness, forces, phases }
+    }
+
+    /// Whether anything rubs.
+    pub(super) fn rubs(&self) -> bool {
+        !self.rubs.is_empty()
+    }
+
+    /// Whether the force of something that rubs is an unknown.
+    pub(super) fn has_unknown_forces(&self) -> bool {
+        self.rubs.iter().any(Rub::is_unknown)
     }
 
     /// Number of components of a series, `r`: directions of the contact, and of what rubs.

@@ -25,6 +25,7 @@ pub mod bem;
 pub mod branch;
 #[doc(hidden)]
 pub mod check;
+mod crossing;
 pub(crate) mod dynamic;
 mod impedance;
 pub(crate) mod interface;
@@ -36,6 +37,7 @@ pub(crate) mod receptance;
 pub(crate) mod reduction;
 #[doc(hidden)]
 pub mod response;
+mod rub;
 mod rubbing;
 pub mod series;
 pub(crate) mod solution;

@@ -4,7 +4,7 @@
 //! periodic `W` all is periodic after one period at the latest.
 
 use super::HbmError;
-use super::balance::SWITCHES;
+use super::crossing::SWITCHES;
 use super::series::Polynomial;
 use crate::contact::PointState;
 

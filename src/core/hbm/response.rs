@@ -4,7 +4,8 @@ use std::convert::Infallible;
 
 use faer::Mat;
 
-use super::balance::{Balance, Crossing, Quadrature};
+use super::balance::{Balance, Quadrature};
+use super::crossing::Crossing;
 use super::newton::{Settings, condensed_residual, jacobian};
 use super::receptance::Receptance;
 use super::reduction::Reduction;

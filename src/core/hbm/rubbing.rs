@@ -17,61 +17,12 @@
 use faer::Mat;
 
 use super::HbmError;
-use super::balance::{Crossing, weight};
+use super::crossing::Crossing;
 use super::interface::{Interface, PhaseOperator};
 use super::play::{Jenkins, Memory, Piece, Walk};
+use super::rub::{Law, Rub};
 use super::series::{Function, Integrals, Polynomial, Series};
-use crate::contact::{MonitorKind, PointState, States, System};
-
-/// What rubs.
-#[derive(Debug)]
-pub(super) struct Rub {
-    /// Contact point.
-    pub point: usize,
-    /// Its component `c`: `W = s y_c`, `n_c = s F`.
-    pub component: usize,
-    /// `s = √(w M⁻¹ wᵀ)`, which makes forces of unit components move the body alike.
-    pub scale: f64,
-    law: Law,
-}
-
-#[derive(Debug)]
-enum Law {
-    /// `memory` is the entry of `u_O` that is `z`.
-    Elastic { spring: Jenkins, memory: usize },
-    /// `P = factor` times the pressure, and `V`.
-    Rigid { factor: f64, surface: f64 },
-}
-
-/// All that rubs; `component` makes one of the row of a displacement, and says `s`. Springs over one row share it.
-pub(super) fn rubs(
-    system: &System,
-    mut component: impl FnMut(&[(usize, f64)]) -> (usize, f64),
-) -> Vec<Rub> {
-    let Some(tangents) = system.tangents() else { return vec![] };
-    let mut known: Vec<(&[(usize, f64)], (usize, f64))> = vec![];
-    let mut all = vec![];
-    for (point, tangent) in tangents.iter().enumerate() {
-        let Some(tangent) = tangent else { continue };
-        let elastic = system.slider(point).and_then(|s| Some((s.limit, s.elastic?)));
-        let (law, (component, scale)) = match elastic {
-            None => {
-                let factor = system.limit_over_pressure(point);
-                (Law::Rigid { factor, surface: tangent.surface }, component(&tangent.row))
-            }
-            Some((limit, spring)) => {
-                let row = &tangent.row[..];
-                let earlier = known.iter().find(|k| k.0 == row).map(|k| k.1);
-                let place = earlier.unwrap_or_else(|| component(row));
-                known.push((row, place));
-                let (stiffness, memory) = (spring.stiffness, spring.memory);
-                (Law::Elastic { spring: Jenkins { limit, stiffness }, memory }, place)
-            }
-        };
-        all.push(Rub { point, component, scale, law });
-    }
-    all
-}
+use crate::contact::{MonitorKind, PointState, States};
 
 /// What one thing that rubs does along a series.
 #[derive(Debug)]
@@ -255,7 +206,7 @@ struct Products {
 impl Products {
     fn new(y: &Series, piece: &Piece) -> Products {
         let functions = y.basis.functions(y.n_h);
-        let scale = functions.iter().map(|f| 1.0 / weight(y.basis, *f)).collect();
+        let scale = functions.iter().map(|f| 1.0 / y.basis.weight(*f)).collect();
         let ends = [piece.begin, piece.end].map(|theta| Integrals::new(y.n_h, theta));
         Products { ends, functions, scale }
     }
@@ -394,16 +345,4 @@ pub(super) fn remembered(rubs: &[Rub], paths: &[Path], theta: f64) -> Vec<(usize
         Some((memory, path.walk.at(theta).memory.z))
     };
     rubs.iter().zip(paths).filter_map(of).collect()
-}
-
-impl Interface {
-    /// Whether anything rubs.
-    pub(super) fn rubs(&self) -> bool {
-        !self.rubs.is_empty()
-    }
-
-    /// Whether the force of something that rubs is an unknown.
-    pub(super) fn has_unknown_forces(&self) -> bool {
-        self.rubs.iter().any(|r| matches!(r.law, Law::Rigid { .. }))
-    }
 }

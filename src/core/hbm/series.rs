@@ -54,6 +54,12 @@ impl Basis {
         all
     }
 
+    /// Norm of a function squared, over the interval of the basis.
+    pub fn weight(self, (k, _): Function) -> f64 {
+        let half = 0.5 * self.end();
+        if k == 0 { 2.0 * half } else { half }
+    }
+
     /// Values of the functions at `θ`.
     pub fn values(self, n_h: usize, theta: f64, out: &mut Vec<f64>) {
         out.clear();

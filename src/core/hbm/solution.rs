@@ -1,7 +1,8 @@
 //! A solution of the harmonic balance: a series that converged and obeys the contact conditions over its whole period; or why there is none.
 
 use super::HbmError;
-use super::balance::{Balance, Crossing, Quadrature, spans};
+use super::balance::{Balance, Quadrature};
+use super::crossing::{Crossing, spans};
 use super::interface::Interface;
 use super::rubbing::remembered;
 use super::series::{Basis, Series};
