@@ -4,11 +4,13 @@ use std::f64::consts::TAU;
 
 use crate::common::{json, problem, random};
 use signorini::continuation::Family;
+use signorini::hbm::damped::{Amplitudes, DampedMode, follow};
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Harmonics, Track, Walk, sequential};
 use signorini::hbm::{Balanced, Form, Series, Solution, prepare};
 use signorini::orbit::search::{Effort, find};
 use signorini::orbit::{Closure, Propagator};
+use signorini::records::PointRecord;
 
 /// `m = 1` on a spring `k` under `F cos ωt`.
 fn oscillator(k: f64, tables: &str, (f, omega): (f64, f64)) -> String {
@@ -264,5 +266,67 @@ fn series_are_confronted_with_time() {
             assert!(row["moved"].as_f64().unwrap() < 1e-3, "{row}");
             assert!(row["residual"].as_f64().unwrap() < 1e-2, "{row}");
         }
+    }
+}
+
+/// Points of a damped nonlinear mode at some amplitudes: frequency, `α`, initial state.
+fn damped_mode(text: &str, n_h: usize, grid: &[f64]) -> Vec<PointRecord> {
+    let mode = DampedMode::new(problem(text).system, 0).unwrap().unwrap();
+    let settings = Settings::default();
+    let mut found = vec![];
+    follow(&mode, &Amplitudes { grid, n_h, settings: &settings }, &[], |p| {
+        found.push(p);
+        std::ops::ControlFlow::Continue(())
+    })
+    .unwrap();
+    found
+}
+
+/// The damped nonlinear mode of a Jenkins oscillator: with one harmonic the describing function, `ω² = k + k_eq(X)` and `α = 4L(X − L/k_t)/(πωX²)`; with 31 the motion in
+/// time, marched in small steps under `−αu̇`, comes back.
+#[test]
+fn a_damped_nonlinear_mode_has_the_frequency_and_the_ratio_of_its_amplitude() {
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [1]\nyoung = 4.0\ndensity = 2.0\nmass = 'lumped'\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+                [[slider]]\nat = [1.0]\nlimit = 1.0\nstiffness = 5.0\n";
+    let (k, spring, limit) = (4.0f64, 5.0f64, 1.0f64);
+    let grid = [0.1, 0.19, 0.21, 0.3, 0.5, 1.0, 3.0, 10.0];
+    for (p, x) in damped_mode(text, 1, &grid).iter().zip(grid) {
+        let orbit = p.orbit.as_ref().unwrap();
+        let alpha = orbit.viscous.as_ref().unwrap().alpha;
+        let slip = limit / spring;
+        let (stiffness, loss) = match x > slip {
+            false => (spring, 0.0),
+            true => {
+                let angle = (1.0 - 2.0 * slip / x).acos();
+                let pi = std::f64::consts::PI;
+                let stiffness = spring / pi * (angle - 0.5 * (2.0 * angle).sin());
+                (stiffness, 4.0 * limit * (x - slip) / (pi * x * x))
+            }
+        };
+        let omega = (k + stiffness).sqrt();
+        assert!((p.omega - omega).abs() < 1e-11, "{x}: {} {omega}", p.omega);
+        assert!((alpha - loss / omega).abs() < 1e-11, "{x}: {alpha} {}", loss / omega);
+    }
+    for p in damped_mode(text, 31, &grid) {
+        let orbit = p.orbit.as_ref().unwrap();
+        let (alpha, steps) = (orbit.viscous.as_ref().unwrap().alpha, 400_000);
+        let h = TAU / p.omega / f64::from(steps);
+        let (u0, v0) = (orbit.u0[0], orbit.v0[0]);
+        let (mut u, mut v, mut z) = (u0, v0, orbit.u0[1]);
+        for _ in 0..steps {
+            // the midpoint rule of the second order
+            let middle = u + 0.5 * h * v;
+            let trial = spring * (middle - z);
+            let force = trial.clamp(-limit, limit);
+            z += (trial - force) / spring;
+            let a = -k * middle - force;
+            let next = (v * (1.0 + 0.5 * h * alpha) + h * a) / (1.0 - 0.5 * h * alpha);
+            u = middle + 0.5 * h * next;
+            v = next;
+        }
+        let size = u0.abs() + v0.abs() / p.omega;
+        let off = ((u - u0).abs() + (v - v0).abs() / p.omega) / size;
+        println!("omega {} zeta {}: {off:.1e}", p.omega, 0.5 * alpha / p.omega);
+        assert!(off < 3e-6, "{}: {off:e}", p.omega);
     }
 }

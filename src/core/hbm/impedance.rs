@@ -22,14 +22,19 @@ impl Impedance {
     /// At rest, with some motions held by a spring.
     pub fn at_rest(open: &Spectrum, (held, spring): (&[usize], f64)) -> Impedance {
         let mut rest = Impedance::new(open, 0.0);
-        match &mut rest {
-            Impedance::Modes(d) => held.iter().for_each(|i| d[*i] = c64::new(spring, 0.0)),
+        rest.add(|i| c64::new(if held.contains(&i) { spring } else { 0.0 }, 0.0));
+        rest
+    }
+
+    /// With more on the diagonal.
+    pub fn add(&mut self, more: impl Fn(usize) -> c64) {
+        match self {
+            Impedance::Modes(d) => d.iter_mut().enumerate().for_each(|(i, d)| *d += more(i)),
             Impedance::Full(d, lu) => {
-                held.iter().for_each(|i| d[(*i, *i)] = c64::new(spring, 0.0));
+                (0..d.nrows()).for_each(|i| d[(i, i)] += more(i));
                 *lu = d.partial_piv_lu();
             }
         }
-        rest
     }
 
     /// At `kω`.

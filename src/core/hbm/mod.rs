@@ -26,6 +26,8 @@ pub mod branch;
 #[doc(hidden)]
 pub mod check;
 mod crossing;
+#[doc(hidden)]
+pub mod damped;
 pub(crate) mod dynamic;
 mod impedance;
 pub(crate) mod interface;

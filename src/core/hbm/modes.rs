@@ -102,7 +102,7 @@ impl Linear {
 }
 
 /// `x ← D⁻¹ x`
-fn divide(d: &[Impedance], x: &mut Series) {
+pub(super) fn divide(d: &[Impedance], x: &mut Series) {
     by_harmonic(d, x, Impedance::divide);
 }
 
@@ -121,7 +121,7 @@ fn by_harmonic(d: &[Impedance], x: &mut Series, act: impl Fn(&Impedance, &mut [c
 }
 
 /// `Bᵀ x`, function by function.
-fn onto_columns(b: &Mat<f64>, x: &Series) -> Series {
+pub(super) fn onto_columns(b: &Mat<f64>, x: &Series) -> Series {
     let mut y = Series::zeros(x.basis, x.n_h, b.ncols());
     for i in 0..x.basis.len(x.n_h) {
         for (c, y) in y.of_mut(i).iter_mut().enumerate() {
