@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::{json, problem, random};
+use crate::common::{json, problem, program, random, run};
 use signorini::continuation::Family;
 use signorini::hbm::damped::{Amplitudes, DampedMode, follow};
 use signorini::hbm::newton::Settings;
@@ -271,7 +271,7 @@ fn series_are_confronted_with_time() {
 
 /// Points of a damped nonlinear mode at some amplitudes: frequency, `α`, initial state.
 fn damped_mode(text: &str, n_h: usize, grid: &[f64]) -> Vec<PointRecord> {
-    let mode = DampedMode::new(problem(text).system, 0).unwrap().unwrap();
+    let mode = DampedMode::new(problem(text).system, 0).unwrap();
     let settings = Settings::default();
     let mut found = vec![];
     follow(&mode, &Amplitudes { grid, n_h, settings: &settings }, &[], |p| {
@@ -328,5 +328,73 @@ fn a_damped_nonlinear_mode_has_the_frequency_and_the_ratio_of_its_amplitude() {
         let off = ((u - u0).abs() + (v - v0).abs() / p.omega) / size;
         println!("omega {} zeta {}: {off:.1e}", p.omega, 0.5 * alpha / p.omega);
         assert!(off < 3e-6, "{}: {off:e}", p.omega);
+    }
+}
+
+/// `backbone --amplitudes`: one mode of the Brake–Reuß beam on an Iwan element has the published frequencies and ratios that it was fitted to; an interrupted family goes on; what has
+/// no such mode is refused.
+#[test]
+fn damped_modes_are_families() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let file = path("damped.h5");
+    let scene = "scenarios/brake-reuss.toml";
+    let asked = ["--method", "hbm", "--harmonics", "7", "-q", "--force", "-o", &file];
+    for (amplitude, omega, zeta) in [
+        ("9.73e-8,1e-6", 1058.731, 8.728e-4),
+        ("1.7092e-6,1e-5", 1057.968, 1.3277e-3),
+        ("6.74e-5,1e-4", 984.411, 3.0630e-2),
+    ] {
+        let options = ["backbone", scene, "--amplitudes", amplitude, "--step", "1"];
+        let said = json(&[&options[..], &asked].concat());
+        let first = &said["points"][0];
+        let number = |key: &str| first[key].as_f64().unwrap();
+        assert!((number("omega") / omega - 1.0).abs() < 2e-4, "{first}");
+        assert!((number("zeta") / zeta - 1.0).abs() < 0.07, "{first}");
+        assert!(number("residual") < 1e-13);
+    }
+    let (part, whole) = (path("part.h5"), path("whole.h5"));
+    let family = |out: &str, more: &[&str]| {
+        let options = ["backbone", scene, "--amplitudes", "1e-6,1e-4", "--method", "hbm"];
+        let all = [&options[..], &["--harmonics", "1,7", "-q", "-o", out], more].concat();
+        let mut program = program();
+        program.args(all);
+        program
+    };
+    assert!(family(&whole, &[]).status().unwrap().success());
+    let mut ended = family(&part, &["--threads", "1"]);
+    ended.env("SIGNORINI_AT_LOOK", "INT 12");
+    assert!(!ended.status().unwrap().success());
+    assert!(family(&part, &["--resume"]).status().unwrap().success());
+    let read = |name: &str, what: &str| -> Vec<f64> {
+        hdf5::File::open(name).unwrap().dataset(what).unwrap().read_raw().unwrap()
+    };
+    for what in ["backbone/omega", "backbone/amplitude", "hbm/coefficients"] {
+        assert_eq!(read(&part, what), read(&whole, what), "{what}");
+    }
+    let loaded = path("loaded.toml");
+    std::fs::write(&loaded, jenkins(2.96)).unwrap();
+    for (arguments, words) in [
+        (&["backbone", scene, "--amplitudes", "1e-6,1e-4"][..], "--method hbm"),
+        (&["backbone", scene, "--amplitudes", "1e-4", "--method", "hbm"], "two displacements"),
+        (&["backbone", &loaded, "--amplitudes", "0.1,1", "--method", "hbm"], "changes in time"),
+        (
+            &[
+                "backbone",
+                "scenarios/half-plate-orbit.toml",
+                "--amplitudes",
+                "0.1,1",
+                "--method",
+                "hbm",
+            ],
+            "has no friction",
+        ),
+        (&["backbone", scene, "--viscous"], "--amplitudes"),
+    ] {
+        let out = run(arguments);
+        let said = String::from_utf8_lossy(&out.stderr).replace("│ ", "");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(out.status.code(), Some(2), "{said}");
+        assert!(said.contains(words), "{words}: {said}");
     }
 }

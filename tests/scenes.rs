@@ -7,11 +7,12 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 27] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 28] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
     ("blade", 14, 3.2864317559e1, 4.8349042385e2, 4.0216530832e-8, 16094),
     ("bouncing-bar", 6, 1.0000000000e0, 4.3143927094e0, 2.2846879468e1, 745),
+    ("brake-reuss", 889, 4.168543329e-5, 5.974596074e-2, 2.196424687e-4, 480),
     ("bracket", 20, 2.7763040166e-4, 3.6893176645e-3, 1.8452437180e-1, 4444),
     ("driven-stop", 23, 6.2200597856e-1, 4.4375981915e1, 7.4824125467e-3, 104),
     ("half-disc", 10, 2.0000000000e-1, 5.8901486609e0, 7.8021102411e-3, 551),

@@ -44,7 +44,7 @@ def test_pinned_numbers_of_scenes(name, switches, first, last, energy):
     # what is stored agrees with what is said
     assert r.t[-1] == r.t_end and len(r.t) == len(r.u) == len(r.v) == len(r.pressure)
     # what springs of sliders remember stands behind the displacements of nodes
-    remembered = 9 if name == "joint" else 0
+    remembered = {"joint": 9, "brake-reuss": 24}.get(name, 0)
     assert r.u.shape[1] == (r.mesh.dof_map >= 0).sum() + remembered if "contact_points" not in r.mesh else True
     total = r.ledger.kinetic + r.ledger.elastic
     assert total[-1] == pytest.approx(r.energy_end, rel=1e-9, abs=1e-12 * scale)

@@ -12,7 +12,8 @@ use signorini::families::conservative;
 use signorini::families::follow::{self, BranchTask, Take};
 use signorini::families::sequence::{self, Stretch};
 use signorini::families::viscous::Viscosity;
-use signorini::families::{Asked, Known, start};
+use signorini::families::{self, Asked, Known, start};
+use signorini::hbm::damped::{Amplitudes, DampedMode};
 use signorini::orbit::along::Start;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -24,6 +25,7 @@ use signorini::scenario::{Issue, Scene};
 use signorini::store::FamilyPlan;
 
 use super::balance::{self, Choice};
+use super::damped;
 use super::family::{self, Carried, Job, Output};
 use super::task::{Files, Task, Work};
 use super::{Answer, CliError, Global, load, plain, viscous};
@@ -31,7 +33,7 @@ use super::{Answer, CliError, Global, load, plain, viscous};
 /// Arguments of `backbone`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5\n  signorini backbone scenarios/half-plate-orbit.toml --follow arclength --omega 1.8 --points 200 -o branch.h5\n  signorini backbone scenarios/half-plate-orbit.toml --viscous --step 0.02 -o viscous.h5\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5 --resume\n  signorini plot backbone.h5"
+    after_help = "Example:\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5\n  signorini backbone scenarios/half-plate-orbit.toml --follow arclength --omega 1.8 --points 200 -o branch.h5\n  signorini backbone scenarios/half-plate-orbit.toml --viscous --step 0.02 -o viscous.h5\n  signorini backbone scenarios/brake-reuss.toml --method hbm --amplitudes 1e-7,2e-4 -o damped.h5\n  signorini backbone scenarios/half-plate-orbit.toml -o backbone.h5 --resume\n  signorini plot backbone.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -43,7 +45,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", allow_hyphen_values = true)]
     range: Option<Vec<f64>>,
     /// Sequential: step in frequency [default: a four-hundredth of the highest frequency, rounded]; arclength and natural: first step,
-    /// relative [default: 0.005]
+    /// relative [default: 0.005]; amplitudes: decades between two [default: 0.1]
     #[arg(long, value_name = "STEP", allow_negative_numbers = true)]
     step: Option<f64>,
     /// Arclength and natural: the frequency of the orbit to start from [default: that of the scene's [orbit]]
@@ -66,6 +68,9 @@ pub struct Arguments {
     /// Look for a conservative orbit near each orbit of a viscous family, once; most have none
     #[arg(long, value_name = "VISCOUS.h5", conflicts_with_all = ["viscous", "follow", "range", "step", "omega"])]
     conservative_from: Option<PathBuf>,
+    /// Bodies with friction: the damped nonlinear mode at amplitudes of the farthest contact point or slider, with --method hbm
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", conflicts_with_all = ["viscous", "follow", "range", "omega", "locate", "conservative_from"])]
+    amplitudes: Option<Vec<f64>>,
     #[command(flatten)]
     balance: balance::Arguments,
     #[command(flatten)]
@@ -113,10 +118,26 @@ impl Arguments {
         Ok(step)
     }
 
+    /// Decades from amplitude to amplitude.
+    fn decades(&self) -> Result<f64, CliError> {
+        let step = self.step.unwrap_or(0.1);
+        match (1e-4..=1.0).contains(&step) {
+            true => Ok(step),
+            false => Err(CliError::Input(format!(
+                "--step {}: give 0.0001 to 1, the decades from one amplitude to the next",
+                plain(step)
+            ))),
+        }
+    }
+
     /// How points follow one another.
     fn walk(&self, scene: &Scene, range: (f64, f64)) -> Result<Walk, CliError> {
         if self.conservative_from.is_some() {
             return Ok(Walk::Given);
+        }
+        if self.amplitudes.is_some() {
+            let (low, high) = range;
+            return Ok(Walk::Amplitudes { low, high, step: self.decades()? });
         }
         let step = self.step(range)?;
         if self.follow == Follow::Sequential {
@@ -141,6 +162,7 @@ impl Arguments {
             None => vec![],
         };
         let range = match &near[..] {
+            [] if self.amplitudes.is_some() => self.amplitudes()?,
             [] => family::range(scene, self.range.as_deref())?,
             points => {
                 let omega = || points.iter().map(|p| p.omega);
@@ -148,6 +170,10 @@ impl Arguments {
             }
         };
         let choice = self.balance.choice(scene)?;
+        let damped = match self.amplitudes.is_some() {
+            true => Some(damped::mode(scene, &problem, &choice)?),
+            false => None,
+        };
         if choice.is_balance() && !near.is_empty() {
             let message = "--conservative-from is by shooting: leave --method hbm out";
             return Err(CliError::Input(message.into()));
@@ -159,9 +185,26 @@ impl Arguments {
         choice.bar(scene, &problem.system, on_grid && near.is_empty())?;
         let viscosity = self.viscosity(scene, &problem)?;
         let walk = self.walk(scene, range)?;
-        let points = if near.is_empty() { self.points } else { near.len() };
+        let points = match (walk, near.len()) {
+            (Walk::Amplitudes { step, .. }, _) => {
+                choice.harmonics.len() * families::damped::grid(range, step).len()
+            }
+            (_, 0) => self.points,
+            (_, near) => near,
+        };
         let scene = scene.clone();
-        Ok(Request { scene, problem, range, choice, walk, points, viscosity, near })
+        Ok(Request { scene, problem, range, choice, walk, points, viscosity, near, damped })
+    }
+
+    /// The amplitudes asked for.
+    fn amplitudes(&self) -> Result<(f64, f64), CliError> {
+        match self.amplitudes.as_deref() {
+            Some(&[a, b]) if a > 0.0 && b > a && b.is_finite() => Ok((a, b)),
+            _ => Err(CliError::Input(
+                "--amplitudes: give two displacements, the lower one first: --amplitudes 1e-3,1"
+                    .into(),
+            )),
+        }
     }
 
     /// Whether orbits are shot by the modes of every phase, whatever the size of the body.
@@ -193,6 +236,8 @@ pub(crate) struct Request {
     viscosity: Option<Viscosity>,
     /// Viscous orbits that conservative ones are looked for near.
     near: Vec<PointRecord>,
+    /// Number of the damped nonlinear mode, from 0.
+    damped: Option<usize>,
 }
 
 /// What is computed by itself: one or several branches.
@@ -207,11 +252,16 @@ enum Piece {
     OrbitsAlong(Direction),
     /// Solutions of harmonic balance along the family, with a number of harmonics.
     SeriesAlong(usize, Direction),
+    /// A damped nonlinear mode from amplitude to amplitude, with a number of harmonics.
+    Damped(usize),
 }
 
 impl Request {
     /// Refuse what the body of the scene cannot do; how its orbits close.
     fn closure(&self) -> Result<Closure, CliError> {
+        if self.damped.is_some() {
+            return Ok(Closure::FORCED);
+        }
         let (low, high) = self.range;
         [low, high].into_iter().try_for_each(|w| family::check_frequency(&self.problem, w))?;
         let closure = self.kind()?;
@@ -237,6 +287,9 @@ impl Request {
     }
 
     fn method(&self) -> PointMethod {
+        if let Some(mode) = self.damped {
+            return PointMethod::DampedMode { mode: mode + 1 };
+        }
         let Some(Viscosity { pin, .. }) = &self.viscosity else { return self.choice.method() };
         let (beta, mode) = (pin.beta, pin.mode + 1);
         match self.choice.is_balance() {
@@ -270,6 +323,7 @@ impl Request {
             Piece::SeriesAlong(harmonics, direction) => {
                 vec![Branch::Series { harmonics, direction: Some(direction) }]
             }
+            Piece::Damped(harmonics) => vec![Branch::Series { harmonics, direction: None }],
         };
         self.pieces(self.walk).into_iter().flat_map(along).collect()
     }
@@ -279,6 +333,9 @@ impl Request {
         let balance = self.choice.is_balance();
         match walk.grid() {
             _ if walk == Walk::Given => vec![Piece::OrbitsNear],
+            _ if self.damped.is_some() => {
+                self.choice.harmonics.iter().map(|n_h| Piece::Damped(*n_h)).collect()
+            }
             Some(grid) => {
                 let stretch = Stretch { grid, range: self.range, downwards: false };
                 vec![match balance {
@@ -345,6 +402,16 @@ impl Request {
                     Ok(Ok(Start::Orbit(Box::new(orbit), direction.sign())))
                 };
                 follow::orbits(&mut body, closure, task, start, take)?
+            }
+            Piece::Damped(n_h) => {
+                let step = if let Walk::Amplitudes { step, .. } = self.walk { step } else { 0.1 };
+                let grid = families::damped::grid(self.range, step);
+                let system = self.problem.system.clone();
+                let mode = DampedMode::new(system, self.damped.unwrap_or_default())?;
+                let plan = Amplitudes { grid: &grid, n_h: *n_h, settings };
+                let known = known.branch(index);
+                let end = families::damped::series(&mode, &plan, &known, take)?;
+                BranchEnd { branch: index, ..end }
             }
             Piece::SeriesAlong(n_h, direction) => {
                 let what = (*n_h, omega, direction.sign());

@@ -147,6 +147,11 @@ impl Choice {
         self.method != Method::Shooting
     }
 
+    /// Whether harmonic balance is chosen, with integrals from switch to switch, and nothing is shot.
+    pub(crate) fn is_event_resolved(&self) -> bool {
+        self.method == Method::Hbm && self.samples.is_none() && !self.shoot
+    }
+
     /// Whether boundary elements are chosen.
     pub(crate) fn is_bem(&self) -> bool {
         self.method == Method::Bem

@@ -101,7 +101,9 @@ impl From<OrbitError> for CliError {
 impl From<HbmError> for CliError {
     fn from(e: HbmError) -> Self {
         match e {
-            HbmError::Free(_) | HbmError::Impacts => CliError::Input(e.to_string()),
+            HbmError::Free(_) | HbmError::Floats | HbmError::NoMode(..) | HbmError::Impacts => {
+                CliError::Input(e.to_string())
+            }
             _ => CliError::Numerics(e.to_string()),
         }
     }

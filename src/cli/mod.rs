@@ -9,6 +9,7 @@ mod balance;
 mod caller;
 mod compare;
 mod crosscheck;
+mod damped;
 mod doublings;
 mod error;
 mod export;

@@ -33,7 +33,7 @@ impl Known {
                 let points = swept(plan, points);
                 along(asked, plan, &points, &ends)
             }
-            Walk::Given => Known { points, ends },
+            Walk::Given | Walk::Amplitudes { .. } => Known { points, ends },
         }
     }
 
@@ -49,7 +49,7 @@ impl Known {
             Walk::Branch { .. } | Walk::Upwards { .. } | Walk::Sweep { .. } => {
                 self.end(k).is_some()
             }
-            Walk::Given => self.len() == asked.points,
+            Walk::Given | Walk::Amplitudes { .. } => self.len() == asked.points,
         })
     }
 

@@ -4,13 +4,14 @@
 //! steps without a hole. On a grid of frequencies the rest are [`Legs`], onwards from the last point that is known and back
 //! from the first; along a branch the continuation goes on from the last place that was kept. [`sequence`] and [`follow`] compute
 //! what is missing, by shooting or by harmonic balance, and hand it on point by point; [`check`] examines the points of another program,
-//! [`conservative`] looks near those of a viscous family, [`doubling`] beside the period doublings of a response.
+//! [`conservative`] looks near those of a viscous family, [`damped`] goes from amplitude to amplitude, [`doubling`] beside the period doublings of a response.
 //! [`sweep`] lets a body settle at one frequency after the other, [`through`] follows the branches through the orbits that it met. [`start`] says where they begin, [`single`] finds one orbit, [`viscous`] how viscous they are, [`statement`] how far off their energies
 //! may be.
 
 pub mod bar;
 pub mod check;
 pub mod conservative;
+pub mod damped;
 pub mod doubling;
 pub mod follow;
 mod known;

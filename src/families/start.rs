@@ -39,8 +39,8 @@ pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), 
             "give a [[load]] with omega, or take `signorini orbit` for what a moving surface keeps going",
         ),
         Sought::Viscous => (
-            "is for run, orbit and response: the nonlinear modes of bodies that stick and slip are not here yet",
-            "leave --viscous out and give a [[load]] with omega, or remove friction and sliders",
+            "has modes that depend on the amplitude, and no viscosity to converge by",
+            "give --amplitudes LOW,HIGH with --method hbm in place of --viscous (damped nonlinear modes), or a [[load]] with omega",
         ),
     };
     Err(scene.error(Issue::new(scene.friction_key(), message, help)))

@@ -53,6 +53,11 @@ pub enum PointMethod {
         /// An orbit was shot from every point.
         shot: bool,
     },
+    /// By harmonic balance: the damped nonlinear mode of a body with friction.
+    DampedMode {
+        /// The mode of the body that sticks, from 1.
+        mode: usize,
+    },
     /// Of a bar by boundary elements in the frequency domain.
     BoundaryElements,
     /// Given by a file, checked in time.
@@ -99,6 +104,18 @@ pub enum Walk {
         grid: Grid,
         /// Periods at each; none: until it has settled.
         dwell: Option<usize>,
+    },
+    /// From amplitude to amplitude.
+    Amplitudes {
+        /// The lowest.
+        #[serde(with = "bits::one")]
+        low: f64,
+        /// The highest.
+        #[serde(with = "bits::one")]
+        high: f64,
+        /// Decades between two.
+        #[serde(with = "bits::one")]
+        step: f64,
     },
     /// Point by point as a file gives them.
     #[default]
@@ -172,6 +189,11 @@ impl FamilyKind {
 }
 
 impl PointMethod {
+    /// Whether the body is kept going by a feedback, `−αM u̇`.
+    pub fn is_fed(&self) -> bool {
+        self.viscosity().is_some() || matches!(self, PointMethod::DampedMode { .. })
+    }
+
     /// `β`, if the orbits are those of a viscous body.
     pub fn viscosity(&self) -> Option<f64> {
         match self {
@@ -191,6 +213,7 @@ impl FamilyKind {
             PointMethod::Viscous { .. } => Solver::Viscous,
             PointMethod::HarmonicBalance { .. }
             | PointMethod::ViscousBalance { .. }
+            | PointMethod::DampedMode { .. }
             | PointMethod::BoundaryElements => Solver::HarmonicBalance,
             PointMethod::Check { .. } => Solver::Check,
         };
@@ -200,6 +223,7 @@ impl FamilyKind {
             Walk::Sweep { .. } => Way::Sweep,
             Walk::Branch { natural: false, .. } => Way::Arclength,
             Walk::Branch { natural: true, .. } => Way::Natural,
+            Walk::Amplitudes { .. } => Way::Amplitudes,
         };
         Outline { solver, way }
     }
@@ -225,6 +249,7 @@ impl std::fmt::Display for FamilyKind {
                 let shot = if shot { ", orbits shot" } else { "" };
                 write!(f, ", viscous, beta {beta}, mode {mode}{shot}")?;
             }
+            PointMethod::DampedMode { mode } => write!(f, ", damped mode {mode}")?,
             PointMethod::BoundaryElements => write!(f, ", boundary elements")?,
             PointMethod::Check { quick } => write!(f, "{}", if quick { ", quick" } else { "" })?,
         }
@@ -237,6 +262,9 @@ impl std::fmt::Display for FamilyKind {
             Walk::Sweep { grid, dwell } => {
                 let periods = dwell.map_or(String::new(), |n| format!(", {n} periods at each"));
                 write!(f, ", step {}{periods}", grid.step)
+            }
+            Walk::Amplitudes { low, high, step } => {
+                write!(f, ", amplitudes from {low} to {high}, {step} decades apart")
             }
             Walk::Given => Ok(()),
         }
@@ -278,6 +306,8 @@ pub enum Way {
     Arclength,
     /// In steps of frequency along the branch.
     Natural,
+    /// From amplitude to amplitude.
+    Amplitudes,
 }
 
 impl std::fmt::Display for Way {
@@ -288,6 +318,7 @@ impl std::fmt::Display for Way {
             Way::Sweep => "sweep",
             Way::Arclength => "arclength",
             Way::Natural => "natural",
+            Way::Amplitudes => "amplitudes",
         })
     }
 }
@@ -303,7 +334,7 @@ impl Outline {
         match self.way {
             Way::Sequential | Way::Sweep => true,
             Way::Response => self.solver == Solver::HarmonicBalance,
-            Way::Arclength | Way::Natural => false,
+            Way::Arclength | Way::Natural | Way::Amplitudes => false,
         }
     }
 }

@@ -160,7 +160,7 @@ impl FamilyWriter {
             write_record(&g, "branch_records", &plan.branches)?;
             g.new_attr::<f64>().shape(2).create("range")?.write(&plan.range)?;
             // every row is flushed on its own: small chunks, no compression
-            let viscous = plan.identity.method.viscosity().map_or(&[][..], |_| VISCOUS);
+            let viscous = if plan.identity.method.is_fed() { VISCOUS } else { &[] };
             let rubs = system.tangents().map_or(&[][..], |_| RUBBED);
             let columns = FAMILY.iter().chain(viscous).chain(rubs);
             let rows = Rows::create(&file, columns, &|_| Form::plain(None, 64))?;

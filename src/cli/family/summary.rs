@@ -46,7 +46,7 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
             "energy": p.energy(), "amplitude": p.amplitude(), "residual": o.map(|o| o.residual),
             "switches": switches(p), "stable": o.and_then(|o| o.stable),
             "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
-            "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta),
+            "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta), "zeta": zeta(p),
             "energy_turned_over": o.and_then(|o| o.viscous.as_ref()).map(|v| v.turned_over),
         });
         if let Some(seen) = &p.attractor {
@@ -83,6 +83,12 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
             line("what", MEANING.into());
             if let Some(beta) = stored.identity.method.viscosity() {
                 line("viscosity", format!("beta = {}", significant(beta, 6)));
+            }
+        }
+        _ if stored.outline().way == Way::Amplitudes => {
+            line("what", DAMPED.into());
+            if let Some(text) = ratios(stored) {
+                line("ratio", text);
             }
         }
         Solver::Shooting if is_free(scene) => line("what", CONSERVATIVE.into()),
@@ -212,6 +218,28 @@ fn settled(stored: &StoredFamily) -> String {
     }
     let each: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind}: {count}")).collect();
     format!("; {}", each.join(", "))
+}
+
+/// What a damped nonlinear mode is.
+const DAMPED: &str = "damped nonlinear mode: kept going by -alpha M, which makes good what friction and damping take; zeta = alpha/2 omega";
+
+/// Damping ratios at the lowest amplitude and at the highest, and the largest.
+fn ratios(stored: &StoredFamily) -> Option<String> {
+    let of = |p: &PointRecord| {
+        let orbit = p.orbit.as_ref()?;
+        Some((orbit.amplitude, zeta(p)?))
+    };
+    let all: Vec<(f64, f64)> = stored.points.iter().filter_map(of).collect();
+    let (first, last) = (all.first()?, all.last()?);
+    let largest = all.iter().fold(first, |m, p| if p.1 > m.1 { p } else { m });
+    let text = |(x, z): &(f64, f64)| format!("{} at {}", significant(*z, 4), significant(*x, 4));
+    Some(format!("{}, {}, at the most {}", text(first), text(last), text(largest)))
+}
+
+/// `ζ = α/2ω` of a point that has a feedback.
+fn zeta(p: &PointRecord) -> Option<f64> {
+    let alpha = p.orbit.as_ref()?.viscous.as_ref()?.alpha;
+    Some(0.5 * alpha / p.omega).filter(|z| z.is_finite())
 }
 
 /// What a grid of frequencies left open, and what to do about it.

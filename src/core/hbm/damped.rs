@@ -58,21 +58,24 @@ struct At {
 const HELD: f64 = 1e150;
 
 impl DampedMode {
-    /// Of the `mode`th mode (from 0) of the body that sticks everywhere; none where the open body can move rigidly, or has too few modes.
-    pub fn new(system: System, mode: usize) -> Result<Option<DampedMode>, HbmError> {
+    /// Of the `mode`th mode (from 0) of the body that sticks everywhere.
+    pub fn new(system: System, mode: usize) -> Result<DampedMode, HbmError> {
         let phase = system.phase(&system.closed_states());
         let stuck = Spectrum::new(&system, &phase)?;
         let reduction = Reduction::new(system, Form::Force)?;
-        if reduction.is_free() || mode >= stuck.frozen().start {
-            return Ok(None);
+        if reduction.is_free() {
+            return Err(HbmError::Floats);
+        }
+        if mode >= stuck.frozen().start {
+            return Err(HbmError::NoMode(mode + 1, stuck.frozen().start));
         }
         let mut shape = reduction.modal(stuck.shapes.col_as_slice(mode));
         let share = |i: usize| shape[i].abs();
         let largest = (0..shape.len()).max_by(|a, b| share(*a).total_cmp(&share(*b)));
-        let Some(pinned) = largest else { return Ok(None) };
+        let pinned = largest.unwrap_or_default();
         let scale = 1.0 / shape[pinned];
         shape.iter_mut().for_each(|q| *q *= scale);
-        Ok(Some(DampedMode { reduction, pinned, stuck: (stuck.modes[mode].omega, shape) }))
+        Ok(DampedMode { reduction, pinned, stuck: (stuck.modes[mode].omega, shape) })
     }
 
     /// The body.
@@ -252,8 +255,9 @@ pub fn follow(
     let reach = mode.reach();
     let mut track: Vec<(f64, Vec<f64>)> = vec![];
     for place in known.iter().filter_map(|p| p.place.as_ref()) {
-        if let [unknowns @ .., amplitude] = &place.x[..] {
-            track.push((amplitude.ln(), unknowns.to_vec()));
+        if let [n @ .., alpha, amplitude, omega] = &place.x[..] {
+            let unknowns = n.iter().copied().chain([*omega, *alpha]).collect();
+            track.push((amplitude.ln(), unknowns));
         }
     }
     for &size in &plan.grid[known.len().min(plan.grid.len())..] {
@@ -262,7 +266,7 @@ pub fn follow(
         let point = match found {
             Ok(fed) => {
                 let s = &fed.solution;
-                let x = s.n.a.iter().copied().chain([s.omega, fed.alpha, amplitude]).collect();
+                let x = s.n.a.iter().copied().chain([fed.alpha, amplitude, s.omega]).collect();
                 let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
                 PointRecord { place, ..point(mode, &fed)? }
             }

@@ -81,6 +81,14 @@ pub enum HbmError {
         "the open body can move rigidly, and with {0} displacements its dynamic stiffness is factorised, which is singular at rest: support it"
     )]
     Free(usize),
+    /// The open body can move rigidly.
+    #[error(
+        "the open body can move rigidly, and such a motion has no damped nonlinear mode: support it, or hold it by a [[spring]]"
+    )]
+    Floats,
+    /// There is no such mode.
+    #[error("mode {0} does not exist: the body that sticks has {1} modes")]
+    NoMode(usize, usize),
     /// Velocities jump.
     #[error(
         "harmonic balance has no series for velocities that jump: shoot (--method shooting), or give another contact method"

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use plotters::prelude::RGBColor;
 
 use super::special::is_critical;
-use crate::records::{Branch, OrbitRecord, PointRecord, Solver};
+use crate::records::{Branch, OrbitRecord, PointRecord, Solver, Way};
 use crate::report::figure::{LINES, viridis};
 use crate::store::StoredFamily;
 
@@ -18,7 +18,9 @@ pub(super) fn is_sequential(family: &StoredFamily) -> bool {
 pub(in crate::report) fn is_viscous(family: &StoredFamily) -> bool {
     let of_kind = family.identity.method.viscosity().is_some();
     let has_feedback = |p: &PointRecord| p.orbit.as_ref().is_some_and(|o| o.viscous.is_some());
-    of_kind || family.outline().solver == Solver::Viscous || family.points.iter().any(has_feedback)
+    let outline = family.outline();
+    let fed = || outline.way != Way::Amplitudes && family.points.iter().any(has_feedback);
+    of_kind || outline.solver == Solver::Viscous || fed()
 }
 
 /// The points of a branch in their order; points of different branches are interleaved in the file.

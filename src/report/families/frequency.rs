@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::LOGARITHMIC;
 use super::axis::Axis as Shown;
 use super::branches::{Value, branches, colour, is_sequential, is_viscous, of_branch, pieces};
+use super::damped::damped;
 use super::errors::{draw_errors, error_entries, reached};
 use super::head::{Head, family_head, ink};
 use super::look::Look;
@@ -151,6 +152,9 @@ pub(super) fn backbone(
 ) -> Result<Sheet<'static>, FigureError> {
     if family.outline().way == Way::Sweep {
         return Err(FigureError::Empty("of a sweep there are sweep, bifurcation, waterfall"));
+    }
+    if family.outline().way == Way::Amplitudes {
+        return damped(family);
     }
     has_orbits(family)?;
     let shown = axis.map_or(vec![Shown::Energy, Shown::Amplitude], |axis| vec![axis]);

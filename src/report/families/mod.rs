@@ -1,8 +1,9 @@
-//! Pictures of periodic orbits: a family over the frequency (`backbone`), Floquet multipliers (`multipliers`), the phase
+//! Pictures of periodic orbits: a family over the frequency, or a damped nonlinear mode over its amplitude (`backbone`), Floquet multipliers (`multipliers`), the phase
 //! portrait of the contact nodes (`portrait`); and the table of a family as CSV.
 
 mod axis;
 mod branches;
+mod damped;
 mod errors;
 mod frequency;
 mod head;

@@ -6,6 +6,9 @@ use crate::store::StoredFamily;
 
 /// `β = …` of a viscous family.
 pub(in crate::report) fn viscosity(family: &StoredFamily) -> Option<String> {
+    if family.outline().way == Way::Amplitudes {
+        return None;
+    }
     let known = family.identity.method.viscosity();
     let orbits = family.points.iter().filter_map(|p| p.orbit.as_ref());
     let beta =
@@ -27,6 +30,7 @@ pub(in crate::report) fn kind(family: &StoredFamily) -> String {
             Some(beta) => format!("viscous shooting, {beta}"),
             None => "viscous shooting".into(),
         },
+        Solver::HarmonicBalance if outline.way == Way::Amplitudes => "damped nonlinear mode".into(),
         Solver::HarmonicBalance if response => "forced response by harmonic balance".into(),
         Solver::HarmonicBalance => match viscosity(family) {
             Some(beta) => format!("viscous, {beta}, harmonic balance"),

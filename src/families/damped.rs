@@ -1,0 +1,34 @@
+//! Damped nonlinear modes of bodies with friction, amplitude by amplitude.
+
+use super::follow::Take;
+use super::{FamilyError, ended};
+use crate::hbm::damped::{Amplitudes, DampedMode, follow};
+use crate::records::{BranchEnd, EndReason, PointRecord};
+
+/// Amplitudes from the lower one in equal steps of their logarithm, so many decades each.
+pub fn grid((low, high): (f64, f64), step: f64) -> Vec<f64> {
+    let count = ((high / low).log10() / step + 1e-9).floor() as i32;
+    (0..=count).map(|k| low * 10f64.powf(step * f64::from(k))).collect()
+}
+
+/// The mode at each amplitude; `known` are the points of an earlier run.
+pub fn series(
+    mode: &DampedMode,
+    plan: &Amplitudes,
+    known: &[&PointRecord],
+    take: Take,
+) -> Result<BranchEnd, FamilyError> {
+    let (mut index, mut interrupted) = (known.len() as i64, false);
+    follow(mode, plan, known, |point| {
+        let go = take(PointRecord { index, ..point });
+        index += 1;
+        interrupted = go.is_break();
+        go
+    })?;
+    if interrupted {
+        return Ok(ended(0, EndReason::Interrupted, "interrupted", false));
+    }
+    let (low, high) = (plan.grid.first().unwrap_or(&0.0), plan.grid.last().unwrap_or(&0.0));
+    let text = format!("{} amplitudes from {low:.3e} to {high:.3e}", plan.grid.len());
+    Ok(ended(0, EndReason::Range, text, true))
+}
