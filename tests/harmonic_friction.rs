@@ -372,6 +372,15 @@ fn damped_modes_are_families() {
     for what in ["backbone/omega", "backbone/amplitude", "hbm/coefficients"] {
         assert_eq!(read(&part, what), read(&whole, what), "{what}");
     }
+    // more sliders than displacements
+    for (picture, arguments) in [
+        ("page.html", vec!["view", &whole, "-q", "-o"]),
+        ("table.csv", vec!["export", &whole, "-q", "-o"]),
+    ] {
+        let out = path(picture);
+        assert!(run(&[&arguments[..], &[&out]].concat()).status.success(), "{picture}");
+    }
+    assert!(run(&["plot", &whole, "-q"]).status.success());
     let loaded = path("loaded.toml");
     std::fs::write(&loaded, jenkins(2.96)).unwrap();
     for (arguments, words) in [

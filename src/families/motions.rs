@@ -9,7 +9,8 @@ use super::FamilyError;
 use crate::contact::{Rayleigh, State};
 use crate::event::{self, Energies, Observer, Options, RunError, Sample};
 use crate::fem::Body;
-use crate::hbm::check::Candidate;
+use crate::hbm::HbmError;
+use crate::hbm::check::{Candidate, Rubbing};
 use crate::orbit::{OrbitError, Propagator, period_map};
 use crate::problem::Problem;
 use crate::records::{PointRecord, Solver};
@@ -43,6 +44,12 @@ pub enum NoMotion {
 
 impl From<OrbitError> for NoMotion {
     fn from(e: OrbitError) -> Self {
+        NoMotion::Point(e.into())
+    }
+}
+
+impl From<HbmError> for NoMotion {
+    fn from(e: HbmError) -> Self {
         NoMotion::Point(e.into())
     }
 }
@@ -143,7 +150,10 @@ impl<'s> Motions<'s> {
                 damping.ratio = Some(percent / 100.0);
             }
             let problem = (self.set_up)(&scene).map_err(NoMotion::Body)?;
-            if problem.system.body.nodal_dofs().n_columns() != self.rest.n_displacements() {
+            // what springs of sliders remember is behind the displacements that a family's file knows of
+            let all = problem.system.body.nodal_dofs().n_columns();
+            let seen = all - problem.system.n_remembered();
+            if ![all, seen].contains(&self.rest.n_displacements()) {
                 let text = "the scene of the file now leads to another body: a file that it names has changed";
                 return Err(NoMotion::Body(text.into()));
             }
@@ -197,19 +207,26 @@ fn along_series<'b>(
         coefficients: series.map(|s| s.coefficients).unwrap_or_default(),
         alpha: None,
     };
+    let rubbing = Rubbing::new(system, &candidate)?;
     let mut rows = Rows::new(&system.body);
     let mut present = crate::contact::States::open(system.n_contact());
     let period = std::f64::consts::TAU / point.omega;
     for k in 0..=states {
         let t = period * k as f64 / states as f64;
-        let [u_o, v_o, _] = candidate.at(system.n_o(), t);
+        let [mut u_o, v_o, _] = candidate.at(system.n_o(), t);
         present = system.select(t, &u_o, &present).map_err(OrbitError::from)?.set;
+        rubbing.settle(system, point.omega * t, (&mut u_o, &v_o), &mut present);
         let phase = system.phase(&present);
         let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
         phase.expand_displacement(t, &u_o, &mut u);
         phase.expand_velocity(t, &v_o, &mut v);
         let mut pressure = vec![0.0; system.n_contact()];
         phase.pressures(t, &u_o, &mut pressure);
+        let rubs = if system.tangents().is_some() { system.n_contact() } else { 0 };
+        let mut traction = vec![0.0; rubs];
+        if rubs > 0 {
+            phase.tractions(t, (&u_o, &v_o), &mut traction);
+        }
         let (kinetic, elastic) = (system.kinetic(t, &v), system.elastic(t, &u));
         let energies = Energies { kinetic, elastic, ..Energies::default() };
         let sample = Sample {
@@ -218,7 +235,7 @@ fn along_series<'b>(
             v: &v,
             active: &present,
             pressure: &pressure,
-            traction: &[],
+            traction: &traction,
             energies: Some(energies),
             jumps: 0.0,
         };

@@ -121,7 +121,8 @@ impl Candidate {
 }
 
 /// What rubs along a candidate. Sliders with springs are played; whether a point without one sticks is told by its velocity.
-struct Rubbing {
+#[derive(Debug)]
+pub struct Rubbing {
     /// Contact point, entry of `u_O` that its spring remembers by, what it does.
     springs: Vec<(usize, usize, Walk)>,
     /// Contact point, and the velocity below which it sticks.
@@ -132,7 +133,8 @@ struct Rubbing {
 const STICKS: f64 = 0.05;
 
 impl Rubbing {
-    fn new(system: &System, candidate: &Candidate) -> Result<Rubbing, HbmError> {
+    /// Of a body along a candidate.
+    pub fn new(system: &System, candidate: &Candidate) -> Result<Rubbing, HbmError> {
         let mut rubbing = Rubbing { springs: vec![], points: vec![] };
         let points = system.tangents().into_iter().flatten().enumerate();
         for (point, tangent) in points.filter_map(|(i, t)| Some((i, t.as_ref()?))) {
@@ -153,7 +155,13 @@ impl Rubbing {
     }
 
     /// Give a state, and the set in which what touches is known, what rubs.
-    fn settle(&self, system: &System, theta: f64, (u, v): (&mut [f64], &[f64]), set: &mut States) {
+    pub fn settle(
+        &self,
+        system: &System,
+        theta: f64,
+        (u, v): (&mut [f64], &[f64]),
+        set: &mut States,
+    ) {
         for (point, memory, walk) in &self.springs {
             let piece = walk.at(theta);
             u[*memory] = piece.memory.z;
