@@ -30,7 +30,9 @@ pub(super) fn all(
     mut component: impl FnMut(&[(usize, f64)]) -> (usize, f64),
 ) -> Vec<Rub> {
     let Some(tangents) = system.tangents() else { return vec![] };
-    let mut known: Vec<(&[(usize, f64)], (usize, f64))> = vec![];
+    // rows of springs with what was made of them
+    let mut rows: Vec<&[(usize, f64)]> = vec![];
+    let mut places: Vec<(usize, f64)> = vec![];
     let mut all = vec![];
     for (point, tangent) in tangents.iter().enumerate() {
         let Some(tangent) = tangent else { continue };
@@ -42,9 +44,10 @@ pub(super) fn all(
             }
             Some((limit, spring)) => {
                 let row = &tangent.row[..];
-                let earlier = known.iter().find(|k| k.0 == row).map(|k| k.1);
+                let earlier = rows.iter().position(|r| *r == row).map(|k| places[k]);
                 let place = earlier.unwrap_or_else(|| component(row));
-                known.push((row, place));
+                rows.push(row);
+                places.push(place);
                 let (stiffness, memory) = (spring.stiffness, spring.memory);
                 (Law::Elastic { spring: Jenkins { limit, stiffness }, memory }, place)
             }
