@@ -68,7 +68,7 @@ pub struct Arguments {
     /// Look for a conservative orbit near each orbit of a viscous family, once; most have none
     #[arg(long, value_name = "VISCOUS.h5", conflicts_with_all = ["viscous", "follow", "range", "step", "omega"])]
     conservative_from: Option<PathBuf>,
-    /// Bodies with friction: the damped nonlinear mode at amplitudes of the farthest contact point or slider, with --method hbm
+    /// Bodies with friction: the damped nonlinear mode at amplitudes (largest displacements of the mode), with --method hbm
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", conflicts_with_all = ["viscous", "follow", "range", "omega", "locate", "conservative_from"])]
     amplitudes: Option<Vec<f64>>,
     #[command(flatten)]

@@ -153,6 +153,14 @@ impl Grid {
 }
 
 impl Walk {
+    /// The amplitude of a point, where one goes from amplitude to amplitude.
+    pub fn amplitude(&self, index: i64) -> Option<f64> {
+        match self {
+            Walk::Amplitudes { low, step, .. } => Some(low * 10f64.powf(step * index as f64)),
+            _ => None,
+        }
+    }
+
     /// The grid, if there is one.
     pub fn grid(&self) -> Option<Grid> {
         match self {

@@ -225,10 +225,7 @@ const DAMPED: &str = "damped nonlinear mode: kept going by -alpha M, which makes
 
 /// Damping ratios at the lowest amplitude and at the highest, and the largest.
 fn ratios(stored: &StoredFamily) -> Option<String> {
-    let of = |p: &PointRecord| {
-        let orbit = p.orbit.as_ref()?;
-        Some((orbit.amplitude, zeta(p)?))
-    };
+    let of = |p: &PointRecord| Some((stored.identity.walk.amplitude(p.index)?, zeta(p)?));
     let all: Vec<(f64, f64)> = stored.points.iter().filter_map(of).collect();
     let (first, last) = (all.first()?, all.last()?);
     let largest = all.iter().fold(first, |m, p| if p.1 > m.1 { p } else { m });

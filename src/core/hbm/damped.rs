@@ -28,7 +28,7 @@ use super::solution::Ended;
 use super::viscous::Fed;
 use super::viscous_mode::LEAST_FOR_ALPHA;
 use super::{Balanced, Form, HbmError, Reduction};
-use crate::contact::System;
+use crate::contact::{PointState, System};
 use crate::continuation::{Go, dot, guesses, norm};
 use crate::flow::spectrum::Spectrum;
 use crate::orbit::least_change;
@@ -60,7 +60,11 @@ const HELD: f64 = 1e150;
 impl DampedMode {
     /// Of the `mode`th mode (from 0) of the body that sticks everywhere.
     pub fn new(system: System, mode: usize) -> Result<DampedMode, HbmError> {
-        let phase = system.phase(&system.closed_states());
+        let still = |i: usize| match system.tangent(i) {
+            Some(_) => PointState::Stick,
+            None => PointState::Closed,
+        };
+        let phase = system.phase(&(0..system.n_contact()).map(still).collect());
         let stuck = Spectrum::new(&system, &phase)?;
         let reduction = Reduction::new(system, Form::Force)?;
         if reduction.is_free() {
@@ -88,10 +92,11 @@ impl DampedMode {
         self.stuck.0
     }
 
-    /// How far a contact point, or a slider, moves at the most where everything sticks and the pinned coordinate is 1.
+    /// Largest displacement of the body where everything sticks and the pinned coordinate is 1.
     pub fn reach(&self) -> f64 {
         let rest = vec![0.0; self.reduction.n()];
-        self.reduction.system.reach(&self.reduction.state(&self.stuck.1, &rest, 1.0).u)
+        let u = self.reduction.state(&self.stuck.1, &rest, 1.0).u;
+        u.iter().fold(0.0, |m, u| m.max(u.abs()))
     }
 
     /// `D_k` of all coordinates; at `k = 1` the pinned one is held.
@@ -232,9 +237,9 @@ impl DampedMode {
     }
 }
 
-/// A family: amplitudes of the farthest contact point or slider, ascending; `known` are the points of an earlier part.
+/// A family: amplitudes, ascending.
 pub struct Amplitudes<'a> {
-    /// Amplitudes, of the farthest point where everything sticks.
+    /// Largest displacements of the body where everything sticks.
     pub grid: &'a [f64],
     /// Number of harmonics.
     pub n_h: usize,
@@ -245,7 +250,7 @@ pub struct Amplitudes<'a> {
 /// Most halvings of a step between amplitudes.
 const HALVINGS: u32 = 6;
 
-/// Follow a damped nonlinear mode.
+/// Follow a damped nonlinear mode; `known` are the points of an earlier part.
 pub fn follow(
     mode: &DampedMode,
     plan: &Amplitudes,

@@ -54,9 +54,6 @@ pub(super) struct Derivatives<'a> {
     pub by_n: Option<&'a mut Mat<f64>>,
 }
 
-/// `ρ` over the highest frequency of a series, in components.
-const RHO: f64 = 1.0;
-
 impl Along<'_> {
     fn count(&self) -> usize {
         self.y.basis.len(self.y.n_h)
@@ -71,8 +68,9 @@ impl Along<'_> {
         self.y.component(rub.component)
     }
 
+    /// `ρ`, in components: what moves the highest harmonic by its inertia.
     fn rho(&self) -> f64 {
-        RHO * self.y.n_h.max(1) as f64 * self.omega
+        self.y.n_h.max(1) as f64 * self.omega
     }
 
     /// Coefficients of `x = n_c + ρ (ẏ_c − V/s)`.

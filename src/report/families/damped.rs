@@ -10,15 +10,15 @@ use crate::report::figure::{Axis, Chart, FigureError, Sheet, range};
 use crate::store::StoredFamily;
 
 /// Amplitude, frequency and ratio `ζ = α/2ω`.
-fn place(p: &PointRecord) -> Option<[f64; 3]> {
+fn place(family: &StoredFamily, p: &PointRecord) -> Option<[f64; 3]> {
     let orbit = p.orbit.as_ref()?;
     let zeta = orbit.viscous.as_ref()?.alpha * orbit.period / (2.0 * TAU);
-    (orbit.amplitude > 0.0).then_some([orbit.amplitude, p.omega, zeta])
+    Some([family.identity.walk.amplitude(p.index)?, p.omega, zeta])
 }
 
 /// Both over the amplitude.
 pub(super) fn damped(family: &StoredFamily) -> Result<Sheet<'static>, FigureError> {
-    let places: Vec<[f64; 3]> = family.points.iter().filter_map(place).collect();
+    let places: Vec<[f64; 3]> = family.points.iter().filter_map(|p| place(family, p)).collect();
     if places.is_empty() {
         return Err(FigureError::Empty("the family holds no orbit"));
     }
@@ -38,12 +38,12 @@ pub(super) fn damped(family: &StoredFamily) -> Result<Sheet<'static>, FigureErro
         let finite = places.iter().map(|p| scaled(p[k])).filter(|v| v.is_finite());
         let (y, x_label) = (
             range(finite),
-            if k == 2 { "largest displacement over a slider, or at the contact" } else { "" },
+            if k == 2 { "amplitude: largest displacement of the mode" } else { "" },
         );
         let axes = (Axis::scaled(x_label, x.clone(), true), Axis::scaled(label, y, logarithmic));
         let mut chart = Chart::new(axes.0, axes.1);
         for branch in branches(family) {
-            let points = of_branch(family, branch).filter_map(place);
+            let points = of_branch(family, branch).filter_map(|p| place(family, p));
             let line: Vec<(f64, f64)> = points.map(|p| (p[0].log10(), scaled(p[k]))).collect();
             let line = line.into_iter().filter(|p| p.1.is_finite()).collect();
             chart.line(line, colour(family, branch), 1.8);
