@@ -448,7 +448,10 @@ fn a_limit_cycle_is_found_stored_and_drawn() {
             &["response", "scenarios/shaken-block.toml", "--range", "0.9,1.1", "--locate"],
             "frequency to frequency",
         ),
-        (&["backbone", "scenarios/shaken-block.toml", "--viscous"], "--amplitudes"),
+        (
+            &["backbone", "scenarios/shaken-block.toml", "--viscous", "--range", "1,2"],
+            "--amplitudes",
+        ),
     ] {
         let out = run(arguments);
         let said =
