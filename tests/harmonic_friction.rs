@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::common::{json, problem, program, random, run};
 use signorini::continuation::Family;
-use signorini::hbm::damped::{Amplitudes, DampedMode, follow};
+use signorini::hbm::amplitudes::{Amplitudes, follow};
+use signorini::hbm::damped::DampedMode;
 use signorini::hbm::newton::Settings;
 use signorini::hbm::response::{Harmonics, Track, Walk, sequential};
 use signorini::hbm::{Balanced, Form, Series, Solution, prepare};

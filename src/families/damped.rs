@@ -2,7 +2,8 @@
 
 use super::follow::Take;
 use super::{FamilyError, ended};
-use crate::hbm::damped::{Amplitudes, DampedMode, follow};
+use crate::hbm::amplitudes::{Amplitudes, follow};
+use crate::hbm::damped::DampedMode;
 use crate::records::{BranchEnd, EndReason, PointRecord};
 
 /// Amplitudes from the lower one in equal steps of their logarithm, so many decades each.

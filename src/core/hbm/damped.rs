@@ -18,21 +18,19 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
 use super::balance::{Balance, Quadrature};
-use super::branch::record;
 use super::impedance::Impedance;
-use super::modes::onto_columns;
-use super::newton::{Settings, conclude, condensed_residual, jacobian};
+use super::modes::{divide, onto_columns, push};
+use super::newton::{Settings, conclude, condensed_residual, damped, jacobian};
 use super::receptance::{Receptance, load_series};
 use super::series::Series;
 use super::solution::Ended;
 use super::viscous::Fed;
-use super::viscous_mode::LEAST_FOR_ALPHA;
-use super::{Balanced, Form, HbmError, Reduction};
+use super::{Form, HbmError, Reduction};
 use crate::contact::{PointState, System};
-use crate::continuation::{Go, dot, guesses, norm};
+use crate::continuation::{dot, norm};
 use crate::flow::spectrum::Spectrum;
 use crate::orbit::least_change;
-use crate::records::{GapReason, OrbitRecord, PlaceRecord, PointKind, PointRecord, ViscousRecord};
+use crate::records::GapReason;
 
 /// A body prepared for its damped nonlinear mode.
 pub struct DampedMode {
@@ -100,23 +98,25 @@ impl DampedMode {
     }
 
     /// `D_k` of all coordinates; at `k = 1` the pinned one is held.
-    fn impedance(&self, k: usize, omega: f64, alpha: f64) -> Impedance {
-        let mut d = Impedance::new(&self.reduction.open, k as f64 * omega);
-        let kw = k as f64 * omega;
-        d.add(|i| match k == 1 && i == self.pinned {
-            true => c64::new(HELD, 0.0),
-            false => c64::new(0.0, -kw * alpha),
-        });
-        d
+    fn impedances(&self, n_h: usize, omega: f64, alpha: f64) -> Vec<Impedance> {
+        let of = |k: usize| {
+            let kw = k as f64 * omega;
+            let mut d = Impedance::new(&self.reduction.open, kw);
+            d.add(|i| match k == 1 && i == self.pinned {
+                true => c64::new(HELD, 0.0),
+                false => c64::new(0.0, -kw * alpha),
+            });
+            d
+        };
+        (0..=n_h).map(of).collect()
     }
 
     fn evaluate(&self, x: &[f64], n_h: usize, amplitude: f64) -> Result<At, HbmError> {
         let reduction = &self.reduction;
         let (r, m) = (reduction.rank(), x.len() - 2);
         let (omega, alpha) = (x[m], x[m + 1]);
-        let mut n = Series::zeros(reduction.basis, n_h, r);
-        n.a.copy_from_slice(&x[..m]);
-        let (receptance, _) = self.linear(n_h, omega, alpha, amplitude);
+        let n = self.terms(x, n_h);
+        let receptance = self.receptance((n_h, amplitude), omega, alpha);
         let at = (omega, Quadrature::EventResolved);
         let (mut residual, y, balance) = condensed_residual(reduction, &receptance, (&n, &[]), at)?;
         // the two equations of the pinned coordinate
@@ -126,20 +126,28 @@ impl DampedMode {
         // a − ib
         residual.push(omega * (2.0 * open.c - alpha) * amplitude - dot(&row, n.of(2)));
         let terms = norm(&n.a).max(omega * omega * amplitude);
+        let is_motion = omega > 0.0;
         let size = norm(&residual) / terms.max(f64::MIN_POSITIVE);
+        let size = if is_motion { size } else { f64::INFINITY };
         Ok(At { x: x.to_vec(), residual, receptance, y, balance, size })
     }
 
-    /// What answers to the terms, with the pinned coordinate among the loads; and the constant forces on all coordinates.
-    fn linear(&self, n_h: usize, omega: f64, alpha: f64, amplitude: f64) -> (Receptance, Series) {
+    /// The terms among the unknowns.
+    fn terms(&self, x: &[f64], n_h: usize) -> Series {
+        let mut n = Series::zeros(self.reduction.basis, n_h, self.reduction.rank());
+        n.a.copy_from_slice(&x[..x.len() - 2]);
+        n
+    }
+
+    /// What answers to the terms: the constant forces, and the pinned coordinate as it is given.
+    fn receptance(&self, (n_h, amplitude): (usize, f64), omega: f64, alpha: f64) -> Receptance {
         let reduction = &self.reduction;
-        let d: Vec<Impedance> = (0..=n_h).map(|k| self.impedance(k, omega, alpha)).collect();
+        let d = self.impedances(n_h, omega, alpha);
         let g = d.iter().map(|d| d.receptance(&reduction.q)).collect();
-        let mut f = load_series(reduction, n_h, &reduction.open.constant, &[]);
-        super::modes::divide(&d, &mut f);
-        f.of_mut(1)[self.pinned] = amplitude;
-        let c = onto_columns(&reduction.q, &f);
-        (Receptance::new(reduction, omega, g, c), f)
+        let mut q = load_series(reduction, n_h, &reduction.open.constant, &[]);
+        divide(&d, &mut q);
+        q.of_mut(1)[self.pinned] = amplitude;
+        Receptance::new(reduction, omega, g, onto_columns(&reduction.q, &q))
     }
 
     /// `∂R/∂(n, ω, α)`
@@ -169,7 +177,7 @@ impl DampedMode {
     }
 
     /// Terms, `ω` and `α` of the body that sticks.
-    fn start(&self, n_h: usize, amplitude: f64) -> Result<Vec<f64>, HbmError> {
+    pub(super) fn start(&self, n_h: usize, amplitude: f64) -> Result<Vec<f64>, HbmError> {
         let reduction = &self.reduction;
         let (omega, shape) = &self.stuck;
         // Q n = −(Ω² − ω²) q
@@ -190,158 +198,36 @@ impl DampedMode {
     }
 
     /// The mode at an amplitude, from a guess.
-    fn solve(
+    pub(super) fn solve(
         &self,
         guess: &[f64],
         (n_h, amplitude): (usize, f64),
         settings: &Settings,
     ) -> Result<Result<Fed, GapReason>, HbmError> {
-        let mut at = self.evaluate(guess, n_h, amplitude)?;
-        let mut iterations = 0;
-        while iterations < settings.iterations && at.size > 1e-15 && at.size.is_finite() {
-            let a = self.jacobian(&at, n_h, amplitude)?;
-            let right = Mat::from_fn(a.nrows(), 1, |i, _| -at.residual[i]);
-            let step = a.partial_piv_lu().solve(right);
-            iterations += 1;
-            let shorter = std::iter::successors(Some(1.0), |lambda| Some(0.5 * lambda));
-            let next = shorter.take_while(|lambda| *lambda > 1e-3).find_map(|lambda| {
-                let x: Vec<f64> =
-                    at.x.iter().enumerate().map(|(i, x)| x + lambda * step[(i, 0)]).collect();
-                let is_frequency = x[x.len() - 2] > 0.0;
-                let there = is_frequency.then(|| self.evaluate(&x, n_h, amplitude).ok())??;
-                (there.size < (1.0 - 0.1 * lambda) * at.size).then_some(there)
-            });
-            let Some(next) = next else { break };
-            at = next;
-        }
-        let At { x, receptance: _, y, balance, size, .. } = at;
-        let m = x.len() - 2;
-        let (omega, alpha) = (x[m], x[m + 1]);
-        let (_, mut q) = self.linear(n_h, omega, alpha, amplitude);
-        let d: Vec<Impedance> = (0..=n_h).map(|k| self.impedance(k, omega, alpha)).collect();
-        let mut pushed = Series::zeros(q.basis, n_h, q.n);
-        for f in 0..q.basis.len(n_h) {
-            for (c, n) in x[f * self.reduction.rank()..][..self.reduction.rank()].iter().enumerate()
-            {
-                let column = self.reduction.q.col_as_slice(c);
-                pushed.of_mut(f).iter_mut().zip(column).for_each(|(p, q)| *p += q * n);
+        let start = self.evaluate(guess, n_h, amplitude)?;
+        let step = |at: &At| match self.jacobian(at, n_h, amplitude) {
+            Ok(a) => {
+                let right = Mat::from_fn(a.nrows(), 1, |i, _| -at.residual[i]);
+                a.partial_piv_lu().solve(right).col_as_slice(0).to_vec()
             }
-        }
-        super::modes::divide(&d, &mut pushed);
-        q.a.iter_mut().zip(&pushed.a).for_each(|(q, p)| *q -= p);
-        let mut n = Series::zeros(q.basis, n_h, self.reduction.rank());
-        n.a.copy_from_slice(&x[..m]);
+            Err(_) => vec![f64::NAN],
+        };
+        let trial = |at: &At, step: &[f64], lambda: f64| {
+            let x: Vec<f64> = at.x.iter().zip(step).map(|(x, s)| x + lambda * s).collect();
+            self.evaluate(&x, n_h, amplitude)
+        };
+        let (at, iterations) = damped(start, settings, |at| at.size, step, trial);
+        let At { x, y, balance, size, .. } = at;
+        let (omega, alpha) = (x[x.len() - 2], x[x.len() - 1]);
+        let n = self.terms(&x, n_h);
+        let d = self.impedances(n_h, omega, alpha);
+        let mut q = load_series(&self.reduction, n_h, &self.reduction.open.constant, &[]);
+        push(&self.reduction, &n, &mut q);
+        divide(&d, &mut q);
+        q.of_mut(1)[self.pinned] = amplitude;
+        q.of_mut(2)[self.pinned] = 0.0;
         let ended = Ended { omega, q, y, n, residual: size, iterations };
         let found = conclude(&self.reduction, ended, balance, settings)?;
         Ok(found.map(|solution| Fed { solution, alpha }))
     }
-}
-
-/// A family: amplitudes, ascending.
-pub struct Amplitudes<'a> {
-    /// Largest displacements of the body where everything sticks.
-    pub grid: &'a [f64],
-    /// Number of harmonics.
-    pub n_h: usize,
-    /// Newton's settings.
-    pub settings: &'a Settings,
-}
-
-/// Most halvings of a step between amplitudes.
-const HALVINGS: u32 = 6;
-
-/// Follow a damped nonlinear mode; `known` are the points of an earlier part.
-pub fn follow(
-    mode: &DampedMode,
-    plan: &Amplitudes,
-    known: &[&PointRecord],
-    mut take: impl FnMut(PointRecord) -> Go,
-) -> Result<(), HbmError> {
-    let reach = mode.reach();
-    let mut track: Vec<(f64, Vec<f64>)> = vec![];
-    for place in known.iter().filter_map(|p| p.place.as_ref()) {
-        if let [n @ .., alpha, amplitude, omega] = &place.x[..] {
-            let unknowns = n.iter().copied().chain([*omega, *alpha]).collect();
-            track.push((amplitude.ln(), unknowns));
-        }
-    }
-    for &size in &plan.grid[known.len().min(plan.grid.len())..] {
-        let amplitude = size / reach;
-        let found = reach_amplitude(mode, plan, &mut track, amplitude)?;
-        let point = match found {
-            Ok(fed) => {
-                let s = &fed.solution;
-                let x = s.n.a.iter().copied().chain([fed.alpha, amplitude, s.omega]).collect();
-                let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
-                PointRecord { place, ..point(mode, &fed)? }
-            }
-            Err(failure) => PointRecord {
-                omega: track.last().map_or(mode.stuck.0, |t| t.1[t.1.len() - 2]),
-                special: PointKind::Gap(failure),
-                ..PointRecord::default()
-            },
-        };
-        if take(point).is_break() {
-            return Ok(());
-        }
-    }
-    Ok(())
-}
-
-/// The mode at an amplitude, by way of others where one step is too long.
-fn reach_amplitude(
-    mode: &DampedMode,
-    plan: &Amplitudes,
-    track: &mut Vec<(f64, Vec<f64>)>,
-    amplitude: f64,
-) -> Result<Result<Fed, GapReason>, HbmError> {
-    let to = amplitude.ln();
-    let mut halvings = 0;
-    let mut last = Err(GapReason::NoStart);
-    let mut there = to;
-    while halvings <= HALVINGS {
-        let size = there.exp();
-        let mut starts: Vec<Vec<f64>> = guesses(track, there).into_iter().map(|g| g.1).collect();
-        if track.is_empty() {
-            starts.push(mode.start(plan.n_h, size)?);
-        }
-        for start in &starts {
-            last = mode.solve(start, (plan.n_h, size), plan.settings)?;
-            if last.is_ok() {
-                break;
-            }
-        }
-        match &last {
-            Ok(fed) => {
-                let s = &fed.solution;
-                track.push((there, s.n.a.iter().copied().chain([s.omega, fed.alpha]).collect()));
-                if there == to {
-                    return Ok(last);
-                }
-                there = to;
-            }
-            Err(_) => {
-                halvings += 1;
-                let Some((from, _)) = track.last() else { return Ok(last) };
-                there = 0.5 * (from + there);
-            }
-        }
-    }
-    Ok(last)
-}
-
-/// A solution as a point.
-fn point(mode: &DampedMode, fed: &Fed) -> Result<PointRecord, HbmError> {
-    let (reduction, s) = (&mode.reduction, &fed.solution);
-    let u = reduction.displacements(s)?;
-    let plain = record(reduction, s, &u)?;
-    let told = s.q.n_h >= LEAST_FOR_ALPHA || reduction.system.facing().is_empty();
-    let feedback = ViscousRecord {
-        alpha: if told { fed.alpha } else { f64::NAN },
-        beta: 0.0,
-        turned_over: f64::NAN,
-        under_load: vec![],
-    };
-    let orbit = OrbitRecord { viscous: Some(feedback), ..plain };
-    super::branch::confirmed(None, (s, &u, Some(fed.alpha)), orbit, PointKind::Regular)
 }

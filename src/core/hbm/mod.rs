@@ -16,8 +16,10 @@
 //!
 //! What rubs is in [`rubbing`], the memory of a slider's spring in [`play`]. The contact ([`interface`]) asks of the open body only what it answers there, `y = ĉ − Ĝ n` ([`receptance`]): by all its modes ([`reduction`], [`modes`]), or,
 //! where it is too large for them, by its dynamic stiffness ([`dynamic`]); [`balanced`] and [`newton`] are what both have in common, [`response`] and [`branch`] are families of
-//! solutions, [`check`] holds series of any origin against the equations in time. [`viscous`] has the feedback of a viscous body as one more unknown, [`viscous_mode`] families of it frequency by frequency, [`viscous_branch`] along the branch.
+//! solutions, [`damped`] and [`amplitudes`] damped nonlinear modes, [`check`] holds series of any origin against the equations in time. [`viscous`] has the feedback of a viscous body as one more unknown, [`viscous_mode`] families of it frequency by frequency, [`viscous_branch`] along the branch.
 
+#[doc(hidden)]
+pub mod amplitudes;
 pub(crate) mod balance;
 pub(crate) mod balanced;
 pub mod bem;

@@ -72,12 +72,7 @@ impl Linear {
     /// `D⁻¹ (f − Q n)`, function by function.
     pub fn solve(&self, reduction: &Reduction, n: &Series) -> Series {
         let mut x = self.f.clone();
-        for i in 0..n.basis.len(n.n_h) {
-            for (c, &nc) in n.of(i).iter().enumerate() {
-                let q = reduction.q.col_as_slice(c);
-                x.of_mut(i).iter_mut().zip(q).for_each(|(x, q)| *x -= q * nc);
-            }
-        }
+        push(reduction, n, &mut x);
         self.divide(&mut x);
         x
     }
@@ -98,6 +93,16 @@ impl Linear {
         let mut y = x.clone();
         by_harmonic(&self.d, &mut y, Impedance::multiply);
         y
+    }
+}
+
+/// `x ← x − Q n`
+pub(super) fn push(reduction: &Reduction, n: &Series, x: &mut Series) {
+    for i in 0..n.basis.len(n.n_h) {
+        for (c, &nc) in n.of(i).iter().enumerate() {
+            let q = reduction.q.col_as_slice(c);
+            x.of_mut(i).iter_mut().zip(q).for_each(|(x, q)| *x -= q * nc);
+        }
     }
 }
 
