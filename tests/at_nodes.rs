@@ -637,16 +637,6 @@ fn bad_elements_are_named() {
             "run.integrator",
             "ratios of all modes",
         ),
-        (
-            "[damping]\nmodal = 0.1\n[contact]\nedge = 'right'\ngap = 0.1\nmethod = 'impact'\nrestitution = 1.0\n",
-            "damping",
-            "impact law",
-        ),
-        (
-            "[[damper]]\nat = [0.5]\nviscosity = 1.0\n[contact]\nedge = 'right'\ngap = 0.1\nmethod = 'moreau-jean'\nrestitution = 1.0\n",
-            "damper[0]",
-            "impact law",
-        ),
         ("[damping]\nmodal = -0.1\n", "damping.modal", "negative"),
         ("[damping]\nmodal = 0.1\nratio = 0.1\n", "damping", "exactly one"),
     ];

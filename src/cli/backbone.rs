@@ -187,9 +187,7 @@ impl Arguments {
         let viscosity = self.viscosity(scene, &problem)?;
         let walk = self.walk(scene, range)?;
         let points = match (walk, near.len()) {
-            (Walk::Amplitudes { step, .. }, _) => {
-                choice.harmonics.len() * families::damped::grid(range, step).len()
-            }
+            (Walk::Amplitudes { .. }, _) => choice.harmonics.len() * walk.amplitudes().len(),
             (_, 0) => self.points,
             (_, near) => near,
         };
@@ -405,8 +403,7 @@ impl Request {
                 follow::orbits(&mut body, closure, task, start, take)?
             }
             Piece::Damped(n_h) => {
-                let step = if let Walk::Amplitudes { step, .. } = self.walk { step } else { 0.1 };
-                let grid = families::damped::grid(self.range, step);
+                let grid = self.walk.amplitudes();
                 let system = self.problem.system.clone();
                 let mode = DampedMode::new(system, self.damped.unwrap_or_default())?;
                 let plan = Amplitudes { grid: &grid, n_h: *n_h, settings };

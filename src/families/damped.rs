@@ -6,12 +6,6 @@ use crate::hbm::amplitudes::{Amplitudes, follow};
 use crate::hbm::damped::DampedMode;
 use crate::records::{BranchEnd, EndReason, PointRecord};
 
-/// Amplitudes from the lower one in equal steps of their logarithm, so many decades each.
-pub fn grid((low, high): (f64, f64), step: f64) -> Vec<f64> {
-    let count = ((high / low).log10() / step + 1e-9).floor() as i32;
-    (0..=count).map(|k| low * 10f64.powf(step * f64::from(k))).collect()
-}
-
 /// The mode at each amplitude; `known` are the points of an earlier run.
 pub fn series(
     mode: &DampedMode,

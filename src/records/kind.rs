@@ -161,6 +161,13 @@ impl Walk {
         }
     }
 
+    /// All of them.
+    pub fn amplitudes(&self) -> Vec<f64> {
+        let Walk::Amplitudes { low, high, step } = self else { return vec![] };
+        let last = ((high / low).log10() / step + 1e-9).floor() as i64;
+        (0..=last).filter_map(|k| self.amplitude(k)).collect()
+    }
+
     /// The grid, if there is one.
     pub fn grid(&self) -> Option<Grid> {
         match self {

@@ -46,7 +46,7 @@ fn to_json(carried: &Carried, path: &Path, wall: f64) -> Value {
             "energy": p.energy(), "amplitude": p.amplitude(), "residual": o.map(|o| o.residual),
             "switches": switches(p), "stable": o.and_then(|o| o.stable),
             "alpha": o.and_then(|o| o.viscous.as_ref()).map(|v| v.alpha),
-            "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta), "zeta": zeta(p),
+            "beta": o.and_then(|o| o.viscous.as_ref()).map(|v| v.beta), "zeta": p.damping_ratio(),
             "energy_turned_over": o.and_then(|o| o.viscous.as_ref()).map(|v| v.turned_over),
         });
         if let Some(seen) = &p.attractor {
@@ -225,18 +225,12 @@ const DAMPED: &str = "damped nonlinear mode: kept going by -alpha M, which makes
 
 /// Damping ratios at the lowest amplitude and at the highest, and the largest.
 fn ratios(stored: &StoredFamily) -> Option<String> {
-    let of = |p: &PointRecord| Some((stored.identity.walk.amplitude(p.index)?, zeta(p)?));
+    let of = |p: &PointRecord| Some((stored.identity.walk.amplitude(p.index)?, p.damping_ratio()?));
     let all: Vec<(f64, f64)> = stored.points.iter().filter_map(of).collect();
     let (first, last) = (all.first()?, all.last()?);
     let largest = all.iter().fold(first, |m, p| if p.1 > m.1 { p } else { m });
     let text = |(x, z): &(f64, f64)| format!("{} at {}", significant(*z, 4), significant(*x, 4));
     Some(format!("{}, {}, at the most {}", text(first), text(last), text(largest)))
-}
-
-/// `ζ = α/2ω` of a point that has a feedback.
-fn zeta(p: &PointRecord) -> Option<f64> {
-    let alpha = p.orbit.as_ref()?.viscous.as_ref()?.alpha;
-    Some(0.5 * alpha / p.omega).filter(|z| z.is_finite())
 }
 
 /// What a grid of frequencies left open, and what to do about it.

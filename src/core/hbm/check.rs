@@ -139,10 +139,9 @@ impl Rubbing {
         let points = system.tangents().into_iter().flatten().enumerate();
         for (point, tangent) in points.filter_map(|(i, t)| Some((i, t.as_ref()?))) {
             let w = candidate.along(system.n_o(), |u| tangent.along(u));
-            match system.slider(point).and_then(|s| Some((s.limit, s.elastic?))) {
-                Some((limit, spring)) => {
-                    let jenkins = Jenkins { limit, stiffness: spring.stiffness };
-                    rubbing.springs.push((point, spring.memory, jenkins.play(&w, TAU)?));
+            match Jenkins::of(system, point) {
+                Some((spring, memory)) => {
+                    rubbing.springs.push((point, memory, spring.play(&w, TAU)?));
                 }
                 None => {
                     let at = |k: usize| w.at(TAU * k as f64 / SAMPLES as f64).1.abs();

@@ -5,6 +5,7 @@
 //!
 //! What rubs has components of its own behind these, its displacement among the projections and its force among the terms ([`super::rubbing`]).
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -277,7 +278,12 @@ impl Interface {
 
     /// A phase of the contact on the reduced directions.
     pub fn phase(&self, set: &States) -> Result<Rc<PhaseOperator>, HbmError> {
-        let set = &self.contact_of(set);
+        // where nothing rubs a set says nothing but the contact
+        let set = match self.rubs() {
+            true => Cow::Owned(self.contact_of(set)),
+            false => Cow::Borrowed(set),
+        };
+        let set = &*set;
         if let Some(known) = self.phases.borrow_mut().get_mut(set) {
             return Ok(known.clone());
         }

@@ -6,7 +6,7 @@
 use super::HbmError;
 use super::crossing::SWITCHES;
 use super::series::Polynomial;
-use crate::contact::PointState;
+use crate::contact::{PointState, System};
 
 /// What a slider's spring remembers: `z`, and where on the series it was set (nowhere: it never slipped).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -82,6 +82,13 @@ pub(super) struct Jenkins {
 }
 
 impl Jenkins {
+    /// That of a contact point which is a slider with a spring, and the entry of `u_O` that is `z`.
+    pub fn of(system: &System, point: usize) -> Option<(Jenkins, usize)> {
+        let slider = system.slider(point)?;
+        let spring = slider.elastic?;
+        Some((Jenkins { limit: slider.limit, stiffness: spring.stiffness }, spring.memory))
+    }
+
     /// What it does along a periodic displacement, once that is the same in every period; it begins without a force at `W = 0`.
     pub fn play(&self, w: &Polynomial, end: f64) -> Result<Walk, HbmError> {
         let first = w.at(0.0).0;

@@ -36,20 +36,20 @@ pub(super) fn all(
     let mut all = vec![];
     for (point, tangent) in tangents.iter().enumerate() {
         let Some(tangent) = tangent else { continue };
-        let elastic = system.slider(point).and_then(|s| Some((s.limit, s.elastic?)));
-        let (law, (component, scale)) = match elastic {
+        let (law, (component, scale)) = match Jenkins::of(system, point) {
             None => {
                 let factor = system.limit_over_pressure(point);
                 (Law::Rigid { factor, surface: tangent.surface }, component(&tangent.row))
             }
-            Some((limit, spring)) => {
+            Some((spring, memory)) => {
                 let row = &tangent.row[..];
-                let earlier = rows.iter().position(|r| *r == row).map(|k| places[k]);
-                let place = earlier.unwrap_or_else(|| component(row));
-                rows.push(row);
-                places.push(place);
-                let (stiffness, memory) = (spring.stiffness, spring.memory);
-                (Law::Elastic { spring: Jenkins { limit, stiffness }, memory }, place)
+                let earlier = rows.iter().position(|r| *r == row);
+                let place = earlier.map_or_else(|| component(row), |k| places[k]);
+                if earlier.is_none() {
+                    rows.push(row);
+                    places.push(place);
+                }
+                (Law::Elastic { spring, memory }, place)
             }
         };
         all.push(Rub { point, component, scale, law });

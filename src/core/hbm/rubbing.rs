@@ -284,7 +284,7 @@ impl Sums<'_, '_> {
             for l in 0..count {
                 let product = products.at(k, l);
                 self.n.of_mut(k)[c] += product * x[l];
-                let place = (self.row(k), l * self.n.n + c);
+                let place = (self.row(k), self.row(l));
                 if let Some(by_n) = &mut self.derivatives.by_n {
                     by_n[place] += product;
                 }

@@ -68,6 +68,12 @@ impl PointRecord {
         self.orbit.as_ref().map_or_else(seen, |o| o.energy)
     }
 
+    /// `ζ = α/2ω` of a motion that is kept going by a feedback that is known.
+    pub fn damping_ratio(&self) -> Option<f64> {
+        let alpha = self.orbit.as_ref()?.viscous.as_ref()?.alpha;
+        Some(0.5 * alpha / self.omega).filter(|z| z.is_finite())
+    }
+
     /// Largest contact displacement of the motion, likewise.
     pub fn amplitude(&self) -> f64 {
         let seen = || self.attractor.as_ref().map_or(f64::NAN, AttractorRecord::amplitude);

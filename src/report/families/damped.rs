@@ -1,7 +1,5 @@
 //! A damped nonlinear mode: frequency and damping ratio over the amplitude.
 
-use std::f64::consts::TAU;
-
 use super::branches::{branches, colour, of_branch};
 use super::head::{Head, family_head};
 use super::look::Look;
@@ -11,8 +9,8 @@ use crate::store::StoredFamily;
 
 /// Amplitude, frequency and ratio `ζ = α/2ω`.
 fn place(family: &StoredFamily, p: &PointRecord) -> Option<[f64; 3]> {
-    let orbit = p.orbit.as_ref()?;
-    let zeta = orbit.viscous.as_ref()?.alpha * orbit.period / (2.0 * TAU);
+    p.orbit.as_ref()?;
+    let zeta = p.damping_ratio().unwrap_or(f64::NAN);
     Some([family.identity.walk.amplitude(p.index)?, p.omega, zeta])
 }
 
