@@ -334,6 +334,12 @@ fn tangents_pass_stick_and_slip() {
     let cases = [
         ("block", block.to_owned() + loads + &damped(0.3, 0.0), 6.1),
         ("block, viscous", block.to_owned() + loads + &damped(0.1, 0.02), 6.1),
+        // viscous forces of a point that opens at 9.123 push another one loose
+        (
+            "block, taken along",
+            block.to_owned() + &loads.replace("0.08", "0.12") + &damped(0.1, 0.1),
+            9.5,
+        ),
         (
             "belt",
             CLAMPED.to_owned()
@@ -358,6 +364,33 @@ fn tangents_pass_stick_and_slip() {
         );
         assert!(worst < 1e-6, "{name}: {worst:.1e}");
     }
+}
+
+/// A block that friction alone holds, shaken on a slope, walks down: its orbit comes back but for that, and the way is that of a long run by Runge–Kutta.
+#[test]
+fn a_shaken_block_walks_down_a_slope() {
+    let tables = "[contact]\nedge = 'right'\ngap = 0.0\nfriction = 0.5\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.02]\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.0, 0.08]\nomega = 1.0\n[initial]\nequilibrium = true\n[damping]\nrayleigh = [0.3, 0.0]\n";
+    let place = tempfile::tempdir().unwrap();
+    let (file, out) = (place.path().join("slope.toml"), place.path().join("o.h5"));
+    let text = plate(SIZE, &(tables.to_owned() + "[orbit]\nomega = 1.0\n"));
+    std::fs::write(&file, text + "[run]\nuntil = 1.0\n").unwrap();
+    let orbit = json(&["orbit", file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    let drift = orbit["drift"].as_f64().unwrap();
+    assert!(orbit["residual"].as_f64().unwrap() < 1e-11 && drift > 0.1, "{drift}");
+    // friction leaves the position to the body, and nothing else
+    assert_eq!(
+        (orbit["family_dimension"].as_u64(), orbit["stable"].as_bool()),
+        (Some(1), Some(true))
+    );
+    let periods = |k: f64| {
+        let until = k * std::f64::consts::TAU;
+        let text = plate(SIZE, &(tables.to_owned() + &format!("[run]\nuntil = {until}\n")));
+        run_by(&scene(&text), Integrator::Dop853).last.u
+    };
+    let ways: Vec<f64> = periods(41.0).iter().zip(periods(40.0)).map(|(a, b)| a - b).collect();
+    let farthest = ways.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+    println!("{drift} {farthest}");
+    assert!(relative(&[farthest], &[drift]) < 1e-6, "{farthest} {drift}");
 }
 
 /// A body that slides steadily and squeals: its complex modes are those of the phase, growth and all, and a surface that rests has none.

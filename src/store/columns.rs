@@ -217,6 +217,7 @@ pub(super) static RUBBED: &[Column<PointRecord>] = &[
     Column::new("backbone/friction_work", "energy a period", POINT, "work that friction takes in a period", Get::Number(|p| of_friction(p, |f| f.work))),
     Column::new("backbone/belt_work", "energy a period", POINT, "work of moving surfaces on the body in a period", Get::Number(|p| of_friction(p, |f| f.belt))),
     Column::new("backbone/family_dimension", "number", POINT, "parameters of the family of residual positions that the orbit is a member of", Get::Number(|p| of_friction(p, |f| f.family.map_or(f64::NAN, |k| k as f64)))),
+    Column::new("backbone/drift", "length a period", POINT, "how far a body whose place only friction holds walks along the obstacle in a period", Get::Number(|p| of_friction(p, |f| f.drift.unwrap_or(f64::NAN)))),
 ];
 
 /// `/backbone/ridge`, a row a peak.

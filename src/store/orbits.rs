@@ -89,10 +89,12 @@ pub(super) fn write_orbit(g: &Group, o: &OrbitRecord, system: &System) -> Result
 
 const OF_FRICTION: [&str; 2] = ["friction_work", "belt_work"];
 const FAMILY_DIMENSION: &str = "family_dimension";
+const DRIFT: &str = "drift";
 
 fn write_friction(g: &Group, f: &FrictionRecord) -> Result<(), StoreError> {
     OF_FRICTION.iter().zip([f.work, f.belt]).try_for_each(|(name, x)| scalar(g, name, x))?;
-    f.family.map_or(Ok(()), |k| scalar(g, FAMILY_DIMENSION, k as f64))
+    f.family.map_or(Ok(()), |k| scalar(g, FAMILY_DIMENSION, k as f64))?;
+    f.drift.map_or(Ok(()), |d| scalar(g, DRIFT, d))
 }
 
 fn read_friction(g: &Group) -> Result<Option<FrictionRecord>, StoreError> {
@@ -101,7 +103,8 @@ fn read_friction(g: &Group) -> Result<Option<FrictionRecord>, StoreError> {
     }
     let [work, belt] = [read_scalar(g, OF_FRICTION[0])?, read_scalar(g, OF_FRICTION[1])?];
     let family = read_scalar(g, FAMILY_DIMENSION).ok().map(|k| k as usize);
-    Ok(Some(FrictionRecord { work, belt, family }))
+    let drift = read_scalar(g, DRIFT).ok();
+    Ok(Some(FrictionRecord { work, belt, family, drift }))
 }
 
 const OF_VISCOUS: [&str; 3] = ["alpha", "beta", "energy_turned_over"];

@@ -52,6 +52,7 @@ pub(super) fn orbit_json(body: &Propagator, o: &Orbit) -> Value {
         json["friction_work"] = rubbed.work().into();
         json["belt_work"] = rubbed.belt.into();
         json["family_dimension"] = json!(o.residual_positions());
+        json["drift"] = json!(o.drift);
     }
     if let Some(v) = &o.viscous {
         json["alpha"] = v.alpha.into();
@@ -108,12 +109,19 @@ fn viscous_text(o: &Orbit) -> Vec<(&'static str, String)> {
     lines
 }
 
+/// A body that walks less in a period, over its amplitude, stays where it is.
+const STANDS: f64 = 1e-9;
+
 /// What there is to say of friction.
 fn friction_text(o: &Orbit) -> Option<String> {
     let rubbed = o.rubbed.as_ref()?;
     let mut text = format!("takes {} a period", significant(rubbed.work(), 10));
     if rubbed.belt != 0.0 {
         let _ = write!(text, ", the surface that moves gives {}", significant(rubbed.belt, 10));
+    }
+    if let Some(drift) = o.drift.filter(|d| d.abs() > STANDS * o.amplitude) {
+        let drift = significant(drift, 6);
+        let _ = write!(text, "; the body walks by {drift} a period, and comes back but for that");
     }
     if let Some(k) = o.residual_positions().filter(|k| *k > 0) {
         let s = if k == 1 { "" } else { "s" };

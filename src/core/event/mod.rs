@@ -352,10 +352,10 @@ impl<O: Observer> Run<'_, O> {
                 None => (self.system.law().watched(from), 0.0),
             }
         };
-        // what came to rest or broke loose comes before those that it takes along
+        // with friction one point takes others along: who reached zero comes first
         let (first, others): (Vec<_>, Vec<_>) = present
             .changes(&decision.set)
-            .partition(|change| change.0 == found.point && found.kind.is_tangential());
+            .partition(|change| change.0 == found.point && self.system.tangents().is_some());
         let mut before = present.clone();
         let mut jump = 0.0;
         let mut changes = vec![];

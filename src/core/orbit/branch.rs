@@ -45,6 +45,7 @@ pub fn record(body: &Propagator, orbit: &Orbit) -> Result<OrbitRecord, OrbitErro
             work: rubbed.work(),
             belt: rubbed.belt,
             family: orbit.residual_positions(),
+            drift: orbit.drift,
         }),
     })
 }

@@ -22,6 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use faer::{Mat, MatRef};
 use nalgebra::Complex;
 
+use super::drift::Drift;
 use crate::contact::{ContactError, Rayleigh, State, States, System};
 use crate::fem::FemError;
 use crate::fem::dense::product;
@@ -99,6 +100,8 @@ pub struct Propagator {
     /// The unit of frame vectors: [`crate::flow::spectrum::Eigenbasis::root_of_energy`].
     pub unit: f64,
     pub(super) open_set: States,
+    /// Directions along which the body could be anywhere.
+    pub(super) drift: Drift,
     /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
     pub stop: Option<Arc<AtomicBool>>,
     transforms: RefCell<Transforms>,
@@ -112,7 +115,21 @@ impl Propagator {
         let open = spectra.of_set(&system, &open_set)?;
         let (scale, unit) = (open.scale(), open.root_of_energy(&system));
         let transforms = RefCell::new(Cache::new(BUDGET));
-        Ok(Propagator { system, spectra, open, scale, unit, open_set, stop: None, transforms })
+        let drift = match system.tangents() {
+            Some(_) => Drift::of(&system, &open),
+            None => Drift::default(),
+        };
+        Ok(Propagator {
+            system,
+            spectra,
+            open,
+            scale,
+            unit,
+            open_set,
+            drift,
+            stop: None,
+            transforms,
+        })
     }
 
     /// Change the damping; the modes stay.

@@ -70,6 +70,8 @@ pub struct Orbit {
     pub stability: Option<Stability>,
     /// What friction and moving surfaces do over the period, of a body with friction.
     pub rubbed: Option<Rubbed>,
+    /// How far the body walks along the obstacle in a period, where only friction holds its place ([`super::drift`]): of the contact points the way of the one that goes farthest, along its tangent.
+    pub drift: Option<f64>,
     /// What a viscous orbit has besides.
     pub viscous: Option<Feedback>,
     /// Of a subharmonic orbit: how far it is from itself after one period of the loads, `x(T) − x(0)` as a frame vector.
@@ -304,7 +306,16 @@ pub fn examine(
     let mut start = closure.frame(z).to_vec();
     start.resize(2 * body.n(), 0.0);
     let end = body.frame(&report.last);
-    let difference: Vec<f64> = end.iter().zip(&start).map(|(a, b)| a - b).collect();
+    let difference: Vec<f64> = match closure.is_forced() {
+        true => body.drift.difference(&start, &end),
+        false => end.iter().zip(&start).map(|(a, b)| a - b).collect(),
+    };
+    let walked = || {
+        let points = (0..system.n_contact()).filter_map(|i| system.tangent(i));
+        let ways = points.map(|t| t.along(&report.last.u) - t.along(&state.u));
+        ways.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+    };
+    let drift = (closure.is_forced() && !body.drift.is_none()).then(walked);
     let unit = system.units.length;
     // how near is told by gaps and pressures: a slip that ends softly is no grazing of the obstacle
     for s in report.switches.iter().filter(|s| !s.monitor.is_tangential()) {
@@ -356,7 +367,7 @@ pub fn examine(
         k => {
             let passage = integrate(body, &state, period / k as f64)?;
             let there = body.frame(&passage.report.last);
-            Some(there.iter().zip(&start).map(|(a, b)| a - b).collect())
+            Some(body.drift.difference(&start, &there))
         }
     };
     let energy_at_start = || -> Result<f64, OrbitError> {
@@ -383,6 +394,7 @@ pub fn examine(
         stability,
         viscous,
         rubbed: report.rubbed.clone(),
+        drift,
         halfway,
         switches: passage.report.switches,
         z: z.to_vec(),

@@ -6,6 +6,7 @@
 //! - [`period_map`] — the motion over a time from a state, with the sequence of active sets that the integrator finds;
 //! - [`shooting`] — Newton on the event-driven map: reversible half period, full period;
 //! - [`krylov`] — the same with tangent products for large bodies;
+//! - `drift` — directions along which a body that friction alone holds may walk;
 //! - `least` — the shortest step where friction holds a family of residual positions;
 //! - [`cycle`] — the limit cycle that a body comes to by itself;
 //! - [`nearest`] — the conservative orbit nearest to a viscous one;
@@ -36,6 +37,7 @@ pub mod chain;
 pub mod credentials;
 #[doc(hidden)]
 pub mod cycle;
+mod drift;
 pub mod floquet;
 mod grazing;
 mod highest;

@@ -10,8 +10,7 @@ use super::segments::Segments;
 use super::shooting::{Closure, Settings, Shot, shoot};
 use super::{OrbitError, tolerate};
 use crate::continuation::{
-    self, Family, Options, Place, Special, Stop, apart, approach, correct, least_singular_value,
-    norm,
+    self, Family, Options, Place, Special, Stop, approach, correct, least_singular_value, norm,
 };
 use crate::event::SwitchKind;
 
@@ -316,7 +315,7 @@ pub fn same(body: &Propagator, a: &Orbit, b: &Orbit) -> Result<bool, OrbitError>
             0 => body.frame(&a.state),
             _ => body.frame(&super::period_map::integrate(body, &a.state, t)?.report.last),
         };
-        if apart(&there, &state) <= SAME * norm(&state) {
+        if body.drift.apart(&there, &state) <= SAME * norm(&state) {
             return Ok(true);
         }
     }

@@ -9,7 +9,7 @@ use super::credentials::Orbit;
 use super::search::{Effort, Verdict, find};
 use super::section::later;
 use super::shooting::{Closure, Settings};
-use crate::continuation::{apart, norm};
+use crate::continuation::norm;
 
 /// Most periods that a body is given.
 const MOST: usize = 400;
@@ -77,9 +77,9 @@ fn next(
     }
 }
 
-/// The distance of two frame vectors over the size of the first.
+/// The distance of two frame vectors over the size of the first, wherever the body has walked to.
 fn distance(body: &Propagator, a: &[f64], b: &[f64]) -> f64 {
-    apart(a, b) / norm(a).max(body.unit)
+    body.drift.apart(a, b) / norm(a).max(body.unit)
 }
 
 /// What Newton's method finds from a state.

@@ -149,6 +149,9 @@ const SHARE: [f64; 2] = [1e-3, 0.05];
 /// A scout goes on while the residual falls below this part of what it was so many steps ago.
 const SLOW: (f64, usize) = (0.8, 3);
 
+/// Most pieces of the map that whole steps are followed through.
+const CORNERS: usize = 3;
+
 /// How Newton's method ended.
 #[derive(Debug)]
 pub struct Shot {
@@ -211,10 +214,13 @@ pub(super) fn image(
         true => None,
         false => Some(body.walk(&passage.chain, frame, &passage.times, end)?),
     };
-    let r = match &walk {
+    let mut r = match &walk {
         Some(walk) => closure.residual(frame, &walk.z_end),
         None => closure.residual(frame, &body.frame(&passage.report.last)),
     };
+    if closure.is_forced() {
+        body.drift.leave_out(&mut r);
+    }
     let size = norm(&r) / norm(frame).max(f64::MIN_POSITIVE);
     Ok(Image { settled, passage, walk, r, size, end })
 }
@@ -236,7 +242,11 @@ pub(super) fn jacobian(
     };
     let variation = Variation { by, ..Variation::OF_MAP };
     let end = body.derivative((&at.passage.chain, walk), of_state, variation)?.end;
-    let j = closure.derivative(&end, if closure == Closure::Limit { of_state } else { unknowns });
+    let mut j =
+        closure.derivative(&end, if closure == Closure::Limit { of_state } else { unknowns });
+    if closure.is_forced() {
+        (0..j.ncols()).for_each(|k| body.drift.leave_out(j.col_as_slice_mut(k)));
+    }
     if closure == Closure::Limit {
         return Ok(Mat::from_fn(of_state, unknowns, |i, k| {
             if k < of_state { j[(i, k)] } else { walk.rate_end[i] }
@@ -321,6 +331,50 @@ fn shortest_step(
     Ok(step)
 }
 
+/// A Newton step, not much longer than the state: such a one leads anywhere.
+fn bounded_step(
+    body: &Propagator,
+    closure: Closure,
+    z: &[f64],
+    at: &Image,
+) -> Result<Vec<f64>, OrbitError> {
+    let mut step = newton_step(body, closure, z, at)?;
+    let mut excess = norm(closure.frame(&step)) / norm(closure.frame(z));
+    if closure == Closure::Limit {
+        excess = excess.max((step[step.len() - 1] / z[z.len() - 1]).abs());
+    }
+    if excess > 0.5 {
+        step.iter_mut().for_each(|s| *s *= 0.5 / excess);
+    }
+    Ok(step)
+}
+
+/// Whole steps from where one led over a corner of the map, each with the derivative of the piece that it starts from: the unknowns and the map there, where the residual is below
+/// `size` at last. The solution of a map of linear pieces may lie on a piece that no shorter step leads to.
+fn over_corners(
+    body: &mut Propagator,
+    closure: Closure,
+    period: f64,
+    (mut z, mut at): (Vec<f64>, Image),
+    size: f64,
+) -> Result<Option<(Vec<f64>, Image)>, OrbitError> {
+    for _ in 0..CORNERS {
+        z = at.resting(z);
+        let step = bounded_step(body, closure, &z, &at)?;
+        z.iter_mut().zip(&step).for_each(|(z, s)| *z += s);
+        let Ok(there) = image(body, closure, &z, period) else { return Ok(None) };
+        let is_same = there.passage.chain == at.passage.chain;
+        at = there;
+        if at.size < 0.9 * size {
+            return Ok(Some((z, at)));
+        }
+        if is_same {
+            break;
+        }
+    }
+    Ok(None)
+}
+
 /// Newton's method from the frame vector `z`. Evaluations that fail along the line search count as no progress; one that fails
 /// at the guess is an error.
 pub fn shoot(
@@ -349,27 +403,27 @@ pub fn shoot(
             return Ok(shot(z, at, iteration));
         }
         sizes.push(at.size);
-        let mut step = newton_step(body, closure, &z, &at)?;
+        let step = bounded_step(body, closure, &z, &at)?;
         if step.iter().any(|s| !s.is_finite()) {
             return Ok(shot(z, at, iteration));
-        }
-        // a step much longer than the state leads anywhere
-        let mut excess = norm(closure.frame(&step)) / norm(closure.frame(&z));
-        if closure == Closure::Limit {
-            excess = excess.max((step[step.len() - 1] / z[z.len() - 1]).abs());
-        }
-        if excess > 0.5 {
-            step.iter_mut().for_each(|s| *s *= 0.5 / excess);
         }
         let mut best: Option<(Vec<f64>, Image)> = None;
         let mut lambda = 1.0;
         while lambda > SHARE[usize::from(settings.scout)] {
             let trial: Vec<f64> = z.iter().zip(&step).map(|(z, s)| z + lambda * s).collect();
-            if let Ok(there) = image(body, closure, &trial, period)
-                && there.size < (1.0 - 0.1 * lambda) * at.size
-            {
-                best = Some((trial, there));
-                break;
+            if let Ok(there) = image(body, closure, &trial, period) {
+                if there.size < (1.0 - 0.1 * lambda) * at.size {
+                    best = Some((trial, there));
+                    break;
+                }
+                // others are rescued with their switching times as unknowns
+                let is_whole = lambda == 1.0 && body.system.tangents().is_some();
+                if is_whole && there.passage.chain != at.passage.chain {
+                    best = over_corners(body, closure, period, (trial, there), at.size)?;
+                }
+                if best.is_some() {
+                    break;
+                }
             }
             lambda *= 0.5;
         }

@@ -91,6 +91,9 @@ pub struct FrictionRecord {
     pub belt: f64,
     /// Parameters of the family of residual positions, if multipliers are known.
     pub family: Option<usize>,
+    /// How far the body walks in a period, where only friction holds its place.
+    #[serde(default)]
+    pub drift: Option<f64>,
 }
 
 /// The feedback of a viscous orbit: `C = βK − αM`.
