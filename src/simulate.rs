@@ -50,6 +50,9 @@ fn run<O: Observer>(
     let options = Options { until, samples: run.samples, switch_limit: run.switch_limit };
     let tolerances = Tolerances { rtol: run.rtol, atol: run.atol };
     let (system, initial) = (&problem.system, &problem.initial);
+    if run.quasistatic {
+        return Ok(schemes::quasistatic::run(system, resumed, &options, observer)?);
+    }
     if let Some(report) = schemes::run(system, initial, resumed.clone(), &options, observer)? {
         return Ok(report);
     }

@@ -48,6 +48,7 @@ mod page;
 mod pdf;
 mod problem;
 mod promises;
+mod quasistatic;
 mod random_scenes;
 mod reductions;
 mod reference_solutions;

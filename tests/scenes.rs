@@ -7,7 +7,7 @@ use signorini::scenario::Integrator;
 use signorini::simulate::simulate;
 
 /// Name, number of switches, first and last switching time, energy at the end, right-hand sides, products and steps.
-const GOLDEN: [(&str, usize, f64, f64, f64, u64); 28] = [
+const GOLDEN: [(&str, usize, f64, f64, f64, u64); 29] = [
     ("bar", 2, 1.3598163377, 1.9800498668, 3.7054667511, 80),
     ("beam", 16, 1.4059687900e2, 4.3624021719e2, 2.6014009249e-10, 2083),
     ("blade", 14, 3.2864317559e1, 4.8349042385e2, 4.0216530832e-8, 16094),
@@ -15,6 +15,7 @@ const GOLDEN: [(&str, usize, f64, f64, f64, u64); 28] = [
     ("brake-reuss", 889, 4.168543329e-5, 5.974596074e-2, 2.196424687e-4, 480),
     ("bracket", 20, 2.7763040166e-4, 3.6893176645e-3, 1.8452437180e-1, 4444),
     ("driven-stop", 23, 6.2200597856e-1, 4.4375981915e1, 7.4824125467e-3, 104),
+    ("feet", 284, 9.5423936824e-1, 2.4369294156e1, 1.9155653560e-4, 92936),
     ("half-disc", 10, 2.0000000000e-1, 5.8901486609e0, 7.8021102411e-3, 551),
     ("half-plate-20x6", 14, 1.5501658373e0, 2.0067953536e0, 3.0090074918e-1, 818),
     ("half-plate-20x6-response", 54, 1.9836689380e1, 3.1274342698e1, 1.6778130729e-1, 2293),

@@ -107,12 +107,12 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
         return Ok(());
     }
     let loads = &system.loads;
-    if !loads.measured.is_empty() {
+    if !loads.measured.is_empty() && !scene.run.as_ref().is_some_and(|r| r.quasistatic) {
         let message = "has a measured history, and what holds a point that sticks is known for constant and harmonic loads only";
         return fail(
             "load".into(),
             message,
-            "give a harmonic load, or remove friction and sliders",
+            "give a harmonic load, [run] quasistatic = true, or remove friction and sliders",
         );
     }
     if loads.carried != Default::default() {

@@ -53,6 +53,7 @@ pub(super) fn loads(
             }
         };
         if matches!(course, Course::Measured(_))
+            && !scene.run.as_ref().is_some_and(|r| r.quasistatic)
             && scene.contact.as_ref().is_some_and(|c| c.is_reaction())
             && force[system.n_o()..].iter().any(|f| *f != 0.0)
         {

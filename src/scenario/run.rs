@@ -7,7 +7,7 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::number::{Check, positive};
-use super::{BodyKind, Edge, Issue, Scene};
+use super::{BodyKind, Edge, Issue, LoadKind, Scene};
 
 /// `[run]`
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -17,6 +17,9 @@ pub struct Run {
     pub until: Option<f64>,
     /// Or: number of periods of the load, of the obstacle's motion, or of `[orbit]`.
     pub periods: Option<f64>,
+    /// No inertia: a balance at every instant, from that under the loads of the start on. Loads are constant, or go along straight lines between the points of their tables; all switches are exact.
+    #[serde(default)]
+    pub quasistatic: bool,
     /// The flow of a smooth phase.
     #[serde(default)]
     pub integrator: Integrator,
@@ -179,6 +182,47 @@ impl Scene {
         Err(Issue::new(key, format!("the body has no edge \"{group}\""), help))
     }
 
+    /// What has no meaning without inertia, or is no straight line.
+    fn check_quasistatic(&self, r: &Run) -> Check {
+        if !r.quasistatic {
+            return Ok(());
+        }
+        let refuse = |key: String, message: &str, help: &str| {
+            let message = format!("{message}: [run] quasistatic = true");
+            Err(Issue::new(key, message, help))
+        };
+        if let Some(i) = self.loads.iter().position(|l| l.omega.is_some()) {
+            let key = format!("load[{i}].omega");
+            let help = "give table = \"path.csv\" with the corners of the path, or a constant load";
+            return refuse(key, "loads go along straight lines", help);
+        }
+        if let Some(i) = self.loads.iter().position(|l| l.kind == LoadKind::Base) {
+            let key = format!("load[{i}].kind");
+            return refuse(key, "supports stay where they are", "give forces");
+        }
+        if self.contact.as_ref().is_some_and(|c| c.motion.is_some()) {
+            let key = "contact.motion".to_owned();
+            let help = "give surface = [0.0, 0.05] with friction, or loads in place of the motion";
+            return refuse(key, "obstacles stay where they are", help);
+        }
+        if self.contact.as_ref().is_some_and(|c| !c.is_reaction()) {
+            let message = "balances without a jump are those of nodal reactions";
+            let help = "give method = \"mass-redistribution\"";
+            return refuse("contact.method".into(), message, help);
+        }
+        let s = &self.initial;
+        let given = s.mode.is_some() || s.displacement.is_some() || s.velocity.is_some();
+        if given || s.file.is_some() {
+            let help = "remove [initial], or give equilibrium = true";
+            return refuse(
+                "initial".into(),
+                "it begins in balance with the loads of the start",
+                help,
+            );
+        }
+        Ok(())
+    }
+
     pub(super) fn check_run(&self) -> Check {
         let Some(r) = &self.run else { return Ok(()) };
         match (r.until, r.periods) {
@@ -233,6 +277,7 @@ impl Scene {
                 "give \"dop853\", \"dopri5\" or \"auto\"",
             ));
         }
+        self.check_quasistatic(r)?;
         self.check_store()?;
         positive("run.switch_limit", r.switch_limit)
     }

@@ -40,7 +40,8 @@ impl System {
         let limit = 50 + 20 * n_c * n_c;
         for _ in 0..limit {
             let phase = self.phase(&set);
-            let u = static_displacement(&phase).ok_or(NoEquilibrium::NotHeld)?;
+            let held = vec![0.0; phase.stuck().len()];
+            let u = static_displacement(&phase, &held).ok_or(NoEquilibrium::NotHeld)?;
             let wrong = infeasible(self, &phase, &u);
             let Some(first) = wrong.first() else {
                 let mut u = u;
@@ -68,8 +69,8 @@ impl System {
     }
 }
 
-/// `K_α⁻¹ f_α`, if the phase is held.
-fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
+/// `K_α⁻¹ f_α`, if the phase is held; what sticks is at `held`.
+pub(crate) fn static_displacement(phase: &Phase, held: &[f64]) -> Option<Vec<f64>> {
     let mut stiffness = phase.matrices().0;
     let mut force = phase.constant_force();
     let mut u = force.clone();
@@ -82,20 +83,26 @@ fn static_displacement(phase: &Phase) -> Option<Vec<f64>> {
             let entries = stiffness.triplets().chain(slips.triplets());
             stiffness = Csr::from_triplets(n, n, entries.collect());
         }
-        // what sticks stays at zero
+        // what sticks stays where it is
         stiffness = rows.congruence(&stiffness).unwrap_or(stiffness);
         rows.onto(&mut force);
         let moves = |i: usize| !rows.pivots.contains(&i);
+        let place = |j: usize| rows.pivots.iter().position(|p| *p == j);
+        for (i, j, k) in stiffness.triplets().filter(|e| moves(e.0)) {
+            if let Some(p) = place(j) {
+                force[i] -= k * held[p];
+            }
+        }
         let kept = stiffness.triplets().filter(|e| moves(e.0) && moves(e.1));
         let kept = kept.chain(rows.pivots.iter().map(|&i| (i, i, 1.0)));
         stiffness = Csr::from_triplets(n, n, kept.collect());
-        rows.pivots.iter().for_each(|&i| force[i] = 0.0);
+        rows.pivots.iter().zip(held).for_each(|(&i, h)| force[i] = *h);
         u.copy_from_slice(&force);
         let all: Vec<usize> = (0..n).collect();
         Coupling::from(stiffness.clone()).block(&all).ok()?.solve(&mut u).ok()?;
-        let held = is_solution(&stiffness, &u, &force);
+        let is_held = is_solution(&stiffness, &u, &force);
         rows.forth(&mut u);
-        return held.then_some(u);
+        return is_held.then_some(u);
     } else {
         let factor = SpdFactor::new(&stiffness, "stiffness matrix of a phase").ok()?;
         factor.solve(&mut u, &mut factor.scratch());
@@ -116,9 +123,9 @@ fn is_solution(stiffness: &Csr, u: &[f64], force: &[f64]) -> bool {
 
 /// The monitors that are negative; of a point that slips on a surface at rest by how far it has moved to its side.
 fn infeasible(system: &System, phase: &Phase, u: &[f64]) -> Vec<Monitor> {
-    let size = u.iter().fold(system.units.length, |m, x| m.max(x.abs()));
     let mut h = vec![0.0; phase.monitors.len()];
     phase.monitor_undriven(u, &vec![0.0; u.len()], &mut h);
+    let least = monitor_tolerance(system, phase, u);
     for (h, monitor) in h.iter_mut().zip(&phase.monitors) {
         if let (MonitorKind::Slip, Some(t)) = (monitor.kind, system.tangent(monitor.point)) {
             let sigma = phase.set.at(monitor.point).slip().unwrap_or(0.0);
@@ -128,8 +135,12 @@ fn infeasible(system: &System, phase: &Phase, u: &[f64]) -> Vec<Monitor> {
             *h = if t.surface == 0.0 { sigma * t.along(u) - given } else { t.surface.abs() };
         }
     }
-    // displacements of a static solution carry more than one rounding error
-    let rounding = phase.monitor_rounding(size, size);
-    let negative = |k: &usize| h[*k] < -1e-12 / UNITS * rounding[*k];
+    let negative = |k: &usize| h[*k] < -least[*k];
     (0..h.len()).filter(negative).map(|k| phase.monitors[k].clone()).collect()
+}
+
+/// What counts as zero of each monitor: displacements of a static solution carry more than one rounding error.
+pub(crate) fn monitor_tolerance(system: &System, phase: &Phase, u: &[f64]) -> Vec<f64> {
+    let size = u.iter().fold(system.units.length, |m, x| m.max(x.abs()));
+    phase.monitor_rounding(size, size).iter().map(|r| 1e-12 / UNITS * r).collect()
 }

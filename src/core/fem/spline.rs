@@ -44,6 +44,13 @@ impl Spline {
         (self.t[0], self.t[self.t.len() - 1])
     }
 
+    /// The straight lines between the points.
+    pub fn straight(&self, t: f64) -> f64 {
+        let i = self.t.partition_point(|x| *x <= t).clamp(1, self.t.len() - 1) - 1;
+        let share = (t - self.t[i]) / (self.t[i + 1] - self.t[i]);
+        self.y[i] + share * (self.y[i + 1] - self.y[i])
+    }
+
     /// `s(t)`, or its derivative of order 1 or 2; beyond the ends the outermost cubics go on.
     pub fn at(&self, t: f64, order: u32) -> f64 {
         let i = self.t.partition_point(|x| *x <= t).clamp(1, self.t.len() - 1) - 1;

@@ -1,6 +1,7 @@
 //! Schemes that go through time in their own way, without events: what a run by events is compared with.
 
 pub(crate) mod moreau_jean;
+pub mod quasistatic;
 pub(crate) mod waves;
 
 use crate::contact::{March, State, System};

@@ -358,7 +358,10 @@ fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wa
     let integrator = match system.impact().and_then(|law| law.march) {
         Some(March::Steps(_)) => "moreau-jean",
         Some(March::Waves(_)) => "waves",
-        None => scene.run.as_ref().map_or("", |r| r.integrator.name()),
+        None => scene.run.as_ref().map_or("", |r| match r.quasistatic {
+            true => "quasi-static",
+            false => r.integrator.name(),
+        }),
     };
     let rejected =
         if c.rejected > 0 { format!(" (+{} rejected)", c.rejected) } else { String::new() };
