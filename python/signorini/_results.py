@@ -309,6 +309,7 @@ class Orbit(_OfOrbit, Run):
         u0, v0: the state at t = 0, all displacements along the axes [N].
         alpha, beta, energy_start, energy_turned_over: of a viscous nonlinear mode.
         family_dimension: with friction, parameters of the family of residual positions that the orbit is a member of; ``friction_work``, ``belt_work`` are those of a period.
+        drift: how far a body that only friction keeps in place walks along its obstacle in a period.
     """
 
     period: float
@@ -331,6 +332,7 @@ class Orbit(_OfOrbit, Run):
     beta: float | None
     energy_turned_over: float | None
     family_dimension: int | None
+    drift: float | None
 
     @property
     def multipliers(self) -> np.ndarray:

@@ -16,6 +16,7 @@ use signorini::problem::Problem;
 use signorini::report::figure::{self, Drawing};
 use signorini::report::precision::{Point, Study};
 use signorini::scenario::Integrator;
+use signorini::scenario::Scene;
 use signorini::simulate::by_name;
 use signorini::simulate::run_table;
 use signorini::store::{Outputs, beside, replace};
@@ -72,10 +73,12 @@ struct Able {
 }
 
 impl Able {
-    fn of(problem: &Problem) -> Result<Self, CliError> {
+    fn of(scene: &Scene, problem: &Problem) -> Result<Self, CliError> {
         let system = &problem.system;
-        if system.impact().is_some_and(|law| law.march.is_some()) {
-            let text = "this contact method goes through time in its own way: there are no integrators to compare";
+        let is_static = scene.run.as_ref().is_some_and(|r| r.quasistatic);
+        if is_static || system.impact().is_some_and(|law| law.march.is_some()) {
+            let text =
+                "this scene goes through time in its own way: there are no integrators to compare";
             return Err(CliError::Input(text.into()));
         }
         let without_modes = system.is_entire();
@@ -135,7 +138,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     }
     // flows borrow the problem for as long as the program runs
     let problem: &'static Problem = Box::leak(Box::new(problem));
-    let able = Able::of(problem)?;
+    let able = Able::of(&scene, problem)?;
     let mut bench = Bench {
         problem,
         options: Options { until, samples: 1, switch_limit: run.switch_limit },

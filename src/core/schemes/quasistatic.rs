@@ -199,30 +199,21 @@ pub fn run<O: Observer>(
             driver.go_on(resumed);
             driver.drive()?
         }
-        None if driver.start() => {
-            driver.begin()?;
-            driver.drive()?
-        }
+        None if driver.start() => driver.drive()?,
         None => driver.unresolved(),
     };
     Ok(driver.report(outcome))
 }
 
 impl<O: Observer> Driver<'_, O> {
-    /// The balance under the loads at the start; whether there is one.
+    /// The balance under the loads at the start, with which the books are opened; whether there is one.
     fn start(&mut self) -> bool {
         self.load(0.0);
         let Ok((set, u)) = self.system.equilibrium() else { return false };
+        let now = self.instant(&set, 0.0, &u);
+        self.ledger = Ledger::new(self.energies(&now, &self.books));
         (self.set, self.u) = (set, u);
         true
-    }
-
-    /// Open the books.
-    fn begin(&mut self) -> Result<(), RunError<O::Error>> {
-        let now = self.instant(&self.set.clone(), self.t, &self.u.clone());
-        let energies = self.energies(&now, &self.books);
-        self.ledger = Ledger::new(energies);
-        self.sample(&now, &now, &self.books.clone())
     }
 
     fn go_on(&mut self, resumed: Resumed) {
@@ -380,9 +371,11 @@ impl<O: Observer> Driver<'_, O> {
             (self.next_sample..self.options.samples).map(due).take_while(|t| *t < stop.t).collect();
         self.next_sample += on_the_way.len();
         let (system, books) = (self.system.clone(), self.books.clone());
+        // rates jump where a line begins: a state with those before it and one with those behind it
+        self.sample(&a, (&a, &b), &books)?;
         for t in on_the_way.into_iter().filter(|t| *t > a.t) {
             let middle = a.towards(&b, (t - a.t) / (end - a.t));
-            self.sample(&middle, &b, &books.after((&system, &set), &a, &middle))?;
+            self.sample(&middle, (&a, &b), &books.after((&system, &set), &a, &middle))?;
         }
         self.books = books.after((&system, &set), &a, &stop);
         if self.next_sample < self.options.samples && due(self.next_sample) <= stop.t {
@@ -393,7 +386,9 @@ impl<O: Observer> Driver<'_, O> {
             false => to,
         };
         self.t = stop.t;
-        self.sample(&stop, &b, &self.books.clone())
+        self.sample(&stop, (&a, &b), &self.books.clone())?;
+        self.keep();
+        Ok(())
     }
 
     /// All that is linear in time.
@@ -455,17 +450,15 @@ impl<O: Observer> Driver<'_, O> {
         Ok(())
     }
 
-    /// Store a state of the present line, which ends at `end`.
+    /// Store a state of a line.
     fn sample(
         &mut self,
         at: &Instant,
-        end: &Instant,
+        (begin, end): (&Instant, &Instant),
         books: &Books,
     ) -> Result<(), RunError<O::Error>> {
-        let rate = match end.t > at.t {
-            true => end.u.iter().zip(&at.u).map(|(b, a)| (b - a) / (end.t - at.t)).collect(),
-            false => vec![0.0; at.u.len()],
-        };
+        let dt = end.t - begin.t;
+        let rate: Vec<f64> = end.u.iter().zip(&begin.u).map(|(b, a)| (b - a) / dt).collect();
         let energies = self.energies(at, books);
         self.ledger.note(&energies);
         self.penetration = self.penetration.max(self.system.penetration(&at.u));
@@ -483,20 +476,25 @@ impl<O: Observer> Driver<'_, O> {
         };
         self.observer.sample(&sample).map_err(RunError::Observer)?;
         self.stored += 1;
-        if self.observer.keeps_checkpoints() && at.t == self.t {
+        Ok(())
+    }
+
+    /// All that is needed to go on from here.
+    fn keep(&mut self) {
+        if self.observer.keeps_checkpoints() {
             // velocities have no part in it, and a state has a place for them
             let rates = self.u.iter().map(|_| 0.0);
             let found = self.found.map_or([0.0; 3], |(point, kind, rate)| {
                 let of = MonitorKind::ALL.iter().position(|k| *k == kind).unwrap_or(0);
                 [point as f64 + 1.0, of as f64, rate]
             });
-            let state = self.u.iter().copied().chain(rates).chain(books.numbers()).chain(found);
+            let state =
+                self.u.iter().copied().chain(rates).chain(self.books.numbers()).chain(found);
             let counts = [self.next_sample, self.stored, self.log.switches()];
             let sizes = (self.penetration, self.tension);
             let at = (self.t, state.collect());
             self.observer.phase(Checkpoint::marched(at, &self.set, &self.ledger, sizes, counts));
         }
-        Ok(())
     }
 
     fn report(self, outcome: Outcome) -> Report {
