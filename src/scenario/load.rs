@@ -34,7 +34,7 @@ pub struct Load {
     /// Phase, in radians.
     #[serde(default)]
     pub phase: f64,
-    /// In place of `omega`: a CSV file of time and value, relative to the scene; the load is the amplitude times its C² spline (`run`, Runge–Kutta).
+    /// In place of `omega`: a CSV file of time and value, relative to the scene; the load is the amplitude times its C² spline (`run`, Runge–Kutta), or with `run.quasistatic` the straight lines between its points.
     pub table: Option<String>,
 }
 

@@ -133,13 +133,40 @@ impl Books {
     }
 }
 
-/// The end of the present line, in the states that hold until a monitor reaches zero.
-struct Line {
-    set: States,
-    /// `u_O` at its beginning: springs of sliders that begin to stick are set to their limits.
-    from: Vec<f64>,
-    /// `u_O` at its end.
-    to: Vec<f64>,
+/// A phase at the two ends of a line, under the loads there, with `u_O` and the monitors.
+struct End {
+    t: f64,
+    phase: Phase,
+    u: Vec<f64>,
+    h: Vec<f64>,
+    /// What counts as zero of each monitor.
+    least: Vec<f64>,
+}
+
+impl End {
+    fn new(system: &System, t: f64, phase: Phase, u: Vec<f64>) -> End {
+        let mut h = vec![0.0; phase.monitors.len()];
+        phase.monitor_undriven(&u, &vec![0.0; u.len()], &mut h);
+        let least = monitor_tolerance(system, &phase, &u);
+        End { t, phase, u, h, least }
+    }
+
+    /// All that is linear in time on the way to the other end.
+    fn instant(&self, system: &System, force: Vec<f64>) -> Instant {
+        let points = system.n_contact();
+        let mut instant = Instant {
+            t: self.t,
+            u: vec![0.0; system.n()],
+            force,
+            pressure: vec![0.0; points],
+            traction: vec![0.0; points],
+        };
+        let still = vec![0.0; self.u.len()];
+        self.phase.expand_displacement(self.t, &self.u, &mut instant.u);
+        self.phase.pressures(self.t, &self.u, &mut instant.pressure);
+        self.phase.tractions(self.t, (&self.u, &still), &mut instant.traction);
+        instant
+    }
 }
 
 struct Driver<'a, O: Observer> {
@@ -210,9 +237,10 @@ impl<O: Observer> Driver<'_, O> {
     fn start(&mut self) -> bool {
         self.load(0.0);
         let Ok((set, u)) = self.system.equilibrium() else { return false };
-        let now = self.instant(&set, 0.0, &u);
+        let begin = End::new(&self.system, 0.0, self.system.phase(&set), u);
+        let now = begin.instant(&self.system, self.path.force(self.system.n(), 0.0));
         self.ledger = Ledger::new(self.energies(&now, &self.books));
-        (self.set, self.u) = (set, u);
+        (self.set, self.u) = (set, begin.u);
         true
     }
 
@@ -233,14 +261,13 @@ impl<O: Observer> Driver<'_, O> {
     }
 
     fn drive(&mut self) -> Result<Outcome, RunError<O::Error>> {
-        let corners = self.path.corners.clone();
-        for corner in corners.into_iter().filter(|c| *c > self.t).collect::<Vec<_>>() {
+        while let Some(corner) = self.path.corners.iter().copied().find(|c| *c > self.t) {
             let mut at_once = 0;
             while self.t < corner {
-                let Some(line) = self.line(corner) else { return Ok(self.unresolved()) };
-                self.tell_switches(&line.set)?;
+                let Some(ends) = self.line(corner) else { return Ok(self.unresolved()) };
+                self.tell_switches(&ends.0.phase.set)?;
                 let before = self.t;
-                self.follow(line, corner)?;
+                self.follow(&ends.0, &ends.1)?;
                 at_once = if self.t > before { 0 } else { at_once + 1 };
                 if at_once > STALLED * self.system.n_contact().max(1) {
                     return Ok(self.unresolved());
@@ -272,8 +299,8 @@ impl<O: Observer> Driver<'_, O> {
         self.system.phase(set)
     }
 
-    /// The states behind the present instant and where they lead to at the end of the line; none where no states are found, or nothing holds the body in them.
-    fn line(&mut self, end: f64) -> Option<Line> {
+    /// The phase behind the present instant, here and at the end of the line; none where no states are found, or nothing holds the body in them.
+    fn line(&mut self, end: f64) -> Option<(End, End)> {
         let (points, dt) = (self.set.len(), end - self.t);
         let mut set = self.set.clone();
         for round in 0..TOGETHER + 20 * points {
@@ -293,9 +320,11 @@ impl<O: Observer> Driver<'_, O> {
                 .collect();
             self.solved += 1;
             let to = static_displacement(&then, &held)?;
-            let moves = self.violations((&now, &from), (&then, &to), dt);
+            let a = End::new(&self.system, self.t, now, from);
+            let b = End::new(&self.system, end, then, to);
+            let moves = self.violations(&a, &b);
             if moves.is_empty() {
-                return Some(Line { set, from, to });
+                return Some((a, b));
             }
             let count = if round < TOGETHER { moves.len() } else { 1 };
             moves[..count].iter().for_each(|&(i, state)| set.set(i, state));
@@ -304,32 +333,24 @@ impl<O: Observer> Driver<'_, O> {
     }
 
     /// The points at a boundary whose conditions fail behind it, and their neighbouring states.
-    fn violations(
-        &self,
-        (now, from): (&Phase, &[f64]),
-        (then, to): (&Phase, &[f64]),
-        dt: f64,
-    ) -> Vec<(usize, PointState)> {
-        let slip =
-            |i: usize| self.system.tangent(i).map(|t| t.along(to) - t.along(from) - t.surface * dt);
-        let slips: Vec<Option<f64>> = (0..self.set.len()).map(slip).collect();
-        let largest = to.iter().zip(from).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
-        let (h, least) = (values(now, from), monitor_tolerance(&self.system, now, from));
-        let (ahead, below) = (values(then, to), monitor_tolerance(&self.system, then, to));
+    fn violations(&self, a: &End, b: &End) -> Vec<(usize, PointState)> {
+        let largest = b.u.iter().zip(&a.u).fold(0.0f64, |m, (b, a)| m.max((b - a).abs()));
         let mut moves: Vec<(usize, PointState)> = vec![];
-        for (k, monitor) in now.monitors.iter().enumerate() {
+        for (k, monitor) in a.phase.monitors.iter().enumerate() {
             let i = monitor.point;
-            let state = now.set.at(i);
-            let s = slips[i].unwrap_or(0.0);
+            let state = a.phase.set.at(i);
+            let tangent = self.system.tangent(i);
+            let slip = tangent.map(|t| t.along(&b.u) - t.along(&a.u) - t.surface * (b.t - a.t));
+            let s = slip.unwrap_or(0.0);
             let fails = match monitor.kind {
                 MonitorKind::Slip => state.slip().unwrap_or(0.0) * s < -STILL * largest,
-                _ => h[k] <= least[k] && ahead[k] < -below[k],
+                _ => a.h[k] <= a.least[k] && b.h[k] < -b.least[k],
             };
             if !fails || moves.last().is_some_and(|m| m.0 == i) {
                 continue;
             }
             // a point that closes slips the way it moves
-            let closes = !state.touches() && self.system.tangent(i).is_some();
+            let closes = !state.touches() && tangent.is_some();
             let next = match closes {
                 true if s.abs() <= STILL * largest => PointState::Stick,
                 true => PointState::of_slip(s),
@@ -341,71 +362,47 @@ impl<O: Observer> Driver<'_, O> {
     }
 
     /// Go along a line to its end, or to the first monitor that reaches zero.
-    fn follow(&mut self, line: Line, end: f64) -> Result<(), RunError<O::Error>> {
-        let Line { set, from, to } = line;
-        let now = self.phase(&set, self.t);
-        let then = self.phase(&set, end);
-        let (h, least) = (values(&now, &from), monitor_tolerance(&self.system, &now, &from));
-        let (ahead, below) = (values(&then, &to), monitor_tolerance(&self.system, &then, &to));
+    fn follow(&mut self, from: &End, to: &End) -> Result<(), RunError<O::Error>> {
         let mut share = 1.0;
         self.found = None;
-        for (k, monitor) in now.monitors.iter().enumerate() {
-            if monitor.kind == MonitorKind::Slip || h[k] <= least[k] || ahead[k] >= -below[k] {
-                continue;
-            }
-            let reached = h[k] / (h[k] - ahead[k]);
-            if reached < share {
-                share = reached;
-                let rate = (ahead[k] - h[k]) / (end - self.t);
+        for (k, monitor) in from.phase.monitors.iter().enumerate() {
+            let (h, ahead) = (from.h[k], to.h[k]);
+            let falls = h > from.least[k] && ahead < -to.least[k];
+            if monitor.kind != MonitorKind::Slip && falls && h / (h - ahead) < share {
+                share = h / (h - ahead);
+                let rate = (ahead - h) / (to.t - from.t);
                 self.found = Some((monitor.point, monitor.kind, rate));
             }
         }
-        let (a, b) = (self.instant(&set, self.t, &from), self.instant(&set, end, &to));
-        let stop = match share < 1.0 {
-            true => a.towards(&b, share),
-            false => b.clone(),
-        };
-        // stored states on the way
-        let due = |k: usize| self.options.until * k as f64 / self.options.samples as f64;
-        let on_the_way: Vec<f64> =
-            (self.next_sample..self.options.samples).map(due).take_while(|t| *t < stop.t).collect();
-        self.next_sample += on_the_way.len();
-        let (system, books) = (self.system.clone(), self.books.clone());
+        let n = self.system.n();
+        let a = from.instant(&self.system, self.path.force(n, from.t));
+        let b = to.instant(&self.system, self.path.force(n, to.t));
+        let stop = if share < 1.0 { a.towards(&b, share) } else { b.clone() };
         // rates jump where a line begins: a state with those before it and one with those behind it
-        self.sample(&a, (&a, &b), &books)?;
-        for t in on_the_way.into_iter().filter(|t| *t > a.t) {
-            let middle = a.towards(&b, (t - a.t) / (end - a.t));
-            self.sample(&middle, (&a, &b), &books.after((&system, &set), &a, &middle))?;
-        }
-        self.books = books.after((&system, &set), &a, &stop);
-        if self.next_sample < self.options.samples && due(self.next_sample) <= stop.t {
+        let begun = self.books.clone();
+        self.sample(&a, (&a, &b), &begun)?;
+        // stored states on the way
+        let (until, samples) = (self.options.until, self.options.samples);
+        let due = |k: usize| until * k as f64 / samples as f64;
+        while self.next_sample < samples && due(self.next_sample) <= stop.t {
+            let t = due(self.next_sample);
             self.next_sample += 1;
+            if t > a.t && t < stop.t {
+                let middle = a.towards(&b, (t - a.t) / (b.t - a.t));
+                let books = begun.after((&self.system, &self.set), &a, &middle);
+                self.sample(&middle, (&a, &b), &books)?;
+            }
         }
+        let books = begun.after((&self.system, &self.set), &a, &stop);
+        self.sample(&stop, (&a, &b), &books)?;
+        self.books = books;
         self.u = match share < 1.0 {
-            true => from.iter().zip(&to).map(|(a, b)| a + share * (b - a)).collect(),
-            false => to,
+            true => from.u.iter().zip(&to.u).map(|(a, b)| a + share * (b - a)).collect(),
+            false => to.u.clone(),
         };
         self.t = stop.t;
-        self.sample(&stop, (&a, &b), &self.books.clone())?;
         self.keep();
         Ok(())
-    }
-
-    /// All that is linear in time.
-    fn instant(&mut self, set: &States, t: f64, u_o: &[f64]) -> Instant {
-        let phase = self.phase(set, t);
-        let points = set.len();
-        let mut instant = Instant {
-            t,
-            u: vec![0.0; self.system.n()],
-            force: self.system.loads.constant.clone().unwrap_or_default(),
-            pressure: vec![0.0; points],
-            traction: vec![0.0; points],
-        };
-        phase.expand_displacement(t, u_o, &mut instant.u);
-        phase.pressures(t, u_o, &mut instant.pressure);
-        phase.tractions(t, (u_o, &vec![0.0; u_o.len()]), &mut instant.traction);
-        instant
     }
 
     fn energies(&self, at: &Instant, books: &Books) -> Energies {
@@ -522,11 +519,4 @@ impl<O: Observer> Driver<'_, O> {
             ..Report::of(marched, &self.ledger)
         }
     }
-}
-
-/// Monitors of a body at rest.
-fn values(phase: &Phase, u_o: &[f64]) -> Vec<f64> {
-    let mut h = vec![0.0; phase.monitors.len()];
-    phase.monitor_undriven(u_o, &vec![0.0; u_o.len()], &mut h);
-    h
 }
