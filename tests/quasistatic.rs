@@ -337,6 +337,8 @@ fn a_quasistatic_run_is_a_run() {
     for (name, value) in &whole {
         assert!(parts[name] == *value, "{name}");
     }
+    // readers and pictures take it: one row a time
+    assert!(run(&["plot", place.path().join("whole.h5").to_str().unwrap()]).status.success());
     let gone = PLATE.to_owned()
         + "[contact]\nedge = 'right'\ngap = 0.0\nfriction = 0.5\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.2, 0.0]\n[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.0, 1.0]\ntable = 'y.csv'\n[run]\nquasistatic = true\nuntil = 1.0\n";
     let place = folder(&gone, &[("y.csv", &[(0.0, 0.0), (1.0, 1.0)])]);
@@ -346,6 +348,7 @@ fn a_quasistatic_run_is_a_run() {
     let said =
         String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
     assert_eq!(out.status.code(), Some(3), "{said}");
+    assert!(run(&["plot", place.path().join("o.h5").to_str().unwrap()]).status.success());
     // all slip where the shear is μ times the pressure
     assert!(said.contains("0.1000000") || said.contains("0.09999999"), "{said}");
     for (from, to, words) in [

@@ -181,6 +181,8 @@ struct Driver<'a, O: Observer> {
     /// The monitor that ended the last phase, with its rate.
     found: Option<(usize, MonitorKind, f64)>,
     books: Books,
+    /// The present state, and the ends of the line that led to it.
+    last: Option<[Instant; 3]>,
     ledger: Ledger,
     log: Log,
     next_sample: usize,
@@ -199,8 +201,7 @@ pub fn run<O: Observer>(
 ) -> Result<Report, RunError<O::Error>> {
     let path = Path::new(system, options.until);
     let mut own = system.clone();
-    let loads = own.loads_mut();
-    loads.measured.clear();
+    own.loads_mut().measured.clear();
     let log = Log::new(!observer.takes_events());
     let points = vec![(0.0, 0.0); system.n_contact()];
     let mut driver = Driver {
@@ -213,6 +214,7 @@ pub fn run<O: Observer>(
         t: 0.0,
         found: None,
         books: Books { external: 0.0, belt: 0.0, points },
+        last: None,
         ledger: Ledger::default(),
         log,
         next_sample: 1,
@@ -227,7 +229,10 @@ pub fn run<O: Observer>(
             driver.drive()?
         }
         None if driver.start() => driver.drive()?,
-        None => driver.unresolved(),
+        None => {
+            driver.sample_last()?;
+            driver.unresolved()
+        }
     };
     Ok(driver.report(outcome))
 }
@@ -236,12 +241,16 @@ impl<O: Observer> Driver<'_, O> {
     /// The balance under the loads at the start, with which the books are opened; whether there is one.
     fn start(&mut self) -> bool {
         self.load(0.0);
-        let Ok((set, u)) = self.system.equilibrium() else { return false };
-        let begin = End::new(&self.system, 0.0, self.system.phase(&set), u);
+        let found = self.system.equilibrium();
+        let is_balanced = found.is_ok();
+        if let Ok((set, u)) = found {
+            (self.set, self.u) = (set, u);
+        }
+        let begin = End::new(&self.system, 0.0, self.system.phase(&self.set), self.u.clone());
         let now = begin.instant(&self.system, self.path.force(self.system.n(), 0.0));
         self.ledger = Ledger::new(self.energies(&now, &self.books));
-        (self.set, self.u) = (set, begin.u);
-        true
+        self.last = Some([now.clone(), now.clone(), now]);
+        is_balanced
     }
 
     fn go_on(&mut self, resumed: Resumed) {
@@ -264,12 +273,16 @@ impl<O: Observer> Driver<'_, O> {
         while let Some(corner) = self.path.corners.iter().copied().find(|c| *c > self.t) {
             let mut at_once = 0;
             while self.t < corner {
-                let Some(ends) = self.line(corner) else { return Ok(self.unresolved()) };
+                let Some(ends) = self.line(corner) else {
+                    self.sample_last()?;
+                    return Ok(self.unresolved());
+                };
                 self.tell_switches(&ends.0.phase.set)?;
                 let before = self.t;
                 self.follow(&ends.0, &ends.1)?;
                 at_once = if self.t > before { 0 } else { at_once + 1 };
                 if at_once > STALLED * self.system.n_contact().max(1) {
+                    self.sample_last()?;
                     return Ok(self.unresolved());
                 }
                 let go = self.observer.progress(self.t).map_err(RunError::Observer)?;
@@ -278,7 +291,15 @@ impl<O: Observer> Driver<'_, O> {
                 }
             }
         }
+        self.sample_last()?;
         Ok(Outcome::EndTime)
+    }
+
+    /// Store the last state, behind which no line begins.
+    fn sample_last(&mut self) -> Result<(), RunError<O::Error>> {
+        let Some([stop, a, b]) = self.last.take() else { return Ok(()) };
+        let books = self.books.clone();
+        self.sample(&stop, (&a, &b), &books)
     }
 
     fn unresolved(&self) -> Outcome {
@@ -378,9 +399,11 @@ impl<O: Observer> Driver<'_, O> {
         let a = from.instant(&self.system, self.path.force(n, from.t));
         let b = to.instant(&self.system, self.path.force(n, to.t));
         let stop = if share < 1.0 { a.towards(&b, share) } else { b.clone() };
-        // rates jump where a line begins: a state with those before it and one with those behind it
+        // rates jump where a line begins: a state is stored with those behind it
         let begun = self.books.clone();
-        self.sample(&a, (&a, &b), &begun)?;
+        if stop.t > a.t {
+            self.sample(&a, (&a, &b), &begun)?;
+        }
         // stored states on the way
         let (until, samples) = (self.options.until, self.options.samples);
         let due = |k: usize| until * k as f64 / samples as f64;
@@ -393,14 +416,13 @@ impl<O: Observer> Driver<'_, O> {
                 self.sample(&middle, (&a, &b), &books)?;
             }
         }
-        let books = begun.after((&self.system, &self.set), &a, &stop);
-        self.sample(&stop, (&a, &b), &books)?;
-        self.books = books;
+        self.books = begun.after((&self.system, &self.set), &a, &stop);
         self.u = match share < 1.0 {
             true => from.u.iter().zip(&to.u).map(|(a, b)| a + share * (b - a)).collect(),
             false => to.u.clone(),
         };
         self.t = stop.t;
+        self.last = Some([stop, a, b]);
         self.keep();
         Ok(())
     }
@@ -454,7 +476,8 @@ impl<O: Observer> Driver<'_, O> {
         (begin, end): (&Instant, &Instant),
         books: &Books,
     ) -> Result<(), RunError<O::Error>> {
-        let dt = end.t - begin.t;
+        // at the very start there is no line yet
+        let dt = (end.t - begin.t).max(f64::MIN_POSITIVE);
         let rate: Vec<f64> = end.u.iter().zip(&begin.u).map(|(b, a)| (b - a) / dt).collect();
         let energies = self.energies(at, books);
         self.ledger.note(&energies);
