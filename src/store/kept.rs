@@ -4,18 +4,29 @@ use std::sync::Arc;
 
 use crate::contact::System;
 use crate::contact::distance::NEXT;
-use crate::fem::Body;
+use crate::fem::{Body, Csr};
 use crate::scenario::{Precision, Scene, Store};
 
 /// A displacement along an axis as a combination of entries of `u`.
 type Terms = Vec<(usize, f64)>;
 
+/// Some of the displacements.
+#[derive(Debug)]
+struct Columns {
+    /// Which of all, ascending.
+    places: Vec<usize>,
+    /// What they are made of, over `u`.
+    rows: Csr,
+}
+
 /// What is kept of the displacements and velocities of a body, and with how many digits.
 #[derive(Debug)]
 pub struct Kept {
     body: Arc<Body>,
-    /// Columns of all displacements, ascending, with what they are made of; none: all are kept.
-    part: Option<Vec<(usize, Terms)>>,
+    /// What is kept where it is not all.
+    part: Option<Columns>,
+    /// Tangents of the contact points with friction, over `u`; no row without friction, empty ones where there is none.
+    tangents: Csr,
     /// Nothing but what the contact does.
     pub(super) contact_alone: bool,
     /// In single precision.
@@ -25,7 +36,16 @@ pub struct Kept {
 impl Kept {
     /// All displacements of a body.
     pub fn all(system: &System) -> Kept {
-        Kept { body: system.body.clone(), part: None, contact_alone: false, single: false }
+        Kept::of(system, None, (false, false))
+    }
+
+    fn of(system: &System, part: Option<Columns>, (contact_alone, single): (bool, bool)) -> Kept {
+        let all = system.tangents().unwrap_or_default();
+        let entries = all.iter().enumerate().flat_map(|(i, tangent)| {
+            tangent.iter().flat_map(move |t| t.row.iter().map(move |&(j, w)| (i, j, w)))
+        });
+        let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
+        Kept { body: system.body.clone(), part, tangents, contact_alone, single }
     }
 
     /// As `[run]` of a scene says.
@@ -39,14 +59,15 @@ impl Kept {
         // nodes of a group that are held along its normal are no contact, and may be far from it
         let contact_alone = run.is_some_and(|r| r.store == Store::Contact)
             && part.as_ref().is_some_and(|p| is_next(p, system));
-        Kept { body: system.body.clone(), part, contact_alone, single }
+        let part = part.map(|p| Columns::of(p, &system.body));
+        Kept::of(system, part, (contact_alone, single))
     }
 
     /// Number of displacements that are kept.
     pub fn len(&self) -> usize {
         match &self.part {
             None => self.all_columns(),
-            Some(part) => part.len(),
+            Some(part) => part.places.len(),
         }
     }
 
@@ -68,18 +89,41 @@ impl Kept {
     /// The columns that are kept, where these are not all.
     pub(super) fn columns(&self) -> Option<Vec<i64>> {
         let part = self.part.as_ref()?;
-        Some(part.iter().map(|(k, _)| *k as i64).collect())
+        Some(part.places.iter().map(|k| *k as i64).collect())
+    }
+
+    /// The displacements along the tangents, `e u`.
+    pub(super) fn slides(&self, u: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; self.tangents.n_rows()];
+        self.tangents.mul(u, &mut all);
+        all
     }
 
     /// What is kept of `u` or `u̇`, along the axes.
     pub(super) fn row(&self, x: &[f64]) -> Vec<f64> {
-        let x = self.body.nodal(x);
         match &self.part {
-            None => self.body.nodal_dofs().along_axes(&x),
+            None => self.body.nodal_dofs().along_axes(&self.body.nodal(x)),
             Some(part) => {
-                part.iter().map(|(_, terms)| terms.iter().map(|(i, c)| c * x[*i]).sum()).collect()
+                let mut row = vec![0.0; part.places.len()];
+                part.rows.mul(x, &mut row);
+                row
             }
         }
+    }
+}
+
+impl Columns {
+    fn of(part: Vec<(usize, Terms)>, body: &Body) -> Columns {
+        let of = |(r, (_, terms)): (usize, &(usize, Terms))| -> Vec<(usize, usize, f64)> {
+            terms.iter().map(|&(i, c)| (r, i, c)).collect()
+        };
+        let entries = part.iter().enumerate().flat_map(of).collect();
+        let rows = Csr::from_triplets(part.len(), body.nodal_dofs().n(), entries);
+        let rows = match body.reduction() {
+            Some(reduction) => reduction.rows(&rows),
+            None => rows,
+        };
+        Columns { places: part.into_iter().map(|(k, _)| k).collect(), rows }
     }
 }
 

@@ -45,7 +45,7 @@ impl Dampers {
     pub fn push(&self, v_o: &[f64], b: &mut [f64]) {
         for i in 0..self.rows.n_rows() {
             let rate = self.rows.row_dot(i, v_o);
-            self.rows.row(i).for_each(|(j, w)| b[j] -= w * rate);
+            self.rows.add_row(i, -rate, b);
         }
     }
 

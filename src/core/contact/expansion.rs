@@ -97,7 +97,7 @@ impl Solved {
     }
 
     /// From `stress = N_O x` to `A x` over the free displacements.
-    fn follow(&self, stress: &[f64]) -> Vec<f64> {
+    pub fn follow(&self, stress: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = self.free.iter().map(|&i| -stress[i]).collect();
         self.solve(&mut x);
         x

@@ -77,7 +77,7 @@ impl Impact {
     /// `v ← v − M⁻¹nᵀ r`
     fn push(&self, points: &[usize], impulse: &[f64], v: &mut [f64]) {
         for (&k, r) in points.iter().zip(impulse) {
-            v.iter_mut().zip(&self.mass.columns[k]).for_each(|(v, c)| *v -= r * c);
+            self.mass.columns.add_row(k, -r, v);
         }
     }
 
@@ -91,7 +91,7 @@ impl Impact {
             let mut sum = vec![0.0; mass.rows.n_cols()];
             for (i, &k) in struck.iter().enumerate() {
                 let c = inverse[(i, j)] * factor(struck[j]);
-                sum.iter_mut().zip(&mass.columns[k]).for_each(|(s, x)| *s += c * x);
+                mass.columns.add_row(k, c, &mut sum);
             }
             sum
         };

@@ -36,6 +36,7 @@ mod scratch;
 mod site;
 pub(crate) mod states;
 pub(crate) mod system;
+mod tractions;
 
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};

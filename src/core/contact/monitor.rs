@@ -119,10 +119,24 @@ pub(super) enum Term {
     Over(Arc<Csr>, usize),
     /// A row of its own on `u_O`.
     Own(Arc<[f64]>),
+    /// What a point that sticks feels along its tangent, of all that stick together: of displacements and velocities.
+    Traction(usize),
+}
+
+/// What rows are functions of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen<'a> {
+    /// `x_O`
+    pub of_o: &'a [f64],
+    /// `x_C`
+    pub of_c: &'a [f64],
+    /// Linear parts of the tractions of all that stick.
+    pub tractions: &'a [f64],
 }
 
 impl Term {
-    fn value(&self, x_o: &[f64], x_c: &[f64]) -> f64 {
+    fn value(&self, seen: &Seen) -> f64 {
+        let Seen { of_o: x_o, of_c: x_c, tractions } = *seen;
         match self {
             Term::Entry(d) => x_c[*d],
             Term::Of(j) => x_o[*j],
@@ -130,6 +144,7 @@ impl Term {
             Term::StressC(c, d) => c.n_c.row_dot(*d, x_c),
             Term::Over(matrix, i) => matrix.row_dot(*i, x_o),
             Term::Own(row) => row.iter().zip(x_o).map(|(r, x)| r * x).sum(),
+            Term::Traction(i) => tractions[*i],
         }
     }
 }
@@ -190,14 +205,15 @@ impl Row {
     }
 
     /// `c + r_O · x_O + r_C · x_C`, or the linear part.
-    pub fn value(&self, x_o: &[f64], x_c: &[f64], is_affine: bool) -> f64 {
+    pub fn value(&self, seen: &Seen, is_affine: bool) -> f64 {
         let constant = if is_affine { self.constant } else { 0.0 };
-        self.terms.iter().fold(constant, |h, (factor, term)| h + factor * term.value(x_o, x_c))
+        self.terms.iter().fold(constant, |h, (factor, term)| h + factor * term.value(seen))
     }
 
     /// `ρ_O · x_O`
     pub fn of_velocity(&self, v_o: &[f64]) -> f64 {
-        self.rates.iter().map(|(factor, term)| factor * term.value(v_o, &[])).sum()
+        let seen = Seen { of_o: v_o, of_c: &[], tractions: &[] };
+        self.rates.iter().map(|(factor, term)| factor * term.value(&seen)).sum()
     }
 
     /// Its rounding error when displacements are of the order of `u`, velocities of that of `v`.
@@ -205,7 +221,7 @@ impl Row {
         UNITS * (self.size[0].of(u) + self.rate_size * v)
     }
 
-    /// The linear part over `u_O` and `u_C`, entry by entry.
+    /// The linear part over `u_O` and `u_C`, entry by entry; tractions, which know velocities too, are left out.
     pub fn entries(&self, mut of_o: impl FnMut(usize, f64), mut of_c: impl FnMut(usize, f64)) {
         for (factor, term) in &self.terms {
             match term {
@@ -215,6 +231,7 @@ impl Row {
                 Term::StressC(c, d) => c.n_c.row(*d).for_each(|(j, v)| of_c(j, factor * v)),
                 Term::Over(matrix, i) => matrix.row(*i).for_each(|(j, v)| of_o(j, factor * v)),
                 Term::Own(row) => row.iter().enumerate().for_each(|(j, v)| of_o(j, factor * v)),
+                Term::Traction(_) => {}
             }
         }
     }

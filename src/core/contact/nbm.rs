@@ -85,6 +85,7 @@ impl Nbm {
     /// The same with friction at some of its contact points, and with sliders.
     pub fn with_friction(
         self,
+        body: &Body,
         mut tangents: Vec<Option<Tangent>>,
         sliders: Vec<Slider>,
     ) -> Result<Nbm, ContactError> {
@@ -102,12 +103,11 @@ impl Nbm {
         }
         let c = &self.conditions;
         tangents.resize(c.len(), None);
-        let area = c.points.iter().map(|&(d, _)| c.area[d]).collect();
         let mut scratch = mass.scratch();
-        let n_o = c.n_o.n_cols();
         let solve = |x: &mut [f64]| mass.solve(x, &mut scratch);
         let law = Box::new(Coulomb { coefficients: extremes, sliders: sliders.len() });
-        let friction = Some(Arc::new(Friction::new(tangents, area, sliders, n_o, solve)));
+        let of_body = (&body.stiffness, &**c);
+        let friction = Some(Arc::new(Friction::new(tangents, sliders, of_body, solve)));
         Ok(Nbm { friction, law, ..self })
     }
 }
@@ -149,7 +149,7 @@ impl Method for Nbm {
             .collect();
         let sliders =
             friction.sliders.iter().map(|s| Slider { row: placed(&s.row), ..s.clone() }).collect();
-        Ok(Arc::new(new.with_friction(tangents, sliders)?))
+        Ok(Arc::new(new.with_friction(body, tangents, sliders)?))
     }
 
     fn promise(&self) -> Promise {

@@ -17,7 +17,7 @@ use super::damping::{Dampers, Rayleigh};
 use super::expansion::{Drive, Driven, Expansion, Part};
 use super::friction::{Rubbing, RubbingRates, elastic_force};
 use super::inertia::PhaseInertia;
-use super::monitor::{Monitor, MonitorKind, Row};
+use super::monitor::{Monitor, MonitorKind, Row, Seen};
 use super::obstacle::Obstacle;
 use super::scratch::Scratch;
 use super::states::States;
@@ -263,7 +263,7 @@ impl Phase {
 
     /// Whether monitors know velocities, and their rates accelerations.
     pub(crate) fn knows_velocities(&self) -> bool {
-        self.monitors.iter().any(|m| !m.row.rates.is_empty())
+        self.data.rubbing.as_ref().is_some_and(Rubbing::knows_velocities)
     }
 
     /// `y = M_α⁻¹ K_α x` for one homogeneous vector.
@@ -300,7 +300,11 @@ impl Phase {
             power += alpha * self.data.inertia.shared.quadratic(body, rows, v);
         }
         if beta > 0.0 {
-            power += beta * body.structure().quadratic(v);
+            power += beta
+                * match &body.structure {
+                    None => self.parts.kernel.quadratic(&body.stiffness, v),
+                    Some(own) => own.quadratic(v),
+                };
         }
         power
     }
@@ -313,8 +317,10 @@ impl Phase {
     fn monitors_of(&self, (x_o, w_o): (&[f64], &[f64]), h: &mut [f64], part: Part) {
         let expansion = &self.data.expansion;
         let x_c = expansion.seen(x_o, part);
+        let tractions = self.data.rubbing.as_ref().map_or(vec![], |r| r.seen(x_o, w_o));
+        let seen = Seen { of_o: x_o, of_c: &x_c, tractions: &tractions };
         for (h, monitor) in h.iter_mut().zip(&self.monitors) {
-            *h = monitor.row.value(x_o, &x_c, part.is_affine()) + monitor.row.of_velocity(w_o);
+            *h = monitor.row.value(&seen, part.is_affine()) + monitor.row.of_velocity(w_o);
         }
         part.each_drive(&expansion.drives, |k, c| {
             h.iter_mut().zip(&self.monitors).for_each(|(h, m)| *h += c * m.row.drives[k]);
@@ -420,11 +426,13 @@ impl Phase {
         let expansion = &self.data.expansion;
         let part = Part::Whole(t);
         let x_c = expansion.seen(u_o, part);
+        // pressures know no tractions
+        let seen = Seen { of_o: u_o, of_c: &x_c, tractions: &[] };
         p.fill(0.0);
         for (point, row) in &self.data.reactions {
             if !self.held.contains(point) {
                 let h = &mut p[*point];
-                *h = row.value(u_o, &x_c, true);
+                *h = row.value(&seen, true);
                 part.each_drive(&expansion.drives, |k, c| *h += c * row.drives[k]);
             }
         }

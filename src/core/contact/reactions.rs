@@ -17,8 +17,8 @@ use crate::fem::{Body, Csr, SpdFactor};
 pub(super) struct Columns {
     /// `n`: displacement of each point along a direction, rows over `u_O`.
     pub rows: Arc<Csr>,
-    /// `M⁻¹nᵀ`
-    pub columns: Vec<Vec<f64>>,
+    /// `M⁻¹nᵀ`, a column a row.
+    pub columns: Csr,
     /// `D = n M⁻¹nᵀ`
     gram: DMatrix<f64>,
 }
@@ -27,8 +27,17 @@ impl Columns {
     /// Along these rows, with what solves with the mass.
     pub fn new(rows: Arc<Csr>, solve: impl FnMut(&mut [f64])) -> Columns {
         let mut columns = vec![];
-        let gram = gram_by(&rows, solve, |_, x| columns.push(x.to_vec()));
+        let gram = gram_by(&rows, solve, |k, x| {
+            let entries = x.iter().enumerate().filter(|(_, v)| **v != 0.0);
+            columns.extend(entries.map(|(j, &v)| (k, j, v)));
+        });
+        let columns = Csr::from_triplets(rows.n_rows(), rows.n_cols(), columns);
         Columns { rows, columns, gram }
+    }
+
+    /// `n_k M⁻¹n_lᵀ`
+    pub fn between(&self, k: usize, l: usize) -> f64 {
+        self.gram[(k, l)]
     }
 
     /// `D` of some of the rows.
@@ -49,26 +58,19 @@ impl Columns {
 pub(super) struct Reactions {
     /// Along the normals.
     pub along: Arc<Columns>,
-    /// `K M⁻¹nᵀ`, column by column.
-    through: Vec<Vec<f64>>,
+    /// `K M⁻¹nᵀ`, a column a row.
+    through: Csr,
 }
 
 impl Reactions {
     /// At the points whose normal displacements are these rows.
     pub fn new(body: &Body, normal: Arc<Csr>) -> Result<Reactions, ContactError> {
-        let (n_o, n) = (body.dofs.n_o, body.dofs.n());
+        let n_o = body.dofs.n_o;
         let factor = SpdFactor::new(&body.mass.leading(n_o), "mass matrix")?;
         let mut scratch = factor.scratch();
         let along = Columns::new(normal, |x| factor.solve(x, &mut scratch));
-        let through = along.columns.iter().map(|c: &Vec<f64>| {
-            let mut x = c.clone();
-            x.resize(n, 0.0);
-            let mut y = vec![0.0; n];
-            body.stiffness.mul(&x, &mut y);
-            y.truncate(n_o);
-            y
-        });
-        Ok(Reactions { through: through.collect(), along: Arc::new(along) })
+        let through = along.columns.product(&body.stiffness.leading(n_o));
+        Ok(Reactions { through, along: Arc::new(along) })
     }
 
     /// The pressures of some points that are held, over their areas: rows over `u_O`, and what a force adds.
@@ -90,21 +92,21 @@ pub(super) struct Pressures<'a> {
 }
 
 impl Pressures<'_> {
-    fn combined(&self, i: usize, of: &dyn Fn(usize) -> f64) -> f64 {
-        self.points.iter().enumerate().map(|(j, &k)| self.combine[(i, j)] * of(k)).sum()
-    }
-
     /// The row over `u_O` of the `i`-th of them.
     pub fn row(&self, i: usize) -> Vec<f64> {
-        let n_o = self.of.along.rows.n_cols();
-        (0..n_o).map(|c| -self.combined(i, &|k| self.of.through[k][c])).collect()
+        let mut row = vec![0.0; self.of.along.rows.n_cols()];
+        for (j, &k) in self.points.iter().enumerate() {
+            self.of.through.add_row(k, -self.combine[(i, j)], &mut row);
+        }
+        row
     }
 
     /// What a force adds to each.
     pub(crate) fn of_force(&self, f: &[f64]) -> Vec<f64> {
         let columns = &self.of.along.columns;
-        let along = |k: usize| columns[k].iter().zip(f).map(|(a, f)| a * f).sum::<f64>();
-        (0..self.points.len()).map(|i| self.combined(i, &along)).collect()
+        let along = self.points.iter().map(|&k| columns.row_dot(k, f));
+        let along = DVector::from_iterator(self.points.len(), along);
+        (&self.combine * along).as_slice().to_vec()
     }
 }
 
@@ -149,7 +151,7 @@ impl Holds {
         let mut mu = DVector::from_iterator(self.points.len(), along);
         schur.solve(&mut mu);
         for (&mu, &k) in mu.iter().zip(&self.points) {
-            a.iter_mut().zip(&columns[k]).for_each(|(a, c)| *a -= mu * c);
+            columns.add_row(k, -mu, a);
         }
     }
 

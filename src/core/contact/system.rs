@@ -130,7 +130,8 @@ impl System {
         choice: (Stress, MassChoice),
         Rubs { tangents, sliders }: Rubs,
     ) -> Result<System, ContactError> {
-        let method = Nbm::new(&body, operator, gaps, choice)?.with_friction(tangents, sliders)?;
+        let method = Nbm::new(&body, operator, gaps, choice)?;
+        let method = method.with_friction(&body, tangents, sliders)?;
         Ok(System::of_method(body, Arc::new(method)))
     }
 

@@ -30,6 +30,24 @@ pub struct Csr {
 /// Rows that a thread merges at a time, at least.
 const ROWS: usize = 4096;
 
+/// Rows of so many entries, or that begin with so many, whose columns follow one another, are summed as pieces of vectors, in so many sums side by side.
+const FULL: usize = 16;
+const BEGIN: usize = 128;
+const LANES: usize = 8;
+
+/// `a · b`
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.zip(b) {
+        for l in 0..LANES {
+            sums[l] += a[l] * b[l];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
 /// A sum below so many times the sizes of its terms is what rounding left of zero.
 const CANCELLED: f64 = 16.0 * f64::EPSILON;
 
@@ -153,23 +171,61 @@ impl Csr {
         (0..self.n_rows()).flat_map(move |i| self.row(i).map(move |(j, v)| (i, j, v)))
     }
 
+    /// Entries with which row `i` begins whose columns follow one another, where these are many (reduced bodies have full matrices); and its end.
+    #[inline]
+    fn full(&self, i: usize) -> [Range<usize>; 2] {
+        let (a, b) = (self.row_start[i], self.row_start[i + 1]);
+        if b - a < FULL {
+            return [a..a, a..b];
+        }
+        let first = self.col[a] as usize;
+        let follows = |k: usize| self.col[k] as usize - first == k - a;
+        if follows(b - 1) {
+            return [a..b, b..b];
+        }
+        if b - a < BEGIN || !follows(a + BEGIN - 1) {
+            return [a..a, a..b];
+        }
+        // columns ascend: once one does not follow, no other does
+        let (mut last, mut beyond) = (a + BEGIN - 1, b - 1);
+        while beyond - last > 1 {
+            let middle = last.midpoint(beyond);
+            match follows(middle) {
+                true => last = middle,
+                false => beyond = middle,
+            }
+        }
+        [a..beyond, beyond..b]
+    }
+
     /// Row `i` times `x`.
     #[inline]
     pub fn row_dot(&self, i: usize, x: &[f64]) -> f64 {
-        let (a, b) = (self.row_start[i], self.row_start[i + 1]);
-        let mut sum = 0.0;
-        for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
-            sum += v * x[j as usize];
+        self.row_dots(i, [x])[0]
+    }
+
+    /// `y ← y + c row_i`
+    #[inline]
+    pub(crate) fn add_row(&self, i: usize, c: f64, y: &mut [f64]) {
+        let [full, rest] = self.full(i);
+        if let Some(&first) = self.col[full.clone()].first() {
+            let y = &mut y[first as usize..];
+            y.iter_mut().zip(&self.val[full]).for_each(|(y, v)| *y += c * v);
         }
-        sum
+        let rest = self.col[rest.clone()].iter().zip(&self.val[rest]);
+        rest.for_each(|(&j, v)| y[j as usize] += c * v);
     }
 
     /// Row `i` times several vectors: the row is read once.
     #[inline]
     pub(crate) fn row_dots<const N: usize>(&self, i: usize, x: [&[f64]; N]) -> [f64; N] {
-        let (a, b) = (self.row_start[i], self.row_start[i + 1]);
+        let [full, rest] = self.full(i);
         let mut sums = [0.0; N];
-        for (&j, &v) in self.col[a..b].iter().zip(&self.val[a..b]) {
+        if let Some(&first) = self.col[full.clone()].first() {
+            let columns = first as usize..first as usize + full.len();
+            sums = x.map(|x| dot(&self.val[full.clone()], &x[columns.clone()]));
+        }
+        for (&j, &v) in self.col[rest.clone()].iter().zip(&self.val[rest]) {
             for (s, x) in sums.iter_mut().zip(x) {
                 *s += v * x[j as usize];
             }

@@ -130,6 +130,16 @@ impl Reduction {
         Csr::from_triplets(a.n_rows(), n_y, entries.collect())
     }
 
+    /// `R diag(T, 1)` of rows over `u = (u_O, u_C)`.
+    pub fn rows(&self, r: &Csr) -> Csr {
+        let (n_o, n_y) = (self.basis.nrows(), self.n_y());
+        let of_o = r.triplets().filter(|e| e.1 < n_o).collect();
+        let of_o = self.operator(&Csr::from_triplets(r.n_rows(), n_o, of_o));
+        let of_c = r.triplets().filter(|e| e.1 >= n_o).map(|(i, j, v)| (i, n_y + j - n_o, v));
+        let n = n_y + r.n_cols() - n_o;
+        Csr::from_triplets(r.n_rows(), n, of_o.triplets().chain(of_c).collect())
+    }
+
     /// `diag(T, 1)ᵀ A diag(T, 1)` of a symmetric matrix over `u = (u_O, u_C)`.
     pub(crate) fn congruence(&self, a: &Csr) -> Csr {
         let (n_o, n_y) = (self.basis.nrows(), self.n_y());
