@@ -109,6 +109,12 @@ pictures: build peers
 	$(BIN) run scenarios/bracket.toml -o out/bracket.h5 --force -q
 	$(BIN) plot out/bracket.h5 --only shapes
 	cp out/bracket-shapes.png docs/bracket.png
+	$(BIN) run scenarios/feet.toml -o out/feet.h5 --force -q
+	$(BIN) plot out/feet.h5 --only states
+	cp out/feet-states.png docs/friction-states.png
+	$(BIN) run scenarios/joint.toml -o out/joint.h5 --force -q
+	$(BIN) plot out/joint.h5 --only friction
+	cp out/joint-friction.png docs/friction-loops.png
 	cargo run --release --locked --example refinement -- out/refinement
 	cp out/refinement.png docs/refinement.png
 	cargo run --release --locked --example scaling -- out/scaling

@@ -11,6 +11,7 @@ use signorini::orbit::period_map::integrate;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
 use signorini::scenario::{Integrator, Scene};
+use signorini::store::Stored;
 
 fn plate(size: &str, tables: &str) -> String {
     format!("[body]\nkind = 'plate'\n{size}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n{tables}")
@@ -493,6 +494,54 @@ fn a_limit_cycle_is_found_stored_and_drawn() {
         assert_eq!(out.status.code(), Some(2), "{said}");
         assert!(said.contains(words), "{words}: {said}");
     }
+}
+
+/// What loops of force over displacement enclose is what friction took: under sliders, whose force or whose displacement stays between any two stored states, to rounding.
+#[test]
+fn loops_enclose_what_friction_takes() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
+    let scene = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [4]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+         [[slider]]\nedge = 'right'\nlimit = 0.1\n[[slider]]\nat = [0.5]\nlimit = 0.05\n\
+         [initial]\ndisplacement = ['x']\n[run]\nuntil = 6.0\nsamples = 40\n";
+    std::fs::write(at("bar.toml"), scene).unwrap();
+    let file = at("bar.h5");
+    json(&["run", &at("bar.toml"), "-o", &file]);
+    let stored = Stored::read(std::path::Path::new(&file)).unwrap();
+    let rubbed = stored.rubbed.as_ref().unwrap();
+    let slide = rubbed.slide.as_ref().unwrap();
+    for i in 0..2 {
+        let step = |r: usize| {
+            let force = 0.5 * (rubbed.traction[(r, i)] + rubbed.traction[(r + 1, i)]);
+            -force * (slide[(r + 1, i)] - slide[(r, i)])
+        };
+        // between a switch and the state before it the force is that of the phase before
+        let enclosed: f64 = (0..stored.t.len() - 1)
+            .map(|r| match stored.active[(r, i)] == 2 {
+                true => 0.0,
+                false if stored.active[(r + 1, i)] == stored.active[(r, i)] => step(r),
+                false => -rubbed.traction[(r, i)] * (slide[(r + 1, i)] - slide[(r, i)]),
+            })
+            .sum();
+        assert!(rubbed.work[i] > 0.02 && relative(&[enclosed], &[rubbed.work[i]]) < 1e-10);
+        let way: f64 = (1..stored.t.len()).map(|r| (slide[(r, i)] - slide[(r - 1, i)]).abs()).sum();
+        assert!(way <= rubbed.path[i] * (1.0 + 1e-10) && way > 0.9 * rubbed.path[i]);
+    }
+    assert!(run(&["plot", &file]).status.success());
+    let drawn = |name: &str| std::fs::read_to_string(at(&format!("bar-{name}.svg"))).unwrap();
+    for (name, words) in [
+        ("states", ["sticks", "slips backwards", "slider1"]),
+        ("friction", ["force of friction", "slip path", "work taken by friction"]),
+    ] {
+        let svg = drawn(name);
+        assert!(words.iter().all(|w| svg.contains(w)), "{name}");
+    }
+    // without friction there is nothing to draw
+    let free = at("free.h5");
+    json(&["run", "scenarios/oscillator.toml", "-o", &free]);
+    let out = run(&["plot", &free, "--only", "states"]);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(!out.status.success() && said.contains("runs with friction"), "{said}");
 }
 
 /// A response goes from frequency to frequency, with what friction takes at each, and goes on where it was left.

@@ -55,6 +55,7 @@ mod reference_solutions;
 mod responses;
 mod scenes;
 mod schema;
+mod sliding;
 mod solids;
 mod springs;
 mod store;

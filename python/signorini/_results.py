@@ -145,7 +145,7 @@ class Run(Result):
             of the columns only: ``columns`` says which (``None`` where it keeps all).
         active: what a contact point does [s, n_C]: 0 open, 1 in contact; with friction 2 sticks, 3 slips forwards, 4 backwards.
         pressure: contact pressure, > 0 in contact [s, n_C].
-        traction: with friction, that of the obstacle on the body along the tangent [s, n_C]; ``friction_work``, ``belt_work`` and the group
+        traction: with friction, that of the obstacle on the body along the tangent [s, n_C]; slide: its displacement along it [s, n_C]; ``friction_work``, ``belt_work`` and the group
             ``friction`` with ``work``, ``path`` [n_C] say what friction took and how far points slipped.
         switches: table with ``t``, ``node``, ``point``, ``monitor`` (what vanished: "gap", "pressure"), ``from``, ``to`` ("open", "closed"; with friction "stick", "slip+", "slip-"), ``kind`` ("close", "open"; of an impact law also "impact", "rest"; with friction "sticking", "slipping"), ``energy_jump``, ``monitor_rate``.
         grazings: table with ``t``, ``node``, ``distance``, ``kind``.
@@ -169,6 +169,7 @@ class Run(Result):
     active: np.ndarray
     pressure: np.ndarray
     traction: np.ndarray
+    slide: np.ndarray
     friction_work: float
     belt_work: float
     friction: Group

@@ -20,6 +20,11 @@ pub enum Sought {
 /// What the method that is asked for does not know: periodic motions with friction are those that a load or a moving surface keeps going.
 pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), SceneError> {
     let Some(tangents) = system.tangents() else { return Ok(()) };
+    if what != Sought::Orbits && tangents.iter().flatten().any(|t| t.only_slips) {
+        let message = "is that of a surface which slides along a body in space: harmonic balance might let it stick";
+        let help = "take `signorini orbit`, or a response by shooting";
+        return Err(scene.error(Issue::new(scene.friction_key(), message, help)));
+    }
     let carries = tangents.iter().flatten().any(|t| t.surface != 0.0);
     let is_kept = match what {
         Sought::Orbits => carries || system.loads.is_driven(),

@@ -37,48 +37,71 @@ pub(super) fn tangents(scene: &Scene, body: &Body) -> Result<Vec<Option<Tangent>
     Ok(all)
 }
 
-/// Of a body in the plane: the outward normal turned by +90°, where that displacement is free.
+/// Of bodies with elements. In the plane: the outward normal turned by +90°, where that displacement is free. In space: the direction of the surface's velocity.
 fn of_elements(
     scene: &Scene,
     contact: &Contact,
     body: &Body,
 ) -> Result<Vec<Option<Tangent>>, ProblemError> {
-    if body.mesh.dim() != 2 {
-        let (message, help) = match body.mesh.dim() {
-            1 => {
-                ("a bar has no displacement along the obstacle", "remove friction, or take a plate")
-            }
-            _ => (
-                "in space a point slips in a direction that turns: that is not piecewise linear, and not here yet",
-                "remove friction, or take a body in the plane",
-            ),
-        };
-        return Err(scene.error(Issue::new(contact.friction_key(), message, help)).into());
+    let dim = body.mesh.dim();
+    let fail = |key: String, message: String, help: &str| {
+        ProblemError::from(scene.error(Issue::new(key, message, help)))
+    };
+    if dim == 1 {
+        let message = "a bar has no displacement along the obstacle".into();
+        return Err(fail(contact.friction_key(), message, "remove friction, or take a plate"));
+    }
+    for (k, obstacle) in contact.obstacles.iter().enumerate() {
+        let given = obstacle.surface.as_deref();
+        if given.is_some_and(|v| v.len() != dim) {
+            let message = format!("has another length than positions, {dim}");
+            return Err(fail(contact.key(k, "surface"), message, "give a component an axis"));
+        }
+        let slides = given.is_some_and(|v| v.iter().any(|v| *v != 0.0));
+        if dim == 3 && obstacle.coefficient().is_some() && !slides {
+            let message = "in space a point that sticks may slip in any direction, which is not piecewise linear: friction there is that of a surface that slides faster than the body vibrates";
+            let help = "give surface = [0, 0.5, 0], the velocity of the obstacle along itself, remove friction, or take a body in the plane";
+            return Err(fail(contact.key(k, "friction"), message.into(), help));
+        }
     }
     let tangent = |point: &crate::fem::ContactPoint| -> Result<Option<Tangent>, ProblemError> {
         let k = point.group;
         let obstacle: &Obstacle = &contact.obstacles[k];
         let Some(coefficient) = obstacle.coefficient() else { return Ok(None) };
-        let [nx, ny, _] = point.direction;
-        let direction: Point = [-ny, nx, 0.0];
         let given = obstacle.surface.as_deref().unwrap_or_default();
         let velocity: Point = std::array::from_fn(|c| given.get(c).copied().unwrap_or(0.0));
         let across = dot(&velocity, &point.direction);
         if across.abs() > ACROSS * dot(&velocity, &velocity).sqrt() {
-            let place = super::places::place(body.mesh.nodes()[point.node], 2);
+            let place = super::places::place(body.mesh.nodes()[point.node], dim);
             let message = format!(
                 "moves into the body, or off it, at {place}: by {across:e} along its normal"
             );
             let help = "give a velocity along the surface of the obstacle";
             return Err(scene.error(Issue::new(contact.key(k, "surface"), message, help)).into());
         }
+        let [nx, ny, _] = point.direction;
+        let direction: Point = match dim {
+            2 => [-ny, nx, 0.0],
+            _ => velocity.map(|v| v / dot(&velocity, &velocity).sqrt()),
+        };
         let surface = dot(&velocity, &direction);
+        let only_slips = dim == 3;
+        // in the plane the tangent is an axis of the node; in space what supports leave free of it
+        let least = if only_slips { ACROSS } else { 0.5 };
         let along = |(row, place): (Point, Option<usize>)| {
             let c = dot(&row, &direction);
-            let entry = place.filter(|i| *i < body.dofs.n_o && c.abs() > 0.5)?;
-            Some(Tangent { row: vec![(entry, c.signum())], coefficient, surface, direction })
+            let entry = place.filter(|i| *i < body.dofs.n_o && c.abs() > least)?;
+            Some((entry, if only_slips { c } else { c.signum() }))
         };
-        Ok(body.dofs.directions(point.node).find_map(along))
+        let axes: Vec<Point> = body.dofs.directions(point.node).map(|d| d.0).collect();
+        let is_skew = |(k, a): (usize, &Point)| axes[..k].iter().any(|b| dot(a, b).abs() > ACROSS);
+        // before two obstacles at once no displacement along one of them is left free by itself
+        if axes.iter().enumerate().any(is_skew) {
+            return Ok(None);
+        }
+        let row: Vec<(usize, f64)> = body.dofs.directions(point.node).filter_map(along).collect();
+        let tangent = Tangent { row, coefficient, surface, direction, only_slips };
+        Ok((!tangent.row.is_empty()).then_some(tangent))
     };
     body.dofs.contact.iter().map(tangent).collect()
 }
@@ -106,8 +129,15 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
     if system.tangents().is_none() {
         return Ok(());
     }
+    let is_static = scene.run.as_ref().is_some_and(|r| r.quasistatic);
+    if is_static && system.tangents().is_some_and(|t| t.iter().flatten().any(|t| t.only_slips)) {
+        let message =
+            "in space is that of a surface which slides: a run without inertia decides what sticks";
+        let help = "remove quasistatic, or take a body in the plane";
+        return fail("contact.friction".into(), message, help);
+    }
     let loads = &system.loads;
-    if !loads.measured.is_empty() && !scene.run.as_ref().is_some_and(|r| r.quasistatic) {
+    if !loads.measured.is_empty() && !is_static {
         let message = "has a measured history, and what holds a point that sticks is known for constant and harmonic loads only";
         return fail(
             "load".into(),

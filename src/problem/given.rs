@@ -64,7 +64,13 @@ pub(super) fn given_tangents(
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
     let tangent = |&row: &usize| {
         let (row, direction) = (vec![(body.dofs.row(row), 1.0)], [0.0, 1.0, 0.0]);
-        coefficient.map(|coefficient| Tangent { row, coefficient, surface, direction })
+        coefficient.map(|coefficient| Tangent {
+            row,
+            coefficient,
+            surface,
+            direction,
+            only_slips: false,
+        })
     };
     Ok(rows.iter().map(tangent).collect())
 }

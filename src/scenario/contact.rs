@@ -124,11 +124,12 @@ pub(super) struct Table {
     /// Bodies from matrices: the contact displacements, as rows of the matrices counted from 0, positive towards the obstacle.
     #[schemars(extend("examples" = [[66, 67, 68, 69]]))]
     displacements: Option<Vec<usize>>,
-    /// Coulomb's coefficient of friction μ between the body and this obstacle; absent or 0: none. In the plane, with nodal reactions and a constant mass, which are
-    /// then the defaults of `nbm`.
+    /// Coulomb's coefficient of friction μ between the body and this obstacle; absent or 0: none. With nodal reactions and a constant mass, which are
+    /// then the defaults of `nbm`; in space only before a `surface` that slides.
     #[schemars(extend("examples" = [0.3]), range(min = 0.0))]
     friction: Option<f64>,
-    /// Velocity of the obstacle's surface along itself (a belt), with `friction`; of bodies from matrices one number, along `tangents`.
+    /// Velocity of the obstacle's surface along itself (a belt), with `friction`; of bodies from matrices one number, along `tangents`. In space friction acts along
+    /// this velocity alone: it is to be larger than those of the body, and where a node comes to rest on the surface the run ends.
     #[schemars(extend("examples" = [[0.0, 0.05]]))]
     surface: Option<Vec<f64>>,
     /// Bodies from matrices with `friction`: the displacements along the obstacle, as rows of the matrices, one a contact displacement.
@@ -364,6 +365,7 @@ impl Contact {
             }
             let (wanted, example) = match kind {
                 BodyKind::Matrices => (1, "surface = [0.2]"),
+                BodyKind::Mesh if velocity.len() == 3 => (3, "surface = [0.0, 0.05, 0.0]"),
                 _ => (2, "surface = [0.0, 0.05]"),
             };
             length(&self.key(k, "surface"), velocity.len(), wanted, example)?;

@@ -105,6 +105,7 @@ pub(super) static ENERGY: &[Column<Row>] = &[
 #[rustfmt::skip]
 pub(super) static TRACTIONS: &[Column<Row>] = &[
     Column::new("trajectory/traction", "stress", &["state", "contact point"], "traction of the obstacle on the body along the tangent (friction/direction), with friction", Get::Numbers(|s| &s.traction)),
+    Column::new("trajectory/slide", "length", &["state", "contact point"], "displacement of each contact point along its tangent (friction/direction), of a slider that over which it slides, with friction", Get::Numbers(|s| &s.slide)),
 ];
 
 /// The columns of energies with friction besides.

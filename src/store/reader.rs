@@ -93,6 +93,12 @@ pub struct Stored {
 pub struct StoredFriction {
     /// Tractions along the tangents.
     pub traction: Array2<f64>,
+    /// Displacements along the tangents; files of earlier versions have none.
+    pub slide: Option<Array2<f64>>,
+    /// What it took at each contact point over the run, and how far the point slipped; empty in a file of a run that has not ended.
+    pub work: Vec<f64>,
+    /// Slip paths.
+    pub path: Vec<f64>,
     /// What it took so far.
     pub taken: Vec<f64>,
     /// Work so far of surfaces that move.
@@ -101,7 +107,11 @@ pub struct StoredFriction {
 
 impl StoredFriction {
     fn fits(&self, rows: usize, n_c: usize) -> bool {
-        self.traction.dim() == (rows, n_c) && self.taken.len() == rows && self.belt.len() == rows
+        let mut tables = std::iter::once(&self.traction).chain(&self.slide);
+        let mut points = [&self.work, &self.path].into_iter();
+        tables.all(|table| table.dim() == (rows, n_c))
+            && points.all(|column| column.is_empty() || column.len() == n_c)
+            && [&self.taken, &self.belt].iter().all(|column| column.len() == rows)
     }
 }
 
@@ -227,8 +237,18 @@ impl Stored {
         self.active = trajectory.dataset("active")?.table()?;
         self.pressure = trajectory.dataset("pressure")?.table()?;
         if file.link_exists(FRICTION[0].about.path) {
+            let of_points = |name: &str| match file.group("friction") {
+                Ok(group) if group.link_exists(name) => Ok(group.dataset(name)?.values()?),
+                _ => Ok::<_, StoreError>(vec![]),
+            };
             self.rubbed = Some(StoredFriction {
                 traction: trajectory.dataset("traction")?.table()?,
+                slide: match trajectory.link_exists("slide") {
+                    true => Some(trajectory.dataset("slide")?.table()?),
+                    false => None,
+                },
+                work: of_points("work")?,
+                path: of_points("path")?,
                 taken: column("friction")?,
                 belt: column("belt")?,
             });

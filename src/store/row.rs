@@ -12,6 +12,7 @@ pub(super) struct Row {
     pub active: States,
     pub pressure: Vec<f64>,
     pub traction: Vec<f64>,
+    pub slide: Vec<f64>,
     energies: Option<Energies>,
     pub jumps: f64,
 }
@@ -25,6 +26,7 @@ impl Row {
             active: s.active.clone(),
             pressure: s.pressure.to_vec(),
             traction: s.traction.to_vec(),
+            slide: kept.slides(s.u),
             energies: s.energies,
             jumps: s.jumps,
         }
@@ -37,7 +39,8 @@ impl Row {
 
     /// Whether what is stored in single precision fits in.
     pub(crate) fn is_single(&self) -> bool {
-        let mut all = self.u.iter().chain(&self.v).chain(&self.pressure).chain(&self.traction);
+        let of_points = self.pressure.iter().chain(&self.traction).chain(&self.slide);
+        let mut all = self.u.iter().chain(&self.v).chain(of_points);
         all.all(|x| x.abs() <= f64::from(f32::MAX))
     }
 }

@@ -54,7 +54,13 @@ fn system(scene: &Scene) -> Result<System, String> {
     let operator = boundary::reaction(&body, vec![1.0; c]);
     let tangent = |&(entry, coefficient, surface): &(usize, f64, f64)| {
         let direction = [0.0, 1.0, 0.0];
-        Some(Tangent { row: vec![(entry, 1.0)], coefficient, surface, direction })
+        Some(Tangent {
+            row: vec![(entry, 1.0)],
+            coefficient,
+            surface,
+            direction,
+            only_slips: false,
+        })
     };
     let tangents = scene.tangents.iter().map(tangent).collect();
     let rubs = Rubs { tangents, sliders: vec![] };

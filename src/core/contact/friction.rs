@@ -15,11 +15,13 @@
 
 use std::sync::Arc;
 
+use super::conditions::Conditions;
 use super::expansion::{Driven, Expansion, Part};
-use super::monitor::{MonitorKind, Row, Size, Term};
+use super::monitor::{MonitorKind, Row, Seen, Size, Term};
 use super::phase::Parts;
-use super::reactions::{Columns, Holds};
+use super::reactions::Holds;
 use super::states::{PointState, States};
+use super::tractions::{Along, Sticking, Tractions};
 use crate::fem::{Csr, Discrete, along};
 use crate::mesh::Point;
 
@@ -32,8 +34,10 @@ pub struct Tangent {
     pub coefficient: f64,
     /// `V`: velocity of the obstacle's surface along the tangent.
     pub surface: f64,
-    /// The tangent: the outward normal of the obstacle's side of the body, turned by +90°.
+    /// The tangent: the outward normal of the obstacle's side of the body, turned by +90°; in space the direction of the surface's velocity.
     pub direction: Point,
+    /// In space: what is at rest on the surface might slip in any direction, and this knows one. It slips, or is open.
+    pub only_slips: bool,
 }
 
 impl Tangent {
@@ -90,7 +94,7 @@ pub struct Elastic {
 impl Slider {
     fn tangent(&self) -> Tangent {
         let (row, direction) = (self.row.clone(), self.direction);
-        Tangent { row, coefficient: 1.0, surface: 0.0, direction }
+        Tangent { row, coefficient: 1.0, surface: 0.0, direction, only_slips: false }
     }
 
     /// `w u`
@@ -131,26 +135,31 @@ pub(super) struct Friction {
     /// Which row of `along` is that of a contact point.
     place: Vec<usize>,
     /// Unit forces along the tangents.
-    along: Arc<Columns>,
+    along: Along,
 }
 
 impl Friction {
-    /// Of contact points and sliders, with what solves with the mass of `u_O`.
+    /// Of contact points and sliders, with the stiffness of the body and what solves with the mass of `u_O`.
     pub fn new(
         mut tangents: Vec<Option<Tangent>>,
-        mut area: Vec<f64>,
         sliders: Vec<Slider>,
-        n_o: usize,
+        (stiffness, conditions): (&Csr, &Conditions),
         solve: impl FnMut(&mut [f64]),
     ) -> Friction {
+        let n_o = &conditions.n_o;
+        let mut area: Vec<f64> =
+            conditions.points.iter().map(|&(d, _)| conditions.area[d]).collect();
         tangents.extend(sliders.iter().map(|s| Some(s.tangent())));
         area.resize(tangents.len(), 1.0);
         let before = |k: usize| tangents[..k].iter().flatten().count();
         let place = (0..tangents.len()).map(before).collect();
         let rows = tangents.iter().flatten().enumerate();
         let rows = rows.flat_map(|(k, t)| t.row.iter().map(move |&(j, w)| (k, j, w)));
-        let rows = Csr::from_triplets(tangents.iter().flatten().count(), n_o, rows.collect());
-        let along = Arc::new(Columns::new(Arc::new(rows), solve));
+        let count = tangents.iter().flatten().count();
+        let rows = Csr::from_triplets(count, n_o.n_cols(), rows.collect());
+        let pulled = sliders.iter().flat_map(|s| s.row.iter().map(|e| e.0));
+        let pulled = pulled.chain(sliders.iter().filter_map(|s| Some(s.elastic?.memory)));
+        let along = Along::new(rows, (stiffness, n_o), pulled, solve);
         Friction { tangents, sliders, area, place, along }
     }
 
@@ -253,8 +262,8 @@ pub(super) struct Rubbing {
     /// The places `z` of all springs, as rows.
     memory: Vec<[(usize, f64); 1]>,
     holds: Option<Holds>,
-    /// Tractions `q` of the points that stick, `area q = λ`, as rows.
-    tractions: Vec<Row>,
+    /// `q` of the points that stick, `area q = λ`.
+    tractions: Tractions,
 }
 
 impl Rubbing {
@@ -286,88 +295,37 @@ impl Rubbing {
         let elastic = friction.sliders.iter().filter_map(|s| s.elastic);
         let memory = elastic.map(|e| [(e.memory, 1.0)]).collect();
         let places = stuck.iter().map(|s| friction.place[s.0]).collect();
-        let holds = Holds::along(&friction.along, places, vec![]);
+        let holds = Holds::along(&friction.along.columns, places, vec![]);
         let friction = friction.clone();
-        let tractions = vec![];
+        let tractions = Tractions::default();
         let mut rubbing = Rubbing { friction, slips, stuck, springs, memory, holds, tractions };
-        rubbing.tractions = rubbing.reactions(expansion, parts);
+        rubbing.tractions = rubbing.stick(expansion, parts);
         rubbing
     }
 
     /// `λ/a` of the points that stick.
-    fn reactions(&self, expansion: &Expansion, parts: &Parts) -> Vec<Row> {
+    fn stick(&self, expansion: &Expansion, parts: &Parts) -> Tractions {
         let Friction { along, place, area, .. } = &*self.friction;
-        let (n, n_o) = (parts.body.dofs.n(), parts.body.dofs.n_o);
-        let places: Vec<usize> = self.stuck.iter().map(|s| place[s.0]).collect();
-        if places.is_empty() {
-            return vec![];
-        }
-        let force = self.with_friction(elastic_force(expansion, parts), None);
-        let drives = &expansion.drives;
-        let driven: Vec<Vec<f64>> = (0..drives.len())
-            .map(|k| {
-                let mut force = drives[k].load.force.clone();
-                expansion.reduce(&mut force);
-                force.truncate(n_o);
-                self.with_friction(force, Some(k))
-            })
-            .collect();
-        let beta = parts.damping.map_or(0.0, |d| d.beta);
-        let alpha = parts.damping.map_or(0.0, |d| d.alpha);
-        // columns M⁻¹eⱼ: what they are of K_α with the slipping points' forces, and the forces of what damps but αM
-        let of_columns: Vec<(Vec<f64>, Vec<f64>)> = places
-            .iter()
-            .map(|&k| {
-                let c = &along.columns[k];
-                let (mut x, mut elastic) = (vec![0.0; n], vec![0.0; n]);
-                expansion.expand(c, &mut x, Part::Linear);
-                parts.kernel.mul(&parts.body.stiffness, [&x], [&mut elastic]);
-                expansion.reduce(&mut elastic);
-                elastic.truncate(n_o);
-                let mut all = elastic.clone();
-                for (_, spring) in &self.springs {
-                    let force = spring.stiffness * spring.along(c);
-                    spring.row.iter().for_each(|(j, w)| all[*j] += force * w);
-                }
-                for slip in &self.slips {
-                    let f = slip.factor * slip.tangent.along(c);
-                    slip.pressure.entries.iter().for_each(|&(j, v)| all[j] += f * v);
-                }
-                let mut viscous = elastic;
-                viscous.iter_mut().for_each(|e| *e *= -beta);
-                if let Some(dampers) = &parts.dampers {
-                    dampers.push(c, &mut viscous);
-                }
-                (all, viscous)
-            })
-            .collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let inverse = along.inverse(&places);
-        let row = |(i, (point, _)): (usize, &(usize, Tangent))| {
-            let (mut own, mut rates) = (vec![0.0; n_o], vec![0.0; n_o]);
-            let (mut constant, mut of_drives) = (0.0, vec![0.0; drives.len()]);
-            for (j, &k) in places.iter().enumerate() {
-                let x = inverse[(i, j)] / area[*point];
-                let (all, viscous) = &of_columns[j];
-                own.iter_mut().zip(all).for_each(|(o, a)| *o -= x * a);
-                rates.iter_mut().zip(viscous).for_each(|(r, e)| *r += x * e);
-                constant += x * dot(&along.columns[k], &force);
-                constant -= x * alpha * self.stuck[j].1.surface;
-                let of_load = |f: &Vec<f64>| x * dot(&along.columns[k], f);
-                of_drives.iter_mut().zip(&driven).for_each(|(d, f)| *d += of_load(f));
-            }
-            let sum = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
-            let gap = constant / sum(&own).max(f64::MIN_POSITIVE);
-            let value = Size { a: sum(&own), b: 0.0, gap, c: 1.0 };
-            let rate_size = sum(&rates);
-            let rates = match rate_size == 0.0 {
-                true => vec![],
-                false => vec![(1.0, Term::Own(rates.into()))],
-            };
-            let terms = vec![(1.0, Term::Own(own.into()))];
-            Row { constant, terms, rates, drives: of_drives, size: [value; 2], rate_size }
+        let (n_o, drives) = (parts.body.dofs.n_o, &expansion.drives);
+        let driven = |k: usize| {
+            let mut force = drives[k].load.force.clone();
+            expansion.reduce(&mut force);
+            force.truncate(n_o);
+            self.with_friction(force, Some(k))
         };
-        self.stuck.iter().enumerate().map(row).collect()
+        let point = |(point, t): &(usize, Tangent)| (place[*point], area[*point], t.surface);
+        let sticking = Sticking {
+            points: self.stuck.iter().map(point).collect(),
+            slips: self
+                .slips
+                .iter()
+                .map(|s| (place[s.point], s.factor, &s.pressure.entries[..]))
+                .collect(),
+            springs: self.springs().collect(),
+            force: self.with_friction(elastic_force(expansion, parts), None),
+            drives: (0..drives.len()).map(driven).collect(),
+        };
+        Tractions::new(along, &sticking, expansion, parts)
     }
 
     /// A force on `u_O` with what the slipping points' friction adds at rest, or, of a drive, with the drive.
@@ -405,7 +363,17 @@ impl Rubbing {
         }
         let place = self.stuck.iter().position(|s| s.0 == point)?;
         let coefficient = self.stuck[place].1.coefficient;
-        Some(combined([(coefficient, pressure), (sign, &self.tractions[place])]))
+        Some(combined([(coefficient, pressure), (sign, &self.tractions.rows()[place])]))
+    }
+
+    /// The linear part of the tractions of all that sticks, which monitors name.
+    pub fn seen(&self, x_o: &[f64], w_o: &[f64]) -> Vec<f64> {
+        self.tractions.linear(x_o, w_o)
+    }
+
+    /// Whether monitors know velocities.
+    pub fn knows_velocities(&self) -> bool {
+        self.tractions.know_velocities() || !self.slips.is_empty()
     }
 
     /// Whether some point slips under a pressure that follows the motion.
@@ -453,10 +421,18 @@ impl Rubbing {
         self.springs.iter().map(|s| &s.1)
     }
 
-    /// `λ/a` of one of the points that stick.
-    fn reaction(&self, k: usize, t: f64, (u_o, v_o): (&[f64], &[f64]), drives: &[Driven]) -> f64 {
-        let row = &self.tractions[k];
-        row.value(u_o, &[], true) + row.of_velocity(v_o) + driven(&row.drives, t, drives)
+    /// `λ/a` of the points that stick, one after the other.
+    fn reactions(
+        &self,
+        t: f64,
+        (u_o, v_o): (&[f64], &[f64]),
+        drives: &[Driven],
+    ) -> impl Iterator<Item = f64> {
+        let tractions = self.seen(u_o, v_o);
+        self.tractions.rows().iter().map(move |row| {
+            let seen = Seen { of_o: u_o, of_c: &[], tractions: &tractions };
+            row.value(&seen, true) + driven(&row.drives, t, drives)
+        })
     }
 
     /// Tractions of the obstacle on the body along the tangents, `−r_t/a`.
@@ -471,9 +447,8 @@ impl Rubbing {
             let factor = slip.factor / self.friction.area[slip.point];
             q[slip.point] = -factor * slip.pressure.at(t, u_o, drives);
         }
-        for (k, (point, _)) in self.stuck.iter().enumerate() {
-            q[*point] = -self.reaction(k, t, (u_o, v_o), drives);
-        }
+        let stuck = self.stuck.iter().zip(self.reactions(t, (u_o, v_o), drives));
+        stuck.for_each(|((point, _), reaction)| q[*point] = -reaction);
         for (point, spring) in &self.springs {
             q[*point] = -spring.stiffness * spring.along(u_o);
         }
@@ -508,13 +483,13 @@ impl Rubbing {
             let rates = RubbingRates { work: r * s, path: s.abs(), belt: -r * surface };
             each(slip.point, rates);
         }
-        for (k, &(point, Tangent { surface, .. })) in self.stuck.iter().enumerate() {
-            if surface == 0.0 {
-                continue;
-            }
-            let q = self.reaction(k, t, (u_o, v_o), drives);
-            let belt = -area[point] * q * surface;
-            each(point, RubbingRates { belt, ..RubbingRates::default() });
+        // the others have no power
+        if self.stuck.iter().all(|(_, tangent)| tangent.surface == 0.0) {
+            return;
+        }
+        for ((point, tangent), q) in self.stuck.iter().zip(self.reactions(t, (u_o, v_o), drives)) {
+            let belt = -area[*point] * q * tangent.surface;
+            each(*point, RubbingRates { belt, ..RubbingRates::default() });
         }
     }
 }

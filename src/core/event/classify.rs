@@ -54,6 +54,14 @@ pub enum ClassifyError {
         /// Degenerate contact nodes (index in `u_C`).
         nodes: Vec<usize>,
     },
+    /// A point that can but slip has come to rest on the surface.
+    #[error("the contact node {node} comes to rest on the surface at t = {t:.12}")]
+    Rests {
+        /// Time.
+        t: f64,
+        /// Contact node (index in `u_C`).
+        node: usize,
+    },
 }
 
 /// A state on a switching surface.

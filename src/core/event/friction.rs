@@ -54,7 +54,11 @@ impl Surface<'_> {
             }
             let rests = slip.abs() <= blur.max(ROUNDING * size.max(tangent.surface.abs()));
             let stuck = self.phase.set.at(i) == PointState::Stick;
-            if rests || stuck || trigger.is_some_and(|t| t.0 == i) {
+            let is_undecided = rests || stuck || trigger.is_some_and(|t| t.0 == i);
+            if is_undecided && tangent.only_slips {
+                return Err(ClassifyError::Rests { t: self.t, node: i });
+            }
+            if is_undecided {
                 undecided.push(i);
                 decision.set.set(i, PointState::Stick);
             } else {

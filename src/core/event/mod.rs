@@ -307,6 +307,9 @@ impl<O: Observer> Run<'_, O> {
             Err(ClassifyError::Unresolved { t, nodes }) => {
                 Ok(Err(Outcome::Unresolved { t, nodes: self.mesh_nodes(&nodes) }))
             }
+            Err(ClassifyError::Rests { t, node }) => {
+                Ok(Err(Outcome::Rests { t, nodes: self.mesh_nodes(&[node]) }))
+            }
         }
     }
 

@@ -38,6 +38,13 @@ pub enum Outcome {
         /// Mesh nodes.
         nodes: Vec<usize>,
     },
+    /// In space a node has come to rest on a surface that slides, and might slip in any direction.
+    Rests {
+        /// Time.
+        t: f64,
+        /// Mesh nodes.
+        nodes: Vec<usize>,
+    },
 }
 
 impl Outcome {
@@ -60,6 +67,10 @@ impl std::fmt::Display for Outcome {
             Outcome::Unresolved { t, nodes } => {
                 write!(f, "no admissible continuation at t = {t:.9}, nodes {nodes:?}")
             }
+            Outcome::Rests { t, nodes } => write!(
+                f,
+                "nodes {nodes:?} come to rest on the surface at t = {t:.9}: in space they might slip in any direction, and friction there is that of a surface faster than the body"
+            ),
         }
     }
 }

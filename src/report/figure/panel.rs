@@ -43,8 +43,9 @@ pub(super) fn draw(area: &Area, chart: &Chart) -> Drawn {
         Ticks::Linear | Ticks::Decades => None,
     };
     let (of_x, of_y) = (own(&chart.x, &x), own(&chart.y, &y));
-    row_ticks(area, &plane, of_y.as_deref().unwrap_or(&[]))?;
-    column_ticks(area, &plane, of_x.as_deref().unwrap_or(&[]))?;
+    let grid: RGBAColor = if chart.covered { TRANSPARENT } else { GRID.into() };
+    row_ticks(area, &plane, of_y.as_deref().unwrap_or(&[]), grid)?;
+    column_ticks(area, &plane, of_x.as_deref().unwrap_or(&[]), grid)?;
     let count = |axis: &Axis, range: &Range<f64>, linear: usize| match axis.ticks {
         Ticks::Decades => (range.end - range.start).round() as usize + 1,
         Ticks::Linear => linear,
@@ -61,7 +62,6 @@ pub(super) fn draw(area: &Area, chart: &Chart) -> Drawn {
         }
     };
     let (x_name, y_name) = (name(&chart.x, &x), name(&chart.y, &y));
-    let grid = if chart.covered { TRANSPARENT } else { GRID.into() };
     plane
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -234,7 +234,7 @@ fn stroke(area: &Area, ends: [(i32, i32); 2], style: ShapeStyle) -> Drawn {
 }
 
 /// Ticks of the vertical axis with their grid, on the whole area: a panel cuts off what lies beside it.
-fn row_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)]) -> Drawn {
+fn row_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)], grid: RGBAColor) -> Drawn {
     let (panel, x) = (plane.plotting_area(), plane.x_range());
     let (x0, y0) = area.get_base_pixel();
     let style = text(13).pos(Pos::new(HPos::Right, VPos::Center));
@@ -246,7 +246,7 @@ fn row_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)]) -> Drawn {
             stroke(area, [(left - px(2.5), height), (left, height)], line(INK, 0.7))?;
             continue;
         }
-        stroke(area, [(left, height), (right, height)], line(GRID, 1.0))?;
+        stroke(area, [(left, height), (right, height)], grid.stroke_width(px(1.0) as u32))?;
         stroke(area, [(left - px(4.0), height), (left, height)], line(INK, 1.0))?;
         area.draw(&Text::new(name.clone(), (left - px(8.0), height), style.clone()))
             .map_err(FigureError::draw)?;
@@ -255,7 +255,7 @@ fn row_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)]) -> Drawn {
 }
 
 /// The same for the horizontal axis.
-fn column_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)]) -> Drawn {
+fn column_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)], grid: RGBAColor) -> Drawn {
     let (panel, y) = (plane.plotting_area(), plane.y_range());
     let (x0, y0) = area.get_base_pixel();
     let style = text(13).pos(Pos::new(HPos::Center, VPos::Top));
@@ -266,7 +266,7 @@ fn column_ticks(area: &Area, plane: &Plane, ticks: &[(f64, String)]) -> Drawn {
             stroke(area, [(at, bottom), (at, bottom + px(2.5))], line(INK, 0.7))?;
             continue;
         }
-        stroke(area, [(at, bottom), (at, top)], line(GRID, 1.0))?;
+        stroke(area, [(at, bottom), (at, top)], grid.stroke_width(px(1.0) as u32))?;
         stroke(area, [(at, bottom), (at, bottom + px(4.0))], line(INK, 1.0))?;
         area.draw(&Text::new(name.clone(), (at, bottom + px(7.0)), style.clone()))
             .map_err(FigureError::draw)?;

@@ -1,6 +1,7 @@
-//! The pictures of a stored run: contact, energy, gap map, deformed shapes.
+//! The pictures of a stored run: contact, states and loops of friction, energy, gap map, deformed shapes.
 
 mod contact;
+mod friction;
 mod gap;
 mod ledger;
 mod patches;
@@ -8,6 +9,7 @@ mod plate;
 mod scaled;
 mod shapes;
 mod solid;
+mod states;
 mod time;
 mod wall;
 
@@ -16,10 +18,12 @@ use std::path::Path;
 use super::figure::{Drawing, FigureError, Sheet};
 use crate::store::{Stored, beside};
 use contact::contact;
+use friction::friction;
 use gap::gap_map;
 use ledger::energy;
 pub use shapes::frames;
 use shapes::shapes;
+use states::states;
 pub(super) use wall::boundary;
 
 /// A picture's name and how it is drawn.
@@ -30,8 +34,10 @@ struct Picture {
     draw: for<'s> fn(&'s Stored, &Options) -> Result<Sheet<'s>, FigureError>,
 }
 
-const PICTURES: [Picture; 4] = [
+const PICTURES: [Picture; 6] = [
     Picture { name: "contact", along_edge: false, draw: contact },
+    Picture { name: "states", along_edge: false, draw: states },
+    Picture { name: "friction", along_edge: false, draw: friction },
     Picture { name: "energy", along_edge: false, draw: energy },
     Picture { name: "gap", along_edge: true, draw: gap_map },
     Picture { name: "shapes", along_edge: false, draw: shapes },
