@@ -106,6 +106,8 @@ pictures: build peers
 	cp out/plate-contact.png docs/contact.png
 	$(BIN) precision scenarios/plate.toml --peer scipy --peer sundials --peer diffsol -o out/plate-precision --force
 	cp out/plate-precision.png docs/precision.png
+	$(BIN) precision validate/peers/slope.toml --peer scipy --peer sundials -o out/slope-precision --force
+	cp out/slope-precision.png docs/precision-friction.png
 	$(BIN) run scenarios/bracket.toml -o out/bracket.h5 --force -q
 	$(BIN) plot out/bracket.h5 --only shapes
 	cp out/bracket-shapes.png docs/bracket.png

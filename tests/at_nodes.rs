@@ -8,7 +8,7 @@ use crate::common::{Splitmix, derivative_error, json, problem, program, relative
 use nalgebra::{DMatrix, DVector};
 use signorini::contact::{PointState, System};
 use signorini::event::{self, Options, Report, Silent, SwitchKind};
-use signorini::flow::Modal;
+use signorini::flow::{Modal, complex_modes};
 use signorini::orbit::period_map::integrate;
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
@@ -195,6 +195,195 @@ fn a_dry_oscillator_stops_where_it_should() {
         let work = report.rubbed.as_ref().unwrap().work();
         assert!((work - 0.0036).abs() < 1e-14, "{work}");
     }
+}
+
+/// A matrix as Matrix Market has it.
+fn market(a: &DMatrix<f64>) -> String {
+    let numbers: Vec<String> = a.iter().map(|x| format!("{x:?}")).collect();
+    format!(
+        "%%MatrixMarket matrix array real general\n{} {}\n{}\n",
+        a.nrows(),
+        a.ncols(),
+        numbers.join("\n")
+    )
+}
+
+/// A body of these matrices.
+fn of_matrices(
+    place: &tempfile::TempDir,
+    [mass, stiffness]: [&DMatrix<f64>; 2],
+    tables: &str,
+) -> Scene {
+    std::fs::write(place.path().join("M.mtx"), market(mass)).unwrap();
+    std::fs::write(place.path().join("K.mtx"), market(stiffness)).unwrap();
+    let text = format!(
+        "[body]\nkind = 'matrices'\nmass_matrix = 'M.mtx'\nstiffness_matrix = 'K.mtx'\n{tables}"
+    );
+    Scene::parse(&text, &place.path().join("scene.toml")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A rigid block on a shaken plane (SDND104 of code_aster, seen from the plane): it sticks, sticks and slips, or slips all the time, by the ratio of friction to inertia. The
+/// block is two halves on a spring that nothing stretches: they switch at one instant.
+#[test]
+fn a_block_on_a_shaken_plane_takes_what_it_should() {
+    let (amplitude, omega) = (2.0f64, 3.0f64);
+    let halves = DMatrix::<f64>::identity(2, 2);
+    let spring = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 1.0]);
+    let period = std::f64::consts::TAU / omega;
+    let moved = |limit: f64, phase: f64| {
+        let tables = format!(
+            "[[slider]]\nrow = 0\nlimit = {limit:?}\n[[slider]]\nrow = 1\nlimit = {limit:?}\n[[load]]\nkind = 'force'\namplitude = [{amplitude:?}, {amplitude:?}]\nomega = {omega:?}\nphase = {phase:?}\n[run]\nuntil = {:?}\n",
+            3.0 * period
+        );
+        let place = tempfile::tempdir().unwrap();
+        let scene = of_matrices(&place, [&halves, &spring], &tables);
+        let reports = [Integrator::Modal, Integrator::Dop853].map(|by| run_by(&scene, by));
+        assert_eq!(reports[0].switches.len(), reports[1].switches.len());
+        reports
+    };
+    // slips all the time: from rest at the right instant it is in its cycle at once
+    let limit = 0.8;
+    let phase = -(std::f64::consts::FRAC_PI_2 * limit / amplitude).asin();
+    for report in moved(limit, phase) {
+        for switch in &report.switches {
+            let halves = switch.t / (0.5 * period);
+            assert!((halves - halves.round()).abs() < 1e-9, "{halves}");
+        }
+        let work = report.rubbed.unwrap().work();
+        let closed = 2.0 * 3.0 * 4.0 * limit * amplitude * phase.cos() / (omega * omega);
+        assert!((work - closed).abs() < 1e-9 * closed, "{work} {closed}");
+    }
+    // sticks and slips: it breaks loose where inertia comes to the limit, and grips where its velocity ends
+    let limit = 1.5;
+    let loose = -(limit / amplitude).acos();
+    let slip = |x: f64| amplitude / omega * (x.sin() - loose.sin()) - limit / omega * (x - loose);
+    let (mut a, mut b) = (loose + 0.5, loose + std::f64::consts::PI);
+    while b - a > 1e-15 * b {
+        let middle = 0.5 * (a + b);
+        if middle <= a || middle >= b {
+            break;
+        }
+        if slip(middle) > 0.0 { a = middle } else { b = middle }
+    }
+    let way = (amplitude * (loose.cos() - a.cos())
+        - amplitude * loose.sin() * (a - loose)
+        - 0.5 * limit * (a - loose).powi(2))
+        / (omega * omega);
+    let start = -std::f64::consts::FRAC_PI_2;
+    for report in moved(limit, start) {
+        assert_eq!(report.switches.len(), 24);
+        for (k, switch) in report.switches.iter().enumerate() {
+            // both halves
+            let k = k / 2;
+            let at = if k % 2 == 0 { loose } else { a } - start;
+            let t = at / omega + 0.5 * period * (k / 2) as f64;
+            assert!((switch.t - t).abs() < 1e-10, "{k}: {} {t}", switch.t);
+        }
+        let work = report.rubbed.unwrap().work();
+        assert!((work - 12.0 * limit * way).abs() < 1e-10 * work, "{work} {}", 12.0 * limit * way);
+    }
+    // sticks
+    assert!(moved(2.1, start).iter().all(|r| r.switches.is_empty()));
+}
+
+/// The cantilever of NLstep's example 02: eight Euler–Bernoulli elements, a slider at the fourth node; free and stuck frequencies.
+#[test]
+fn a_beam_on_a_slider_has_the_frequencies_of_another_program() {
+    let (length, count, young, density) = (2000.0f64, 8, 185e3f64, 7.83e-9f64);
+    let (height, width) = (100.0f64, 300.0f64);
+    let (l, bending, line) =
+        (length / count as f64, young * width * height.powi(3) / 12.0, density * width * height);
+    let k = DMatrix::from_row_slice(
+        4,
+        4,
+        &[
+            12.0,
+            6.0 * l,
+            -12.0,
+            6.0 * l,
+            6.0 * l,
+            4.0 * l * l,
+            -6.0 * l,
+            2.0 * l * l,
+            -12.0,
+            -6.0 * l,
+            12.0,
+            -6.0 * l,
+            6.0 * l,
+            2.0 * l * l,
+            -6.0 * l,
+            4.0 * l * l,
+        ],
+    ) * (bending / l.powi(3));
+    let m = DMatrix::from_row_slice(
+        4,
+        4,
+        &[
+            156.0,
+            22.0 * l,
+            54.0,
+            -13.0 * l,
+            22.0 * l,
+            4.0 * l * l,
+            13.0 * l,
+            -3.0 * l * l,
+            54.0,
+            13.0 * l,
+            156.0,
+            -22.0 * l,
+            -13.0 * l,
+            -3.0 * l * l,
+            -22.0 * l,
+            4.0 * l * l,
+        ],
+    ) * (line * l / 420.0);
+    let n = 2 * count + 2;
+    let (mut stiffness, mut mass) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    for e in 0..count {
+        let add = |whole: &mut DMatrix<f64>, part: &DMatrix<f64>| {
+            let mut view = whole.view_mut((2 * e, 2 * e), (4, 4));
+            view += part;
+        };
+        add(&mut stiffness, &k);
+        add(&mut mass, &m);
+    }
+    let clamped = |a: DMatrix<f64>| a.view((2, 2), (n - 2, n - 2)).into_owned();
+    // the displacement of the fourth node, the clamped one counted
+    let tables = "[[slider]]\nrow = 4\nlimit = 1500.0\n[run]\nuntil = 1.0\n";
+    let place = tempfile::tempdir().unwrap();
+    let scene = of_matrices(&place, [&clamped(mass), &clamped(stiffness)], tables);
+    let system = Problem::new(&scene, None).unwrap().system;
+    for (state, wanted) in [(PointState::SlipPlus, 123.3406), (PointState::Stick, 248.9732)] {
+        let phase = system.phase(&[state].into_iter().collect());
+        let modes = complex_modes(&system, &phase).unwrap();
+        let lowest =
+            modes.iter().map(|m| m.lambda.im).filter(|w| *w > 1.0).fold(f64::INFINITY, f64::min);
+        assert!((lowest / wanted - 1.0).abs() < 5e-7, "{state:?}: {lowest} {wanted}");
+    }
+}
+
+/// Springs of sliders beside a reduction: with all modes the body itself, with few near it.
+#[test]
+fn a_reduced_body_remembers_what_its_sliders_do() {
+    let whole = "[body]\nkind = 'plate'\nsize = [1.0, 0.3]\nelements = [8, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x', 'y']\n\
+         [[iwan]]\nat = [1.0, 0.0]\ndirection = [0.0, 1.0]\ntable = [[0.002, 0.1], [0.005, 0.08]]\n[[slider]]\nat = [1.0, 0.3]\ndirection = [1.0, 0.0]\nlimit = 0.003\n\
+         [[load]]\nkind = 'point'\nat = [1.0, 0.3]\namplitude = [0.0, 0.02]\nomega = 0.25\n[damping]\nrayleigh = [0.05, 0.0]\n[run]\nuntil = 60.0\nsamples = 10\n";
+    let reduced = |count: &str| format!("{whole}[reduction]\n{count}\n");
+    let books = |text: &str| {
+        let report = run_by(&scene(text), Integrator::Dop853);
+        assert!(report.energy_drift_total < 1e-10);
+        let work = report.rubbed.as_ref().unwrap().work();
+        (report.switches.len(), [work, report.energy_external])
+    };
+    let (count, own) = books(whole);
+    let (all, same) = books(&reduced("cutoff = 1e9"));
+    assert!(count > 30 && all == count, "{count} {all}");
+    assert!(relative(&same, &own) < 1e-8, "{same:?} {own:?}");
+    let (_, few) = books(&reduced("modes = 6"));
+    assert!(relative(&few, &own) < 2e-2, "{few:?} {own:?}");
+    let free = scene(&reduced("kind = 'free-interface'\nmodes = 6"));
+    let error = Problem::new(&free, None).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("nothing holds what springs of sliders remember"), "{error}");
 }
 
 /// Den Hartog's amplitudes without a stop, by the loss `4 F X` of an orbit; Jenkins' by `4 f_s (X − f_s/k_t)` (data of JuliaJIM, a march of another program).

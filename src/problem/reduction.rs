@@ -16,10 +16,10 @@ pub(super) fn reduced(scene: &Scene, problem: Problem) -> Result<Problem, Proble
         let help = "give mass = \"condensed\", or leave [reduction] out";
         return Err(scene.error(Issue::new("contact.mass", message, help)).into());
     }
-    if system.remembers() {
-        let message = "keeps no memory of springs of sliders";
-        let help = "leave [reduction] out, or the stiffness of the sliders";
-        return Err(scene.error(Issue::new("reduction", message, help)).into());
+    if system.remembers() && asked.kind == ReductionKind::FreeInterface {
+        let message = "is of an open body that its supports hold, and nothing holds what springs of sliders remember";
+        let help = "give kind = \"fixed-interface\", or leave out the stiffness of the sliders";
+        return Err(scene.error(Issue::new("reduction.kind", message, help)).into());
     }
     let kept = match (asked.modes, asked.cutoff) {
         (Some(count), _) => Kept::Modes(count),

@@ -15,6 +15,22 @@ fn dense(a: &Csr) -> Array2<f64> {
     d
 }
 
+/// With friction `E`, a tangent a row over `u_O` (zeros where there is none), `limit`, the largest force over the pressure (`μ` times the area), and `surface`, the velocity of
+/// the obstacle's surface, of each contact point.
+fn friction(system: &System) -> Vec<(&'static str, ArrayD<f64>)> {
+    let Some(tangents) = system.tangents() else { return vec![] };
+    let count = tangents.len();
+    let mut along = Array2::zeros((count, system.n_o()));
+    let (mut limit, mut surface) = (Array1::zeros(count), Array1::zeros(count));
+    for (i, tangent) in tangents.iter().enumerate() {
+        let Some(tangent) = tangent else { continue };
+        tangent.row.iter().for_each(|&(j, w)| along[(i, j)] = w);
+        limit[i] = tangent.coefficient * system.constraints[i].area;
+        surface[i] = tangent.surface;
+    }
+    vec![("E", along.into_dyn()), ("limit", limit.into_dyn()), ("surface", surface.into_dyn())]
+}
+
 /// `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state, by their names.
 fn operators(problem: &Problem) -> Vec<(&'static str, ArrayD<f64>)> {
     let system: &System = &problem.system;
@@ -36,7 +52,7 @@ fn operators(problem: &Problem) -> Vec<(&'static str, ArrayD<f64>)> {
 }
 
 /// Write a problem as numbers one after the other (little-endian, double precision, matrices by rows): `n_O`, `n_C`, end time, what [`write_problem`] writes in
-/// its order, `active0` (1 = contact).
+/// its order, `active0` (1 = contact), and what belongs to friction, if there is any.
 pub(crate) fn write_problem_flat(
     path: &Path,
     problem: &Problem,
@@ -47,12 +63,13 @@ pub(crate) fn write_problem_flat(
     let mut all = vec![system.n_o() as f64, system.n_contact() as f64, until];
     operators(problem).into_iter().for_each(|(_, array)| all.extend(array));
     all.extend(active.codes().map(f64::from));
+    friction(system).into_iter().for_each(|(_, array)| all.extend(array));
     let bytes: Vec<u8> = all.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
     std::fs::write(path, bytes).map_err(|e| StoreError::write(path, e))
 }
 
 /// Write `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state `u0`, `v0`, its active set
-/// and the end time.
+/// and the end time; with friction what belongs to it.
 pub(crate) fn write_problem(
     path: &Path,
     problem: &Problem,
@@ -60,7 +77,7 @@ pub(crate) fn write_problem(
     until: f64,
 ) -> Result<(), StoreError> {
     let file = hdf5::File::create(path).map_err(|e| StoreError::unusable(path, e))?;
-    for (name, array) in operators(problem) {
+    for (name, array) in operators(problem).into_iter().chain(friction(&problem.system)) {
         file.new_dataset_builder().with_data(&array).create(name)?;
     }
     let active: Vec<u8> = active.codes().collect();

@@ -4,7 +4,8 @@
  * wall_s (median of argument 2 repetitions), setup_s (the phases' matrices), nfev, u, v, switches.
  *
  * Integrators: CVODE (Adams, fixed-point iteration) and ARKODE's explicit Runge-Kutta methods of order 5 and 8. A right-hand side is one product with the
- * dense M_a^-1 K_a of the phase, kept for every active set; roots are those of the gaps of free nodes and the pressures of nodes in contact. */
+ * dense M_a^-1 K_a of the phase, kept for every active set; roots are those of the gaps of free nodes and the pressures of nodes in contact, with friction of what
+ * is left of the limit of nodes that stick, and of slip velocities. */
 
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
@@ -19,17 +20,22 @@
 #define MOST_PHASES 1024
 #define MOST_SWITCHES 100000
 
+enum { OPEN, CLOSED, STICK, PLUS, MINUS };
+
 typedef struct {
   int n_o, n_c;
   double until;
   double *m, *k, *nc, *no, *gap, *f, *u0, *v0;
   char *active0;
+  /* with friction: tangents, largest forces over pressures, velocities of the surface */
+  int rubs;
+  double *e, *limit, *surface;
 } Problem;
 
-/* u'' = force - stiffness u, monitors rows u + offset */
+/* u'' = force - stiffness u, monitors rows u + rates u' + offset (one a point, two with friction), which lead to the states `to` */
 typedef struct {
-  char *active;
-  double *stiffness, *force, *rows, *offset;
+  char *active, *to;
+  double *stiffness, *force, *rows, *rates, *offset;
 } Phase;
 
 typedef struct {
@@ -83,9 +89,21 @@ static Problem read_problem(const char *name) {
   for (size_t i = 0; i < c; i++) p.active0[i] = active[i] != 0.0;
   free(active);
   free(head);
+  int next = fgetc(file);
+  p.rubs = next != EOF;
+  if (p.rubs) {
+    ungetc(next, file);
+    p.e = numbers(file, c * o);
+    p.limit = numbers(file, c);
+    p.surface = numbers(file, c);
+  }
   fclose(file);
   return p;
 }
+
+static int monitors(const Problem *p) { return p->rubs ? 2 * p->n_c : p->n_c; }
+
+static double sign(char state) { return state == PLUS ? 1.0 : state == MINUS ? -1.0 : 0.0; }
 
 /* A X = B for many right-hand sides (rows of B hold one equation), Gauss with partial pivoting; A and B are overwritten. */
 static void solve(int n, int count, double *a, double *b) {
@@ -155,37 +173,94 @@ static void make_phase(const Problem *p, const char *active, Phase *out) {
   }
   double *m = congruence(n, o, star, p->m, star, o), *k = congruence(n, o, star, p->k, star, o);
   double *kd = congruence(n, o, star, p->k, d, 1);
-  double *all = room((size_t)o * (o + 1), sizeof(double));
+  /* pressures of all points */
+  double *pressure = room((size_t)c * o, sizeof(double)), *constant = room(c, sizeof(double));
+  for (int i = 0; i < c; i++) {
+    for (int l = 0; l < c; l++) {
+      constant[i] -= p->nc[i * c + l] * d[o + l];
+      for (int j = 0; j < o; j++) pressure[i * o + j] -= p->nc[i * c + l] * star[(o + l) * o + j];
+    }
+    for (int j = 0; j < o; j++) pressure[i * o + j] -= p->no[i * o + j];
+  }
+  int *stuck = room(c, sizeof(int)), s = 0;
+  for (int i = 0; i < c; i++)
+    if (active[i] == STICK) stuck[s++] = i;
+  /* stiffness, force, and unit forces along what sticks */
+  int width = o + 1 + s;
+  double *all = room((size_t)o * width, sizeof(double));
   for (int i = 0; i < o; i++) {
-    for (int j = 0; j < o; j++) all[i * (o + 1) + j] = k[i * o + j];
+    for (int j = 0; j < o; j++) all[i * width + j] = k[i * o + j];
     double f = -kd[i];
     for (int r = 0; r < n; r++) f += star[r * o + i] * p->f[r];
-    all[i * (o + 1) + o] = f;
+    for (int l = 0; l < c; l++) {
+      if (sign(active[l]) == 0.0) continue;
+      double e = sign(active[l]) * p->limit[l] * p->e[l * o + i];
+      for (int j = 0; e != 0.0 && j < o; j++) all[i * width + j] += e * pressure[l * o + j];
+      f -= e * constant[l];
+    }
+    all[i * width + o] = f;
+    for (int l = 0; l < s; l++) all[i * width + o + 1 + l] = p->e[stuck[l] * o + i];
   }
-  solve(o, o + 1, m, all);
+  solve(o, width, m, all);
+  /* the forces that hold what sticks, over displacements, and their constants with a minus */
+  double *gram = room((size_t)s * s, sizeof(double)), *hold = room((size_t)s * (o + 1), sizeof(double));
+  for (int a = 0; a < s; a++)
+    for (int i = 0; i < o; i++) {
+      double e = p->e[stuck[a] * o + i];
+      for (int b = 0; e != 0.0 && b < s; b++) gram[a * s + b] += e * all[i * width + o + 1 + b];
+      for (int j = 0; e != 0.0 && j <= o; j++) hold[a * (o + 1) + j] += e * all[i * width + j];
+    }
+  if (s) solve(s, o + 1, gram, hold);
+  for (int i = 0; i < o; i++)
+    for (int a = 0; a < s; a++)
+      for (int j = 0; j <= o; j++) all[i * width + j] -= all[i * width + o + 1 + a] * hold[a * (o + 1) + j];
   out->active = room(c, 1);
   memcpy(out->active, active, c);
   /* by columns: the product is a sum of columns, which vector instructions take */
   out->stiffness = room((size_t)o * o, sizeof(double));
   out->force = room(o, sizeof(double));
-  out->rows = room((size_t)c * o, sizeof(double));
-  out->offset = room(c, sizeof(double));
+  int count_all = monitors(p), each = p->rubs ? 2 : 1;
+  out->rows = room((size_t)count_all * o, sizeof(double));
+  out->rates = p->rubs ? room((size_t)count_all * o, sizeof(double)) : NULL;
+  out->offset = room(count_all, sizeof(double));
+  out->to = room(count_all, 1);
   for (int i = 0; i < o; i++) {
-    for (int j = 0; j < o; j++) out->stiffness[j * o + i] = all[i * (o + 1) + j];
-    out->force[i] = all[i * (o + 1) + o];
+    for (int j = 0; j < o; j++) out->stiffness[j * o + i] = all[i * width + j];
+    out->force[i] = all[i * width + o];
   }
-  for (int i = 0; i < c; i++) {
+  for (int i = 0, a = 0; i < c; i++) {
+    int g = each * i;
+    double *row = out->rows + (size_t)g * o;
+    out->to[g] = active[i] ? OPEN : CLOSED;
     if (!active[i]) {
-      out->offset[i] = p->gap[i] - d[o + i];
-      for (int j = 0; j < o; j++) out->rows[i * o + j] = -star[(o + i) * o + j];
-      continue;
+      out->offset[g] = p->gap[i] - d[o + i];
+      for (int j = 0; j < o; j++) row[j] = -star[(o + i) * o + j];
+    } else {
+      out->offset[g] = constant[i];
+      memcpy(row, pressure + (size_t)i * o, o * sizeof(double));
     }
-    for (int l = 0; l < c; l++) {
-      out->offset[i] -= p->nc[i * c + l] * d[o + l];
-      for (int j = 0; j < o; j++) out->rows[i * o + j] -= p->nc[i * c + l] * star[(o + l) * o + j];
+    if (!p->rubs) continue;
+    /* the second monitor of a point: slip velocity; of one that sticks the pressure is left to what is left of the limit, which is less */
+    double *second = row + o, sigma = sign(active[i]);
+    out->to[g + 1] = active[i];
+    out->offset[g + 1] = 1.0;
+    if (sigma != 0.0) {
+      out->to[g + 1] = STICK;
+      out->offset[g + 1] = -sigma * p->surface[i];
+      for (int j = 0; j < o; j++) out->rates[(size_t)(g + 1) * o + j] = sigma * p->e[i * o + j];
     }
-    for (int j = 0; j < o; j++) out->rows[i * o + j] -= p->no[i * o + j];
+    if (active[i] == STICK) {
+      const double *held = hold + (size_t)a++ * (o + 1);
+      out->to[g] = PLUS, out->to[g + 1] = MINUS;
+      out->offset[g] = p->limit[i] * constant[i] - held[o];
+      out->offset[g + 1] = p->limit[i] * constant[i] + held[o];
+      for (int j = 0; j < o; j++) {
+        row[j] = p->limit[i] * pressure[i * o + j] + held[j];
+        second[j] = p->limit[i] * pressure[i * o + j] - held[j];
+      }
+    }
   }
+  free(pressure), free(constant), free(stuck), free(gram), free(hold);
   free(star), free(d), free(open), free(block), free(rhs), free(m), free(k), free(kd), free(all);
 }
 
@@ -220,13 +295,59 @@ static int roots(realtype t, N_Vector y, realtype *g, void *data) {
   (void)t;
   Body *body = data;
   int n = body->p->n_o;
-  const double *x = N_VGetArrayPointer(y), *row = body->phase->rows;
-  for (int i = 0; i < body->p->n_c; i++, row += n) {
+  const double *x = N_VGetArrayPointer(y), *row = body->phase->rows, *rate = body->phase->rates;
+  int count = monitors(body->p);
+  for (int i = 0; i < count; i++, row += n) {
     double sum = body->phase->offset[i];
     for (int j = 0; j < n; j++) sum += row[j] * x[j];
+    if (rate && body->phase->to[i] == STICK)
+      for (int j = 0; j < n; j++) sum += rate[(size_t)i * n + j] * x[n + j];
     g[i] = sum;
   }
   return 0;
+}
+
+/* What a point does that comes into contact. */
+static char slipping(const Problem *p, int i, const double *x) {
+  if (!p->rubs || p->limit[i] == 0.0) return CLOSED;
+  int n = p->n_o;
+  double v = -p->surface[i], size = 0.0;
+  for (int j = 0; j < n; j++) v += p->e[i * n + j] * x[n + j], size = fmax(size, fabs(x[n + j]));
+  return fabs(v) <= 1e-12 * size ? STICK : v > 0.0 ? PLUS : MINUS;
+}
+
+/* The state of a point behind a monitor, and the velocities: what comes to rest does so exactly. */
+static void change(const Body *body, char *active, int k, double *x) {
+  const Problem *p = body->p;
+  int i = p->rubs ? k / 2 : k, n = p->n_o;
+  char to = body->phase->to[k];
+  if (to == STICK) {
+    double v = -p->surface[i], size = 0.0;
+    for (int j = 0; j < n; j++) v += p->e[i * n + j] * x[n + j], size += p->e[i * n + j] * p->e[i * n + j];
+    for (int j = 0; j < n; j++) x[n + j] -= v / size * p->e[i * n + j];
+  }
+  active[i] = to == CLOSED ? slipping(p, i, x) : to;
+}
+
+/* With friction: states in which nothing is held by more than friction can, and their phase. */
+static void settle(Body *body, char *active, N_Vector y) {
+  int c = body->p->n_c, count = monitors(body->p), n = body->p->n_o;
+  double *g = room(count, sizeof(double)), *x = N_VGetArrayPointer(y);
+  enter(body, active);
+  for (int k = 0; body->p->rubs && k < 4 * c; k++) {
+    roots(0.0, y, g, body);
+    int worst = -1;
+    for (int i = 0; i < count; i++) {
+      if (active[i / 2] != STICK) continue;
+      double size = 0.0;
+      for (int j = 0; j < n; j++) size += fabs(body->phase->rows[(size_t)i * n + j] * x[j]);
+      if (g[i] < -1e-12 * size && (worst < 0 || g[i] < g[worst])) worst = i;
+    }
+    if (worst < 0) break;
+    change(body, active, worst, x);
+    enter(body, active);
+  }
+  free(g);
 }
 
 static void check(int flag) {
@@ -242,9 +363,12 @@ static int run(Body *body, int order, double rtol, N_Vector y, double *times, SU
   memcpy(x + n, p->v0, n * sizeof(double));
   char *active = room(c, 1);
   memcpy(active, p->active0, c);
-  int *falling = room(c, sizeof(int)), *found = room(c, sizeof(int));
-  for (int i = 0; i < c; i++) falling[i] = -1;
-  enter(body, active);
+  int all = monitors(p);
+  int *falling = room(all, sizeof(int)), *found = room(all, sizeof(int));
+  for (int i = 0; i < all; i++) falling[i] = -1;
+  for (int i = 0; i < c; i++)
+    if (active[i]) active[i] = slipping(p, i, x);
+  settle(body, active, y);
   void *mem = order ? ERKStepCreate(rhs, t, y, context) : CVodeCreate(CV_ADAMS, context);
   SUNNonlinearSolver fixed = NULL;
   if (order) {
@@ -252,7 +376,7 @@ static int run(Body *body, int order, double rtol, N_Vector y, double *times, SU
     check(ERKStepSetUserData(mem, body));
     check(ERKStepSetOrder(mem, order));
     check(ERKStepSetMaxNumSteps(mem, 100000000));
-    check(ERKStepRootInit(mem, c, roots));
+    check(ERKStepRootInit(mem, all, roots));
     check(ERKStepSetRootDirection(mem, falling));
     check(ERKStepSetNoInactiveRootWarn(mem));
   } else {
@@ -262,7 +386,7 @@ static int run(Body *body, int order, double rtol, N_Vector y, double *times, SU
     fixed = SUNNonlinSol_FixedPoint(y, 0, context);
     check(CVodeSetNonlinearSolver(mem, fixed));
     check(CVodeSetMaxNumSteps(mem, 100000000));
-    check(CVodeRootInit(mem, c, roots));
+    check(CVodeRootInit(mem, all, roots));
     check(CVodeSetRootDirection(mem, falling));
     check(CVodeSetNoInactiveRootWarn(mem));
   }
@@ -277,13 +401,13 @@ static int run(Body *body, int order, double rtol, N_Vector y, double *times, SU
     }
     if (flag != (order ? ARK_ROOT_RETURN : CV_ROOT_RETURN)) continue;
     check(order ? ERKStepGetRootInfo(mem, found) : CVodeGetRootInfo(mem, found));
-    for (int i = 0; i < c; i++)
-      if (found[i]) {
+    for (int k = 0; k < all; k++)
+      if (found[k]) {
         if (count == MOST_SWITCHES) fail("too many switches");
         times[count++] = t;
-        active[i] = !active[i];
+        change(body, active, k, x);
       }
-    enter(body, active);
+    settle(body, active, y);
     check(order ? ERKStepReInit(mem, rhs, t, y) : CVodeReInit(mem, t, y));
   }
   if (order)
@@ -338,7 +462,8 @@ int main(int count, char **argument) {
       printf("}\n");
       fflush(stdout);
       for (int i = 0; i < body->count; i++)
-        free(body->phases[i].active), free(body->phases[i].stiffness), free(body->phases[i].force), free(body->phases[i].rows), free(body->phases[i].offset);
+        free(body->phases[i].active), free(body->phases[i].stiffness), free(body->phases[i].force), free(body->phases[i].rows), free(body->phases[i].rates),
+            free(body->phases[i].offset), free(body->phases[i].to);
       free(body);
     }
   return 0;

@@ -68,8 +68,8 @@ struct Able {
     by_modes: bool,
     /// Of the kind that the Chebyshev flow takes.
     without_modes: bool,
-    /// Undamped under constant loads, as the peer wants it.
-    conservative: bool,
+    /// Undamped under constant loads, without sliders, as peers want it.
+    is_for_peers: bool,
 }
 
 impl Able {
@@ -82,7 +82,13 @@ impl Able {
             return Err(CliError::Input(text.into()));
         }
         let without_modes = system.is_entire();
-        let conservative = system.is_conservative() && without_modes;
+        let rubs = system.tangents();
+        let is_for_peers = match rubs {
+            None => system.is_conservative() && without_modes,
+            Some(_) => {
+                !(system.is_damped() || system.loads.is_driven() || !system.sliders().is_empty())
+            }
+        };
         let by_modes = system.n_o() <= MODAL_LIMIT;
         if !by_modes && !without_modes {
             return Err(CliError::Input(format!(
@@ -90,7 +96,7 @@ impl Able {
                 system.n_o()
             )));
         }
-        Ok(Able { by_modes, without_modes, conservative })
+        Ok(Able { by_modes, without_modes, is_for_peers })
     }
 
     /// The flow that all others are compared with.
@@ -215,8 +221,12 @@ fn points(
     for peer in arguments.peer.iter().filter(|p| **p != Peer::Getfem) {
         bar.set_message(peer.name());
         bar.tick();
-        if !able.conservative {
-            return Err(CliError::Input("peers solve undamped scenes under constant loads".into()));
+        if !able.is_for_peers {
+            let text = "peers solve undamped scenes under constant loads, without sliders";
+            return Err(CliError::Input(text.into()));
+        }
+        if *peer == Peer::Diffsol && problem.system.tangents().is_some() {
+            return Err(CliError::Input("the peer diffsol knows no friction".into()));
         }
         points.extend(peer.solve(bench)?);
     }

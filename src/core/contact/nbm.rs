@@ -12,14 +12,14 @@ use super::boundary::{BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
 use super::following::following;
-use super::friction::{Friction, Slider, Tangent};
+use super::friction::{Elastic, Friction, Slider, Tangent};
 use super::inertia::{Inertia, Projector};
 use super::law::{Coulomb, Law, Signorini};
 use super::method::{Method, Promise};
 use super::phase::{Parts, Phase};
 use super::redistribution::{self, MassChoice, Redistributed};
 use super::states::States;
-use crate::fem::{Body, ContactPoint, Csr, Reduction, load};
+use crate::fem::{Body, ContactPoint, Csr, FemError, Reduction, load};
 use crate::mesh::Point;
 
 /// The method; see the module's text.
@@ -147,8 +147,17 @@ impl Method for Nbm {
         let tangents = of_contact
             .map(|t| t.as_ref().map(|t| Tangent { row: placed(&t.row), ..t.clone() }))
             .collect();
-        let sliders =
-            friction.sliders.iter().map(|s| Slider { row: placed(&s.row), ..s.clone() }).collect();
+        // so does what a spring remembers
+        let remembered = |e: Elastic| {
+            let memory = reduction.place(e.memory);
+            let lost = || FemError::Singular { what: "what springs of sliders remember" };
+            Ok::<_, ContactError>(Elastic { memory: memory.ok_or_else(lost)?, ..e })
+        };
+        let slider = |s: &Slider| {
+            let elastic = s.elastic.map(remembered).transpose()?;
+            Ok(Slider { row: placed(&s.row), elastic, ..s.clone() })
+        };
+        let sliders = friction.sliders.iter().map(slider).collect::<Result<_, ContactError>>()?;
         Ok(Arc::new(new.with_friction(body, tangents, sliders)?))
     }
 

@@ -18,11 +18,12 @@ impl System {
         }
     }
 
-    /// Displacements of `u_O` that the contact conditions touch.
+    /// Displacements of `u_O` that the contact conditions touch, and what springs of sliders remember.
     fn touched(&self) -> Vec<usize> {
         let mut touched: Vec<usize> = self.conditions().n_o.triplets().map(|e| e.1).collect();
         let tangents = self.tangents().unwrap_or_default().iter().flatten();
         touched.extend(tangents.flat_map(|t| t.row.iter().map(|e| e.0)));
+        touched.extend(self.sliders().iter().filter_map(|s| Some(s.elastic?.memory)));
         touched.sort_unstable();
         touched.dedup();
         touched

@@ -67,12 +67,15 @@ impl Along {
     }
 }
 
+/// The force `−f (p · u_O) e` of a point that slips: the tangent among all, `f`, `p`.
+pub(super) type Slipping<'a> = (usize, f64, &'a [(usize, f64)]);
+
 /// What the tractions of a phase are made of.
 pub(super) struct Sticking<'a> {
     /// Of each point that sticks: its tangent among all, its area, the velocity of the surface.
     pub points: Vec<(usize, f64, f64)>,
-    /// Forces `−f (p · u_O) e` of points that slip: the tangent, `f`, `p`.
-    pub slips: Vec<(usize, f64, &'a [(usize, f64)])>,
+    /// Points that slip.
+    pub slips: Vec<Slipping<'a>>,
     /// Springs that are there in this phase, and do not damp.
     pub springs: Vec<&'a Discrete>,
     /// The constant force on `u_O`.
