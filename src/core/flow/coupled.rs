@@ -215,11 +215,16 @@ impl Coupling {
 
     /// `Re(U c)`
     fn expand(&self, c: &[C], x: &mut [f64]) {
-        let re = Mat::from_fn(c.len(), 1, |k, _| c[k].re);
-        let im = Mat::from_fn(c.len(), 1, |k, _| -c[k].im);
-        let sum = product(self.right[0].as_ref(), re.as_ref())
-            + product(self.right[1].as_ref(), im.as_ref());
+        let sum = self.expand_all(&[c]);
         x.copy_from_slice(sum.col_as_slice(0));
+    }
+
+    /// The same of several vectors, a column each.
+    fn expand_all<A: AsRef<[C]>>(&self, c: &[A]) -> Mat<f64> {
+        let of = |part: fn(&C) -> f64| {
+            Mat::from_fn(self.lambda.len(), c.len(), |k, j| part(&c[j].as_ref()[k]))
+        };
+        Amplitudes([of(|z| z.re), of(|z| z.im)]).seen_by(&self.right)
     }
 
     /// `‖x − Re(U c)‖`
@@ -444,24 +449,26 @@ impl CoupledMotion {
         &self.amplitudes
     }
 
-    /// `(q, q̇)` at `tau` after the start; returns the amplitudes of the modes there.
-    pub fn at(&self, coupling: &Coupling, tau: f64, q: &mut [f64], v: &mut [f64]) -> Vec<C> {
-        let n = q.len();
-        let grown = self.amplitudes.iter().zip(&coupling.lambda).map(|(a, l)| a * power(l * tau));
-        let grown: Vec<C> = grown.collect();
-        let mut x = vec![0.0; 2 * n];
-        coupling.expand(&grown, &mut x);
-        x.iter_mut().zip(&self.steady).for_each(|(x, s)| *x += s);
-        if let Some(ramp) = &self.ramp {
-            x.iter_mut().zip(ramp).for_each(|(x, r)| *x += r * tau);
+    /// `(q, q̇)` at some times after the start, a column each, and the amplitudes of the modes there.
+    pub fn at(&self, coupling: &Coupling, taus: &[f64]) -> (Mat<f64>, Vec<Vec<C>>) {
+        let grown = |tau: &f64| -> Vec<C> {
+            let each = self.amplitudes.iter().zip(&coupling.lambda);
+            each.map(|(a, l)| a * power(l * *tau)).collect()
+        };
+        let grown: Vec<Vec<C>> = taus.iter().map(grown).collect();
+        let mut all = coupling.expand_all(&grown);
+        for (j, &tau) in taus.iter().enumerate() {
+            let x = all.col_as_slice_mut(j);
+            x.iter_mut().zip(&self.steady).for_each(|(x, s)| *x += s);
+            if let Some(ramp) = &self.ramp {
+                x.iter_mut().zip(ramp).for_each(|(x, r)| *x += r * tau);
+            }
+            for (omega, response) in &self.driven {
+                let turn = C::from_polar(1.0, omega * tau);
+                x.iter_mut().zip(response).for_each(|(x, r)| *x += (r * turn).re);
+            }
         }
-        for (omega, response) in &self.driven {
-            let turn = C::from_polar(1.0, omega * tau);
-            x.iter_mut().zip(response).for_each(|(x, r)| *x += (r * turn).re);
-        }
-        q.copy_from_slice(&x[..n]);
-        v.copy_from_slice(&x[n..]);
-        grown
+        (all, grown)
     }
 
     /// Bounds of what the modes are in each monitor, and of its fourth derivative, from `tau` to `end` after the start (theory §12, H2).

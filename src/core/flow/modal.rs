@@ -9,7 +9,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::drives::Drives;
 use super::motion::Motion;
@@ -90,6 +90,24 @@ impl<'a> Modal<'a> {
         let (mut q, mut v) = (DVector::zeros(n), DVector::zeros(n));
         self.motion.at(phase, t, q.as_mut_slice(), v.as_mut_slice());
         (q, v)
+    }
+
+    /// Velocities of all modes and the monitors at some times, a column each.
+    fn values_at(&self, phase: &Spectrum, times: &[f64]) -> [DMatrix<f64>; 2] {
+        let (n, m) = (phase.modes.len(), times.len());
+        let (mut q, mut v) = (DMatrix::zeros(n, m), DMatrix::zeros(n, m));
+        self.motion.at_times(phase, times, q.as_mut_slice(), v.as_mut_slice());
+        let mut h = &phase.rows * q;
+        if let Some(rows) = &phase.velocity_rows {
+            h += rows * &v;
+        }
+        for (t, mut h) in times.iter().zip(h.column_iter_mut()) {
+            h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
+            if !self.drives.is_empty() {
+                h.iter_mut().enumerate().for_each(|(i, h)| *h += self.drives.at(i, *t, 0));
+            }
+        }
+        [v, h]
     }
 
     /// The state `(u_O, u̇_O)` at `t`.
@@ -177,11 +195,7 @@ impl<'a> Modal<'a> {
             y[i] += self.drives.work(a, b);
         }
         if rubbed.is_some() && phase.rubs() {
-            let at = |t: f64| {
-                let (q, v) = self.modes_at(phase, t);
-                let h = self.monitors_of(phase, t, (&q, &v));
-                (v, h)
-            };
+            let at = |times: &[f64]| self.values_at(phase, times);
             rubbing::integrate((self.system, phase, &self.layout), (a, b), at, y);
         } else if work.is_some() || dissipated.is_some() {
             let sums = self.motion.all_powers(phase, (a, b));

@@ -130,11 +130,25 @@ impl Motion {
 
     /// Displacements and velocities of all modes at `t`.
     pub fn at(&self, phase: &Spectrum, t: f64, q: &mut [f64], v: &mut [f64]) {
+        self.at_times(phase, &[t], q, v);
+    }
+
+    /// The same at some times, one behind the other.
+    pub fn at_times(&self, phase: &Spectrum, times: &[f64], q: &mut [f64], v: &mut [f64]) {
+        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
+            // the shapes are read once
+            let taus: Vec<f64> = times.iter().map(|t| t - self.start).collect();
+            return motion.at(coupling, &taus, q, v);
+        }
+        let n = phase.modes.len().max(1);
+        let columns = q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n));
+        times.iter().zip(columns).for_each(|(t, (q, v))| self.decoupled(phase, *t, q, v));
+    }
+
+    /// The same of modes that do not know of each other, at one time.
+    fn decoupled(&self, phase: &Spectrum, t: f64, q: &mut [f64], v: &mut [f64]) {
         let n = phase.modes.len();
         let tau = t - self.start;
-        if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
-            return motion.at(coupling, tau, q, v);
-        }
         let undamped = phase.is_undamped && self.loads.is_empty();
         let angle: Vec<f64> = match undamped {
             true => phase.modes.iter().map(|m| m.omega * tau).collect(),

@@ -1,6 +1,6 @@
 //! What friction does in a window of a flow by modes: from the values of the monitors, which know pressures, slips and tractions.
 
-use nalgebra::DVector;
+use nalgebra::DMatrix;
 
 use super::Layout;
 use super::oscillator::GAUSS10;
@@ -49,11 +49,11 @@ pub(super) fn powers(phase: &Spectrum, loads: &Loads, t: f64, v: &[f64]) -> [f64
     [work, phase.dissipation(v)]
 }
 
-/// Add to the integrals of a state what happens from `a` to `b`; `at` gives modal velocities and the monitors.
+/// Add to the integrals of a state what happens from `a` to `b`; `at` gives modal velocities and the monitors at some times, a column each.
 pub(super) fn integrate(
     (system, phase, layout): (&System, &Spectrum, &Layout),
     (a, b): (f64, f64),
-    at: impl Fn(f64) -> (DVector<f64>, DVector<f64>),
+    at: impl Fn(&[f64]) -> [DMatrix<f64>; 2],
     y: &mut [f64],
 ) {
     let Some(rubbed) = layout.rubbed else { return };
@@ -62,18 +62,21 @@ pub(super) fn integrate(
     let h = (b - a) / parts;
     for j in 0..parts as usize {
         let left = a + j as f64 * h;
-        for (x, weight) in GAUSS10 {
-            for t in [left + 0.5 * h * (1.0 - x), left + 0.5 * h * (1.0 + x)] {
-                let (v, monitors) = at(t);
-                let weight = 0.5 * h * weight;
-                let powers = powers(phase, &system.loads, t, v.as_slice());
-                for (place, power) in [layout.work, layout.dissipated].into_iter().zip(powers) {
-                    place.into_iter().for_each(|i| y[i] += weight * power);
-                }
-                rates(system, phase, monitors.as_slice(), |point, rates| {
-                    rubbed.add(y, point, &rates, weight);
-                });
+        let both = |(x, weight)| {
+            [(0.5 * h * (1.0 - x), 0.5 * h * weight), (0.5 * h * (1.0 + x), 0.5 * h * weight)]
+        };
+        let (times, weights): (Vec<f64>, Vec<f64>) =
+            GAUSS10.into_iter().flat_map(both).map(|(x, weight)| (left + x, weight)).unzip();
+        let [v, monitors] = at(&times);
+        let columns = v.column_iter().zip(monitors.column_iter());
+        for ((t, weight), (v, h)) in times.iter().zip(&weights).zip(columns) {
+            let powers = powers(phase, &system.loads, *t, v.as_slice());
+            for (place, power) in [layout.work, layout.dissipated].into_iter().zip(powers) {
+                place.into_iter().for_each(|i| y[i] += weight * power);
             }
+            rates(system, phase, h.as_slice(), |point, rates| {
+                rubbed.add(y, point, &rates, *weight);
+            });
         }
     }
 }

@@ -303,10 +303,28 @@ impl SlidingMotion {
         &self.inner
     }
 
-    /// `(q, q̇)` at `tau` after the start.
-    pub fn at(&self, phase: &Coupled, tau: f64, q: &mut [f64], v: &mut [f64]) {
+    /// `(q, q̇)` at some times after the start, one behind the other.
+    pub fn at(&self, phase: &Coupled, taus: &[f64], q: &mut [f64], v: &mut [f64]) {
+        let n = phase.counts.iter().sum::<usize>().max(1);
+        let (elastic, grown) = self.inner.at(&phase.modes, taus);
+        let columns = q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n));
+        for ((j, tau), (q, v)) in taus.iter().enumerate().zip(columns) {
+            self.complete(phase, *tau, (elastic.col_as_slice(j), &grown[j]), q, v);
+        }
+    }
+
+    /// All coordinates at `tau`, where the elastic ones and the amplitudes of the modes are known.
+    fn complete(
+        &self,
+        phase: &Coupled,
+        tau: f64,
+        (elastic, grown): (&[f64], &[C]),
+        q: &mut [f64],
+        v: &mut [f64],
+    ) {
         let (first, last) = phase.bounds();
-        let grown = self.inner.at(&phase.modes, tau, &mut q[first..last], &mut v[first..last]);
+        q[first..last].copy_from_slice(&elastic[..last - first]);
+        v[first..last].copy_from_slice(&elastic[last - first..]);
         for (k, &(x, dx)) in self.frozen.iter().enumerate() {
             (q[last + k], v[last + k]) = (x + dx * tau, dx);
         }
@@ -316,7 +334,7 @@ impl SlidingMotion {
         let [g, once, twice] = powers_of_time(phase.alpha, tau);
         let decay = power(C::from(-phase.alpha * tau)).re;
         for (i, &[x, dx, force, rate]) in self.rigid.iter().enumerate() {
-            let free = phase.rigid_in(i, &grown);
+            let free = phase.rigid_in(i, grown);
             q[i] = free.0 + x + dx * g + force * once + rate * twice;
             v[i] = free.1 + dx * decay + force * g + rate * once;
             for (p, (omega, _)) in self.driven.iter().zip(self.inner.driven()) {
