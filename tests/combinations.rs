@@ -8,7 +8,10 @@ use std::process::Output;
 use rayon::prelude::*;
 use serde_json::Value;
 
+use crate::common::cuboid::cuboid;
+use crate::common::rectangle::msh;
 use crate::common::{root, run};
+use signorini::mesh::ElementKind;
 
 const BAR: &str = "[body]\nkind = \"bar\"\nsize = [1.0]\nelements = [4]\nyoung = 1.0\narea = 1.0\ndensity = 1.0\n\
                    [[support]]\nedge = \"left\"\nfix = [\"x\"]\n";
@@ -16,6 +19,8 @@ const PLATE: &str = "[body]\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4,
                      [[support]]\nedge = \"left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"bottom\"\nfix = [\"y\"]\n";
 const MATRICES: &str =
     "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
+const SOLID: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+                     [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
 const DAMPING: &str = "[damping]\nratio = 0.05\nmode = 1\n";
 /// Without damping no peak.
 const UNDAMPED: &str = "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.02\nomega = 1.7\n";
@@ -37,6 +42,7 @@ impl Row {
     fn of_contact(name: &'static str, body: &'static str, contact: &str) -> Row {
         let place = match body {
             MATRICES => "displacements = [3]",
+            SOLID => "group = \"xmax\"",
             _ => "edge = \"right\"",
         };
         let contact = format!("[contact]\n{place}\ngap = 1.0\n{contact}\n");
@@ -117,6 +123,11 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                 plate("`gap_behind`", "gap_behind = 1.0"),
                 plate("`friction`", "friction = 0.3"),
                 plate("`friction` on a belt", "friction = 0.3\nsurface = [0.0, 0.1]"),
+                Row::of_contact(
+                    "`friction` in space, a surface that slides",
+                    SOLID,
+                    "friction = 0.3\nsurface = [0.0, 5.0, 0.0]",
+                ),
                 plate("`motion` of the obstacle", "motion = { amplitude = 0.1, omega = 1.7 }"),
             ],
         ),
@@ -128,6 +139,11 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                 with("`free-interface`, `mass-redistribution`", free, redistribution),
                 with("`free-interface`, `penalty`", free, "method = \"penalty\""),
                 with("`fixed-interface`, `mass = \"optimal\"`", fixed, optimal),
+                with(
+                    "`fixed-interface`, `[[slider]]` with `stiffness`",
+                    "[reduction]\nkind = \"fixed-interface\"\nmodes = 6\n[[slider]]\nat = [0.5, 0.3]\ndirection = [1.0, 0.0]\nlimit = 0.02\nstiffness = 1.0\n",
+                    "",
+                ),
             ],
         ),
         (
@@ -300,6 +316,8 @@ fn outcomes(row: &Row, folder: &Path) -> Vec<Result<Outcome, String>> {
     let table: Vec<String> =
         (0..40).map(|k| format!("{},{}", 0.4 * k as f64, (0.7 * k as f64).cos())).collect();
     std::fs::write(folder.join("load.csv"), table.join("\n") + "\n").unwrap();
+    let solid = cuboid(ElementKind::Hex8, [1.0, 0.3, 0.3], [4, 2, 1], 0.0);
+    std::fs::write(folder.join("body.msh"), msh(&solid, |_| 0)).unwrap();
     let mut done: BTreeMap<&str, Result<Outcome, String>> = BTreeMap::new();
     let file = |heading: &str| {
         let heading = if heading == "resumed" { "response" } else { heading };
