@@ -496,6 +496,51 @@ fn a_limit_cycle_is_found_stored_and_drawn() {
     }
 }
 
+/// A measured load beside friction: a table of a cosine is the cosine, as far as its spline is, for walls, belts and sliders.
+#[test]
+fn a_measured_load_is_the_load_it_measures() {
+    let place = tempfile::tempdir().unwrap();
+    let (omega, count) = (1.3f64, 1600);
+    // beyond the end, where a natural spline is none
+    let row = |k: usize| {
+        let t = 10.0 * k as f64 / count as f64 - 1.0;
+        format!("{t:?},{:?}\n", (omega * t + 0.4).cos())
+    };
+    let table: String = (0..=count).map(row).collect();
+    std::fs::write(place.path().join("load.csv"), table).unwrap();
+    let wall =
+        |more: &str| format!("[contact]\nedge = 'right'\ngap = -0.01\nfriction = 0.3\n{more}");
+    let slider = "[[slider]]\nat = [0.0, 1.0]\ndirection = [0.0, 1.0]\nlimit = 0.01\n";
+    let press = "[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.05, 0.0]\n";
+    let balance = "equilibrium = true";
+    // nothing holds the plate along a belt
+    let (apart, belt) = ("displacement = ['-0.011', '0']", "surface = [0.0, 0.05]\n");
+    for (contact, start) in [(wall(""), balance), (wall(belt), apart), (wall(slider), balance)] {
+        let scene = |course: &str| {
+            let tables = format!(
+                "{contact}{press}[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.01, 0.03]\n{course}[damping]\nrayleigh = [0.1, 0.01]\n\
+                 [initial]\n{start}\n[run]\nuntil = 7.0\n"
+            );
+            Scene::parse(&plate(SIZE, &tables), &place.path().join("scene.toml")).unwrap()
+        };
+        let closed =
+            run_by(&scene(&format!("omega = {omega:?}\nphase = 0.4\n")), Integrator::Dop853);
+        let measured = run_by(&scene("table = 'load.csv'\n"), Integrator::Dop853);
+        println!("{} and {} switches", closed.switches.len(), measured.switches.len());
+        assert_eq!(closed.switches.len(), measured.switches.len());
+        assert!(
+            closed.log.of_kind(SwitchKind::Sticking) + closed.log.of_kind(SwitchKind::Slipping)
+                > 10
+        );
+        for (a, b) in closed.switches.iter().zip(&measured.switches) {
+            assert!((a.t - b.t).abs() < 1e-6 && a.point == b.point, "{} {}", a.t, b.t);
+        }
+        let books = |r: &Report| [friction_work(r), r.energy_end, r.energy_external];
+        assert!(relative(&books(&measured), &books(&closed)) < 1e-7);
+        assert!(measured.energy_drift_total < 1e-9, "{}", measured.energy_drift_total);
+    }
+}
+
 /// What loops of force over displacement enclose is what friction took: under sliders, whose force or whose displacement stays between any two stored states, to rounding.
 #[test]
 fn loops_enclose_what_friction_takes() {

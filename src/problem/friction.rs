@@ -137,14 +137,6 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
         return fail("contact.friction".into(), message, help);
     }
     let loads = &system.loads;
-    if !loads.measured.is_empty() && !is_static {
-        let message = "has a measured history, and what holds a point that sticks is known for constant and harmonic loads only";
-        return fail(
-            "load".into(),
-            message,
-            "give a harmonic load, [run] quasistatic = true, or remove friction and sliders",
-        );
-    }
     if loads.carried != Default::default() {
         let message = "the body is seen from what moves, and friction knows velocities along obstacles at rest or of constant velocity only";
         let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some());

@@ -9,13 +9,37 @@ use nalgebra::DMatrix;
 
 use super::conditions::Conditions;
 use super::coupling::Block;
-use crate::fem::{Csr, Harmonic};
+use crate::fem::{Csr, Harmonic, Measured, Spline};
 
-/// What a harmonic load adds to displacements, times `cos(ωt + φ)`; what it adds to monitors stands in their rows.
+/// A load that changes in time: a harmonic one, with its place among those, or one with a measured history.
+#[derive(Debug, Clone)]
+pub(super) enum Signal {
+    Harmonic(usize, Harmonic),
+    Measured(Measured),
+}
+
+impl Signal {
+    /// Its factor at a time, or the derivative of this order.
+    pub fn factor(&self, t: f64, order: u32) -> f64 {
+        match self {
+            Signal::Harmonic(_, load) => load.factor(t, order),
+            Signal::Measured(load) => load.history.at(t, load.derivative + order),
+        }
+    }
+
+    /// Shape and size.
+    pub fn force(&self) -> &[f64] {
+        match self {
+            Signal::Harmonic(_, load) => &load.force,
+            Signal::Measured(load) => &load.force,
+        }
+    }
+}
+
+/// What a load adds to displacements, times its factor; what it adds to monitors stands in their rows.
 #[derive(Debug, Clone)]
 pub(super) struct Driven {
-    pub index: usize,
-    pub load: Harmonic,
+    pub load: Signal,
     pub displacement: Vec<f64>,
 }
 
@@ -28,6 +52,15 @@ pub struct Drive {
     pub load: Harmonic,
     /// What it adds to `u_C`.
     pub displacement: Vec<f64>,
+    /// What it adds to each monitor.
+    pub monitor: Vec<f64>,
+}
+
+/// What a measured load adds to the monitors of a phase, times its history.
+#[derive(Debug, Clone)]
+pub struct MeasuredDrive {
+    /// The history, and which derivative of it.
+    pub load: (Arc<Spline>, u32),
     /// What it adds to each monitor.
     pub monitor: Vec<f64>,
 }

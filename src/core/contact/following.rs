@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::conditions::Conditions;
-use super::expansion::{Driven, Expansion, Follow, Solved};
+use super::expansion::{Driven, Expansion, Follow, Signal, Solved};
 use super::friction::{Friction, Rubbing};
 use super::inertia::{Inertia, PhaseInertia};
 use super::law::{Exit, Law};
@@ -30,8 +30,12 @@ pub(super) fn following(
     let offset = maker.shift(load.as_deref(), true);
     // what friction holds feels every load
     let sticks = friction.is_some() && set.iter().any(|s| s == PointState::Stick);
-    let drives: Vec<(Driven, Vec<f64>)> =
-        loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h, sticks)).collect();
+    let harmonic =
+        loads.harmonics.iter().enumerate().filter_map(|(k, h)| maker.drive(k, h, sticks));
+    // of measured loads that act on contact displacements there are none where reactions are the pressures
+    let measured = loads.measured.iter().filter(|_| sticks);
+    let measured = measured.map(|m| maker.still(Signal::Measured(m.clone())));
+    let drives: Vec<(Driven, Vec<f64>)> = harmonic.chain(measured).collect();
     let driven = |k: usize| -> Vec<f64> { drives.iter().map(|d| d.1[k]).collect() };
     let of_contact = (0..conditions.len()).map(|k| maker.row(k, load.as_deref(), driven(k)));
     let limits = friction.iter().flat_map(|f| f.limits(drives.len()));
@@ -101,9 +105,7 @@ impl<'a> Maker<'a> {
     /// What a harmonic load adds to displacements, and to the gap or pressure of each point; of one that does not act on them nothing, or zeros.
     fn drive(&self, index: usize, load: &Harmonic, always: bool) -> Option<(Driven, Vec<f64>)> {
         let Some(p) = self.load_on_contact(&load.force) else {
-            let (none, load) = (vec![0.0; self.c.len()], load.clone());
-            let displacement = vec![0.0; self.c.count()];
-            return always.then_some((Driven { index, load, displacement }, none));
+            return always.then(|| self.still(Signal::Harmonic(index, load.clone())));
         };
         let displacement = self.shift(Some(&p), false);
         let c = self.c;
@@ -113,7 +115,12 @@ impl<'a> Maker<'a> {
             (true, (d, s)) => s * (p[d] - c.n_c.row_dot(d, &displacement)),
         });
         let of_points = monitor.collect();
-        Some((Driven { index, load: load.clone(), displacement }, of_points))
+        Some((Driven { load: Signal::Harmonic(index, load.clone()), displacement }, of_points))
+    }
+
+    /// A load that adds nothing to displacements, gaps and pressures.
+    fn still(&self, load: Signal) -> (Driven, Vec<f64>) {
+        (Driven { load, displacement: vec![0.0; self.c.count()] }, vec![0.0; self.c.len()])
     }
 
     /// Gap of a free point, pressure of one in contact, under constant loads.

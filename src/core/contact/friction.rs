@@ -308,7 +308,7 @@ impl Rubbing {
         let Friction { along, place, area, .. } = &*self.friction;
         let (n_o, drives) = (parts.body.dofs.n_o, &expansion.drives);
         let driven = |k: usize| {
-            let mut force = drives[k].load.force.clone();
+            let mut force = drives[k].load.force().to_vec();
             expansion.reduce(&mut force);
             force.truncate(n_o);
             self.with_friction(force, Some(k))

@@ -10,7 +10,7 @@ use super::ContactError;
 use super::boundary::BoundaryOperator;
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
-use super::expansion::{Driven, Expansion, Follow};
+use super::expansion::{Driven, Expansion, Follow, Signal};
 use super::impact::Impact;
 use super::inertia::{ConstantMass, Inertia, PhaseInertia};
 use super::law::{Conduct, Law, Push};
@@ -198,7 +198,9 @@ impl Massive {
             let pressures = of.of_force(&load.force);
             let displacement = vec![0.0; self.sites.len()];
             let is_driven = pressures.iter().any(|p| *p != 0.0);
-            is_driven.then(|| (Driven { index, load: load.clone(), displacement }, pressures))
+            is_driven.then(|| {
+                (Driven { load: Signal::Harmonic(index, load.clone()), displacement }, pressures)
+            })
         };
         let (drives, shares): (Vec<Driven>, Vec<Vec<f64>>) =
             loads.harmonics.iter().enumerate().filter_map(drive).unzip();

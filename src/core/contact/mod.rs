@@ -44,7 +44,7 @@ pub use constraint::Constraint;
 pub use damping::{Dampers, Rayleigh};
 pub use equilibrium::NoEquilibrium;
 pub(crate) use equilibrium::{monitor_tolerance, static_displacement};
-pub use expansion::Drive;
+pub use expansion::{Drive, MeasuredDrive};
 pub use friction::{Elastic, RubbingRates, Slider, Tangent};
 pub use impact::{Blow, BlowMap, Impact};
 pub use law::{

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use faer::Mat;
 
 use super::damping::{Dampers, Rayleigh};
-use super::expansion::{Drive, Driven, Expansion, Part};
+use super::expansion::{Drive, Driven, Expansion, MeasuredDrive, Part, Signal};
 use super::friction::{Rubbing, RubbingRates, elastic_force};
 use super::inertia::PhaseInertia;
 use super::monitor::{Monitor, MonitorKind, Row, Seen};
@@ -384,13 +384,23 @@ impl Phase {
     pub(crate) fn drives(&self) -> Vec<Drive> {
         let of_monitor =
             |m: &Monitor, k: usize| if m.kind.is_weight() { 0.0 } else { m.row.drives[k] };
-        let of = |(k, d): (usize, &Driven)| Drive {
-            index: d.index,
-            load: d.load.clone(),
-            displacement: d.displacement.clone(),
-            monitor: self.monitors.iter().map(|m| of_monitor(m, k)).collect(),
+        let of = |(k, d): (usize, &Driven)| {
+            let Signal::Harmonic(index, load) = &d.load else { return None };
+            let monitor = self.monitors.iter().map(|m| of_monitor(m, k)).collect();
+            let displacement = d.displacement.clone();
+            Some(Drive { index: *index, load: load.clone(), displacement, monitor })
         };
-        self.data.expansion.drives.iter().enumerate().map(of).collect()
+        self.data.expansion.drives.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// What measured loads add to monitors: those of points that stick.
+    pub(crate) fn measured_drives(&self) -> Vec<MeasuredDrive> {
+        let of = |(k, d): (usize, &Driven)| {
+            let Signal::Measured(load) = &d.load else { return None };
+            let monitor = self.monitors.iter().map(|m| m.row.drives[k]).collect();
+            Some(MeasuredDrive { load: (load.history.clone(), load.derivative), monitor })
+        };
+        self.data.expansion.drives.iter().enumerate().filter_map(of).collect()
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.
@@ -502,7 +512,8 @@ impl Phase {
     /// The force of a harmonic load on `u_O`, with what it makes of friction.
     pub(crate) fn harmonic_force(&self, index: usize) -> Vec<f64> {
         let force = self.reduce(&self.parts.loads.harmonics[index].force);
-        let drive = self.data.expansion.drives.iter().position(|d| d.index == index);
+        let is_it = |d: &Driven| matches!(d.load, Signal::Harmonic(i, _) if i == index);
+        let drive = self.data.expansion.drives.iter().position(is_it);
         match (&self.data.rubbing, drive) {
             (Some(rubbing), Some(k)) => rubbing.with_friction(force, Some(k)),
             _ => force,

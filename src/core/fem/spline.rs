@@ -51,6 +51,14 @@ impl Spline {
         self.y[i] + share * (self.y[i + 1] - self.y[i])
     }
 
+    /// Sizes of the jumps of `s‴` inside `(a, b)`, together.
+    pub(crate) fn jumps(&self, a: f64, b: f64) -> f64 {
+        let third = |i: usize| (self.second[i + 1] - self.second[i]) / (self.t[i + 1] - self.t[i]);
+        let first = self.t.partition_point(|t| *t <= a).max(1);
+        let last = self.t.partition_point(|t| *t < b).min(self.t.len() - 1);
+        (first..last).map(|i| (third(i) - third(i - 1)).abs()).sum()
+    }
+
     /// `s(t)`, or its derivative of order 1 or 2; beyond the ends the outermost cubics go on.
     pub fn at(&self, t: f64, order: u32) -> f64 {
         let i = self.t.partition_point(|x| *x <= t).clamp(1, self.t.len() - 1) - 1;
@@ -97,6 +105,34 @@ mod tests {
             let slope = (s.at(t + h, 0) - s.at(t - h, 0)) / (2.0 * h);
             let bend = (s.at(t + h, 1) - s.at(t - h, 1)) / (2.0 * h);
             assert!((slope - s.at(t, 1)).abs() < 1e-7 && (bend - s.at(t, 2)).abs() < 1e-6);
+        }
+    }
+
+    /// A spline is no further from its cubic Hermite interpolant on an interval than the jumps inside say, nor its slope.
+    #[test]
+    fn jumps_bound_what_an_interpolant_misses() {
+        let t: Vec<f64> = (0..30).map(|k| k as f64 + 0.3 * (k as f64).sin()).collect();
+        let y = (0..30).map(|k| (2.3 * k as f64).sin()).collect();
+        let s = Spline::new(t, y);
+        for k in 0..200 {
+            let (a, length) = (0.13 * k as f64, 0.05 + 0.011 * k as f64);
+            let bound = s.jumps(a, a + length);
+            for j in 0..=50 {
+                let x = j as f64 / 50.0;
+                let of = |p: [f64; 4]| p.iter().rev().fold(0.0, |sum, c| sum * x + c);
+                let (f, g) = (s.at(a, 0), s.at(a + length, 0));
+                let (df, dg) = (length * s.at(a, 1), length * s.at(a + length, 1));
+                let (second, third) = (3.0 * (g - f) - 2.0 * df - dg, 2.0 * (f - g) + df + dg);
+                let off = s.at(a + x * length, 0) - of([f, df, second, third]);
+                let slope =
+                    length * s.at(a + x * length, 1) - of([df, 2.0 * second, 3.0 * third, 0.0]);
+                let rounding = 1e-12;
+                assert!(off.abs() <= bound * length.powi(3) / 192.0 + rounding, "{k} {j}: {off:e}");
+                assert!(
+                    slope.abs() <= bound * length.powi(3) / 32.0 + rounding,
+                    "{k} {j}: {slope:e}"
+                );
+            }
         }
     }
 

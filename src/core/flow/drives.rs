@@ -1,52 +1,69 @@
-//! What harmonic loads on `u_C` itself add to the monitors of a phase: `Σ_j c_j cos(ω_j t + φ_j)`, in closed form.
+//! What harmonic loads on `u_C` itself add to the monitors of a phase, `Σ_j c_j cos(ω_j t + φ_j)`, in closed form; and what measured histories add to those of points that
+//! stick, `Σ_j c_j s_j(t)`.
 
 use super::Enclosure;
-use crate::contact::{Drive, Phase};
+use crate::contact::{Drive, MeasuredDrive, Phase};
 
 /// The drives of one phase.
 #[derive(Debug, Clone, Default)]
-pub struct Drives(pub(super) Vec<Drive>);
+pub struct Drives {
+    harmonic: Vec<Drive>,
+    measured: Vec<MeasuredDrive>,
+}
 
 impl Drives {
     /// Those of a phase.
     pub fn of(phase: &Phase) -> Drives {
-        Drives(phase.drives())
+        Drives { harmonic: phase.drives(), measured: phase.measured_drives() }
+    }
+
+    /// Harmonic ones alone.
+    pub(super) fn harmonic(drives: Vec<Drive>) -> Drives {
+        Drives { harmonic: drives, measured: vec![] }
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.harmonic.is_empty() && self.measured.is_empty()
     }
 
     /// What they add to a monitor at `t`, or to its derivative of this order (1 or 2).
     pub fn at(&self, index: usize, t: f64, order: u32) -> f64 {
-        self.0.iter().map(|d| d.load.factor(t, order) * d.monitor[index]).sum()
+        let of = |d: &MeasuredDrive| d.load.0.at(t, d.load.1 + order) * d.monitor[index];
+        let harmonic = self.harmonic.iter().map(|d| d.load.factor(t, order) * d.monitor[index]);
+        harmonic.chain(self.measured.iter().map(of)).sum()
     }
 
     /// `∂/∂ω` of what they add to a monitor at a fixed time `t`.
     pub(crate) fn by_frequency(&self, index: usize, t: f64) -> f64 {
-        self.0.iter().map(|d| d.load.factor_by_frequency(t) * d.monitor[index]).sum()
+        self.harmonic.iter().map(|d| d.load.factor_by_frequency(t) * d.monitor[index]).sum()
     }
 
-    /// Amplitude of all of them in a monitor, and a bound of the fourth derivative.
+    /// Amplitude of all harmonic ones in a monitor, and a bound of the fourth derivative.
     pub fn bounds(&self, index: usize) -> (f64, f64) {
         let size = |d: &Drive| d.load.size() * d.monitor[index].abs();
-        let fourth = self.0.iter().map(|d| size(d) * d.load.omega.powi(4)).sum();
-        (self.0.iter().map(size).sum(), fourth)
+        let fourth = self.harmonic.iter().map(|d| size(d) * d.load.omega.powi(4)).sum();
+        (self.harmonic.iter().map(size).sum(), fourth)
     }
 
     /// Enclosure of what they add to a monitor on `[a, b]`.
     pub fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
         let end = |t: f64| (self.at(index, t, 0), self.at(index, t, 1));
-        Enclosure::hermite(end(a), end(b), b - a, self.bounds(index).1)
+        let mut enclosure = Enclosure::hermite(end(a), end(b), b - a, self.bounds(index).1);
+        // what a cubic misses of a spline is the deflection of a beam, clamped at both ends, under the jumps of its third derivative
+        let jumps = |d: &MeasuredDrive| d.monitor[index].abs() * d.load.0.jumps(a, b);
+        let jumps: f64 = self.measured.iter().map(jumps).sum();
+        enclosure.error += jumps * (b - a).powi(3) / 192.0;
+        enclosure.slope_error += jumps * (b - a).powi(3) / 32.0;
+        enclosure
     }
 
     /// Work of all harmonic loads along `ḋ`, from `a` to `b`: `Σ_ij c_iᵀf_j ∫ d/dt cos(ω_i t + φ_i) cos(ω_j t + φ_j) dt`, where `forces` are those on
     /// `u_C`.
     pub fn work(&self, a: f64, b: f64) -> f64 {
         let mut sum = 0.0;
-        for x in &self.0 {
-            for y in &self.0 {
+        for x in &self.harmonic {
+            for y in &self.harmonic {
                 let n_o = y.load.force.len() - x.displacement.len();
                 let force = &y.load.force[n_o..];
                 let dot: f64 = x.displacement.iter().zip(force).map(|(d, f)| d * f).sum();

@@ -521,7 +521,7 @@ impl Eigenbasis {
     pub(crate) fn drives(&self, loads: &Loads) -> Drives {
         let mut drives = self.drives.clone();
         drives.iter_mut().for_each(|d| d.load = loads.harmonics[d.index].clone());
-        Drives(drives)
+        Drives::harmonic(drives)
     }
 
     /// `∇h Φ` of one monitor: over displacements, and over velocities, if it knows any.
