@@ -362,6 +362,45 @@ fn a_beam_on_a_slider_has_the_frequencies_of_another_program() {
     }
 }
 
+/// The preload of a slider's spring pulls from the beginning, and is where `equilibrium` begins; the slider gives way where preload and motion come to its limit.
+#[test]
+fn a_slider_may_be_preloaded() {
+    let slider = |preload: f64| {
+        format!("[[slider]]\nat = [1.0]\nlimit = 1.0\nstiffness = 3.0\npreload = {preload:?}\n")
+    };
+    let with = |preload: f64, rest: &str| scene(&oscillator(1.0, &(slider(preload) + rest)));
+    for integrator in [Integrator::Modal, Integrator::Dop853] {
+        // sticks: a spring of 1 + 3 with a force
+        let report = run_by(&with(0.5, "[run]\nuntil = 2.0\n"), integrator);
+        let closed = -0.125 * (1.0 - 4f64.cos());
+        assert!(report.switches.is_empty() && (report.last.u[0] - closed).abs() < 1e-11);
+        // breaks loose where 0.9 + 3x = 1, from x' = 1: x = −0.225 + a cos(2t − φ)
+        let report =
+            run_by(&with(0.9, "[initial]\nvelocity = ['x']\n[run]\nuntil = 0.2\n"), integrator);
+        let (a, phase) = (0.225f64.hypot(0.5), 0.5f64.atan2(0.225));
+        let t = 0.5 * (phase - ((0.1 / 3.0 + 0.225) / a).acos());
+        assert_eq!(report.switches.len(), 1);
+        assert!((report.switches[0].t - t).abs() < 1e-11, "{} {t}", report.switches[0].t);
+        assert!(report.energy_drift_total < 1e-12);
+    }
+    let at_rest = run_by(
+        &with(0.5, "[initial]\nequilibrium = true\n[run]\nuntil = 3.0\n"),
+        Integrator::Modal,
+    );
+    assert!((at_rest.last.u[0] + 0.125).abs() < 1e-14 && at_rest.switches.is_empty());
+    for (preload, words) in
+        [("preload = 1.5", "beyond the limit"), ("preload = 0.1", "a rigid slider has none")]
+    {
+        let stiff = if preload.contains("1.5") { "stiffness = 3.0\n" } else { "" };
+        let text = oscillator(
+            1.0,
+            &format!("[[slider]]\nat = [1.0]\nlimit = 1.0\n{stiff}{preload}\n[run]\nuntil = 1.0\n"),
+        );
+        let error = Scene::parse(&text, Path::new("test.toml")).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
 /// Springs of sliders beside a reduction: with all modes the body itself, with few near it.
 #[test]
 fn a_reduced_body_remembers_what_its_sliders_do() {

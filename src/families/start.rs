@@ -25,6 +25,13 @@ pub fn check_sought(scene: &Scene, system: &System, what: Sought) -> Result<(), 
         let help = "take `signorini orbit`, or a response by shooting";
         return Err(scene.error(Issue::new(scene.friction_key(), message, help)));
     }
+    let sliders = scene.all_sliders();
+    let preloaded = sliders.iter().find(|s| s.preload != 0.0);
+    if let Some(slider) = preloaded.filter(|_| what != Sought::Orbits) {
+        let message = "is what one slider holds of a family of residual forces, and harmonic balance finds the member whose sliders began without";
+        let help = "remove it, or take `signorini orbit`, which begins with it";
+        return Err(scene.error(Issue::new(format!("{}.preload", slider.table), message, help)));
+    }
     let carries = tangents.iter().flatten().any(|t| t.surface != 0.0);
     let is_kept = match what {
         Sought::Orbits => carries || system.loads.is_driven(),

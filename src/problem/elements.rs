@@ -203,7 +203,7 @@ pub(super) fn attach(scene: &Scene, body: Body) -> Result<Body, ProblemError> {
 /// The sliders of a scene on the displacements of a body; what their springs remember are the last entries of `u_O`.
 pub(super) fn sliders(scene: &Scene, body: &Body) -> Result<Vec<Slider>, ProblemError> {
     let mut all: Vec<Slider> = vec![];
-    for Sliding { table, ends, limit, stiffness } in scene.all_sliders() {
+    for Sliding { table, ends, limit, stiffness, preload } in scene.all_sliders() {
         for (row, share) in rows(scene, body, &table, &ends)? {
             if row.iter().any(|(j, _)| *j >= body.dofs.n_o) {
                 let message = "acts on contact displacements, which have no inertia: friction is known where there is some";
@@ -219,7 +219,9 @@ pub(super) fn sliders(scene: &Scene, body: &Body) -> Result<Vec<Slider>, Problem
             let position = body.mesh.nodes()[node];
             let mut direction = [0.0; 3];
             direction.iter_mut().zip(unit(&ends)).for_each(|(d, x)| *d = x);
-            let elastic = stiffness.map(|k| Elastic { stiffness: share * k, memory: 0 });
+            let elastic =
+                |k: f64| Elastic { stiffness: share * k, memory: 0, preload: share * preload };
+            let elastic = stiffness.map(elastic);
             let limit = share * limit;
             all.push(Slider { row, limit, elastic, node, position, direction });
         }

@@ -241,6 +241,10 @@ impl Problem {
         elements::add(&mut system, dampers);
         friction::check(scene, &system, &mut notes)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;
+        if !scene.initial.equilibrium {
+            let preloaded = system.sliders().iter().filter_map(|s| s.elastic);
+            preloaded.for_each(|e| initial.u[e.memory] += e.start());
+        }
         if let Some([u, v]) = moving::frame(scene, &system) {
             initial.u.iter_mut().zip(&u).for_each(|(x, u)| *x -= u);
             initial.v.iter_mut().zip(&v).for_each(|(x, v)| *x -= v);

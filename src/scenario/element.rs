@@ -128,6 +128,9 @@ table! {
         limit: f64,
         /// Stiffness of a spring in series (a Jenkins element); absent: rigid, Coulomb's law.
         stiffness: Option<f64>,
+        /// Force of that spring where nothing is displaced, pulling together; not above the limit.
+        #[serde(default)]
+        preload: f64,
     }
 }
 
@@ -225,6 +228,8 @@ pub struct Sliding<'s> {
     pub limit: f64,
     /// Stiffness of its spring, if any.
     pub stiffness: Option<f64>,
+    /// Force of that spring where nothing is displaced.
+    pub preload: f64,
 }
 
 impl Scene {
@@ -235,6 +240,7 @@ impl Scene {
             ends: s.ends(),
             limit: s.limit,
             stiffness: s.stiffness,
+            preload: s.preload,
         });
         let of_iwan = self.iwans.iter().enumerate().flat_map(|(i, iwan)| {
             iwan.sliders().into_iter().map(move |[limit, stiffness]| Sliding {
@@ -242,6 +248,7 @@ impl Scene {
                 ends: iwan.ends(),
                 limit,
                 stiffness: Some(stiffness),
+                preload: 0.0,
             })
         });
         own.chain(of_iwan).collect()
@@ -315,6 +322,17 @@ impl Scene {
             slider.check_ends(self, &table)?;
             positive(&format!("{table}.limit"), slider.limit)?;
             slider.stiffness.map_or(Ok(()), |k| positive(&format!("{table}.stiffness"), k))?;
+            let key = format!("{table}.preload");
+            finite(&key, slider.preload)?;
+            if slider.preload != 0.0 && slider.stiffness.is_none() {
+                let message = "is the force of a spring in series, and a rigid slider has none";
+                return Err(Issue::new(key, message, "give stiffness, or remove the key"));
+            }
+            if slider.preload.abs() > slider.limit {
+                let message =
+                    format!("is {:e}, beyond the limit {:e}", slider.preload, slider.limit);
+                return Err(Issue::new(key, message, "give a force that the slider can hold"));
+            }
         }
         for (i, iwan) in self.iwans.iter().enumerate() {
             let table = format!("iwan[{i}]");

@@ -40,7 +40,11 @@ impl System {
         let limit = 50 + 20 * n_c * n_c;
         for _ in 0..limit {
             let phase = self.phase(&set);
-            let held = vec![0.0; phase.stuck().len()];
+            // what springs of sliders remember stands behind what sticks
+            let remembered = self.sliders().iter().filter_map(|s| Some(s.elastic?.start()));
+            let remembered: Vec<f64> = remembered.collect();
+            let mut held = vec![0.0; phase.stuck().len() - remembered.len()];
+            held.extend(remembered);
             let u = static_displacement(&phase, &held).ok_or(NoEquilibrium::NotHeld)?;
             let wrong = infeasible(self, &phase, &u);
             let Some(first) = wrong.first() else {
@@ -130,7 +134,8 @@ fn infeasible(system: &System, phase: &Phase, u: &[f64]) -> Vec<Monitor> {
         if let (MonitorKind::Slip, Some(t)) = (monitor.kind, system.tangent(monitor.point)) {
             let sigma = phase.set.at(monitor.point).slip().unwrap_or(0.0);
             // a spring has given way before
-            let spring = |s: &Slider| s.elastic.map(|e| s.limit / e.stiffness);
+            let spring =
+                |s: &Slider| s.elastic.map(|e| (s.limit - sigma * e.preload) / e.stiffness);
             let given = system.slider(monitor.point).and_then(spring).unwrap_or(0.0);
             *h = if t.surface == 0.0 { sigma * t.along(u) - given } else { t.surface.abs() };
         }

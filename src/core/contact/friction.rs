@@ -89,6 +89,15 @@ pub struct Elastic {
     pub stiffness: f64,
     /// The entry of `u_O` that is `z`.
     pub memory: usize,
+    /// The force where nothing is displaced: `z = −preload/k` there.
+    pub preload: f64,
+}
+
+impl Elastic {
+    /// `z` where nothing is displaced.
+    pub fn start(&self) -> f64 {
+        -self.preload / self.stiffness
+    }
 }
 
 impl Slider {
