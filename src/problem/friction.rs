@@ -134,7 +134,7 @@ pub(super) fn check(scene: &Scene, system: &System, notes: &mut Notes) -> Result
         let message =
             "in space is that of a surface which slides: a run without inertia decides what sticks";
         let help = "remove quasistatic, or take a body in the plane";
-        return fail("contact.friction".into(), message, help);
+        return fail(scene.friction_key(), message, help);
     }
     let loads = &system.loads;
     if loads.carried != Default::default() {

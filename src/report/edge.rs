@@ -115,6 +115,14 @@ impl<'s> Edge<'s> {
         parts
     }
 
+    /// What an axis along it is called.
+    pub(crate) fn label(&self) -> String {
+        match self.stored.is_solid() {
+            true => "number of the contact node".into(),
+            false => format!("{} on the contact edge", self.axis),
+        }
+    }
+
     /// From the first to the last node.
     pub(crate) fn span(&self) -> std::ops::Range<f64> {
         let last = self.fronts.last().map_or(0.0, |&last| self.position[last]);

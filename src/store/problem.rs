@@ -25,7 +25,7 @@ fn friction(system: &System) -> Vec<(&'static str, ArrayD<f64>)> {
     for (i, tangent) in tangents.iter().enumerate() {
         let Some(tangent) = tangent else { continue };
         tangent.row.iter().for_each(|&(j, w)| along[(i, j)] = w);
-        limit[i] = tangent.coefficient * system.constraints[i].area;
+        limit[i] = system.limit_over_pressure(i);
         surface[i] = tangent.surface;
     }
     vec![("E", along.into_dyn()), ("limit", limit.into_dyn()), ("surface", surface.into_dyn())]

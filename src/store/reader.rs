@@ -110,6 +110,7 @@ impl StoredFriction {
         let mut tables = std::iter::once(&self.traction).chain(&self.slide);
         let mut points = [&self.work, &self.path].into_iter();
         tables.all(|table| table.dim() == (rows, n_c))
+            && self.work.len() == self.path.len()
             && points.all(|column| column.is_empty() || column.len() == n_c)
             && [&self.taken, &self.belt].iter().all(|column| column.len() == rows)
     }

@@ -38,13 +38,13 @@ impl System {
         (0..n_c).for_each(|i| set.set(i, self.at_rest(i, set.at(i))));
         let (mut fewest, mut patience) = (n_c + 1, 3);
         let limit = 50 + 20 * n_c * n_c;
+        let remembered: Vec<f64> =
+            self.sliders().iter().filter_map(|s| Some(s.elastic?.start())).collect();
         for _ in 0..limit {
             let phase = self.phase(&set);
             // what springs of sliders remember stands behind what sticks
-            let remembered = self.sliders().iter().filter_map(|s| Some(s.elastic?.start()));
-            let remembered: Vec<f64> = remembered.collect();
             let mut held = vec![0.0; phase.stuck().len() - remembered.len()];
-            held.extend(remembered);
+            held.extend(&remembered);
             let u = static_displacement(&phase, &held).ok_or(NoEquilibrium::NotHeld)?;
             let wrong = infeasible(self, &phase, &u);
             let Some(first) = wrong.first() else {

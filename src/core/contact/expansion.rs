@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::conditions::Conditions;
 use super::coupling::Block;
-use crate::fem::{Csr, Harmonic, Measured, Spline};
+use crate::fem::{Csr, Harmonic, Measured};
 
 /// A load that changes in time: a harmonic one, with its place among those, or one with a measured history.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ impl Signal {
     pub fn factor(&self, t: f64, order: u32) -> f64 {
         match self {
             Signal::Harmonic(_, load) => load.factor(t, order),
-            Signal::Measured(load) => load.history.at(t, load.derivative + order),
+            Signal::Measured(load) => load.factor(t, order),
         }
     }
 
@@ -59,8 +59,8 @@ pub struct Drive {
 /// What a measured load adds to the monitors of a phase, times its history.
 #[derive(Debug, Clone)]
 pub struct MeasuredDrive {
-    /// The history, and which derivative of it.
-    pub load: (Arc<Spline>, u32),
+    /// The load.
+    pub load: Measured,
     /// What it adds to each monitor.
     pub monitor: Vec<f64>,
 }

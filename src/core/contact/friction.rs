@@ -314,6 +314,9 @@ impl Rubbing {
 
     /// `λ/a` of the points that stick.
     fn stick(&self, expansion: &Expansion, parts: &Parts) -> Tractions {
+        if self.stuck.is_empty() {
+            return Tractions::default();
+        }
         let Friction { along, place, area, .. } = &*self.friction;
         let (n_o, drives) = (parts.body.dofs.n_o, &expansion.drives);
         let driven = |k: usize| {

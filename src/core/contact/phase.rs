@@ -382,11 +382,9 @@ impl Phase {
 
     /// What harmonic loads on `u_C` add to displacements and monitors; weights of held nodes are none of theirs.
     pub(crate) fn drives(&self) -> Vec<Drive> {
-        let of_monitor =
-            |m: &Monitor, k: usize| if m.kind.is_weight() { 0.0 } else { m.row.drives[k] };
         let of = |(k, d): (usize, &Driven)| {
             let Signal::Harmonic(index, load) = &d.load else { return None };
-            let monitor = self.monitors.iter().map(|m| of_monitor(m, k)).collect();
+            let monitor = self.driven_monitors(k);
             let displacement = d.displacement.clone();
             Some(Drive { index: *index, load: load.clone(), displacement, monitor })
         };
@@ -397,10 +395,15 @@ impl Phase {
     pub(crate) fn measured_drives(&self) -> Vec<MeasuredDrive> {
         let of = |(k, d): (usize, &Driven)| {
             let Signal::Measured(load) = &d.load else { return None };
-            let monitor = self.monitors.iter().map(|m| m.row.drives[k]).collect();
-            Some(MeasuredDrive { load: (load.history.clone(), load.derivative), monitor })
+            Some(MeasuredDrive { load: load.clone(), monitor: self.driven_monitors(k) })
         };
         self.data.expansion.drives.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// What the drive of this place adds to each monitor.
+    fn driven_monitors(&self, k: usize) -> Vec<f64> {
+        let of = |m: &Monitor| if m.kind.is_weight() { 0.0 } else { m.row.drives[k] };
+        self.monitors.iter().map(of).collect()
     }
 
     /// Bounds of `‖∇h‖_{M⁻¹}` of all monitors.

@@ -193,7 +193,7 @@ impl System {
     }
 
     /// `μ a` of a point: the largest force along its tangent over its pressure.
-    pub(crate) fn limit_over_pressure(&self, point: usize) -> f64 {
+    pub fn limit_over_pressure(&self, point: usize) -> f64 {
         self.method.friction().map_or(0.0, |f| f.limit_over_pressure(point))
     }
 

@@ -98,7 +98,7 @@ pub(super) struct Tractions {
 }
 
 impl Tractions {
-    /// In a phase.
+    /// In a phase in which some points stick.
     pub fn new(
         along: &Along,
         sticking: &Sticking,
@@ -106,9 +106,6 @@ impl Tractions {
         parts: &Parts,
     ) -> Tractions {
         let places: Vec<usize> = sticking.points.iter().map(|p| p.0).collect();
-        if places.is_empty() {
-            return Tractions::default();
-        }
         let columns = &along.columns;
         let mut combine = columns.inverse(&places);
         for (mut row, (_, area, _)) in combine.row_iter_mut().zip(&sticking.points) {

@@ -93,6 +93,13 @@ pub struct Measured {
     pub derivative: u32,
 }
 
+impl Measured {
+    /// `d^m s/dt^m`, or its derivative of the order `order`.
+    pub fn factor(&self, t: f64, order: u32) -> f64 {
+        self.history.at(t, self.derivative + order)
+    }
+}
+
 /// All loads of a scene; empty vectors cost nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Loads {
@@ -170,7 +177,7 @@ impl Loads {
             f.iter_mut().zip(&h.force).for_each(|(f, a)| *f += c * a);
         }
         for m in &self.measured {
-            let c = m.history.at(t, m.derivative);
+            let c = m.factor(t, 0);
             f.iter_mut().zip(&m.force).for_each(|(f, a)| *f += c * a);
         }
     }
@@ -179,7 +186,7 @@ impl Loads {
     pub(crate) fn driven_power(&self, t: f64, v: &[f64]) -> f64 {
         let dot = |force: &[f64]| -> f64 { force.iter().zip(v).map(|(f, v)| f * v).sum() };
         let harmonic = self.harmonics.iter().map(|h| h.factor(t, 0) * dot(&h.force));
-        let measured = self.measured.iter().map(|m| m.history.at(t, m.derivative) * dot(&m.force));
+        let measured = self.measured.iter().map(|m| m.factor(t, 0) * dot(&m.force));
         harmonic.chain(measured).sum()
     }
 

@@ -29,9 +29,9 @@ impl Drives {
 
     /// What they add to a monitor at `t`, or to its derivative of this order (1 or 2).
     pub fn at(&self, index: usize, t: f64, order: u32) -> f64 {
-        let of = |d: &MeasuredDrive| d.load.0.at(t, d.load.1 + order) * d.monitor[index];
         let harmonic = self.harmonic.iter().map(|d| d.load.factor(t, order) * d.monitor[index]);
-        harmonic.chain(self.measured.iter().map(of)).sum()
+        let measured = self.measured.iter().map(|d| d.load.factor(t, order) * d.monitor[index]);
+        harmonic.chain(measured).sum()
     }
 
     /// `∂/∂ω` of what they add to a monitor at a fixed time `t`.
@@ -51,7 +51,7 @@ impl Drives {
         let end = |t: f64| (self.at(index, t, 0), self.at(index, t, 1));
         let mut enclosure = Enclosure::hermite(end(a), end(b), b - a, self.bounds(index).1);
         // what a cubic misses of a spline is the deflection of a beam, clamped at both ends, under the jumps of its third derivative
-        let jumps = |d: &MeasuredDrive| d.monitor[index].abs() * d.load.0.jumps(a, b);
+        let jumps = |d: &MeasuredDrive| d.monitor[index].abs() * d.load.history.jumps(a, b);
         let jumps: f64 = self.measured.iter().map(jumps).sum();
         enclosure.error += jumps * (b - a).powi(3) / 192.0;
         enclosure.slope_error += jumps * (b - a).powi(3) / 32.0;

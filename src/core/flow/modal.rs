@@ -101,13 +101,17 @@ impl<'a> Modal<'a> {
         if let Some(rows) = &phase.velocity_rows {
             h += rows * &v;
         }
-        for (t, mut h) in times.iter().zip(h.column_iter_mut()) {
-            h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
-            if !self.drives.is_empty() {
-                h.iter_mut().enumerate().for_each(|(i, h)| *h += self.drives.at(i, *t, 0));
-            }
-        }
+        let columns = h.as_mut_slice().chunks_exact_mut(phase.offsets.len().max(1));
+        times.iter().zip(columns).for_each(|(t, h)| self.add_affine(phase, *t, h));
         [v, h]
+    }
+
+    /// What monitors have beside modes: constants, and drives at `t`.
+    fn add_affine(&self, phase: &Spectrum, t: f64, h: &mut [f64]) {
+        h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
+        if !self.drives.is_empty() {
+            h.iter_mut().enumerate().for_each(|(i, h)| *h += self.drives.at(i, t, 0));
+        }
     }
 
     /// The state `(u_O, u̇_O)` at `t`.
@@ -127,13 +131,10 @@ impl<'a> Modal<'a> {
         (q, v): (&DVector<f64>, &DVector<f64>),
     ) -> DVector<f64> {
         let mut h = &phase.rows * q;
-        h.iter_mut().zip(&phase.offsets).for_each(|(h, c)| *h += c);
         if let Some(rows) = &phase.velocity_rows {
             h += rows * v;
         }
-        if !self.drives.is_empty() {
-            h.iter_mut().enumerate().for_each(|(i, h)| *h += self.drives.at(i, t, 0));
-        }
+        self.add_affine(phase, t, h.as_mut_slice());
         h
     }
 

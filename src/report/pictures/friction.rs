@@ -41,12 +41,15 @@ fn along(stored: &Stored, values: &[f64], name: &str) -> Chart {
         false => vec![values.iter().enumerate().map(|(i, v)| (i as f64, *v)).collect()],
     };
     let points = || parts.iter().flatten();
-    let label =
-        if by_place { format!("{} on the contact edge", edge.axis) } else { "point".into() };
+    let label = if by_place { edge.label() } else { "point".into() };
     let x = range(points().map(|p| p.0));
     let y = range(points().map(|p| p.1).chain([0.0]));
     let mut chart = Chart::new(Axis::linear(label, x), Axis::linear(name, y));
-    parts.iter().for_each(|part| chart.series(part, Mark::Dot, LINES[0]));
+    match stored.is_solid() {
+        // points of a face are in no order
+        true => chart.marks(points().copied(), Mark::Dot, LINES[0]),
+        false => parts.iter().for_each(|part| chart.series(part, Mark::Dot, LINES[0])),
+    }
     chart
 }
 

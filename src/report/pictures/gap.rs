@@ -64,8 +64,8 @@ pub(super) fn gap_map<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>, 
         .flat_map(|r| edge.fronts.iter().map(move |&i| (r, i)))
         .map(|(r, i)| gap(stored, r, i))
         .fold(f64::MIN_POSITIVE, f64::max);
-    let label = format!("{} on the contact edge", edge.axis);
-    let axes = (Axis::linear("time", time_range(stored)), Axis::linear(label, edge.span()));
+    let across = Axis::linear(edge.label(), edge.span());
+    let axes = (Axis::linear("time", time_range(stored)), across);
     let mut chart = Chart::new(axes.0, axes.1);
     chart.cover(cells(stored, &edge, largest));
     let bar =

@@ -22,7 +22,7 @@ const APART: f64 = 4.0;
 /// So many sliders have names at the axis.
 const NAMED: usize = 24;
 
-/// What a point can do: the word in files, what it is called here, its colour.
+/// What a point can do, what it is called here, its colour.
 const KINDS: [(PointState, &str, RGBColor); 5] = [
     (PointState::Open, "open", RGBColor(232, 232, 232)),
     (PointState::Closed, "in contact, without friction", SHADE),
@@ -111,9 +111,7 @@ pub(super) fn states<'s>(stored: &'s Stored, _: &Options) -> Result<Sheet<'s>, F
         let names =
             || points.iter().map(|(i, h)| (0.5 * (h.start + h.end), stored.contact_name(*i)));
         let axis = match (is_edge, points.len()) {
-            (true, 2..) => {
-                Axis::linear(format!("{} on the contact edge", Edge::of(stored).axis), range)
-            }
+            (true, 2..) => Axis::linear(Edge::of(stored).label(), range),
             (true, _) => Axis::named("contact node", range, names().collect()),
             (false, ..=NAMED) => Axis::named("", range, names().collect()),
             (false, _) => Axis::linear("slider", range),
