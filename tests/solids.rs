@@ -502,7 +502,7 @@ fn obstacles_meet_at_corners_in_space() {
     }
     // three walls around a corner that the clamp holds along one of them
     let held = [Held::along("zmin", 2)];
-    let oblique = |direction: Point| Facing { group: "xmax".into(), direction: Some(direction) };
+    let oblique = |direction: Point| Facing::plane("xmax", Some(direction));
     let facing = [oblique([1.0, 0.0, 0.0]), oblique([0.8, 0.6, 0.0]), oblique([0.8, -0.6, 0.0])];
     let error = DofMap::new(&mesh, &held, &facing).unwrap_err();
     assert!(matches!(error, signorini::fem::FrameError::TooMany { .. }), "{error}");

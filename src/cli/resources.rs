@@ -4,7 +4,7 @@ use std::path::Path;
 
 use signorini::contact::March;
 use signorini::problem::Problem;
-use signorini::scenario::{BodyKind, MassKind, Scene};
+use signorini::scenario::{Body, BodyKind, MassKind, Scene};
 use signorini::store::{Kept, in_bytes, room};
 
 use super::{CliError, Global, plain};
@@ -40,7 +40,10 @@ fn check_memory(scene: &Scene, needed: f64, what: &str) -> Result<(), CliError> 
 
 /// Memory that a body takes while it is assembled and factorised.
 pub(crate) fn check_body(scene: &Scene) -> Result<(), CliError> {
-    let b = &scene.body;
+    scene.bodies().into_iter().try_for_each(|(key, body)| check_one(scene, &key, body))
+}
+
+fn check_one(scene: &Scene, key: &str, b: &Body) -> Result<(), CliError> {
     if b.kind == BodyKind::Matrices {
         return Ok(());
     }
@@ -48,7 +51,7 @@ pub(crate) fn check_body(scene: &Scene) -> Result<(), CliError> {
         // some fifty bytes of text a node or element, some fifty times as many of matrices
         let folder = scene.source.file.parent().unwrap_or("".as_ref());
         let bytes = std::fs::metadata(folder.join(name)).map_or(0, |m| m.len());
-        let what = format!("[body] file = {}: {} of mesh", name.display(), in_bytes(bytes));
+        let what = format!("{key}.file = {}: {} of mesh", name.display(), in_bytes(bytes));
         return check_memory(scene, 50.0 * bytes as f64, &what);
     }
     let count = |x: &usize| *x as f64;
@@ -66,7 +69,7 @@ pub(crate) fn check_body(scene: &Scene) -> Result<(), CliError> {
         scene,
         triplets + factors,
         &format!(
-            "[body] elements = {:?}: {} unknowns; take fewer elements",
+            "{key}.elements = {:?}: {} unknowns; take fewer elements",
             b.elements,
             plain(unknowns)
         ),

@@ -133,7 +133,13 @@ fn suitable(scene: &Scene, compared: Compared) -> Vec<&'static str> {
     match (scene.body.kind, compared) {
         (BodyKind::Matrices, _) => return vec!["nbm", "mass-redistribution"],
         // the default of meshes has constant inertia
-        (BodyKind::Mesh, _) => names = vec!["nbm", "mass-redistribution", "nitsche", "penalty"],
+        // two surfaces that meet are for these alone
+        _ if scene.contact.as_ref().is_some_and(|c| c.has_pairs()) => {
+            return vec!["nbm", "mass-redistribution"];
+        }
+        (BodyKind::Mesh | BodyKind::Parts, _) => {
+            names = vec!["nbm", "mass-redistribution", "nitsche", "penalty"];
+        }
         (BodyKind::Plate, _) => names.extend(["mass-redistribution", "nitsche", "penalty"]),
         (BodyKind::Bar, _) => names.extend(["nitsche", "penalty"]),
     }
@@ -291,6 +297,7 @@ fn meshes(scene: &Scene, asked: &[Vec<usize>]) -> Result<Vec<Vec<usize>>, SceneE
     let fixed = match scene.body.kind {
         BodyKind::Matrices => Some("a body of matrices has no elements that could be other ones"),
         BodyKind::Mesh => Some("the mesh comes from a file: give another file in its place"),
+        BodyKind::Parts => Some("several bodies have meshes of their own: give other scenes"),
         BodyKind::Bar | BodyKind::Plate => None,
     };
     if let Some(message) = fixed {

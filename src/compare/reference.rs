@@ -41,7 +41,7 @@ impl Named {
         }
         let finest = meshes.last().cloned().unwrap_or_default();
         // without a mesh nothing is refined, and methods are compared with the first of them
-        let unrefined = matches!(scene.body.kind, BodyKind::Matrices | BodyKind::Mesh);
+        let unrefined = scene.body.kind == BodyKind::Matrices || scene.body.kind.has_groups();
         let own = first.filter(|_| unrefined).cloned();
         let common = || Variant::of_method(ContactMethod::MassRedistribution);
         Named::Mesh(own.unwrap_or_else(common), finest)

@@ -209,7 +209,7 @@ impl Changing {
 
 /// Elements divided, rounded; the modes of a reduction up to the same frequency.
 fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
-    if matches!(scene.body.kind, BodyKind::Matrices | BodyKind::Mesh) {
+    if scene.body.kind == BodyKind::Matrices || scene.body.kind.has_groups() {
         return None;
     }
     let divided: Vec<usize> =
@@ -232,7 +232,7 @@ fn other_contact(scene: &mut Scene) -> Option<String> {
     let matrices = scene.body.kind == BodyKind::Matrices;
     let contact = scene.contact.as_mut()?;
     let is_reaction = contact.is_reaction();
-    let is_mesh = scene.body.kind == BodyKind::Mesh;
+    let is_mesh = scene.body.kind.has_groups();
     // given matrices have a boundary operator, or have not
     if is_reaction && matrices {
         return None;

@@ -7,11 +7,13 @@ use super::elements;
 use super::given::{folder, given_length};
 use super::imported;
 use super::materials::materials;
+use super::pairs;
 use super::places::place;
 use crate::contact::{Contacts, Gaps, MassChoice, Stress};
-use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held};
+use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material};
 use crate::matrices::read_matrix;
 use crate::mesh::{Mesh, Point, structured};
+use crate::scenario;
 use crate::scenario::{
     BodyKind, Contact, ContactMethod, Field, Inertia, Issue, MassKind, Obstacle, RedistributedMass,
     Scene, StressKey,
@@ -27,7 +29,8 @@ pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
         };
     };
     // meshes have defaults of their own: those that work with every element
-    let is_mesh = scene.body.kind == BodyKind::Mesh;
+    let is_mesh = scene.body.kind.has_groups();
+    let slides = slides || c.has_pairs();
     let stress = match c.stress {
         _ if c.is_reaction() => Stress::Reaction,
         None if slides => Stress::Reaction,
@@ -58,49 +61,115 @@ pub fn mesh(scene: &Scene) -> Result<Mesh, ProblemError> {
 /// A body without its matrices.
 pub(super) struct Form {
     pub mesh: Mesh,
-    /// What messages call a node.
-    tags: Option<Vec<i64>>,
+    /// What messages call a node, where it has a name.
+    tags: Vec<Option<i64>>,
 }
 
 impl Form {
     /// A node in words.
     pub fn node(&self, node: usize) -> String {
         let place = place(self.mesh.nodes()[node], self.mesh.dim());
-        match &self.tags {
-            Some(tags) => format!("node {} at {place}", tags[node]),
-            None => format!("the node at {place}"),
+        match self.tags.get(node) {
+            Some(Some(tag)) => format!("node {tag} at {place}"),
+            _ => format!("the node at {place}"),
         }
     }
 }
 
 /// The mesh of a scene with the names of its nodes.
 fn shape(scene: &Scene) -> Result<Form, ProblemError> {
-    let b = &scene.body;
+    let bodies = scene.bodies();
+    let (mut parts, mut regions, mut tags): (Vec<(&str, Mesh)>, _, _) = (vec![], vec![], vec![]);
+    let mut generated = 0;
+    for (key, body) in &bodies {
+        let (mesh, names) = part(scene, (key, body))?;
+        // bars and plates have the first materials, in their order; a mesh knows its own among all
+        regions.push(if body.kind == BodyKind::Mesh { 0 } else { generated });
+        generated += usize::from(body.kind != BodyKind::Mesh);
+        tags.extend(names);
+        parts.push((body.name.as_deref().unwrap_or_default(), mesh));
+    }
+    let mesh = match parts.pop() {
+        Some((_, alone)) if scene.parts.is_empty() => alone,
+        last => {
+            parts.extend(last);
+            Mesh::joined(&parts, &regions)
+        }
+    };
+    check_names(scene, &mesh)?;
+    Ok(Form { mesh, tags })
+}
+
+/// Of several bodies every group that the scene names is there; the readers of files say so of their own.
+fn check_names(scene: &Scene, mesh: &Mesh) -> Result<(), ProblemError> {
+    let named = scene.named_sides().into_iter().filter(|_| !scene.parts.is_empty());
+    let Some((key, word)) = named.into_iter().find(|(_, word)| mesh.group(word).is_empty()) else {
+        return Ok(());
+    };
+    let body = word.split(':').next().unwrap_or_default();
+    let of = |b: &scenario::Body| b.name.clone().unwrap_or_default();
+    let (message, help) = match scene.parts.iter().find(|b| of(b) == body) {
+        None => {
+            let names: Vec<String> = scene.parts.iter().map(|b| format!("\"{}\"", of(b))).collect();
+            (format!("no [[body]] is called \"{body}\""), format!("there are {}", names.join(", ")))
+        }
+        Some(b) => {
+            let edges = mesh.groups().filter(|g| scene.within(b, g).is_some());
+            let edges: Vec<String> = edges.map(|g| format!("\"{g}\"")).collect();
+            (format!("\"{body}\" has no edge \"{word}\""), format!("it has {}", edges.join(", ")))
+        }
+    };
+    Err(scene.error(Issue::new(key, message, help)).into())
+}
+
+/// The mesh of one body where it stands, with the names of its nodes.
+fn part(
+    scene: &Scene,
+    (key, b): (&str, &scenario::Body),
+) -> Result<(Mesh, Vec<Option<i64>>), ProblemError> {
     let mesh = match b.kind {
         BodyKind::Bar => structured::bar(b.size[0], b.elements[0]),
         BodyKind::Plate => {
             structured::rectangle(b.size[0], b.size[1], b.elements[0], b.elements[1])
         }
         BodyKind::Mesh => {
-            let (mesh, tags) = imported::body(scene)?;
-            return Ok(Form { mesh, tags: Some(tags) });
+            let (mesh, tags) = imported::body(scene, (key, b))?;
+            return Ok((placed(mesh, b), tags.into_iter().map(Some).collect()));
         }
-        BodyKind::Matrices => {
+        BodyKind::Matrices | BodyKind::Parts => {
             // as many points as displacements; the files are read when the problem is set up
             let folder = folder(scene);
             let rows = b.mass_matrix.as_ref().and_then(|name| read_matrix(folder, name).ok());
             structured::row(given_length(scene), rows.map_or(1, |m| m.n_rows()))
         }
     };
-    Ok(Form { mesh, tags: None })
+    let names = vec![None; mesh.n_nodes()];
+    Ok((placed(mesh, b), names))
+}
+
+/// A mesh mirrored, turned and moved as its table says.
+fn placed(mesh: Mesh, b: &scenario::Body) -> Mesh {
+    if b.mirror.is_none() && b.turn.is_none() && b.shift.is_none() {
+        return mesh;
+    }
+    let mesh = match b.mirror.map(|axis| axis as usize) {
+        None => mesh,
+        Some(axis) => mesh.mirrored(|p| std::array::from_fn(|c| if c == axis { -p[c] } else { p[c] })),
+    };
+    let (sin, cos) = b.turn.unwrap_or(0.0).to_radians().sin_cos();
+    let shift = |c: usize| b.shift.as_ref().and_then(|s| s.get(c)).copied().unwrap_or(0.0);
+    mesh.moved(|[x, y, z]| match b.turn {
+        None => [x + shift(0), y + shift(1), z + shift(2)],
+        Some(_) => [cos * x - sin * y + shift(0), sin * x + cos * y + shift(1), z + shift(2)],
+    })
 }
 
 /// The body of a scene.
 pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     let form = shape(scene)?;
-    let dofs = numbering(scene, &form)?;
     let b = &scene.body;
     let materials = materials(scene);
+    let dofs = numbering(scene, &form, &materials)?;
     imported::check_elements(scene, &form, &dofs)?;
     let body = Body::assemble(form.mesh, dofs, &materials, b.mass == MassKind::Lumped);
     let body = elements::attach(scene, body)?;
@@ -111,7 +180,11 @@ pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
 }
 
 /// Supports and obstacles as the numbering needs them.
-fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
+fn numbering(
+    scene: &Scene,
+    form: &Form,
+    materials: &[Material],
+) -> Result<DofMap, ProblemError> {
     let held: Vec<Held> = scene
         .supports
         .iter()
@@ -123,14 +196,23 @@ fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
         })
         .collect();
     let contact = scene.contact.as_ref();
-    let facing = |o: &Obstacle| {
+    let facing = |c: &Contact, k: usize, o: &Obstacle| -> Result<Facing, ProblemError> {
+        if let Some(meeting) = pairs::meeting(scene, (c, k), form, materials)? {
+            return Ok(Facing::pair(meeting));
+        }
         let direction = o.plane.as_ref().map(|p| {
             let size = p.scale();
             std::array::from_fn(|c| p.normal.get(c).map_or(0.0, |n| n / size))
         });
-        Facing { group: o.group.clone(), direction }
+        Ok(Facing::plane(&o.group, direction))
     };
-    let facing: Vec<Facing> = contact.map_or(vec![], |c| c.obstacles.iter().map(facing).collect());
+    let facing: Vec<Facing> = match contact {
+        None => vec![],
+        Some(c) => {
+            let all = c.obstacles.iter().enumerate();
+            all.map(|(k, o)| facing(c, k, o)).collect::<Result<_, _>>()?
+        }
+    };
     let dofs = match contact.is_some_and(Contact::moves_contact) {
         true => DofMap::beside(&form.mesh, &held, &facing),
         false => DofMap::new(&form.mesh, &held, &facing),
@@ -142,7 +224,7 @@ fn numbering(scene: &Scene, form: &Form) -> Result<DofMap, ProblemError> {
         let group = &idle.group;
         let message = format!("all displacements of \"{group}\" along its normal are prescribed");
         let help = "choose another edge or group, or free it in [[support]]";
-        let key = contact.map_or(String::new(), |c| c.key(k, scene.body.kind.side_key()));
+        let key = contact.map_or(String::new(), |c| c.side_key(k, scene.body.kind.side_key()));
         return Err(scene.error(Issue::new(key, message, help)).into());
     }
     Ok(dofs)
@@ -155,7 +237,7 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
         let k = contact.and_then(|c| c.obstacles.iter().position(|o| o.group == group));
         let key = contact.map_or(String::new(), |c| match k {
             Some(k) if c.obstacles[k].plane.is_some() => c.key(k, "plane"),
-            k => c.key(k.unwrap_or(0), scene.body.kind.side_key()),
+            k => c.side_key(k.unwrap_or(0), scene.body.kind.side_key()),
         });
         Issue::new(key, message, help)
     };
@@ -194,6 +276,16 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
             ),
             "leave the sides at that node out of one of the groups",
         ),
+        FrameError::TwoMasters { node } => of_contact(
+            "",
+            format!("{} meets two surfaces in one direction", form.node(*node)),
+            "put both surfaces into one group, the master of one pair",
+        ),
+        FrameError::Circle { group } => of_contact(
+            group,
+            format!("the pair of \"{group}\" refers to itself: its masters are counted against its slaves"),
+            "exchange slave and master of one of the pairs",
+        ),
         FrameError::TooMany { node } => of_contact(
             "",
             format!(
@@ -216,7 +308,11 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
 fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
     let with_contact =
         if scene.contact.is_some() { " besides the contact displacements" } else { "" };
-    let key = if scene.body.kind == BodyKind::Mesh { "body.file" } else { "body.elements" };
+    let key = match scene.body.kind {
+        BodyKind::Mesh => "body.file",
+        BodyKind::Parts => "body",
+        _ => "body.elements",
+    };
     (body.dofs.n_o == 0).then(|| {
         Issue::new(
             key,
@@ -230,15 +326,18 @@ fn empty(scene: &Scene, body: &Body) -> Option<Issue> {
 pub(super) fn contacts(scene: &Scene, body: &Body) -> Result<Contacts, ProblemError> {
     let Some(c) = &scene.contact else { return Ok(Contacts::default()) };
     let dofs = &body.dofs;
-    let mut gap = vec![f64::INFINITY; dofs.contact.len()];
+    let mut gap = vec![f64::INFINITY; dofs.n_facing];
     let mut behind = BTreeMap::new();
     for (k, obstacle) in c.obstacles.iter().enumerate() {
         let nodes = body.mesh.group_nodes(&obstacle.group);
-        let points: Vec<(usize, Point)> = nodes
-            .into_iter()
-            .filter_map(|n| Some((dofs.contact_at(k, n)?, body.mesh.nodes()[n])))
-            .collect();
-        let own = gaps_to(scene, k, points.iter().map(|p| p.1))?;
+        let at: Vec<(usize, usize)> =
+            nodes.into_iter().filter_map(|n| Some((dofs.contact_at(k, n)?, n))).collect();
+        let points: Vec<(usize, Point)> =
+            at.iter().map(|&(i, n)| (i, body.mesh.nodes()[n])).collect();
+        let own = match obstacle.meeting {
+            Some(_) => pairs::gaps(scene, (c, k), body, &at)?,
+            None => gaps_to(scene, k, points.iter().map(|p| p.1))?,
+        };
         points.iter().zip(own).for_each(|((i, _), g)| gap[*i] = gap[*i].min(g));
         if let Some(field) = &obstacle.gap_behind {
             let key = c.key(k, "gap_behind");

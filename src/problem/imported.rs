@@ -6,26 +6,30 @@ use super::given::folder;
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::{ElementKind, Facet, Family, Mesh};
-use crate::scenario::{BodyKind, ContactMethod, End, Issue, MassKind, Scene, State, StressKey};
+use super::materials::generated;
+use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
-/// The mesh of a file, its regions numbered as the materials of the scene, and the tags of its nodes.
-pub(super) fn body(scene: &Scene) -> Result<(Mesh, Vec<i64>), ProblemError> {
-    let path = folder(scene).join(scene.body.file.as_deref().unwrap_or("".as_ref()));
+/// The mesh of the file of a body, its regions numbered as the materials of the scene, and the tags of its nodes.
+pub(super) fn body(
+    scene: &Scene,
+    (key, body): (&str, &Body),
+) -> Result<(Mesh, Vec<i64>), ProblemError> {
+    let path = folder(scene).join(body.file.as_deref().unwrap_or("".as_ref()));
     let fault = |message: String, help: String| -> ProblemError {
         let message = format!("{}: {message}", path.display());
-        scene.error(Issue::new("body.file", message, help)).into()
+        scene.error(Issue::new(format!("{key}.file"), message, help)).into()
     };
     let bytes = std::fs::read(&path).map_err(|e| {
         fault(e.to_string(), "give a mesh of Gmsh, relative to the scene".to_owned())
     })?;
     let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
     let file = gmsh::read(&bytes).map_err(of_gmsh)?;
-    let imported = file.body(scene.body.scale.unwrap_or(1.0)).map_err(of_gmsh)?;
-    check_state(scene, imported.mesh.dim())?;
-    let regions = materials(scene, &file, &imported)?;
-    let sides = sides(scene, &file, &imported)?;
+    let imported = file.body(body.scale.unwrap_or(1.0)).map_err(of_gmsh)?;
+    check_state(scene, (key, body), imported.mesh.dim())?;
+    let regions = materials(scene, body, &file, &imported)?;
+    let sides = sides(scene, body, &file, &imported)?;
     let mesh = imported.mesh.with_regions(&regions).with_groups(sides);
-    if scene.body.state == Some(State::Axisymmetric)
+    if body.state == Some(State::Axisymmetric)
         && let Some(n) = mesh.nodes().iter().position(|p| p[0] < 0.0)
     {
         let tag = imported.node_tags[n];
@@ -36,11 +40,15 @@ pub(super) fn body(scene: &Scene) -> Result<(Mesh, Vec<i64>), ProblemError> {
 }
 
 /// A body in the plane has a state, one in space has none.
-fn check_state(scene: &Scene, dim: usize) -> Result<(), ProblemError> {
+fn check_state(
+    scene: &Scene,
+    (key, body): (&str, &Body),
+    dim: usize,
+) -> Result<(), ProblemError> {
     let issue = |message: &str, help: &str| {
-        Err(scene.error(Issue::new("body.state", message, help)).into())
+        Err(scene.error(Issue::new(format!("{key}.state"), message, help)).into())
     };
-    match (dim, scene.body.state) {
+    match (dim, body.state) {
         (2, None) => issue(
             "is missing: the mesh lies in the plane",
             "state = \"plane stress\", \"plane strain\" or \"axisymmetric\"",
@@ -71,38 +79,46 @@ fn known(file: &File, dim: usize) -> String {
     }
 }
 
-/// The material of each region: each has exactly one.
-fn materials(scene: &Scene, file: &File, imported: &Imported) -> Result<Vec<usize>, ProblemError> {
+/// The material of each region of a body: each has exactly one.
+fn materials(
+    scene: &Scene,
+    body: &Body,
+    file: &File,
+    imported: &Imported,
+) -> Result<Vec<usize>, ProblemError> {
     let fail = |i: usize, message: String, help: String| -> ProblemError {
         scene.error(Issue::new(format!("material[{i}].group"), message, help)).into()
     };
-    let mut wanted = vec![];
+    // the tables of this body by their numbers, with the groups that they name
+    let mut wanted: Vec<(usize, Option<String>)> = vec![];
     for (i, m) in scene.materials.iter().enumerate() {
-        let name = m.group.as_ref().map(|word| (file.named(file.dim(), word), word));
+        let Some((_, word)) = scene.owner(m).filter(|o| o.0.name == body.name) else { continue };
+        let name = word.map(|word| (file.named(file.dim(), word), word));
         if let Some((name, word)) = &name
             && !imported.regions.iter().any(|r| r.contains(name))
         {
             let message = format!("the mesh has no group of cells \"{word}\"");
             return Err(fail(i, message, known(file, file.dim())));
         }
-        wanted.push(name.map(|n| n.0));
+        wanted.push((i, name.map(|n| n.0)));
     }
+    let first = generated(scene);
     let cells = |region: usize| -> usize {
         imported.mesh.elements().filter(|e| e.region == region).count()
     };
     let of_region = |(r, names): (usize, &Vec<String>)| {
-        let own = |k: &usize| wanted[*k].as_ref().is_none_or(|w| names.contains(w));
-        let found: Vec<usize> = (0..wanted.len()).filter(own).collect();
+        let own = |w: &&(usize, Option<String>)| w.1.as_ref().is_none_or(|w| names.contains(w));
+        let found: Vec<usize> = wanted.iter().filter(own).map(|w| w.0).collect();
         let called = match names.is_empty() {
             true => "no physical group".to_owned(),
             false => format!("the group \"{}\"", names.join("\", \"")),
         };
         match found[..] {
-            [one] => Ok(one),
+            [one] => Ok(first + one),
             [] => {
                 let message = format!("{} cells of {called} have no material", cells(r));
                 let help = format!("add a [[material]] for them; {}", known(file, file.dim()));
-                Err(fail(wanted.len() - 1, message, help))
+                Err(fail(wanted.last().map_or(0, |w| w.0), message, help))
             }
             [first, second, ..] => {
                 let count = cells(r);
@@ -115,31 +131,17 @@ fn materials(scene: &Scene, file: &File, imported: &Imported) -> Result<Vec<usiz
     imported.regions.iter().enumerate().map(of_region).collect()
 }
 
-/// All groups of sides that the scene names, under the names it uses.
+/// All groups of sides of a body that the scene names, under the names it uses there.
 fn sides(
     scene: &Scene,
+    body: &Body,
     file: &File,
     imported: &Imported,
 ) -> Result<Vec<(String, Vec<Facet>)>, ProblemError> {
-    let supports = scene.supports.iter().enumerate();
-    let mut named: Vec<(String, &str)> =
-        supports.map(|(i, s)| (format!("support[{i}].group"), s.group())).collect();
-    if let Some(c) = &scene.contact {
-        let obstacles = c.obstacles.iter().enumerate();
-        named.extend(obstacles.map(|(k, o)| (c.key(k, "group"), o.group.as_str())));
-    }
-    let loads = scene.loads.iter().enumerate().filter(|(_, l)| !l.group().is_empty());
-    named.extend(loads.map(|(i, l)| (format!("load[{i}].group"), l.group())));
-    for (table, ends) in scene.all_ends() {
-        for (end, key) in [(Some(ends.from), "group"), (ends.to, "to")] {
-            if let Some(End::Group(group)) = end {
-                named.push((format!("{table}.{key}"), group));
-            }
-        }
-    }
-    named.extend(scene.stored_groups());
     let mut found = vec![];
-    for (key, word) in named {
+    let named = scene.named_sides();
+    let own = named.into_iter().filter_map(|(key, word)| Some((key, scene.within(body, word)?)));
+    for (key, word) in own {
         let fail = |message: String, help: String| -> ProblemError {
             scene.error(Issue::new(key.clone(), message, help)).into()
         };
@@ -180,7 +182,7 @@ pub(super) fn check_elements(
     form: &Form,
     dofs: &DofMap,
 ) -> Result<(), ProblemError> {
-    if scene.body.kind != BodyKind::Mesh {
+    if !scene.body.kind.has_groups() {
         return Ok(());
     }
     let fail = |key: String, message: String, help: &str| {

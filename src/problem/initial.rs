@@ -3,10 +3,11 @@
 use super::modes::OpenModes;
 use super::moving;
 use super::notes::Notes;
+use super::parts::parts;
 use super::places::place;
 use super::{ProblemError, StoredState};
 use crate::contact::{March, State, System};
-use crate::scenario::{BodyKind, Field, Issue, Scene};
+use crate::scenario::{BodyKind, Components, Field, Issue, Scene};
 
 pub(super) fn initial_state(
     scene: &Scene,
@@ -23,7 +24,7 @@ pub(super) fn initial_state(
         // the leading contact displacement, or the leading displacement of a body without contact
         let mut of_contact = system.along_normals(&shape);
         // obstacles behind count the same displacements once more
-        of_contact.truncate(system.conditions().count());
+        of_contact.truncate(system.conditions().facing());
         let moved = if of_contact.is_empty() { &shape } else { &of_contact };
         let leading = (0..moved.len()).max_by(|&a, &b| moved[a].abs().total_cmp(&moved[b].abs()));
         let (lead, leading) = leading.map_or((0, 0.0), |i| (i, moved[i]));
@@ -87,31 +88,16 @@ pub(super) fn initial_state(
         })?),
         false => None,
     };
-    let field = |key: &str, list: &Option<Vec<Field>>| -> Result<Vec<f64>, ProblemError> {
-        let Some(list) = list else { return Ok(vec![0.0; system.n()]) };
-        let nodal: Vec<f64> = system
-            .body
-            .mesh
-            .nodes()
-            .iter()
-            .flat_map(|&p| list.iter().map(move |f| f.at(p)))
-            .collect();
-        // squares must not overflow
-        if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {
-            let message = "is not finite, or beyond 1e60, at a node";
-            return Err(scene.error(Issue::new(key, message, "check the expression")).into());
+    let mut field = |key: &str, order: usize, given: &Option<Components>| {
+        let Some(given) = given else { return Ok::<_, ProblemError>(vec![0.0; system.n()]) };
+        let nodal = nodal_field(scene, system, key, given)?;
+        if scene.body.kind != BodyKind::Matrices {
+            notes.held_field((scene, system), (key, order), &nodal);
         }
         Ok(dofs.gather(&nodal))
     };
-    let u = field("initial.displacement", &s.displacement)?;
-    let v = field("initial.velocity", &s.velocity)?;
-    for (key, order, list) in
-        [("initial.displacement", 0, &s.displacement), ("initial.velocity", 1, &s.velocity)]
-    {
-        if let Some(list) = list.as_ref().filter(|_| scene.body.kind != BodyKind::Matrices) {
-            notes.held_field((scene, system), (key, order), list);
-        }
-    }
+    let u = field("initial.displacement", 0, &s.displacement)?;
+    let v = field("initial.velocity", 1, &s.velocity)?;
     if s.displacement.is_some() {
         check_penetration(scene, system, "initial.displacement", &u)?;
     } else if system.impact().is_some() && at_rest.is_none() {
@@ -122,6 +108,45 @@ pub(super) fn initial_state(
         return Ok(State { u, v: v[..n_o].to_vec() });
     }
     Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
+}
+
+/// The values of a field at all nodes, components interleaved.
+fn nodal_field(
+    scene: &Scene,
+    system: &System,
+    key: &str,
+    given: &Components,
+) -> Result<Vec<f64>, ProblemError> {
+    let mesh = &system.body.mesh;
+    let parts = parts(scene, mesh);
+    let mut lists: Vec<Option<&[Field]>> = vec![None; parts.names.len()];
+    for (name, list) in given.lists() {
+        match name {
+            None => lists.fill(Some(list)),
+            Some(name) => match parts.called(name) {
+                Some(part) => lists[part] = Some(list),
+                None => {
+                    let message = format!("no body is called \"{name}\"");
+                    let help = format!("there are \"{}\"", parts.names.join("\", \""));
+                    let key = format!("{key}.{name}");
+                    return Err(scene.error(Issue::new(key, message, help)).into());
+                }
+            },
+        }
+    }
+    let of_node = |(n, p): (usize, &crate::mesh::Point)| -> Vec<f64> {
+        match lists[parts.of_node[n]] {
+            Some(list) => list.iter().map(|f| f.at(*p)).collect(),
+            None => vec![0.0; mesh.dim()],
+        }
+    };
+    let nodal: Vec<f64> = mesh.nodes().iter().enumerate().flat_map(of_node).collect();
+    // squares must not overflow
+    if nodal.iter().any(|x| x.is_nan() || x.abs() > 1e60) {
+        let message = "is not finite, or beyond 1e60, at a node";
+        return Err(scene.error(Issue::new(key, message, "check the expression")).into());
+    }
+    Ok(nodal)
 }
 
 pub(super) fn check_penetration(

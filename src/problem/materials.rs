@@ -1,29 +1,37 @@
 //! The materials that a scene names.
 
 use crate::fem::{Material, StressState};
-use crate::scenario::{BodyKind, MaterialTable, Scene, State};
+use crate::scenario::{Body, BodyKind, MaterialTable, Scene, State};
 
-/// The materials of a scene, in the order of the regions of its mesh; a body of given matrices has none.
+/// The materials of a scene, in the order of the regions of its mesh: those of bars and plates, then the tables; a body of given matrices has none.
 pub fn materials(scene: &Scene) -> Vec<Material> {
-    let body = &scene.body;
-    let thickness = body.thickness.unwrap_or(1.0);
-    let state = match body.state {
-        Some(State::PlaneStrain) => StressState::PlaneStrain { thickness },
+    let thickness = |b: &Body| b.thickness.unwrap_or(1.0);
+    let state = |b: &Body| match b.state {
+        Some(State::PlaneStrain) => StressState::PlaneStrain { thickness: thickness(b) },
         Some(State::Axisymmetric) => StressState::Axisymmetric,
         None if scene.dim() == 3 => StressState::Solid,
-        Some(State::PlaneStress) | None => StressState::PlaneStress { thickness },
+        Some(State::PlaneStress) | None => StressState::PlaneStress { thickness: thickness(b) },
     };
-    let own = |young, density| match body.kind {
-        BodyKind::Bar => Some(Material::bar(young, density, body.area.unwrap_or(1.0))),
-        BodyKind::Plate => {
-            Some(Material::plate(young, body.poisson.unwrap_or(0.0), density, thickness))
+    let own = |b: &Body| {
+        let (young, density) = b.young.zip(b.density)?;
+        match b.kind {
+            BodyKind::Bar => Some(Material::bar(young, density, b.area.unwrap_or(1.0))),
+            BodyKind::Plate => {
+                Some(Material::plate(young, b.poisson.unwrap_or(0.0), density, thickness(b)))
+            }
+            BodyKind::Mesh | BodyKind::Matrices | BodyKind::Parts => None,
         }
-        BodyKind::Mesh | BodyKind::Matrices => None,
     };
-    let own = body.young.zip(body.density).and_then(|(young, density)| own(young, density));
     let of_table = |m: &MaterialTable| {
         let &MaterialTable { young, poisson, density, .. } = m;
-        Material { young, poisson, density, state }
+        let owner = scene.owner(m).map_or(&scene.body, |o| o.0);
+        Material { young, poisson, density, state: state(owner) }
     };
-    own.into_iter().chain(scene.materials.iter().map(of_table)).collect()
+    let generated = scene.bodies().into_iter().filter_map(|(_, b)| own(b));
+    generated.chain(scene.materials.iter().map(of_table)).collect()
+}
+
+/// Number of bodies that are generated: their materials come before those of the tables.
+pub(super) fn generated(scene: &Scene) -> usize {
+    scene.bodies().iter().filter(|(_, b)| matches!(b.kind, BodyKind::Bar | BodyKind::Plate)).count()
 }

@@ -16,6 +16,8 @@ mod materials;
 mod modes;
 mod moving;
 mod notes;
+mod pairs;
+mod parts;
 mod places;
 mod reduction;
 mod rigid;
@@ -40,6 +42,7 @@ use loads::loads;
 pub use materials::materials;
 use modes::OpenModes;
 pub use notes::Notes;
+pub use parts::{Parts, parts};
 
 /// The body, its loads and its initial state.
 #[derive(Debug, Clone)]
@@ -237,6 +240,7 @@ impl Problem {
         let mut notes = Notes::default();
         *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
         notes.places.extend(elements::places(scene, &system.body)?);
+        pairs::note(&system.body, &mut notes);
         let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
         friction::check(scene, &system, &mut notes)?;

@@ -3,7 +3,7 @@
 use crate::contact::System;
 use crate::fem::{Body, Reduction, load};
 use crate::mesh::Point;
-use crate::scenario::{Field, LoadKind, Scene};
+use crate::scenario::{LoadKind, Scene};
 
 use super::moving;
 use super::places::{Placed, place};
@@ -63,12 +63,12 @@ impl Notes {
         }
     }
 
-    /// An initial field that differs from what supports hold: `order` 0 for displacements, 1 for velocities.
+    /// An initial field over all nodes that differs from what supports hold: `order` 0 for displacements, 1 for velocities.
     pub(super) fn held_field(
         &mut self,
         (scene, system): (&Scene, &System),
         (key, order): (&str, usize),
-        fields: &[Field],
+        field: &[f64],
     ) {
         let body = &system.body;
         let dim = body.mesh.dim();
@@ -76,11 +76,11 @@ impl Notes {
         let mut worst: Option<(f64, Point, f64, f64)> = None;
         let mut size = largest(&held);
         for (n, &p) in body.mesh.nodes().iter().enumerate() {
-            let own: Vec<f64> = fields.iter().map(|f| f.at(p)).collect();
-            size = size.max(largest(&own));
+            let own = &field[dim * n..dim * (n + 1)];
+            size = size.max(largest(own));
             for (d, _) in body.dofs.directions(n).filter(|d| d.1.is_none()) {
                 let along = |w: &[f64]| w.iter().zip(&d).map(|(w, d)| w * d).sum::<f64>();
-                let (given, has) = (along(&own), along(&held[dim * n..dim * (n + 1)]));
+                let (given, has) = (along(own), along(&held[dim * n..dim * (n + 1)]));
                 let off = (given - has).abs();
                 if worst.is_none_or(|w| off > w.0) {
                     worst = Some((off, p, given, has));

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Problem, ProblemError};
 use crate::contact::oracle;
-use crate::scenario::{Issue, Scene};
+use crate::mesh::Element;
+use crate::scenario::{Contact, Issue, Scene};
 
 impl Problem {
     /// A motion that nothing opposes is an error; one that ends at the obstacle is not.
@@ -15,6 +16,9 @@ impl Problem {
         // what friction holds, or lets go, may move
         if free.is_empty() || system.tangents().is_some() {
             return Ok(());
+        }
+        if scene.contact.as_ref().is_some_and(Contact::has_pairs) {
+            return self.check_floating(scene, &free);
         }
         let fail = |message: &str| {
             let name = scene.body.kind.side_key();
@@ -38,6 +42,46 @@ impl Problem {
                  interior-point method found neither pressures that do nor that there are none",
             ),
         }
+    }
+
+    /// Of several parts one may fly by itself, but for one that nothing meets, pushes or throws.
+    fn check_floating(&self, scene: &Scene, free: &[Vec<f64>]) -> Result<(), ProblemError> {
+        let system = &self.system;
+        let (mesh, dofs) = (&system.body.mesh, &system.body.dofs);
+        let part_of = mesh.parts();
+        let dim = mesh.dim();
+        let mut at_rest = vec![false; part_of.iter().max().map_or(0, |last| last + 1)];
+        let largest = |field: &[f64]| field.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        for motion in free {
+            let size = largest(motion);
+            for (n, x) in motion.chunks_exact(dim).enumerate() {
+                at_rest[part_of[n]] |= largest(x) > 1e-8 * size;
+            }
+        }
+        for (i, point) in dofs.contact.iter().enumerate() {
+            let others = dofs.against(i).iter().map(|a| a.0);
+            others.chain([point.node]).for_each(|n| at_rest[part_of[n]] = false);
+        }
+        let loads = &system.loads;
+        let forces = loads.constant.iter().chain(loads.harmonics.iter().map(|h| &h.force));
+        let fields = forces.chain(loads.measured.iter().map(|m| &m.force));
+        for field in fields.chain([&self.initial.v, &self.initial.u]) {
+            for n in 0..mesh.n_nodes() {
+                let acts = |i: usize| field.get(i).is_some_and(|x| *x != 0.0);
+                if dofs.directions(n).filter_map(|d| d.1).any(acts) {
+                    at_rest[part_of[n]] = false;
+                }
+            }
+        }
+        let Some(part) = at_rest.iter().position(|rests| *rests) else { return Ok(()) };
+        let of_part = |e: &Element| part_of[e.nodes[0]] == part;
+        let region = mesh.elements().find(of_part).map(|e| e.region);
+        let name = region.and_then(|r| scene.materials.get(r)?.group.clone());
+        let what = name.map_or_else(|| "a part of the body".to_owned(), |n| format!("\"{n}\""));
+        let message = format!("{what} floats: no support or spring holds it, nothing meets it, no load or velocity moves it");
+        let help = "add a [[support]] or a [[spring]], or a [[contact]] with slave and master";
+        let key = if scene.supports.is_empty() { "body" } else { "support" };
+        Err(scene.error(Issue::new(key, message, help)).into())
     }
 
     /// Whether no rigid motion escapes; none where that cannot be told. With the rigid motions `Φ` (mass-orthonormal) of the open body, the loads `b = Φᵀf₀` hold it at the

@@ -6,15 +6,19 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::{Check, length, positive};
+use super::parts::Axis;
 use super::{BodyKind, Issue, Scene};
 
 /// Most nodes of a mesh.
 const MOST_NODES: usize = 50_000_000;
 
 /// `[body]`
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
+    /// Of several bodies: its name. Other tables call its sides by it: `edge = "first:left"`, `group = "first:nose"`.
+    #[schemars(extend("examples" = ["first"]))]
+    pub name: Option<String>,
     /// What it is.
     pub kind: BodyKind,
     /// Length of a bar `[L]`, length and height of a plate `[L, H]`.
@@ -42,6 +46,15 @@ pub struct Body {
     /// What the coordinates of a mesh are multiplied by.
     #[schemars(extend("default" = 1.0))]
     pub scale: Option<f64>,
+    /// Of several bodies: mirrored, along this axis about the origin, before it is turned and moved.
+    pub mirror: Option<Axis>,
+    /// Of several bodies: turned in the plane of x and y about the origin, in degrees, counter-clockwise.
+    #[schemars(extend("default" = 0.0))]
+    pub turn: Option<f64>,
+    /// Of several bodies: moved by this.
+    #[serde(rename = "move")]
+    #[schemars(extend("examples" = [[1.0], [1.0, 0.5]]))]
+    pub shift: Option<Vec<f64>>,
     /// Cross-section A of a bar.
     #[schemars(extend("default" = 1.0))]
     pub area: Option<f64>,
@@ -84,29 +97,55 @@ pub enum MassKind {
 
 impl Scene {
     pub(super) fn check_body(&self) -> Check {
-        if self.body.kind == BodyKind::Matrices {
-            return self.check_matrices();
+        match self.body.kind {
+            BodyKind::Matrices => self.check_matrices(),
+            // each was checked with its own key
+            BodyKind::Parts => Ok(()),
+            _ => self.body.check("body"),
         }
-        self.body.check_presence()?;
-        if self.body.kind == BodyKind::Mesh {
-            return self.body.check_file();
-        }
-        self.body.check_mesh(self.dim())?;
-        self.body.check_section()
     }
 }
 
 impl Body {
+    /// Space dimension of the displacement.
+    pub(super) fn dim(&self) -> usize {
+        match self.kind {
+            BodyKind::Bar | BodyKind::Matrices => 1,
+            // a state is one of the plane
+            BodyKind::Mesh | BodyKind::Parts if self.state.is_none() => 3,
+            BodyKind::Plate | BodyKind::Mesh | BodyKind::Parts => 2,
+        }
+    }
+
+    /// The example for a bar, a body in the plane or one in space.
+    pub(super) fn example(&self, all: [&'static str; 3]) -> &'static str {
+        all[self.dim() - 1]
+    }
+
+    /// What a body of elements, whose table has this key, must have.
+    pub(super) fn check(&self, table: &str) -> Check {
+        self.check_presence(table)?;
+        if self.kind == BodyKind::Mesh {
+            return self.check_file(table);
+        }
+        self.check_mesh(table)?;
+        self.check_section(table)
+    }
+
     /// What a body of elements must have, and what only matrices have.
-    fn check_presence(&self) -> Check {
+    fn check_presence(&self, table: &str) -> Check {
         let files = [
-            ("body.mass_matrix", self.mass_matrix.is_some()),
-            ("body.stiffness_matrix", self.stiffness_matrix.is_some()),
-            ("body.damping_matrix", self.damping_matrix.is_some()),
+            ("mass_matrix", self.mass_matrix.is_some()),
+            ("stiffness_matrix", self.stiffness_matrix.is_some()),
+            ("damping_matrix", self.damping_matrix.is_some()),
         ];
         if let Some((key, _)) = files.iter().find(|f| f.1) {
             let message = "belongs to kind = \"matrices\", this body has elements";
-            return Err(Issue::new(*key, message, "remove the key or change body.kind"));
+            return Err(Issue::new(
+                format!("{table}.{key}"),
+                message,
+                "remove the key or change the kind",
+            ));
         }
         let of_mesh = [
             ("file", self.file.is_some()),
@@ -128,7 +167,7 @@ impl Body {
         };
         if let Some((key, _)) = others.iter().find(|k| k.1) {
             let message = format!("belongs to {owner}");
-            return Err(Issue::new(format!("body.{key}"), message, "remove the key"));
+            return Err(Issue::new(format!("{table}.{key}"), message, "remove the key"));
         }
         if is_mesh {
             return Ok(());
@@ -136,7 +175,7 @@ impl Body {
         for (key, value) in [("young", self.young), ("density", self.density)] {
             if value.is_none() {
                 return Err(Issue::new(
-                    format!("body.{key}"),
+                    format!("{table}.{key}"),
                     "is missing",
                     format!("{key} = 1.0"),
                 ));
@@ -147,7 +186,7 @@ impl Body {
         {
             if is_empty {
                 return Err(Issue::new(
-                    format!("body.{key}"),
+                    format!("{table}.{key}"),
                     "is missing",
                     "see the reference of scenes (docs/reference/scenes.md)",
                 ));
@@ -157,9 +196,9 @@ impl Body {
     }
 
     /// What a mesh must have.
-    fn check_file(&self) -> Check {
+    fn check_file(&self, table: &str) -> Check {
         if self.file.is_none() {
-            return Err(Issue::new("body.file", "is missing", "file = \"bracket.msh\" (Gmsh)"));
+            return Err(Issue::new(format!("{table}.file"), "is missing", "file = \"bracket.msh\" (Gmsh)"));
         }
         let has_thickness = matches!(self.state, Some(State::PlaneStress | State::PlaneStrain));
         if self.thickness.is_some() && !has_thickness {
@@ -169,29 +208,30 @@ impl Body {
                     "belongs to a body in the plane, which has body.state; one in space has neither"
                 }
             };
-            return Err(Issue::new("body.thickness", message, "remove the key"));
+            return Err(Issue::new(format!("{table}.thickness"), message, "remove the key"));
         }
-        positive("body.thickness", self.thickness.unwrap_or(1.0))?;
-        positive("body.scale", self.scale.unwrap_or(1.0))
+        positive(&format!("{table}.thickness"), self.thickness.unwrap_or(1.0))?;
+        positive(&format!("{table}.scale"), self.scale.unwrap_or(1.0))
     }
 
     /// Size, elements and the numbers that every body of elements has.
-    fn check_mesh(&self, dim: usize) -> Check {
+    fn check_mesh(&self, table: &str) -> Check {
+        let dim = self.dim();
         let (size, elements) =
             if dim == 1 { ("[1.0]", "[20]") } else { ("[1.0, 0.5]", "[20, 10]") };
-        length("body.size", self.size.len(), dim, size)?;
-        length("body.elements", self.elements.len(), dim, elements)?;
-        self.size.iter().try_for_each(|&v| positive("body.size", v))?;
-        positive("body.young", self.young.unwrap_or(f64::NAN))?;
-        positive("body.density", self.density.unwrap_or(f64::NAN))?;
+        length(&format!("{table}.size"), self.size.len(), dim, size)?;
+        length(&format!("{table}.elements"), self.elements.len(), dim, elements)?;
+        self.size.iter().try_for_each(|&v| positive(&format!("{table}.size"), v))?;
+        positive(&format!("{table}.young"), self.young.unwrap_or(f64::NAN))?;
+        positive(&format!("{table}.density"), self.density.unwrap_or(f64::NAN))?;
         if self.elements.contains(&0) {
-            return Err(Issue::new("body.elements", "needs at least one element", elements));
+            return Err(Issue::new(format!("{table}.elements"), "needs at least one element", elements));
         }
         let product = |n: usize, &e: &usize| n.saturating_mul(e.saturating_add(1));
         let n_nodes = self.elements.iter().fold(1usize, product);
         if n_nodes > MOST_NODES {
             return Err(Issue::new(
-                "body.elements",
+                format!("{table}.elements"),
                 format!("{n_nodes} nodes are more than this program can hold"),
                 "give at most 50 million nodes",
             ));
@@ -200,33 +240,33 @@ impl Body {
     }
 
     /// What a bar or a plate has alone.
-    fn check_section(&self) -> Check {
+    fn check_section(&self, table: &str) -> Check {
         let misplaced = |key: &str, owner: &str| {
             let message = format!("belongs to a {owner}, this body is not one");
-            Err(Issue::new(key, message, "remove the key or change body.kind"))
+            Err(Issue::new(format!("{table}.{key}"), message, "remove the key or change the kind"))
         };
         match self.kind {
-            BodyKind::Bar if self.poisson.is_some() => misplaced("body.poisson", "plate"),
-            BodyKind::Bar if self.thickness.is_some() => misplaced("body.thickness", "plate"),
-            BodyKind::Bar => positive("body.area", self.area.unwrap_or(1.0)),
-            BodyKind::Plate if self.area.is_some() => misplaced("body.area", "bar"),
-            BodyKind::Matrices | BodyKind::Mesh => Ok(()),
+            BodyKind::Bar if self.poisson.is_some() => misplaced("poisson", "plate"),
+            BodyKind::Bar if self.thickness.is_some() => misplaced("thickness", "plate"),
+            BodyKind::Bar => positive(&format!("{table}.area"), self.area.unwrap_or(1.0)),
+            BodyKind::Plate if self.area.is_some() => misplaced("area", "bar"),
+            BodyKind::Matrices | BodyKind::Mesh | BodyKind::Parts => Ok(()),
             BodyKind::Plate => {
-                positive("body.thickness", self.thickness.unwrap_or(1.0))?;
-                self.check_poisson()
+                positive(&format!("{table}.thickness"), self.thickness.unwrap_or(1.0))?;
+                self.check_poisson(table)
             }
         }
     }
 
-    fn check_poisson(&self) -> Check {
+    fn check_poisson(&self, table: &str) -> Check {
         let nu = self.poisson.ok_or_else(|| {
-            Issue::new("body.poisson", "is missing", "a plate needs a Poisson ratio, -1 < ν < 1")
+            Issue::new(format!("{table}.poisson"), "is missing", "a plate needs a Poisson ratio, -1 < ν < 1")
         })?;
         if nu > -1.0 && nu < 1.0 {
             return Ok(());
         }
         Err(Issue::new(
-            "body.poisson",
+            format!("{table}.poisson"),
             format!("{nu} makes the plane-stress stiffness indefinite"),
             "give -1 < ν < 1 (plane stress; isotropic solids have ν ≤ 0.5)",
         ))

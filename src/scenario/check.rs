@@ -1,17 +1,12 @@
 //! Checks that need nothing but the scene itself: the order of the tables.
 
 use super::number::Check;
-use super::{BodyKind, Contact, Field, Issue, Scene};
+use super::{Components, Contact, Field, Issue, Scene};
 
 impl Scene {
     /// Space dimension of the displacement.
     pub fn dim(&self) -> usize {
-        match self.body.kind {
-            BodyKind::Bar | BodyKind::Matrices => 1,
-            // a state is one of the plane
-            BodyKind::Mesh if self.body.state.is_none() => 3,
-            BodyKind::Plate | BodyKind::Mesh => 2,
-        }
+        self.parts.first().unwrap_or(&self.body).dim()
     }
 
     /// The example for a bar, a body in the plane or one in space.
@@ -21,8 +16,9 @@ impl Scene {
 
     /// Expressions of `z` belong to bodies in space.
     fn check_expressions(&self) -> Check {
-        let listed = |key: &str, list: &Option<Vec<Field>>| {
-            let is_used = list.iter().flatten().any(Field::is_in_space);
+        let listed = |key: &str, components: &Option<Components>| {
+            let lists = components.iter().flat_map(Components::lists);
+            let is_used = lists.flat_map(|l| l.1).any(Field::is_in_space);
             is_used.then(|| key.to_owned())
         };
         let of_obstacle = |c: &Contact, k: usize| {

@@ -7,10 +7,11 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
+use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
 use super::number::{Check, finite, length, positive};
-use super::side::side;
+use super::side::{EdgeKey, side};
 use super::{
-    Activation, BodyKind, ContactMethod, Edge, Field, Inertia, Instants, Issue, METHOD_KEYS,
+    Activation, BodyKind, ContactMethod, Field, Inertia, Instants, Issue, METHOD_KEYS,
     MassKind, RedistributedMass, Scene, StressKey, TangentKey,
 };
 
@@ -59,15 +60,19 @@ pub struct Contact {
     pub instants: Option<Instants>,
     /// `moreau-jean`: which points are pushed over a step.
     pub activation: Option<Activation>,
+    /// Pairs of surfaces: whose inertia along the normals is given up.
+    pub sides: Option<SidesKey>,
     /// The obstacles move together: `amplitude cos(ωt + phase)` is added to the gap.
     pub motion: Option<Motion>,
 }
 
-/// A rigid obstacle before some sides of the body.
+/// A rigid obstacle before some sides of the body, or the surface that these meet.
 #[derive(Debug, Clone, Default)]
 pub struct Obstacle {
-    /// The edge of a bar or plate, the group of a mesh; empty for kind `matrices`.
+    /// The edge of a bar or plate, the group of a mesh; of a pair the slave; empty for kind `matrices`.
     pub group: String,
+    /// The other surface of a pair; none: a rigid obstacle.
+    pub meeting: Option<Meeting>,
     /// Distance along the contact direction.
     pub gap: Option<Field>,
     /// In its place: the obstacle itself.
@@ -109,12 +114,27 @@ impl Plane {
 #[serde(deny_unknown_fields)]
 pub(super) struct Table {
     /// The edge of a bar or plate.
-    edge: Option<Edge>,
+    edge: Option<EdgeKey>,
     /// The physical group of a mesh, by name, or `"#3"` by tag: of curves, in space of surfaces. One group may turn by 50° at a node; beyond a corner it is another group.
     group: Option<String>,
-    /// Distance to the obstacle along the outward normals of the nodes, undeformed; may be 0 or negative.
-    #[schemars(extend("examples" = [1.0, "1.0 + 0.02*y"]))]
-    gap: Option<Field>,
+    /// A pair of surfaces, in place of `edge` or `group`: the group whose nodes are contact nodes, the coarser one, or the one that the other covers.
+    #[schemars(extend("examples" = ["block-foot"]))]
+    slave: Option<String>,
+    /// The group that the slave meets, of the same body or of another part. Displacements stay small: what meets what is decided once.
+    #[schemars(extend("examples" = ["plate-top"]))]
+    master: Option<String>,
+    /// Pairs: how the two meshes are joined. By default `match` where every node of the slave has its partner, else `dual`.
+    projection: Option<ProjectionKey>,
+    /// Pairs: which surface has no inertia along its normals; one choice for the scene.
+    #[schemars(extend("default" = "both"))]
+    sides: Option<SidesKey>,
+    /// Pairs: the gap may be negative, an interference: parts that were pressed together.
+    #[schemars(extend("default" = false))]
+    press: Option<bool>,
+    /// Distance to the obstacle along the outward normals of the nodes, undeformed; may be 0 or negative. Of pairs `"geometry"` (the default): what the meshes leave between
+    /// them; where curved surfaces of different meshes are meant to coincide, give 0.
+    #[schemars(extend("examples" = [1.0, "1.0 + 0.02*y", "geometry"]))]
+    gap: Option<GapKey>,
     /// The obstacle itself, in place of `gap` (meshes, bars, plates).
     plane: Option<Plane>,
     /// A second stop: `−gap_behind ≤ u_C ≤ gap`.
@@ -245,13 +265,18 @@ impl Tables {
             ));
         }
         let obstacle = |(k, t): (usize, &Table)| {
-            let group = match kind {
-                BodyKind::Matrices if t.edge.is_none() && t.group.is_none() => String::new(),
-                _ => side(kind, &self.key(k, ""), t.edge, t.group.as_ref(), "right")?,
+            let (group, meeting) = self.faces(kind, k, t)?;
+            let gap = match &t.gap {
+                Some(GapKey::Given(field)) => Some(field.clone()),
+                Some(GapKey::Geometry) if meeting.is_none() => {
+                    let message = "\"geometry\" is for pairs of surfaces: a rigid obstacle has none";
+                    return Err(Issue::new(self.key(k, "gap"), message, "give a number, or plane"));
+                }
+                Some(GapKey::Geometry) | None => None,
             };
-            let (gap, plane) = (t.gap.clone(), t.plane.clone());
+            let (plane, gap_behind) = (t.plane.clone(), t.gap_behind.clone());
             let (friction, surface) = (t.friction, t.surface.clone());
-            Ok(Obstacle { group, gap, plane, gap_behind: t.gap_behind.clone(), friction, surface })
+            Ok(Obstacle { group, meeting, gap, plane, gap_behind, friction, surface })
         };
         Ok(Some(Contact {
             obstacles: self.all.iter().enumerate().map(obstacle).collect::<Result<_, Issue>>()?,
@@ -275,8 +300,58 @@ impl Tables {
             step: self.one("step", |t| &t.step)?,
             instants: self.one("instants", |t| &t.instants)?,
             activation: self.one("activation", |t| &t.activation)?,
+            sides: self.one("sides", |t| &t.sides)?,
             motion,
         }))
+    }
+
+    /// The sides that a table is about, and the surface that they meet in a pair.
+    fn faces(
+        &self,
+        kind: BodyKind,
+        k: usize,
+        t: &Table,
+    ) -> Result<(String, Option<Meeting>), Issue> {
+        let issue = |name: &str, message: &str, help: &str| {
+            Err(Issue::new(self.key(k, name), message, help))
+        };
+        let (slave, master) = match (&t.slave, &t.master) {
+            (Some(slave), Some(master)) => (slave, master),
+            (Some(_), None) => {
+                return issue("master", "is missing", "master = \"…\", the group that the slave meets");
+            }
+            (None, Some(_)) => {
+                return issue("slave", "is missing", "slave = \"…\", the group that meets the master");
+            }
+            (None, None) => {
+                for (key, given) in
+                    [("projection", t.projection.is_some()), ("press", t.press.is_some())]
+                {
+                    if given {
+                        let message = "belongs to a pair of surfaces";
+                        return issue(key, message, "remove the key, or give slave and master");
+                    }
+                }
+                let group = match kind {
+                    BodyKind::Matrices if t.edge.is_none() && t.group.is_none() => String::new(),
+                    _ => side(kind, &self.key(k, ""), t.edge.as_ref(), t.group.as_ref(), "right")?,
+                };
+                return Ok((group, None));
+            }
+        };
+        if kind == BodyKind::Matrices {
+            let message = "needs a body of elements, and this body comes from files";
+            return issue("slave", message, "give displacements = [66, 67]");
+        }
+        for (key, given) in [("edge", t.edge.is_some()), ("group", t.group.is_some())] {
+            if given {
+                let message = "stands beside slave and master, which name the two surfaces";
+                return issue(key, message, "remove the key");
+            }
+        }
+        let press = t.press.unwrap_or(false);
+        let meeting = Meeting { master: master.clone(), projection: t.projection, press };
+        Ok((slave.clone(), Some(meeting)))
     }
 
     fn key(&self, table: usize, name: &str) -> String {
@@ -330,7 +405,7 @@ pub struct Motion {
 impl Contact {
     /// Whether the pressure is the nodal reaction.
     pub(crate) fn is_reaction(&self) -> bool {
-        let rubs = self.has_friction() && self.stress.is_none();
+        let rubs = (self.has_friction() || self.has_pairs()) && self.stress.is_none();
         self.method == ContactMethod::MassRedistribution
             || self.stress == Some(StressKey::Reaction)
             || rubs
@@ -365,7 +440,7 @@ impl Contact {
             }
             let (wanted, example) = match kind {
                 BodyKind::Matrices => (1, "surface = [0.2]"),
-                BodyKind::Mesh if velocity.len() == 3 => (3, "surface = [0.0, 0.05, 0.0]"),
+                BodyKind::Mesh | BodyKind::Parts if velocity.len() == 3 => (3, "surface = [0.0, 0.05, 0.0]"),
                 _ => (2, "surface = [0.0, 0.05]"),
             };
             length(&self.key(k, "surface"), velocity.len(), wanted, example)?;
@@ -493,6 +568,7 @@ impl Scene {
         let Some(c) = &self.contact else { return Ok(()) };
         c.check_method()?;
         c.check_friction(self.body.kind)?;
+        c.check_pairs()?;
         if self.body.kind == BodyKind::Matrices {
             return self.check_given_contact();
         }
@@ -524,6 +600,7 @@ impl Scene {
         let issue =
             |name: &str, message: &str, help: &str| Err(Issue::new(key(name), message, help));
         match (&o.gap, &o.plane) {
+            (None, None) if o.meeting.is_some() => Ok(()),
             (None, None) => issue("gap", "is missing", "gap = 1.0, or an expression of x and y"),
             (Some(_), Some(_)) => issue(
                 "plane",

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::{Check, finite, length, positive};
-use super::side::side;
-use super::{BodyKind, Contact, Edge, Issue, Scene};
+use super::side::{EdgeKey, side};
+use super::{BodyKind, Contact, Issue, Scene};
 
 /// One end of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ macro_rules! table {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// The edge of a bar or plate: the element acts on its mean displacement.
-            edge: Option<Edge>,
+            edge: Option<EdgeKey>,
             /// The physical group of a mesh, likewise.
             group: Option<String>,
             /// In their place: where; the element acts on the nearest node. A place further than half an element from the body is refused.
@@ -71,7 +71,7 @@ macro_rules! table {
         impl $name {
             /// Where it is.
             pub fn ends(&self) -> Ends<'_> {
-                let group = self.edge.map(Edge::name).or(self.group.as_deref());
+                let group = self.edge.as_ref().map(EdgeKey::name).or(self.group.as_deref());
                 Ends {
                     from: End::of(group, &self.at, self.row).unwrap_or(End::Row(0)),
                     to: End::of(self.to.as_deref(), &self.to_at, self.to_row),
@@ -86,7 +86,7 @@ macro_rules! table {
                 let second = [to.is_some(), to_at.is_some(), to_row.is_some()];
                 scene.check_counts(table, first, second)?;
                 if first[0] {
-                    side(scene.body.kind, table, *edge, group.as_ref(), "right")?;
+                    side(scene.body.kind, table, edge.as_ref(), group.as_ref(), "right")?;
                 }
                 scene.check_ends(table, &self.ends())
             }

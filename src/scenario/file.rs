@@ -37,9 +37,9 @@ impl Scene {
         let matrices = matrices.into_iter().filter_map(|(key, name)| Some((key.to_owned(), name?)));
         let matrices = matrices.filter(|(_, name)| self.attached.get(name).is_none());
         let path = |p: &PathBuf| p.display().to_string();
-        let others = [("body.file", &self.body.file), ("initial.file", &self.initial.file)];
-        let others =
-            others.into_iter().filter_map(|(key, p)| Some((key.to_owned(), path(p.as_ref()?))));
+        let bodies = self.bodies().into_iter().map(|(key, b)| (format!("{key}.file"), &b.file));
+        let others = bodies.chain([("initial.file".to_owned(), &self.initial.file)]);
+        let others = others.filter_map(|(key, p)| Some((key, path(p.as_ref()?))));
         let loads = self.loads.iter().enumerate();
         let tables =
             loads.filter_map(|(k, l)| Some((format!("load[{k}].table"), l.table.clone()?)));

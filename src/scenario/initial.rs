@@ -1,9 +1,13 @@
 //! `[initial]`: the state at the start.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
 use super::number::{Check, count_from_one, finite, length};
 use super::{Field, Issue, Scene};
@@ -17,15 +21,66 @@ pub struct Initial {
     /// With `mode`: its contact displacement of largest magnitude, over the gap; negative: away from the obstacle.
     pub amplitude: Option<f64>,
     /// Components of the displacement, numbers or expressions; what a support holds is left out. Those of contact nodes along the normal follow from the contact conditions, where they have no mass.
+    /// Of several bodies also by their names, `{ first = ["-2*x", "0"] }`, zero for the others; where one mesh has several materials their groups are such names.
     #[schemars(extend("examples" = [["-2*x", "0"]]))]
-    pub displacement: Option<Vec<Field>>,
+    pub displacement: Option<Components>,
     /// Components of the velocity, likewise.
-    pub velocity: Option<Vec<Field>>,
+    pub velocity: Option<Components>,
     /// An orbit, or the last state of a run, relative to the scene; interpolated from another mesh of the same body.
     pub file: Option<PathBuf>,
     /// The static equilibrium under the constant loads, contact included; `velocity` may be given with it.
     #[serde(default)]
     pub equilibrium: bool,
+}
+
+/// Components of a field: one list for all bodies, or one for each that is named.
+#[derive(Debug, Clone)]
+pub enum Components {
+    /// The same expressions everywhere.
+    Everywhere(Vec<Field>),
+    /// By the names of the bodies; zero on the others.
+    ByPart(BTreeMap<String, Vec<Field>>),
+}
+
+impl Components {
+    /// All lists, with the names of the bodies where they have one.
+    pub fn lists(&self) -> Vec<(Option<&str>, &[Field])> {
+        match self {
+            Components::Everywhere(list) => vec![(None, list)],
+            Components::ByPart(parts) => {
+                parts.iter().map(|(name, list)| (Some(name.as_str()), &list[..])).collect()
+            }
+        }
+    }
+}
+
+impl JsonSchema for Components {
+    fn schema_name() -> Cow<'static, str> {
+        "Components".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let list = generator.subschema_for::<Vec<Field>>();
+        json_schema!({"anyOf": [list, {"type": "object", "additionalProperties": list}]})
+    }
+}
+
+impl<'de> Deserialize<'de> for Components {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Components;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a list of numbers or expressions, or such lists by the names of bodies")
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Components, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Components::Everywhere)
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Components, A::Error> {
+                BTreeMap::deserialize(MapAccessDeserializer::new(map)).map(Components::ByPart)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
 }
 
 impl Scene {
@@ -75,10 +130,11 @@ impl Scene {
         for (key, list) in
             [("initial.displacement", &s.displacement), ("initial.velocity", &s.velocity)]
         {
-            if let Some(list) = list {
-                let all = ["[\"-2*x\"]", "[\"-2*x\", \"0\"]", "[\"-2*x\", \"0\", \"0\"]"];
-                let example = self.example(all);
-                length(key, list.len(), self.dim(), example)?;
+            let Some(components) = list else { continue };
+            let all = ["[\"-2*x\"]", "[\"-2*x\", \"0\"]", "[\"-2*x\", \"0\", \"0\"]"];
+            for (name, list) in components.lists() {
+                let key = name.map_or_else(|| key.to_owned(), |name| format!("{key}.{name}"));
+                length(&key, list.len(), self.dim(), self.example(all))?;
             }
         }
         Ok(())

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::{Check, count_from_one, finite, length, positive};
-use super::side::side;
-use super::{Amplitude, BodyKind, Edge, Issue, Scene};
+use super::side::{EdgeKey, side};
+use super::{Amplitude, BodyKind, Issue, Scene};
 
 /// `[[load]]`
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -16,7 +16,7 @@ pub struct Load {
     /// Kind `mode`: which, from 1.
     pub mode: Option<usize>,
     /// Kinds `traction`, `base`: the edge of a bar or plate.
-    edge: Option<Edge>,
+    edge: Option<EdgeKey>,
     /// Kinds `traction`, `base`: the physical group of a mesh.
     group: Option<String>,
     /// Kind `point`: where; the load acts on the nearest node. A place further than half an element from the body is refused.
@@ -73,7 +73,7 @@ impl Scene {
             count_from_one(&key(i, "mode"), m)?;
         }
         if matches!(l.kind, LoadKind::Traction | LoadKind::Base) {
-            side(self.body.kind, &format!("load[{i}]"), l.edge, l.group.as_ref(), "right")?;
+            side(self.body.kind, &format!("load[{i}]"), l.edge.as_ref(), l.group.as_ref(), "right")?;
         }
         if l.kind == LoadKind::Force && self.body.kind != BodyKind::Matrices {
             let message = "\"force\" acts on rows of matrices, and this body has elements";
@@ -181,7 +181,7 @@ impl LoadKind {
 impl Load {
     /// The group of sides that it acts on (kinds `traction`, `base`).
     pub fn group(&self) -> &str {
-        self.edge.map(Edge::name).or(self.group.as_deref()).unwrap_or_default()
+        self.edge.as_ref().map(EdgeKey::name).or(self.group.as_deref()).unwrap_or_default()
     }
 
     /// Keys that belong to one kind.

@@ -17,10 +17,12 @@ mod initial;
 mod load;
 mod material;
 mod matrices;
+mod meeting;
 mod method;
 mod number;
 mod orbit;
 mod pair;
+mod parts;
 mod reduction;
 mod run;
 mod schema;
@@ -47,8 +49,10 @@ pub use error::SceneError;
 pub(crate) use error::{from_toml as misread, locate};
 pub use expression::{Amplitude, Field};
 pub(crate) use file::FileName;
+pub use initial::Components;
 pub(crate) use initial::Initial;
 pub use load::Load;
+pub(crate) use meeting::{ProjectionKey, SidesKey};
 pub(crate) use load::LoadKind;
 pub(crate) use material::MaterialTable;
 pub(crate) use method::{
@@ -73,8 +77,15 @@ pub struct Scene {
     /// Title for pictures and summaries; summaries have the name of the file where there is none.
     #[serde(default)]
     pub title: String,
-    /// The elastic body.
+    /// The elastic body, `[body]`; or several of them, `[[body]]`, each with a name.
+    #[serde(rename = "body")]
+    bodies: parts::Bodies,
+    /// The elastic body; of several what they have in common.
+    #[serde(skip)]
     pub body: Body,
+    /// The bodies, where there are several.
+    #[serde(skip)]
+    pub parts: Vec<Body>,
     /// What the cells of a mesh are made of; every cell has exactly one material.
     #[serde(default, rename = "material")]
     pub materials: Vec<MaterialTable>,
@@ -152,6 +163,8 @@ impl Scene {
         let mut scene: Scene =
             toml::from_str(text).map_err(|e| error::from_toml(&e, &file, text))?;
         scene.source = Source { file: path.to_owned(), text: text.to_owned() };
+        let bodies = std::mem::take(&mut scene.bodies).merge();
+        (scene.body, scene.parts) = bodies.map_err(|issue| scene.error(issue))?;
         let merged = std::mem::take(&mut scene.tables).merge(scene.body.kind);
         scene.contact = merged.map_err(|issue| scene.error(issue))?;
         scene.check().map_err(|issue| scene.error(issue))?;

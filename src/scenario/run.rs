@@ -165,7 +165,7 @@ impl Scene {
     /// On a bar or a plate groups are edges; a body from matrices has none.
     fn check_store(&self) -> Check {
         let known: &[Edge] = match self.body.kind {
-            BodyKind::Mesh => return Ok(()),
+            BodyKind::Mesh | BodyKind::Parts => return Ok(()),
             BodyKind::Matrices => &[],
             BodyKind::Bar => &[Edge::Left, Edge::Right],
             BodyKind::Plate => &Edge::ALL,

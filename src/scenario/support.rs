@@ -4,15 +4,15 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::Check;
-use super::side::side;
-use super::{BodyKind, Edge, Issue, Scene};
+use super::side::{EdgeKey, side};
+use super::{BodyKind, Issue, Scene};
 
 /// `[[support]]`: displacements set to zero on sides of the body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
     /// The edge of a bar or plate; a bar has `left` and `right`.
-    edge: Option<Edge>,
+    edge: Option<EdgeKey>,
     /// The physical group of a mesh, by name, or `"#3"` by tag: of curves, in space of surfaces.
     group: Option<String>,
     /// What is held: components, or the normal (a plane of symmetry, however it lies). A roller holds one of them.
@@ -47,14 +47,14 @@ impl Direction {
 impl Support {
     /// The group of sides.
     pub fn group(&self) -> &str {
-        self.edge.map(Edge::name).or(self.group.as_deref()).unwrap_or_default()
+        self.edge.as_ref().map(EdgeKey::name).or(self.group.as_deref()).unwrap_or_default()
     }
 }
 
 impl Scene {
     pub(super) fn check_supports(&self) -> Check {
         for (i, s) in self.supports.iter().enumerate() {
-            side(self.body.kind, &format!("support[{i}]"), s.edge, s.group.as_ref(), "left")?;
+            side(self.body.kind, &format!("support[{i}]"), s.edge.as_ref(), s.group.as_ref(), "left")?;
             let key = format!("support[{i}].fix");
             if s.fix.is_empty() {
                 return Err(Issue::new(

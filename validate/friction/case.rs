@@ -4,10 +4,13 @@
 //! - An oscillator on a belt sticks at `asin(V/μN)` (m = k = N = 1, from rest) and breaks loose when the belt has carried it to `μN/k`.
 //! - Under `P cos Ωt` it slips without a stop at Den Hartog's amplitude `√((P/kV)² − (μN/kU)²)`, `V = 1/(1 − r²)`, `U = sin(π/r)/(r(1 + cos(π/r)))`, and loses
 //!   `4μNA` a period; with two stops it slides from `A` to `−A` from where `P cos φ = A − μN`.
+//! - Behind a spring a slider turns, loses and comes to Den Hartog's oscillator as in `sliders.rs`.
 //! - Without inertia a bar on a rough floor moves its end by `F²/2qEA`; see `paths.rs`.
 
 #[path = "paths.rs"]
 mod paths;
+#[path = "sliders.rs"]
+mod sliders;
 #[path = "witness.rs"]
 mod witness;
 
@@ -460,6 +463,7 @@ fn run(effort: Effort) -> Outcome {
     checks.extend(impacts(effort)?);
     checks.extend(block(effort)?);
     checks.extend(paths::run()?);
+    checks.extend(sliders::run()?);
     checks.extend(random(effort)?);
     Ok(checks)
 }

@@ -16,7 +16,7 @@ use signorini::contact::phase_modes;
 use signorini::event::{self, GrazingKind, Options, Report, Silent};
 use signorini::flow::{Flow, Tolerances};
 use signorini::problem::Problem;
-use signorini::scenario::{Field, Integrator, Scene};
+use signorini::scenario::{Components, Field, Integrator, Scene};
 use signorini::simulate::by_name;
 
 use super::oscillator::closed_form;
@@ -45,7 +45,7 @@ fn run(effort: Effort) -> Outcome {
 fn with_displacement(text: &str, fields: &[&str]) -> Result<Scene, String> {
     let mut scene = scene(text, None)?;
     scene.initial.displacement =
-        Some(fields.iter().map(|f| Field::parse(f)).collect::<Result<_, _>>()?);
+        Some(Components::Everywhere(fields.iter().map(|f| Field::parse(f)).collect::<Result<_, _>>()?));
     Ok(scene)
 }
 

@@ -212,7 +212,27 @@ pub(super) fn areas(body: &Body) -> Vec<f64> {
             }
         }
     }
+    of_pairs(&body.dofs, &mut area);
     area
+}
+
+/// What a master covers of the area of its slaves, and what these give to its own nodes.
+fn of_pairs(dofs: &DofMap, area: &mut [f64]) {
+    for (group, meeting) in dofs.facing.iter().enumerate().filter_map(|(k, f)| Some((k, f.meeting.as_ref()?))) {
+        let mut of_master: HashMap<usize, f64> = HashMap::new();
+        for against in &meeting.nodes {
+            if let Some(i) = dofs.contact_at(group, against.node) {
+                area[i] = against.share;
+            }
+            for (j, p) in &against.masters {
+                *of_master.entry(*j).or_insert(0.0) += p.abs() * against.share;
+            }
+        }
+        let faceless = dofs.contact.iter().enumerate().skip(dofs.n_facing);
+        for (i, _) in faceless.filter(|(_, c)| c.group == group) {
+            area[i] = of_master.get(&dofs.contact[i].node).copied().unwrap_or(1.0);
+        }
+    }
 }
 
 /// Integrate `R` and `G` over the sides before obstacles and form `N_C`, `N_O`.
@@ -351,7 +371,7 @@ mod tests {
                     } else {
                         n
                     };
-                    let facing = Facing { group: edge.to_owned(), direction: oblique.then_some(m) };
+                    let facing = Facing::plane(edge, oblique.then_some(m));
                     let dofs = DofMap::new(&mesh, &[], &[facing]).unwrap();
                     let body = Body::assemble(mesh.clone(), dofs, &[material], false);
                     let op = match which {

@@ -5,18 +5,18 @@
 //! ```
 //!
 //! A displacement may have a second obstacle behind, `−u_C ≤ g'`. Each obstacle before a displacement is a *contact point*: the displacement with a sign,
-//! `w = g − s u_C`, `p = s (p_f − N_C u_C − N_O u_O)`.
+//! `w = g − s u_C`, `p = s (p_f − N_C u_C − N_O u_O)`. The last displacements may face nothing (those of the surface that another one meets): they follow, `p = 0`.
 //!
 //! `p_f` is the pressure that loads on `u_C` itself bring in: zero where the stress is that of the displacement field, `f_C` over the area
 //! where it is the nodal reaction. With `q = p_f − N_C g − N_O u_O` it reads `0 ≤ w ⟂ N_C w + q ≥ 0`.
 
 use std::sync::OnceLock;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::boundary::BoundaryOperator;
 use super::coupling::Coupling;
-use super::lcp::{self, ComparisonMatrix, LcpError, LcpSolution, PMatrix, Side};
+use super::lcp::{self, Bounds, ComparisonMatrix, LcpError, LcpSolution, PMatrix, Side};
 use super::states::{PointState, States};
 use crate::fem::{Csr, Loads};
 
@@ -29,6 +29,8 @@ pub struct Conditions {
     pub n_o: Csr,
     /// Displacement of each contact point and its sign: all in front in their order, then those behind.
     pub points: Vec<(usize, f64)>,
+    /// Number of displacements that face an obstacle: the first.
+    facing: usize,
     /// Gap of each contact point.
     pub gap: Vec<f64>,
     /// Way from one obstacle to the other of each displacement; empty where there are none behind.
@@ -49,7 +51,7 @@ pub struct Conditions {
 /// Gaps of contact displacements.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Gaps {
-    /// To the obstacle in front, one a displacement.
+    /// To the obstacle in front, one a displacement; the last displacements may face nothing and have none.
     pub front: Vec<f64>,
     /// To one behind, of some displacements; their sums with those in front are positive.
     pub behind: Vec<(usize, f64)>,
@@ -83,7 +85,8 @@ impl Conditions {
         if let PMatrix::NotShown { index } = p_matrix {
             return Err(index);
         }
-        let mut points: Vec<(usize, f64)> = (0..size).map(|d| (d, 1.0)).collect();
+        let facing = gaps.front.len();
+        let mut points: Vec<(usize, f64)> = (0..facing).map(|d| (d, 1.0)).collect();
         let (mut gap, mut way) = (gaps.front, vec![]);
         if !gaps.behind.is_empty() {
             way = vec![f64::INFINITY; size];
@@ -95,6 +98,7 @@ impl Conditions {
         }
         Ok(Conditions {
             points,
+            facing,
             way,
             gap,
             p_matrix,
@@ -116,14 +120,19 @@ impl Conditions {
 
     /// The gaps that it was made with.
     pub fn gaps(&self) -> Gaps {
-        let (front, behind) = self.gap.split_at(self.count());
-        let of = self.points[self.count()..].iter().zip(behind);
+        let (front, behind) = self.gap.split_at(self.facing);
+        let of = self.points[self.facing..].iter().zip(behind);
         Gaps { front: front.to_vec(), behind: of.map(|(p, g)| (p.0, *g)).collect() }
     }
 
     /// Number of contact displacements.
     pub fn count(&self) -> usize {
         self.area.len()
+    }
+
+    /// Number of contact displacements that face an obstacle: the first of them all.
+    pub fn facing(&self) -> usize {
+        self.facing
     }
 
     /// Displacements of the contact points towards their obstacles.
@@ -179,11 +188,9 @@ impl Conditions {
         p.iter().any(|p| *p != 0.0).then_some(p)
     }
 
-    /// Size of the terms that make up the pressure at point `i` when displacements are of the order of `u`: rounding errors of pressures
-    /// are judged against it.
-    pub(crate) fn pressure_scale(&self, i: usize, u: f64) -> f64 {
-        let (d, _) = self.points[i];
-        self.n_o_sums[d] * u + self.n_c_sums[d] * u.max(self.gap[i].abs())
+    /// Size of the terms that make up the pressure of displacement `d` when displacements are of the order of `u`: rounding errors of pressures are judged against it.
+    fn pressure_scale(&self, d: usize, u: f64, gap: f64) -> f64 {
+        self.n_o_sums[d] * u + self.n_c_sums[d] * u.max(gap.abs())
     }
 
     /// Sums of magnitudes of the rows of `N_O` and `N_C` of a displacement.
@@ -196,30 +203,42 @@ impl Conditions {
         self.n_o_sums[self.points[i].0] * size
     }
 
-    /// `q = p_f − N_C g − N_O u_O` with the gaps in front, and the size of its terms.
+    /// `q = p_f − N_C g − N_O u_O` with the gaps in front (zero of what faces nothing), and the size of its terms.
     pub fn data(&self, u_o: &[f64], load: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
         let size = self.count();
         let u = u_o.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let n_c_gap = |i: usize| self.n_c.row_dot(i, &self.gap[..size]);
+        let mut gap = self.gap[..self.facing].to_vec();
+        gap.resize(size, 0.0);
         let load = |i: usize| load.map_or(0.0, |p| p[i]);
-        let q = (0..size).map(|i| load(i) - (n_c_gap(i) + self.n_o.row_dot(i, u_o))).collect();
-        let scale = (0..size).map(|i| self.pressure_scale(i, u) + load(i).abs()).collect();
-        (q, scale)
+        let of = |i: usize| load(i) - (self.n_c.row_dot(i, &gap) + self.n_o.row_dot(i, u_o));
+        let scale = |i: usize| self.pressure_scale(i, u, gap[i]) + load(i).abs();
+        ((0..size).map(of).collect(), (0..size).map(scale).collect())
     }
 
-    /// The problem of [`Conditions::data`] for solvers that know no upper bound: with the pressures behind as unknowns besides,
-    /// `[N_C I; −I 0]`, `(q, W)`.
-    pub fn plain(&self, q: &[f64]) -> (DMatrix<f64>, Vec<f64>) {
-        let (n, bounded): (usize, Vec<usize>) =
-            (self.count(), self.points[self.count()..].iter().map(|p| p.0).collect());
+    /// The problem of [`Conditions::data`] for solvers that know no upper bound and no unknown without one: what faces nothing is eliminated, and the pressures behind
+    /// are unknowns besides, `[N I; −I 0]`, `(q, W)`. Nothing where what faces nothing has a singular block.
+    pub fn plain(&self, q: &[f64]) -> Option<(DMatrix<f64>, Vec<f64>)> {
+        let n = self.facing;
+        let bounded: Vec<usize> = self.points[n..].iter().map(|p| p.0).collect();
         let size = n + bounded.len();
+        let all = self.n_c.dense();
+        let (own, free) = (all.view((0, 0), (n, n)), self.count() - n);
+        let (mut schur, mut q) = (own.into_owned(), q.to_vec());
+        let rest = q.split_off(n);
+        if free > 0 {
+            let lu = all.view((n, n), (free, free)).into_owned().lu();
+            let across = all.view((0, n), (n, free));
+            schur -= across * lu.solve(&all.view((n, 0), (free, n)).into_owned())?;
+            let taken = across * lu.solve(&DVector::from_vec(rest))?;
+            q.iter_mut().zip(&taken).for_each(|(q, t)| *q -= t);
+        }
         let matrix = DMatrix::from_fn(size, size, |i, j| match (i < n, j < n) {
-            (true, true) => self.n_c[(i, j)],
+            (true, true) => schur[(i, j)],
             (true, false) => f64::from(u8::from(bounded[j - n] == i)),
             (false, true) => -f64::from(u8::from(bounded[i - n] == j)),
             (false, false) => 0.0,
         });
-        (matrix, q.iter().copied().chain(bounded.iter().map(|&d| self.way[d])).collect())
+        Some((matrix, q.into_iter().chain(bounded.iter().map(|&d| self.way[d])).collect()))
     }
 
     /// Solve `0 ≤ w ⟂ N_C w + q ≥ 0` for the gaps at `u_O`, warm from `start`.
@@ -230,11 +249,8 @@ impl Conditions {
         start: &States,
     ) -> Result<LcpSolution, LcpError> {
         let (q, scale) = self.data(u_o, load);
-        if self.way.is_empty() {
-            let touching: Vec<bool> = start.flags().into_iter().take(self.len()).collect();
-            return lcp::solve(&self.n_c, &q, &scale, &touching);
-        }
-        let found = lcp::solve_between(&self.n_c, (&q, &scale), &self.way, &self.places(start))?;
+        let bounds = Bounds { count: self.facing, upper: &self.way };
+        let found = lcp::solve_between(&self.n_c, (&q, &scale), bounds, &self.places(start))?;
         let side = |s: f64| if s > 0.0 { Side::Front } else { Side::Behind };
         let is_at = |d: usize, s: f64| found.places[d] == side(s);
         let of_points = self.points.iter();

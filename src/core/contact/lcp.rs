@@ -52,6 +52,15 @@ pub struct LcpSolution {
     pub pivots: usize,
 }
 
+/// Which unknowns have bounds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds<'a> {
+    /// The first so many have `w ≥ 0`; of the others `p = 0` alone is asked.
+    pub count: usize,
+    /// `w ≤ W`; none where the list is empty.
+    pub upper: &'a [f64],
+}
+
 /// The pivoting found no solution.
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum LcpError {
@@ -80,7 +89,7 @@ pub fn solve(
     let place = |a: &bool| if *a { Side::Front } else { Side::Free };
     let start: Vec<Side> = start.iter().map(place).collect();
     let BoxSolution { w, p, places, degenerate, pivots } =
-        solve_between(n, (q, q_scale), &[], &start)?;
+        solve_between(n, (q, q_scale), Bounds { count: q.len(), upper: &[] }, &start)?;
     Ok(LcpSolution {
         w,
         p,
@@ -90,15 +99,15 @@ pub fn solve(
     })
 }
 
-/// The same between two bounds, `0 ≤ w ≤ upper`; no upper bounds where the list is empty. `q` with the sizes of its terms.
+/// The same between two bounds, `0 ≤ w ≤ W`; what has no bounds stands [`Side::Free`]. `q` with the sizes of its terms.
 pub(crate) fn solve_between(
     n: &Coupling,
     (q, q_scale): (&[f64], &[f64]),
-    upper: &[f64],
+    bounds: Bounds,
     start: &[Side],
 ) -> Result<BoxSolution, LcpError> {
-    let size = q.len();
-    let bound = |i: usize| upper.get(i).copied().unwrap_or(f64::INFINITY);
+    let size = bounds.count;
+    let bound = |i: usize| bounds.upper.get(i).copied().unwrap_or(f64::INFINITY);
     let mut places = start.to_vec();
     let mut pivots = 0;
     let mut fewest = size + 1;
@@ -131,7 +140,8 @@ pub(crate) fn solve_between(
                 Some((i, at))
             };
             let degenerate = (0..size).filter_map(touches).collect();
-            let w = w.iter().enumerate().map(|(i, w)| w.max(0.0).min(bound(i))).collect();
+            let within = |(i, w): (usize, f64)| if i < size { w.max(0.0).min(bound(i)) } else { w };
+            let w = w.into_iter().enumerate().map(within).collect();
             let sided = |(i, p): (usize, &f64)| match places[i] {
                 Side::Front => p.max(0.0),
                 Side::Behind => p.min(0.0),
@@ -402,7 +412,8 @@ mod tests {
             let all = [Side::Front, Side::Free, Side::Behind];
             let start: Vec<Side> = (0..size).map(|i| all[(case as usize + i) % 2]).collect();
             let coupling = Coupling::from(n.clone());
-            let found = solve_between(&coupling, (&q, &scale), &upper, &start).unwrap();
+            let bounds = Bounds { count: size, upper: &upper };
+            let found = solve_between(&coupling, (&q, &scale), bounds, &start).unwrap();
             let mut right = vec![];
             for code in 0..81 {
                 let places: Vec<Side> = (0..4).map(|i| all[code / 3usize.pow(i) % 3]).collect();

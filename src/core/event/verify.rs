@@ -41,14 +41,17 @@ impl<'a, O> Verified<'a, O> {
         // the gaps in front are the unknowns
         let u_c = system.towards_obstacles(s.u);
         let (q, _) = conditions.data(u_o, load.as_deref());
-        let facing = system.constraints.iter().zip(&u_c).take(conditions.count());
+        let facing = system.constraints.iter().zip(&u_c).take(conditions.facing());
         let w: Vec<f64> = facing.map(|(c, u)| c.gap - u).collect();
         let scale = w.iter().fold(system.units.length, |m, x| m.max(x.abs()));
         let distance = |other: &[f64]| {
             w.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale
         };
         check.states += 1;
-        let (matrix, q) = conditions.plain(&q);
+        let Some((matrix, q)) = conditions.plain(&q) else {
+            check.gave_up += 1;
+            return;
+        };
         if q.len() <= oracle::ENUMERATION_LIMIT {
             let all = oracle::enumerate(&matrix, &q);
             let nearest = all.iter().map(|x| distance(x)).fold(f64::INFINITY, f64::min);

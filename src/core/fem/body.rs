@@ -14,7 +14,7 @@ use super::element::{ElementMatrices, Shape};
 use super::law::Material;
 use super::reduction::Reduction;
 use super::sparse::{Csr, SpdFactor, Sums};
-use crate::mesh::{Block, Element, Mesh, Point, structured};
+use crate::mesh::{Block, Element, Mesh, Point, bounds, structured};
 
 /// Where the matrices come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,7 +182,7 @@ impl Body {
             for (k, &node) in element.nodes.iter().enumerate().filter(|_| lumped) {
                 let row = n * dim * k;
                 let whole: f64 = matrices.mass[row..row + n].iter().sum();
-                diagonal.extend(dofs.gram(node).map(|(i, j, g)| (i, j, g * whole)));
+                diagonal.extend(dofs.gram(node).into_iter().map(|(i, j, g)| (i, j, g * whole)));
             }
         }
         let stiffness = stiffness.finish();
@@ -530,59 +530,79 @@ impl Body {
 
     fn rigid_motions_of_elements(&self, held_contact: bool) -> Vec<Vec<f64>> {
         let (mesh, dofs, dim) = (&self.mesh, &self.dofs, self.mesh.dim());
-        let (scale, centre) = (mesh.length(), mesh.centre());
+        let part_of = mesh.parts();
+        let n_parts = part_of.iter().max().map_or(0, |last| last + 1);
+        let frames: Vec<(f64, Point)> = (0..n_parts)
+            .map(|part| {
+                let own = mesh.nodes().iter().zip(&part_of).filter(|(_, p)| **p == part);
+                let [low, high] = bounds(own.map(|(x, _)| x));
+                let size: Point = std::array::from_fn(|c| high[c] - low[c]);
+                let centre = std::array::from_fn(|c| low[c] + size[c] / 2.0);
+                (size.into_iter().fold(0.0, f64::max), centre)
+            })
+            .collect();
         // a ring can only move along its axis
         let is_ring = self.materials().iter().any(Material::is_radial);
         // translations, then rotations in the planes of two axes
         const PLANES: [(usize, usize); 3] = [(0, 1), (1, 2), (2, 0)];
-        let motion = |k: usize, p: Point, c: usize| match k.checked_sub(dim) {
-            _ if is_ring => c as f64,
-            None => f64::from(u8::from(c == k)),
-            Some(plane) => match PLANES[plane] {
-                (a, b) if c == a => -(p[b] - centre[b]) / scale,
-                (a, b) if c == b => (p[a] - centre[a]) / scale,
-                _ => 0.0,
-            },
-        };
-        let n_motions = if is_ring { 1 } else { dim * (dim + 1) / 2 };
-        let mut gram = nalgebra::DMatrix::<f64>::zeros(n_motions, n_motions);
-        let mut held = 0.0f64;
-        let mut hold = |n: usize, d: Point| {
-            let p = mesh.nodes()[n];
-            let along = |k: usize| (0..dim).map(|c| d[c] * motion(k, p, c)).sum::<f64>();
-            held += 1.0;
-            for a in 0..n_motions {
-                for b in 0..n_motions {
-                    gram[(a, b)] += along(a) * along(b);
-                }
+        let of_part = if is_ring { 1 } else { dim * (dim + 1) / 2 };
+        let n_motions = of_part * n_parts;
+        // motion k of a node; a part moves by itself
+        let motion = |k: usize, n: usize, c: usize| {
+            if k / of_part != part_of[n] {
+                return 0.0;
+            }
+            let (p, (scale, centre)) = (mesh.nodes()[n], frames[part_of[n]]);
+            let k = k % of_part;
+            match k.checked_sub(dim) {
+                _ if is_ring => c as f64,
+                None => f64::from(u8::from(c == k)),
+                Some(plane) => match PLANES[plane] {
+                    (a, b) if c == a => -(p[b] - centre[b]) / scale,
+                    (a, b) if c == b => (p[a] - centre[a]) / scale,
+                    _ => 0.0,
+                },
             }
         };
-        for n in 0..mesh.n_nodes() {
-            dofs.directions(n).filter(|d| d.1.is_none()).for_each(|d| hold(n, d.0));
-        }
-        // contact displacements, whether they are u_C or carry springs
-        let contact = dofs.contact.iter().filter(|_| held_contact);
-        contact.for_each(|c| hold(c.node, c.direction));
-        for spring in self.discrete.iter().filter(|e| e.stiffness != 0.0) {
-            let along: Vec<f64> = (0..n_motions)
-                .map(|k| {
-                    let nodes = mesh.nodes().iter();
-                    let field = nodes.flat_map(|p| (0..dim).map(move |c| motion(k, *p, c)));
-                    spring.along(&dofs.gather(&field.collect::<Vec<f64>>()))
-                })
-                .collect();
+        let mut gram = nalgebra::DMatrix::<f64>::zeros(n_motions, n_motions);
+        let mut held = 0.0f64;
+        let mut hold = |along: Vec<f64>| {
             held += 1.0;
-            (0..n_motions)
-                .for_each(|a| (0..n_motions).for_each(|b| gram[(a, b)] += along[a] * along[b]));
+            let moved: Vec<usize> = (0..n_motions).filter(|&k| along[k] != 0.0).collect();
+            for &a in &moved {
+                moved.iter().for_each(|&b| gram[(a, b)] += along[a] * along[b]);
+            }
+        };
+        let along = |n: usize, d: Point| -> Vec<f64> {
+            (0..n_motions).map(|k| (0..dim).map(|c| d[c] * motion(k, n, c)).sum()).collect()
+        };
+        for n in 0..mesh.n_nodes() {
+            dofs.directions(n).filter(|d| d.1.is_none()).for_each(|d| hold(along(n, d.0)));
+        }
+        // contact displacements, whether they are u_C or carry springs, against those of what they meet
+        for (i, c) in dofs.contact[..dofs.n_facing].iter().enumerate().filter(|_| held_contact) {
+            let mut own = along(c.node, c.direction);
+            for (j, p) in dofs.against(i) {
+                own.iter_mut().zip(along(*j, c.direction)).for_each(|(a, b)| *a -= p * b);
+            }
+            hold(own);
+        }
+        for spring in self.discrete.iter().filter(|e| e.stiffness != 0.0) {
+            let of_motion = |k: usize| {
+                let nodes = 0..mesh.n_nodes();
+                let field = nodes.flat_map(|n| (0..dim).map(move |c| (n, c)));
+                let field: Vec<f64> = field.map(|(n, c)| motion(k, n, c)).collect();
+                spring.along(&dofs.gather(&field))
+            };
+            hold((0..n_motions).map(of_motion).collect());
         }
         let eigen = gram.symmetric_eigen();
         (0..n_motions)
             .filter(|&k| eigen.eigenvalues[k] <= 1e-10 * held.max(1.0))
             .map(|k| {
                 let v = eigen.eigenvectors.column(k);
-                let field = |n: usize, c: usize| {
-                    (0..n_motions).map(|a| v[a] * motion(a, mesh.nodes()[n], c)).sum::<f64>()
-                };
+                let field =
+                    |n: usize, c: usize| (0..n_motions).map(|a| v[a] * motion(a, n, c)).sum::<f64>();
                 (0..mesh.n_nodes()).flat_map(|n| (0..dim).map(move |c| field(n, c))).collect()
             })
             .collect()

@@ -1,7 +1,8 @@
 //! Numbering of the displacements: prescribed ones leave, `u = (u_O, u_C)`.
 //!
 //! `u_C` are displacements of contact nodes along their contact directions `m`, `u_C,i = m_i·u`; what is left of these nodes' displacements belongs to
-//! `u_O`: no friction. Nodal displacements along the axes are `T u`, `T` made of the local bases of [`super::frame`].
+//! `u_O`: no friction. Where two surfaces meet they are counted against those of the master, `u_C,i = m_i·(u_i − Σ_j P_ij u_j)`. Nodal displacements along the axes are
+//! `T u`, `T` made of the local bases of [`super::frame`] and of these rows: `M' = TᵀMT`, `K' = TᵀKT`, forces `Tᵀf`.
 
 use std::collections::BTreeMap;
 
@@ -19,8 +20,15 @@ pub struct DofMap {
     pub n_c: usize,
     /// `u_C` are displacements of the body that are but seen: they have no rows of their own.
     pub is_seen: bool,
-    /// Contact points of the mesh, in the order of `u_C` where these are their displacements.
+    /// Contact points of the mesh, in the order of `u_C` where these are their displacements: those that face something, then the nodes of masters that give up their
+    /// inertia.
     pub contact: Vec<ContactPoint>,
+    /// Number of those that face something.
+    pub n_facing: usize,
+    /// `P_ij` of the nodes against whose displacements that of a contact point is counted.
+    against: Vec<Vec<(usize, f64)>>,
+    /// Rows of `T` of the nodes that follow others, one a component.
+    tied: BTreeMap<usize, Vec<Vec<(usize, f64)>>>,
     /// The groups before obstacles.
     pub facing: Vec<Facing>,
     /// Contact point of a node in a group.
@@ -40,16 +48,21 @@ pub struct DofMap {
 impl DofMap {
     /// Number the displacements that supports leave.
     pub fn new(mesh: &Mesh, held: &[Held], facing: &[Facing]) -> Result<DofMap, FrameError> {
-        Ok(DofMap::number(mesh, Frames::new(mesh, held, facing, true)?, facing, true))
+        DofMap::number(mesh, Frames::new(mesh, held, facing, true)?, facing, true)
     }
 
     /// The numbering of a body whose contact displacements move by themselves: they are among `u_O`.
     pub fn beside(mesh: &Mesh, held: &[Held], facing: &[Facing]) -> Result<DofMap, FrameError> {
-        Ok(DofMap::number(mesh, Frames::new(mesh, held, facing, false)?, facing, false))
+        DofMap::number(mesh, Frames::new(mesh, held, facing, false)?, facing, false)
     }
 
-    fn number(mesh: &Mesh, frames: Frames, facing: &[Facing], apart: bool) -> DofMap {
-        let Frames { of_node, slots, contact, in_group } = frames;
+    fn number(
+        mesh: &Mesh,
+        frames: Frames,
+        facing: &[Facing],
+        apart: bool,
+    ) -> Result<DofMap, FrameError> {
+        let Frames { of_node, slots, contact, n_facing, against, in_group } = frames;
         let dim = mesh.dim();
         let mut index = vec![None; slots.len()];
         let mut n_o = 0;
@@ -81,6 +94,9 @@ impl DofMap {
             n_c: if apart { contact.len() } else { 0 },
             is_seen: false,
             contact,
+            n_facing,
+            against,
+            tied: BTreeMap::new(),
             facing: facing.to_vec(),
             in_group,
             frames: of_node,
@@ -89,10 +105,69 @@ impl DofMap {
             slaves: vec![],
             rows: vec![],
         };
-        let components = |&n: &usize| dofs.dim * n..dofs.dim * (n + 1);
+        dofs.tie(&slots)?;
+        let components = |n: usize| dofs.dim * n..dofs.dim * (n + 1);
         let moves = |&k: &usize| dofs.index[k].is_none() && dofs.terms_of(k).next().is_some();
-        dofs.slaves = dofs.frames.keys().flat_map(components).filter(moves).collect();
-        dofs
+        dofs.slaves = dofs.skew().into_iter().flat_map(components).filter(moves).collect();
+        Ok(dofs)
+    }
+
+    /// The nodes whose displacements along the axes are combinations of entries of `u`.
+    fn skew(&self) -> Vec<usize> {
+        let mut all: Vec<usize> = self.frames.keys().chain(self.tied.keys()).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The rows of `T` of nodes that are counted against others; a master may be counted against others itself.
+    fn tie(&mut self, slots: &[Slot]) -> Result<(), FrameError> {
+        let mut waiting: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
+        for (d, slot) in slots.iter().enumerate() {
+            if let &Slot::Contact(i) = slot
+                && !self.against[i].is_empty()
+            {
+                waiting.entry(d / self.dim).or_default().push((d % self.dim, i));
+            }
+        }
+        while !waiting.is_empty() {
+            let of_pair = |points: &[(usize, usize)]| {
+                points.iter().flat_map(|(_, i)| &self.against[*i]).all(|(j, _)| !waiting.contains_key(j))
+            };
+            let ready: Vec<usize> =
+                waiting.iter().filter(|(_, p)| of_pair(p)).map(|(n, _)| *n).collect();
+            if ready.is_empty() {
+                let first = waiting.values().flatten().next();
+                let group = first.map_or(0, |(_, i)| self.contact[*i].group);
+                return Err(FrameError::Circle { group: self.facing[group].group.clone() });
+            }
+            for node in ready {
+                let points = waiting.remove(&node).unwrap_or_default();
+                let rows = (0..self.dim).map(|c| self.tied_row(node, c, &points)).collect();
+                self.tied.insert(node, rows);
+            }
+        }
+        Ok(())
+    }
+
+    /// `u_s,c = Σ_k W⁻¹_ck (û_k + Σ_j P_ij m_i·u_j)`, the sum over masters for the slots of contact points.
+    fn tied_row(&self, node: usize, c: usize, points: &[(usize, usize)]) -> Vec<(usize, f64)> {
+        let mut row: BTreeMap<usize, f64> = self.terms(node, c).collect();
+        let axis = |k: usize| f64::from(u8::from(c == k));
+        for &(slot, i) in points {
+            let factor = self.frames.get(&node).map_or(axis(slot), |f| f.inverse[c][slot]);
+            // the slot may count against the contact direction
+            let m = self.contact[i].direction;
+            let own = self.frames.get(&node).map_or_else(|| m, |f| f.rows[slot]);
+            for &(j, p) in &self.against[i] {
+                for d in 0..self.dim {
+                    for (e, t) in self.terms(j, d) {
+                        *row.entry(e).or_insert(0.0) += factor * p * own[d] * t;
+                    }
+                }
+            }
+        }
+        row.into_iter().filter(|(_, v)| *v != 0.0).collect()
     }
 
     /// The displacements of given matrices: node `i` of a row of points carries row `i`; the last node is the ground.
@@ -114,6 +189,9 @@ impl DofMap {
             n_c: contact.len(),
             is_seen: false,
             contact: contact.iter().map(point).collect(),
+            n_facing: contact.len(),
+            against: vec![vec![]; contact.len()],
+            tied: BTreeMap::new(),
             facing: vec![],
             in_group: BTreeMap::new(),
             frames: BTreeMap::new(),
@@ -140,13 +218,15 @@ impl DofMap {
         self.index.iter_mut().flatten().for_each(moved);
         self.rows.iter_mut().for_each(moved);
         self.places.iter_mut().for_each(|p| moved(&mut p.0));
+        self.tied.values_mut().flatten().flatten().for_each(|t| moved(&mut t.0));
         self.n_o += count;
         self
     }
 
     /// The same contact with `n_o` coordinates in place of `u_O`: no node has a number any more.
     pub(crate) fn of_coordinates(&self, n_o: usize) -> DofMap {
-        DofMap { n_o, index: vec![None; self.index.len()], ..self.clone() }
+        let (index, tied) = (vec![None; self.index.len()], BTreeMap::new());
+        DofMap { n_o, index, tied, ..self.clone() }
     }
 
     /// Place in `u` of a row of given matrices.
@@ -164,6 +244,11 @@ impl DofMap {
         self.places[point]
     }
 
+    /// `P_ij` of the nodes against whose displacements that of a contact point is counted; none before a rigid obstacle.
+    pub fn against(&self, point: usize) -> &[(usize, f64)] {
+        &self.against[point]
+    }
+
     /// The contact point of a node in one of the groups before obstacles.
     pub fn contact_at(&self, group: usize, node: usize) -> Option<usize> {
         self.in_group.get(&(group, node)).copied()
@@ -171,6 +256,13 @@ impl DofMap {
 
     /// A nodal displacement along an axis as a combination of entries of `u`: a row of `T`.
     pub fn terms(&self, node: usize, component: usize) -> impl Iterator<Item = (usize, f64)> {
+        let tied = self.tied.get(&node).map(|rows| rows[component].iter().copied());
+        let own = tied.is_none().then(|| self.own_terms(node, component));
+        tied.into_iter().flatten().chain(own.into_iter().flatten())
+    }
+
+    /// The same of a node that no other moves.
+    fn own_terms(&self, node: usize, component: usize) -> impl Iterator<Item = (usize, f64)> {
         let frame = self.frames.get(&node);
         let slots = match frame {
             None => component..component + 1,
@@ -197,7 +289,16 @@ impl DofMap {
     }
 
     /// `TᵀT` of a node whose displacements along all axes have the same mass.
-    pub(super) fn gram(&self, node: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+    pub(super) fn gram(&self, node: usize) -> Vec<(usize, usize, f64)> {
+        let Some(rows) = self.tied.get(&node) else { return self.own_gram(node).collect() };
+        let of_row = |row: &Vec<(usize, f64)>| {
+            let pairs = row.iter().flat_map(|a| row.iter().map(move |b| (a, b)));
+            pairs.map(|(a, b)| (a.0, b.0, a.1 * b.1)).collect::<Vec<_>>()
+        };
+        rows.iter().flat_map(of_row).collect()
+    }
+
+    fn own_gram(&self, node: usize) -> impl Iterator<Item = (usize, usize, f64)> {
         let frame = self.frames.get(&node).filter(|f| !f.is_orthonormal);
         let pairs = (0..self.dim).flat_map(move |a| {
             match frame {
@@ -221,11 +322,12 @@ impl DofMap {
         })
     }
 
-    /// `u` from a nodal field of displacements (components interleaved): `û = W u` at every node.
+    /// `u` from a nodal field of displacements (components interleaved): `û = W u` at every node, less what the masters of a contact point do.
     pub fn gather(&self, nodal: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.n()];
+        let of = |node: usize| &nodal[self.dim * node..self.dim * (node + 1)];
         for node in 0..nodal.len() / self.dim {
-            let own = &nodal[self.dim * node..self.dim * (node + 1)];
+            let own = of(node);
             let frame = self.frames.get(&node);
             for k in 0..self.dim {
                 let Some(i) = self.index[self.dim * node + k] else { continue };
@@ -235,7 +337,17 @@ impl DofMap {
                 };
             }
         }
+        self.count_against(&mut u, |node, c| of(node)[c]);
         u
+    }
+
+    /// Take from contact displacements what their masters do: `Σ_j P_ij m_i·u_j`.
+    fn count_against(&self, u: &mut [f64], of: impl Fn(usize, usize) -> f64) {
+        for (i, masters) in self.against.iter().enumerate().filter(|(_, m)| !m.is_empty()) {
+            let (m, (place, sign)) = (self.contact[i].direction, self.places[i]);
+            let along = |j: usize| (0..self.dim).map(|c| m[c] * of(j, c)).sum::<f64>();
+            u[place] -= sign * masters.iter().map(|(j, p)| p * along(*j)).sum::<f64>();
+        }
     }
 
     /// Forces on `u` of nodal forces: `Tᵀ f`.
@@ -270,7 +382,7 @@ impl DofMap {
     pub fn along_axes(&self, u: &[f64]) -> Vec<f64> {
         let mut x = u.to_vec();
         let of = |k: usize| self.terms_of(k).map(|(i, c)| c * u[i]).sum::<f64>();
-        for &node in self.frames.keys() {
+        for node in self.skew() {
             for k in self.dim * node..self.dim * (node + 1) {
                 if let Some(i) = self.index[k] {
                     x[i] = of(k);
@@ -284,15 +396,16 @@ impl DofMap {
     /// The same back: `u` of what a file holds.
     pub fn from_axes(&self, x: &[f64]) -> Vec<f64> {
         let mut u = x[..self.n()].to_vec();
+        let of = |node: usize, c: usize| self.column(node, c).map_or(0.0, |k| x[k]);
         for (&node, frame) in &self.frames {
-            let own: Vec<f64> =
-                (0..self.dim).map(|c| self.column(node, c).map_or(0.0, |k| x[k])).collect();
+            let own: Vec<f64> = (0..self.dim).map(|c| of(node, c)).collect();
             for k in 0..self.dim {
                 if let Some(i) = self.index[self.dim * node + k] {
                     u[i] = own.iter().zip(&frame.rows[k]).map(|(x, w)| x * w).sum();
                 }
             }
         }
+        self.count_against(&mut u, of);
         u
     }
 }
@@ -338,7 +451,7 @@ mod tests {
         let turned = |[x, y, _]: Point| [cos * x - sin * y, sin * x + cos * y, 0.0];
         let mesh = straight.moved(turned);
         let held = [Held { group: "bottom".into(), fix: super::super::frame::Fix::Normal }];
-        let oblique = Facing { group: "top".into(), direction: Some(turned([0.28, 0.96, 0.0])) };
+        let oblique = Facing::plane("top", Some(turned([0.28, 0.96, 0.0])));
         let facing = [Facing::surface("right"), oblique];
         for d in [DofMap::new(&mesh, &held, &facing), DofMap::beside(&mesh, &held, &facing)] {
             let d = d.unwrap();

@@ -5,11 +5,12 @@
 //! `f̂ = W⁻ᵀ f`. The axes themselves are the basis of every other node.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::element::Shape;
-use super::shape::side_shares;
+use super::normals::{GroupNode, nodes_of};
+use super::pair::{Against, Meeting, Sides};
 use crate::mesh::point::{dot, norm, unit};
 use crate::mesh::{Mesh, Point};
 
@@ -38,23 +39,36 @@ impl Held {
     }
 }
 
-/// A group of sides before an obstacle.
+/// A group of sides before an obstacle, or before another surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facing {
     /// Group of sides.
     pub group: String,
     /// Outward normal of the body towards a rigid plane; none: contact is along the normals of the nodes.
     pub direction: Option<Point>,
+    /// The surface that moves before it, of which the group is the slave; none: a rigid obstacle.
+    pub meeting: Option<Arc<Meeting>>,
 }
 
 impl Facing {
     /// Along the normals of the nodes.
     pub fn surface(group: &str) -> Facing {
-        Facing { group: group.to_owned(), direction: None }
+        Facing { group: group.to_owned(), direction: None, meeting: None }
+    }
+
+    /// Towards a rigid plane, where there is one.
+    pub fn plane(group: &str, direction: Option<Point>) -> Facing {
+        Facing { direction, ..Facing::surface(group) }
+    }
+
+    /// Before another surface.
+    pub fn pair(meeting: Meeting) -> Facing {
+        let group = meeting.pair.slave.clone();
+        Facing { group, direction: None, meeting: Some(Arc::new(meeting)) }
     }
 }
 
-/// A node that an obstacle faces in a direction.
+/// A node that an obstacle faces in a direction, or that a slave meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPoint {
     /// The node.
@@ -104,6 +118,18 @@ pub enum FrameError {
         /// Node.
         node: usize,
     },
+    /// A node of two pairs in one direction.
+    #[error("node {node} meets two surfaces in one direction")]
+    TwoMasters {
+        /// Node.
+        node: usize,
+    },
+    /// Pairs that refer to each other.
+    #[error("the pair of \"{group}\" refers to itself: its masters are counted against its slaves")]
+    Circle {
+        /// Group of a slave.
+        group: String,
+    },
     /// A group that turns at a node by so much that it is two.
     #[error("the group \"{group}\" turns by {degrees:.1}° at node {node}")]
     Corner {
@@ -130,6 +156,8 @@ pub enum FrameError {
 const FACES: f64 = 0.5;
 /// Directions closer than this are one.
 const ONE: f64 = 10.0;
+/// Supports may turn the direction of a pair by this much.
+const TURNED: f64 = 30.0;
 /// Directions further apart than this are two (and closer than 180° minus it).
 const TWO: f64 = 30.0;
 /// Sides of one group that turn by more are no curved surface (a circle of eight sides turns by 45°).
@@ -146,39 +174,6 @@ fn sum(a: &Point, c: f64, b: &Point) -> Point {
 
 fn degrees(a: &Point, b: &Point) -> f64 {
     dot(a, b).clamp(-1.0, 1.0).acos().to_degrees()
-}
-
-/// A node of a group: its normal `∫ P n ds`, normalised, and those of the sides there. On faces with shape functions whose integrals are not all
-/// positive it is `∫ P² n ds`.
-#[derive(Debug, Clone)]
-struct GroupNode {
-    node: usize,
-    normal: Point,
-    sides: Vec<Point>,
-}
-
-/// The nodes of a group in their order.
-fn nodes_of(mesh: &Mesh, group: &str) -> Vec<GroupNode> {
-    let order = mesh.group_nodes(group);
-    let place: BTreeMap<usize, usize> = order.iter().enumerate().map(|(k, &n)| (n, k)).collect();
-    let new = |node| GroupNode { node, normal: [0.0; 3], sides: vec![] };
-    let mut nodes: Vec<GroupNode> = order.iter().copied().map(new).collect();
-    for &facet in mesh.group(group) {
-        let element = mesh.element(facet);
-        let x = mesh.corners(element);
-        let bears = side_shares(element.kind, facet.side).iter().all(|share| *share > 1e-12);
-        for point in (Shape { kind: element.kind, x: &x }).side(facet.side) {
-            let n = point.normal;
-            for (&local, p) in element.kind.side(facet.side).iter().zip(&point.values) {
-                let of_node = &mut nodes[place[&element.nodes[local]]];
-                let weight = if bears { *p } else { p * p };
-                of_node.normal = sum(&of_node.normal, weight * point.area, &n);
-                of_node.sides.push(n);
-            }
-        }
-    }
-    nodes.iter_mut().for_each(|n| n.normal = unit(n.normal));
-    nodes
 }
 
 /// A basis `W` at a node and `W⁻¹`; rows are directions.
@@ -252,7 +247,12 @@ pub(super) struct Frames {
     pub of_node: BTreeMap<usize, Frame>,
     /// `dim` slots a node.
     pub slots: Vec<Slot>,
+    /// Those that face something, then the nodes of masters that give up their inertia.
     pub contact: Vec<ContactPoint>,
+    /// Number of those that face something.
+    pub n_facing: usize,
+    /// `P_ij` of the nodes against whose displacements a contact point's is counted.
+    pub against: Vec<Vec<(usize, f64)>>,
     /// Contact point of a node in a group.
     pub in_group: BTreeMap<(usize, usize), usize>,
 }
@@ -342,7 +342,17 @@ fn contact_directions(
 ) -> Result<BTreeMap<usize, Vec<usize>>, FrameError> {
     let mut wanted: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (group, of) in facing.iter().enumerate() {
+        let of_pair = |a: &Against| (a.node, a.masters.clone());
+        let mut seen: Option<BTreeMap<usize, Vec<(usize, f64)>>> =
+            of.meeting.as_ref().map(|m| m.nodes.iter().map(of_pair).collect());
         for GroupNode { node, normal, sides } in nodes_of(mesh, &of.group) {
+            let masters = match &mut seen {
+                None => vec![],
+                Some(seen) => match seen.remove(&node) {
+                    Some(masters) => masters,
+                    None => continue,
+                },
+            };
             let mut direction = of.direction.unwrap_or(normal);
             let least = sides.iter().map(|n| dot(n, &direction)).fold(1.0, f64::min);
             if least < FACES || least.is_nan() {
@@ -356,7 +366,8 @@ fn contact_directions(
                 return Err(FrameError::Corner { node, group: of.group.clone(), degrees: turn });
             }
             if let Some(own) = held.get(&node) {
-                match beside(&direction, own) {
+                let most = if of.meeting.is_some() { TURNED } else { ONE };
+                match beside(&direction, own, most) {
                     Ok(Some(rest)) => direction = rest,
                     Ok(None) => continue,
                     Err(degrees) => return Err(FrameError::PartlyHeld { node, degrees }),
@@ -365,6 +376,9 @@ fn contact_directions(
             let known = wanted.entry(node).or_default();
             let apart = |c: &ContactPoint| degrees(&direction, &c.direction);
             if let Some(&other) = known.iter().find(|&&k| apart(&frames.contact[k]) < ONE) {
+                if !masters.is_empty() || !frames.against[other].is_empty() {
+                    return Err(FrameError::TwoMasters { node });
+                }
                 // one direction: between the two
                 let both = &mut frames.contact[other];
                 both.direction = unit(sum(&both.direction, 1.0, &direction));
@@ -383,14 +397,58 @@ fn contact_directions(
             known.push(frames.contact.len());
             frames.in_group.insert((group, node), frames.contact.len());
             frames.contact.push(ContactPoint { node, direction, normal, group });
+            frames.against.push(masters);
         }
     }
+    frames.n_facing = frames.contact.len();
+    master_directions(mesh, held, facing, (frames, &mut wanted))?;
     Ok(wanted)
 }
 
+/// The normal displacements of masters that give up their inertia: contact displacements that face nothing.
+fn master_directions(
+    mesh: &Mesh,
+    held: &BTreeMap<usize, Vec<Point>>,
+    facing: &[Facing],
+    (frames, wanted): (&mut Frames, &mut BTreeMap<usize, Vec<usize>>),
+) -> Result<(), FrameError> {
+    for (group, of) in facing.iter().enumerate() {
+        let both = of.meeting.iter().filter(|m| m.pair.sides == Sides::Both);
+        for (node, normal) in both.flat_map(|m| m.masters()) {
+            let mut direction = unit(normal);
+            if let Some(own) = held.get(&node) {
+                match beside(&direction, own, TURNED) {
+                    Ok(Some(rest)) => direction = rest,
+                    Ok(None) => continue,
+                    Err(degrees) => return Err(FrameError::PartlyHeld { node, degrees }),
+                }
+            }
+            let known = wanted.entry(node).or_default();
+            // whether it faces something itself, or is met from another side, it gives up its inertia once
+            let apart = |k: &usize| {
+                let angle = degrees(&direction, &frames.contact[*k].direction);
+                angle.min(180.0 - angle)
+            };
+            if known.iter().any(|k| apart(k) < ONE) {
+                continue;
+            }
+            if let Some(degrees) = known.iter().map(apart).find(|a| *a < TWO) {
+                return Err(FrameError::Crossing { node, degrees });
+            }
+            if known.len() + held.get(&node).map_or(0, Vec::len) == mesh.dim() {
+                return Err(FrameError::TooMany { node });
+            }
+            known.push(frames.contact.len());
+            frames.contact.push(ContactPoint { node, direction, normal: direction, group });
+            frames.against.push(vec![]);
+        }
+    }
+    Ok(())
+}
+
 /// A contact direction beside held ones: itself or, near it, what they leave of it (a node on a plane of symmetry has the normal of the whole
-/// body); none where it is held altogether; the angle between the two where it is neither.
-fn beside(direction: &Point, held: &[Point]) -> Result<Option<Point>, f64> {
+/// body); none where it is held altogether; the angle between the two where it is neither. `most` is what may be taken from it, in degrees.
+fn beside(direction: &Point, held: &[Point], most: f64) -> Result<Option<Point>, f64> {
     let rest = held.iter().fold(*direction, |x, h| sum(&x, -dot(&x, h), h));
     let share = norm(&rest);
     if share <= FLAT {
@@ -399,7 +457,7 @@ fn beside(direction: &Point, held: &[Point]) -> Result<Option<Point>, f64> {
     let taken = norm(&sum(direction, -1.0, &rest));
     match taken {
         0.0 => Ok(Some(*direction)),
-        t if t <= ONE.to_radians().sin() => Ok(Some(unit(rest))),
+        t if t <= most.to_radians().sin() => Ok(Some(unit(rest))),
         t => Err(t.min(1.0).acos().to_degrees()),
     }
 }

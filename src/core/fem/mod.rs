@@ -15,9 +15,11 @@ pub(crate) mod kernel;
 pub(crate) mod law;
 pub mod load;
 mod matrix_market;
+mod normals;
 pub(crate) mod pivots;
 pub(crate) mod reduction;
 #[doc(hidden)]
+pub mod pair;
 pub mod shape;
 pub(crate) mod sparse;
 pub(crate) mod spline;

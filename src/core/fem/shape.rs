@@ -426,16 +426,52 @@ pub(crate) fn side_rule(kind: ElementKind, side: usize) -> Vec<SidePoint> {
         let end = vec![(1.0, [0.0; 3])];
         return vec![point((end.clone(), end), 1.0)];
     }
-    let ends = |s: f64| [-1.0, 1.0].map(|a| along(0, linear(a, s))).to_vec();
-    let of_line = |s: f64| match nodes.len() {
-        2 => ends(s),
-        _ => [-1.0, 1.0, 0.0].map(|a| along(0, quadratic(a, s))).to_vec(),
-    };
-    let of = |s: f64, weight: f64| point((of_line(s), ends(s)), weight);
+    let of = |s: f64, weight: f64| point((on_line(nodes.len(), s), on_line(2, s)), weight);
     match nodes.len() {
         2 => GAUSS2.iter().map(|&s| of(s, 1.0)).collect(),
         _ => GAUSS3.iter().map(|&(s, w)| of(s, w)).collect(),
     }
+}
+
+/// Functions of a line by its ends, and its middle where it has one.
+fn on_line(nodes: usize, s: f64) -> Vec<Function> {
+    match nodes {
+        2 => [-1.0, 1.0].map(|a| along(0, linear(a, s))).to_vec(),
+        _ => [-1.0, 1.0, 0.0].map(|a| along(0, quadratic(a, s))).to_vec(),
+    }
+}
+
+/// Shape functions of the nodes of a side, which is a line or a face, at a place in its own coordinates, and their derivatives along these.
+pub(crate) fn on_side(kind: ElementKind, side: usize, at: [f64; 2]) -> Vec<(f64, [f64; 2])> {
+    let of = match kind.face(side) {
+        Some(face) => functions(face, [at[0], at[1], 0.0]),
+        None => on_line(kind.side(side).len(), at[0]),
+    };
+    of.into_iter().map(|(value, [a, b, _])| (value, [a, b])).collect()
+}
+
+/// Nodes and weights of the Gauss–Legendre rule with `n` points on `[−1, 1]`: roots of `P_n` by Newton's method.
+pub(crate) fn gauss(n: usize) -> Vec<(f64, f64)> {
+    let count = n as f64;
+    // P_n and its derivative
+    let legendre = |x: f64| {
+        let (mut before, mut p) = (1.0, x);
+        for k in 2..=n {
+            let k = k as f64;
+            (before, p) = (p, ((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k);
+        }
+        (p, count * (x * p - before) / (x * x - 1.0))
+    };
+    let root = |k: usize| {
+        let mut x = (std::f64::consts::PI * (k as f64 + 0.75) / (count + 0.5)).cos();
+        for _ in 0..8 {
+            let (p, slope) = legendre(x);
+            x -= p / slope;
+        }
+        let slope = legendre(x).1;
+        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..n).map(root).collect()
 }
 
 /// The weights of a uniform pressure on a side over its nodes, as shares of its area: of flat straight-sided sides the nodal forces of a unit pressure.
@@ -449,6 +485,17 @@ pub fn side_shares(kind: ElementKind, side: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rules_of_gauss_integrate_powers() {
+        for n in 2..9usize {
+            for power in 0..2 * n {
+                let sum: f64 = gauss(n).iter().map(|(x, w)| w * x.powi(power as i32)).sum();
+                let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
+                assert!((sum - exact).abs() < 1e-14, "{n} {power}");
+            }
+        }
+    }
 
     #[test]
     fn each_function_is_one_at_its_own_node_and_all_add_up_to_one() {

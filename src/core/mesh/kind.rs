@@ -116,6 +116,7 @@ const ROWS: [Row; 14] = {
     }
     [
         Row {
+            mirror: &[(0, 1)],
             gmsh: (1, "line of 2 nodes"),
             vtk: 3,
             xdmf: (2, "Polyline\" NodesPerElement=\"2"),

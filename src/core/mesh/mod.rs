@@ -8,6 +8,7 @@
 pub mod corner;
 pub mod gmsh;
 mod kind;
+mod placed;
 #[doc(hidden)]
 pub mod point;
 #[doc(hidden)]
@@ -188,6 +189,11 @@ impl Mesh {
         self.groups.get(name).map_or(&[], Vec::as_slice)
     }
 
+    /// The names of all groups.
+    pub fn groups(&self) -> impl Iterator<Item = &str> {
+        self.groups.keys().map(String::as_str)
+    }
+
     /// The nodes of a group, each once: where sides are lines in their order and from end to end of each, where they are faces by their numbers.
     pub fn group_nodes(&self, name: &str) -> Vec<usize> {
         let facets = self.group(name);
@@ -258,6 +264,31 @@ impl Mesh {
             }
         }
         order
+    }
+
+    /// Of each node the part of the mesh that it belongs to, counted from 0 in the order of their first nodes: parts share no nodes.
+    pub fn parts(&self) -> Vec<usize> {
+        let mut root: Vec<usize> = (0..self.n_nodes()).collect();
+        fn find(root: &mut [usize], mut n: usize) -> usize {
+            while root[n] != n {
+                root[n] = root[root[n]];
+                n = root[n];
+            }
+            n
+        }
+        for element in self.elements() {
+            for pair in element.nodes.windows(2) {
+                let (a, b) = (find(&mut root, pair[0]), find(&mut root, pair[1]));
+                root[a.max(b)] = a.min(b);
+            }
+        }
+        let mut number = BTreeMap::new();
+        (0..self.n_nodes())
+            .map(|n| {
+                let (own, next) = (find(&mut root, n), number.len());
+                *number.entry(own).or_insert(next)
+            })
+            .collect()
     }
 
     /// Extents along the three axes.

@@ -61,14 +61,17 @@ impl Lines {
 fn body(out: &mut Lines, scene: &Scene, system: &System, given: bool) {
     let kind = match system.body.mesh.dim() {
         _ if given => "matrices".to_owned(),
-        _ if scene.body.kind == BodyKind::Mesh => mesh(scene, system),
+        _ if scene.body.kind.has_groups() => mesh(scene, system),
         1 => format!("bar, {}", plural(scene.body.elements[0], "element", "elements")),
         _ => format!("plate, {} × {} elements", scene.body.elements[0], scene.body.elements[1]),
     };
     let follow = match system.facing().len() {
         0 => String::new(),
         _ if system.contact_has_inertia() => String::new(),
-        n => format!(": {} move by themselves, {n} at the contact follow from them", system.n_o()),
+        _ => {
+            let n = system.body.dofs.n_c;
+            format!(": {} move by themselves, {n} at the contact follow from them", system.n_o())
+        }
     };
     let unknowns = match system.body.reduction() {
         None => plural(system.n_displacements(), "displacement", "displacements"),
@@ -103,7 +106,12 @@ fn mesh(scene: &Scene, system: &System) -> String {
         Some(State::PlaneStress) => "plane stress",
         None => "in space",
     };
-    format!("mesh of {}, {state}", counts.join(", "))
+    let state = if system.body.mesh.dim() == 1 { "along x" } else { state };
+    let bodies = match scene.parts.len() {
+        0 => String::new(),
+        n => format!("{}, ", plural(n, "body", "bodies")),
+    };
+    format!("{bodies}mesh of {}, {state}", counts.join(", "))
 }
 
 fn damping(out: &mut Lines, system: &System) {
@@ -162,7 +170,7 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
         false if yields => ("point", "points"),
         false => ("node", "nodes"),
     };
-    let count = system.conditions().count();
+    let count = system.conditions().facing();
     let between = match system.facing().len() - count {
         0 => String::new(),
         n if n == count => " between two obstacles".to_owned(),
@@ -189,7 +197,7 @@ fn contact(out: &mut Lines, system: &System, given: bool) {
 
 /// What tells whether stress and mass suit a mesh.
 fn on_mesh(out: &mut Lines, scene: &Scene, system: &System) {
-    if scene.body.kind != BodyKind::Mesh || system.contact_has_inertia() {
+    if !scene.body.kind.has_groups() || system.contact_has_inertia() {
         return;
     }
     let dofs = system.body.nodal_dofs();

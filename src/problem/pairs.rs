@@ -1,0 +1,151 @@
+//! Pairs of surfaces: how they meet, what they leave between them, in the words of the scene.
+
+use super::ProblemError;
+use super::body::Form;
+use super::notes::Notes;
+use super::places::place;
+use crate::fem::pair::{Meeting, Pair, PairError, Projection, Sides};
+use crate::fem::{Body, Material};
+use crate::mesh::Point;
+use crate::mesh::point::dot;
+use crate::scenario::{Contact, Issue, Obstacle, ProjectionKey, Scene, SidesKey};
+
+/// Gaps below this share of the body's size are those of surfaces that touch.
+const TOUCHING: f64 = 1e-12;
+
+/// How the two surfaces of an obstacle's table meet; nothing of a rigid obstacle.
+pub(super) fn meeting(
+    scene: &Scene,
+    (contact, table): (&Contact, usize),
+    form: &Form,
+    materials: &[Material],
+) -> Result<Option<Meeting>, ProblemError> {
+    let obstacle = &contact.obstacles[table];
+    let Some(of) = &obstacle.meeting else { return Ok(None) };
+    let pair = Pair {
+        slave: obstacle.group.clone(),
+        master: of.master.clone(),
+        projection: of.projection.map(|p| match p {
+            ProjectionKey::Match => Projection::Match,
+            ProjectionKey::Dual => Projection::Dual,
+        }),
+        sides: match contact.sides.unwrap_or_default() {
+            SidesKey::Both => Sides::Both,
+            SidesKey::Slave => Sides::Slave,
+        },
+    };
+    let mesh = &form.mesh;
+    let material = mesh
+        .group(&pair.slave)
+        .first()
+        .and_then(|&facet| materials.get(mesh.element(facet).region));
+    let measure = |p: Point| material.map_or(1.0, |m| m.measure(p[0]));
+    Meeting::new(mesh, &pair, &measure)
+        .map(Some)
+        .map_err(|e| scene.error(issue(form, (contact, table), &pair, &e)).into())
+}
+
+fn issue(form: &Form, (contact, table): (&Contact, usize), pair: &Pair, e: &PairError) -> Issue {
+    let Pair { slave, master, .. } = pair;
+    let of = |key: &str, message: String, help: &str| {
+        Issue::new(contact.key(table, key), message, help)
+    };
+    match e {
+        PairError::Shared { what } => of(
+            "master",
+            format!("\"{slave}\" and \"{master}\" share {what}: they cannot part"),
+            "give two surfaces with nodes of their own; the lips of a crack need duplicated nodes (Gmsh's plugin Crack)",
+        ),
+        PairError::Apart { count } => of(
+            "slave",
+            format!("none of the {count} nodes of \"{slave}\" sees \"{master}\" along its normal"),
+            "give two surfaces that face each other, or move one of the bodies",
+        ),
+        PairError::Thin { node, share } => of(
+            "slave",
+            format!(
+                "\"{master}\" covers {share:.1e} of what belongs to {}: 1e-3 at the least",
+                form.node(*node)
+            ),
+            "exchange slave and master, or extend the master",
+        ),
+        PairError::Turned { node, degrees } => of(
+            "slave",
+            format!(
+                "the normals of \"{slave}\" and \"{master}\" are {degrees:.0}° apart near {}: 120° to 180° face each other",
+                form.node(*node)
+            ),
+            "leave the sides out that do not face the other surface",
+        ),
+        PairError::NoPartner { node } => of(
+            "projection",
+            format!(
+                "\"match\" needs a node of \"{master}\" for every node of \"{slave}\" on its normal, and one each: {} has none",
+                form.node(*node)
+            ),
+            "give projection = \"dual\", or remove the key",
+        ),
+    }
+}
+
+/// The gaps of a pair at its contact points (point, node): what the scene says, or what the meshes leave.
+pub(super) fn gaps(
+    scene: &Scene,
+    (contact, table): (&Contact, usize),
+    body: &Body,
+    points: &[(usize, usize)],
+) -> Result<Vec<f64>, ProblemError> {
+    let obstacle: &Obstacle = &contact.obstacles[table];
+    let (mesh, dofs) = (&body.mesh, &body.dofs);
+    let own = match (&obstacle.gap, dofs.facing.get(table).and_then(|f| f.meeting.as_ref())) {
+        (Some(field), _) => {
+            let places = points.iter().map(|(_, n)| mesh.nodes()[*n]);
+            super::body::gaps_at(scene, &contact.key(table, "gap"), field, places)?
+        }
+        (None, Some(meeting)) => {
+            let small = TOUCHING * mesh.length();
+            let of = |&(point, node): &(usize, usize)| {
+                let against = meeting.nodes.iter().find(|a| a.node == node);
+                let gap = against.map_or(f64::NAN, |a| {
+                    dot(&a.way(mesh), &dofs.contact[point].direction)
+                });
+                if gap.abs() <= small { 0.0 } else { gap }
+            };
+            points.iter().map(of).collect()
+        }
+        (None, None) => vec![],
+    };
+    let press = obstacle.meeting.as_ref().is_some_and(|m| m.press);
+    let least = (0..own.len()).min_by(|&a, &b| own[a].total_cmp(&own[b]));
+    if let Some(k) = least.filter(|&k| own[k] < 0.0 && !press) {
+        let message = format!(
+            "the two surfaces overlap by {:.3e} at {}",
+            -own[k],
+            place(mesh.nodes()[points[k].1], mesh.dim()),
+        );
+        let help = "give press = true where parts were pressed together, or gap = 0 where curved surfaces of different meshes are meant to coincide (they overlap by h²/8R)";
+        return Err(scene.error(Issue::new(contact.key(table, "gap"), message, help)).into());
+    }
+    Ok(own)
+}
+
+/// What there is to say of pairs.
+pub(super) fn note(body: &Body, notes: &mut Notes) {
+    let ends = |n: usize| if n == 1 { "node" } else { "nodes" };
+    for meeting in body.dofs.facing.iter().filter_map(|f| f.meeting.as_ref()) {
+        let Pair { slave, master, .. } = &meeting.pair;
+        if !meeting.uncovered.is_empty() {
+            let n = meeting.uncovered.len();
+            notes.warnings.push(format!(
+                "{n} {} of \"{slave}\" see no \"{master}\" along their normals and are no contact nodes",
+                ends(n)
+            ));
+        }
+        if body.mesh.dim() == 2 && meeting.shared.len() > 1 {
+            notes.warnings.push(format!(
+                "\"{slave}\" and \"{master}\" share {} nodes: both ends of the crack are sewn. Right for one inside the body; one that opens at the surface needs OpenBoundaryPhysicalGroup in Gmsh's plugin Crack",
+                meeting.shared.len()
+            ));
+        }
+    }
+}
