@@ -154,7 +154,9 @@ fn placed(mesh: Mesh, b: &scenario::Body) -> Mesh {
     }
     let mesh = match b.mirror.map(|axis| axis as usize) {
         None => mesh,
-        Some(axis) => mesh.mirrored(|p| std::array::from_fn(|c| if c == axis { -p[c] } else { p[c] })),
+        Some(axis) => {
+            mesh.mirrored(|p| std::array::from_fn(|c| if c == axis { -p[c] } else { p[c] }))
+        }
     };
     let (sin, cos) = b.turn.unwrap_or(0.0).to_radians().sin_cos();
     let shift = |c: usize| b.shift.as_ref().and_then(|s| s.get(c)).copied().unwrap_or(0.0);
@@ -180,11 +182,7 @@ pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
 }
 
 /// Supports and obstacles as the numbering needs them.
-fn numbering(
-    scene: &Scene,
-    form: &Form,
-    materials: &[Material],
-) -> Result<DofMap, ProblemError> {
+fn numbering(scene: &Scene, form: &Form, materials: &[Material]) -> Result<DofMap, ProblemError> {
     let held: Vec<Held> = scene
         .supports
         .iter()
@@ -283,7 +281,9 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
         ),
         FrameError::Circle { group } => of_contact(
             group,
-            format!("the pair of \"{group}\" refers to itself: its masters are counted against its slaves"),
+            format!(
+                "the pair of \"{group}\" refers to itself: its masters are counted against its slaves"
+            ),
             "exchange slave and master of one of the pairs",
         ),
         FrameError::TooMany { node } => of_contact(

@@ -3,10 +3,10 @@
 use super::ProblemError;
 use super::body::Form;
 use super::given::folder;
+use super::materials::generated;
 use crate::fem::{DofMap, Facing, Shape, shape};
 use crate::mesh::gmsh::{self, File, Imported, Sides};
 use crate::mesh::{ElementKind, Facet, Family, Mesh};
-use super::materials::generated;
 use crate::scenario::{Body, ContactMethod, Issue, MassKind, Scene, State, StressKey};
 
 /// The mesh of the file of a body, its regions numbered as the materials of the scene, and the tags of its nodes.
@@ -40,11 +40,7 @@ pub(super) fn body(
 }
 
 /// A body in the plane has a state, one in space has none.
-fn check_state(
-    scene: &Scene,
-    (key, body): (&str, &Body),
-    dim: usize,
-) -> Result<(), ProblemError> {
+fn check_state(scene: &Scene, (key, body): (&str, &Body), dim: usize) -> Result<(), ProblemError> {
     let issue = |message: &str, help: &str| {
         Err(scene.error(Issue::new(format!("{key}.state"), message, help)).into())
     };

@@ -4,6 +4,7 @@ use super::ProblemError;
 use super::body::Form;
 use super::notes::Notes;
 use super::places::place;
+use crate::contact::Stress;
 use crate::fem::pair::{Meeting, Pair, PairError, Projection, Sides};
 use crate::fem::{Body, Material};
 use crate::mesh::Point;
@@ -40,16 +41,21 @@ pub(super) fn meeting(
         .first()
         .and_then(|&facet| materials.get(mesh.element(facet).region));
     let measure = |p: Point| material.map_or(1.0, |m| m.measure(p[0]));
-    Meeting::new(mesh, &pair, &measure)
-        .map(Some)
-        .map_err(|e| scene.error(issue(form, (contact, table), &pair, &e)).into())
+    let found = Meeting::new(mesh, &pair, &measure);
+    let meeting = found.map_err(|e| scene.error(issue(form, (contact, table), &pair, &e)))?;
+    let strong = super::body::discretisation(scene).0 != Stress::Reaction;
+    if strong && pair.sides == Sides::Both && meeting.projection == Projection::Dual {
+        let message = "compares the stresses of two surfaces node by node, and these do not match";
+        let help = "remove it (nodal reactions), or give sides = \"slave\"";
+        return Err(scene.error(Issue::new(contact.key(table, "stress"), message, help)).into());
+    }
+    Ok(Some(meeting))
 }
 
 fn issue(form: &Form, (contact, table): (&Contact, usize), pair: &Pair, e: &PairError) -> Issue {
     let Pair { slave, master, .. } = pair;
-    let of = |key: &str, message: String, help: &str| {
-        Issue::new(contact.key(table, key), message, help)
-    };
+    let of =
+        |key: &str, message: String, help: &str| Issue::new(contact.key(table, key), message, help);
     match e {
         PairError::Shared { what } => of(
             "master",
@@ -106,9 +112,8 @@ pub(super) fn gaps(
             let small = TOUCHING * mesh.length();
             let of = |&(point, node): &(usize, usize)| {
                 let against = meeting.nodes.iter().find(|a| a.node == node);
-                let gap = against.map_or(f64::NAN, |a| {
-                    dot(&a.way(mesh), &dofs.contact[point].direction)
-                });
+                let gap =
+                    against.map_or(f64::NAN, |a| dot(&a.way(mesh), &dofs.contact[point].direction));
                 if gap.abs() <= small { 0.0 } else { gap }
             };
             points.iter().map(of).collect()

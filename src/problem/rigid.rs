@@ -78,7 +78,9 @@ impl Problem {
         let region = mesh.elements().find(of_part).map(|e| e.region);
         let name = region.and_then(|r| scene.materials.get(r)?.group.clone());
         let what = name.map_or_else(|| "a part of the body".to_owned(), |n| format!("\"{n}\""));
-        let message = format!("{what} floats: no support or spring holds it, nothing meets it, no load or velocity moves it");
+        let message = format!(
+            "{what} floats: no support or spring holds it, nothing meets it, no load or velocity moves it"
+        );
         let help = "add a [[support]] or a [[spring]], or a [[contact]] with slave and master";
         let key = if scene.supports.is_empty() { "body" } else { "support" };
         Err(scene.error(Issue::new(key, message, help)).into())

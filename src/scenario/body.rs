@@ -198,7 +198,11 @@ impl Body {
     /// What a mesh must have.
     fn check_file(&self, table: &str) -> Check {
         if self.file.is_none() {
-            return Err(Issue::new(format!("{table}.file"), "is missing", "file = \"bracket.msh\" (Gmsh)"));
+            return Err(Issue::new(
+                format!("{table}.file"),
+                "is missing",
+                "file = \"bracket.msh\" (Gmsh)",
+            ));
         }
         let has_thickness = matches!(self.state, Some(State::PlaneStress | State::PlaneStrain));
         if self.thickness.is_some() && !has_thickness {
@@ -225,7 +229,11 @@ impl Body {
         positive(&format!("{table}.young"), self.young.unwrap_or(f64::NAN))?;
         positive(&format!("{table}.density"), self.density.unwrap_or(f64::NAN))?;
         if self.elements.contains(&0) {
-            return Err(Issue::new(format!("{table}.elements"), "needs at least one element", elements));
+            return Err(Issue::new(
+                format!("{table}.elements"),
+                "needs at least one element",
+                elements,
+            ));
         }
         let product = |n: usize, &e: &usize| n.saturating_mul(e.saturating_add(1));
         let n_nodes = self.elements.iter().fold(1usize, product);
@@ -260,7 +268,11 @@ impl Body {
 
     fn check_poisson(&self, table: &str) -> Check {
         let nu = self.poisson.ok_or_else(|| {
-            Issue::new(format!("{table}.poisson"), "is missing", "a plate needs a Poisson ratio, -1 < ν < 1")
+            Issue::new(
+                format!("{table}.poisson"),
+                "is missing",
+                "a plate needs a Poisson ratio, -1 < ν < 1",
+            )
         })?;
         if nu > -1.0 && nu < 1.0 {
             return Ok(());

@@ -11,8 +11,8 @@ use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
 use super::number::{Check, finite, length, positive};
 use super::side::{EdgeKey, side};
 use super::{
-    Activation, BodyKind, ContactMethod, Field, Inertia, Instants, Issue, METHOD_KEYS,
-    MassKind, RedistributedMass, Scene, StressKey, TangentKey,
+    Activation, BodyKind, ContactMethod, Field, Inertia, Instants, Issue, METHOD_KEYS, MassKind,
+    RedistributedMass, Scene, StressKey, TangentKey,
 };
 
 /// `[contact]`, or all tables `[[contact]]`: rigid obstacles and one contact method.
@@ -269,7 +269,8 @@ impl Tables {
             let gap = match &t.gap {
                 Some(GapKey::Given(field)) => Some(field.clone()),
                 Some(GapKey::Geometry) if meeting.is_none() => {
-                    let message = "\"geometry\" is for pairs of surfaces: a rigid obstacle has none";
+                    let message =
+                        "\"geometry\" is for pairs of surfaces: a rigid obstacle has none";
                     return Err(Issue::new(self.key(k, "gap"), message, "give a number, or plane"));
                 }
                 Some(GapKey::Geometry) | None => None,
@@ -318,10 +319,18 @@ impl Tables {
         let (slave, master) = match (&t.slave, &t.master) {
             (Some(slave), Some(master)) => (slave, master),
             (Some(_), None) => {
-                return issue("master", "is missing", "master = \"…\", the group that the slave meets");
+                return issue(
+                    "master",
+                    "is missing",
+                    "master = \"…\", the group that the slave meets",
+                );
             }
             (None, Some(_)) => {
-                return issue("slave", "is missing", "slave = \"…\", the group that meets the master");
+                return issue(
+                    "slave",
+                    "is missing",
+                    "slave = \"…\", the group that meets the master",
+                );
             }
             (None, None) => {
                 for (key, given) in
@@ -440,7 +449,9 @@ impl Contact {
             }
             let (wanted, example) = match kind {
                 BodyKind::Matrices => (1, "surface = [0.2]"),
-                BodyKind::Mesh | BodyKind::Parts if velocity.len() == 3 => (3, "surface = [0.0, 0.05, 0.0]"),
+                BodyKind::Mesh | BodyKind::Parts if velocity.len() == 3 => {
+                    (3, "surface = [0.0, 0.05, 0.0]")
+                }
                 _ => (2, "surface = [0.0, 0.05]"),
             };
             length(&self.key(k, "surface"), velocity.len(), wanted, example)?;

@@ -70,7 +70,9 @@ impl<'de> Deserialize<'de> for Components {
         impl<'de> Visitor<'de> for Either {
             type Value = Components;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a list of numbers or expressions, or such lists by the names of bodies")
+                f.write_str(
+                    "a list of numbers or expressions, or such lists by the names of bodies",
+                )
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Components, A::Error> {
                 Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Components::Everywhere)

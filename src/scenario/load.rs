@@ -73,7 +73,13 @@ impl Scene {
             count_from_one(&key(i, "mode"), m)?;
         }
         if matches!(l.kind, LoadKind::Traction | LoadKind::Base) {
-            side(self.body.kind, &format!("load[{i}]"), l.edge.as_ref(), l.group.as_ref(), "right")?;
+            side(
+                self.body.kind,
+                &format!("load[{i}]"),
+                l.edge.as_ref(),
+                l.group.as_ref(),
+                "right",
+            )?;
         }
         if l.kind == LoadKind::Force && self.body.kind != BodyKind::Matrices {
             let message = "\"force\" acts on rows of matrices, and this body has elements";

@@ -48,9 +48,14 @@ impl Scene {
                 && self.owner(m).is_none()
             {
                 let message = format!("\"{group}\" is no cells of a mesh");
-                let names: Vec<String> =
-                    meshes.iter().filter_map(|b| Some(format!("\"{}\"", b.name.as_ref()?))).collect();
-                let help = format!("give the name of a mesh, {}, or a group of it, \"NAME:GROUP\"", names.join(" or "));
+                let names: Vec<String> = meshes
+                    .iter()
+                    .filter_map(|b| Some(format!("\"{}\"", b.name.as_ref()?)))
+                    .collect();
+                let help = format!(
+                    "give the name of a mesh, {}, or a group of it, \"NAME:GROUP\"",
+                    names.join(" or ")
+                );
                 return Err(Issue::new(key("group"), message, help));
             }
             positive(&key("young"), m.young)?;
@@ -61,7 +66,10 @@ impl Scene {
     }
 
     /// The mesh whose cells a material is for, and their group; all cells where there is none.
-    pub(crate) fn owner<'m>(&self, material: &'m MaterialTable) -> Option<(&Body, Option<&'m str>)> {
+    pub(crate) fn owner<'m>(
+        &self,
+        material: &'m MaterialTable,
+    ) -> Option<(&Body, Option<&'m str>)> {
         let meshes = self.bodies().into_iter().map(|b| b.1).filter(|b| b.kind == BodyKind::Mesh);
         let of = |b: &Body| -> Option<Option<&'m str>> {
             match (&material.group, &b.name) {

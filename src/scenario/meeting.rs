@@ -115,8 +115,13 @@ impl Contact {
         let methods = [ContactMethod::NodalBoundary, ContactMethod::MassRedistribution];
         if !methods.contains(&self.method) {
             let name = self.method.name();
-            let message = format!("\"{name}\" knows rigid obstacles, and this is a pair of surfaces");
-            return issue("method", &message, "give \"nbm\" (the default) or \"mass-redistribution\"");
+            let message =
+                format!("\"{name}\" knows rigid obstacles, and this is a pair of surfaces");
+            return issue(
+                "method",
+                &message,
+                "give \"nbm\" (the default) or \"mass-redistribution\"",
+            );
         }
         if self.mass == Some(RedistributedMass::Optimal) {
             let message = "\"optimal\" knows one direction, and two surfaces have two";

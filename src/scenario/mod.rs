@@ -52,9 +52,9 @@ pub(crate) use file::FileName;
 pub use initial::Components;
 pub(crate) use initial::Initial;
 pub use load::Load;
-pub(crate) use meeting::{ProjectionKey, SidesKey};
 pub(crate) use load::LoadKind;
 pub(crate) use material::MaterialTable;
+pub(crate) use meeting::{ProjectionKey, SidesKey};
 pub(crate) use method::{
     Activation, Instants, METHOD_KEYS, RedistributedMass, StressKey, TangentKey,
 };

@@ -90,8 +90,12 @@ impl Bodies {
             BodyKind::Plate => Some(State::PlaneStress),
             _ => b.state,
         };
-        let body =
-            Body { kind: BodyKind::Parts, state: state(first), mass: first.mass, ..Body::default() };
+        let body = Body {
+            kind: BodyKind::Parts,
+            state: state(first),
+            mass: first.mass,
+            ..Body::default()
+        };
         for (k, b) in all.iter().enumerate() {
             let issue = |key: &str, message: String, help: &str| {
                 Err(Issue::new(format!("body[{k}].{key}"), message, help))
@@ -104,11 +108,19 @@ impl Bodies {
                 return issue("name", format!("is {name:?}"), "give a word without a colon");
             }
             if all[..k].iter().any(|other| other.name == b.name) {
-                return issue("name", format!("is that of another body, \"{name}\""), "give each its own");
+                return issue(
+                    "name",
+                    format!("is that of another body, \"{name}\""),
+                    "give each its own",
+                );
             }
             if b.kind == BodyKind::Matrices {
                 let message = "\"matrices\" are one body: several of them do not know their places";
-                return issue("kind", message.to_owned(), "couple them before, or give bars, plates or meshes");
+                return issue(
+                    "kind",
+                    message.to_owned(),
+                    "couple them before, or give bars, plates or meshes",
+                );
             }
             if b.dim() != first.dim() {
                 let message = format!(
@@ -129,7 +141,11 @@ impl Bodies {
             if let Some(shift) = &b.shift {
                 if shift.len() != b.dim() {
                     let message = format!("has {} numbers", shift.len());
-                    return issue("move", message, b.example(["[1.0]", "[1.0, 0.0]", "[1.0, 0.0, 0.0]"]));
+                    return issue(
+                        "move",
+                        message,
+                        b.example(["[1.0]", "[1.0, 0.0]", "[1.0, 0.0, 0.0]"]),
+                    );
                 }
                 shift.iter().try_for_each(|x| finite(&format!("body[{k}].move"), *x))?;
             }
@@ -147,7 +163,11 @@ impl Bodies {
             let axes = [Some(Axis::X), Some(Axis::Y), Some(Axis::Z)];
             if b.mirror.is_some() && !axes[..b.dim()].contains(&b.mirror) {
                 let message = "is not one of its axes".to_owned();
-                return issue("mirror", message, b.example(["\"x\"", "\"x\" or \"y\"", "\"x\", \"y\" or \"z\""]));
+                return issue(
+                    "mirror",
+                    message,
+                    b.example(["\"x\"", "\"x\" or \"y\"", "\"x\", \"y\" or \"z\""]),
+                );
             }
             b.check(&format!("body[{k}]"))?;
         }

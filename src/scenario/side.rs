@@ -140,7 +140,10 @@ pub(super) fn side(
                 Some(_) => "does not say of which body",
                 None => "is missing",
             };
-            let help = format!("give the name of a [[body]] before it: {key} = \"NAME:{}\"", name.unwrap_or(example));
+            let help = format!(
+                "give the name of a [[body]] before it: {key} = \"NAME:{}\"",
+                name.unwrap_or(example)
+            );
             issue(key, message.to_owned(), help)
         }
         (BodyKind::Mesh, None, Some(group)) => Ok(group.clone()),

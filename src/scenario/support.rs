@@ -54,7 +54,13 @@ impl Support {
 impl Scene {
     pub(super) fn check_supports(&self) -> Check {
         for (i, s) in self.supports.iter().enumerate() {
-            side(self.body.kind, &format!("support[{i}]"), s.edge.as_ref(), s.group.as_ref(), "left")?;
+            side(
+                self.body.kind,
+                &format!("support[{i}]"),
+                s.edge.as_ref(),
+                s.group.as_ref(),
+                "left",
+            )?;
             let key = format!("support[{i}].fix");
             if s.fix.is_empty() {
                 return Err(Issue::new(

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::bodies::{write_bodies, write_contact};
 use super::mesh::write_mesh;
 use super::output::Outputs;
 use super::{StoreError, write_text};
@@ -31,6 +32,8 @@ pub(super) fn create_file(
         .map_err(|e| StoreError::write(path, std::io::Error::other(e.to_string())))?;
     write_origin(&file, scene, &options.command)?;
     write_mesh(&file, system)?;
+    write_bodies(&file, scene, system)?;
+    write_contact(&file, system)?;
     Ok(file)
 }
 

@@ -137,7 +137,8 @@ fn is_next(part: &[(usize, Terms)], system: &System) -> bool {
 /// The columns of the contact and of the groups of a scene.
 fn part(scene: &Scene, system: &System) -> Vec<(usize, Terms)> {
     let (mesh, dofs) = (&system.body.mesh, system.body.nodal_dofs());
-    let facing = dofs.facing.iter().map(|f| f.group.as_str());
+    let masters = dofs.facing.iter().filter_map(|f| Some(f.meeting.as_ref()?.pair.master.as_str()));
+    let facing = dofs.facing.iter().map(|f| f.group.as_str()).chain(masters);
     let groups = facing.chain(scene.stored_groups().map(|(_, group)| group));
     // springs push at points of their own, which are no nodes; a body from matrices has nodes, and no groups
     let yields = system.promise().yields;

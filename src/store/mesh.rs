@@ -72,8 +72,13 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     let of_groups = g.dataset("contact_groups")?;
     write_text(&of_groups, "names", &names.join("\n"))?;
     // columns of u that are contact displacements up to their sign
-    let along_axis = |c: &Constraint| c.normal.iter().filter(|x| **x != 0.0).count() == 1;
-    let of_point = |(i, c): (usize, &Constraint)| match system.promise().yields || along_axis(c) {
+    let along_axis = |(i, c): (usize, &Constraint)| {
+        let alone = i >= dofs.n_facing || dofs.against(i).is_empty();
+        alone && c.normal.iter().filter(|x| **x != 0.0).count() == 1
+    };
+    let of_point = |(i, c): (usize, &Constraint)| match system.promise().yields
+        || along_axis((i, c))
+    {
         true if i < system.facing().len() => (dofs.n_o + system.conditions().points[i].0) as i64,
         _ => -1,
     };

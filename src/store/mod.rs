@@ -4,6 +4,7 @@
 //! killed program leaves a file that opens and holds everything up to the last flush. The attribute `status` says how it ended.
 
 mod background;
+mod bodies;
 mod careful;
 mod checkpoint;
 mod columns;

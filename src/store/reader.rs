@@ -50,6 +50,8 @@ pub struct Stored {
     pub contact_area: Vec<f64>,
     /// Contact directions, one row each.
     pub contact_normals: Array2<f64>,
+    /// Nodes against which the displacement of each contact point is counted, with their weights; none before rigid obstacles.
+    against: Vec<Vec<(usize, f64)>>,
     /// Which obstacle each contact point belongs to.
     pub contact_groups: Vec<usize>,
     /// The groups before the obstacles; files of earlier versions do not name them.
@@ -195,6 +197,7 @@ impl Stored {
                 Err(_) => vec![f64::NAN; mesh.dataset("gap")?.size()],
             },
             gap,
+            against: read_against(path, file, n_c)?,
             contact_normals: normals,
             contact_groups: groups,
             groups: names.unwrap_or_default().lines().map(str::to_owned).collect(),
@@ -352,6 +355,10 @@ impl Stored {
             (self.contact_normals.dim() == (n_c, width), "/mesh/contact_normals"),
             (self.contact_normals.iter().all(finite), "/mesh/contact_normals"),
             (self.contact_groups.len() == n_c, "/mesh/contact_groups"),
+            (
+                self.against.iter().flatten().all(|(n, p)| *n < nodes && p.is_finite()),
+                "/contact/against",
+            ),
             (self.dof_map.dim() == (nodes, width), "/mesh/dof_map"),
             (self.dof_map.iter().all(|&i| i == -1 || below(i, n)), "/mesh/dof_map"),
             // several sliders may act on one displacement
@@ -456,7 +463,12 @@ impl Stored {
         pressure
     }
 
-    /// Displacement of contact point `i` along its direction, at stored state `row`.
+    /// Whether contact point `i` meets another surface, and no rigid obstacle.
+    pub fn meets(&self, i: usize) -> bool {
+        self.against.get(i).is_some_and(|masters| !masters.is_empty())
+    }
+
+    /// Displacement of contact point `i` along its direction, at stored state `row`; where two surfaces meet against that of the other.
     pub fn contact_displacement(&self, row: usize, i: usize) -> f64 {
         self.along_normal(&self.u, row, i)
     }
@@ -471,7 +483,11 @@ impl Stored {
         if self.points.is_some() {
             return self.point_sign * self.entry(table, row, self.contact_dofs[i]);
         }
-        let along = self.at_node(table, row, self.contact_nodes[i]);
+        let mut along = self.at_node(table, row, self.contact_nodes[i]);
+        for (node, weight) in self.against.get(i).into_iter().flatten() {
+            let master = self.at_node(table, row, *node);
+            along.iter_mut().zip(master).for_each(|(x, m)| *x -= weight * m);
+        }
         self.contact_normal(i).iter().zip(along).map(|(n, x)| n * x).sum()
     }
 
@@ -530,6 +546,28 @@ impl Stored {
 /// A place or direction of a table: zero along an axis that it does not have.
 fn in_space(row: ndarray::ArrayView1<f64>) -> Point {
     std::array::from_fn(|c| row.get(c).copied().unwrap_or(0.0))
+}
+
+/// What the displacement of each contact point is counted against; nothing in files without pairs of surfaces.
+fn read_against(
+    path: &Path,
+    file: &hdf5::File,
+    n_c: usize,
+) -> Result<Vec<Vec<(usize, f64)>>, StoreError> {
+    let Ok(group) = file.group("contact/against") else { return Ok(vec![]) };
+    let first: Vec<i64> = group.dataset("indptr")?.values()?;
+    let nodes: Vec<i64> = group.dataset("indices")?.values()?;
+    let weights: Vec<f64> = group.dataset("data")?.values()?;
+    let damaged = || StoreError::unusable(path, "damaged: /contact/against".to_owned());
+    if first.len() != n_c + 1 || nodes.len() != weights.len() {
+        return Err(damaged());
+    }
+    let of_point = |ends: &[i64]| -> Option<Vec<(usize, f64)>> {
+        let range = usize::try_from(ends[0]).ok()?..usize::try_from(ends[1]).ok()?;
+        let (nodes, weights) = (nodes.get(range.clone())?, weights.get(range)?);
+        nodes.iter().zip(weights).map(|(n, p)| Some((usize::try_from(*n).ok()?, *p))).collect()
+    };
+    first.windows(2).map(of_point).collect::<Option<_>>().ok_or_else(damaged)
 }
 
 /// Number of displacements that these tables name: one more than the largest number. It is at most as many as they have entries, for each displacement of the

@@ -44,8 +44,9 @@ fn run(effort: Effort) -> Outcome {
 
 fn with_displacement(text: &str, fields: &[&str]) -> Result<Scene, String> {
     let mut scene = scene(text, None)?;
-    scene.initial.displacement =
-        Some(Components::Everywhere(fields.iter().map(|f| Field::parse(f)).collect::<Result<_, _>>()?));
+    scene.initial.displacement = Some(Components::Everywhere(
+        fields.iter().map(|f| Field::parse(f)).collect::<Result<_, _>>()?,
+    ));
     Ok(scene)
 }
 

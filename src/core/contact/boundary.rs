@@ -93,7 +93,27 @@ pub fn nodal_mean(body: &Body) -> BoundaryOperator {
         }
     }
     let n = scale_rows(&Csr::from_triplets(dofs.n_c, dofs.n(), rows), &volume);
-    BoundaryOperator::of_rows(&n, dofs.n_o, areas(body))
+    BoundaryOperator::of_rows(&against_each_other(dofs, n), dofs.n_o, areas(body))
+}
+
+/// The stresses of two surfaces that give up their inertia, node against node, are one: `λ_slave − λ_master = 0` in the rows of the masters, which have had the second
+/// of them with its sign.
+fn against_each_other(dofs: &DofMap, n: Csr) -> Csr {
+    if dofs.n_facing == dofs.n_c {
+        return n;
+    }
+    let mut entries: Vec<(usize, usize, f64)> = n.triplets().collect();
+    for (group, facing) in dofs.facing.iter().enumerate() {
+        for against in facing.meeting.iter().flat_map(|m| &m.nodes) {
+            let Some(slave) = dofs.contact_at(group, against.node) else { continue };
+            for (node, p) in &against.masters {
+                if let Some(master) = dofs.contact_at(dofs.facing.len() + group, *node) {
+                    entries.extend(n.row(slave).map(|(j, v)| (master, j, p * v)));
+                }
+            }
+        }
+    }
+    Csr::from_triplets(n.n_rows(), n.n_cols(), entries)
 }
 
 /// A row over the displacements of an element as entries of one over `u`.
@@ -105,7 +125,7 @@ fn row_over(dofs: &DofMap, nodes: &[usize], row: &[f64]) -> impl Iterator<Item =
 
 /// A point of quadrature before an obstacle, seen from the element inside.
 pub(super) struct EdgePoint<'a> {
-    /// Which of the groups before obstacles.
+    /// Which of the groups before obstacles; these counted on, which of the masters.
     pub group: usize,
     /// Which side of which group.
     side: (usize, Facet),
@@ -135,7 +155,7 @@ impl EdgePoint<'_> {
 
     /// Direction of the contact here: towards the obstacle's plane, or the normal.
     pub fn direction(&self, dofs: &DofMap) -> Point {
-        dofs.facing[self.group].direction.unwrap_or(self.normal)
+        dofs.facing.get(self.group).and_then(|f| f.direction).unwrap_or(self.normal)
     }
 
     /// The displacement `m·u` over the displacements `u`, as entries of a row.
@@ -155,13 +175,18 @@ impl EdgePoint<'_> {
     }
 }
 
-/// The points of quadrature on all sides before obstacles.
+/// The points of quadrature on all sides before obstacles, then on those of masters.
 pub(super) fn quadrature(body: &Body) -> Vec<EdgePoint<'_>> {
     let mesh = &body.mesh;
     let mut points = vec![];
-    let groups = body.dofs.facing.iter().enumerate();
+    let facing = &body.dofs.facing;
+    let slaves = facing.iter().enumerate().map(|(k, f)| (k, f.group.as_str()));
+    let masters = facing
+        .iter()
+        .enumerate()
+        .filter_map(|(k, f)| Some((facing.len() + k, f.meeting.as_ref()?.pair.master.as_str())));
     for (group, facet) in
-        groups.flat_map(|(k, f)| mesh.group(&f.group).iter().map(move |s| (k, *s)))
+        slaves.chain(masters).flat_map(|(k, group)| mesh.group(group).iter().map(move |s| (k, *s)))
     {
         let element = mesh.element(facet);
         let Some(material) = body.materials().get(element.region) else { continue };
@@ -218,7 +243,9 @@ pub(super) fn areas(body: &Body) -> Vec<f64> {
 
 /// What a master covers of the area of its slaves, and what these give to its own nodes.
 fn of_pairs(dofs: &DofMap, area: &mut [f64]) {
-    for (group, meeting) in dofs.facing.iter().enumerate().filter_map(|(k, f)| Some((k, f.meeting.as_ref()?))) {
+    for (group, meeting) in
+        dofs.facing.iter().enumerate().filter_map(|(k, f)| Some((k, f.meeting.as_ref()?)))
+    {
         let mut of_master: HashMap<usize, f64> = HashMap::new();
         for against in &meeting.nodes {
             if let Some(i) = dofs.contact_at(group, against.node) {
@@ -257,6 +284,7 @@ pub fn projection(body: &Body, lumped: bool) -> BoundaryOperator {
     let r = Csr::from_triplets(n_c, dofs.n(), r);
     let n = if lumped { scale_rows(&r, &sums) } else { solve_rows(g, &r) };
     let positive = sums.iter().all(|a| *a > 0.0);
+    let n = against_each_other(dofs, n);
     BoundaryOperator::of_rows(&n, dofs.n_o, if positive { sums } else { areas(body) })
 }
 

@@ -601,8 +601,9 @@ impl Body {
             .filter(|&k| eigen.eigenvalues[k] <= 1e-10 * held.max(1.0))
             .map(|k| {
                 let v = eigen.eigenvectors.column(k);
-                let field =
-                    |n: usize, c: usize| (0..n_motions).map(|a| v[a] * motion(a, n, c)).sum::<f64>();
+                let field = |n: usize, c: usize| {
+                    (0..n_motions).map(|a| v[a] * motion(a, n, c)).sum::<f64>()
+                };
                 (0..mesh.n_nodes()).flat_map(|n| (0..dim).map(move |c| field(n, c))).collect()
             })
             .collect()

@@ -132,7 +132,10 @@ impl DofMap {
         }
         while !waiting.is_empty() {
             let of_pair = |points: &[(usize, usize)]| {
-                points.iter().flat_map(|(_, i)| &self.against[*i]).all(|(j, _)| !waiting.contains_key(j))
+                points
+                    .iter()
+                    .flat_map(|(_, i)| &self.against[*i])
+                    .all(|(j, _)| !waiting.contains_key(j))
             };
             let ready: Vec<usize> =
                 waiting.iter().filter(|(_, p)| of_pair(p)).map(|(n, _)| *n).collect();
@@ -249,7 +252,7 @@ impl DofMap {
         &self.against[point]
     }
 
-    /// The contact point of a node in one of the groups before obstacles.
+    /// The contact point of a node in one of the groups before obstacles, or, these counted on, in the masters that they meet.
     pub fn contact_at(&self, group: usize, node: usize) -> Option<usize> {
         self.in_group.get(&(group, node)).copied()
     }

@@ -75,9 +75,9 @@ pub struct ContactPoint {
     pub node: usize,
     /// `m`: the contact displacement is `m·u`.
     pub direction: Point,
-    /// `n`: outward normal of the group at the node.
+    /// `n`: outward normal of the group at the node; of a master that of its own surface.
     pub normal: Point,
-    /// Which of the groups before obstacles it belongs to (the first, where two are one).
+    /// Which of the groups before obstacles it belongs to (the first, where two are one); a master to that of its slave.
     pub group: usize,
 }
 
@@ -439,7 +439,9 @@ fn master_directions(
                 return Err(FrameError::TooMany { node });
             }
             known.push(frames.contact.len());
-            frames.contact.push(ContactPoint { node, direction, normal: direction, group });
+            frames.in_group.insert((facing.len() + group, node), frames.contact.len());
+            let normal = direction.map(|x| -x);
+            frames.contact.push(ContactPoint { node, direction, normal, group });
             frames.against.push(vec![]);
         }
     }

@@ -16,10 +16,10 @@ pub(crate) mod law;
 pub mod load;
 mod matrix_market;
 mod normals;
-pub(crate) mod pivots;
-pub(crate) mod reduction;
 #[doc(hidden)]
 pub mod pair;
+pub(crate) mod pivots;
+pub(crate) mod reduction;
 pub mod shape;
 pub(crate) mod sparse;
 pub(crate) mod spline;

@@ -1,5 +1,6 @@
 //! The picture `shapes`: deformed shapes at fractions of the stored time.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -76,11 +77,19 @@ fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Sheet<'static> {
     let wall = stored
         .gap
         .first()
-        .filter(|_| stored.facing() > 0)
+        .filter(|_| stored.facing() > 0 && !stored.meets(0))
         .map(|g| stored.contact_normals[(0, 0)] * g);
     let y = range([y.start, y.end].into_iter().chain(wall));
     let reach = 0.04 * (x.end - x.start);
     let mut chart = Chart::new(Axis::linear("x", x), Axis::linear("displacement u", y));
+    // a bar by itself is a line by itself
+    let joined: HashSet<[usize; 2]> = (0..stored.elements.nrows())
+        .map(|k| stored.nodes_of(k))
+        .map(|nodes| [nodes[0].min(nodes[1]), nodes[0].max(nodes[1])])
+        .collect();
+    let nodes: Vec<usize> = (0..n).collect();
+    let bars: Vec<&[usize]> =
+        nodes.chunk_by(|a, b| joined.is_empty() || joined.contains(&[*a, *b])).collect();
     let mut legend = vec![];
     if let Some(limit) = wall {
         let at = stored.contact_place(0)[0];
@@ -90,8 +99,10 @@ fn bar_shapes(stored: &Stored, of: &[usize], rows: &[usize]) -> Sheet<'static> {
     for &r in rows {
         let at = of.iter().position(|&o| o == r).unwrap_or(0);
         let s = at as f64 / (of.len().max(2) - 1) as f64;
-        let series = (0..n).map(|i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
-        chart.line(series.collect(), viridis(0.92 * s), 2.0);
+        for part in &bars {
+            let series = part.iter().map(|&i| (stored.nodes[(i, 0)], stored.displacement(r, i)[0]));
+            chart.line(series.collect(), viridis(0.92 * s), 2.0);
+        }
     }
     let (range, label) = (shape_span(stored), "time".to_owned());
     Sheet::new(&stored.title, "displacement at successive times")

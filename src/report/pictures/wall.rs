@@ -64,8 +64,8 @@ pub(super) fn walls(stored: &Stored, magnification: f64) -> Vec<Wall> {
         (moved, normal)
     };
     let edge = Edge::of(stored);
-    // an obstacle behind stands behind the body
-    let front = |part: &&Vec<usize>| edge.fronts.contains(&part[0]);
+    // an obstacle behind stands behind the body, and where two surfaces meet there is none
+    let front = |part: &&Vec<usize>| edge.fronts.contains(&part[0]) && !stored.meets(part[0]);
     let wall = |part: &Vec<usize>| {
         let mut wall: Wall = part.iter().map(at).collect();
         if edge.is_closed(part) {

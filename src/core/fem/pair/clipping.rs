@@ -105,9 +105,7 @@ fn on_triangle([a, b, c]: [Flat; 3], n: usize) -> Vec<(Flat, f64)> {
     let unit_rule: Vec<(f64, f64)> = rule.iter().map(|(x, w)| (0.5 * (x + 1.0), 0.5 * w)).collect();
     let of = |&(r, v): &(f64, f64)| {
         unit_rule.iter().map(move |&(s, w)| {
-            let at = std::array::from_fn(|k| {
-                a[k] + r * (b[k] - a[k]) + r * s * (c[k] - b[k])
-            });
+            let at = std::array::from_fn(|k| a[k] + r * (b[k] - a[k]) + r * s * (c[k] - b[k]));
             (at, twice * r * v * w)
         })
     };

@@ -70,9 +70,10 @@ impl Against {
     /// `Σ_j P_ij x_m,j − x_s,i`: from the node to what it meets.
     pub fn way(&self, mesh: &Mesh) -> Point {
         let x = mesh.nodes();
-        let there = self.masters.iter().fold([0.0; 3], |s: Point, (j, p)| {
-            std::array::from_fn(|c| s[c] + p * x[*j][c])
-        });
+        let there = self
+            .masters
+            .iter()
+            .fold([0.0; 3], |s: Point, (j, p)| std::array::from_fn(|c| s[c] + p * x[*j][c]));
         minus(&there, &x[self.node])
     }
 }
@@ -166,7 +167,9 @@ impl Meeting {
         let matched = match pair.projection {
             Some(Projection::Dual) => None,
             _ => match matching::of(mesh, &own, &free, &slave, &whole) {
-                Err(node) if pair.projection.is_some() => return Err(PairError::NoPartner { node }),
+                Err(node) if pair.projection.is_some() => {
+                    return Err(PairError::NoPartner { node });
+                }
                 found => found.ok(),
             },
         };

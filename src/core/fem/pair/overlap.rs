@@ -67,9 +67,9 @@ impl Patch {
         let local = element.kind.side(facet.side);
         let all = mesh.corners(element);
         let points = (Shape { kind: element.kind, x: &all }).side(facet.side);
-        let sum = points.iter().fold([0.0; 3], |s: Point, p| {
-            std::array::from_fn(|c| s[c] + p.area * p.normal[c])
-        });
+        let sum = points
+            .iter()
+            .fold([0.0; 3], |s: Point, p| std::array::from_fn(|c| s[c] + p.area * p.normal[c]));
         Patch {
             kind: element.kind,
             side: facet.side,
@@ -89,9 +89,8 @@ impl Patch {
             _ => shape::on_side(self.kind, self.side, s),
         };
         let weighted = |weight: &dyn Fn(usize) -> f64| -> Point {
-            let add = |sum: Point, k: usize| {
-                std::array::from_fn(|c| sum[c] + weight(k) * self.x[k][c])
-            };
+            let add =
+                |sum: Point, k: usize| std::array::from_fn(|c| sum[c] + weight(k) * self.x[k][c]);
             (0..of.len()).fold([0.0; 3], add)
         };
         Spot {

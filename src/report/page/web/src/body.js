@@ -292,6 +292,8 @@ export class BodyView {
     const { contact, length, dim } = this.body;
     const ink = theme("--wall");
     contact.parts.forEach((part, p) => {
+      // where two surfaces meet there is no wall
+      if (contact.meets[p]) return;
       let places = part.map((i) => this.wall(i));
       const normals = part.map((i) => [contact.normal[2 * i], contact.normal[2 * i + 1]]);
       if (contact.closed[p]) {
