@@ -11,7 +11,7 @@ use signorini::scenario::{Inertia, Integrator};
 
 fn imported(name: &str) -> Imported {
     let bytes = std::fs::read(root().join("tests/reference/meshes").join(name)).unwrap();
-    read(&bytes).unwrap().body(1.0).unwrap()
+    read(&bytes).unwrap().body(1.0, &[]).unwrap()
 }
 
 /// The face at `x = 0`, all components.
@@ -188,7 +188,7 @@ fn both_formats_say_the_same() {
 #[test]
 fn what_cannot_be_read_is_refused_with_its_reason() {
     let error = |text: &str| -> GmshError {
-        match read(text.as_bytes()).and_then(|f| f.body(1.0)) {
+        match read(text.as_bytes()).and_then(|f| f.body(1.0, &[])) {
             Ok(_) => panic!("read: {text}"),
             Err(e) => e,
         }
@@ -247,12 +247,12 @@ fn what_cannot_be_read_is_refused_with_its_reason() {
     }
     // damaged anywhere: refused or read, never a panic
     for cut in 0..TWO.len() {
-        let _ = read(&TWO.as_bytes()[..cut]).and_then(|f| f.body(1.0));
+        let _ = read(&TWO.as_bytes()[..cut]).and_then(|f| f.body(1.0, &[]));
         let mut bytes = TWO.as_bytes().to_vec();
         bytes[cut] = b'9';
-        let _ = read(&bytes).and_then(|f| f.body(1.0));
+        let _ = read(&bytes).and_then(|f| f.body(1.0, &[]));
         bytes[cut] = 0xff;
-        let _ = read(&bytes).and_then(|f| f.body(1.0));
+        let _ = read(&bytes).and_then(|f| f.body(1.0, &[]));
     }
 }
 

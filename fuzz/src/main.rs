@@ -77,7 +77,7 @@ fn study(folder: &Path, data: &[u8]) -> Option<()> {
 
 fn msh(_: &Path, data: &[u8]) -> Option<()> {
     if let Ok(file) = gmsh::read(data) {
-        let _ = file.body(1.0);
+        let _ = file.body(1.0, &[]);
     }
     Some(())
 }

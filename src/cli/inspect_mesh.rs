@@ -27,7 +27,7 @@ pub fn run(path: &Path, global: &Global) -> Result<Answer, CliError> {
     let bytes = std::fs::read(path).map_err(|e| refuse(&e))?;
     let file = read(&bytes).map_err(|e| refuse(&e))?;
     // what cannot be a body is told all the same, with the reason
-    let body = file.body(1.0);
+    let body = file.body(1.0, &[]);
     let (found, why) = match &body {
         Ok(found) => (Some(found), None),
         Err(e) => (None, Some(e.to_string())),

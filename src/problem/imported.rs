@@ -24,7 +24,11 @@ pub(super) fn body(
     })?;
     let of_gmsh = |e: gmsh::GmshError| fault(e.place() + &e.message, e.help.clone());
     let file = gmsh::read(&bytes).map_err(of_gmsh)?;
-    let imported = file.body(body.scale.unwrap_or(1.0)).map_err(of_gmsh)?;
+    let named = |word: &str| Some(file.named(file.dim() - 1, scene.within(body, word)?));
+    let pairs = scene.contact.iter().flat_map(|c| &c.obstacles);
+    let pairs = pairs.filter_map(|o| Some([named(&o.group)?, named(&o.meeting.as_ref()?.master)?]));
+    let pairs: Vec<[String; 2]> = pairs.collect();
+    let imported = file.body(body.scale.unwrap_or(1.0), &pairs).map_err(of_gmsh)?;
     check_state(scene, (key, body), imported.mesh.dim())?;
     let regions = materials(scene, body, &file, &imported)?;
     let sides = sides(scene, body, &file, &imported)?;

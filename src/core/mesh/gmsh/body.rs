@@ -37,12 +37,50 @@ pub struct Imported {
     pub unused: usize,
 }
 
+/// The nodes of each pair of surfaces that are meant to meet.
+struct Meet<'b> {
+    blocks: &'b [Block],
+    surfaces: Vec<[HashSet<usize>; 2]>,
+}
+
+/// The nodes of a side.
+fn nodes_of(blocks: &[Block], facet: Facet) -> impl Iterator<Item = usize> + '_ {
+    let b = &blocks[facet.block];
+    let first = b.kind.nodes() * facet.element;
+    b.kind.side(facet.side).iter().map(move |l| b.connectivity[first + l])
+}
+
+impl<'b> Meet<'b> {
+    fn new(
+        sides: &BTreeMap<String, Sides>,
+        blocks: &'b [Block],
+        pairs: &[[String; 2]],
+    ) -> Meet<'b> {
+        let of = |name: &String| match sides.get(name) {
+            Some(Sides::Boundary(facets)) => {
+                facets.iter().flat_map(|f| nodes_of(blocks, *f)).collect()
+            }
+            _ => HashSet::new(),
+        };
+        Meet { blocks, surfaces: pairs.iter().map(|[a, b]| [of(a), of(b)]).collect() }
+    }
+
+    /// Whether a node of one surface lies on a side of the other, or on one that ends there.
+    fn has(&self, node: usize, facet: Facet) -> bool {
+        let ends_on = |surface: &HashSet<usize>| {
+            nodes_of(self.blocks, facet).filter(|n| surface.contains(n)).count() >= 2
+        };
+        let on = |a: &HashSet<usize>, b: &HashSet<usize>| a.contains(&node) && ends_on(b);
+        self.surfaces.iter().any(|[a, b]| on(a, b) || on(b, a))
+    }
+}
+
 /// Nodes further from the plane than this, over the size of the body, are not in it.
 const FLAT: f64 = 1e-9;
 
 impl File {
-    /// The mesh of a plane body, or of one in space; coordinates are multiplied by `scale`.
-    pub fn body(&self, scale: f64) -> Result<Imported, GmshError> {
+    /// The mesh of a plane body, or of one in space; coordinates are multiplied by `scale`. `pairs` are groups of sides that are meant to meet, two by two.
+    pub fn body(&self, scale: f64, pairs: &[[String; 2]]) -> Result<Imported, GmshError> {
         let dim = self.dim();
         let counted = || {
             let of = |(t, n): (Type, usize)| format!("{n} × {}", t.name);
@@ -90,13 +128,16 @@ impl File {
             return Err(GmshError::of_file(message, help));
         }
         let owners = Owners::of(&blocks);
-        if let Some((node, facet)) = topology::hanging(&owners, &blocks, &nodes) {
+        let (sides, groups) = self.sides(dim - 1, &owners, &places);
+        let meet = Meet::new(&sides, &blocks, pairs);
+        let is_meant = |node, facet| meet.has(node, facet);
+        if let Some((node, facet)) = topology::hanging(&owners, &blocks, &nodes, is_meant) {
             let message = format!(
                 "node {} hangs on a side of element {} that does not have it",
                 node_tags[node],
                 tag(facet)
             );
-            let help = "mesh the parts together, or join them: BooleanFragments, Coherence";
+            let help = "mesh the parts together, or join them: BooleanFragments, Coherence; or let them meet: [[contact]] with slave and master";
             return Err(GmshError::of_file(message, help));
         }
         if let Some([a, b]) = topology::halved(&owners, &blocks) {
@@ -108,7 +149,6 @@ impl File {
             let help = "mesh the whole body with hexahedra, or with tetrahedra";
             return Err(GmshError::of_file(message, help));
         }
-        let (sides, groups) = self.sides(dim - 1, &owners, &places);
         Ok(Imported {
             unused: self.nodes.len() - nodes.len(),
             mesh: Mesh::new(dim, nodes, blocks, groups),

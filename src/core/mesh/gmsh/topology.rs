@@ -83,11 +83,13 @@ pub(super) fn overlapping(blocks: &[Block]) -> Option<[Facet; 2]> {
     twice.map(|w| [w[0].1, w[1].1])
 }
 
-/// A node of the boundary that lies within a straight or flat side of it, with that side: parts of the mesh that meet without sharing their nodes.
+/// A node of the boundary that lies within a straight or flat side of it, with that side: parts of the mesh that meet without sharing their nodes. Nodes and sides of two
+/// surfaces that are meant to meet may do so.
 pub(super) fn hanging(
     owners: &Owners,
     blocks: &[Block],
     nodes: &[Point],
+    meet: impl Fn(usize, Facet) -> bool + Sync,
 ) -> Option<(usize, Facet)> {
     let own = |facet: Facet| -> Vec<usize> {
         let b = &blocks[facet.block];
@@ -115,7 +117,7 @@ pub(super) fn hanging(
             own.iter().all(apart) && off(&x, &nodes[n]) <= slack
         };
         let near = grid.near(bounds(&x), slack);
-        near.filter(|n| within(n)).min().map(|node| (node, *facet))
+        near.filter(|&n| within(&n) && !meet(n, *facet)).min().map(|node| (node, *facet))
     })
 }
 
