@@ -1,5 +1,7 @@
 //! Friction of a scene: the tangent, the coefficient and the velocity of the surface at every contact point.
 
+use std::collections::BTreeMap;
+
 use super::given::given_tangents;
 use super::{Notes, ProblemError};
 use crate::contact::{Constraint, System, Tangent};
@@ -10,6 +12,9 @@ use crate::scenario::{BodyKind, Contact, Issue, Obstacle, Scene};
 
 /// What of a surface's velocity may point along the normal, over its size.
 const ACROSS: f64 = 1e-9;
+
+/// Entries of a row of directions below this are rounding.
+const ROUNDING: f64 = 1e-14;
 
 /// One entry a contact point, those in front, then those behind; empty where the scene has no friction.
 pub(super) fn tangents(scene: &Scene, body: &Body) -> Result<Vec<Option<Tangent>>, ProblemError> {
@@ -64,7 +69,8 @@ fn of_elements(
             return Err(fail(contact.key(k, "friction"), message.into(), help));
         }
     }
-    let tangent = |point: &crate::fem::ContactPoint| -> Result<Option<Tangent>, ProblemError> {
+    let tangent = |i: usize| -> Result<Option<Tangent>, ProblemError> {
+        let point = &body.dofs.contact[i];
         let k = point.group;
         let obstacle: &Obstacle = &contact.obstacles[k];
         let Some(coefficient) = obstacle.coefficient() else { return Ok(None) };
@@ -99,11 +105,30 @@ fn of_elements(
         if axes.iter().enumerate().any(is_skew) {
             return Ok(None);
         }
-        let row: Vec<(usize, f64)> = body.dofs.directions(point.node).filter_map(along).collect();
+        let mut row: Vec<(usize, f64)> =
+            body.dofs.directions(point.node).filter_map(along).collect();
+        if !row.is_empty() {
+            against_masters(body, (i, &direction), &mut row);
+        }
         let tangent = Tangent { row, coefficient, surface, direction, only_slips };
         Ok((!tangent.row.is_empty()).then_some(tangent))
     };
-    body.dofs.contact.iter().map(tangent).collect()
+    (0..body.dofs.n_facing).map(tangent).collect()
+}
+
+/// Where two surfaces meet, what slips is `t·(u_s − Σ_j P_ij u_m,j)`. On curved surfaces of different meshes `t` has a share of the order of `h/R` along the normals of
+/// masters without inertia: it is left out.
+fn against_masters(body: &Body, (point, t): (usize, &Point), row: &mut Vec<(usize, f64)>) {
+    let dofs = &body.dofs;
+    let mut all: BTreeMap<usize, f64> = row.iter().copied().collect();
+    for (node, p) in dofs.against(point) {
+        for c in (0..dofs.dim).filter(|&c| t[c] != 0.0) {
+            for (entry, share) in dofs.terms(*node, c).filter(|e| e.0 < dofs.n_o) {
+                *all.entry(entry).or_insert(0.0) -= p * t[c] * share;
+            }
+        }
+    }
+    *row = all.into_iter().filter(|e| e.1.abs() > ROUNDING).collect();
 }
 
 /// What friction does not go with, and what there is to say of it.
