@@ -220,7 +220,7 @@ fn integrate(
         }
     };
     let wall = begun.elapsed().as_secs_f64();
-    let object = summary::run_json(scene, (&problem.system, &problem.notes), &report, wall);
+    let mut object = summary::run_json(scene, (&problem.system, &problem.notes), &report, wall);
     let status = match report.outcome {
         Outcome::EndTime => Status::Complete,
         Outcome::Interrupted { .. } => Status::Interrupted,
@@ -229,6 +229,7 @@ fn integrate(
     let writer = progress.writer.end()?;
     // an interrupted run is not over
     if status != Status::Interrupted {
+        object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
         writer.report(&object)?;
         if let Some(rubbed) = &report.rubbed {
             writer.friction(&problem.system, rubbed)?;
@@ -246,6 +247,7 @@ fn answer(
     from: Option<f64>,
 ) -> Answer {
     let (scene, output, wall) = (&work.scene, &work.path, work.wall());
+    let forces = summary::forces(&object["forces"]);
     work.global.answer(
         || {
             let mut json = object;
@@ -265,7 +267,7 @@ fn answer(
                 format!("  {:<14}from t = {t} of an interrupted run\n", "gone on")
             });
             format!(
-                "{title}\n{text}{from}  {:<14}{} (pictures: {plot})\n",
+                "{title}\n{text}{forces}{from}  {:<14}{} (pictures: {plot})\n",
                 "written to",
                 output.display()
             )

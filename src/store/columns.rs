@@ -100,6 +100,13 @@ pub(super) static STATES: &[Column<Row>] = &[
     Column::new("trajectory/pressure", "stress", &["state", "contact point"], "contact pressure, positive in compression", Get::Numbers(|s| &s.pressure)),
 ];
 
+/// Forces of the groups of contact points besides.
+#[rustfmt::skip]
+pub(super) static FORCES: &[Column<Row>] = &[
+    Column::new("forces/contact/force", "force", &["state", "component"], "force on the body at each group of contact points (attribute groups), its components one behind the other; what it meets has the opposite", Get::Numbers(|s| &s.forces[0])),
+    Column::new("forces/contact/place", "length", &["state", "component"], "place of the line of action of its normal part, undeformed; not a number without pressure", Get::Numbers(|s| &s.forces[1])),
+];
+
 /// `/energy`, a row a stored state.
 #[rustfmt::skip]
 pub(super) static ENERGY: &[Column<Row>] = &[
@@ -338,7 +345,8 @@ pub fn datasets() -> Vec<&'static About> {
     fn of<R>(columns: &'static [Column<R>]) -> impl Iterator<Item = &'static About> {
         columns.iter().map(|c| &c.about)
     }
-    let states = of(STATES).chain(of(TRACTIONS)).chain(of(ENERGY)).chain(of(FRICTION));
+    let states =
+        of(STATES).chain(of(TRACTIONS)).chain(of(FORCES)).chain(of(ENERGY)).chain(of(FRICTION));
     let tables = states.chain(of(SWITCHES)).chain(of(GRAZINGS));
     // what runs and families have both is told once
     let is_new = |about: &&'static About| of(GRAZINGS).all(|known| known.path != about.path);

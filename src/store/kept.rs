@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::contact::System;
 use crate::contact::distance::NEXT;
+use crate::contact::{Resultants, System};
 use crate::fem::{Body, Csr};
 use crate::scenario::{Precision, Scene, Store};
 
@@ -27,6 +27,8 @@ pub struct Kept {
     part: Option<Columns>,
     /// Tangents of the contact points with friction, over `u`; no row without friction, empty ones where there is none.
     tangents: Csr,
+    /// What adds up the pressures of groups.
+    pub(super) resultants: Resultants,
     /// Nothing but what the contact does.
     pub(super) contact_alone: bool,
     /// In single precision.
@@ -45,7 +47,8 @@ impl Kept {
             tangent.iter().flat_map(move |t| t.row.iter().map(move |&(j, w)| (i, j, w)))
         });
         let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
-        Kept { body: system.body.clone(), part, tangents, contact_alone, single }
+        let (body, resultants) = (system.body.clone(), Resultants::new(system));
+        Kept { body, part, tangents, resultants, contact_alone, single }
     }
 
     /// As `[run]` of a scene says.

@@ -15,6 +15,7 @@ mod csv;
 mod describe;
 mod events;
 mod family;
+mod forces;
 mod grazings;
 mod header;
 mod journal;

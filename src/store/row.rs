@@ -13,6 +13,7 @@ pub(super) struct Row {
     pub pressure: Vec<f64>,
     pub traction: Vec<f64>,
     pub slide: Vec<f64>,
+    pub forces: [Vec<f64>; 2],
     energies: Option<Energies>,
     pub jumps: f64,
 }
@@ -27,6 +28,7 @@ impl Row {
             pressure: s.pressure.to_vec(),
             traction: s.traction.to_vec(),
             slide: kept.slides(s.u),
+            forces: kept.resultants.of(s.pressure, s.traction),
             energies: s.energies,
             jumps: s.jumps,
         }

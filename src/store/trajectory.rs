@@ -1,11 +1,11 @@
 //! `/trajectory` and `/energy`: the tables of the stored states.
 
-use super::StoreError;
-use super::columns::{ENERGY, FRICTION, STATES, TRACTIONS};
+use super::columns::{ENERGY, FORCES, FRICTION, STATES, TRACTIONS};
 use super::kept::Kept;
 use super::row::Row;
-use super::schema::{About, Rows};
+use super::schema::{About, Column, Rows};
 use super::table::{Form, Resume};
+use super::{StoreError, write_text};
 
 /// Aim of a chunk's size in bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
@@ -42,6 +42,15 @@ impl Trajectory {
         }
         let plain = |_: &About| Form::plain(None, chunk);
         let mut tables = vec![states, Rows::create(file, ENERGY, &plain)?];
+        let groups = &kept.resultants;
+        if !groups.names.is_empty() {
+            let components = groups.dim * groups.names.len();
+            tables.push(Rows::create(file, FORCES, &|_| Form::plain(Some(components), chunk))?);
+            for column in FORCES {
+                let dataset = file.dataset(column.about.path)?;
+                write_text(&dataset, "groups", &groups.names.join("\n"))?;
+            }
+        }
         if rubs {
             tables.push(Rows::create(file, TRACTIONS, &form)?);
             tables.push(Rows::create(file, FRICTION, &plain)?);
@@ -51,11 +60,11 @@ impl Trajectory {
 
     /// Go on with the tables of a file.
     pub(crate) fn reopen(file: &hdf5::File, place: Resume) -> Result<Self, StoreError> {
-        let rubs = file.link_exists(FRICTION[0].about.path);
-        let groups =
-            if rubs { &[STATES, ENERGY, TRACTIONS, FRICTION][..] } else { &[STATES, ENERGY] };
-        let reopen = |columns: &&'static _| Rows::reopen(file, columns, place);
-        Ok(Trajectory { tables: groups.iter().map(reopen).collect::<Result<_, _>>()? })
+        let tables = [STATES, ENERGY, FORCES, TRACTIONS, FRICTION];
+        let is_there = |columns: &&'static [Column<Row>]| file.link_exists(columns[0].about.path);
+        let reopen = |columns| Rows::reopen(file, columns, place);
+        let tables = tables.into_iter().filter(is_there).map(reopen);
+        Ok(Trajectory { tables: tables.collect::<Result<_, _>>()? })
     }
 
     pub fn push(&mut self, s: &Row) {

@@ -6,6 +6,8 @@
 //! Principal pivoting as for the complementarity problem ([`super::lcp`]): solve in the present set, change all points that are infeasible
 //! while their number falls, one at a time otherwise.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::coupling::Coupling;
 use super::friction::Slider;
 use super::lcp::UNITS;
@@ -32,8 +34,9 @@ impl System {
     /// The active set and `u_O` of the static equilibrium; harmonic loads are left out.
     pub fn equilibrium(&self) -> Result<(States, Vec<f64>), NoEquilibrium> {
         let n_c = self.n_contact();
-        // a body that can move rigidly is held by the obstacle, or not at all
-        let free = !self.body.rigid_motions(false).is_empty();
+        // a body that can move rigidly is held by the obstacle, or not at all, or floats under loads that balance each other
+        let motions = self.rigid_motions();
+        let free = !motions.is_empty();
         let mut set = States::of_contact((0..n_c).map(|i| free || i >= self.conditions().len()));
         (0..n_c).for_each(|i| set.set(i, self.at_rest(i, set.at(i))));
         let (mut fewest, mut patience) = (n_c + 1, 3);
@@ -45,7 +48,9 @@ impl System {
             // what springs of sliders remember stands behind what sticks
             let mut held = vec![0.0; phase.stuck().len() - remembered.len()];
             held.extend(&remembered);
-            let u = static_displacement(&phase, &held).ok_or(NoEquilibrium::NotHeld)?;
+            let u = static_displacement(&phase, &held)
+                .or_else(|| floating(&phase, &motions))
+                .ok_or(NoEquilibrium::NotHeld)?;
             let wrong = infeasible(self, &phase, &u);
             let Some(first) = wrong.first() else {
                 let mut u = u;
@@ -61,6 +66,13 @@ impl System {
             change.iter().for_each(|m| set.set(m.point, self.at_rest(m.point, m.to)));
         }
         Err(NoEquilibrium::Pivots(limit))
+    }
+
+    /// The motions `u_O` that neither supports nor springs oppose while nothing touches.
+    fn rigid_motions(&self) -> Vec<Vec<f64>> {
+        let n_o = self.n_o();
+        let of = |field: &Vec<f64>| self.body.dofs.gather(field)[..n_o].to_vec();
+        self.body.rigid_motions(false).iter().map(of).collect()
     }
 
     /// What a point at rest does that is to go into a state: where it touches a surface that moves, it slips.
@@ -111,6 +123,68 @@ pub(crate) fn static_displacement(phase: &Phase, held: &[f64]) -> Option<Vec<f64
         let factor = SpdFactor::new(&stiffness, "stiffness matrix of a phase").ok()?;
         factor.solve(&mut u, &mut factor.scratch());
     }
+    is_solution(&stiffness, &u, &force).then_some(u)
+}
+
+/// A motion moves what the stiffness opposes by less than this share, and works on loads by less: it does neither.
+const DRIFTS: f64 = 1e-9;
+
+/// The equilibrium of a body that something in it leaves free to move, under loads that do not move it: without a share of these motions. Friction is left to supports.
+fn floating(phase: &Phase, motions: &[Vec<f64>]) -> Option<Vec<f64>> {
+    if motions.is_empty() || phase.rubs() {
+        return None;
+    }
+    let (stiffness, mass) = phase.matrices();
+    let force = phase.constant_force();
+    let n = force.len();
+    let all = DMatrix::from_fn(n, motions.len(), |i, k| motions[k][i]);
+    let by = |matrix: &Csr, x: &DMatrix<f64>| {
+        let mut product = DMatrix::zeros(n, x.ncols());
+        for (k, column) in x.column_iter().enumerate() {
+            matrix.mul(column.as_slice(), product.column_mut(k).as_mut_slice());
+        }
+        product
+    };
+    // those of them that touching points leave
+    let work = all.transpose() * by(&stiffness, &all);
+    let stiff = stiffness.triplets().fold(0.0f64, |m, e| m.max(e.2.abs()));
+    let eigen = (0.5 * (&work + work.transpose())).symmetric_eigen();
+    let left = |k: &usize| eigen.eigenvalues[*k].abs() <= DRIFTS * stiff;
+    let free: Vec<usize> = (0..motions.len()).filter(left).collect();
+    if free.is_empty() {
+        return None;
+    }
+    let drift = &all * eigen.eigenvectors.select_columns(&free);
+    let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let push: f64 = force.iter().map(|f| f.abs()).sum();
+    for column in drift.column_iter() {
+        let moved: f64 = column.iter().zip(&force).map(|(d, f)| d * f).sum();
+        if moved.abs() > DRIFTS * push * largest(column.as_slice()) {
+            return None;
+        }
+    }
+    // hold as many displacements as there are motions left: those that tell them apart best
+    let mut rest = drift.clone();
+    let mut held = vec![false; n];
+    for _ in 0..free.len() {
+        let size = |i: usize| rest.row(i).norm();
+        let pivot = (0..n).max_by(|&a, &b| size(a).total_cmp(&size(b)))?;
+        let row = rest.row(pivot).transpose() / size(pivot);
+        rest -= &rest * &row * row.transpose();
+        held[pivot] = true;
+    }
+    let kept = stiffness.triplets().filter(|e| !held[e.0] && !held[e.1]);
+    let ones = (0..n).filter(|i| held[*i]).map(|i| (i, i, stiff));
+    let pinned = Csr::from_triplets(n, n, kept.chain(ones).collect());
+    let mut u: Vec<f64> = (0..n).map(|i| if held[i] { 0.0 } else { force[i] }).collect();
+    let factor = SpdFactor::new(&pinned, "stiffness matrix of a phase").ok()?;
+    factor.solve(&mut u, &mut factor.scratch());
+    // u ← u − D (DᵀMD)⁻¹ DᵀM u
+    let weighted = by(&mass, &drift);
+    let gram = (drift.transpose() * &weighted).cholesky()?;
+    let share = gram.solve(&(weighted.transpose() * DVector::from_column_slice(&u)));
+    let moved = &drift * share;
+    u.iter_mut().zip(moved.iter()).for_each(|(u, m)| *u -= m);
     is_solution(&stiffness, &u, &force).then_some(u)
 }
 

@@ -10,7 +10,7 @@ use crate::problem::Notes;
 use crate::scenario::Scene;
 
 pub(crate) use json::run_json;
-pub(crate) use text::run_text;
+pub(crate) use text::{forces, run_text};
 
 /// A number with so many significant digits, plain where that is readable.
 pub(crate) fn significant(x: f64, digits: usize) -> String {

@@ -388,3 +388,23 @@ fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wa
         out.line("", note.clone());
     }
 }
+
+/// The largest forces of the groups before obstacles, with their impulses, of a run's object.
+pub(crate) fn forces(all: &serde_json::Value) -> String {
+    let mut out = Lines::default();
+    let number = |v: &serde_json::Value| v.as_f64().unwrap_or(f64::NAN);
+    let all = all.as_array().map_or(&[][..], Vec::as_slice);
+    for (k, of) in all.iter().filter(|of| number(&of["maximum"]) > 0.0).enumerate() {
+        let impulse = of["impulse"].as_array().map_or(&[][..], Vec::as_slice);
+        let size = impulse.iter().fold(0.0f64, |m, x| m.hypot(number(x)));
+        let text = format!(
+            "\"{}\": at most {} (at t = {}), impulse {}",
+            of["group"].as_str().unwrap_or_default(),
+            significant(number(&of["maximum"]), 6),
+            significant(number(&of["t"]), 6),
+            significant(size, 6)
+        );
+        out.line(if k == 0 { "force" } else { "" }, text);
+    }
+    out.0
+}

@@ -1,0 +1,72 @@
+//! What the pressures of a group before an obstacle, or of a slave, come to: force and line of action.
+//!
+//! ```text
+//! F = Σ_i A_i (−p_i n_i + τ_i t_i),   x = Σ_i A_i p_i x_i / Σ_i A_i p_i
+//! ```
+//!
+//! the force on the body whose group it is; what it meets has the opposite one.
+
+use super::system::System;
+use crate::mesh::Point;
+
+/// A contact point as it adds to the force of its group.
+#[derive(Debug, Clone, Copy)]
+struct Share {
+    group: usize,
+    area: f64,
+    normal: Point,
+    tangent: Point,
+    place: Point,
+}
+
+/// What is needed to add pressures up.
+#[derive(Debug, Clone, Default)]
+pub struct Resultants {
+    /// Groups before obstacles, and slaves.
+    pub names: Vec<String>,
+    /// Components of a force.
+    pub dim: usize,
+    points: Vec<Share>,
+}
+
+impl Resultants {
+    /// Of the contact of a body; no groups where it has none, or where velocities jump and pressures are no whole.
+    pub fn new(system: &System) -> Resultants {
+        let dofs = system.body.nodal_dofs();
+        if system.impact().is_some() {
+            return Resultants::default();
+        }
+        let tangents = system.tangents().unwrap_or_default();
+        let share = |(i, c): (usize, &super::Constraint)| Share {
+            group: c.group,
+            area: c.area,
+            normal: c.normal,
+            tangent: tangents.get(i).and_then(|t| t.as_ref()).map_or([0.0; 3], |t| t.direction),
+            place: c.position,
+        };
+        Resultants {
+            names: dofs.facing.iter().map(|f| f.group.clone()).collect(),
+            dim: system.body.mesh.dim(),
+            points: system.facing().iter().enumerate().map(share).collect(),
+        }
+    }
+
+    /// Force and place of each group, one behind the other; a group without pressure has no place: not a number.
+    pub fn of(&self, pressure: &[f64], traction: &[f64]) -> [Vec<f64>; 2] {
+        let (dim, count) = (self.dim, self.names.len());
+        let (mut force, mut place) = (vec![0.0; dim * count], vec![0.0; dim * count]);
+        let mut sum = vec![0.0; count];
+        for (i, share) in self.points.iter().enumerate().filter(|(_, s)| s.group < count) {
+            let normal = share.area * pressure.get(i).copied().unwrap_or(0.0);
+            let along = share.area * traction.get(i).copied().unwrap_or(0.0);
+            sum[share.group] += normal;
+            for c in 0..dim {
+                let k = dim * share.group + c;
+                force[k] += along * share.tangent[c] - normal * share.normal[c];
+                place[k] += normal * share.place[c];
+            }
+        }
+        place.iter_mut().enumerate().for_each(|(k, x)| *x /= sum[k / dim]);
+        [force, place]
+    }
+}
