@@ -163,7 +163,7 @@ fn prisms_are_those_of_gmsh() {
 
 #[test]
 fn both_formats_say_the_same() {
-    let of = |text: &str| read(text.as_bytes()).unwrap().body(0.5).unwrap();
+    let of = |text: &str| read(text.as_bytes()).unwrap().body(0.5, &[]).unwrap();
     let (new, old) = (of(TWO), of(TWO_OLD));
     assert_eq!(new, old);
     assert_eq!(new.regions, [["steel"], ["rubber"]]);

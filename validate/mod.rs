@@ -8,6 +8,9 @@ mod cuboid;
 #[path = "bodies/rectangle.rs"]
 mod rectangle;
 
+#[path = "bodies/case.rs"]
+mod bodies;
+
 #[path = "bar/case.rs"]
 mod bar;
 #[path = "bar-orbits/case.rs"]
@@ -116,7 +119,7 @@ pub struct Case {
 }
 
 /// All cases.
-pub static CASES: [Case; 19] = [
+pub static CASES: [Case; 20] = [
     bar::CASE,
     strip::CASE,
     oscillator::CASE,
@@ -127,6 +130,7 @@ pub static CASES: [Case; 19] = [
     impact::CASE,
     stop::CASE,
     friction::CASE,
+    bodies::CASE,
     hard::CASE,
     hard::MILLION,
     bar_orbits::CASE,

@@ -226,7 +226,7 @@ fn integrate(
         Outcome::Interrupted { .. } => Status::Interrupted,
         _ => Status::Failed(report.outcome.to_string()),
     };
-    let writer = progress.writer.end()?;
+    let mut writer = progress.writer.end()?;
     // an interrupted run is not over
     if status != Status::Interrupted {
         object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();

@@ -6,6 +6,7 @@ use super::places::{Placed, place, placed};
 use super::{Problem, ProblemError};
 use crate::contact::{Dampers, Elastic, Slider, System};
 use crate::fem::{Body, Csr, Discrete, Loads, load};
+use crate::mesh::Point;
 use crate::scenario::{
     BodyKind, ContactMethod, End, Ends, Issue, LoadKind, RedistributedMass, Scene, Sliding,
 };
@@ -147,13 +148,33 @@ pub(super) fn preload(
         if spring.preload == 0.0 {
             continue;
         }
+        // two ends are pulled together, whichever is named first
+        let way = apart(&system.body, &spring.ends());
+        let pull = if way < 0.0 { -spring.preload } else { spring.preload };
         let mut force = vec![0.0; system.n()];
         for (row, share) in placed {
-            row.into_iter().for_each(|(j, w)| force[j] -= share * spring.preload * w);
+            row.into_iter().for_each(|(j, w)| force[j] -= share * pull * w);
         }
         loads.push(force, None, 0.0);
     }
     Ok(())
+}
+
+/// How far the first end of an element stands before its second one, along its direction; zero to the ground, and of given matrices.
+fn apart(body: &Body, ends: &Ends) -> f64 {
+    let (mesh, direction) = (&body.mesh, unit(ends));
+    let along = |p: Point| direction.iter().zip(p).map(|(d, x)| d * x).sum::<f64>();
+    let place = |end: End| match end {
+        End::At(at) => Some(at.iter().zip(&direction).map(|(x, d)| x * d).sum::<f64>()),
+        End::Group(group) => {
+            let areas = load::nodal_areas(body, group);
+            let moment = areas.iter().zip(mesh.nodes()).map(|(a, p)| a * along(*p));
+            Some(moment.sum::<f64>() / areas.iter().sum::<f64>())
+        }
+        End::Row(_) => None,
+    };
+    let to = ends.to.and_then(place);
+    place(ends.from).zip(to).map_or(0.0, |(from, to)| from - to)
 }
 
 /// Where the places of elements ended up.

@@ -19,7 +19,8 @@ pub struct ForceRecord {
 
 impl Writer {
     /// What the forces of all groups came to.
-    pub fn forces(&self) -> Result<Vec<ForceRecord>, StoreError> {
+    pub fn forces(&mut self) -> Result<Vec<ForceRecord>, StoreError> {
+        self.flush()?;
         let file = self.file();
         let Ok(dataset) = file.dataset("forces/contact/force") else { return Ok(vec![]) };
         let names = super::read_text(&dataset, "groups").unwrap_or_default();

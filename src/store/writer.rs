@@ -221,7 +221,7 @@ impl Writer {
     }
 
     /// Append and flush all rows that wait.
-    fn flush(&mut self) -> Result<(), StoreError> {
+    pub(super) fn flush(&mut self) -> Result<(), StoreError> {
         let waiting = self.trajectory.waiting_bytes() + self.events.waiting_bytes();
         check_room(self.staged.at(), waiting)?;
         self.trajectory.append()?;

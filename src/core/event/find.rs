@@ -129,6 +129,9 @@ fn polish(
     b
 }
 
+/// What does not change over this share of a window, but for rounding, rests there.
+const REST: f64 = 1.0 / 64.0;
+
 /// The least interior minimum of a monitor in the window that lies below `level`, if any: a near miss.
 pub(crate) fn near_miss(
     flow: &dyn Flow,
@@ -138,9 +141,14 @@ pub(crate) fn near_miss(
     resolution: f64,
 ) -> Option<(f64, f64)> {
     let mut least: Option<(f64, f64)> = None;
-    let mut pending = vec![(a, b)];
+    let (mut pending, wide) = (vec![(a, b)], REST * (b - a));
     while let Some((a, b)) = pending.pop() {
         let e = flow.enclose(index, a, b);
+        // a monitor at rest, to rounding: it misses nothing, and has no least value to look for
+        let spread = e.polynomial.max() - e.polynomial.min();
+        if b - a >= wide && spread <= 2.0 * e.error {
+            continue;
+        }
         // what is no number is near nothing; the search for switches says so
         if e.polynomial.min().is_nan() {
             return None;
@@ -198,6 +206,38 @@ mod tests {
         fn name(&self) -> &'static str {
             "given"
         }
+    }
+
+    /// A monitor at rest near its obstacle ends the search: bodies that touch while nothing moves them.
+    #[test]
+    fn what_rests_is_no_near_miss() {
+        struct Still;
+        impl Flow for Still {
+            fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
+            fn advance(&mut self, _: &Phase, _: f64) -> Result<(), FlowError> {
+                Ok(())
+            }
+            fn cut(&mut self, _: &Phase, _: f64) {}
+            fn window(&self) -> (f64, f64) {
+                (0.0, 1.0)
+            }
+            fn end_state(&mut self) -> &[f64] {
+                &[]
+            }
+            fn state(&self, _: f64, _: &mut [f64]) {}
+            fn enclose(&self, _: usize, a: f64, b: f64) -> Enclosure {
+                let noise = |t: f64| 1e-16 * (1e3 * t).sin();
+                let polynomial = Bernstein::new(&[noise(a), noise(0.5 * (a + b)), noise(b)]);
+                Enclosure { polynomial, error: 1e-15, slope_error: 1e-12 }
+            }
+            fn counters(&self) -> Counters {
+                Counters::default()
+            }
+            fn name(&self) -> &'static str {
+                "still"
+            }
+        }
+        assert_eq!(near_miss(&Still, 0, 1e-9, (0.0, 1.0), 1e-14), None);
     }
 
     /// `(t − r₁)(t − r₂) + shift` as Bernstein coefficients of degree 2.
