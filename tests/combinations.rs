@@ -21,6 +21,11 @@ const MATRICES: &str =
     "[body]\nkind = \"matrices\"\nmass_matrix = \"M.mtx\"\nstiffness_matrix = \"K.mtx\"\n";
 const SOLID: &str = "[body]\nkind = \"mesh\"\nfile = \"body.msh\"\n[[material]]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
                      [[support]]\ngroup = \"xmin\"\nfix = [\"x\", \"y\", \"z\"]\n";
+/// Two half plates of meshes that do not match.
+const TWO: &str = "[[body]]\nname = \"a\"\nkind = \"plate\"\nsize = [1.0, 0.3]\nelements = [4, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+                   [[body]]\nname = \"b\"\nkind = \"plate\"\nsize = [0.8, 0.3]\nelements = [3, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [2.0, 0.0]\n\
+                   [[support]]\nedge = \"a:left\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"a:bottom\"\nfix = [\"y\"]\n\
+                   [[support]]\nedge = \"b:right\"\nfix = [\"x\", \"y\"]\n[[support]]\nedge = \"b:bottom\"\nfix = [\"y\"]\n";
 const DAMPING: &str = "[damping]\nratio = 0.05\nmode = 1\n";
 /// Without damping no peak.
 const UNDAMPED: &str = "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.02\nomega = 1.7\n";
@@ -51,6 +56,13 @@ impl Row {
 
     fn plate(name: &'static str, contact: &str) -> Row {
         Row::of_contact(name, PLATE, contact)
+    }
+
+    /// Two bodies.
+    fn pair(name: &'static str, contact: &str) -> Row {
+        let pair = "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\ngap = 1.0\n";
+        let contact = format!("{pair}{contact}\n");
+        Row { name, body: TWO, contact, damping: DAMPING, load: LOAD.into(), extra: "", run: "" }
     }
 
     fn text(&self, of: Scene) -> String {
@@ -129,6 +141,29 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     "friction = 0.3\nsurface = [0.0, 5.0, 0.0]",
                 ),
                 plate("`motion` of the obstacle", "motion = { amplitude = 0.1, omega = 1.7 }"),
+            ],
+        ),
+        (
+            "Two bodies",
+            vec![
+                Row::pair("`slave`, `master`", ""),
+                Row::pair("`sides = \"slave\"`", "sides = \"slave\""),
+                Row::pair(
+                    "`stress = \"nodal-mean\"`, meshes that do not match",
+                    "stress = \"nodal-mean\"",
+                ),
+                Row::pair("`inertia = \"paper\"`", "stress = \"reaction\"\ninertia = \"paper\""),
+                Row::pair("`friction`", "friction = 0.3"),
+                Row::pair("`penalty`", "method = \"penalty\""),
+                Row::pair("`impact`", "method = \"impact\""),
+                Row {
+                    extra: "[reduction]\nkind = \"fixed-interface\"\nmodes = 8\n",
+                    ..Row::pair("fixed-interface", "")
+                },
+                Row {
+                    extra: "[reduction]\nkind = \"free-interface\"\nmodes = 8\n",
+                    ..Row::pair("free-interface", "")
+                },
             ],
         ),
         (

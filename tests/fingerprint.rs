@@ -15,11 +15,15 @@ use signorini::scenario::Scene;
 use tempfile::TempDir;
 
 /// Keys of scenes that name files.
-const FILES: [&str; 8] = [
+const FILES: [&str; 12] = [
     "body.file",
     "body.mass_matrix",
     "body.stiffness_matrix",
     "body.damping_matrix",
+    "body[].file",
+    "body[].mass_matrix",
+    "body[].stiffness_matrix",
+    "body[].damping_matrix",
     "contact.n_c",
     "contact.n_o",
     "load[].table",
@@ -27,11 +31,15 @@ const FILES: [&str; 8] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 20] = [
+const WORDS: [&str; 24] = [
     "title",
     "contact.gap",
     "contact.gap_behind",
     "contact.group",
+    "contact.slave",
+    "contact.master",
+    "body.name",
+    "body[].name",
     "initial.displacement[]",
     "initial.velocity[]",
     "load[].group",

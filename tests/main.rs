@@ -45,6 +45,7 @@ mod orbit_commands;
 mod orbits;
 mod orders;
 mod page;
+mod pairs;
 mod pdf;
 mod problem;
 mod promises;

@@ -268,6 +268,25 @@ class Run(Result):
             raise ValueError("the file does not keep this displacement: run the scene with store = \"all\"")
         return table[:, np.searchsorted(kept, columns)]
 
+    def _against(self, table: np.ndarray, point: int, node: int) -> np.ndarray:
+        """A node's displacements, less what the surface that it meets does."""
+        own = self._at_node(table, node)
+        if "contact" not in self:
+            return own
+        rows = self["contact"]["against"]
+        for k in range(rows.indptr[point], rows.indptr[point + 1]):
+            own = own - rows.data[k] * self._at_node(table, rows.indices[k])
+        return own
+
+    @property
+    def forces(self) -> dict[str, np.ndarray]:
+        """Force on the body at each group of contact points [s, dim], by its name; what it meets has the opposite."""
+        if "forces" not in self:
+            return {}
+        contact = self["forces"]["contact"]
+        names = [str(name) for name in contact["group"]]
+        return dict(zip(names, np.split(contact["force"], len(names), axis=1)))
+
     def _along_normals(self, table: np.ndarray) -> np.ndarray:
         mesh = self.mesh
         if "contact_points" in mesh:
@@ -276,7 +295,7 @@ class Run(Result):
             return sign * self._columns(table, mesh.contact_dofs)
         normals = mesh.contact_normals
         size = normals.shape[1] if normals.ndim > 1 else 0
-        columns = [self._at_node(table, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
+        columns = [self._against(table, i, n)[:, :size] @ normals[i] for i, n in enumerate(mesh.contact_nodes)]
         return np.stack(columns, axis=1) if columns else np.zeros((len(table), 0))
 
     def _text(self) -> str:

@@ -4,76 +4,22 @@ use std::collections::BTreeMap;
 
 use super::ProblemError;
 use super::elements;
+use super::form::Form;
+use super::gaps::{check_way, gaps_at, gaps_to};
 use super::given::{folder, given_length};
 use super::imported;
 use super::materials::materials;
 use super::pairs;
-use super::places::place;
-use crate::contact::{Contacts, Gaps, MassChoice, Stress};
+use crate::contact::{Contacts, Gaps};
 use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material};
 use crate::matrices::read_matrix;
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario;
-use crate::scenario::{
-    BodyKind, Contact, ContactMethod, Field, Inertia, Issue, MassKind, Obstacle, RedistributedMass,
-    Scene, StressKey,
-};
-
-/// Stress and mass of the contact method that a scene names.
-pub(super) fn discretisation(scene: &Scene) -> (Stress, MassChoice) {
-    let slides = scene.slides();
-    let Some(c) = &scene.contact else {
-        return match slides {
-            true => (Stress::Reaction, MassChoice::Condensed),
-            false => (Stress::Projection, MassChoice::Paper),
-        };
-    };
-    // meshes have defaults of their own: those that work with every element
-    let is_mesh = scene.body.kind.has_groups();
-    let slides = slides || c.has_pairs();
-    let stress = match c.stress {
-        _ if c.is_reaction() => Stress::Reaction,
-        None if slides => Stress::Reaction,
-        Some(StressKey::NodalMean) => Stress::NodalMean,
-        None if is_mesh => Stress::NodalMean,
-        _ => Stress::Projection,
-    };
-    let mass = match (c.method, c.inertia, c.mass) {
-        (ContactMethod::MassRedistribution, _, Some(RedistributedMass::Optimal)) => {
-            MassChoice::Optimal
-        }
-        (ContactMethod::MassRedistribution, ..) | (_, Some(Inertia::Constant), _) => {
-            MassChoice::Condensed
-        }
-        (ContactMethod::NodalBoundary, None, _) if is_mesh || slides || c.has_friction() => {
-            MassChoice::Condensed
-        }
-        _ => MassChoice::Paper,
-    };
-    (stress, mass)
-}
+use crate::scenario::{BodyKind, Contact, Issue, MassKind, Obstacle, Scene};
 
 /// The mesh of a scene; regions are its materials.
 pub fn mesh(scene: &Scene) -> Result<Mesh, ProblemError> {
     Ok(shape(scene)?.mesh)
-}
-
-/// A body without its matrices.
-pub(super) struct Form {
-    pub mesh: Mesh,
-    /// What messages call a node, where it has a name.
-    tags: Vec<Option<i64>>,
-}
-
-impl Form {
-    /// A node in words.
-    pub fn node(&self, node: usize) -> String {
-        let place = place(self.mesh.nodes()[node], self.mesh.dim());
-        match self.tags.get(node) {
-            Some(Some(tag)) => format!("node {tag} at {place}"),
-            _ => format!("the node at {place}"),
-        }
-    }
 }
 
 /// The mesh of a scene with the names of its nodes.
@@ -351,48 +297,4 @@ pub(super) fn contacts(scene: &Scene, body: &Body) -> Result<Contacts, ProblemEr
     }
     let gaps = Gaps { front: gap, behind: behind.into_iter().collect() };
     Ok(Contacts { gaps, lumped: c.boundary_mass == MassKind::Lumped })
-}
-
-/// There is room between an obstacle in front and one behind.
-pub(super) fn check_way(scene: &Scene, key: &str, way: f64) -> Result<(), ProblemError> {
-    if way > 0.0 {
-        return Ok(());
-    }
-    let message = format!("leaves no room: the way from one obstacle to the other is {way:e}");
-    Err(scene.error(Issue::new(key, message, "give gap + gap_behind > 0")).into())
-}
-
-/// The gaps of an obstacle at places of its group.
-pub(super) fn gaps_to(
-    scene: &Scene,
-    obstacle: usize,
-    places: impl Iterator<Item = Point> + Clone,
-) -> Result<Vec<f64>, ProblemError> {
-    let Some(c) = &scene.contact else { return Ok(vec![]) };
-    match (&c.obstacles[obstacle].gap, &c.obstacles[obstacle].plane) {
-        (Some(field), _) => gaps_at(scene, &c.key(obstacle, "gap"), field, places),
-        (None, Some(plane)) => {
-            let along = |p: Point| plane.normal.iter().zip(p).map(|(n, x)| n * x).sum::<f64>();
-            Ok(places.map(|p| (plane.offset - along(p)) / plane.scale()).collect())
-        }
-        (None, None) => Ok(vec![]),
-    }
-}
-
-/// A gap at places of the edge.
-pub(super) fn gaps_at(
-    scene: &Scene,
-    key: &str,
-    field: &Field,
-    places: impl Iterator<Item = Point> + Clone,
-) -> Result<Vec<f64>, ProblemError> {
-    let gap: Vec<f64> = places.clone().map(|p| field.at(p)).collect();
-    // squares of gaps must not overflow
-    let wrong = gap.iter().zip(places).find(|(g, _)| g.is_nan() || g.abs() > 1e60);
-    if let Some((gap, p)) = wrong {
-        let message = format!("is {gap:e} at {}", place(p, scene.dim().max(2)));
-        let help = "give an expression of at most 1e60 on the whole edge";
-        return Err(scene.error(Issue::new(key, message, help)).into());
-    }
-    Ok(gap)
 }

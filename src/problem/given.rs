@@ -5,8 +5,8 @@ use std::path::Path;
 use nalgebra::DMatrix;
 
 use super::ProblemError;
-use super::body::check_way;
 use super::elements;
+use super::gaps::check_way;
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
 use crate::fem::{Body, Csr, FemError, with_elements};

@@ -1,7 +1,7 @@
 //! Bodies whose mesh comes from a file: what the scene names in it, and what does not work on it.
 
 use super::ProblemError;
-use super::body::Form;
+use super::form::Form;
 use super::given::folder;
 use super::materials::generated;
 use crate::fem::{DofMap, Facing, Shape, shape};

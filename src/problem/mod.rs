@@ -5,9 +5,12 @@
 
 mod body;
 mod damping;
+mod discretisation;
 mod elements;
 mod error;
+mod form;
 mod friction;
+mod gaps;
 mod given;
 mod imported;
 mod initial;
@@ -34,8 +37,9 @@ use crate::scenario::{Activation, BodyKind, Contact, ContactMethod, Integrator, 
 pub use body::mesh;
 pub use error::ProblemError;
 
-use body::{assemble, contacts, discretisation};
+use body::{assemble, contacts};
 use damping::{damping, rayleigh_of};
+use discretisation::discretisation;
 use given::{given_body, given_gaps_behind};
 use initial::initial_state;
 use loads::loads;

@@ -1,7 +1,9 @@
 //! Pairs of surfaces: how they meet, what they leave between them, in the words of the scene.
 
 use super::ProblemError;
-use super::body::Form;
+use super::discretisation::discretisation;
+use super::form::Form;
+use super::gaps::gaps_at;
 use super::notes::Notes;
 use super::places::place;
 use crate::contact::Stress;
@@ -43,7 +45,7 @@ pub(super) fn meeting(
     let measure = |p: Point| material.map_or(1.0, |m| m.measure(p[0]));
     let found = Meeting::new(mesh, &pair, &measure);
     let meeting = found.map_err(|e| scene.error(issue(form, (contact, table), &pair, &e)))?;
-    let strong = super::body::discretisation(scene).0 != Stress::Reaction;
+    let strong = discretisation(scene).0 != Stress::Reaction;
     if strong && pair.sides == Sides::Both && meeting.projection == Projection::Dual {
         let message = "compares the stresses of two surfaces node by node, and these do not match";
         let help = "remove it (nodal reactions), or give sides = \"slave\"";
@@ -106,7 +108,7 @@ pub(super) fn gaps(
     let own = match (&obstacle.gap, dofs.facing.get(table).and_then(|f| f.meeting.as_ref())) {
         (Some(field), _) => {
             let places = points.iter().map(|(_, n)| mesh.nodes()[*n]);
-            super::body::gaps_at(scene, &contact.key(table, "gap"), field, places)?
+            gaps_at(scene, &contact.key(table, "gap"), field, places)?
         }
         (None, Some(meeting)) => {
             let small = TOUCHING * mesh.length();

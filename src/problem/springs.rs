@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::ProblemError;
-use super::body::{assemble, gaps_at, gaps_to};
+use super::body::assemble;
+use super::gaps::{gaps_at, gaps_to};
 use super::given::given_matrices;
 use crate::contact::{
     ContactError, Law, Nitsche, Penalty, Site, Stop, System, at_displacements, on_sides,

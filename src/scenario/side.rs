@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
+use serde_json::json;
 
 use super::error::Issue;
 use super::{End, Scene};
@@ -74,7 +75,14 @@ impl JsonSchema for EdgeKey {
         Edge::schema_name()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Edge::json_schema(generator)
+        let edge = Edge::json_schema(generator).to_value();
+        let mut choices = edge["oneOf"].as_array().cloned().unwrap_or_default();
+        choices.push(json!({
+            "type": "string",
+            "pattern": "^[^:]+:(left|right|bottom|top)$",
+            "description": "Of one of several bodies: `\"first:left\"`",
+        }));
+        json_schema!({"oneOf": choices})
     }
 }
 

@@ -9,7 +9,7 @@ use crate::problem::parts;
 use crate::scenario::Scene;
 
 /// Words as a dataset.
-fn words(group: &hdf5::Group, name: &str, all: &[&str]) -> Result<(), StoreError> {
+pub(super) fn words(group: &hdf5::Group, name: &str, all: &[&str]) -> Result<(), StoreError> {
     let all: Vec<VarLenUnicode> = all.iter().map(|w| w.parse().unwrap_or_default()).collect();
     group.new_dataset_builder().with_data(&all).create(name)?;
     Ok(())

@@ -48,6 +48,7 @@ static ONCE: &[About] = &[
     About::new("contact/pairs/projection", "match | dual", &["pair"], "how the two meshes are joined"),
     About::new("contact/pairs/sides", "both | slave", &["pair"], "which surface has no inertia along its normals"),
     About::new("contact/pairs/lever", "length", &["pair"], "largest distance by which the line of action of a contact force misses the slave's normal"),
+    About::new("forces/contact/group", "words", &["group"], "groups before obstacles, and slaves"),
     About::new("trajectory/columns", "column", &["column"], "which of all displacements (mesh/dof_map) u and v hold"),
     About::new("friction/work", "energy", CONTACT, "what friction took at each contact point over the run"),
     About::new("friction/path", "length", CONTACT, "how far each contact point slipped"),
@@ -103,7 +104,7 @@ pub(super) static STATES: &[Column<Row>] = &[
 /// Forces of the groups of contact points besides.
 #[rustfmt::skip]
 pub(super) static FORCES: &[Column<Row>] = &[
-    Column::new("forces/contact/force", "force", &["state", "component"], "force on the body at each group of contact points (attribute groups), its components one behind the other; what it meets has the opposite", Get::Numbers(|s| &s.forces[0])),
+    Column::new("forces/contact/force", "force", &["state", "component"], "force on the body at each group of contact points (forces/contact/group), components of the first, then of the next; what it meets has the opposite", Get::Numbers(|s| &s.forces[0])),
     Column::new("forces/contact/place", "length", &["state", "component"], "place of the line of action of its normal part, undeformed; not a number without pressure", Get::Numbers(|s| &s.forces[1])),
 ];
 

@@ -23,12 +23,11 @@ impl Writer {
         self.flush()?;
         let file = self.file();
         let Ok(dataset) = file.dataset("forces/contact/force") else { return Ok(vec![]) };
-        let names = super::read_text(&dataset, "groups").unwrap_or_default();
         let t: Vec<f64> = file.dataset("trajectory/t")?.values()?;
         let force: ndarray::Array2<f64> = dataset.table()?;
-        let groups: Vec<&str> = names.lines().collect();
-        let dim = force.ncols() / groups.len().max(1);
-        let of = |(k, group): (usize, &&str)| {
+        let groups = &self.kept().resultants;
+        let dim = groups.dim;
+        let of = |(k, group): (usize, &String)| {
             let at =
                 |row: usize| -> Vec<f64> { (0..dim).map(|c| force[(row, dim * k + c)]).collect() };
             let size = |row: usize| at(row).iter().fold(0.0f64, |m, x| m.hypot(*x));
@@ -41,12 +40,12 @@ impl Writer {
                 impulse.iter_mut().enumerate().for_each(|(c, sum)| *sum += half * (a[c] + b[c]));
             }
             ForceRecord {
-                group: (*group).to_owned(),
+                group: group.clone(),
                 maximum: most.map_or(0.0, size),
                 t: most.map_or(f64::NAN, |row| t[row]),
                 impulse,
             }
         };
-        Ok(groups.iter().enumerate().map(of).collect())
+        Ok(groups.names.iter().enumerate().map(of).collect())
     }
 }

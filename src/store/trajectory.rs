@@ -1,11 +1,12 @@
 //! `/trajectory` and `/energy`: the tables of the stored states.
 
+use super::StoreError;
+use super::bodies::words;
 use super::columns::{ENERGY, FORCES, FRICTION, STATES, TRACTIONS};
 use super::kept::Kept;
 use super::row::Row;
 use super::schema::{About, Column, Rows};
 use super::table::{Form, Resume};
-use super::{StoreError, write_text};
 
 /// Aim of a chunk's size in bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
@@ -46,10 +47,8 @@ impl Trajectory {
         if !groups.names.is_empty() {
             let components = groups.dim * groups.names.len();
             tables.push(Rows::create(file, FORCES, &|_| Form::plain(Some(components), chunk))?);
-            for column in FORCES {
-                let dataset = file.dataset(column.about.path)?;
-                write_text(&dataset, "groups", &groups.names.join("\n"))?;
-            }
+            let names: Vec<&str> = groups.names.iter().map(String::as_str).collect();
+            words(&file.group("forces/contact")?, "group", &names)?;
         }
         if rubs {
             tables.push(Rows::create(file, TRACTIONS, &form)?);

@@ -25,9 +25,21 @@ const NARROW: f64 = 480.0;
 /// Half the length of the stroke at the end of a bar.
 const CAP: f64 = 3.0;
 
+/// A range whose ticks are different numbers: steps below the rounding of its ends would be counted for ever.
+fn told_apart(range: Range<f64>) -> Range<f64> {
+    let size = range.start.abs().max(range.end.abs());
+    match range.end - range.start > 1e-11 * size {
+        // a tenth of a tenth of it is a number
+        true if size > 1e-200 => range,
+        _ if size <= 1e-200 => -1.0..1.0,
+        _ => range.start - 0.5 * size..range.end + 0.5 * size,
+    }
+}
+
 /// Draw a chart on the whole of an area.
 pub(super) fn draw(area: &Area, chart: &Chart) -> Drawn {
     let (x, y) = if chart.equal { widened(area, chart) } else { chart.frame() };
+    let (x, y) = (told_apart(x), told_apart(y));
     let mut plane = ChartBuilder::on(area)
         .margin(px(MARGIN))
         .margin_right(px(MARGIN_RIGHT))

@@ -1,8 +1,8 @@
 //! Pieces of faces that face each other: both are projected onto the middle plane of the slave's face, cut there, and integrated on triangles.
 
 use super::super::shape::{self, Local};
+use super::against::{FACES, PairError};
 use super::overlap::{Meet, Patch};
-use super::{FACES, PairError};
 use crate::mesh::point::{cross, dot, minus, norm, unit};
 use crate::mesh::{Basis, Point};
 

@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::DMatrix;
 
 use super::super::normals::GroupNode;
+use super::against::{Against, LEAST_SHARE, NOTHING, PairError};
 use super::overlap::{Meet, Patch};
-use super::{Against, LEAST_SHARE, NOTHING, PairError, clipping, segments};
+use super::{clipping, segments};
 use crate::mesh::Point;
 
 /// Entries of `P` below this are rounding.

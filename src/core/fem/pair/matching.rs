@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::super::normals::GroupNode;
-use super::Against;
+use super::against::Against;
 use super::overlap::Patch;
 use crate::mesh::point::{dot, minus, norm};
 use crate::mesh::{Mesh, Point};

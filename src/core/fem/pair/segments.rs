@@ -2,8 +2,8 @@
 //! functions. On each segment all functions are smooth.
 
 use super::super::shape;
+use super::against::{FACES, PairError};
 use super::overlap::{Meet, POINTS, Patch, Spot};
-use super::{FACES, PairError};
 use crate::mesh::Point;
 use crate::mesh::point::{dot, minus, norm};
 
