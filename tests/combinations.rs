@@ -147,12 +147,10 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
             "Two bodies",
             vec![
                 Row::pair("`slave`, `master`", ""),
-                Row::pair("`sides = \"slave\"`", "sides = \"slave\""),
                 Row::pair(
                     "`stress = \"nodal-mean\"`, meshes that do not match",
                     "stress = \"nodal-mean\"",
                 ),
-                Row::pair("`inertia = \"paper\"`", "stress = \"reaction\"\ninertia = \"paper\""),
                 Row::pair("`friction`", "friction = 0.3"),
                 Row::pair("`penalty`", "method = \"penalty\""),
                 Row::pair("`impact`", "method = \"impact\""),

@@ -31,12 +31,20 @@ const FILES: [&str; 12] = [
 ];
 
 /// Keys whose values are texts that name no file.
-const WORDS: [&str; 24] = [
+const WORDS: [&str; 32] = [
     "title",
     "contact.gap",
     "contact.gap_behind",
     "contact.group",
     "contact.slave",
+    "contact.edge",
+    "support[].edge",
+    "load[].edge",
+    "spring[].edge",
+    "damper[].edge",
+    "mass[].edge",
+    "slider[].edge",
+    "iwan[].edge",
     "contact.master",
     "body.name",
     "body[].name",

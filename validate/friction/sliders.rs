@@ -48,7 +48,7 @@ type Forced = (f64, f64, f64, f64, f64);
 fn forced(of: Forced) -> Result<[f64; 3], String> {
     let (limit, stiffness, load, omega, alpha) = of;
     let more = format!(
-        "[[load]]\nkind = 'point'\nat = [1.0]\namplitude = {load:?}\nomega = {omega:?}\n[damping]\nrayleigh = [{alpha:?}, 0.0]\n"
+        "[[load]]\nkind = 'point'\nat = [1.0]\namplitude = {load:?}\nomega = {omega:?}\n[damping]\nrayleigh = [{alpha:?}, 0.0]\n[initial]\ndisplacement = ['0.9*x']\n"
     );
     let scene = scene(&oscillator(limit, stiffness, &more), None)?;
     let problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;

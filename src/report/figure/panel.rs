@@ -28,6 +28,10 @@ const CAP: f64 = 3.0;
 /// A range whose ticks are different numbers: steps below the rounding of its ends would be counted for ever.
 fn told_apart(range: Range<f64>) -> Range<f64> {
     let size = range.start.abs().max(range.end.abs());
+    // what is no number any more is cut off: a damaged file
+    if !(range.end - range.start).is_finite() {
+        return range.start.clamp(-1e300, 1e300)..range.end.clamp(-1e300, 1e300);
+    }
     match range.end - range.start > 1e-11 * size {
         // a tenth of a tenth of it is a number
         true if size > 1e-200 => range,
