@@ -49,7 +49,7 @@ pub fn of(
             }
         }
     }
-    let against = |n: &GroupNode| {
+    let mut against = |n: &GroupNode| {
         let (node, normal) = (n.node, n.normal);
         let (share, whole) = (share.get(&node).copied().unwrap_or(0.0), whole[&node]);
         if share.abs() <= NOTHING * whole.abs() {
@@ -63,7 +63,6 @@ pub fn of(
         let masters = entries.filter(|(_, p)| p.abs() > ROUNDING).collect();
         Ok(Against { node, normal, share, masters })
     };
-    let mut against = against;
     slave.iter().map(&mut against).collect()
 }
 

@@ -17,6 +17,8 @@ mod segments;
 
 pub use against::{Against, Pair, PairError, Projection, Sides};
 
+use std::collections::BTreeMap;
+
 use super::normals::{GroupNode, nodes_of};
 use crate::mesh::point::{dot, norm};
 use crate::mesh::{Mesh, Point};
@@ -86,7 +88,7 @@ impl Meeting {
 
     /// The nodes of the master that meet something, with the normals of the slave that they meet: `n̄_j ∝ Σ_i |P_ij| n_i`.
     pub fn masters(&self) -> Vec<(usize, Point)> {
-        let mut all = std::collections::BTreeMap::<usize, Point>::new();
+        let mut all: BTreeMap<usize, Point> = BTreeMap::new();
         for Against { normal, masters, .. } in &self.nodes {
             for (j, p) in masters {
                 let sum = all.entry(*j).or_default();
