@@ -180,8 +180,8 @@ mod tests {
     use crate::contact::Phase;
     use crate::flow::{Counters, Enclosure, FlowError};
 
-    /// Monitors given as polynomials on [0, 1].
-    struct Given(Vec<Bernstein>);
+    /// Monitors given as polynomials on [0, 1], with errors of values and slopes.
+    struct Given(Vec<Bernstein>, [f64; 2]);
 
     impl Flow for Given {
         fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
@@ -198,7 +198,8 @@ mod tests {
         fn state(&self, _: f64, _: &mut [f64]) {}
         fn enclose(&self, index: usize, a: f64, b: f64) -> Enclosure {
             let polynomial = self.0[index].restrict(a, b);
-            Enclosure { polynomial, error: 0.0, slope_error: 0.0 }
+            let [error, slope_error] = self.1;
+            Enclosure { polynomial, error, slope_error }
         }
         fn counters(&self) -> Counters {
             Counters::default()
@@ -211,33 +212,8 @@ mod tests {
     /// A monitor at rest near its obstacle ends the search: bodies that touch while nothing moves them.
     #[test]
     fn what_rests_is_no_near_miss() {
-        struct Still;
-        impl Flow for Still {
-            fn begin(&mut self, _: &Phase, _: f64, _: &[f64]) {}
-            fn advance(&mut self, _: &Phase, _: f64) -> Result<(), FlowError> {
-                Ok(())
-            }
-            fn cut(&mut self, _: &Phase, _: f64) {}
-            fn window(&self) -> (f64, f64) {
-                (0.0, 1.0)
-            }
-            fn end_state(&mut self) -> &[f64] {
-                &[]
-            }
-            fn state(&self, _: f64, _: &mut [f64]) {}
-            fn enclose(&self, _: usize, a: f64, b: f64) -> Enclosure {
-                let noise = |t: f64| 1e-16 * (1e3 * t).sin();
-                let polynomial = Bernstein::new(&[noise(a), noise(0.5 * (a + b)), noise(b)]);
-                Enclosure { polynomial, error: 1e-15, slope_error: 1e-12 }
-            }
-            fn counters(&self) -> Counters {
-                Counters::default()
-            }
-            fn name(&self) -> &'static str {
-                "still"
-            }
-        }
-        assert_eq!(near_miss(&Still, 0, 1e-9, (0.0, 1.0), 1e-14), None);
+        let still = Given(vec![Bernstein::new(&[1e-16, -1e-16, 1e-16])], [1e-15, 1e-12]);
+        assert_eq!(near_miss(&still, 0, 1e-9, (0.0, 1.0), 1e-14), None);
     }
 
     /// `(t − r₁)(t − r₂) + shift` as Bernstein coefficients of degree 2.
@@ -251,18 +227,17 @@ mod tests {
     #[test]
     fn two_roots_in_one_step_are_not_missed() {
         // both ends positive: a test of signs at the ends sees nothing
-        let flow = Given(vec![parabola(0.4, 0.400001, 0.0)]);
+        let flow = Given(vec![parabola(0.4, 0.400001, 0.0)], [0.0; 2]);
         let root = earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION).unwrap();
         assert!((root.t - 0.4).abs() < 1e-9 && !root.tangent, "{root:?}");
     }
 
     #[test]
     fn the_earliest_of_several_monitors_is_found() {
-        let flow = Given(vec![
-            parabola(0.7, 2.0, 0.0),
-            parabola(0.3, 1.5, 0.0),
-            parabola(-1.0, -2.0, 0.0),
-        ]);
+        let flow = Given(
+            vec![parabola(0.7, 2.0, 0.0), parabola(0.3, 1.5, 0.0), parabola(-1.0, -2.0, 0.0)],
+            [0.0; 2],
+        );
         let root = earliest(&flow, &[1e-16; 3], (0.0, 1.0), RESOLUTION).unwrap();
         assert_eq!(root.index, 1);
         assert!((root.t - 0.3).abs() < 1e-14);
@@ -270,15 +245,16 @@ mod tests {
 
     #[test]
     fn a_monitor_that_starts_at_zero_and_rises_has_no_root() {
-        let flow = Given(vec![parabola(0.0, -1.0, 0.0)]);
+        let flow = Given(vec![parabola(0.0, -1.0, 0.0)], [0.0; 2]);
         assert_eq!(earliest(&flow, &[1e-15], (0.0, 1.0), RESOLUTION), None);
-        let back = Given(vec![Bernstein::new(&[0.0, 0.5, -1.0])]);
+        let back = Given(vec![Bernstein::new(&[0.0, 0.5, -1.0])], [0.0; 2]);
         assert!((earliest(&back, &[1e-15], (0.0, 1.0), RESOLUTION).unwrap().t - 0.5).abs() < 1e-13);
     }
 
     #[test]
     fn what_is_no_number_is_not_free_of_roots() {
-        let flow = Given(vec![Bernstein::new(&[1.0, f64::NAN, 1.0]), parabola(-1.0, -2.0, 0.0)]);
+        let flow =
+            Given(vec![Bernstein::new(&[1.0, f64::NAN, 1.0]), parabola(-1.0, -2.0, 0.0)], [0.0; 2]);
         let root = earliest(&flow, &[1e-16; 2], (0.0, 1.0), RESOLUTION).unwrap();
         assert!(root.index == 0 && root.tangent);
         assert_eq!(near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9), None);
@@ -286,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_touch_is_a_near_miss_and_no_switch() {
-        let flow = Given(vec![parabola(0.5, 0.5, 1e-12)]);
+        let flow = Given(vec![parabola(0.5, 0.5, 1e-12)], [0.0; 2]);
         assert_eq!(earliest(&flow, &[1e-16], (0.0, 1.0), RESOLUTION), None);
         let (t, h) = near_miss(&flow, 0, 1e-9, (0.0, 1.0), 1e-9).unwrap();
         assert!((t - 0.5).abs() < 1e-8 && (h - 1e-12).abs() < 1e-15);
