@@ -132,6 +132,12 @@ fn polish(
 /// What does not change over this share of a window, but for rounding, rests there.
 const REST: f64 = 1.0 / 64.0;
 
+/// Pieces of a window after which a search goes no deeper than it can tell: motions hardly above rounding have minima as flat as they are many. A minimum that stands out takes fifty.
+const PIECES: usize = 256;
+
+/// A part of the level that makes no difference to a near miss.
+const SLIGHT: f64 = 0.01;
+
 /// The least interior minimum of a monitor in the window that lies below `level`, if any: a near miss.
 pub(crate) fn near_miss(
     flow: &dyn Flow,
@@ -142,11 +148,14 @@ pub(crate) fn near_miss(
 ) -> Option<(f64, f64)> {
     let mut least: Option<(f64, f64)> = None;
     let (mut pending, wide) = (vec![(a, b)], REST * (b - a));
+    let mut pieces = 0;
     while let Some((a, b)) = pending.pop() {
+        pieces += 1;
         let e = flow.enclose(index, a, b);
         // a monitor at rest, to rounding: it misses nothing, and has no least value to look for
         let spread = e.polynomial.max() - e.polynomial.min();
-        if b - a >= wide && spread <= 2.0 * e.error {
+        let same = spread <= (2.0 * e.error).max(SLIGHT * level);
+        if b - a >= wide && same {
             continue;
         }
         // what is no number is near nothing; the search for switches says so
@@ -160,7 +169,7 @@ pub(crate) fn near_miss(
             continue;
         }
         let middle = 0.5 * (a + b);
-        if b - a <= resolution || middle <= a || middle >= b {
+        if pieces > PIECES && same || b - a <= resolution || middle <= a || middle >= b {
             let h = e.polynomial.at(0.5);
             if h < bound {
                 least = Some((middle, h));
@@ -214,6 +223,14 @@ mod tests {
     fn what_rests_is_no_near_miss() {
         let still = Given(vec![Bernstein::new(&[1e-16, -1e-16, 1e-16])], [1e-15, 1e-12]);
         assert_eq!(near_miss(&still, 0, 1e-9, (0.0, 1.0), 1e-14), None);
+    }
+
+    /// A motion of a tenth of the level, whose minimum is flat over a tenth of the window.
+    #[test]
+    fn what_hardly_moves_ends_the_search() {
+        let slow = Given(vec![Bernstein::new(&[0.25e-13, -0.25e-13, 0.25e-13])], [1e-15, 1e-12]);
+        let (t, h) = near_miss(&slow, 0, 1e-13, (0.0, 1.0), 1e-14).unwrap();
+        assert!((t - 0.5).abs() < 0.1 && h.abs() < 2e-15, "{t} {h}");
     }
 
     /// `(t − r₁)(t − r₂) + shift` as Bernstein coefficients of degree 2.

@@ -1,7 +1,7 @@
 //! Families of damped nonlinear modes, amplitude by amplitude, with all that a file keeps of them.
 
 use super::branch::{confirmed, record};
-use super::damped::DampedMode;
+use super::damped::{DampedMode, Found};
 use super::newton::Settings;
 use super::viscous::Fed;
 use super::viscous_mode::LEAST_FOR_ALPHA;
@@ -41,10 +41,10 @@ pub fn follow(
         let amplitude = size / reach;
         let found = reach_amplitude(mode, plan, &mut track, amplitude)?;
         let point = match found {
-            Ok(fed) => {
-                let s = &fed.solution;
-                let x = s.n.a.iter().copied().chain([fed.alpha, amplitude, s.omega]).collect();
-                let place = Some(PlaceRecord { x, ..PlaceRecord::default() });
+            Ok(Found { fed, mut unknowns }) => {
+                unknowns.truncate(unknowns.len() - 2);
+                unknowns.extend([fed.alpha, amplitude, fed.solution.omega]);
+                let place = Some(PlaceRecord { x: unknowns, ..PlaceRecord::default() });
                 PointRecord { place, ..point(mode, &fed)? }
             }
             Err(failure) => PointRecord {
@@ -66,7 +66,7 @@ fn reach_amplitude(
     plan: &Amplitudes,
     track: &mut Vec<(f64, Vec<f64>)>,
     amplitude: f64,
-) -> Result<Result<Fed, GapReason>, HbmError> {
+) -> Result<Result<Found, GapReason>, HbmError> {
     let to = amplitude.ln();
     let mut halvings = 0;
     let mut last = Err(GapReason::NoStart);
@@ -75,7 +75,7 @@ fn reach_amplitude(
         let size = there.exp();
         let mut starts: Vec<Vec<f64>> = guesses(track, there).into_iter().map(|g| g.1).collect();
         if track.is_empty() {
-            starts.push(mode.start(plan.n_h, size)?);
+            starts.extend(mode.starts(plan.n_h, size)?);
         }
         for start in &starts {
             last = mode.solve(start, (plan.n_h, size), plan.settings)?;
@@ -84,9 +84,8 @@ fn reach_amplitude(
             }
         }
         match &last {
-            Ok(fed) => {
-                let s = &fed.solution;
-                track.push((there, s.n.a.iter().copied().chain([s.omega, fed.alpha]).collect()));
+            Ok(found) => {
+                track.push((there, found.unknowns.clone()));
                 if there == to {
                     return Ok(last);
                 }

@@ -85,7 +85,7 @@ pub enum HbmError {
     Free(usize),
     /// The open body can move rigidly.
     #[error(
-        "the open body can move rigidly, and such a motion has no damped nonlinear mode: support it, or hold it by a [[spring]]"
+        "nothing holds the body, even where all sticks that touches, and a rigid motion has no damped nonlinear mode: support it, or hold it by a [[spring]]"
     )]
     Floats,
     /// There is no such mode.

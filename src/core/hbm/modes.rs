@@ -61,11 +61,7 @@ impl Linear {
         divide(&d, &mut of_f);
         let c = onto_columns(&reduction.q, &of_f);
         let mut receptance = Receptance::new(reduction, omega, g, c);
-        let q = &reduction.q;
-        receptance.rigid = (!rigid.is_empty()).then(|| Rigid {
-            motions: Mat::from_fn(q.ncols(), rigid.len(), |c, m| q[(rigid[m], c)]),
-            forces: rigid.iter().map(|m| f.of(0)[*m]).collect(),
-        });
+        receptance.rigid = Rigid::of(&reduction.q, &rigid, f.of(0));
         Linear { d, f, receptance, nearness }
     }
 

@@ -180,13 +180,14 @@ struct Iterate {
 /// A residual of so many rounding errors of its terms is none: they grow with the highest natural frequency squared, and reach `1e-12` on meshes of ten thousand displacements.
 const ROUNDING: f64 = 4.0;
 
-/// Rounding errors of `N`: `ε ‖ |N′| |y| ‖`
-fn rounding(derivative: &Mat<f64>, y: &Series) -> f64 {
-    let mut sum = vec![0.0; derivative.nrows()];
-    for (c, y) in y.a.iter().enumerate() {
-        sum.iter_mut().zip(derivative.col_as_slice(c)).for_each(|(s, d)| *s += (d * y).abs());
+/// Rounding errors of `N` at `y = ĉ − Ĝn`, over the size of the residual's terms: `ε ‖ |N′| (|ĉ| + |Ĝ| |n|) ‖`. Where surfaces touch they all but cancel.
+pub(super) fn floor_of(receptance: &Receptance, balance: &Balance, n: &Series, terms: f64) -> f64 {
+    let mut sum = vec![0.0; balance.derivative.nrows()];
+    for (k, size) in receptance.sizes(n).a.into_iter().enumerate() {
+        let column = balance.derivative.col_as_slice(k);
+        sum.iter_mut().zip(column).for_each(|(s, d)| *s += d.abs() * size);
     }
-    f64::EPSILON * norm(&sum)
+    ROUNDING * f64::EPSILON * norm(&sum) / terms.max(f64::MIN_POSITIVE)
 }
 
 /// Newton's method on the interface terms, from projections that need not come from any: the first step is taken whole. `terms` is the size of the residual's terms; the series that ends
@@ -216,7 +217,7 @@ pub(super) fn on_terms(
         let (r, y, balance) = condensed_residual(interface, receptance, (&n, &a), at)?;
         let terms = terms(&y, &n).max(f64::MIN_POSITIVE);
         let size = norm(&r) / terms;
-        let floor = ROUNDING * rounding(&balance.derivative, &y) / terms;
+        let floor = floor_of(receptance, &balance, &n, terms);
         Ok(Iterate { y, n, a, balance, size, floor })
     };
     let step = |at: &Iterate| {

@@ -41,6 +41,16 @@ pub(super) struct Rigid {
     pub forces: Vec<f64>,
 }
 
+impl Rigid {
+    /// Of the modes `rigid` of the open body, under constant modal forces; none where there are none.
+    pub(super) fn of(q: &Mat<f64>, rigid: &[usize], constant: &[f64]) -> Option<Rigid> {
+        (!rigid.is_empty()).then(|| Rigid {
+            motions: Mat::from_fn(q.ncols(), rigid.len(), |c, m| q[(rigid[m], c)]),
+            forces: rigid.iter().map(|m| constant[*m]).collect(),
+        })
+    }
+}
+
 /// Coefficients of the constant and the harmonic loads, function by function; `of_load` has those of each.
 pub(super) fn load_series(
     interface: &Interface,
@@ -123,6 +133,29 @@ impl Receptance {
                     let (sigma, mu) = factors[k];
                     let force = pair(f, i) - n.map_or(c64::new(0.0, 0.0), |n| pair(n, i));
                     put(r + i, mu * (force + sigma * y1));
+                }
+            }
+        }
+        y
+    }
+
+    /// What the terms of `ĉ − Ĝ n` come to in magnitude, `|ĉ| + |Ĝ| |n|`.
+    pub(super) fn sizes(&self, n: &Series) -> Series {
+        let r = self.rank();
+        let mut y = Series::zeros(self.basis, self.n_h, self.rank_in());
+        for (k, [re, im]) in self.g.iter().enumerate() {
+            let (cos, sin) = self.basis.places(k);
+            let size = |x: &Series, i: usize| x.of(cos)[i].hypot(sin.map_or(0.0, |s| x.of(s)[i]));
+            for i in 0..r {
+                let through = (0..r).map(|j| re[(i, j)].hypot(im[(i, j)]) * size(n, j));
+                let first = size(&self.c, i) + through.sum::<f64>();
+                let second = self.second.as_ref().map(|(f, factors)| {
+                    let (sigma, mu) = factors[k];
+                    (r + i, mu.norm() * (size(f, i) + size(n, i) + sigma.norm() * first))
+                });
+                for (place, size) in second.into_iter().chain([(i, first)]) {
+                    y.of_mut(cos)[place] = size;
+                    sin.into_iter().for_each(|sin| y.of_mut(sin)[place] = size);
                 }
             }
         }
