@@ -6,7 +6,7 @@ use super::notes::Notes;
 use super::parts::parts;
 use super::places::place;
 use super::{ProblemError, StoredState};
-use crate::contact::{March, State, System};
+use crate::contact::{March, NoEquilibrium, State, System, phase_modes};
 use crate::scenario::{BodyKind, Components, Field, Issue, Scene};
 
 pub(super) fn initial_state(
@@ -19,6 +19,9 @@ pub(super) fn initial_state(
     let s = &scene.initial;
     let n_o = system.n_o();
     let dofs = &system.body.dofs;
+    if let (Some(mode), Some(amplitude), true) = (s.mode, s.amplitude, s.equilibrium) {
+        return mode_at_rest(scene, system, (mode, amplitude));
+    }
     if let (Some(mode), Some(amplitude)) = (s.mode, s.amplitude) {
         let (_, mut shape) = modes.get(scene, "initial.mode", mode, system)?;
         // the leading contact displacement, or the leading displacement of a body without contact
@@ -75,17 +78,8 @@ pub(super) fn initial_state(
         }
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
-    if s.equilibrium && !system.has_potential() && system.tangents().is_none() {
-        let message =
-            "is that of forces with a potential, and those of theta other than 1 have none";
-        let help = "give theta = 1, or displacement = [\"…\"]";
-        return Err(scene.error(Issue::new("initial.equilibrium", message, help)).into());
-    }
     let at_rest = match s.equilibrium {
-        true => Some(system.equilibrium().map_err(|e| {
-            let help = "give other constant loads, or displacement = [\"…\"]";
-            scene.error(Issue::new("initial.equilibrium", e.to_string(), help))
-        })?),
+        true => Some(system.equilibrium().map_err(|e| no_equilibrium(scene, &e))?),
         false => None,
     };
     let mut field = |key: &str, order: usize, given: &Option<Components>| {
@@ -108,6 +102,50 @@ pub(super) fn initial_state(
         return Ok(State { u, v: v[..n_o].to_vec() });
     }
     Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })
+}
+
+/// Refuse an equilibrium of forces that have no potential.
+pub(super) fn check_potential(scene: &Scene, system: &System) -> Result<(), ProblemError> {
+    if system.has_potential() {
+        return Ok(());
+    }
+    let message = "is that of forces with a potential, and those of theta other than 1 have none";
+    let help = "give theta = 1, or displacement = [\"…\"]";
+    Err(scene.error(Issue::new("initial.equilibrium", message, help)).into())
+}
+
+/// The equilibrium with a mode of its phase added.
+fn mode_at_rest(
+    scene: &Scene,
+    system: &System,
+    (mode, amplitude): (usize, f64),
+) -> Result<State, ProblemError> {
+    let refuse = |key: &str, message: String, help: &str| {
+        Err(scene.error(Issue::new(key, message, help)).into())
+    };
+    let Some(rest) = system.rest() else {
+        let message = "mixes mode and equilibrium, and with friction an equilibrium is one of a family: modes around it are those of points that stick";
+        let help = "give velocity with equilibrium, or backbone --method hbm --amplitudes LOW,HIGH";
+        return refuse("initial", message.into(), help);
+    };
+    let modes = phase_modes(system, &system.phase(&rest.set), mode)?;
+    let Some(shape) = modes.shapes.get(mode - 1) else {
+        let message = format!("mode {mode} does not exist: there are {}", system.n_o());
+        return refuse("initial.mode", message, "give a lower one");
+    };
+    let Some(scale) = rest.first_switch(system, shape) else {
+        let message = format!("mode {mode} opens and closes nothing: it has no first switch");
+        return refuse("initial.mode", message, "choose another mode");
+    };
+    let u: Vec<f64> = rest.u.iter().zip(shape).map(|(u, x)| u + amplitude * scale * x).collect();
+    let v = vec![0.0; u.len()];
+    Ok(State { u, v })
+}
+
+/// Refuse a scene that asks for an equilibrium and has none.
+pub(super) fn no_equilibrium(scene: &Scene, why: &NoEquilibrium) -> ProblemError {
+    let help = "give other constant loads, or displacement = [\"…\"]";
+    scene.error(Issue::new("initial.equilibrium", why.to_string(), help)).into()
 }
 
 /// The values of a field at all nodes, components interleaved.

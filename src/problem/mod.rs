@@ -226,6 +226,15 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
     })
 }
 
+/// Where a scene begins at its equilibrium, motions are told around it. With friction it is one of a family, and they are not.
+fn around_equilibrium(scene: &Scene, system: &mut System) -> Result<(), ProblemError> {
+    if !scene.initial.equilibrium || system.tangents().is_some() {
+        return Ok(());
+    }
+    initial::check_potential(scene, system)?;
+    system.set_rest().map_err(|why| initial::no_equilibrium(scene, &why))
+}
+
 impl Problem {
     /// Set up a scene. `stored` is the state of the file named in `[initial]`, if any.
     pub fn new(scene: &Scene, stored: Option<StoredState>) -> Result<Problem, ProblemError> {
@@ -248,6 +257,7 @@ impl Problem {
         let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
         friction::check(scene, &system, &mut notes)?;
+        around_equilibrium(scene, &mut system)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;
         if !scene.initial.equilibrium {
             let preloaded = system.sliders().iter().filter_map(|s| s.elastic);
@@ -271,6 +281,7 @@ impl Problem {
             return Err(scene.error(Issue::new(scene.damping_key(), message, help)).into());
         }
         check_flow(scene, &problem.system)?;
+        around_equilibrium(scene, &mut problem.system)?;
         Ok(problem)
     }
 }

@@ -16,9 +16,9 @@ use super::{Field, Issue, Scene};
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// A mode of the open body, from 1.
+    /// A mode of the open body, from 1; with `equilibrium` of the phase at rest.
     pub mode: Option<usize>,
-    /// With `mode`: its contact displacement of largest magnitude, over the gap; negative: away from the obstacle.
+    /// With `mode`: its contact displacement of largest magnitude, over the gap; negative: away from the obstacle. With `equilibrium`: over the first opening or closing on the way from there.
     pub amplitude: Option<f64>,
     /// Components of the displacement, numbers or expressions; what a support holds is left out. Those of contact nodes along the normal follow from the contact conditions, where they have no mass.
     /// Of several bodies also by their names, `{ first = ["-2*x", "0"] }`, zero for the others; where one mesh has several materials their groups are such names.
@@ -28,7 +28,8 @@ pub struct Initial {
     pub velocity: Option<Components>,
     /// An orbit, or the last state of a run, relative to the scene; interpolated from another mesh of the same body.
     pub file: Option<PathBuf>,
-    /// The static equilibrium under the constant loads, contact included; `velocity` may be given with it.
+    /// The static equilibrium under the constant loads, contact included; `velocity`, or `mode` and `amplitude`, may be given with it. Without friction it is what modes, amplitudes
+    /// and energies of orbits and families are told around.
     #[serde(default)]
     pub equilibrium: bool,
 }
@@ -88,13 +89,16 @@ impl<'de> Deserialize<'de> for Components {
 impl Scene {
     pub(super) fn check_initial(&self) -> Check {
         let s = &self.initial;
-        let field = s.displacement.is_some() || s.velocity.is_some() && !s.equilibrium;
-        let forms = [s.mode.is_some(), field, s.file.is_some(), s.equilibrium];
+        let field = s.displacement.is_some() || s.velocity.is_some();
+        // a velocity, or a mode, may be added to an equilibrium
+        let is_added = s.mode.is_some() || s.velocity.is_some();
+        let alone = s.equilibrium && (s.displacement.is_some() || !is_added);
+        let forms = [s.mode.is_some(), field, s.file.is_some(), alone];
         if forms.iter().filter(|&&g| g).count() > 1 {
             return Err(Issue::new(
                 "initial",
                 "mixes several forms",
-                "give mode and amplitude, or displacement and velocity, or equilibrium, or file",
+                "give mode and amplitude, or displacement and velocity, or equilibrium alone or with velocity or with mode and amplitude, or file",
             ));
         }
         match (s.mode, s.amplitude) {
@@ -105,7 +109,7 @@ impl Scene {
                     Some(c) => !matches!(c.gap(), Some(Field::Constant(0.0))),
                     None => true,
                 };
-                if !scalable {
+                if !scalable && !s.equilibrium {
                     return Err(Issue::new(
                         "initial.amplitude",
                         "counts in gaps, and the gap is 0",

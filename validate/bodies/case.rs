@@ -6,11 +6,14 @@
 //! - **Patch**: a uniform pressure passes from one mesh to another, in the plane and in space, whoever is the slave, also where a slave is partly covered.
 //! - **Blocks** that collide (T3, meshes that do not match), a **beam with a crack** (T6), **rings** that were pressed together (Q9; Lamé).
 //! - **Preload**: two masses on massless springs whose joint opens, `T = (2/ω₁)(π − arccos(x_s/A)) + (2/ω₂) arccos((x_s − x_c)/B)`,
-//!   `x_c = x_s(1 − k₁/k₂)`, `B² = (x_s − x_c)² + (k₁/k₂)(A² − x_s²)`: after it everything is where it was.
+//!   `x_c = x_s(1 − k₁/k₂)`, `B² = (x_s − x_c)² + (k₁/k₂)(A² − x_s²)`: after it everything is where it was. Two blocks that a spring and a force press together: frequencies of
+//!   their viscous mode from the equilibrium through the opening, by shooting and by harmonic balance.
 //! - **Viscous modes** of bars and half plates.
 
 #[path = "meshes.rs"]
 mod meshes;
+#[path = "preload.rs"]
+mod preload;
 
 use signorini::contact::{States, phase_modes};
 use signorini::event::Report;
@@ -517,53 +520,6 @@ fn rings(folder: &Folder, checks: &mut Vec<Check>) -> Result<(), String> {
     Ok(())
 }
 
-/// Two masses, 1 and 2, on massless springs, 3 and 6, whose tips a bolt presses together.
-fn joint(checks: &mut Vec<Check>) -> Result<(), String> {
-    let (pressed, open, mass, rest) = (2.5f64, 0.5f64, 2.0 / 3.0f64, 0.08);
-    for (ratio, omega) in [
-        (1.5, 1.822_946_654_139),
-        (2.0, 1.705_019_142_953),
-        (4.0, 1.460_636_010_419),
-        (8.0, 1.324_118_374_596),
-    ] {
-        let (k1, k2, a) = (pressed, open, ratio * rest);
-        let (w1, w2) = ((k1 / mass).sqrt(), (k2 / mass).sqrt());
-        let centre = rest * (1.0 - k1 / k2);
-        let b = ((rest - centre).powi(2) + k1 / k2 * (a * a - rest * rest)).sqrt();
-        let period = 2.0 / w1 * (std::f64::consts::PI - (rest / a).acos())
-            + 2.0 / w2 * ((rest - centre) / b).acos();
-        let name = format!("joint at A = {ratio} x_s");
-        checks.push(Check::near(
-            format!("{name}: frequency, closed form"),
-            std::f64::consts::TAU / period,
-            omega,
-            1e-12,
-        ));
-        // pressed by A more than at rest; the tips follow
-        let closing = rest + a;
-        let element = |name: &str, stiff: f64, heavy: f64, at: f64| {
-            format!(
-                "[[body]]\nname = \"{name}\"\nkind = \"bar\"\nsize = [1.0]\nelements = [1]\nyoung = {stiff:?}\ndensity = {heavy:?}\nmove = [{at:?}]\n"
-            )
-        };
-        let text = element("a", 3.0, 1.0, 0.0)
-            + &element("b", 6.0, 2.0, 1.0)
-            + "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\n[[spring]]\nedge = \"a:left\"\nto = \"b:right\"\nstiffness = 0.5\npreload = 0.2\n"
-            + &format!(
-                "[initial]\ndisplacement = {{ a = [\"{:?}*(1-x)\"], b = [\"{:?}*(x-1)\"] }}\n[run]\nuntil = {period:?}\nsamples = 1\n",
-                closing * 2.0 / 3.0,
-                -closing / 3.0
-            );
-        let (problem, report, _) = go(&text)?;
-        let off =
-            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let back =
-            off(&report.last.u, &problem.initial.u).max(off(&report.last.v, &problem.initial.v));
-        checks.push(Check::at_most(format!("{name}: return after a period"), back, 1e-13));
-    }
-    Ok(())
-}
-
 /// `C = βK`, pinned to the mode that the contact moves most.
 fn mode(text: &str, omega: f64) -> Result<Box<Orbit>, String> {
     let problem = Problem::new(&scene(text, None)?, None).map_err(|e| e.to_string())?;
@@ -664,7 +620,8 @@ fn run(effort: Effort) -> Outcome {
     blocks(&folder, &mut checks)?;
     crack(&folder, &mut checks)?;
     rings(&folder, &mut checks)?;
-    joint(&mut checks)?;
+    preload::joint(&mut checks)?;
+    preload::blocks(effort, &mut checks)?;
     modes(effort, &mut checks)?;
     Ok(checks)
 }

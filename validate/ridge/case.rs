@@ -55,7 +55,7 @@ fn first_harmonic(body: &Propagator, z: &[f64], omega: f64) -> Result<f64, Strin
         let mut both = c.to_vec();
         both.resize(2 * n, 0.0);
         let mut q = vec![0.0; 2 * n];
-        body.open.to_modes(&both, &mut q);
+        body.home.to_modes(&both, &mut q);
         *part = q[0];
     }
     Ok(parts[0].hypot(parts[1]))

@@ -1,5 +1,6 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
+mod around;
 #[doc(hidden)]
 pub mod boundary;
 mod condensed;
@@ -32,6 +33,7 @@ mod reactions;
 mod recurrence;
 mod redistribution;
 mod reduction;
+mod rest;
 mod resultants;
 mod scratch;
 mod site;
@@ -60,6 +62,7 @@ pub use obstacle::Spring;
 pub use phase::{Lost, Phase};
 pub use recurrence::{Recurrence, Step};
 pub use redistribution::MassChoice;
+pub use rest::Rest;
 pub use resultants::Resultants;
 pub use scratch::Scratch;
 pub use site::{Site, at_displacements, on_sides};

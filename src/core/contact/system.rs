@@ -17,6 +17,7 @@ use super::monitor::MonitorKind;
 use super::nbm::Nbm;
 use super::phase::{Parts, Phase};
 use super::redistribution::{self, MassChoice};
+use super::rest::Rest;
 use super::scratch::Scratch;
 use super::site::{self, Site};
 use super::states::{PointState, States};
@@ -63,6 +64,8 @@ pub struct System {
     pub loads: Arc<Loads>,
     /// Units.
     pub units: Units,
+    /// The equilibrium that modes, amplitudes and energies are told around, where that is asked for.
+    pub(super) rest: Option<Arc<Rest>>,
     method: Arc<dyn Method>,
 }
 
@@ -234,6 +237,7 @@ impl System {
             dampers: None,
             loads: Arc::default(),
             units,
+            rest: None,
             kernel: Arc::new(Kernel::new(&body.stiffness)),
             body: Arc::new(body),
             method,
@@ -492,12 +496,12 @@ impl System {
         0.5 * square + obstacle + sliders + self.loads.carried.elastic(t, u)
     }
 
-    /// Energy `H` at `t` of a state in a phase.
+    /// Energy `H` at `t` of a state in a phase; beyond that of the rest, where it is told around one.
     pub fn energy_in(&self, phase: &Phase, t: f64, state: &State) -> f64 {
         let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
         phase.expand_displacement(t, &state.u, &mut u);
         phase.expand_velocity(t, &state.v, &mut v);
-        self.elastic(t, &u) + self.kinetic(t, &v)
+        self.beyond_rest(self.elastic(t, &u) + self.kinetic(t, &v), &u)
     }
 
     /// Displacements of the body at the contact points along their normals, of a full displacement; what is but seen need not be in it. Sliders have none.

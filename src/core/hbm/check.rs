@@ -263,7 +263,7 @@ fn along(
         let mut both: Vec<f64> = a.iter().zip(&true_a).map(|(a, b)| a - b).collect();
         both.extend(&a);
         let mut modal = vec![0.0; 2 * n];
-        body.open.to_modes(&both, &mut modal);
+        body.home.to_modes(&both, &mut modal);
         defect += modal[..n].iter().map(|x| x * x).sum::<f64>();
         size += modal[n..].iter().map(|x| x * x).sum::<f64>();
     }

@@ -120,15 +120,18 @@ impl Impedance {
         }
     }
 
-    /// Row `i` of `D⁻¹Q`.
-    pub(crate) fn row_of_answers(&self, i: usize, q: &Mat<f64>) -> Vec<c64> {
+    /// `rᵀD⁻¹Q`
+    pub(crate) fn row_of_answers(&self, row: &[f64], q: &Mat<f64>) -> Vec<c64> {
+        let of = |answer: &dyn Fn(usize, usize) -> c64| -> Vec<c64> {
+            let seen: Vec<usize> = (0..row.len()).filter(|i| row[*i] != 0.0).collect();
+            let sum = |c: usize| seen.iter().map(|&i| answer(i, c) * row[i]).sum();
+            (0..q.ncols()).map(sum).collect()
+        };
         match self {
-            Impedance::Modes(d) => {
-                (0..q.ncols()).map(|c| c64::new(q[(i, c)], 0.0) / d[i]).collect()
-            }
+            Impedance::Modes(d) => of(&|i, c| c64::new(q[(i, c)], 0.0) / d[i]),
             Impedance::Full(..) => {
                 let x = self.answers(q);
-                (0..q.ncols()).map(|c| x[(i, c)]).collect()
+                of(&|i, c| x[(i, c)])
             }
         }
     }

@@ -78,9 +78,9 @@ impl Linear {
         divide(&self.d, x);
     }
 
-    /// What unit forces on each column of `Q` in `cos kθ` and in `sin kθ` give of the `sin kθ` of mode `i`.
-    pub(super) fn sines_of(&self, k: usize, i: usize, reduction: &Reduction) -> Vec<(f64, f64)> {
-        let row = self.d[k].row_of_answers(i, &reduction.q);
+    /// What unit forces on each column of `Q` in `cos kθ` and in `sin kθ` give of the `sin kθ` of `rᵀq`.
+    pub(super) fn sines_of(&self, k: usize, r: &[f64], reduction: &Reduction) -> Vec<(f64, f64)> {
+        let row = self.d[k].row_of_answers(r, &reduction.q);
         row.into_iter().map(|x| (-x.im, x.re)).collect()
     }
 

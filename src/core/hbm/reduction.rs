@@ -15,7 +15,7 @@ pub struct Reduction {
     interface: Interface,
     /// Modes of the open phase.
     pub open: Rc<Spectrum>,
-    spectra: Spectra,
+    pub(super) spectra: Spectra,
     /// Of the interface terms.
     force_unit: f64,
     /// `Q`, `n × r`.

@@ -58,7 +58,8 @@ impl Summary {
             let state = s.state(series, theta, j);
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
-            let moved: Vec<f64> = system.at_points(&u).iter().map(|u| u.abs()).collect();
+            let moved = system.from_rest(&system.at_points(&u));
+            let moved: Vec<f64> = moved.iter().map(|u| u.abs()).collect();
             amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));
             if let [(t0, a), (t1, b)] = &last[..] {
                 // the top between the samples

@@ -4,7 +4,7 @@
 //! column, and the phase condition one more row,
 //!
 //! ```text
-//! R(q, α) = D(α) q + Q N(Q̂ᵀq) − f = 0,     p(q) = Σ_k k b_k[j] = 0   (φ_jᵀM u̇(0) = 0),     ∂R/∂α = −ω dq/dθ
+//! R(q, α) = D(α) q + Q N(Q̂ᵀq) − f = 0,     p(q) = Σ_k k r·b_k = 0   (φ_jᵀM u̇(0) = 0),     ∂R/∂α = −ω dq/dθ
 //! ```
 //!
 //! At fixed `α` the Jacobian is singular at a solution (`J dq/dθ = 0`), but `D` is not, because it is damped: Newton's system is condensed on the interface and
@@ -26,6 +26,7 @@ use super::series::{Basis, Series};
 use super::solution::Ended;
 use super::{Form, HbmError, Reduction, Solution};
 use crate::contact::System;
+use crate::continuation::{dot, norm};
 use crate::orbit::Pin;
 use crate::records::GapReason;
 
@@ -34,6 +35,10 @@ pub struct Viscous {
     reduction: Reduction,
     /// What it is pinned to.
     pub pin: Pin,
+    /// `φ_jᵀM` of the mode that it is pinned to, in modal coordinates of the open body.
+    row: Vec<f64>,
+    /// Where it is told around, and the pinned mode as far as the first switch, in the same coordinates; none where that mode does not move the contact.
+    start: Option<[Vec<f64>; 2]>,
 }
 
 /// A converged series with its feedback.
@@ -48,8 +53,17 @@ pub struct Fed {
 /// Amplitudes of the pinned mode over the one that is expected at a frequency.
 const AMPLITUDES: [f64; 4] = [1.3, 1.0, 1.6, 1.15];
 
+/// Amplitudes around an equilibrium, over the first switch: joints that open soften, and how much is not known.
+const AROUND: [f64; 7] = [1.3, 1.0, 1.6, 1.15, 2.1, 2.8, 3.6];
+
 /// Numbers of harmonics on the way up.
 const RUNGS: [usize; 4] = [3, 7, 15, 31];
+
+/// Size of the terms of the residual that move.
+fn moving(reduction: &Reduction, q: &Series, n: &Series) -> f64 {
+    let of = |x: &Series| norm(&x.a[x.n..]);
+    of(n).max(reduction.stiffness_unit() * of(q)).max(f64::MIN_POSITIVE)
+}
 
 /// The equations along a series.
 struct Evaluated {
@@ -63,7 +77,28 @@ impl Viscous {
     /// The body of a system without damping.
     pub fn new(mut system: System, pin: Pin) -> Result<Viscous, HbmError> {
         system.damping = Some(pin.damping(0.0));
-        Ok(Viscous { reduction: Reduction::new(system, Form::Acceleration)?, pin })
+        let reduction = Reduction::new(system, Form::Acceleration)?;
+        let n = reduction.n();
+        let system = &reduction.system;
+        let Some(rest) = system.rest() else {
+            let unit = |size: f64| (0..n).map(|i| if i == pin.mode { size } else { 0.0 }).collect();
+            let grazing = super::response::grazing_of_mode(&reduction, pin.mode);
+            let start = grazing.map(|grazing| [vec![0.0; n], unit(grazing)]);
+            return Ok(Viscous { pin, row: unit(1.0), start, reduction });
+        };
+        let home = reduction.spectra.of_set(system, &rest.set)?;
+        let shape = home.shapes.col_as_slice(pin.mode);
+        let far = rest.first_switch(system, shape);
+        let start = far.map(|far| {
+            let first: Vec<f64> = shape.iter().map(|x| far * x).collect();
+            [reduction.modal(&rest.u), reduction.modal(&first)]
+        });
+        let of = |i: usize| {
+            let open = reduction.open.shapes.col_as_slice(i);
+            (0..n).map(|j| home.inverse[(pin.mode, j)] * open[j]).sum()
+        };
+        let row = (0..n).map(of).collect();
+        Ok(Viscous { pin, row, start, reduction })
     }
 
     /// The body with the feedback that was set last.
@@ -78,10 +113,11 @@ impl Viscous {
 
     /// A series of `n_h` harmonics to start from: the pinned mode at the amplitude that is expected at `omega`, times `factor`.
     pub fn start(&self, n_h: usize, omega: f64, factor: f64) -> Option<Series> {
-        let grazing = super::response::grazing_of_mode(&self.reduction, self.pin.mode)?;
-        let expected = self.pin.growth(omega);
+        let [rest, first] = self.start.as_ref()?;
+        let amplitude = -factor * self.pin.growth(omega);
         let mut q = Series::zeros(Basis::Full, n_h, self.reduction.n());
-        q.of_mut(1)[self.pin.mode] = -factor * expected * grazing;
+        q.of_mut(0).copy_from_slice(rest);
+        q.of_mut(1).iter_mut().zip(first).for_each(|(q, x)| *q = amplitude * x);
         Some(q)
     }
 
@@ -95,8 +131,12 @@ impl Viscous {
         let alpha = self.pin.feedback();
         let rungs: Vec<usize> = RUNGS.into_iter().filter(|k| *k < n_h).chain([n_h]).collect();
         let mut last = Err(GapReason::NoStart);
+        let amplitudes: &[f64] = match self.reduction.system.rest() {
+            Some(_) => &AROUND,
+            None => &AMPLITUDES,
+        };
         for first in [n_h, rungs[0]] {
-            for factor in AMPLITUDES {
+            for &factor in amplitudes {
                 let Some(start) = self.start(first, omega, factor) else { return Ok(last) };
                 last = self.solve(&start, alpha, omega, settings)?;
                 for rung in rungs.iter().filter(|k| **k > first) {
@@ -172,6 +212,11 @@ impl Viscous {
         let at = Along { interface: &self.reduction, y: &y, n: None, omega };
         let balance = Balance::new(&at, quadrature)?;
         let (r, size) = residual(&self.reduction, &linear, q, &balance.n);
+        let size = match self.reduction.system.rest() {
+            // a body at rest is no solution
+            Some(_) => norm(&r.a) / moving(&self.reduction, q, &balance.n),
+            None => size,
+        };
         Ok(Evaluated { linear, balance, r, size })
     }
 
@@ -187,9 +232,9 @@ impl Viscous {
         x
     }
 
-    /// `p(q) = Σ_k k b_k[j]`
+    /// `p(q) = Σ_k k r·b_k`
     pub(super) fn phase(&self, q: &Series) -> f64 {
-        (1..=q.n_h).map(|k| k as f64 * q.of(2 * k)[self.pin.mode]).sum()
+        (1..=q.n_h).map(|k| k as f64 * dot(&self.row, q.of(2 * k))).sum()
     }
 
     /// `[I + N′Ĝ, N′Q̂ᵀw; pᵀD⁻¹Q, pᵀw]` and `w = D⁻¹R_α`, along a series.
@@ -200,7 +245,7 @@ impl Viscous {
         q: &Series,
         omega: f64,
     ) -> (Mat<f64>, Series) {
-        let (reduction, mode) = (&self.reduction, self.pin.mode);
+        let reduction = &self.reduction;
         let mut w = Self::by_alpha(q, omega);
         linear.divide(&mut w);
         let border = self.through(balance, &w);
@@ -214,7 +259,8 @@ impl Viscous {
         // pᵀ D⁻¹ Q, column by column
         let rank = reduction.q.ncols();
         for k in 1..=q.n_h {
-            for (c, (cos, sin)) in linear.sines_of(k, mode, reduction).into_iter().enumerate() {
+            for (c, (cos, sin)) in linear.sines_of(k, &self.row, reduction).into_iter().enumerate()
+            {
                 a[(size, (2 * k - 1) * rank + c)] = k as f64 * cos;
                 a[(size, 2 * k * rank + c)] = k as f64 * sin;
             }

@@ -123,7 +123,8 @@ pub(super) fn point(
     let u = reduction.displacements(s)?;
     let plain = record(reduction, s, &u)?;
     let system = &reduction.system;
-    let energy = system.elastic(0.0, &plain.u0) + system.kinetic(0.0, &plain.v0);
+    let (u0, v0) = s.state(&u, 0.0, 0).full(system)?;
+    let energy = system.beyond_rest(system.elastic(0.0, &u0) + system.kinetic(0.0, &v0), &u0);
     let orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
     let shooter = shooter.map(|body| (body, Closure::Viscous(viscous.pin)));
     confirmed(shooter, (s, &u, Some(fed.alpha)), orbit, kind)

@@ -246,14 +246,20 @@ fn try_at(
     Ok(worst.unwrap_or_else(|| Verdict::not_found("there is nothing to start from")))
 }
 
-/// Frame vectors of the mode `mode` (from 1) of the open phase at `amplitude` times grazing (negative: the far point).
+/// Displacements, as a frame vector, of the mode `mode` (from 1) at `amplitude` times grazing (negative: the far point); of the phase of the equilibrium, around it and over the first
+/// switch, where motions are told around one.
 pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<f64>> {
     let n = body.n();
     let k = mode.checked_sub(1).filter(|k| *k < n)?;
-    let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, k)]).collect();
-    let mut full = vec![0.0; body.system.n()];
-    body.system.open_phase().expand(&shape, &mut full);
-    let scale = crate::contact::grazing_scale(&body.system, &full)?;
+    let shape: Vec<f64> = (0..n).map(|i| body.home.shapes[(i, k)]).collect();
+    let scale = match body.system.rest() {
+        Some(rest) => rest.first_switch(&body.system, &shape)?,
+        None => {
+            let mut full = vec![0.0; body.system.n()];
+            body.system.open_phase().expand(&shape, &mut full);
+            crate::contact::grazing_scale(&body.system, &full)?
+        }
+    };
     let mut z = vec![0.0; n];
     z[k] = amplitude * scale * body.scale[k];
     Some(z)

@@ -11,8 +11,8 @@
 //!
 //! which diverges at grazing; with `t_j` as unknowns and `h_j = 0` as equations everything stays smooth.
 //!
-//! States are written in the *frame*: `z = (Ω q, q̇)` with the modal coordinates of the open phase, so that `½‖z‖²` is the energy of
-//! a motion without contact and all unknowns are of one kind.
+//! States are written in the *frame*: `z = (Ω q, q̇)` with the modal coordinates of the open phase (`z = (Ω (q − q°), q̇)` with those of the phase of the equilibrium, where motions
+//! are told around one), so that `½‖z‖²` is the energy of a motion that stays in it and all unknowns are of one kind.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -93,13 +93,15 @@ pub struct Propagator {
     pub system: System,
     /// Modes of the phases met so far.
     pub spectra: Rc<Spectra>,
-    /// Modes of the open phase.
-    pub open: Rc<Spectrum>,
+    /// Modes of the phase that the frame is of: the open one, or that of the equilibrium.
+    pub home: Rc<Spectrum>,
     /// `Ω`: its frequencies (those of rigid motions replaced by the body's unit of frequency).
     pub scale: Vec<f64>,
     /// The unit of frame vectors: [`crate::flow::spectrum::Eigenbasis::root_of_energy`].
     pub unit: f64,
-    pub(super) open_set: States,
+    pub(super) home_set: States,
+    /// `q°`: the equilibrium in these modes; zero where motions are told around none.
+    pub(super) at_rest: Vec<f64>,
     /// Directions along which the body could be anywhere.
     pub(super) drift: Drift,
     /// Set from elsewhere: the search for an orbit ends with [`super::OrbitError::Stopped`].
@@ -108,24 +110,37 @@ pub struct Propagator {
 }
 
 impl Propagator {
-    /// Modes of the open phase of a body.
+    /// Modes of the open phase of a body; of that of its equilibrium, where motions are told around one.
     pub fn new(system: System) -> Result<Propagator, FemError> {
         let spectra = Rc::new(Spectra::default());
-        let open_set = States::open(system.n_contact());
-        let open = spectra.of_set(&system, &open_set)?;
-        let (scale, unit) = (open.scale(), open.root_of_energy(&system));
+        // what slips and what jumps has no modes of its own
+        let is_linear = system.tangents().is_none() && system.impact().is_none();
+        let home_set = match system.rest().filter(|_| is_linear) {
+            Some(rest) => rest.set.clone(),
+            None => States::open(system.n_contact()),
+        };
+        let home = spectra.of_set(&system, &home_set)?;
+        let (scale, unit) = (home.scale(), home.root_of_energy(&system));
+        let n = system.n_o();
+        let mut at_rest = vec![0.0; 2 * n];
+        if let Some(rest) = system.rest().filter(|_| is_linear) {
+            let state: Vec<f64> = rest.u.iter().copied().chain(vec![0.0; n]).collect();
+            home.to_modes(&state, &mut at_rest);
+        }
+        at_rest.truncate(n);
         let transforms = RefCell::new(Cache::new(BUDGET));
         let drift = match system.tangents() {
-            Some(_) => Drift::of(&system, &open),
+            Some(_) => Drift::of(&system, &home),
             None => Drift::default(),
         };
         Ok(Propagator {
             system,
             spectra,
-            open,
+            home,
             scale,
             unit,
-            open_set,
+            home_set,
+            at_rest,
             drift,
             stop: None,
             transforms,
@@ -136,7 +151,7 @@ impl Propagator {
     pub fn set_damping(&mut self, damping: Option<Rayleigh>) -> Result<(), FemError> {
         if self.system.damping != damping {
             self.system.damping = damping;
-            self.open = self.spectra.of_set(&self.system, &self.open_set)?;
+            self.home = self.spectra.of_set(&self.system, &self.home_set)?;
         }
         Ok(())
     }
@@ -212,9 +227,10 @@ impl Propagator {
         let n = self.n();
         let mut q = vec![0.0; 2 * n];
         q[..z.len()].copy_from_slice(z);
-        q[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q /= s);
+        let shift = self.scale.iter().zip(&self.at_rest);
+        q[..n].iter_mut().zip(shift).for_each(|(q, (s, rest))| *q = *q / s + rest);
         let mut x = vec![0.0; 2 * n];
-        self.open.state_of_modes(&q, &mut x);
+        self.home.state_of_modes(&q, &mut x);
         State { v: x.split_off(n), u: x }
     }
 
@@ -223,9 +239,15 @@ impl Propagator {
         let n = self.n();
         let both: Vec<f64> = x.u.iter().chain(&x.v).copied().collect();
         let mut z = vec![0.0; 2 * n];
-        self.open.to_modes(&both, &mut z);
-        z[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q *= s);
+        self.home.to_modes(&both, &mut z);
+        self.into_frame(&mut z);
         z
+    }
+
+    /// Modal coordinates and velocities as a frame vector.
+    fn into_frame(&self, q: &mut [f64]) {
+        let shift = self.scale.iter().zip(&self.at_rest);
+        q.iter_mut().zip(shift).for_each(|(q, (s, rest))| *q = (*q - rest) * s);
     }
 
     /// The frame vector with what rests on an obstacle's surface, as far as a solution of equations can tell, resting exactly: points that touch, and move along the surface by less than
@@ -235,7 +257,7 @@ impl Propagator {
             return Ok(None);
         }
         let mut x = self.state(z);
-        let touching = self.system.select(0.0, &x.u, &self.open_set)?.set;
+        let touching = self.system.select(0.0, &x.u, &self.home_set)?.set;
         let least = RESTS * x.v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let mut rests = false;
         for t in touching.closed_points().into_iter().filter_map(|i| self.system.rigid_tangent(i)) {
@@ -255,20 +277,20 @@ impl Propagator {
         Ok(rests.then(|| self.frame(&x)))
     }
 
-    /// The frame vector at `t = 0` of the linear response of the open body to its harmonic and constant loads.
+    /// The frame vector at `t = 0` of the linear response in the phase of the frame to its harmonic and constant loads.
     pub fn linear_response(&self) -> Vec<f64> {
         let n = self.n();
-        if let Some(mut x) = self.open.coupled_response(&self.system.loads) {
-            x[..n].iter_mut().zip(&self.scale).for_each(|(q, s)| *q *= s);
+        if let Some(mut x) = self.home.coupled_response(&self.system.loads) {
+            self.into_frame(&mut x);
             return x;
         }
         let mut z = vec![0.0; 2 * n];
-        for (k, m) in self.open.modes.iter().enumerate() {
+        for (k, m) in self.home.modes.iter().enumerate() {
             let (mut q, mut v) = (0.0, 0.0);
             if m.omega > 0.0 {
-                q += self.open.constant[k] / (m.omega * m.omega);
+                q += self.home.constant[k] / (m.omega * m.omega);
             }
-            for (load, forces) in self.system.loads.harmonics.iter().zip(&self.open.harmonics) {
+            for (load, forces) in self.system.loads.harmonics.iter().zip(&self.home.harmonics) {
                 let w = load.omega;
                 let stiffness = Complex::new((m.omega - w) * (m.omega + w), 2.0 * m.c * w);
                 let response =
@@ -276,8 +298,9 @@ impl Propagator {
                 q += response.re;
                 v -= w * response.im;
             }
-            (z[k], z[n + k]) = (self.scale[k] * q, v);
+            (z[k], z[n + k]) = (q, v);
         }
+        self.into_frame(&mut z);
         z
     }
 }

@@ -198,7 +198,7 @@ impl Observer for Scan<'_> {
     fn sample(&mut self, s: &Sample) -> Result<(), Self::Error> {
         let system = &self.body.system;
         let u_c = system.towards_obstacles(s.u);
-        let energy = s.energies.map_or(f64::NAN, |e| e.total());
+        let energy = s.energies.map_or(f64::NAN, |e| system.beyond_rest(e.total(), s.u));
         self.kinetic = self.kinetic.max(s.energies.map_or(0.0, |e| e.kinetic));
         let switched = self.last.last().is_some_and(|(_, states, _)| states != s.active);
         if switched || s.jumps != self.jumps {
@@ -206,11 +206,12 @@ impl Observer for Scan<'_> {
             self.jumps = s.jumps;
         }
         self.energy.note(s.t, energy);
-        let moved = system.at_points(s.u);
+        let at_points = system.at_points(s.u);
+        let moved = system.from_rest(&at_points);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match system.law().watched(s.active.at(i)) {
             MonitorKind::Pressure => s.pressure[i] / system.constraints[i].stiffness,
-            MonitorKind::Depth => moved[i] - system.constraints[i].gap,
+            MonitorKind::Depth => at_points[i] - system.constraints[i].gap,
             _ => system.constraints[i].gap - u_c[i],
         };
         let now: Vec<f64> = (0..system.n_contact()).map(monitor).collect();
@@ -372,7 +373,7 @@ pub fn examine(
     };
     let energy_at_start = || -> Result<f64, OrbitError> {
         let (u, v) = state.full(system)?;
-        Ok(system.elastic(0.0, &u) + system.kinetic(0.0, &v))
+        Ok(system.beyond_rest(system.elastic(0.0, &u) + system.kinetic(0.0, &v), &u))
     };
     Ok(Orbit {
         closure,

@@ -97,7 +97,7 @@ pub fn approach(
     body: &mut Propagator,
     from: &State,
 ) -> Result<Result<Box<Orbit>, String>, OrbitError> {
-    let lowest = body.open.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
+    let lowest = body.home.modes.iter().map(|m| m.omega).find(|w| *w > 0.0);
     let piece = PIECE * TAU / lowest.unwrap_or(body.system.units.frequency);
     let mut memory = Memory::default();
     let (mut state, mut begun) = (from.clone(), 0.0);

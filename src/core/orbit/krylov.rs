@@ -87,7 +87,7 @@ impl HalfPeriod<'_> {
         let n = r.len();
         let mut tangent = Tangent::new(&self.body.system);
         // −sin(ω T/2), kept away from zero at resonances
-        let modes = self.body.open.modes.iter();
+        let modes = self.body.home.modes.iter();
         let diagonal: Vec<f64> = modes
             .map(|m| {
                 let s = -(m.omega * self.end).sin();

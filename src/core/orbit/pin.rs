@@ -29,7 +29,7 @@ pub const FIRST: f64 = 1.014;
 impl Pin {
     /// The mode `mode` (from 0), with the viscosity `beta`.
     pub fn new(body: &Propagator, mode: usize, beta: f64) -> Pin {
-        Pin { beta, mode, omega: body.open.modes[mode].omega }
+        Pin { beta, mode, omega: body.home.modes[mode].omega }
     }
 
     /// `L/c`: the time of a wave over the body, a quarter period of the pinned mode.

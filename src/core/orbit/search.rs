@@ -199,7 +199,8 @@ pub(super) fn judge(
     multipliers: bool,
 ) -> Result<Verdict, OrbitError> {
     let orbit = examine(body, closure, z, closure.period(omega), iterations, multipliers)?;
-    if orbit.switches.is_empty() && orbit.contact_time == 0.0 && !closure.is_forced() {
+    let is_linear = orbit.contact_time == 0.0 || body.system.rest().is_some();
+    if orbit.switches.is_empty() && is_linear && !closure.is_forced() {
         return Ok(Verdict::NoContact { energy: orbit.energy });
     }
     let flaws = orbit.flaws();

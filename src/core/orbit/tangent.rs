@@ -70,9 +70,9 @@ impl Propagator {
     ) -> Result<Tangent, FemError> {
         let n = self.n();
         let first = walk.links[0].span.1;
-        let begins_open = chain.sets[0] == self.open_set && self.open.is_decoupled();
+        let begins_open = chain.sets[0] == self.home_set && self.home.is_decoupled();
         let survives = |i: usize| {
-            let m = self.open.modes[i];
+            let m = self.home.modes[i];
             let m = Oscillator { c: m.c + 0.5 * variation.released, ..m };
             let x = m.basis(first);
             let sizes = [x.c, x.ds, m.omega * x.s, self.scale[i] * x.s];
@@ -121,7 +121,7 @@ impl Propagator {
             }
         }
         let mut equations = Mat::<f64>::zeros(if free { m } else { 0 }, k);
-        let mut place = &self.open_set;
+        let mut place = &self.home_set;
         for (j, set) in chain.sets.iter().enumerate() {
             if let Some(passed) = self.passed(place, set, b.as_ref())? {
                 b = passed;
@@ -177,7 +177,7 @@ impl Propagator {
                 }
             }
         }
-        if let Some(passed) = self.passed(place, &self.open_set, b.as_ref())? {
+        if let Some(passed) = self.passed(place, &self.home_set, b.as_ref())? {
             b = passed;
         }
         let end = Mat::from_fn(2 * n, k, |i, c| {

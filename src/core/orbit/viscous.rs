@@ -41,20 +41,23 @@ impl Pin {
 }
 
 /// The mode of the open body (from 0) that has the largest share `Γ_k²/ω_k²` of the static compliance of the contact under uniform pressure,
-/// `Γ_k = φ_kᵀ G 1`; none if the body can move rigidly.
+/// `Γ_k = φ_kᵀ G 1`; none if the body can move rigidly. Around an equilibrium the first one.
 pub fn pinned_mode(body: &Propagator) -> Option<usize> {
     let system = &body.system;
     let open = system.open_phase();
     let n = body.n();
     let share = |k: usize| {
-        let shape: Vec<f64> = (0..n).map(|i| body.open.shapes[(i, k)]).collect();
+        let shape: Vec<f64> = (0..n).map(|i| body.home.shapes[(i, k)]).collect();
         let mut full = vec![0.0; system.n()];
         open.expand(&shape, &mut full);
         let moved: f64 = full[n..].iter().zip(&system.constraints).map(|(u, c)| c.area * u).sum();
-        (moved / body.open.modes[k].omega).powi(2)
+        (moved / body.home.modes[k].omega).powi(2)
     };
-    if body.open.modes.iter().any(|m| m.omega == 0.0) {
+    if body.home.modes.iter().any(|m| m.omega == 0.0) {
         return None;
+    }
+    if system.rest().is_some() {
+        return Some(0);
     }
     let shares: Vec<f64> = (0..n).map(share).collect();
     (0..n).max_by(|&a, &b| shares[a].total_cmp(&shares[b]).then(b.cmp(&a)))

@@ -35,12 +35,12 @@ impl Propagator {
         let n = self.n();
         let mut x = Mat::zeros(n, 2);
         for (i, s) in self.scale.iter().enumerate() {
-            x[(i, 0)] = z[i] / s;
+            x[(i, 0)] = z[i] / s + self.at_rest[i];
             x[(i, 1)] = if z.len() > n { z[n + i] } else { 0.0 };
         }
         // what springs remember does not drift
-        self.open.frozen().for_each(|i| x[(i, 1)] = 0.0);
-        let mut place = &self.open_set;
+        self.home.frozen().for_each(|i| x[(i, 1)] = 0.0);
+        let mut place = &self.home_set;
         let mut links: Vec<Link> = vec![];
         let mut events = vec![];
         for (j, set) in chain.sets.iter().enumerate() {
@@ -82,14 +82,15 @@ impl Propagator {
             let l = &links[links.len() - 1];
             [l.q1[i], l.v1[i], l.a1[i]][c]
         });
-        if let Some(passed) = self.passed(place, &self.open_set, last.as_ref())? {
+        if let Some(passed) = self.passed(place, &self.home_set, last.as_ref())? {
             last = passed;
         }
-        let frame = |u: usize, v: usize| -> Vec<f64> {
-            let up = (0..n).map(|i| self.scale[i] * last[(i, u)]);
+        let frame = |u: usize, v: usize, rest: &[f64]| -> Vec<f64> {
+            let from = |i: usize| rest.get(i).copied().unwrap_or(0.0);
+            let up = (0..n).map(|i| self.scale[i] * (last[(i, u)] - from(i)));
             up.chain((0..n).map(|i| last[(i, v)])).collect()
         };
-        let (z_end, rate_end) = (frame(0, 1), frame(1, 2));
+        let (z_end, rate_end) = (frame(0, 1, &self.at_rest), frame(1, 2, &[]));
         Ok(Walk { links, events, z_end, rate_end })
     }
 }

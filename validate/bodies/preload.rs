@@ -1,0 +1,318 @@
+//! Joints that a preload holds together, through their opening.
+
+use signorini::contact::phase_modes;
+use signorini::hbm::newton::Settings;
+use signorini::hbm::viscous::Viscous;
+use signorini::orbit::search::{Effort as Search, Verdict, chain_of, find};
+use signorini::orbit::{Closure, Orbit, Pin, Propagator};
+use signorini::problem::Problem;
+
+use super::super::{Check, Effort, nodal_x, scene};
+use super::go;
+
+/// Two masses, 1 and 2, on massless springs, 3 and 6, whose tips a bolt presses together.
+pub(super) fn joint(checks: &mut Vec<Check>) -> Result<(), String> {
+    let (pressed, open, mass, rest) = (2.5f64, 0.5f64, 2.0 / 3.0f64, 0.08);
+    for (ratio, omega) in [
+        (1.5, 1.822_946_654_139),
+        (2.0, 1.705_019_142_953),
+        (4.0, 1.460_636_010_419),
+        (8.0, 1.324_118_374_596),
+    ] {
+        let (k1, k2, a) = (pressed, open, ratio * rest);
+        let (w1, w2) = ((k1 / mass).sqrt(), (k2 / mass).sqrt());
+        let centre = rest * (1.0 - k1 / k2);
+        let b = ((rest - centre).powi(2) + k1 / k2 * (a * a - rest * rest)).sqrt();
+        let period = 2.0 / w1 * (std::f64::consts::PI - (rest / a).acos())
+            + 2.0 / w2 * ((rest - centre) / b).acos();
+        let name = format!("joint at A = {ratio} x_s");
+        checks.push(Check::near(
+            format!("{name}: frequency, closed form"),
+            std::f64::consts::TAU / period,
+            omega,
+            1e-12,
+        ));
+        // pressed by A more than at rest; the tips follow
+        let closing = rest + a;
+        let element = |name: &str, stiff: f64, heavy: f64, at: f64| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nkind = \"bar\"\nsize = [1.0]\nelements = [1]\nyoung = {stiff:?}\ndensity = {heavy:?}\nmove = [{at:?}]\n"
+            )
+        };
+        let text = element("a", 3.0, 1.0, 0.0)
+            + &element("b", 6.0, 2.0, 1.0)
+            + "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\n[[spring]]\nedge = \"a:left\"\nto = \"b:right\"\nstiffness = 0.5\npreload = 0.2\n"
+            + &format!(
+                "[initial]\ndisplacement = {{ a = [\"{:?}*(1-x)\"], b = [\"{:?}*(x-1)\"] }}\n[run]\nuntil = {period:?}\nsamples = 1\n",
+                closing * 2.0 / 3.0,
+                -closing / 3.0
+            );
+        let (problem, report, _) = go(&text)?;
+        let off =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let back =
+            off(&report.last.u, &problem.initial.u).max(off(&report.last.v, &problem.initial.v));
+        checks.push(Check::at_most(format!("{name}: return after a period"), back, 1e-13));
+    }
+    Ok(())
+}
+
+/// A row of the table: elements of the two blocks, whose surfaces are massless, frequencies closed and open, the face's displacement at the first opening,
+/// frequencies at these amplitudes over it, the energy at twice.
+struct Row {
+    elements: [[usize; 2]; 2],
+    sides: &'static str,
+    closed: f64,
+    open: f64,
+    first: f64,
+    omegas: [f64; 6],
+    energy: f64,
+}
+
+const AMPLITUDES: [f64; 6] = [1.05, 1.10, 1.28, 1.5, 2.0, 3.0];
+
+const ROWS: [Row; 4] = [
+    Row {
+        elements: [[4, 2], [4, 2]],
+        sides: "both",
+        closed: 0.986_076_980_6,
+        open: 0.594_165_5,
+        first: 0.089_980_088_4,
+        omegas: [
+            0.985_415_77,
+            0.976_358_94,
+            0.922_009_79,
+            0.888_585_28,
+            0.845_091_99,
+            0.804_920_65,
+        ],
+        energy: 0.018_728_80,
+    },
+    Row {
+        elements: [[6, 3], [6, 4]],
+        sides: "both",
+        closed: 0.984_299_495_8,
+        open: 0.593_531_3,
+        first: 0.090_995_567_0,
+        omegas: [
+            0.983_673_62,
+            0.976_873_62,
+            0.928_614_16,
+            0.886_262_08,
+            0.840_919_54,
+            0.799_904_17,
+        ],
+        energy: 0.019_962_99,
+    },
+    Row {
+        elements: [[8, 4], [8, 5]],
+        sides: "both",
+        closed: 0.983_573_964_3,
+        open: 0.593_342_3,
+        first: 0.091_410_381_0,
+        omegas: [
+            0.982_959_53,
+            0.976_862_17,
+            0.931_718_72,
+            0.885_259_02,
+            0.838_913_13,
+            0.797_681_58,
+        ],
+        energy: 0.020_509_10,
+    },
+    Row {
+        elements: [[4, 2], [4, 2]],
+        sides: "slave",
+        closed: 0.997_379_556_7,
+        open: 0.593_751_1,
+        first: 0.089_124_449_3,
+        omegas: [
+            0.996_671_55,
+            0.984_902_60,
+            0.926_631_70,
+            0.890_938_06,
+            0.847_029_76,
+            0.804_437_99,
+        ],
+        energy: 0.019_354_72,
+    },
+];
+
+fn pressed([a, b]: [[usize; 2]; 2], sides: &str) -> String {
+    let block = |name: &str, elements: [usize; 2], at: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = {elements:?}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [{at:?}, 0.0]\n"
+        )
+    };
+    let hold = |edge: &str, fix: &str| format!("[[support]]\nedge = \"{edge}\"\nfix = {fix}\n");
+    block("a", a, 0.0)
+        + &block("b", b, 1.0)
+        + &hold("a:left", "[\"x\", \"y\"]")
+        + &hold("a:bottom", "[\"y\"]")
+        + &hold("b:bottom", "[\"y\"]")
+        + &format!(
+            "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\ngap = 0.0\nprojection = \"dual\"\nsides = \"{sides}\"\n"
+        )
+        + "[[spring]]\nedge = \"b:right\"\ndirection = [1.0, 0.0]\nstiffness = 0.2\n"
+        + "[[load]]\nkind = \"traction\"\nedge = \"b:right\"\namplitude = [-0.1, 0.0]\n"
+        + "[initial]\nequilibrium = true\n[orbit]\nomega = 0.9\n"
+}
+
+/// The mean of `u_x` over the face that the spring holds, `∫u_x ds / .5`.
+fn face(problem: &Problem, u: &[f64]) -> f64 {
+    let nodes = problem.system.body.mesh.nodes();
+    let end = nodes.iter().fold(0.0f64, |m, x| m.max(x[0]));
+    let mut on: Vec<usize> = (0..nodes.len()).filter(|n| nodes[*n][0] > end - 1e-9).collect();
+    on.sort_by(|a, b| nodes[*a][1].total_cmp(&nodes[*b][1]));
+    let part = |w: &[usize]| {
+        let length = nodes[w[1]][1] - nodes[w[0]][1];
+        0.5 * length * (nodal_x(problem, u, w[0]) + nodal_x(problem, u, w[1]))
+    };
+    on.windows(2).map(part).sum::<f64>() / 0.5
+}
+
+/// How far the face goes to the left of where it rests, and the energy there: `H − fᵀu` beyond that of the rest.
+fn farthest(problem: &Problem, body: &Propagator, orbit: &Orbit) -> Result<(f64, f64), String> {
+    let system = &body.system;
+    let words = |e: &dyn std::fmt::Display| e.to_string();
+    let (chain, times) = chain_of(body, orbit).map_err(|e| words(&e))?;
+    let z = orbit.closure.frame(&orbit.z);
+    let walk = body.walk(&chain, z, &times, orbit.period).map_err(|e| words(&e))?;
+    let phases: Vec<_> = chain.sets.iter().map(|set| system.phase(set)).collect();
+    let at = |t: f64| -> Option<(f64, f64, f64)> {
+        let (k, u_o, v_o) = walk.state(t)?;
+        let (mut u, mut v) = (vec![0.0; system.n()], vec![0.0; system.n()]);
+        phases[k].expand_displacement(t, &u_o, &mut u);
+        phases[k].expand_velocity(t, &v_o, &mut v);
+        let energy = system.elastic(t, &u) + system.kinetic(t, &v);
+        Some((face(problem, &u), face(problem, &v), energy - system.loads.constant_potential(&u)))
+    };
+    let none = || "no state along the orbit".to_owned();
+    // where the velocity of the face passes zero upwards, by halving
+    let steps = 400;
+    let mut best = (0.0f64, 0.0);
+    let mut last = at(0.0).ok_or_else(none)?;
+    for k in 1..=steps {
+        let time = |k: usize| orbit.period * k as f64 / steps as f64;
+        let now = at(time(k)).ok_or_else(none)?;
+        if last.1 < 0.0 && now.1 >= 0.0 {
+            let (mut a, mut b) = (time(k - 1), time(k));
+            while b - a > 1e-13 {
+                let middle = 0.5 * (a + b);
+                if at(middle).ok_or_else(none)?.1 < 0.0 { a = middle } else { b = middle }
+            }
+            let there = at(b).ok_or_else(none)?;
+            if there.0 < best.0 {
+                best = (there.0, there.2);
+            }
+        }
+        last = now;
+    }
+    let (still, still_energy) = at_rest(problem, body)?;
+    Ok((still - best.0, best.1 - still_energy))
+}
+
+fn at_rest(problem: &Problem, body: &Propagator) -> Result<(f64, f64), String> {
+    let system = &body.system;
+    let rest = system.rest().ok_or("no equilibrium")?;
+    let mut u = vec![0.0; system.n()];
+    system.phase(&rest.set).expand_displacement(0.0, &rest.u, &mut u);
+    let energy = system.elastic(0.0, &u) - system.loads.constant_potential(&u);
+    Ok((face(problem, &u), energy))
+}
+
+fn set_up(text: &str) -> Result<(Problem, Propagator, Pin), String> {
+    let problem = Problem::new(&scene(text, None)?, None).map_err(|e| e.to_string())?;
+    let body = Propagator::new(problem.system.clone()).map_err(|e| e.to_string())?;
+    let pin = Pin::new(&body, 0, 0.05);
+    Ok((problem, body, pin))
+}
+
+fn shot(body: &mut Propagator, pin: Pin, guess: &[f64], omega: f64) -> Result<Box<Orbit>, String> {
+    match find(body, Closure::Viscous(pin), guess, omega, &Search::default()) {
+        Ok(Verdict::Orbit(orbit)) => Ok(orbit),
+        Ok(other) => Err(format!("no viscous mode at {omega}: {other}")),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+/// Two blocks in series, pressed together by a force through a spring to the ground: their viscous mode (`β = .05`) at amplitudes of the face over that at which the joint first opens.
+pub(super) fn blocks(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
+    for row in &ROWS {
+        let name = format!("pressed blocks {:?}, {}", row.elements, row.sides);
+        let (problem, mut body, pin) = set_up(&pressed(row.elements, row.sides))?;
+        let system = &body.system;
+        let rest = system.rest().ok_or("no equilibrium")?;
+        checks.push(Check::near(format!("{name}: frequency closed"), pin.omega, row.closed, 1e-9));
+        let open = phase_modes(system, &system.open_phase(), 1).map_err(|e| e.to_string())?;
+        checks.push(Check::near(format!("{name}: frequency open"), open.omega[0], row.open, 1e-7));
+        let modes = phase_modes(system, &system.phase(&rest.set), 1).map_err(|e| e.to_string())?;
+        let far = rest.first_switch(system, &modes.shapes[0]).ok_or("opens nothing")?;
+        let mut u = vec![0.0; system.n()];
+        system.phase(&rest.set).expand(&modes.shapes[0], &mut u);
+        let first = far.abs() * face(&problem, &u).abs();
+        checks.push(Check::near(format!("{name}: first opening"), first, row.first, 1e-9));
+        // the first opening is the least amplitude: a secant in the frequency from one amplitude to the next
+        let mut z: Option<Vec<f64>> = None;
+        for (k, (&a, &expected)) in AMPLITUDES.iter().zip(&row.omegas).enumerate().rev() {
+            if effort.short && k % 3 > 0 {
+                continue;
+            }
+            let mut points: Vec<(f64, f64)> = vec![];
+            let mut omega = expected * 1.001;
+            let mut energy = f64::NAN;
+            for _ in 0..12 {
+                let guesses = z.iter().cloned().chain(pin.guesses(&body, omega));
+                let guesses: Vec<Vec<f64>> = guesses.collect();
+                let orbit = guesses.iter().find_map(|g| shot(&mut body, pin, g, omega).ok());
+                let orbit = orbit.ok_or_else(|| format!("{name}: no orbit at {omega}"))?;
+                let (reached, there) = farthest(&problem, &body, &orbit)?;
+                z = Some(orbit.z.clone());
+                energy = there;
+                let off = reached / first - a;
+                if off.abs() < 1e-10 {
+                    break;
+                }
+                points.push((omega, off));
+                omega = match &points[..] {
+                    [.., (w0, f0), (w1, f1)] => w1 - f1 * (w1 - w0) / (f1 - f0),
+                    _ => expected * 0.9995,
+                };
+            }
+            checks.push(Check::near(
+                format!("{name}: frequency at a = {a}"),
+                omega,
+                expected,
+                2e-8,
+            ));
+            if a == 2.0 {
+                checks.push(Check::near(
+                    format!("{name}: energy at a = 2"),
+                    energy,
+                    row.energy,
+                    2e-7,
+                ));
+            }
+        }
+    }
+    harmonics(checks)
+}
+
+/// The same mode by harmonic balance converges to what is shot.
+fn harmonics(checks: &mut Vec<Check>) -> Result<(), String> {
+    let omega = 0.9;
+    let (_, mut body, pin) = set_up(&pressed([[4, 2], [4, 2]], "both"))?;
+    let guesses = pin.guesses(&body, omega);
+    let orbit = guesses.iter().find_map(|g| shot(&mut body, pin, g, omega).ok());
+    let orbit = orbit.ok_or("no viscous mode")?;
+    let alpha = orbit.viscous.as_ref().map_or(f64::NAN, |v| v.alpha);
+    let mut viscous = Viscous::new(body.system.clone(), pin).map_err(|e| e.to_string())?;
+    for (n_h, most) in [(7, 3e-3), (15, 3e-4), (31, 3e-5)] {
+        let found =
+            viscous.from_mode(n_h, omega, &Settings::default()).map_err(|e| e.to_string())?;
+        let fed = found.map_err(|e| e.to_string())?;
+        let what = format!("pressed blocks, {n_h} harmonics: alpha beside that of shooting");
+        checks.push(Check::at_most(what, (fed.alpha / alpha - 1.0).abs(), most));
+    }
+    Ok(())
+}
