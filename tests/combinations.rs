@@ -152,6 +152,13 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     "stress = \"nodal-mean\"",
                 ),
                 Row::pair("`friction`", "friction = 0.3"),
+                // around the equilibrium of a press fit, which opens
+                Row {
+                    contact: "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\ngap = -0.02\npress = true\n".into(),
+                    load: UNDAMPED.into(),
+                    extra: "[initial]\nequilibrium = true\n",
+                    ..Row::pair("`press`, `equilibrium`", "")
+                },
                 Row::pair("`penalty`", "method = \"penalty\""),
                 Row::pair("`impact`", "method = \"impact\""),
                 Row {

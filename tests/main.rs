@@ -47,6 +47,7 @@ mod orders;
 mod page;
 mod pairs;
 mod pdf;
+mod preload;
 mod problem;
 mod promises;
 mod quasistatic;

@@ -279,13 +279,27 @@ class Run(Result):
         return own
 
     @property
-    def forces(self) -> dict[str, np.ndarray]:
+    def resultants(self) -> dict[str, np.ndarray]:
         """Force on the body at each group of contact points [s, dim], by its name; what it meets has the opposite."""
         if "forces" not in self:
             return {}
         contact = self["forces"]["contact"]
         names = [str(name) for name in contact["group"]]
         return dict(zip(names, np.split(contact["force"], len(names), axis=1)))
+
+    @property
+    def forces(self) -> np.recarray:
+        """What they come to: table with ``group``, ``maximum`` (largest force in magnitude, of the stored states), ``t`` (when), ``impulse`` (by trapezia) [dim]."""
+        rows, dim = [], 0
+        for name, force in self.resultants.items():
+            size, dim = np.hypot.reduce(force, axis=1), force.shape[1]
+            last = len(size) - 1 - int(np.argmax(size[::-1]))
+            steps = 0.5 * np.diff(self.t)[:, None] * (force[:-1] + force[1:])
+            impulse = np.cumsum(steps, axis=0)[-1] if len(steps) else np.zeros(dim)
+            rows.append((name, size[last], self.t[last], impulse))
+        names = max((len(row[0]) for row in rows), default=1)
+        kinds = [("group", f"U{names}"), ("maximum", float), ("t", float), ("impulse", float, (dim,))]
+        return np.array(rows, dtype=kinds).view(np.recarray)
 
     def _along_normals(self, table: np.ndarray) -> np.ndarray:
         mesh = self.mesh
@@ -646,6 +660,8 @@ class Modes:
         self.n_o: int = said["n_o"]
         self.open = ModesOf(said["open"])
         self.closed = ModesOf(said["closed"]) if said["closed"] else None
+        # around the equilibrium, where the scene begins at it
+        self.rest = ModesOf(said["rest"]) if said.get("rest") else None
 
     def __repr__(self) -> str:
         return f"<Modes of {self.title!r}: open {self.open}, closed {self.closed}>"

@@ -114,6 +114,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         _ if !system.has_potential() && system.tangents().is_none() => None,
         _ => Some(modes(system.closed_states())?),
     };
+    // around the equilibrium, where the scene asks for it
+    let at_rest = match system.rest() {
+        Some(rest) => Some((rest.set.to_string(), modes(rest.set.clone())?)),
+        None => None,
+    };
     Ok(global.answer(
         || {
             let object = |m: &signorini::fem::Modes| {
@@ -121,6 +126,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
                 json!({"omega": m.omega, "shapes": shapes})
             };
             json!({"title": scene.title, "n_o": system.n_o(), "open": object(&open), "closed": closed.as_ref().map(object),
+                "rest": at_rest.as_ref().map(|(set, m)| {
+                    let mut rest = object(m);
+                    rest["active"] = set.as_str().into();
+                    rest
+                }),
                 "warning": stiff_in_bending(&system.body.mesh).map(|s| s.to_string())})
         },
         || {
@@ -136,6 +146,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             for k in 0..open.omega.len() {
                 let right = closed.as_ref().and_then(|m| m.omega.get(k));
                 let _ = writeln!(text, "  {:>4} {}   {}", k + 1, entry(open.omega.get(k)), entry(right));
+            }
+            if let Some((set, m)) = &at_rest {
+                let _ = writeln!(text, "  at rest, states of the contact points {set}");
+                for (k, w) in m.omega.iter().enumerate() {
+                    let _ = writeln!(text, "  {:>4} {}", k + 1, entry(Some(w)));
+                }
             }
             if let Some(stiff) = stiff_in_bending(&system.body.mesh) {
                 let _ = writeln!(text, "  WARNING       {stiff}");

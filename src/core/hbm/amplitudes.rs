@@ -3,6 +3,7 @@
 use super::branch::{confirmed, record};
 use super::damped::{DampedMode, Found};
 use super::newton::Settings;
+use super::response::swing;
 use super::viscous::Fed;
 use super::viscous_mode::LEAST_FOR_ALPHA;
 use super::{Balanced, HbmError};
@@ -105,7 +106,10 @@ fn reach_amplitude(
 fn point(mode: &DampedMode, fed: &Fed) -> Result<PointRecord, HbmError> {
     let (reduction, s) = (mode.reduction(), &fed.solution);
     let u = reduction.displacements(s)?;
-    let plain = record(reduction, s, &u)?;
+    let mut plain = record(reduction, s, &u)?;
+    if mode.is_preloaded() {
+        plain.amplitude = swing(reduction, s, &u);
+    }
     let told = s.q.n_h >= LEAST_FOR_ALPHA || reduction.system.facing().is_empty();
     let feedback = ViscousRecord {
         alpha: if told { fed.alpha } else { f64::NAN },

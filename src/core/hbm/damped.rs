@@ -92,19 +92,16 @@ const HELD: f64 = 1e150;
 
 impl DampedMode {
     /// Of the `mode`th mode (from 0) of the body that sticks wherever it touches at rest; everywhere, if there is no equilibrium.
-    pub fn new(mut system: System, mode: usize) -> Result<DampedMode, HbmError> {
-        // without one motions are told around the undeformed body
-        let _ = system.set_rest();
+    pub fn new(system: System, mode: usize) -> Result<DampedMode, HbmError> {
         let still = |i: usize| match system.tangent(i) {
             Some(_) => PointState::Stick,
             None => PointState::Closed,
         };
         let n_c = system.n_contact();
-        let (set, rest) = match system.rest() {
-            Some(rest) if rest.set.count_closed() > 0 => {
-                let of =
-                    |i: usize| if rest.set.at(i).touches() { still(i) } else { rest.set.at(i) };
-                ((0..n_c).map(of).collect::<States>(), rest.u.clone())
+        let (set, rest) = match system.equilibrium() {
+            Ok((set, u)) if set.count_closed() > 0 => {
+                let of = |i: usize| if set.at(i).touches() { still(i) } else { set.at(i) };
+                ((0..n_c).map(of).collect::<States>(), u)
             }
             _ => ((0..n_c).map(still).collect(), vec![0.0; system.n_o()]),
         };
@@ -131,6 +128,11 @@ impl DampedMode {
     /// The body.
     pub fn reduction(&self) -> &Reduction {
         &self.reduction
+    }
+
+    /// Whether constant loads move the body from where it is undeformed: amplitudes then count from the mean of a motion, as friction holds the body at one of many places.
+    pub fn is_preloaded(&self) -> bool {
+        self.rest.iter().any(|q| *q != 0.0)
     }
 
     /// Frequency where everything sticks.

@@ -100,6 +100,25 @@ impl Summary {
     }
 }
 
+/// Largest displacement in magnitude of a contact point from its mean, of the states along a period.
+pub(super) fn swing(interface: &Interface, s: &Solution, series: &Series) -> f64 {
+    let system = &interface.system;
+    let mut u = vec![0.0; system.n()];
+    let mut moved = |k: usize| {
+        let theta = s.q.basis.end() * k as f64 / SAMPLES as f64;
+        let j = s.phase_at(theta);
+        let state = s.state(series, theta, j);
+        system.phase(&s.sets()[j]).expand_displacement(theta / s.omega, &state.u, &mut u);
+        system.at_points(&u)
+    };
+    let all: Vec<Vec<f64>> = (0..SAMPLES).map(&mut moved).collect();
+    let of = |i: usize| {
+        let mean = all.iter().map(|u| u[i]).sum::<f64>() / SAMPLES as f64;
+        all.iter().fold(0.0f64, |m, u| m.max((u[i] - mean).abs()))
+    };
+    (0..system.n_contact()).map(of).fold(0.0, f64::max)
+}
+
 /// The largest energy of a series, which jumps at its switches: states of every phase with both of its ends, and the maxima between them.
 fn largest_energy(system: &System, s: &Solution, series: &Series) -> f64 {
     let of = |j: usize, phase: &Phase, theta: f64| {

@@ -20,23 +20,27 @@ pub(super) fn damped(family: &StoredFamily) -> Result<Sheet<'static>, FigureErro
     if places.is_empty() {
         return Err(FigureError::Empty("the family holds no orbit"));
     }
-    let head = Head {
-        what: "damped nonlinear mode".into(),
-        look: Look::of(family),
-        extra: vec![],
-        below: vec![],
+    // with too few harmonics it is not
+    let is_told = places.iter().any(|p| p[2].is_finite());
+    let what = match is_told {
+        true => "damped nonlinear mode",
+        false => "damped nonlinear mode; its ratio is told from 7 harmonics on",
     };
+    let head = Head { what: what.into(), look: Look::of(family), extra: vec![], below: vec![] };
     let mut sheet = family_head(family, head);
     let x = range(places.iter().map(|p| p[0].log10()));
     // a ratio of nothing has no logarithm
     let tells = places.iter().all(|p| p[2] > 0.0);
-    for (k, label) in [(1, "frequency ω"), (2, "damping ratio ζ = α/2ω")] {
+    let panels = [(1, "frequency ω"), (2, "damping ratio ζ = α/2ω")];
+    let shown = if is_told { &panels[..] } else { &panels[..1] };
+    for &(k, label) in shown {
         let logarithmic = k == 2 && tells;
         let scaled = |v: f64| if logarithmic { v.log10() } else { v };
         let finite = places.iter().map(|p| scaled(p[k])).filter(|v| v.is_finite());
+        let is_last = k == shown.len();
         let (y, x_label) = (
             range(finite),
-            if k == 2 { "amplitude: largest displacement of the mode" } else { "" },
+            if is_last { "amplitude: largest displacement of the mode" } else { "" },
         );
         let axes = (Axis::scaled(x_label, x.clone(), true), Axis::scaled(label, y, logarithmic));
         let mut chart = Chart::new(axes.0, axes.1);
@@ -46,7 +50,7 @@ pub(super) fn damped(family: &StoredFamily) -> Result<Sheet<'static>, FigureErro
             let line = line.into_iter().filter(|p| p.1.is_finite()).collect();
             chart.line(line, colour(family, branch), 1.8);
         }
-        sheet = sheet.row(if k == 2 { 375.0 } else { 355.0 }, vec![chart.into()]);
+        sheet = sheet.row(if is_last { 375.0 } else { 355.0 }, vec![chart.into()]);
     }
     Ok(sheet)
 }
