@@ -117,6 +117,9 @@ pictures: build peers
 	$(BIN) run scenarios/joint.toml -o out/joint.h5 --force -q
 	$(BIN) plot out/joint.h5 --only friction
 	cp out/joint-friction.png docs/friction-loops.png
+	$(BIN) backbone scenarios/lap-joint-mode.toml --method hbm --amplitudes 1e-5,6e-4 --harmonics 7 -o out/lap-joint-mode.h5 --force
+	$(BIN) plot out/lap-joint-mode.h5
+	cp out/lap-joint-mode-backbone.png docs/lap-joint-mode.png
 	cargo run --release --locked --example refinement -- out/refinement
 	cp out/refinement.png docs/refinement.png
 	cargo run --release --locked --example scaling -- out/scaling

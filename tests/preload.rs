@@ -13,6 +13,7 @@ use signorini::orbit::branch::mode_guess;
 use signorini::orbit::search::{Effort, Verdict, find};
 use signorini::orbit::{Closure, Propagator};
 use signorini::problem::Problem;
+use signorini::records::PointRecord;
 use signorini::scenario::Integrator;
 
 /// Two masses, 1 and 2, on massless springs, 3 and 6, whose tips a bolt presses together (stiffness .5, force .2).
@@ -90,10 +91,10 @@ fn the_damped_mode_of_a_lap_joint_comes_back_in_time() {
     let p = Problem::new(&shipped("lap-joint-mode.toml"), None).unwrap();
     let mode = DampedMode::new(p.system.clone(), 2).unwrap();
     // micro-slip has begun, and takes energy
-    let grid = [2e-5, 1.6e-4, 2e-4, 2.5e-4];
+    let grid = [5e-5, 6.3e-5, 8e-5, 1e-4, 1.26e-4, 1.6e-4, 2e-4, 2.5e-4];
     let mut missed = vec![];
     let mut told = vec![];
-    for n_h in [5, 15] {
+    for n_h in [3, 7] {
         let settings = Settings::default();
         let mut points = vec![];
         let plan = Amplitudes { grid: &grid, n_h, settings: &settings };
@@ -102,10 +103,11 @@ fn the_damped_mode_of_a_lap_joint_comes_back_in_time() {
             std::ops::ControlFlow::Continue(())
         })
         .unwrap();
-        let last = points.last().and_then(|p| p.orbit.clone()).unwrap();
-        let alpha = last.viscous.as_ref().unwrap().alpha;
-        let small = points[0].orbit.as_ref().unwrap().viscous.as_ref().unwrap().alpha;
-        told.push((points[3].omega, alpha / (2.0 * points[3].omega), small));
+        let of = |p: &PointRecord| p.series.as_ref().and_then(|s| s.alpha).unwrap();
+        let (first, last) = (&points[0], &points[points.len() - 1]);
+        let alpha = of(last);
+        told.push((last.omega, alpha / (2.0 * last.omega), of(first) / (2.0 * first.omega)));
+        let last = last.orbit.clone().unwrap();
         let mut system = p.system.clone();
         system.damping = Some(Rayleigh { alpha: -alpha, beta: 0.01 });
         let part =
@@ -114,14 +116,14 @@ fn the_damped_mode_of_a_lap_joint_comes_back_in_time() {
         let report = event_driven(&system, &start, last.period, Integrator::Dop853);
         assert!(report.switches.len() > 4, "{}", report.switches.len());
         // its own motion, beside the constant displacement under the bolts
-        let size = grid[3];
+        let size = grid[grid.len() - 1];
         let off = report.last.u.iter().zip(&start.u).map(|(a, b)| (a - b).abs());
         missed.push(off.fold(0.0, f64::max) / size);
     }
     println!("{missed:?} {told:?}");
     assert!(missed[1] < 0.2 * missed[0] && missed[1] < 5e-3, "{missed:?}");
     // friction adds to the damping that was there
-    assert!(told[1].1 > 1.3 * told[1].2 / (2.0 * told[1].0), "{told:?}");
+    assert!(told[1].1 > 1.5 * told[1].2, "{told:?}");
 }
 
 /// A joint at rest stays, and the search of near misses ends although nothing moves.
@@ -138,7 +140,7 @@ fn a_joint_at_rest_stays_at_rest() {
     let path = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(path("still.toml"), still).unwrap();
     let done = json(&["run", &path("still.toml"), "-q", "-o", &path("still.h5")]);
-    assert!(done["certified"] == true && done["t_end"] == 30.0, "{done}");
+    assert!(done["status"] == "complete" && done["t_end"] == 30.0, "{}", done["verdict"]);
     let energies = ["energy_start", "energy_end"].map(|key| done[key].as_f64().unwrap());
     assert!((energies[1] / energies[0] - 1.0).abs() < 1e-9, "{energies:?}");
 }

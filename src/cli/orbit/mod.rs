@@ -15,7 +15,7 @@ use signorini::event::{self, Options, RunError};
 use signorini::families::single::{limit_cycle, search};
 use signorini::families::start;
 use signorini::orbit::search::Verdict;
-use signorini::orbit::{Closure, Orbit, Propagator, branch, period_map};
+use signorini::orbit::{Closure, Orbit, Propagator, branch, displaced, period_map};
 use signorini::problem::{Notes, Problem};
 use signorini::records::Status;
 use signorini::report::summary;
@@ -33,7 +33,7 @@ use words::{failure_json, orbit_json, orbit_text};
 #[command(
     after_help = "The guess is the scene's initial state; without one, the first mode of the open body beyond grazing.\n\
     A body on a surface that moves (contact.surface) has no guess but its own motion: its limit cycle, whose period is found with it.\n\n\
-    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini orbit scenarios/squeal-belt.toml -o cycle.h5\n  signorini plot orbit.h5"
+    Example:\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 -o orbit.h5\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --all\n  signorini orbit scenarios/half-plate-orbit.toml --omega 1.8 --viscous -o mode.h5\n  signorini orbit scenarios/cracked-beam-mode.toml --viscous --displacement -0.1 -o crack.h5\n  signorini orbit scenarios/squeal-belt.toml -o cycle.h5\n  signorini plot orbit.h5"
 )]
 pub struct Arguments {
     /// The scene (TOML)
@@ -57,6 +57,16 @@ pub struct Arguments {
     /// scene's initial state
     #[arg(long, value_name = "A", allow_negative_numbers = true, conflicts_with = "near_return")]
     amplitude: Option<f64>,
+    /// Viscous: the orbit whose pinned mode moves the contact by so much at t = 0 (a length; negative: away from what it meets), its frequency found with it: bodies that touch without a gap,
+    /// whose orbits of all sizes have one frequency
+    #[arg(
+        long,
+        value_name = "U",
+        allow_negative_numbers = true,
+        requires = "viscous",
+        conflicts_with_all = ["amplitude", "near_return"]
+    )]
+    displacement: Option<f64>,
     /// Start from the best near-return of a stored trajectory: after --periods of the loads where there are such; after the period that is given; else the best of all, which
     /// gives the period
     #[arg(long, value_name = "RUN.h5")]
@@ -104,6 +114,10 @@ impl Arguments {
         if self.amplitude.is_some_and(|a| !is_amplitude(a.abs())) {
             let message =
                 "--amplitude: give a finite number that is not zero, in multiples of grazing";
+            return Err(CliError::Input(message.into()));
+        }
+        if self.displacement.is_some_and(|u| !is_amplitude(u.abs())) {
+            let message = "--displacement: give a finite length that is not zero";
             return Err(CliError::Input(message.into()));
         }
         if !(is_amplitude(self.largest) && self.largest > 1.0) {
@@ -156,6 +170,10 @@ impl Arguments {
                 return Ok((closure, None));
             }
         }
+        if self.displacement.is_some() {
+            // found with the orbit
+            return Ok((closure, self.omega.or(period.map(|t| std::f64::consts::TAU / t))));
+        }
         let omega = family::omega(scene, self.omega, period)?;
         family::check_frequency(problem, omega)?;
         Ok((closure, Some(omega)))
@@ -202,6 +220,22 @@ impl Arguments {
     }
 }
 
+/// The viscous orbit at a displacement.
+fn at_displacement(
+    arguments: &Arguments,
+    body: &mut Propagator,
+    (closure, omega): (Closure, Option<f64>),
+) -> Result<Verdict, CliError> {
+    let (Closure::Viscous(pin), Some(size)) = (closure, arguments.displacement) else {
+        return Err(CliError::Input("--displacement goes with --viscous".into()));
+    };
+    let near = omega.or_else(|| displaced::bilinear(body, pin)).unwrap_or(pin.omega);
+    let found = displaced::at_displacement(body, pin, size, near)?;
+    let reason =
+        "no orbit at this displacement; give --omega near its frequency, or another [orbit] mode";
+    Ok(found.unwrap_or_else(|| Verdict::not_found(reason)))
+}
+
 /// One orbit, or all that can be found.
 pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
     let begun = Instant::now();
@@ -221,6 +255,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         closure = viscous::closure(&viscosity);
     }
     let verdict = match omega {
+        _ if arguments.displacement.is_some() => {
+            at_displacement(arguments, &mut body, (closure, omega))?
+        }
         Some(omega) if closure != Closure::Limit => {
             body.system.loads_mut().set_frequency(omega);
             let own = start::guesses(&scene, &initial, &body, closure, omega);

@@ -7,7 +7,7 @@ use super::monitor::MonitorKind;
 use super::rest::Rest;
 use super::system::System;
 
-/// A monitor that a shape changes by less, over what it changes others by, is not changed.
+/// A monitor that a shape changes by less, as a displacement over its own largest one, is not changed.
 const UNCHANGED: f64 = 1e-9;
 
 impl System {
@@ -61,7 +61,8 @@ impl Rest {
             is_of_contact.then(|| (before[k] / unit, (after[k] - before[k]) / unit))
         };
         let rows: Vec<(f64, f64)> = (0..before.len()).filter_map(row).collect();
-        let most = rows.iter().fold(0.0f64, |m, r| m.max(r.1.abs()));
+        // a rigid motion changes nothing but by rounding
+        let most = shape.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let factors = rows.iter().filter(|r| r.1.abs() > UNCHANGED * most).map(|r| -r.0 / r.1);
         factors.min_by(|a, b| a.abs().total_cmp(&b.abs()))
     }

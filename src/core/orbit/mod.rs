@@ -37,6 +37,7 @@ pub mod chain;
 pub mod credentials;
 #[doc(hidden)]
 pub mod cycle;
+pub mod displaced;
 mod drift;
 pub mod floquet;
 mod grazing;
