@@ -121,7 +121,8 @@ fn the_damped_mode_of_a_lap_joint_comes_back_in_time() {
         missed.push(off.fold(0.0, f64::max) / size);
     }
     println!("{missed:?} {told:?}");
-    assert!(missed[1] < 0.2 * missed[0] && missed[1] < 5e-3, "{missed:?}");
+    // a force of friction that is an unknown converges like 1/N_h
+    assert!(missed[1] < 0.6 * missed[0] && missed[1] < 1e-2, "{missed:?}");
     // friction adds to the damping that was there
     assert!(told[1].1 > 1.5 * told[1].2, "{told:?}");
 }
@@ -143,6 +144,33 @@ fn a_joint_at_rest_stays_at_rest() {
     assert!(done["status"] == "complete" && done["t_end"] == 30.0, "{}", done["verdict"]);
     let energies = ["energy_start", "energy_end"].map(|key| done[key].as_f64().unwrap());
     assert!((energies[1] / energies[0] - 1.0).abs() < 1e-9, "{energies:?}");
+}
+
+/// A crack has no gap: at every displacement its viscous mode has one frequency, which is found with it.
+#[test]
+fn the_mode_of_a_crack_is_asked_for_by_a_displacement() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("crack.h5").display().to_string();
+    let scene =
+        crate::common::root().join("scenarios/cracked-beam-mode.toml").display().to_string();
+    let at = |size: &str| {
+        json(&["orbit", &scene, "--viscous", "--displacement", size, "-q", "--force", "-o", &path])
+    };
+    let (one, two) = (at("-0.1"), at("-0.2"));
+    for orbit in [&one, &two] {
+        assert!((orbit["omega"].as_f64().unwrap() - 0.023_811_538_4).abs() < 1e-10, "{orbit}");
+    }
+    let ratio = two["energy"].as_f64().unwrap() / one["energy"].as_f64().unwrap();
+    assert!((ratio - 4.0).abs() < 1e-7, "{ratio}");
+    let refused = |arguments: &[&str]| {
+        let done = crate::common::run(arguments);
+        assert_eq!(done.status.code(), Some(2));
+        String::from_utf8_lossy(&done.stderr).into_owned()
+    };
+    let said = refused(&["orbit", &scene, "--displacement", "0.1"]);
+    assert!(said.contains("--viscous"), "{said}");
+    let said = refused(&["orbit", &scene, "--viscous", "--displacement", "0"]);
+    assert!(said.contains("a finite length that is not zero"), "{said}");
 }
 
 /// What does not go together with an equilibrium is said.
@@ -168,7 +196,7 @@ fn other_starts_beside_an_equilibrium_are_refused() {
     let rough = joint("mode = 2\namplitude = -2.0")
         .replace(
             "kind = 'bar'\nsize = [1.0]\nelements = [1]",
-            "kind = 'plate'\nsize = [1.0, 1.0]\nelements = [1, 1]",
+            "kind = 'plate'\nsize = [1.0, 1.0]\npoisson = 0.3\nelements = [1, 1]",
         )
         .replace("master = 'b:left'\n", "master = 'b:left'\nfriction = 0.3\n")
         .replace("preload = 0.2\n", "direction = [1.0, 0.0]\npreload = 0.2\n")

@@ -19,7 +19,7 @@ use signorini::contact::{States, phase_modes};
 use signorini::event::Report;
 use signorini::mesh::{ElementKind, Facet};
 use signorini::orbit::search::{Effort as Search, Verdict, find};
-use signorini::orbit::{Closure, Orbit, Pin, Propagator, viscous};
+use signorini::orbit::{Closure, Orbit, Pin, Propagator, displaced, viscous};
 use signorini::problem::Problem;
 
 use super::cuboid::cuboid;
@@ -477,7 +477,32 @@ fn crack(folder: &Folder, checks: &mut Vec<Check>) -> Result<(), String> {
             ));
         }
         checks.push(Check::near(format!("cracked beam, {sides}: closed"), closed, wanted[1], 4e-9));
+        breathing(problem, sides, checks)?;
     }
+    Ok(())
+}
+
+/// Its viscous mode (`β = .1`): one frequency at all amplitudes, an energy in proportion to the square.
+fn breathing(problem: Problem, sides: &str, checks: &mut Vec<Check>) -> Result<(), String> {
+    let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
+    let pin = Pin::new(&body, 0, 0.1);
+    let near = displaced::bilinear(&body, pin).ok_or("no closed mode")?;
+    let mut at = |size: f64| -> Result<[f64; 3], String> {
+        let found = displaced::at_displacement(&mut body, pin, -size, near);
+        let found = found.map_err(|e| e.to_string())?.ok_or("the mode does not move the crack")?;
+        let orbit = found.orbit().ok_or_else(|| found.to_string())?;
+        let alpha = orbit.viscous.as_ref().map_or(f64::NAN, |v| v.alpha);
+        Ok([orbit.omega(), alpha, orbit.energy / (size * size)])
+    };
+    let ([omega, alpha, energy], [other, _, more]) = (at(0.1)?, at(0.3)?);
+    let name = format!("breathing crack, {sides}");
+    let wanted = if sides == "both" { 0.023_811_538_4 } else { 0.023_811_550_6 };
+    checks.push(Check::near(format!("{name}: frequency"), omega, wanted, 4e-9));
+    if sides == "both" {
+        checks.push(Check::near(format!("{name}: alpha"), alpha, 8.877_85e-5, 1e-6));
+    }
+    let off = (other / omega - 1.0).abs().max((more / energy - 1.0).abs());
+    checks.push(Check::at_most(format!("{name}: three times the amplitude"), off, 1e-8));
     Ok(())
 }
 
