@@ -124,7 +124,7 @@ fn mode_at_rest(
         Err(scene.error(Issue::new(key, message, help)).into())
     };
     let Some(rest) = system.rest() else {
-        let message = "mixes mode and equilibrium, and with friction an equilibrium is one of a family: modes around it are those of points that stick";
+        let message = "mixes mode and equilibrium: with friction an equilibrium is one of a family, and where velocities jump its phase has no modes of its own";
         let help = "give velocity with equilibrium, or backbone --method hbm --amplitudes LOW,HIGH";
         return refuse("initial", message.into(), help);
     };

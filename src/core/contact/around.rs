@@ -57,7 +57,8 @@ impl Rest {
         let row = |k: usize| {
             let m = &phase.monitors[k];
             let unit = system.monitor_unit(m.kind, m.point);
-            let is_of_contact = matches!(m.kind, MonitorKind::Gap | MonitorKind::Pressure);
+            let kinds = [MonitorKind::Gap, MonitorKind::Pressure, MonitorKind::Depth];
+            let is_of_contact = kinds.contains(&m.kind);
             is_of_contact.then(|| (before[k] / unit, (after[k] - before[k]) / unit))
         };
         let rows: Vec<(f64, f64)> = (0..before.len()).filter_map(row).collect();

@@ -113,9 +113,7 @@ impl Propagator {
     /// Modes of the open phase of a body; of that of its equilibrium, where motions are told around one.
     pub fn new(system: System) -> Result<Propagator, FemError> {
         let spectra = Rc::new(Spectra::default());
-        // what slips and what jumps has no modes of its own
-        let is_linear = system.tangents().is_none() && system.impact().is_none();
-        let home_set = match system.rest().filter(|_| is_linear) {
+        let home_set = match system.rest() {
             Some(rest) => rest.set.clone(),
             None => States::open(system.n_contact()),
         };
@@ -123,7 +121,7 @@ impl Propagator {
         let (scale, unit) = (home.scale(), home.root_of_energy(&system));
         let n = system.n_o();
         let mut at_rest = vec![0.0; 2 * n];
-        if let Some(rest) = system.rest().filter(|_| is_linear) {
+        if let Some(rest) = system.rest() {
             let state: Vec<f64> = rest.u.iter().copied().chain(vec![0.0; n]).collect();
             home.to_modes(&state, &mut at_rest);
         }
