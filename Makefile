@@ -5,7 +5,7 @@
 export CMAKE := $(CURDIR)/.venv/bin/cmake
 BIN := target/release/signorini
 
-.PHONY: help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
+.PHONY: crack-depth help setup build demo test python page fuzz fuzz-coverage validate validation bench peers check-peers study-slurm docs pictures figures methods clean
 
 help:
 	@echo 'make demo      build, integrate scenarios/plate.toml, draw it into out/'
@@ -23,6 +23,7 @@ help:
 	@echo 'make figures   harmonic balance, its cross-check in time, and the two figures of the conference paper, into out/; contact methods side by side'
 	@echo 'make pictures  the pictures of the README'
 	@echo 'make methods   contact methods side by side: tables and pictures of docs/methods.md, into out/ (part of make figures)'
+	@echo 'make crack-depth  the frequency of a breathing crack over its depth (docs/tutorials/bodies.md), into out/'
 	@echo 'make setup     what the build needs besides Rust (done by all of the above)'
 
 setup:
@@ -163,6 +164,13 @@ methods: build
 	$(BIN) compare scenarios/half-plate-viscous.toml --viscous --beta 0.01 --methods $(OF_MODES) --elements 20x6,40x12,80x24 -o out/methods-finer --force
 	$(BIN) compare scenarios/bar.toml --orbit --omega 1.87 --methods $(OF_MODES) --elements 10,20,40,80 -o out/methods-orbits --force
 	cp out/methods-bar.png out/methods-bar-half.png out/methods-plate.png out/methods-viscous.png docs/
+
+# the first frequency of a beam over the depth of a breathing crack, beside the bilinear formula: table and picture
+crack-depth: build
+	@mkdir -p out docs
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check matplotlib==3.11.2
+	.venv/bin/python validate/bodies/crack_depth.py $(BIN) out/crack-depth
+	cp out/crack-depth.png docs/
 
 clean:
 	rm -rf out target
