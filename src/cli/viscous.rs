@@ -20,6 +20,9 @@ pub(crate) const MEANING: &str = "periodic motion of the Kelvin-Voigt body C = b
 /// What a conservative orbit is.
 pub(crate) const CONSERVATIVE: &str = "orbits of the discrete system, exact for this mesh; under refinement they have no limit (--viscous ones have)";
 
+/// What displacements and energies count from, where a body is preloaded.
+pub(crate) const AROUND: &str = "displacements and energies from the equilibrium under the constant loads, energies with their work";
+
 /// Options of the viscous nonlinear mode.
 #[derive(Debug, Clone, Args)]
 pub struct Arguments {

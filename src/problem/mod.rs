@@ -228,8 +228,7 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
 
 /// Where a scene begins at its equilibrium, motions are told around it. With friction it is one of a family, where velocities jump its phase has no modes of its own: they are not.
 fn around_equilibrium(scene: &Scene, system: &mut System) -> Result<(), ProblemError> {
-    let is_linear = system.tangents().is_none() && system.impact().is_none();
-    if !scene.initial.equilibrium || !is_linear {
+    if !scene.is_around_equilibrium() {
         return Ok(());
     }
     initial::check_potential(scene, system)?;

@@ -87,6 +87,12 @@ impl<'de> Deserialize<'de> for Components {
 }
 
 impl Scene {
+    /// Whether modes, amplitudes and energies are told around the static equilibrium: where the scene begins at it, nothing rubs, and no velocity jumps.
+    pub fn is_around_equilibrium(&self) -> bool {
+        let jumps = self.contact.as_ref().is_some_and(|c| c.has_impacts());
+        self.initial.equilibrium && !self.rubs() && !jumps
+    }
+
     pub(super) fn check_initial(&self) -> Check {
         let s = &self.initial;
         let field = s.displacement.is_some() || s.velocity.is_some();

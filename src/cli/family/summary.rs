@@ -16,7 +16,7 @@ use signorini::store::StoredFamily;
 use super::jobs::Carried;
 use super::statement::{statement_json, statement_text};
 use crate::cli::task::Work;
-use crate::cli::viscous::{CONSERVATIVE, MEANING};
+use crate::cli::viscous::{AROUND, CONSERVATIVE, MEANING};
 use crate::cli::{Answer, title};
 
 /// Handed round a period, over the energy: beyond, a viscosity is no small change of the body.
@@ -93,6 +93,9 @@ fn to_text(scene: &Scene, carried: &Carried, path: &Path, wall: f64) -> String {
         }
         Solver::Shooting if is_free(scene) => line("what", CONSERVATIVE.into()),
         _ => {}
+    }
+    if scene.is_around_equilibrium() {
+        line("counted", AROUND.into());
     }
     for e in ends {
         let name = match ends.len() {

@@ -300,7 +300,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             let plot = format!("signorini plot {}", path.display());
             format!(
                 "{title}\n{}  {:<14}{wall:.3} s\n  {:<14}{} (pictures: {plot})\n",
-                orbit_text(orbit),
+                orbit_text(orbit, scene.is_around_equilibrium()),
                 "time",
                 "written to",
                 path.display()

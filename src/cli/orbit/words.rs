@@ -9,7 +9,7 @@ use signorini::orbit::search::Verdict;
 use signorini::orbit::{Orbit, Propagator, Stability};
 use signorini::report::summary::significant;
 
-use crate::cli::viscous::MEANING;
+use crate::cli::viscous::{AROUND, MEANING};
 
 /// Why there is no orbit.
 pub(super) fn failure_json(verdict: &Verdict, omega: Option<f64>) -> Value {
@@ -134,7 +134,7 @@ fn friction_text(o: &Orbit) -> Option<String> {
 }
 
 /// An orbit in words.
-pub(super) fn orbit_text(o: &Orbit) -> String {
+pub(super) fn orbit_text(o: &Orbit, is_around_equilibrium: bool) -> String {
     let mut out = String::new();
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<14}{text}");
@@ -163,6 +163,9 @@ pub(super) fn orbit_text(o: &Orbit) -> String {
             significant(o.amplitude, 7)
         ),
     );
+    if is_around_equilibrium {
+        line("", AROUND.into());
+    }
     line(
         "residual",
         format!(
