@@ -144,7 +144,13 @@ const BAD: &[(&str, &str, usize, &str, &str)] = &[
         "contact.boundary_mass",
         "not read",
     ),
-    ("amplitude = -1.4", "amplitude = -1.4\nequilibrium = true", 19, "initial", "several forms"),
+    (
+        "amplitude = -1.4",
+        "amplitude = -1.4\nvelocity = [\"0\", \"0\"]\nequilibrium = true",
+        19,
+        "initial",
+        "several forms",
+    ),
 ];
 
 #[test]
