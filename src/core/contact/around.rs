@@ -34,7 +34,7 @@ impl System {
     }
 
     /// Displacements of the contact points along their normals as they are told: from those of the rest.
-    pub(crate) fn from_rest(&self, at_points: &[f64]) -> Vec<f64> {
+    pub(crate) fn beside_rest(&self, at_points: &[f64]) -> Vec<f64> {
         let still = |i: usize| self.rest().map_or(0.0, |rest| rest.at_points[i]);
         at_points.iter().enumerate().map(|(i, u)| u - still(i)).collect()
     }

@@ -58,7 +58,7 @@ impl Summary {
             let state = s.state(series, theta, j);
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
-            let moved = system.from_rest(&system.at_points(&u));
+            let moved = system.beside_rest(&system.at_points(&u));
             let moved: Vec<f64> = moved.iter().map(|u| u.abs()).collect();
             amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));
             if let [(t0, a), (t1, b)] = &last[..] {

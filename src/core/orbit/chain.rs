@@ -238,12 +238,12 @@ impl Propagator {
         let both: Vec<f64> = x.u.iter().chain(&x.v).copied().collect();
         let mut z = vec![0.0; 2 * n];
         self.home.to_modes(&both, &mut z);
-        self.into_frame(&mut z);
+        self.put_into_frame(&mut z);
         z
     }
 
     /// Modal coordinates and velocities as a frame vector.
-    fn into_frame(&self, q: &mut [f64]) {
+    fn put_into_frame(&self, q: &mut [f64]) {
         let shift = self.scale.iter().zip(&self.at_rest);
         q.iter_mut().zip(shift).for_each(|(q, (s, rest))| *q = (*q - rest) * s);
     }
@@ -279,7 +279,7 @@ impl Propagator {
     pub fn linear_response(&self) -> Vec<f64> {
         let n = self.n();
         if let Some(mut x) = self.home.coupled_response(&self.system.loads) {
-            self.into_frame(&mut x);
+            self.put_into_frame(&mut x);
             return x;
         }
         let mut z = vec![0.0; 2 * n];
@@ -298,7 +298,7 @@ impl Propagator {
             }
             (z[k], z[n + k]) = (q, v);
         }
-        self.into_frame(&mut z);
+        self.put_into_frame(&mut z);
         z
     }
 }

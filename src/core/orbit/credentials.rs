@@ -207,7 +207,7 @@ impl Observer for Scan<'_> {
         }
         self.energy.note(s.t, energy);
         let at_points = system.at_points(s.u);
-        let moved = system.from_rest(&at_points);
+        let moved = system.beside_rest(&at_points);
         self.amplitude = moved.iter().fold(self.amplitude, |m, u| m.max(u.abs()));
         let monitor = |i: usize| match system.law().watched(s.active.at(i)) {
             MonitorKind::Pressure => s.pressure[i] / system.constraints[i].stiffness,
