@@ -32,7 +32,7 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
     let shake = "[[load]]\nkind = 'traction'\nedge = 'left'\namplitude = [0.0, 0.1]\nomega = 1.3\n";
     let on_contact = "[[load]]\nkind = 'traction'\nedge = 'right'\namplitude = [0.1, 0.05]\nomega = 2.1\nphase = 0.3\n";
     let thrown = "[initial]\nvelocity = ['0.2', '0.1']\n[run]\nuntil = 6.0\n";
-    let beside_rest = "[initial]\nequilibrium = true\n[run]\nuntil = 8.0\n";
+    let from_rest = "[initial]\nequilibrium = true\n[run]\nuntil = 8.0\n";
     let pushed = "[initial]\nvelocity = ['0.3*x', '0.2*x']\n[run]\nuntil = 6.0\n";
     let two = "[[contact]]\nedge = 'right'\ngap = 0.02\nfriction = 0.4\n[[contact]]\nedge = 'top'\ngap = 0.01\nfriction = 0.2\nsurface = [0.1, 0.0]\n";
     let damped = |a: f64, b: f64| format!("[damping]\nrayleigh = [{a}, {b}]\n");
@@ -44,15 +44,15 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
             "free, belt",
             wall(0.02, "friction = 0.3\nsurface = [0.0, 0.15]") + &damped(0.05, 0.01) + thrown,
         ),
-        ("block", wall(0.0, "friction = 0.5") + &damped(0.2, 0.0) + press + shake + beside_rest),
+        ("block", wall(0.0, "friction = 0.5") + &damped(0.2, 0.0) + press + shake + from_rest),
         (
             "block, viscous",
-            wall(0.0, "friction = 0.5") + &damped(0.1, 0.03) + press + shake + beside_rest,
+            wall(0.0, "friction = 0.5") + &damped(0.1, 0.03) + press + shake + from_rest,
         ),
-        ("block, undamped", wall(0.0, "friction = 0.5") + press + shake + beside_rest),
+        ("block, undamped", wall(0.0, "friction = 0.5") + press + shake + from_rest),
         (
             "block, load on the contact",
-            wall(0.0, "friction = 0.5") + &damped(0.1, 0.02) + press + on_contact + beside_rest,
+            wall(0.0, "friction = 0.5") + &damped(0.1, 0.02) + press + on_contact + from_rest,
         ),
         (
             "clamped on a belt, load on the contact",
@@ -60,7 +60,7 @@ fn exact_flows_slip_and_stick_as_dormand_prince_does() {
                 + &wall(-0.02, "friction = 0.3\nsurface = [0.0, -0.2]")
                 + &damped(0.1, 0.02)
                 + on_contact
-                + beside_rest,
+                + from_rest,
         ),
         ("clamped", CLAMPED.to_owned() + &wall(0.01, "friction = 0.4") + pushed),
         (

@@ -43,7 +43,7 @@ fn body(text: &str) -> Box<dyn Balanced> {
 }
 
 /// The solution of so many harmonics, from nothing.
-fn beside_rest(body: &mut dyn Balanced, n_h: usize, omega: f64) -> Solution {
+fn from_rest(body: &mut dyn Balanced, n_h: usize, omega: f64) -> Solution {
     let (harmonics, grid, settings) = ([n_h], [omega], Settings::default());
     let walk = Walk::new(&harmonics, &grid, &settings);
     let (mut tracks, mut found) = (vec![Track::default(); 2], None);
@@ -74,7 +74,7 @@ fn a_jenkins_element_is_balanced_exactly() {
         let mut errors = vec![];
         for n_h in [1, 7, 31] {
             let mut body = body(&jenkins(omega));
-            let s = beside_rest(body.as_mut(), n_h, omega);
+            let s = from_rest(body.as_mut(), n_h, omega);
             assert!(
                 s.residual < 1e-13 && s.crossings.len() == 4,
                 "{} {:?}",
@@ -135,7 +135,7 @@ fn dry_friction_converges_like_one_over_the_harmonics() {
             .map(|n_h| {
                 let slider = format!("[[slider]]\nat = [1.0]\nlimit = {limit:?}\n");
                 let mut body = body(&oscillator(1.0, &slider, (1.0, r)));
-                let s = beside_rest(body.as_mut(), n_h, r);
+                let s = from_rest(body.as_mut(), n_h, r);
                 (largest(&body.displacements(&s).unwrap()) - wanted) / wanted
             })
             .collect();
@@ -160,7 +160,7 @@ fn jacobians_are_exact() {
     ] {
         let (n_h, omega) = (5, 2.1);
         let mut body = body(&text);
-        let s = beside_rest(body.as_mut(), n_h, omega);
+        let s = from_rest(body.as_mut(), n_h, omega);
         let mut family = Harmonics { body: body.as_mut(), n_h };
         let mut x = Harmonics::unknowns(&s);
         let size = x[..x.len() - 1].iter().map(|n| n * n).sum::<f64>().sqrt();
@@ -196,7 +196,7 @@ fn distances(text: &str, harmonics: &[usize], omega: f64) -> Vec<f64> {
     shooter.system.loads_mut().set_frequency(omega);
     let of = |n_h: &usize| {
         let mut body = body(text);
-        let s = beside_rest(body.as_mut(), *n_h, omega);
+        let s = from_rest(body.as_mut(), *n_h, omega);
         let u = body.displacements(&s).unwrap();
         let (u, v) = u.at(0.0);
         let v = v.iter().map(|v| omega * v).collect();

@@ -341,9 +341,8 @@ impl Motion {
         if let (Some(coupling), Some(motion)) = (&phase.coupling, &self.coupled) {
             return motion.is_steady(coupling);
         }
-        let beside_rest = |h: &ModalLoad| h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)));
-        phase.modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0)
-            && !self.loads.iter().any(beside_rest)
+        let from_rest = |h: &ModalLoad| h.2.iter().any(|f| matches!(f.1, Forcing::FromRest(_)));
+        phase.modes.iter().all(|m| m.c == 0.0 && m.omega > 0.0) && !self.loads.iter().any(from_rest)
     }
 
     /// `∫ u̇_OᵀM_α u̇_O` from `a` to `b`.
