@@ -78,9 +78,12 @@ pub(super) fn initial_state(
         }
         return Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() });
     }
-    let at_rest = match s.equilibrium {
-        true => Some(system.equilibrium().map_err(|e| no_equilibrium(scene, &e))?),
-        false => None,
+    let at_rest = match system.rest() {
+        Some(rest) => Some(rest.u.clone()),
+        None if s.equilibrium => {
+            Some(system.equilibrium().map_err(|e| no_equilibrium(scene, &e))?.1)
+        }
+        None => None,
     };
     let mut field = |key: &str, order: usize, given: &Option<Components>| {
         let Some(given) = given else { return Ok::<_, ProblemError>(vec![0.0; system.n()]) };
@@ -98,7 +101,7 @@ pub(super) fn initial_state(
         // contact displacements do not follow: the undeformed body may stand inside the obstacle
         check_penetration(scene, system, "contact.gap", &u)?;
     }
-    if let Some((_, u)) = at_rest {
+    if let Some(u) = at_rest {
         return Ok(State { u, v: v[..n_o].to_vec() });
     }
     Ok(State { u: u[..n_o].to_vec(), v: v[..n_o].to_vec() })

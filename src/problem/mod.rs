@@ -228,7 +228,8 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
 
 /// Where a scene begins at its equilibrium, motions are told around it. With friction it is one of a family, where velocities jump its phase has no modes of its own: they are not.
 fn around_equilibrium(scene: &Scene, system: &mut System) -> Result<(), ProblemError> {
-    if !scene.is_around_equilibrium() {
+    // a reduced body asks again, any other one has it
+    if !scene.is_around_equilibrium() || system.rest().is_some() {
         return Ok(());
     }
     initial::check_potential(scene, system)?;

@@ -143,6 +143,17 @@ fn bar(name: &str, elements: usize, length: f64, stiff: f64, at: f64) -> String 
 }
 
 /// Bars of which the first flies, in one dimension and as blocks of plates.
+/// A plate along x from `at`.
+fn plate(name: &str, size: [f64; 2], elements: [usize; 2], at: f64) -> String {
+    format!(
+        "[[body]]\nname = \"{name}\"\nkind = \"plate\"\nsize = {size:?}\nelements = {elements:?}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [{at:?}, 0.0]\n"
+    )
+}
+
+fn hold(edge: &str, fix: &str) -> String {
+    format!("[[support]]\nedge = \"{edge}\"\nfix = {fix}\n")
+}
+
 fn collisions(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let fly = |until: f64| {
         format!(
@@ -604,14 +615,8 @@ fn modes(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
         }
     }
     let plates = |sides: &str| {
-        let plate = |name: &str, length: f64, elements: [usize; 2], at: f64| {
-            format!(
-                "[[body]]\nname = \"{name}\"\nkind = \"plate\"\nsize = [{length:?}, 0.3]\nelements = {elements:?}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [{at:?}, 0.0]\n"
-            )
-        };
-        let hold = |edge: &str, fix: &str| format!("[[support]]\nedge = \"{edge}\"\nfix = {fix}\n");
-        plate("a", 1.0, [10, 3], 0.0)
-            + &plate("b", 0.8, [8, 4], 2.0)
+        plate("a", [1.0, 0.3], [10, 3], 0.0)
+            + &plate("b", [0.8, 0.3], [8, 4], 2.0)
             + &hold("a:left", "[\"x\", \"y\"]")
             + &hold("b:right", "[\"x\", \"y\"]")
             + &hold("a:bottom", "[\"y\"]")

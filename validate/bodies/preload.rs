@@ -8,7 +8,7 @@ use signorini::orbit::{Closure, Orbit, Pin, Propagator};
 use signorini::problem::Problem;
 
 use super::super::{Check, Effort, nodal_x, scene};
-use super::go;
+use super::{go, hold, plate};
 
 /// Two masses, 1 and 2, on massless springs, 3 and 6, whose tips a bolt presses together.
 pub(super) fn joint(checks: &mut Vec<Check>) -> Result<(), String> {
@@ -140,14 +140,8 @@ const ROWS: [Row; 4] = [
 ];
 
 fn pressed([a, b]: [[usize; 2]; 2], sides: &str) -> String {
-    let block = |name: &str, elements: [usize; 2], at: f64| {
-        format!(
-            "[[body]]\nname = \"{name}\"\nkind = \"plate\"\nsize = [1.0, 0.5]\nelements = {elements:?}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [{at:?}, 0.0]\n"
-        )
-    };
-    let hold = |edge: &str, fix: &str| format!("[[support]]\nedge = \"{edge}\"\nfix = {fix}\n");
-    block("a", a, 0.0)
-        + &block("b", b, 1.0)
+    plate("a", [1.0, 0.5], a, 0.0)
+        + &plate("b", [1.0, 0.5], b, 1.0)
         + &hold("a:left", "[\"x\", \"y\"]")
         + &hold("a:bottom", "[\"y\"]")
         + &hold("b:bottom", "[\"y\"]")

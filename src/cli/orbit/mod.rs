@@ -15,7 +15,7 @@ use signorini::event::{self, Options, RunError};
 use signorini::families::single::{limit_cycle, search};
 use signorini::families::start;
 use signorini::orbit::search::Verdict;
-use signorini::orbit::{Closure, Orbit, Propagator, branch, displaced, period_map};
+use signorini::orbit::{Closure, Orbit, Pin, Propagator, branch, displaced, period_map};
 use signorini::problem::{Notes, Problem};
 use signorini::records::Status;
 use signorini::report::summary;
@@ -222,13 +222,11 @@ impl Arguments {
 
 /// The viscous orbit at a displacement.
 fn at_displacement(
-    arguments: &Arguments,
     body: &mut Propagator,
-    (closure, omega): (Closure, Option<f64>),
+    pin: Pin,
+    size: f64,
+    omega: Option<f64>,
 ) -> Result<Verdict, CliError> {
-    let (Closure::Viscous(pin), Some(size)) = (closure, arguments.displacement) else {
-        return Err(CliError::Input("--displacement goes with --viscous".into()));
-    };
     let near = omega.or_else(|| displaced::bilinear(body, pin)).unwrap_or(pin.omega);
     let found = displaced::at_displacement(body, pin, size, near)?;
     let reason =
@@ -254,11 +252,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         viscous::warn(global, &viscosity);
         closure = viscous::closure(&viscosity);
     }
-    let verdict = match omega {
-        _ if arguments.displacement.is_some() => {
-            at_displacement(arguments, &mut body, (closure, omega))?
-        }
-        Some(omega) if closure != Closure::Limit => {
+    let verdict = match (closure, arguments.displacement, omega) {
+        (Closure::Viscous(pin), Some(size), near) => at_displacement(&mut body, pin, size, near)?,
+        (_, _, Some(omega)) if closure != Closure::Limit => {
             body.system.loads_mut().set_frequency(omega);
             let own = start::guesses(&scene, &initial, &body, closure, omega);
             if arguments.all {

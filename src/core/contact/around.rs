@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::equilibrium::NoEquilibrium;
+use super::modes::grazing_of;
 use super::monitor::MonitorKind;
 use super::rest::Rest;
 use super::system::System;
@@ -26,6 +27,14 @@ impl System {
     /// The equilibrium that things are told around; none: the open, undeformed body.
     pub fn rest(&self) -> Option<&Rest> {
         self.rest.as_deref()
+    }
+
+    /// The least factor by which a shape of `u_O` takes the body from its rest to a first switch, with its sign: grazing of the open body, where things are told around no equilibrium.
+    pub fn first_switch(&self, shape: &[f64]) -> Option<f64> {
+        match self.rest() {
+            Some(rest) => rest.first_switch(self, shape),
+            None => grazing_of(self, shape),
+        }
     }
 
     /// An energy `H` of a full displacement as it is told: over that of the rest, with the potential of the constant loads.

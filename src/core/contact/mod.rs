@@ -56,6 +56,7 @@ pub use law::{
 };
 pub use lcp::LcpError;
 pub use method::{Degenerate, Promise, Selection};
+pub(crate) use modes::grazing_of;
 pub use modes::{grazing_scale, phase_modes};
 pub use monitor::{Monitor, MonitorKind, leading};
 pub use obstacle::Spring;

@@ -75,6 +75,13 @@ fn largest_of(x: &[f64]) -> f64 {
     x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
 }
 
+/// The same of a shape of `u_O` of the open body.
+pub(crate) fn grazing_of(system: &System, shape: &[f64]) -> Option<f64> {
+    let mut full = vec![0.0; system.n()];
+    system.open_phase().expand(shape, &mut full);
+    grazing_scale(system, &full)
+}
+
 /// The least factor in magnitude by which a full shape touches the obstacle, with its sign.
 pub fn grazing_scale(system: &System, shape: &[f64]) -> Option<f64> {
     let largest = largest_of(shape);

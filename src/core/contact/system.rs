@@ -496,12 +496,17 @@ impl System {
         0.5 * square + obstacle + sliders + self.loads.carried.elastic(t, u)
     }
 
-    /// Energy `H` at `t` of a state in a phase; beyond that of the rest, where it is told around one.
+    /// Energy `H` at `t` of a full displacement and velocity; beyond that of the rest, where it is told around one.
+    pub(crate) fn energy(&self, t: f64, u: &[f64], v: &[f64]) -> f64 {
+        self.beyond_rest(self.elastic(t, u) + self.kinetic(t, v), u)
+    }
+
+    /// The same of a state in a phase.
     pub fn energy_in(&self, phase: &Phase, t: f64, state: &State) -> f64 {
         let (mut u, mut v) = (vec![0.0; self.n()], vec![0.0; self.n()]);
         phase.expand_displacement(t, &state.u, &mut u);
         phase.expand_velocity(t, &state.v, &mut v);
-        self.beyond_rest(self.elastic(t, &u) + self.kinetic(t, &v), &u)
+        self.energy(t, &u, &v)
     }
 
     /// Displacements of the body at the contact points along their normals, of a full displacement; what is but seen need not be in it. Sliders have none.

@@ -1,9 +1,9 @@
 //! Families of damped nonlinear modes, amplitude by amplitude, with all that a file keeps of them.
 
-use super::branch::{confirmed, record};
+use super::branch::{confirmed, record_of};
 use super::damped::{DampedMode, Found};
 use super::newton::Settings;
-use super::response::swing;
+use super::response::Summary;
 use super::viscous::Fed;
 use super::viscous_mode::LEAST_FOR_ALPHA;
 use super::{Balanced, HbmError};
@@ -106,9 +106,10 @@ fn reach_amplitude(
 fn point(mode: &DampedMode, fed: &Fed) -> Result<PointRecord, HbmError> {
     let (reduction, s) = (mode.reduction(), &fed.solution);
     let u = reduction.displacements(s)?;
-    let mut plain = record(reduction, s, &u)?;
+    let summary = Summary::along(reduction, s, &u);
+    let mut plain = record_of(reduction, s, &u, &summary)?;
     if mode.is_preloaded() {
-        plain.amplitude = swing(reduction, s, &u);
+        plain.amplitude = summary.swing;
     }
     let told = s.q.n_h >= LEAST_FOR_ALPHA || reduction.system.facing().is_empty();
     let feedback = ViscousRecord {

@@ -41,8 +41,17 @@ pub(super) fn record(
     s: &Solution,
     u: &Series,
 ) -> Result<OrbitRecord, HbmError> {
+    record_of(interface, s, u, &Summary::along(interface, s, u))
+}
+
+/// The same of a summary that is known.
+pub(super) fn record_of(
+    interface: &Interface,
+    s: &Solution,
+    u: &Series,
+    summary: &Summary,
+) -> Result<OrbitRecord, HbmError> {
     let system = &interface.system;
-    let summary = Summary::along(interface, s, u);
     let (u0, v0) = s.state(u, 0.0, 0).full(system)?;
     let (u0, v0) = (system.body.nodal(&u0).into_owned(), system.body.nodal(&v0).into_owned());
     let node = |c: usize| system.constraints[c].node;

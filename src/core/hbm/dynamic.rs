@@ -227,7 +227,7 @@ impl Balanced for Dynamic {
 
     fn mode_start(&self, amplitude: f64) -> Option<Series> {
         let FirstMode { omega, shape, directions, .. } = &self.first;
-        let scale = super::response::grazing_of(&self.interface.system, shape)?;
+        let scale = crate::contact::grazing_of(&self.interface.system, shape)?;
         let r = directions.len();
         let mut y = Series::zeros(self.interface.basis, 1, self.components());
         let first = y.of_mut(1);

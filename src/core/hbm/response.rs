@@ -25,6 +25,8 @@ pub struct Summary {
     pub energy: f64,
     /// Largest contact displacement.
     pub amplitude: f64,
+    /// The same from its mean.
+    pub swing: f64,
     /// Time in contact.
     pub contact_time: f64,
     /// Switches over the period: time, contact point, what it does.
@@ -47,6 +49,7 @@ impl Summary {
         let end = s.q.basis.end();
         let mut phases = std::collections::HashMap::new();
         let mut last: Vec<(f64, Vec<f64>)> = vec![];
+        let mut all: Vec<Vec<f64>> = vec![];
         for k in 0..=SAMPLES {
             let theta = end * k as f64 / SAMPLES as f64;
             let j = s.phase_at(theta);
@@ -58,8 +61,8 @@ impl Summary {
             let state = s.state(series, theta, j);
             let t = theta / s.omega;
             phase.expand_displacement(t, &state.u, &mut u);
-            let moved = system.beside_rest(&system.at_points(&u));
-            let moved: Vec<f64> = moved.iter().map(|u| u.abs()).collect();
+            all.push(system.beside_rest(&system.at_points(&u)));
+            let moved: Vec<f64> = all[k].iter().map(|u| u.abs()).collect();
             amplitude = moved.iter().fold(amplitude, |m, u| m.max(*u));
             if let [(t0, a), (t1, b)] = &last[..] {
                 // the top between the samples
@@ -96,27 +99,18 @@ impl Summary {
                 contact_time += (b - a) / s.omega * if mirrored { 2.0 } else { 1.0 };
             }
         }
-        Summary { energy, amplitude, contact_time, switches }
+        Summary { energy, amplitude, swing: swing(&all[..SAMPLES]), contact_time, switches }
     }
 }
 
-/// Largest displacement in magnitude of a contact point from its mean, of the states along a period.
-pub(super) fn swing(interface: &Interface, s: &Solution, series: &Series) -> f64 {
-    let system = &interface.system;
-    let mut u = vec![0.0; system.n()];
-    let mut moved = |k: usize| {
-        let theta = s.q.basis.end() * k as f64 / SAMPLES as f64;
-        let j = s.phase_at(theta);
-        let state = s.state(series, theta, j);
-        system.phase(&s.sets()[j]).expand_displacement(theta / s.omega, &state.u, &mut u);
-        system.at_points(&u)
-    };
-    let all: Vec<Vec<f64>> = (0..SAMPLES).map(&mut moved).collect();
+/// Largest distance from its mean that a contact point has, of displacements at even steps of a period.
+fn swing(all: &[Vec<f64>]) -> f64 {
+    let points = all.first().map_or(0, Vec::len);
     let of = |i: usize| {
-        let mean = all.iter().map(|u| u[i]).sum::<f64>() / SAMPLES as f64;
+        let mean = all.iter().map(|u| u[i]).sum::<f64>() / all.len() as f64;
         all.iter().fold(0.0f64, |m, u| m.max((u[i] - mean).abs()))
     };
-    (0..system.n_contact()).map(of).fold(0.0, f64::max)
+    (0..points).map(of).fold(0.0, f64::max)
 }
 
 /// The largest energy of a series, which jumps at its switches: states of every phase with both of its ends, and the maxima between them.
@@ -145,14 +139,7 @@ fn largest_energy(system: &System, s: &Solution, series: &Series) -> f64 {
 
 /// The modal displacement of a mode of the open phase (from 0) that grazes the obstacle.
 pub(super) fn grazing_of_mode(reduction: &Reduction, mode: usize) -> Option<f64> {
-    grazing_of(&reduction.system, reduction.open.shapes.col_as_slice(mode))
-}
-
-/// The same of a shape of `u_O`.
-pub(super) fn grazing_of(system: &System, shape: &[f64]) -> Option<f64> {
-    let mut full = vec![0.0; system.n()];
-    system.open_phase().expand(shape, &mut full);
-    crate::contact::grazing_scale(system, &full)
+    crate::contact::grazing_of(&reduction.system, reduction.open.shapes.col_as_slice(mode))
 }
 
 /// The start that the method knows: one harmonic, the first mode at `amplitude` times grazing.

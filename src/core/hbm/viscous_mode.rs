@@ -124,7 +124,7 @@ pub(super) fn point(
     let plain = record(reduction, s, &u)?;
     let system = &reduction.system;
     let (u0, v0) = s.state(&u, 0.0, 0).full(system)?;
-    let energy = system.beyond_rest(system.elastic(0.0, &u0) + system.kinetic(0.0, &v0), &u0);
+    let energy = system.energy(0.0, &u0, &v0);
     let orbit = OrbitRecord { energy, viscous: Some(feedback), ..plain };
     let shooter = shooter.map(|body| (body, Closure::Viscous(viscous.pin)));
     confirmed(shooter, (s, &u, Some(fed.alpha)), orbit, kind)

@@ -251,15 +251,7 @@ fn try_at(
 pub fn mode_guess(body: &Propagator, mode: usize, amplitude: f64) -> Option<Vec<f64>> {
     let n = body.n();
     let k = mode.checked_sub(1).filter(|k| *k < n)?;
-    let shape: Vec<f64> = (0..n).map(|i| body.home.shapes[(i, k)]).collect();
-    let scale = match body.system.rest() {
-        Some(rest) => rest.first_switch(&body.system, &shape)?,
-        None => {
-            let mut full = vec![0.0; body.system.n()];
-            body.system.open_phase().expand(&shape, &mut full);
-            crate::contact::grazing_scale(&body.system, &full)?
-        }
-    };
+    let scale = body.system.first_switch(body.home.shapes.col_as_slice(k))?;
     let mut z = vec![0.0; n];
     z[k] = amplitude * scale * body.scale[k];
     Some(z)

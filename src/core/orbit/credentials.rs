@@ -373,7 +373,7 @@ pub fn examine(
     };
     let energy_at_start = || -> Result<f64, OrbitError> {
         let (u, v) = state.full(system)?;
-        Ok(system.beyond_rest(system.elastic(0.0, &u) + system.kinetic(0.0, &v), &u))
+        Ok(system.energy(0.0, &u, &v))
     };
     Ok(Orbit {
         closure,

@@ -25,9 +25,9 @@ const NEAR: [f64; 5] = [1.0, 0.99, 1.01, 0.97, 1.03];
 /// Frame vector of the pinned mode that moves one contact point by `displacement`, and none by more (negative: away from the obstacle).
 fn displaced(body: &Propagator, pin: Pin, displacement: f64) -> Option<Vec<f64>> {
     let n = body.n();
-    let shape: Vec<f64> = (0..n).map(|i| body.home.shapes[(i, pin.mode)]).collect();
+    let shape = body.home.shapes.col_as_slice(pin.mode);
     let mut full = vec![0.0; body.system.n()];
-    body.system.phase(&body.home_set).expand(&shape, &mut full);
+    body.system.phase(&body.home_set).expand(shape, &mut full);
     let largest = full.iter().fold(0.0f64, |m, u| m.max(u.abs()));
     let along = body.system.along_normals(&full).into_iter();
     let lead = along.fold(0.0f64, |m, u| if u.abs() > m.abs() { u } else { m });
