@@ -45,6 +45,7 @@ mod orbit_commands;
 mod orbits;
 mod orders;
 mod page;
+mod pair_relations;
 mod pairs;
 mod pdf;
 mod preload;

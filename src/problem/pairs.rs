@@ -72,8 +72,13 @@ fn issue(form: &Form, (contact, table): (&Contact, usize), pair: &Pair, e: &Pair
         PairError::Thin { node, share } => of(
             "slave",
             format!(
-                "\"{master}\" covers {share:.1e} of what belongs to {}: 1e-3 at the least",
-                form.node(*node)
+                "\"{master}\" covers a share of {share:.1e} of what belongs to {}: 1e-3 at the least{}",
+                form.node(*node),
+                if *share < 0.0 {
+                    " (sides of second order weigh less than nothing at an end)"
+                } else {
+                    ""
+                }
             ),
             "exchange slave and master, or extend the master",
         ),

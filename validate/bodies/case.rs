@@ -9,7 +9,13 @@
 //!   `x_c = x_s(1 − k₁/k₂)`, `B² = (x_s − x_c)² + (k₁/k₂)(A² − x_s²)`: after it everything is where it was. Two blocks that a spring and a force press together: frequencies of
 //!   their viscous mode from the equilibrium through the opening, by shooting and by harmonic balance.
 //! - **Viscous modes** of bars and half plates.
+//! - **Round noses** pressed together (`hertz.rs`): cylinders and spheres, meshes that do not match, beside Hertz.
+//! - **Clatter** (`clatter.rs`): a driven cantilever below another one.
 
+#[path = "clatter.rs"]
+mod clatter;
+#[path = "hertz.rs"]
+mod hertz;
 #[path = "meshes.rs"]
 mod meshes;
 #[path = "preload.rs"]
@@ -142,7 +148,6 @@ fn bar(name: &str, elements: usize, length: f64, stiff: f64, at: f64) -> String 
     )
 }
 
-/// Bars of which the first flies, in one dimension and as blocks of plates.
 /// A plate along x from `at`.
 fn plate(name: &str, size: [f64; 2], elements: [usize; 2], at: f64) -> String {
     format!(
@@ -154,6 +159,7 @@ fn hold(edge: &str, fix: &str) -> String {
     format!("[[support]]\nedge = \"{edge}\"\nfix = {fix}\n")
 }
 
+/// Bars of which the first flies, in one dimension and as blocks of plates.
 fn collisions(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
     let fly = |until: f64| {
         format!(
@@ -653,5 +659,7 @@ fn run(effort: Effort) -> Outcome {
     preload::joint(&mut checks)?;
     preload::blocks(effort, &mut checks)?;
     modes(effort, &mut checks)?;
+    hertz::run(&folder, effort.short, &mut checks)?;
+    clatter::run(&folder, &mut checks)?;
     Ok(checks)
 }

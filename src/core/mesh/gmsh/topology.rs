@@ -109,16 +109,31 @@ pub(super) fn hanging(
     let grid = Grid::new(&boundary, nodes, mean);
     sides.par_iter().find_map_first(|(facet, own)| {
         let corners = blocks[facet.block].kind.side_corners(facet.side);
-        let x: Vec<Point> = own[..corners].iter().map(|&n| nodes[n]).collect();
+        let all: Vec<Point> = own.iter().map(|&n| nodes[n]).collect();
+        let (x, others) = all.split_at(corners);
         let size = extent(&(*facet, own.clone()));
+        if !is_straight(x, others, 1e-6 * size) {
+            return None;
+        }
         let slack = 1e-9 * size;
         let within = |&n: &usize| {
             let apart = |&m: &usize| distance(&nodes[m], &nodes[n]) > 1e-6 * size;
-            own.iter().all(apart) && off(&x, &nodes[n]) <= slack
+            own.iter().all(apart) && off(x, &nodes[n]) <= slack
         };
-        let near = grid.near(bounds(&x), slack);
+        let near = grid.near(bounds(x), slack);
         near.filter(|&n| within(&n) && !meet(n, *facet)).min().map(|node| (node, *facet))
     })
+}
+
+/// Whether a side is what its corners say: its other nodes are in the middle between two of them, or of all.
+fn is_straight(corners: &[Point], others: &[Point], slack: f64) -> bool {
+    let middle = |of: &[&Point]| -> Point {
+        std::array::from_fn(|c| of.iter().map(|x| x[c]).sum::<f64>() / of.len() as f64)
+    };
+    let centre = middle(&corners.iter().collect::<Vec<_>>());
+    let pairs = corners.iter().flat_map(|a| corners.iter().map(move |b| [a, b]));
+    let middles: Vec<Point> = pairs.map(|pair| middle(&pair)).chain([centre]).collect();
+    others.iter().all(|x| middles.iter().any(|m| distance(x, m) <= slack))
 }
 
 fn distance(a: &Point, b: &Point) -> f64 {
