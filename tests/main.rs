@@ -5,6 +5,7 @@ mod common;
 mod animation;
 mod at_nodes;
 mod bad_input;
+mod bearings;
 mod beginnings;
 mod bem;
 mod calls;

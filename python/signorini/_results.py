@@ -281,24 +281,43 @@ class Run(Result):
     @property
     def resultants(self) -> dict[str, np.ndarray]:
         """Force on the body at each group of contact points [s, dim], by its name; what it meets has the opposite."""
-        if "forces" not in self:
+        return self._forces_of("contact", "group")
+
+    @property
+    def support_forces(self) -> dict[str, np.ndarray]:
+        """Force of each support on the body [s, dim], by its group."""
+        return self._forces_of("support", "group")
+
+    @property
+    def spring_forces(self) -> dict[str, np.ndarray]:
+        """Force of each spring [s, 1], by its ends; positive where it pulls."""
+        return self._forces_of("spring", "name")
+
+    def _forces_of(self, kind: str, names: str) -> dict[str, np.ndarray]:
+        if "forces" not in self or kind not in self["forces"]:
             return {}
-        contact = self["forces"]["contact"]
-        names = [str(name) for name in contact["group"]]
-        return dict(zip(names, np.split(contact["force"], len(names), axis=1)))
+        table = self["forces"][kind]
+        words = [str(name) for name in table[names]]
+        return dict(zip(words, np.split(table["force"], len(words), axis=1)))
 
     @property
     def forces(self) -> np.recarray:
-        """What they come to: table with ``group``, ``maximum`` (largest force in magnitude, of the stored states), ``t`` (when), ``impulse`` (by trapezia) [dim]."""
-        rows, dim = [], 0
-        for name, force in self.resultants.items():
-            size, dim = np.hypot.reduce(force, axis=1), force.shape[1]
+        """What forces of contact, supports and springs come to: table with ``kind``, ``group``,
+        ``maximum`` (largest force in magnitude, of the stored states), ``t`` (when), ``impulse`` (a list, by trapezia).
+
+        Forces that nobody knows (of supports under Moreau and Jean's scheme) are left out.
+        """
+        rows = []
+        of_kinds = {"contact": self.resultants, "support": self.support_forces, "spring": self.spring_forces}
+        for kind, name, force in ((k, name, f) for k, forces in of_kinds.items() for name, f in forces.items()):
+            size = np.hypot.reduce(force, axis=1)
             last = len(size) - 1 - int(np.argmax(size[::-1]))
             steps = 0.5 * np.diff(self.t)[:, None] * (force[:-1] + force[1:])
-            impulse = np.cumsum(steps, axis=0)[-1] if len(steps) else np.zeros(dim)
-            rows.append((name, size[last], self.t[last], impulse))
-        names = max((len(row[0]) for row in rows), default=1)
-        kinds = [("group", f"U{names}"), ("maximum", float), ("t", float), ("impulse", float, (dim,))]
+            impulse = np.cumsum(steps, axis=0)[-1] if len(steps) else np.zeros(force.shape[1])
+            if np.isfinite(size[last]):
+                rows.append((kind, name, size[last], self.t[last], impulse.tolist()))
+        names = max((len(row[1]) for row in rows), default=1)
+        kinds = [("kind", "U7"), ("group", f"U{names}"), ("maximum", float), ("t", float), ("impulse", object)]
         return np.array(rows, dtype=kinds).view(np.recarray)
 
     def _along_normals(self, table: np.ndarray) -> np.ndarray:

@@ -78,6 +78,9 @@ impl Observer for Progress {
     fn sees_contact_alone(&self) -> bool {
         self.writer.sees_contact_alone()
     }
+    fn takes_accelerations(&self) -> bool {
+        self.writer.takes_accelerations()
+    }
     fn keeps_checkpoints(&self) -> bool {
         self.writer.keeps_checkpoints()
     }

@@ -233,6 +233,7 @@ fn along_series<'b>(
             t,
             u: &u,
             v: &v,
+            a: &[],
             active: &present,
             pressure: &pressure,
             traction: &traction,

@@ -15,7 +15,7 @@ use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material};
 use crate::matrices::read_matrix;
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario;
-use crate::scenario::{BodyKind, Contact, Issue, MassKind, Obstacle, Scene};
+use crate::scenario::{BodyKind, Contact, Direction, Issue, MassKind, Obstacle, Scene, Support};
 
 /// The mesh of a scene; regions are its materials.
 pub fn mesh(scene: &Scene) -> Result<Mesh, ProblemError> {
@@ -127,18 +127,19 @@ pub(super) fn assemble(scene: &Scene) -> Result<Body, ProblemError> {
     Ok(body)
 }
 
+/// What the supports of a scene hold.
+pub(super) fn held(scene: &Scene) -> Vec<Held> {
+    let of = |s: &Support| {
+        let group = s.group().to_owned();
+        let fix = |d: &Direction| d.axis().map_or(Fix::Normal, Fix::Axis);
+        s.fix.iter().map(move |d| Held { group: group.clone(), fix: fix(d) }).collect::<Vec<_>>()
+    };
+    scene.supports.iter().flat_map(of).collect()
+}
+
 /// Supports and obstacles as the numbering needs them.
 fn numbering(scene: &Scene, form: &Form, materials: &[Material]) -> Result<DofMap, ProblemError> {
-    let held: Vec<Held> = scene
-        .supports
-        .iter()
-        .flat_map(|s| {
-            s.fix.iter().map(|direction| {
-                let fix = direction.axis().map_or(Fix::Normal, Fix::Axis);
-                Held { group: s.group().to_owned(), fix }
-            })
-        })
-        .collect();
+    let held = held(scene);
     let contact = scene.contact.as_ref();
     let facing = |c: &Contact, k: usize, o: &Obstacle| -> Result<Facing, ProblemError> {
         if let Some(meeting) = pairs::meeting(scene, (c, k), form, materials)? {

@@ -1,5 +1,6 @@
 //! Elements at nodes: springs, dampers and masses of a scene as rows over the displacements.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::places::{Placed, place, placed};
@@ -158,6 +159,32 @@ pub(super) fn preload(
         loads.push(force, None, 0.0);
     }
     Ok(())
+}
+
+/// Springs by name, with `Σ k w` and with their forces at rest; they pull where these are positive.
+pub(super) fn pulls(
+    scene: &Scene,
+    system: &System,
+) -> Result<Vec<(String, Vec<(usize, f64)>, f64)>, ProblemError> {
+    let mut all: Vec<(String, Vec<(usize, f64)>, f64)> = vec![];
+    for (i, spring) in scene.springs.iter().enumerate() {
+        let ends = spring.ends();
+        let way = apart(&system.body, &ends);
+        // longer is positive, whichever end is named first; to the ground along the direction
+        let sign = if way < 0.0 { -1.0 } else { 1.0 };
+        let (mut row, mut preload) = (BTreeMap::new(), 0.0);
+        for (own, share) in rows(scene, &system.body, &format!("spring[{i}]"), &ends)? {
+            preload += share * spring.preload;
+            let pull = sign * share * spring.stiffness;
+            own.into_iter().for_each(|(j, w)| *row.entry(j).or_insert(0.0) += pull * w);
+        }
+        let name = ends.to_string();
+        let twin =
+            all.iter().filter(|s| s.0 == name || s.0.starts_with(&format!("{name} ("))).count();
+        let name = if twin > 0 { format!("{name} ({})", twin + 1) } else { name };
+        all.push((name, row.into_iter().collect(), preload));
+    }
+    Ok(all)
 }
 
 /// How far the first end of an element stands before its second one, along its direction; zero to the ground, and of given matrices.

@@ -103,7 +103,7 @@ fn on_rows(
 }
 
 /// What a load does in time.
-fn course(scene: &Scene, i: usize) -> Result<Course, ProblemError> {
+pub(super) fn course(scene: &Scene, i: usize) -> Result<Course, ProblemError> {
     let l = &scene.loads[i];
     Ok(match (&l.table, l.omega) {
         (Some(name), _) => Course::Measured(history(scene, i, name)?.into()),

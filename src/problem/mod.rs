@@ -3,6 +3,7 @@
 //! Finds what only the mesh and the matrices can tell: rigid motions, prescribed contact edges, penetrating
 //! initial states. Every such finding is an [`Issue`] that names the key of the scene.
 
+mod bearings;
 mod body;
 mod damping;
 mod discretisation;
@@ -257,6 +258,7 @@ impl Problem {
         pairs::note(&system.body, &mut notes);
         let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
+        system.bearings = bearings::bearings(scene, &system)?.into();
         friction::check(scene, &system, &mut notes)?;
         around_equilibrium(scene, &mut system)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;

@@ -15,9 +15,19 @@
 
 use super::ProblemError;
 use crate::contact::System;
-use crate::fem::{ContactPoint, Course, Loads};
+use crate::fem::{Body, ContactPoint, Course, Loads};
 use crate::mesh::Point;
 use crate::scenario::{Direction, Issue, Scene, Support};
+
+/// A group that moves by a vector, as a nodal field.
+pub(super) fn field(body: &Body, group: &str, by: &[f64]) -> Vec<f64> {
+    let (mesh, dim) = (&body.mesh, body.mesh.dim());
+    let mut field = vec![0.0; dim * mesh.n_nodes()];
+    for n in mesh.group_nodes(group) {
+        field[dim * n..dim * (n + 1)].copy_from_slice(&by[..dim]);
+    }
+    field
+}
 
 /// The load of a support that moves.
 pub(super) fn base(
@@ -30,8 +40,7 @@ pub(super) fn base(
     let body = &system.body;
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let group = scene.loads[i].group();
-    let mut field = vec![0.0; dim * mesh.n_nodes()];
-    for (c, a) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+    for (c, _) in amplitude.iter().enumerate().filter(|(_, a)| **a != 0.0) {
         let axis = Direction::AXES[c];
         let holds = |s: &Support| {
             s.group() == group && (s.fix.contains(&axis) || s.fix.contains(&Direction::Normal))
@@ -48,8 +57,8 @@ pub(super) fn base(
                 .error(Issue::new(format!("load[{i}].amplitude"), message, help))
                 .into());
         }
-        mesh.group_nodes(group).into_iter().for_each(|n| field[dim * n + c] = *a);
     }
+    let field = field(body, group, amplitude);
     // a support along the normal moves along it
     let size = amplitude.iter().fold(0.0f64, |m, a| m.hypot(*a));
     let slides = |n: usize| {

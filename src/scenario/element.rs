@@ -24,6 +24,25 @@ impl<'s> End<'s> {
     }
 }
 
+impl std::fmt::Display for End<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            End::Group(group) => write!(f, "{group}"),
+            End::At(at) => write!(f, "{at:?}"),
+            End::Row(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
+impl std::fmt::Display for Ends<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.to {
+            Some(to) => write!(f, "{} to {to}", self.from),
+            None => write!(f, "{}", self.from),
+        }
+    }
+}
+
 /// Where an element is: its ends, and the direction along which it acts.
 #[derive(Debug, Clone, Copy)]
 pub struct Ends<'s> {

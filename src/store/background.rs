@@ -120,6 +120,10 @@ impl Observer for Background {
         self.kept.contact_alone
     }
 
+    fn takes_accelerations(&self) -> bool {
+        self.kept.takes_accelerations()
+    }
+
     fn keeps_checkpoints(&self) -> bool {
         // the writer keeps one in so much time, and a large one is not copied for nothing
         self.keeps_checkpoints && self.marked.is_none_or(|at| at.elapsed() >= FLUSH_EVERY)

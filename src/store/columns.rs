@@ -108,6 +108,24 @@ pub(super) static FORCES: &[Column<Row>] = &[
     Column::new("forces/contact/place", "length", &["state", "component"], "place of the line of action of its normal part, undeformed; not a number without pressure", Get::Numbers(|s| &s.forces[1])),
 ];
 
+/// Forces of supports besides.
+#[rustfmt::skip]
+pub(super) static SUPPORTS: &[Column<Row>] = &[
+    Column::new("forces/support/force", "force", &["state", "component"], "force of each support on the body (forces/support/group), components of the first, then of the next; not a number where the scheme knows no accelerations", Get::Numbers(|s| &s.borne.supports)),
+];
+
+/// Forces of springs besides.
+#[rustfmt::skip]
+pub(super) static SPRINGS: &[Column<Row>] = &[
+    Column::new("forces/spring/force", "force", &["state", "spring"], "force of each spring (forces/spring/name), preload included: positive where it pulls its ends together, of one to the ground where it pulls against its direction", Get::Numbers(|s| &s.borne.springs)),
+];
+
+/// Momenta of several bodies besides.
+#[rustfmt::skip]
+pub(super) static MOMENTA: &[Column<Row>] = &[
+    Column::new("bodies/momentum", "momentum", &["state", "component"], "momentum of each part (bodies/name), components of the first, then of the next", Get::Numbers(|s| &s.borne.momentum)),
+];
+
 /// `/energy`, a row a stored state.
 #[rustfmt::skip]
 pub(super) static ENERGY: &[Column<Row>] = &[
@@ -346,8 +364,14 @@ pub fn datasets() -> Vec<&'static About> {
     fn of<R>(columns: &'static [Column<R>]) -> impl Iterator<Item = &'static About> {
         columns.iter().map(|c| &c.about)
     }
-    let states =
-        of(STATES).chain(of(TRACTIONS)).chain(of(FORCES)).chain(of(ENERGY)).chain(of(FRICTION));
+    let states = of(STATES)
+        .chain(of(TRACTIONS))
+        .chain(of(FORCES))
+        .chain(of(SUPPORTS))
+        .chain(of(SPRINGS))
+        .chain(of(MOMENTA))
+        .chain(of(ENERGY))
+        .chain(of(FRICTION));
     let tables = states.chain(of(SWITCHES)).chain(of(GRAZINGS));
     // what runs and families have both is told once
     let is_new = |about: &&'static About| of(GRAZINGS).all(|known| known.path != about.path);

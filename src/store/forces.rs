@@ -1,13 +1,17 @@
-//! `/forces/contact`: the resultants of contact groups over time, and what they come to.
+//! `/forces`: those of contact groups, supports and springs over time, and what they come to.
+
+use ndarray::Array2;
 
 use super::StoreError;
 use super::careful::Careful;
 use super::writer::Writer;
 
-/// What the force of a group came to.
+/// What a force came to.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ForceRecord {
-    /// The group.
+    /// `contact`, `support` or `spring`.
+    pub kind: &'static str,
+    /// The group, or the spring.
     pub group: String,
     /// Largest force in magnitude, of the stored states.
     pub maximum: f64,
@@ -17,35 +21,51 @@ pub struct ForceRecord {
     pub impulse: Vec<f64>,
 }
 
+/// Maximum and impulse of forces over time, some columns a force.
+fn records(
+    kind: &'static str,
+    (names, dim): (&[String], usize),
+    t: &[f64],
+    force: &Array2<f64>,
+) -> Vec<ForceRecord> {
+    let of = |(k, name): (usize, &String)| {
+        let at = |row: usize| -> Vec<f64> { (0..dim).map(|c| force[(row, dim * k + c)]).collect() };
+        let size = |row: usize| at(row).iter().fold(0.0f64, |m, x| m.hypot(*x));
+        let rows = t.len().min(force.nrows());
+        let most = (0..rows).max_by(|&a, &b| size(a).total_cmp(&size(b)));
+        let mut impulse = vec![0.0; dim];
+        for row in 1..rows {
+            let (a, b) = (at(row - 1), at(row));
+            let half = 0.5 * (t[row] - t[row - 1]);
+            impulse.iter_mut().enumerate().for_each(|(c, sum)| *sum += half * (a[c] + b[c]));
+        }
+        ForceRecord {
+            kind,
+            group: name.clone(),
+            maximum: most.map_or(0.0, size),
+            t: most.map_or(f64::NAN, |row| t[row]),
+            impulse,
+        }
+    };
+    names.iter().enumerate().map(of).filter(|r| r.maximum.is_finite()).collect()
+}
+
 impl Writer {
-    /// What the forces of all groups came to.
+    /// What the forces of contact groups, of supports and of springs came to; not those that nobody knows.
     pub fn forces(&mut self) -> Result<Vec<ForceRecord>, StoreError> {
         self.flush()?;
-        let file = self.file();
-        let Ok(dataset) = file.dataset("forces/contact/force") else { return Ok(vec![]) };
+        let (file, kept) = (self.file(), self.kept());
         let t: Vec<f64> = file.dataset("trajectory/t")?.values()?;
-        let force: ndarray::Array2<f64> = dataset.table()?;
-        let groups = &self.kept().resultants;
-        let dim = groups.dim;
-        let of = |(k, group): (usize, &String)| {
-            let at =
-                |row: usize| -> Vec<f64> { (0..dim).map(|c| force[(row, dim * k + c)]).collect() };
-            let size = |row: usize| at(row).iter().fold(0.0f64, |m, x| m.hypot(*x));
-            let rows = t.len().min(force.nrows());
-            let most = (0..rows).max_by(|&a, &b| size(a).total_cmp(&size(b)));
-            let mut impulse = vec![0.0; dim];
-            for row in 1..rows {
-                let (a, b) = (at(row - 1), at(row));
-                let half = 0.5 * (t[row] - t[row - 1]);
-                impulse.iter_mut().enumerate().for_each(|(c, sum)| *sum += half * (a[c] + b[c]));
+        let mut all = vec![];
+        for (kind, names, dim) in [
+            ("contact", &kept.resultants.names, kept.resultants.dim),
+            ("support", &kept.bearings.supports, kept.bearings.dim),
+            ("spring", &kept.bearings.springs, 1),
+        ] {
+            if let Ok(dataset) = file.dataset(&format!("forces/{kind}/force")) {
+                all.extend(records(kind, (names, dim), &t, &dataset.table()?));
             }
-            ForceRecord {
-                group: group.clone(),
-                maximum: most.map_or(0.0, size),
-                t: most.map_or(f64::NAN, |row| t[row]),
-                impulse,
-            }
-        };
-        Ok(groups.names.iter().enumerate().map(of).collect())
+        }
+        Ok(all)
     }
 }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::contact::distance::NEXT;
-use crate::contact::{Resultants, System};
+use crate::contact::{Bearings, Borne, Resultants, System};
+use crate::event::Sample;
 use crate::fem::{Body, Csr};
 use crate::scenario::{Precision, Scene, Store};
 
@@ -29,6 +30,8 @@ pub struct Kept {
     tangents: Csr,
     /// What adds up the pressures of groups.
     pub(super) resultants: Resultants,
+    /// What adds up the forces of supports and springs.
+    pub(super) bearings: Arc<Bearings>,
     /// Nothing but what the contact does.
     pub(super) contact_alone: bool,
     /// In single precision.
@@ -48,7 +51,9 @@ impl Kept {
         });
         let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
         let (body, resultants) = (system.body.clone(), Resultants::new(system));
-        Kept { body, part, tangents, resultants, contact_alone, single }
+        // where the contact alone is followed nobody knows what supports bear
+        let bearings = if contact_alone { Arc::default() } else { system.bearings.clone() };
+        Kept { body, part, tangents, resultants, bearings, contact_alone, single }
     }
 
     /// As `[run]` of a scene says.
@@ -93,6 +98,16 @@ impl Kept {
     pub(super) fn columns(&self) -> Option<Vec<i64>> {
         let part = self.part.as_ref()?;
         Some(part.places.iter().map(|k| *k as i64).collect())
+    }
+
+    /// Whether somebody asks for accelerations.
+    pub(super) fn takes_accelerations(&self) -> bool {
+        !self.bearings.supports.is_empty()
+    }
+
+    /// What supports and springs bear at a state, and the momenta.
+    pub(super) fn borne(&self, s: &Sample) -> Borne {
+        self.bearings.of(&self.body, s.t, [s.u, s.v, s.a])
     }
 
     /// The displacements along the tangents, `e u`.

@@ -1,7 +1,7 @@
 //! A stored state as a file keeps it.
 
 use super::kept::Kept;
-use crate::contact::States;
+use crate::contact::{Borne, States};
 use crate::event::{Energies, Sample};
 
 /// A stored state as a file keeps it.
@@ -14,6 +14,7 @@ pub(super) struct Row {
     pub traction: Vec<f64>,
     pub slide: Vec<f64>,
     pub forces: [Vec<f64>; 2],
+    pub borne: Borne,
     energies: Option<Energies>,
     pub jumps: f64,
 }
@@ -29,6 +30,7 @@ impl Row {
             traction: s.traction.to_vec(),
             slide: kept.slides(s.u),
             forces: kept.resultants.of(s.pressure, s.traction),
+            borne: kept.borne(s),
             energies: s.energies,
             jumps: s.jumps,
         }

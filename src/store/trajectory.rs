@@ -2,7 +2,7 @@
 
 use super::StoreError;
 use super::bodies::words;
-use super::columns::{ENERGY, FORCES, FRICTION, STATES, TRACTIONS};
+use super::columns::{ENERGY, FORCES, FRICTION, MOMENTA, SPRINGS, STATES, SUPPORTS, TRACTIONS};
 use super::kept::Kept;
 use super::row::Row;
 use super::schema::{About, Column, Rows};
@@ -50,6 +50,23 @@ impl Trajectory {
             let names: Vec<&str> = groups.names.iter().map(String::as_str).collect();
             words(&file.group("forces/contact")?, "group", &names)?;
         }
+        let bearings = &kept.bearings;
+        let mut add = |columns, width: usize| -> Result<bool, StoreError> {
+            if width > 0 {
+                tables.push(Rows::create(file, columns, &|_| Form::plain(Some(width), chunk))?);
+            }
+            Ok(width > 0)
+        };
+        for (columns, names, components, place) in [
+            (SUPPORTS, &bearings.supports, bearings.dim, ("forces/support", "group")),
+            (SPRINGS, &bearings.springs, 1, ("forces/spring", "name")),
+        ] {
+            if add(columns, components * names.len())? {
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                words(&file.group(place.0)?, place.1, &names)?;
+            }
+        }
+        add(MOMENTA, bearings.momenta())?;
         if rubs {
             tables.push(Rows::create(file, TRACTIONS, &form)?);
             tables.push(Rows::create(file, FRICTION, &plain)?);
@@ -59,7 +76,7 @@ impl Trajectory {
 
     /// Go on with the tables of a file.
     pub(crate) fn reopen(file: &hdf5::File, place: Resume) -> Result<Self, StoreError> {
-        let tables = [STATES, ENERGY, FORCES, TRACTIONS, FRICTION];
+        let tables = [STATES, ENERGY, FORCES, SUPPORTS, SPRINGS, MOMENTA, TRACTIONS, FRICTION];
         let is_there = |columns: &&'static [Column<Row>]| file.link_exists(columns[0].about.path);
         let reopen = |columns| Rows::reopen(file, columns, place);
         let tables = tables.into_iter().filter(is_there).map(reopen);

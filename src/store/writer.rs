@@ -299,6 +299,10 @@ impl Observer for Writer {
         Ok(ControlFlow::Continue(()))
     }
 
+    fn takes_accelerations(&self) -> bool {
+        self.kept.takes_accelerations()
+    }
+
     fn keeps_checkpoints(&self) -> bool {
         self.problem != 0
     }

@@ -11,7 +11,7 @@ use super::super::{Check, Trajectory, scene};
 use super::meshes::Folder;
 use super::plane;
 
-/// Frequency, half stroke of the lower tip.
+/// Frequency, half stroke of the lower tip; upwards from the first: from rest the tip keeps to smaller motions at some of them.
 const ROWS: [(f64, f64); 5] = [
     (0.095, 0.010_226),
     (0.100, 0.021_466),
@@ -46,17 +46,19 @@ pub(super) fn run(folder: &Folder, checks: &mut Vec<Check>) -> Result<(), String
                  [run]\nperiods = 1\nsamples = {SAMPLES}\nintegrator = \"modal\"\n"
             )
     };
+    let mut from: Option<Vec<f64>> = None;
     for (omega, expected) in ROWS {
         let scene = scene(&text(omega), None)?;
         let mut problem = Problem::new(&scene, None).map_err(|e| e.to_string())?;
         let other = Problem::new(&scene, None).map_err(|e| e.to_string())?;
         let mut body = Propagator::new(other.system).map_err(|e| e.to_string())?;
-        let start = body.frame(&problem.initial);
+        let start = from.take().unwrap_or_else(|| body.frame(&problem.initial));
         let settled = settle(&mut body, &start, omega).map_err(|e| e.to_string())?;
         let Settled::Orbit(orbit) = settled.to else {
             return Err(format!("clatter at {omega}: no orbit attracts"));
         };
         problem.initial = orbit.state.clone();
+        from = Some(orbit.z.clone());
         let mut seen = Trajectory::default();
         simulate(&scene, &problem, false, &mut seen).map_err(|e| e.to_string())?;
         let body = &problem.system.body;
@@ -69,8 +71,8 @@ pub(super) fn run(folder: &Folder, checks: &mut Vec<Check>) -> Result<(), String
         let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
         let most = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let name = format!("clatter at {omega}");
-        // printed with five digits
-        let off = 6e-7 / expected;
+        // printed with six places
+        let off = 1e-6 / expected;
         checks.push(Check::near(
             format!("{name}: half stroke"),
             0.5 * (most - least),

@@ -1,21 +1,56 @@
 //! Gram matrices `R M⁻¹ Rᵀ` of rows in the inverse of a mass, and factors of their blocks.
 
 use nalgebra::{DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 
 use super::coupling::Coupling;
 use crate::fem::{Csr, SpdFactor};
 
-/// `R M⁻¹ Rᵀ` of sparse rows; `each` is shown the columns `M⁻¹ Rᵀ` one after the other.
-pub(super) fn gram(
-    factor: &SpdFactor,
-    rows: &Csr,
-    each: impl FnMut(usize, &[f64]),
-) -> DMatrix<f64> {
-    let mut scratch = factor.scratch();
-    gram_by(rows, |x| factor.solve(x, &mut scratch), each)
+/// From so many rows on columns are solved for together, this many at once.
+const TOGETHER: (usize, usize) = (128, 32);
+
+/// `R M⁻¹ Rᵀ` of sparse rows.
+pub(super) fn gram(factor: &SpdFactor, rows: &Csr) -> DMatrix<f64> {
+    let (size, n) = (rows.n_rows(), rows.n_cols());
+    if size < TOGETHER.0 {
+        let mut scratch = factor.scratch();
+        return gram_by(rows, |x| factor.solve(x, &mut scratch), |_, _| ());
+    }
+    // what rows know of a column, in their own numbers
+    let mut known: Vec<usize> = rows.triplets().map(|e| e.1).collect();
+    known.sort_unstable();
+    known.dedup();
+    let mut place = vec![0; n];
+    known.iter().enumerate().for_each(|(k, &j)| place[j] = k);
+    let firsts: Vec<usize> = (0..size).step_by(TOGETHER.1).collect();
+    let of_block = |&first: &usize| -> Vec<f64> {
+        let width = TOGETHER.1.min(size - first);
+        let mut x = vec![0.0; n * width];
+        for (k, column) in x.chunks_exact_mut(n).enumerate() {
+            rows.row(first + k).for_each(|(j, v)| column[j] = v);
+        }
+        factor.solve(&mut x, &mut factor.scratch_of(width));
+        let mut across = vec![0.0; known.len() * width];
+        for (row, &j) in across.chunks_exact_mut(width).zip(&known) {
+            row.iter_mut().enumerate().for_each(|(k, v)| *v = x[n * k + j]);
+        }
+        let mut block = vec![0.0; size * width];
+        for (l, sums) in block.chunks_exact_mut(width).enumerate() {
+            for (j, v) in rows.row(l) {
+                let of_j = &across[width * place[j]..][..width];
+                sums.iter_mut().zip(of_j).for_each(|(s, x)| *s += v * x);
+            }
+        }
+        block
+    };
+    let blocks: Vec<Vec<f64>> = firsts.par_iter().map(of_block).collect();
+    DMatrix::from_fn(size, size, |l, k| {
+        let block = &blocks[k / TOGETHER.1];
+        block[l * (block.len() / size) + k % TOGETHER.1]
+    })
 }
 
-/// The same with what solves with `M`.
+/// The same with what solves with `M`; `each` is shown the columns `M⁻¹ Rᵀ` one after the other.
 pub(super) fn gram_by(
     rows: &Csr,
     mut solve: impl FnMut(&mut [f64]),

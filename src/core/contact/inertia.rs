@@ -23,7 +23,7 @@ use super::condensed::Condensed;
 use super::conditions::Conditions;
 use super::coupling::Coupling;
 use super::expansion::{Expansion, Solved};
-use super::gram::{Schur, gram};
+use super::gram::{Schur, gram, gram_by};
 use super::lcp::Side;
 use super::reactions::Holds;
 use super::scratch::Scratch;
@@ -104,12 +104,15 @@ impl Projector {
         }
         let keep = limit > 0 && 2 * size * n <= limit;
         let mut columns = vec![];
-        let gram = gram(&factor, &rows, |k, x| {
-            if keep {
+        let mut scratch = factor.scratch();
+        let solve = |x: &mut [f64]| factor.solve(x, &mut scratch);
+        let gram = match keep {
+            true => gram_by(&rows, solve, |k, x| {
                 let entries = x.iter().enumerate().filter(|(_, v)| **v != 0.0);
                 columns.extend(entries.map(|(j, &v)| (k, j, v)));
-            }
-        });
+            }),
+            false => gram(&factor, &rows),
+        };
         let columns = keep.then(|| Csr::from_triplets(2 * size, n, columns));
         Ok(Projector { factor, rows, gram: gram.into(), columns })
     }
@@ -140,7 +143,7 @@ impl ConstantMass {
     ) -> Result<ConstantMass, ContactError> {
         let (size, n_o) = (conditions.count(), reduced.n_rows());
         let factor = SpdFactor::new(&reduced, "mass matrix of the displacements u_O")?;
-        let gram = gram(&factor, &conditions.n_o, |_, _| ());
+        let gram = gram(&factor, &conditions.n_o);
         let n = n_o + size;
         let mass = Csr::from_triplets(n, n, reduced.triplets().collect());
         Ok(ConstantMass::Formed { mass, factor, gram, open })

@@ -1,6 +1,7 @@
 //! Contact: boundary stress, complementarity, active sets, methods, phases (theory §2–5).
 
 mod around;
+mod bearings;
 #[doc(hidden)]
 pub mod boundary;
 mod condensed;
@@ -41,6 +42,7 @@ pub(crate) mod states;
 pub(crate) mod system;
 mod tractions;
 
+pub use bearings::{Bearings, Borne};
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};
 pub use constraint::Constraint;

@@ -120,6 +120,11 @@ impl Phase {
         self.data.expansion.fill(v, self.n_o(), Part::Derivative(t, 1));
     }
 
+    /// `ü = A* ü_O + d̈*(t)`, likewise.
+    pub(crate) fn complete_acceleration(&self, t: f64, a: &mut [f64]) {
+        self.data.expansion.fill(a, self.n_o(), Part::Derivative(t, 2));
+    }
+
     /// `A* x` of the first entries of a full vector, in place: `u_C` follows.
     pub fn complete(&self, x: &mut [f64]) {
         self.data.expansion.fill(x, self.n_o(), Part::Linear);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::ContactError;
+use super::bearings::Bearings;
 use super::boundary::{self, BoundaryOperator, Stress};
 use super::conditions::{Conditions, Gaps};
 use super::constraint::Constraint;
@@ -64,6 +65,8 @@ pub struct System {
     pub loads: Arc<Loads>,
     /// Units.
     pub units: Units,
+    /// What holds the body.
+    pub bearings: Arc<Bearings>,
     /// The equilibrium that modes, amplitudes and energies are told around, where that is asked for.
     pub(super) rest: Option<Arc<Rest>>,
     method: Arc<dyn Method>,
@@ -211,6 +214,8 @@ impl System {
         let method = self.method.reduced(&body, reduction)?;
         let mut system = System::of_method(body, method);
         system.damping = self.damping;
+        // rows over the displacements of the mesh
+        system.bearings = self.bearings.clone();
         system.dampers = self.dampers.as_ref().map(|d| Arc::new(d.reduced(reduction)));
         let loads = system.loads_mut();
         loads.constant = self.loads.constant.as_ref().map(|f| reduction.load(f));
@@ -236,6 +241,7 @@ impl System {
             damping: None,
             dampers: None,
             loads: Arc::default(),
+            bearings: Arc::default(),
             units,
             rest: None,
             kernel: Arc::new(Kernel::new(&body.stiffness)),
@@ -434,6 +440,12 @@ impl System {
     /// `M*` over `u`.
     pub fn mass(&self) -> &Csr {
         self.method.inertia().mass(&self.body)
+    }
+
+    /// Whether contact displacements have no inertia in any phase.
+    pub fn has_massless_contact(&self) -> bool {
+        let mut of_contact = self.n_o()..self.n();
+        !of_contact.is_empty() && of_contact.all(|i| self.mass().row(i).next().is_none())
     }
 
     pub(super) fn inertia(&self) -> &Inertia {

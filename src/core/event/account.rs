@@ -128,12 +128,21 @@ impl<O: Observer> Run<'_, O> {
             let state = (self.now.u_o(), self.now.v_o());
             self.phase.tractions(self.now.t, state, &mut traction);
         }
+        let mut a = vec![];
+        if self.observer.takes_accelerations() && energies.is_some() {
+            a.resize(self.now.u.len(), 0.0);
+            let mut scratch = self.system.scratch();
+            let (u, v, own) = (self.now.u_o(), self.now.v_o(), &mut a[..self.system.n_o()]);
+            self.phase.acceleration(self.now.t, u, v, &mut scratch, own);
+            self.phase.complete_acceleration(self.now.t, &mut a);
+        }
         self.told.last_stored = self.now.t;
         self.told.stored += 1;
         let sample = Sample {
             t: self.now.t,
             u: &self.now.u,
             v: &self.now.v,
+            a: &a,
             active: &self.phase.set,
             pressure: &pressure,
             traction: &traction,

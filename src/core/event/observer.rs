@@ -16,6 +16,8 @@ pub struct Sample<'a> {
     pub u: &'a [f64],
     /// All velocities.
     pub v: &'a [f64],
+    /// All accelerations; none where the observer does not ask for them ([`Observer::takes_accelerations`]), or nobody knows them.
+    pub a: &'a [f64],
     /// Active set (continuous from the right).
     pub active: &'a States,
     /// Pressure at the contact nodes.
@@ -50,6 +52,10 @@ pub trait Observer {
     /// Whether of a sample only the contact and what lies next to it ([`crate::contact::distance::NEXT`]) is looked at: a flow may then know no more
     /// ([`Sample::energies`]).
     fn sees_contact_alone(&self) -> bool {
+        false
+    }
+    /// Whether samples come with accelerations.
+    fn takes_accelerations(&self) -> bool {
         false
     }
     /// Time reached; whether to go on.

@@ -85,6 +85,9 @@ impl<O: Observer> Observer for Verified<'_, O> {
     fn sees_contact_alone(&self) -> bool {
         self.inner.sees_contact_alone()
     }
+    fn takes_accelerations(&self) -> bool {
+        self.inner.takes_accelerations()
+    }
     fn keeps_checkpoints(&self) -> bool {
         self.inner.keeps_checkpoints()
     }

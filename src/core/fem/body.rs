@@ -390,6 +390,33 @@ impl Body {
         products
     }
 
+    /// `w K` and `w M` over `u` of nodal fields `w` that move what is held, rows over the components of all nodes.
+    pub(crate) fn rows_of_fields(&self, fields: &Csr) -> [Csr; 2] {
+        let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
+        let shape = (fields.n_rows(), self.dofs.n());
+        let at = fields.transposed();
+        let mut entries = [vec![], vec![]];
+        let of_elements = self.is_of_elements().then(|| mesh.elements());
+        for e in of_elements.into_iter().flatten() {
+            let place = |a: usize| dim * e.nodes[a / dim] + a % dim;
+            let n = dim * e.nodes.len();
+            if (0..n).all(|b| at.row(place(b)).next().is_none()) {
+                continue;
+            }
+            let x = mesh.corners(e);
+            let matrices = Shape { kind: e.kind, x: &x }.matrices(&self.materials()[e.region]);
+            for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
+                let with = if lumped { a } else { b };
+                for (i, c) in self.dofs.terms(e.nodes[a / dim], a % dim) {
+                    let (k, m) = (matrices.stiffness[n * a + b], matrices.mass[n * a + b]);
+                    entries[0].extend(at.row(place(b)).map(|(f, w)| (f, i, c * w * k)));
+                    entries[1].extend(at.row(place(with)).map(|(f, w)| (f, i, c * w * m)));
+                }
+            }
+        }
+        entries.map(|e| Csr::from_triplets(shape.0, shape.1, e))
+    }
+
     /// The elements that have contact nodes.
     fn elements_at_contact(&self) -> impl Iterator<Item = Element<'_>> {
         let touches = |n: &usize| self.dofs.contact.iter().any(|c| c.node == *n);

@@ -197,15 +197,19 @@ impl Loads {
     }
 }
 
-/// `M a` for a uniform acceleration `a`.
-pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
+/// `M a` for a uniform acceleration `a`, on the components of all nodes.
+pub fn nodal_gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
     // the mass of prescribed displacements pulls on the support, not on `u`, so a uniform field must
     // be integrated with all shape functions: use the element masses' row sums
-    let nodal_mass = body.nodal_mass();
     let dim = body.mesh.dim();
-    let nodal: Vec<f64> =
-        nodal_mass.iter().flat_map(|m| (0..dim).map(move |c| m * acceleration[c])).collect();
-    let mut force = body.dofs.gather_forces(&nodal);
+    let of_node = |m: f64| (0..dim).map(move |c| m * acceleration[c]);
+    body.nodal_mass().into_iter().flat_map(of_node).collect()
+}
+
+/// The same on `u`.
+pub fn gravity(body: &Body, acceleration: &[f64]) -> Vec<f64> {
+    let dim = body.mesh.dim();
+    let mut force = body.dofs.gather_forces(&nodal_gravity(body, acceleration));
     // of masses at displacements: m w (w a)
     if body.discrete.iter().any(|e| e.mass != 0.0) {
         let field = acceleration[..dim].repeat(body.mesh.n_nodes());
@@ -231,7 +235,8 @@ pub fn nodal_areas(body: &Body, group: &str) -> Vec<f64> {
     nodal_traction(body, group, &unit).into_iter().step_by(dim).collect()
 }
 
-fn nodal_traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
+/// The same on the components of all nodes.
+pub fn nodal_traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
     let (mesh, dim) = (&body.mesh, body.mesh.dim());
     let mut nodal = vec![0.0; dim * mesh.n_nodes()];
     for &facet in mesh.group(group) {
@@ -252,8 +257,13 @@ fn nodal_traction(body: &Body, group: &str, stress: &[f64]) -> Vec<f64> {
 
 /// A force at a node.
 pub fn point(body: &Body, node: usize, force: &[f64]) -> Vec<f64> {
+    body.dofs.gather_forces(&nodal_point(body, node, force))
+}
+
+/// The same on the components of all nodes.
+pub fn nodal_point(body: &Body, node: usize, force: &[f64]) -> Vec<f64> {
     let dim = body.mesh.dim();
     let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
     nodal[dim * node..dim * (node + 1)].copy_from_slice(force);
-    body.dofs.gather_forces(&nodal)
+    nodal
 }

@@ -19,12 +19,19 @@ use rayon::prelude::*;
 use super::FemError;
 
 /// A sparse matrix by compressed rows, columns ascending in each.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Csr {
     n_cols: usize,
     row_start: Vec<usize>,
     col: Vec<u32>,
     val: Vec<f64>,
+}
+
+impl Default for Csr {
+    /// No rows, no columns.
+    fn default() -> Csr {
+        Csr { n_cols: 0, row_start: vec![0], col: vec![], val: vec![] }
+    }
 }
 
 /// Rows that a thread merges at a time, at least.
@@ -451,15 +458,20 @@ impl SpdFactor {
 
     /// Work space for up to two right-hand sides.
     pub fn scratch(&self) -> SolveScratch {
+        self.scratch_of(2)
+    }
+
+    /// Work space for that many right-hand sides.
+    pub(crate) fn scratch_of(&self, columns: usize) -> SolveScratch {
         SolveScratch(match self {
             SpdFactor::Diagonal(_) => MemBuffer::new(faer::dyn_stack::StackReq::EMPTY),
             SpdFactor::Sparse { symbolic, .. } => {
-                MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(2, Par::Seq))
+                MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq))
             }
         })
     }
 
-    /// `x ← A⁻¹ x`; one vector, or two one after the other.
+    /// `x ← A⁻¹ x`; vectors one after the other, as many as the work space is for.
     pub fn solve(&self, x: &mut [f64], scratch: &mut SolveScratch) {
         match self {
             SpdFactor::Diagonal(inverse) => {

@@ -364,6 +364,7 @@ impl<'a, O: Observer> Stepper<'a, O> {
             t: self.t(),
             u: &u,
             v: &v,
+            a: &[],
             active: &self.set,
             pressure: &pressure,
             traction: &[],

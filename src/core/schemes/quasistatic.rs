@@ -488,10 +488,13 @@ impl<O: Observer> Driver<'_, O> {
         self.penetration = self.penetration.max(self.system.penetration(&at.u));
         self.tension = at.pressure.iter().fold(self.tension, |m, p| m.max(-p));
         let rubs = self.system.tangents().is_some();
+        // without inertia
+        let still = vec![0.0; at.u.len()];
         let sample = Sample {
             t: at.t,
             u: &at.u,
             v: &rate,
+            a: &still,
             active: &self.set,
             pressure: &at.pressure,
             traction: if rubs { &at.traction } else { &[] },

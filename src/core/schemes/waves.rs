@@ -336,6 +336,7 @@ impl<'a, O: Observer> Bar<'a, O> {
             t: self.t,
             u: &u,
             v: &v,
+            a: &[],
             active: &States::of_contact([self.touches]),
             pressure: &[pressure],
             traction: &[],

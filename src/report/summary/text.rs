@@ -389,12 +389,22 @@ fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wa
     }
 }
 
-/// The largest forces of the groups before obstacles, with their impulses, of a run's object.
+/// The largest forces of contact groups, supports and springs, with their impulses, of a run's object.
 pub(crate) fn forces(all: &serde_json::Value) -> String {
     let mut out = Lines::default();
     let number = |v: &serde_json::Value| v.as_f64().unwrap_or(f64::NAN);
     let all = all.as_array().map_or(&[][..], Vec::as_slice);
-    for (k, of) in all.iter().filter(|of| number(&of["maximum"]) > 0.0).enumerate() {
+    let mut before = "";
+    for of in all.iter().filter(|of| number(&of["maximum"]) > 0.0) {
+        let kind = of["kind"].as_str().unwrap_or_default();
+        let head = if kind == before {
+            ""
+        } else if kind == "contact" {
+            "force"
+        } else {
+            kind
+        };
+        before = kind;
         let impulse = of["impulse"].as_array().map_or(&[][..], Vec::as_slice);
         let size = impulse.iter().fold(0.0f64, |m, x| m.hypot(number(x)));
         let text = format!(
@@ -404,7 +414,7 @@ pub(crate) fn forces(all: &serde_json::Value) -> String {
             significant(number(&of["t"]), 6),
             significant(size, 6)
         );
-        out.line(if k == 0 { "force" } else { "" }, text);
+        out.line(head, text);
     }
     out.0
 }

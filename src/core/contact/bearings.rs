@@ -1,0 +1,233 @@
+//! What holds a body: the forces of its supports and springs; and the momenta that forces change.
+//!
+//! ```text
+//! R = w · (M ü + C u̇ + K u − f),    w: the unit motion of what a support holds, along an axis
+//! F = Σ k w u + F₀                   of a spring that acts on w u
+//! P = ∫ ρ u̇                          of each part of a body
+//! ```
+//!
+//! with the mass of the mesh, of all nodes: `R` is the force of the support on the body, and the loads on held displacements go straight into it. Where the contact has no inertia,
+//! its points move for `R` and `P` as in the open phase, `ü_C = A_∅ ü_O`: so does the mass `A_∅ᵀMA_∅` of such a method. `Ṗ` is the sum of the forces on a part, but for what
+//! an element between a support and a contact node leaves out.
+
+use std::collections::HashSet;
+
+use crate::fem::{Body, Course, Csr, Fix, Held, Loads};
+use crate::mesh::Point;
+
+/// Supports, springs and parts of a body, as rows over the displacements of its mesh.
+#[derive(Debug, Clone, Default)]
+pub struct Bearings {
+    /// Groups that supports hold.
+    pub supports: Vec<String>,
+    /// Springs.
+    pub springs: Vec<String>,
+    /// Components of a force.
+    pub dim: usize,
+    /// `w` over the components of all nodes, a row for each support and axis.
+    held: Csr,
+    /// `w K` and `w M`
+    stiffness: Csr,
+    mass: Csr,
+    /// `C = αM + βK`
+    damping: (f64, f64),
+    /// `f` of the rows, what supports that move bring included.
+    given: Loads,
+    /// `Σ k w`
+    pull: Csr,
+    /// `F₀`
+    preload: Vec<f64>,
+    /// `P` of each part and axis; no rows of a body of one part.
+    momentum: Csr,
+    /// The masses of the components of all nodes, of the same rows.
+    masses: Csr,
+    /// The momenta of what supports move.
+    carried: Loads,
+}
+
+/// Forces of supports and of springs, and momenta.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Borne {
+    /// Components of the first support, then of the next; not numbers without accelerations.
+    pub supports: Vec<f64>,
+    /// One a spring.
+    pub springs: Vec<f64>,
+    /// Components of the first part, then of the next.
+    pub momentum: Vec<f64>,
+}
+
+/// `y += c A x`
+fn add(a: &Csr, c: f64, x: &[f64], y: &mut [f64]) {
+    y.iter_mut().enumerate().for_each(|(i, y)| *y += c * a.row_dot(i, x));
+}
+
+impl Bearings {
+    /// Of a body of elements with its supports and parts; damping in proportion to its mass and stiffness.
+    pub fn new(body: &Body, held: &[Held], damping: (f64, f64), parts: &[usize]) -> Bearings {
+        let (mesh, dofs, dim) = (&body.mesh, &body.dofs, body.mesh.dim());
+        let mut supports: Vec<String> = vec![];
+        for h in held {
+            if !supports.contains(&h.group) {
+                supports.push(h.group.clone());
+            }
+        }
+        // what two supports hold is borne by the first
+        let mut borne: HashSet<(usize, usize)> = HashSet::new();
+        let mut entries = vec![];
+        for (k, group) in supports.iter().enumerate() {
+            let holds = |d: &Point| {
+                held.iter().filter(|h| h.group == *group).any(|h| match h.fix {
+                    Fix::Axis(axis) => d[axis].abs() > 0.7,
+                    Fix::Normal => true,
+                })
+            };
+            for node in mesh.group_nodes(group) {
+                for (slot, (d, free)) in dofs.directions(node).enumerate() {
+                    if free.is_some() || !holds(&d) || !borne.insert((node, slot)) {
+                        continue;
+                    }
+                    for (axis, c) in (0..dim).flat_map(|a| (0..dim).map(move |c| (a, c))) {
+                        entries.push((dim * k + axis, dim * node + c, d[axis] * d[c]));
+                    }
+                }
+            }
+        }
+        let held = Csr::from_triplets(dim * supports.len(), dim * mesh.n_nodes(), entries);
+        let [stiffness, mass] = body.rows_of_fields(&held);
+        let n = dofs.n();
+        let momentum = Csr::from_triplets(0, n, vec![]);
+        let pull = Csr::from_triplets(0, n, vec![]);
+        let all = Bearings {
+            supports,
+            dim,
+            held,
+            stiffness,
+            mass,
+            damping,
+            pull,
+            momentum,
+            ..Bearings::default()
+        };
+        all.with_parts(body, parts)
+    }
+
+    /// Momenta of the parts, by the number of each node's, where there are several.
+    fn with_parts(self, body: &Body, of_node: &[usize]) -> Bearings {
+        let (dofs, dim) = (&body.dofs, self.dim);
+        let count = of_node.iter().max().map_or(0, |last| last + 1);
+        if count < 2 {
+            return self;
+        }
+        let masses = body.nodal_mass();
+        let (mut entries, mut of_nodes) = (vec![], vec![]);
+        for (part, axis) in (0..count).flat_map(|p| (0..dim).map(move |c| (p, c))) {
+            let along = |values: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                let of = |(node, part_of): (usize, &usize)| {
+                    let value = if *part_of == part { values(node) } else { 0.0 };
+                    (0..dim).map(move |c| if c == axis { value } else { 0.0 }).collect::<Vec<_>>()
+                };
+                of_node.iter().enumerate().flat_map(of).collect()
+            };
+            let nodal = along(&|n| masses[n]);
+            let mut row = dofs.gather_forces(&nodal);
+            let nonzero = nodal.into_iter().enumerate().filter(|e| e.1 != 0.0);
+            of_nodes.extend(nonzero.map(|(j, v)| (dim * part + axis, j, v)));
+            let field = dofs.gather(&along(&|_| 1.0));
+            for element in body.discrete.iter().filter(|e| e.mass != 0.0) {
+                let moved = element.mass * element.along(&field);
+                element.row.iter().for_each(|&(j, w)| row[j] += w * moved);
+            }
+            let nonzero = row.into_iter().enumerate().filter(|e| e.1 != 0.0);
+            entries.extend(nonzero.map(|(j, v)| (dim * part + axis, j, v)));
+        }
+        let momentum = Csr::from_triplets(dim * count, dofs.n(), entries);
+        let masses = Csr::from_triplets(dim * count, dim * masses.len(), of_nodes);
+        Bearings { momentum, masses, ..self }
+    }
+
+    /// Where contact displacements have no inertia: `reduce` is `A_∅ᵀ`, the first entries of what it gives.
+    pub fn without_contact_mass(self, reduce: impl Fn(&[f64]) -> Vec<f64>) -> Bearings {
+        let moved = |rows: &Csr| {
+            let of_row = |k: usize| {
+                let mut row = vec![0.0; rows.n_cols()];
+                rows.row(k).for_each(|(j, v)| row[j] = v);
+                let row = reduce(&row).into_iter().enumerate();
+                row.filter(|e| e.1 != 0.0).map(move |(j, v)| (k, j, v)).collect::<Vec<_>>()
+            };
+            let entries = (0..rows.n_rows()).flat_map(of_row).collect();
+            Csr::from_triplets(rows.n_rows(), rows.n_cols(), entries)
+        };
+        let (mass, momentum) = (moved(&self.mass), moved(&self.momentum));
+        Bearings { mass, momentum, ..self }
+    }
+
+    /// Whether there is nothing to tell.
+    pub fn is_empty(&self) -> bool {
+        self.supports.is_empty() && self.springs.is_empty() && self.momentum.n_rows() == 0
+    }
+
+    /// Components of all momenta.
+    pub fn momenta(&self) -> usize {
+        self.momentum.n_rows()
+    }
+
+    /// A load, by its forces on the components of all nodes.
+    pub fn load(&mut self, nodal: &[f64], course: &Course) {
+        let mut share = vec![0.0; self.held.n_rows()];
+        self.held.mul(nodal, &mut share);
+        self.given.follow(share, 0, course);
+    }
+
+    /// A motion of supports, a field over the components of all nodes: `−(K w s + C w ṡ + M w s̈)` among the loads.
+    pub fn carry(&mut self, body: &Body, field: &[f64], course: &Course) {
+        let [k, m] = body.products_of_field(field).map(|product| {
+            let mut share = vec![0.0; self.held.n_rows()];
+            self.held.mul(&product, &mut share);
+            share
+        });
+        let (alpha, beta) = self.damping;
+        let of = |x: f64, y: f64| k.iter().zip(&m).map(|(k, m)| -(x * k + y * m)).collect();
+        let parts = [of(1.0, 0.0), of(beta, alpha), of(0.0, 1.0)];
+        for (derivative, force) in (0..).zip(parts) {
+            self.given.follow(force, derivative, course);
+        }
+        let mut momentum = vec![0.0; self.masses.n_rows()];
+        self.masses.mul(field, &mut momentum);
+        self.carried.follow(momentum, 1, course);
+    }
+
+    /// Springs: names, rows `Σ k w`, preloads.
+    pub fn pull(&mut self, springs: Vec<(String, Vec<(usize, f64)>, f64)>) {
+        let n = self.pull.n_cols();
+        let mut entries = vec![];
+        for (k, (name, row, preload)) in springs.into_iter().enumerate() {
+            entries.extend(row.into_iter().map(|(j, v)| (k, j, v)));
+            self.springs.push(name);
+            self.preload.push(preload);
+        }
+        self.pull = Csr::from_triplets(self.springs.len(), n, entries);
+    }
+
+    /// Of displacements, velocities and accelerations (none: not known) of a body, reduced or not, at a time.
+    pub fn of(&self, body: &Body, t: f64, [u, v, a]: [&[f64]; 3]) -> Borne {
+        let [u, v] = [body.nodal(u), body.nodal(v)];
+        let mut springs = self.preload.clone();
+        add(&self.pull, 1.0, &u, &mut springs);
+        let mut momentum = vec![0.0; self.momentum.n_rows()];
+        self.carried.at(t, &mut momentum);
+        add(&self.momentum, 1.0, &v, &mut momentum);
+        let rows = self.held.n_rows();
+        if a.is_empty() || rows == 0 {
+            return Borne { supports: vec![f64::NAN; rows], springs, momentum };
+        }
+        let (a, (alpha, beta)) = (body.nodal(a), self.damping);
+        let mut given = vec![0.0; rows];
+        self.given.at(t, &mut given);
+        let mut supports: Vec<f64> = given.iter().map(|f| -f).collect();
+        add(&self.stiffness, 1.0, &u, &mut supports);
+        add(&self.stiffness, beta, &v, &mut supports);
+        add(&self.mass, alpha, &v, &mut supports);
+        add(&self.mass, 1.0, &a, &mut supports);
+        Borne { supports, springs, momentum }
+    }
+}

@@ -1,0 +1,45 @@
+//! What holds the body of a scene: supports with the loads that go straight into them, springs with their preloads.
+
+use super::body::held;
+use super::parts::parts;
+use super::places::placed;
+use super::{ProblemError, elements, loads, moving};
+use crate::contact::{Bearings, System};
+use crate::fem::load;
+use crate::scenario::{Amplitude, BodyKind, LoadKind, Scene};
+
+pub(super) fn bearings(scene: &Scene, system: &System) -> Result<Bearings, ProblemError> {
+    let body = &system.body;
+    let damping = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
+    // the frame of an obstacle that moves is none of inertia; bodies from matrices have no supports
+    let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some());
+    let held = if moves || scene.body.kind == BodyKind::Matrices { vec![] } else { held(scene) };
+    let mut all = Bearings::new(body, &held, damping, &parts(scene, &body.mesh).of_node);
+    all.pull(elements::pulls(scene, system)?);
+    if system.has_massless_contact() && !all.is_empty() {
+        let open = system.open_phase();
+        all = all.without_contact_mass(|row| open.reduce(row));
+    }
+    if held.is_empty() {
+        return Ok(all);
+    }
+    for (i, l) in scene.loads.iter().enumerate() {
+        let Some(Amplitude::Vector(vector)) = &l.amplitude else { continue };
+        let course = loads::course(scene, i)?;
+        let nodal = match l.kind {
+            LoadKind::Gravity => load::nodal_gravity(body, vector),
+            LoadKind::Traction => load::nodal_traction(body, l.group(), vector),
+            LoadKind::Point => {
+                let at = placed(scene, &body.mesh, &format!("load[{i}].at"), l.at.as_deref())?;
+                load::nodal_point(body, at.node, vector)
+            }
+            LoadKind::Base => {
+                all.carry(body, &moving::field(body, l.group(), vector), &course);
+                continue;
+            }
+            LoadKind::Force | LoadKind::Mode => continue,
+        };
+        all.load(&nodal, &course);
+    }
+    Ok(all)
+}
