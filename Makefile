@@ -36,7 +36,7 @@ demo: build
 	@mkdir -p out
 	$(BIN) run scenarios/plate.toml -o out/plate.h5 --force
 	$(BIN) plot out/plate.h5
-	@echo 'Open out/plate-shapes.png, out/plate-contact.png, out/plate-gap.png, out/plate-energy.png'
+	@echo 'Open out/plate-shapes.png, out/plate-contact.png, out/plate-forces.png, out/plate-gap.png, out/plate-energy.png'
 
 test: setup
 	cargo test --release --locked
@@ -118,6 +118,9 @@ pictures: build peers
 	$(BIN) run scenarios/joint.toml -o out/joint.h5 --force -q
 	$(BIN) plot out/joint.h5 --only friction
 	cp out/joint-friction.png docs/friction-loops.png
+	$(BIN) run scenarios/blocks.toml -o out/blocks.h5 --force -q
+	$(BIN) plot out/blocks.h5 --only forces
+	cp out/blocks-forces.png docs/forces.png
 	$(BIN) backbone scenarios/lap-joint-mode.toml --method hbm --amplitudes 1e-5,6e-4 --harmonics 7 -o out/lap-joint-mode.h5 --force
 	$(BIN) plot out/lap-joint-mode.h5
 	cp out/lap-joint-mode-backbone.png docs/lap-joint-mode.png

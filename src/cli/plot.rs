@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Animation: how many states are shown, evenly over the stored time (25 a second)
     #[arg(long, default_value_t = 100, requires = "animate", value_name = "N", value_parser = clap::value_parser!(u16).range(2..=2000))]
     frames: u16,
-    /// Only these pictures: contact, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
+    /// Only these pictures: contact, states, friction, forces, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
     /// multipliers (of a family), sweep, bifurcation, waterfall (of a sweep), crosscheck (of a cross-check), comparison
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,

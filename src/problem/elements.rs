@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::places::{Placed, place, placed};
 use super::{Problem, ProblemError};
-use crate::contact::{Dampers, Elastic, Slider, System};
+use crate::contact::{Dampers, Elastic, Pull, Slider, System};
 use crate::fem::{Body, Csr, Discrete, Loads, load};
 use crate::mesh::Point;
 use crate::scenario::{
@@ -60,6 +60,40 @@ fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>
     }
     let dim = body.mesh.dim();
     let direction = unit(ends);
+    let (nodal, each) = over_nodes(scene, body, table, ends)?;
+    let entries = |nodal: &[f64]| -> Vec<(usize, f64)> {
+        let row = body.dofs.gather_forces(nodal);
+        row.into_iter().enumerate().filter(|e| e.1 != 0.0).collect()
+    };
+    let all: Vec<Row> = match ends.each {
+        false => vec![(entries(&nodal), 1.0)],
+        true => {
+            let of_node = |(node, area): (usize, &f64)| {
+                let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
+                nodal[dim * node..dim * (node + 1)].copy_from_slice(&direction);
+                (entries(&nodal), *area)
+            };
+            let at_nodes = each.iter().enumerate().filter(|(_, area)| **area != 0.0).map(of_node);
+            at_nodes.filter(|(row, _)| !row.is_empty()).collect()
+        }
+    };
+    if all.iter().all(|(row, _)| row.is_empty()) {
+        let message = "acts on displacements that supports hold, or on two ends that move alike";
+        let help = "choose another place or direction, or remove it";
+        return Err(scene.error(Issue::new(table, message, help)).into());
+    }
+    Ok(all)
+}
+
+/// What an element acts on over the components of all nodes, held ones included; or, of one at every node of a group, their areas.
+fn over_nodes(
+    scene: &Scene,
+    body: &Body,
+    table: &str,
+    ends: &Ends,
+) -> Result<(Vec<f64>, Vec<f64>), ProblemError> {
+    let dim = body.mesh.dim();
+    let direction = unit(ends);
     let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
     let mut each = vec![];
     for (end, prefix, sign) in [(Some(ends.from), "", 1.0), (ends.to, "to_", -1.0)] {
@@ -90,28 +124,7 @@ fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>
             Some(End::Row(_)) | None => {}
         }
     }
-    let entries = |nodal: &[f64]| -> Vec<(usize, f64)> {
-        let row = body.dofs.gather_forces(nodal);
-        row.into_iter().enumerate().filter(|e| e.1 != 0.0).collect()
-    };
-    let all: Vec<Row> = match ends.each {
-        false => vec![(entries(&nodal), 1.0)],
-        true => {
-            let of_node = |(node, area): (usize, &f64)| {
-                let mut nodal = vec![0.0; dim * body.mesh.n_nodes()];
-                nodal[dim * node..dim * (node + 1)].copy_from_slice(&direction);
-                (entries(&nodal), *area)
-            };
-            let at_nodes = each.iter().enumerate().filter(|(_, area)| **area != 0.0).map(of_node);
-            at_nodes.filter(|(row, _)| !row.is_empty()).collect()
-        }
-    };
-    if all.iter().all(|(row, _)| row.is_empty()) {
-        let message = "acts on displacements that supports hold, or on two ends that move alike";
-        let help = "choose another place or direction, or remove it";
-        return Err(scene.error(Issue::new(table, message, help)).into());
-    }
-    Ok(all)
+    Ok((nodal, each))
 }
 
 /// The row of an element on given matrices.
@@ -162,11 +175,8 @@ pub(super) fn preload(
 }
 
 /// Springs by name, with `Σ k w` and with their forces at rest; they pull where these are positive.
-pub(super) fn pulls(
-    scene: &Scene,
-    system: &System,
-) -> Result<Vec<(String, Vec<(usize, f64)>, f64)>, ProblemError> {
-    let mut all: Vec<(String, Vec<(usize, f64)>, f64)> = vec![];
+pub(super) fn pulls(scene: &Scene, system: &System) -> Result<Vec<Pull>, ProblemError> {
+    let mut all: Vec<Pull> = vec![];
     for (i, spring) in scene.springs.iter().enumerate() {
         let ends = spring.ends();
         let way = apart(&system.body, &ends);
@@ -178,11 +188,16 @@ pub(super) fn pulls(
             let pull = sign * share * spring.stiffness;
             own.into_iter().for_each(|(j, w)| *row.entry(j).or_insert(0.0) += pull * w);
         }
+        let nodal = match scene.body.kind {
+            BodyKind::Matrices => vec![],
+            _ => over_nodes(scene, &system.body, &format!("spring[{i}]"), &ends)?.0,
+        };
+        let nodal = nodal.into_iter().map(|w| sign * w).collect();
         let name = ends.to_string();
-        let twin =
-            all.iter().filter(|s| s.0 == name || s.0.starts_with(&format!("{name} ("))).count();
-        let name = if twin > 0 { format!("{name} ({})", twin + 1) } else { name };
-        all.push((name, row.into_iter().collect(), preload));
+        let numbered = format!("{name} (");
+        let twins = all.iter().filter(|s| s.name == name || s.name.starts_with(&numbered)).count();
+        let name = if twins > 0 { format!("{numbered}{})", twins + 1) } else { name };
+        all.push(Pull { name, row: row.into_iter().collect(), preload, nodal });
     }
     Ok(all)
 }

@@ -57,7 +57,7 @@ pub(crate) use output::replace_with;
 pub use output::{MARK, Outputs, beside, replace, room};
 pub(crate) use problem::{write_problem, write_problem_flat};
 pub use raw::{Entry, Held, Raw, attributes, entries, held, read_raw};
-pub use reader::{Stored, StoredFriction};
+pub use reader::{Stored, StoredForces, StoredFriction};
 pub use schema::About;
 pub use series::Names;
 pub(crate) use series::read_series;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hdf5::types::FixedAscii;
+use hdf5::types::{FixedAscii, VarLenUnicode};
 use ndarray::Array2;
 
 use super::careful::{Careful, open, reading};
@@ -74,6 +74,8 @@ pub struct Stored {
     pub pressure: Array2<f64>,
     /// What friction did; none without it.
     pub rubbed: Option<StoredFriction>,
+    /// Forces of contact groups, supports and springs; files of earlier versions have fewer.
+    pub forces: Vec<StoredForces>,
     /// Energies: `kinetic, elastic, external, dissipated, jumps`, …, one column each.
     pub energy: Vec<Vec<f64>>,
     /// Switching times.
@@ -105,6 +107,29 @@ pub struct StoredFriction {
     pub taken: Vec<f64>,
     /// Work so far of surfaces that move.
     pub belt: Vec<f64>,
+}
+
+/// Forces of one kind at stored states.
+#[derive(Debug, Clone)]
+pub struct StoredForces {
+    /// `contact`, `support` or `spring`.
+    pub kind: &'static str,
+    /// Groups, or springs.
+    pub names: Vec<String>,
+    /// A row a state: components of the first, then of the next.
+    pub values: Array2<f64>,
+}
+
+impl StoredForces {
+    /// Components of one.
+    pub fn components(&self) -> usize {
+        self.values.ncols() / self.names.len().max(1)
+    }
+
+    fn fits(&self, rows: usize) -> bool {
+        let (columns, names) = (self.values.ncols(), self.names.len());
+        self.values.nrows() == rows && columns > 0 && columns <= 3 * names && columns % names == 0
+    }
 }
 
 impl StoredFriction {
@@ -209,6 +234,7 @@ impl Stored {
             held: (0..n).map(Some).collect(),
             active: Array2::zeros((0, n_c)),
             pressure: Array2::zeros((0, n_c)),
+            forces: vec![],
             rubbed: None,
             energy: vec![vec![]; ENERGY.len() - 1],
             switch_t: vec![],
@@ -256,6 +282,15 @@ impl Stored {
                 taken: column("friction")?,
                 belt: column("belt")?,
             });
+        }
+        for (kind, names) in [("contact", "group"), ("support", "group"), ("spring", "name")] {
+            if file.link_exists(&format!("forces/{kind}/force")) {
+                let group = file.group(&format!("forces/{kind}"))?;
+                let names = group.dataset(names)?.values::<VarLenUnicode>()?;
+                let names = names.iter().map(|w| w.as_str().to_owned()).collect();
+                let values = group.dataset("force")?.table()?;
+                self.forces.push(StoredForces { kind, names, values });
+            }
         }
         self.switch_t = switches.dataset("t")?.values()?;
         let nodes: Vec<i64> = switches.dataset("node")?.values()?;
@@ -383,6 +418,7 @@ impl Stored {
             (self.t.windows(2).all(|w| w[0] < w[1]), "/trajectory/t"),
             (self.energy.iter().all(|c| c.len() == rows), "/energy"),
             (self.rubbed.as_ref().is_none_or(|r| r.fits(rows, n_c)), "/energy/friction"),
+            (self.forces.iter().all(|f| f.fits(rows)), "/forces"),
             (self.switch_node.len() == self.switch_t.len(), "/switches/node"),
             (self.switch_point.len() == self.switch_t.len(), "/switches/active_before"),
             (self.switch_kind.len() == self.switch_t.len(), "/switches/kind"),

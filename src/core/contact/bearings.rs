@@ -37,12 +37,27 @@ pub struct Bearings {
     pull: Csr,
     /// `F₀`
     preload: Vec<f64>,
+    /// The share of each spring's force that goes straight into supports.
+    pinned: Csr,
     /// `P` of each part and axis; no rows of a body of one part.
     momentum: Csr,
     /// The masses of the components of all nodes, of the same rows.
     masses: Csr,
     /// The momenta of what supports move.
     carried: Loads,
+}
+
+/// A spring.
+#[derive(Debug, Clone, Default)]
+pub struct Pull {
+    /// Its ends.
+    pub name: String,
+    /// `Σ k w` over `u`
+    pub row: Vec<(usize, f64)>,
+    /// `F₀`
+    pub preload: f64,
+    /// `w` over the components of all nodes, held ones included; none of one at every node of a group.
+    pub nodal: Vec<f64>,
 }
 
 /// Forces of supports and of springs, and momenta.
@@ -196,16 +211,24 @@ impl Bearings {
         self.carried.follow(momentum, 1, course);
     }
 
-    /// Springs: names, rows `Σ k w`, preloads.
-    pub fn pull(&mut self, springs: Vec<(String, Vec<(usize, f64)>, f64)>) {
+    /// Springs.
+    pub fn pull(&mut self, springs: Vec<Pull>) {
         let n = self.pull.n_cols();
-        let mut entries = vec![];
-        for (k, (name, row, preload)) in springs.into_iter().enumerate() {
-            entries.extend(row.into_iter().map(|(j, v)| (k, j, v)));
-            self.springs.push(name);
-            self.preload.push(preload);
+        let (mut entries, mut into_supports) = (vec![], vec![]);
+        let mut share = vec![0.0; self.held.n_rows()];
+        for (k, spring) in springs.into_iter().enumerate() {
+            entries.extend(spring.row.into_iter().map(|(j, v)| (k, j, v)));
+            if !spring.nodal.is_empty() {
+                self.held.mul(&spring.nodal, &mut share);
+                let of_supports = share.iter().enumerate().filter(|e| *e.1 != 0.0);
+                into_supports.extend(of_supports.map(|(i, w)| (i, k, *w)));
+            }
+            self.springs.push(spring.name);
+            self.preload.push(spring.preload);
         }
-        self.pull = Csr::from_triplets(self.springs.len(), n, entries);
+        let count = self.springs.len();
+        self.pull = Csr::from_triplets(count, n, entries);
+        self.pinned = Csr::from_triplets(share.len(), count, into_supports);
     }
 
     /// Of displacements, velocities and accelerations (none: not known) of a body, reduced or not, at a time.
@@ -228,6 +251,7 @@ impl Bearings {
         add(&self.stiffness, beta, &v, &mut supports);
         add(&self.mass, alpha, &v, &mut supports);
         add(&self.mass, 1.0, &a, &mut supports);
+        add(&self.pinned, 1.0, &springs, &mut supports);
         Borne { supports, springs, momentum }
     }
 }

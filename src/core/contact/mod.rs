@@ -42,7 +42,7 @@ pub(crate) mod states;
 pub(crate) mod system;
 mod tractions;
 
-pub use bearings::{Bearings, Borne};
+pub use bearings::{Bearings, Borne, Pull};
 pub use boundary::Stress;
 pub use conditions::{Conditions, Gaps};
 pub use constraint::Constraint;

@@ -1,6 +1,7 @@
-//! The pictures of a stored run: contact, states and loops of friction, energy, gap map, deformed shapes.
+//! The pictures of a stored run: contact, states and loops of friction, forces, energy, gap map, deformed shapes.
 
 mod contact;
+mod forces;
 mod friction;
 mod gap;
 mod ledger;
@@ -18,6 +19,7 @@ use std::path::Path;
 use super::figure::{Drawing, FigureError, Sheet};
 use crate::store::{Stored, beside};
 use contact::contact;
+use forces::forces;
 use friction::friction;
 use gap::gap_map;
 use ledger::energy;
@@ -34,10 +36,11 @@ struct Picture {
     draw: for<'s> fn(&'s Stored, &Options) -> Result<Sheet<'s>, FigureError>,
 }
 
-const PICTURES: [Picture; 6] = [
+const PICTURES: [Picture; 7] = [
     Picture { name: "contact", along_edge: false, draw: contact },
     Picture { name: "states", along_edge: false, draw: states },
     Picture { name: "friction", along_edge: false, draw: friction },
+    Picture { name: "forces", along_edge: false, draw: forces },
     Picture { name: "energy", along_edge: false, draw: energy },
     Picture { name: "gap", along_edge: true, draw: gap_map },
     Picture { name: "shapes", along_edge: false, draw: shapes },
