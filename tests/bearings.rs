@@ -111,7 +111,7 @@ fn momenta_change_by_the_forces() {
         )
     };
     // at nodes with inertia: what acts on massless ones moves some of their mass with it
-    let spring = "[[spring]]\nedge = 'held:bottom'\nto = 'thrown:right'\ndirection = [1.0, 0.0]\nstiffness = 0.1\npreload = 0.02\n";
+    let spring = "[[spring]]\nat = [0.5, 0.0]\nto_at = [1.65, 0.05]\ndirection = [1.0, 0.0]\nstiffness = 0.1\npreload = 0.02\n";
     let shaken =
         "[[load]]\nkind = 'base'\nedge = 'held:left'\namplitude = [0.02, 0.01]\nomega = 1.3\n";
     for (friction, beta, more) in

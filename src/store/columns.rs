@@ -49,6 +49,8 @@ static ONCE: &[About] = &[
     About::new("contact/pairs/sides", "both | slave", &["pair"], "which surface has no inertia along its normals"),
     About::new("contact/pairs/lever", "length", &["pair"], "largest distance by which the line of action of a contact force misses the slave's normal"),
     About::new("forces/contact/group", "words", &["group"], "groups before obstacles, and slaves"),
+    About::new("forces/support/group", "words", &["group"], "groups that supports hold"),
+    About::new("forces/spring/name", "words", &["spring"], "ends of each spring"),
     About::new("trajectory/columns", "column", &["column"], "which of all displacements (mesh/dof_map) u and v hold"),
     About::new("friction/work", "energy", CONTACT, "what friction took at each contact point over the run"),
     About::new("friction/path", "length", CONTACT, "how far each contact point slipped"),

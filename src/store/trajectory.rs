@@ -53,7 +53,8 @@ impl Trajectory {
         let bearings = &kept.bearings;
         let mut add = |columns, width: usize| -> Result<bool, StoreError> {
             if width > 0 {
-                tables.push(Rows::create(file, columns, &|_| Form::plain(Some(width), chunk))?);
+                let form = Form { columns: Some(width), chunk, compressed, single: false };
+                tables.push(Rows::create(file, columns, &|_| form)?);
             }
             Ok(width > 0)
         };
