@@ -172,3 +172,40 @@ fn files_know_what_supports_and_springs_bear() {
     assert_eq!(said["forces"][4]["maximum"].as_f64().unwrap(), largest);
     assert_eq!(h5.dataset("bodies/momentum").unwrap().shape(), [t.len(), 4]);
 }
+
+/// An orbit at another frequency than the scene's is borne at its own: the wall of a shaken bar carries its momentum round, and back.
+#[test]
+fn orbits_at_other_frequencies_are_borne_at_them() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name).to_str().unwrap().to_owned();
+    let text = "[body]\nkind = 'bar'\nsize = [1.0]\nelements = [4]\nyoung = 1.0\ndensity = 1.0\n[[support]]\nedge = 'left'\nfix = ['x']\n\
+                [contact]\nedge = 'right'\ngap = 100.0\nstress = 'reaction'\ninertia = 'constant'\n[damping]\nrayleigh = [0.2, 0.0]\n\
+                [[load]]\nkind = 'base'\nedge = 'left'\namplitude = [0.1]\nomega = 0.9\n[orbit]\nomega = 1.3\n";
+    std::fs::write(at("scene.toml"), text).unwrap();
+    let file = at("orbit.h5");
+    json(&["orbit", &at("scene.toml"), "--omega", "1.3", "-o", &file]);
+    let h5 = crate::common::hdf5_files().open(&file).unwrap();
+    let t = h5.dataset("trajectory/t").unwrap().read_raw::<f64>().unwrap();
+    let force = h5.dataset("forces/support/force").unwrap().read_raw::<f64>().unwrap();
+    // the force of α-damping on the whole body is taken up by the wall: over a period Σ forces = ∫ αρu̇ = 0
+    let impulse = integral(&t, |r| force[r]);
+    let largest = force.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+    assert!(largest > 0.01 && impulse.abs() < 1e-3 * largest, "{impulse} {largest}");
+    // harmonic of the orbit's frequency: half a period later it is the opposite
+    let half = 0.5 * t[t.len() - 1];
+    let nearest = |x: f64| {
+        let off = |r: &usize| (t[*r] - x).abs();
+        (0..t.len()).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap()
+    };
+    for r in (0..t.len() / 2).step_by(7) {
+        let other = nearest(t[r] + half);
+        if (t[other] - t[r] - half).abs() < 1e-9 {
+            assert!(
+                (force[r] + force[other]).abs() < 1e-8 * largest,
+                "{r}: {} {}",
+                force[r],
+                force[other]
+            );
+        }
+    }
+}

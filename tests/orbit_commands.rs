@@ -300,6 +300,26 @@ fn foreign_results_and_foreign_matrices() {
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("--coefficients"));
 }
 
+/// Forced series of two rods by another program, which knows the pair by its own means: with more harmonics they come to the orbits that are shot from them.
+#[test]
+fn foreign_series_of_two_rods_come_to_orbits() {
+    let folder = TempDir::new().unwrap();
+    let [csv, scene] = ["csv", "toml"].map(|end| format!("validate/foreign/two-rods.{end}"));
+    let said = json(&["crosscheck", &csv, &scene, "-o", &path(&folder, "rods.h5").1], 0);
+    let mut seen = 0;
+    for p in said["points"].as_array().unwrap() {
+        assert_eq!(
+            (p["verdict"].as_str(), p["same_sequence"].as_bool()),
+            (Some("orbit"), Some(true))
+        );
+        let within = if p["harmonics"] == 15 { 0.015 } else { 2e-4 };
+        let moved = p["moved"].as_f64().unwrap();
+        assert!(moved < within, "{p}");
+        seen += 1;
+    }
+    assert_eq!(seen, 12);
+}
+
 /// A CSV whose columns are not what they should be is refused with its line; a point that is no motion does not take the others with it.
 #[test]
 fn foreign_csv_is_read_with_care() {

@@ -14,7 +14,9 @@ pub(super) fn bearings(scene: &Scene, system: &System) -> Result<Bearings, Probl
     // the frame of an obstacle that moves is none of inertia; bodies from matrices have no supports
     let moves = scene.contact.as_ref().is_some_and(|c| c.motion.is_some());
     let held = if moves || scene.body.kind == BodyKind::Matrices { vec![] } else { held(scene) };
-    let mut all = Bearings::new(body, &held, damping, &parts(scene, &body.mesh).of_node);
+    let parts = parts(scene, &body.mesh);
+    let of_parts = (&parts.of_node[..], parts.names.len());
+    let mut all = Bearings::new(body, &held, damping, of_parts);
     all.pull(elements::pulls(scene, system)?);
     if system.has_massless_contact() && !all.is_empty() {
         let open = system.open_phase();
@@ -24,7 +26,11 @@ pub(super) fn bearings(scene: &Scene, system: &System) -> Result<Bearings, Probl
         return Ok(all);
     }
     for (i, l) in scene.loads.iter().enumerate() {
-        let Some(Amplitude::Vector(vector)) = &l.amplitude else { continue };
+        let vector = &match &l.amplitude {
+            Some(Amplitude::Vector(vector)) => vector.clone(),
+            Some(Amplitude::Scalar(a)) => vec![*a],
+            None => continue,
+        };
         let course = loads::course(scene, i)?;
         let nodal = match l.kind {
             LoadKind::Gravity => load::nodal_gravity(body, vector),

@@ -332,7 +332,7 @@ pub(super) static SERIES: &[Column<SeriesRow>] = &[
 pub(super) static CHECKS: &[Column<CheckRow>] = &[
     Column::<CheckRow>::new("crosscheck/omega", "1/time", POINT, "circular frequency", Get::Number(|r| r.omega)).kept(|r, x| r.omega = x),
     Column::<CheckRow>::new("crosscheck/harmonics", "number", POINT, "harmonics of the series", Get::Number(|r| r.n_h as f64)).kept(|r, x| r.n_h = x as usize),
-    Column::<CheckRow>::new("crosscheck/hbm_energy", "energy", POINT, "energy of the series", Get::Number(|r| r.energy)).kept(|r, x| r.energy = x),
+    Column::<CheckRow>::new("crosscheck/hbm_energy", "energy", POINT, "energy of the series, of a forced motion the largest", Get::Number(|r| r.energy)).kept(|r, x| r.energy = x),
     Column::<CheckRow>::new("crosscheck/residual", "relative", POINT, "residual of the series in time", Get::Number(|r| r.residual)).kept(|r, x| r.residual = x),
     Column::<CheckRow>::new("crosscheck/return_error", "relative", POINT, "how far the state of the series is from itself after a period", Get::Number(|r| r.return_error)).kept(|r, x| r.return_error = x),
     Column::<CheckRow>::new("crosscheck/moved", "relative", POINT, "distance of both states at t = 0 over the size of the orbit's", Get::Number(|r| r.moved)).kept(|r, x| r.moved = x),

@@ -52,7 +52,10 @@ impl Kept {
         let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
         let (body, resultants) = (system.body.clone(), Resultants::new(system));
         // where the contact alone is followed nobody knows what supports bear
-        let bearings = if contact_alone { Arc::default() } else { system.bearings.clone() };
+        let bearings = match contact_alone {
+            true => Arc::default(),
+            false => Arc::new(system.bearings.at_frequency_of(&system.loads)),
+        };
         Kept { body, part, tangents, resultants, bearings, contact_alone, single }
     }
 

@@ -77,8 +77,13 @@ fn add(a: &Csr, c: f64, x: &[f64], y: &mut [f64]) {
 }
 
 impl Bearings {
-    /// Of a body of elements with its supports and parts; damping in proportion to its mass and stiffness.
-    pub fn new(body: &Body, held: &[Held], damping: (f64, f64), parts: &[usize]) -> Bearings {
+    /// Of a body of elements with its supports, damping in proportion to its mass and stiffness, and parts: which of how many each node belongs to.
+    pub fn new(
+        body: &Body,
+        held: &[Held],
+        damping: (f64, f64),
+        parts: (&[usize], usize),
+    ) -> Bearings {
         let (mesh, dofs, dim) = (&body.mesh, &body.dofs, body.mesh.dim());
         let mut supports: Vec<String> = vec![];
         for h in held {
@@ -126,10 +131,9 @@ impl Bearings {
         all.with_parts(body, parts)
     }
 
-    /// Momenta of the parts, by the number of each node's, where there are several.
-    fn with_parts(self, body: &Body, of_node: &[usize]) -> Bearings {
+    /// Momenta of the parts, where there are several.
+    fn with_parts(self, body: &Body, (of_node, count): (&[usize], usize)) -> Bearings {
         let (dofs, dim) = (&body.dofs, self.dim);
-        let count = of_node.iter().max().map_or(0, |last| last + 1);
         if count < 2 {
             return self;
         }
@@ -211,6 +215,18 @@ impl Bearings {
         self.carried.follow(momentum, 1, course);
     }
 
+    /// Where all harmonic loads of a system have one frequency, what they bring has it too.
+    pub fn at_frequency_of(&self, loads: &Loads) -> Bearings {
+        let mut all = self.clone();
+        if let [first, others @ ..] = &loads.harmonics[..]
+            && others.iter().all(|h| h.omega == first.omega)
+        {
+            all.given.set_frequency(first.omega);
+            all.carried.set_frequency(first.omega);
+        }
+        all
+    }
+
     /// Springs.
     pub fn pull(&mut self, springs: Vec<Pull>) {
         let n = self.pull.n_cols();
@@ -233,6 +249,9 @@ impl Bearings {
 
     /// Of displacements, velocities and accelerations (none: not known) of a body, reduced or not, at a time.
     pub fn of(&self, body: &Body, t: f64, [u, v, a]: [&[f64]; 3]) -> Borne {
+        if self.is_empty() {
+            return Borne::default();
+        }
         let [u, v] = [body.nodal(u), body.nodal(v)];
         let mut springs = self.preload.clone();
         add(&self.pull, 1.0, &u, &mut springs);

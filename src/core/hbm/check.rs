@@ -26,7 +26,7 @@ pub struct Candidate {
 /// What the time domain says of a candidate.
 #[derive(Debug, Clone)]
 pub struct Checked {
-    /// Energy at `t = 0`.
+    /// Energy at `t = 0`; of forced motions the largest of the samples.
     pub energy: f64,
     /// Root mean square over the period of `ü_O − ü_O(u, u̇)` over that of `ü_O`, in the norm of the open phase's mass.
     pub residual: f64,
@@ -196,13 +196,18 @@ pub fn check(
     };
     closure.adopt(body, &guess)?;
     let rubbing = Rubbing::new(&body.system, candidate)?;
-    let (residual, contact_time, sequence) = along(body, candidate, &rubbing, period)?;
+    let Along { residual, contact_time, highest, sequence } =
+        along(body, candidate, &rubbing, period)?;
     let [mut u, v, _] = candidate.at(n, 0.0);
     let mut open = States::open(body.system.n_contact());
     rubbing.settle(&body.system, 0.0, (&mut u, &v), &mut open);
     let state = State { u, v };
     let (full_u, full_v) = state.full(&body.system)?;
-    let energy = body.system.kinetic(0.0, &full_v) + body.system.elastic(0.0, &full_u);
+    // as of an orbit: of forced ones the largest
+    let energy = match closure {
+        Closure::Forced(_) => highest,
+        _ => body.system.energy(0.0, &full_u, &full_v),
+    };
     let z = body.frame(&state);
     let return_error = match integrate(body, &state, period) {
         Ok(passage) => {
@@ -223,19 +228,27 @@ pub fn check(
     Ok(Checked { energy, residual, return_error, verdict, likeness, contact_change })
 }
 
-/// Residual, contact time and switches along a candidate.
-#[allow(clippy::type_complexity)]
+/// What a candidate does over its period.
+struct Along {
+    residual: f64,
+    contact_time: f64,
+    /// Largest energy of the samples.
+    highest: f64,
+    /// Contact points that close and open, in their order.
+    sequence: Vec<(usize, bool)>,
+}
+
 fn along(
     body: &Propagator,
     candidate: &Candidate,
     rubbing: &Rubbing,
     period: f64,
-) -> Result<(f64, f64, Vec<(usize, bool)>), HbmError> {
+) -> Result<Along, HbmError> {
     let system = &body.system;
     let n = body.n();
     let mut scratch = system.scratch();
     let mut phases: std::collections::HashMap<States, Phase> = std::collections::HashMap::new();
-    let (mut defect, mut size, mut contact_time) = (0.0, 0.0, 0.0);
+    let (mut defect, mut size, mut contact_time, mut highest) = (0.0, 0.0, 0.0, 0.0f64);
     let mut set = States::open(system.n_contact());
     let mut last: Option<(f64, States)> = None;
     let mut sequence = vec![];
@@ -266,9 +279,11 @@ fn along(
         body.home.to_modes(&both, &mut modal);
         defect += modal[..n].iter().map(|x| x * x).sum::<f64>();
         size += modal[n..].iter().map(|x| x * x).sum::<f64>();
+        highest = highest.max(system.energy_in(&phases[&set], t, &State { u, v }));
     }
     let sequence = sequence.into_iter().map(|(_, c, closes)| (c, closes)).collect();
-    Ok(((defect / size.max(f64::MIN_POSITIVE)).sqrt(), contact_time, sequence))
+    let residual = (defect / size.max(f64::MIN_POSITIVE)).sqrt();
+    Ok(Along { residual, contact_time, highest, sequence })
 }
 
 /// The order of the switches between two times at which the sets are known, by halving where several nodes changed.
