@@ -133,7 +133,8 @@ fn momenta_change_by_the_forces() {
         let mut largest = 0.0f64;
         for axis in 0..2 {
             let force = |r: usize| seen.contact[r][axis];
-            let contact = integral(&seen.t, force);
+            // pressures are elastic ones: what stiffness-proportional damping adds to them is β times their rate
+            let contact = integral(&seen.t, force) + beta * (force(last) - force(0));
             // tractions jump where a point comes to rest: trapezia are off by half a step times the variation at the most
             let variation: f64 = (1..=last).map(|r| (force(r) - force(r - 1)).abs()).sum();
             let within = if friction > 0.0 { 0.5 * 1e-3 * variation } else { 3e-7 };
