@@ -251,12 +251,14 @@ fn defaults_are_what_the_schema_says() {
     }
 }
 
-/// The pages of keys are what the program says.
+/// The pages of keys and of datasets are what the program says.
 #[test]
 fn the_pages_of_keys_are_what_the_program_says() {
-    for (page, words) in
-        [("scenes", &["schema", "--markdown"][..]), ("studies", &["schema", "study", "--markdown"])]
-    {
+    for (page, words) in [
+        ("scenes", &["schema", "--markdown"][..]),
+        ("studies", &["schema", "study", "--markdown"]),
+        ("datasets", &["schema", "files", "--markdown"]),
+    ] {
         let path = root().join(format!("docs/reference/{page}.md"));
         let page = std::fs::read_to_string(path).unwrap();
         let said = String::from_utf8(run(words).stdout).unwrap();

@@ -5,10 +5,14 @@ use super::parts::parts;
 use super::places::placed;
 use super::{ProblemError, elements, loads, moving};
 use crate::contact::{Bearings, System};
-use crate::fem::load;
+use crate::fem::{Loads, load};
 use crate::scenario::{Amplitude, BodyKind, LoadKind, Scene};
 
-pub(super) fn bearings(scene: &Scene, system: &System) -> Result<Bearings, ProblemError> {
+/// With what of the loads goes straight into supports.
+pub(super) fn bearings(
+    scene: &Scene,
+    system: &System,
+) -> Result<(Bearings, Option<Box<Loads>>), ProblemError> {
     let body = &system.body;
     let damping = system.damping.map_or((0.0, 0.0), |d| (d.alpha, d.beta));
     // the frame of an obstacle that moves is none of inertia; bodies from matrices have no supports
@@ -23,8 +27,9 @@ pub(super) fn bearings(scene: &Scene, system: &System) -> Result<Bearings, Probl
         all = all.without_contact_mass(|row| open.reduce(row));
     }
     if held.is_empty() {
-        return Ok(all);
+        return Ok((all, None));
     }
+    let mut borne = Loads::default();
     for (i, l) in scene.loads.iter().enumerate() {
         let vector = &match &l.amplitude {
             Some(Amplitude::Vector(vector)) => vector.clone(),
@@ -40,12 +45,15 @@ pub(super) fn bearings(scene: &Scene, system: &System) -> Result<Bearings, Probl
                 load::nodal_point(body, at.node, vector)
             }
             LoadKind::Base => {
-                all.carry(body, &moving::field(body, l.group(), vector), &course);
+                let field = moving::field(body, l.group(), vector);
+                for (derivative, share) in (0..).zip(all.shares_of_motion(body, &field)) {
+                    borne.follow(share, derivative, &course);
+                }
                 continue;
             }
             LoadKind::Force | LoadKind::Mode => continue,
         };
-        all.load(&nodal, &course);
+        borne.follow(all.share(&nodal), 0, &course);
     }
-    Ok(all)
+    Ok((all, Some(borne.into())))
 }

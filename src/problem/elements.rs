@@ -158,20 +158,40 @@ pub(super) fn preload(
     loads: &mut Loads,
 ) -> Result<(), ProblemError> {
     for (i, spring) in scene.springs.iter().enumerate() {
-        let placed = rows(scene, &system.body, &format!("spring[{i}]"), &spring.ends())?;
+        let stretch = Stretch::of(scene, &system.body, i)?;
         if spring.preload == 0.0 {
             continue;
         }
-        // two ends are pulled together, whichever is named first
-        let way = apart(&system.body, &spring.ends());
-        let pull = if way < 0.0 { -spring.preload } else { spring.preload };
         let mut force = vec![0.0; system.n()];
-        for (row, share) in placed {
-            row.into_iter().for_each(|(j, w)| force[j] -= share * pull * w);
-        }
+        stretch.row.into_iter().for_each(|(j, w)| force[j] -= spring.preload * w);
         loads.push(force, None, 0.0);
     }
     Ok(())
+}
+
+/// How much longer a spring is: positive whichever end is named first, of one to the ground along its direction.
+struct Stretch {
+    /// `Σ w` over `u`, times areas where it is one at every node of a group.
+    row: BTreeMap<usize, f64>,
+    /// The sum of these areas, or one.
+    share: f64,
+    /// What it was multiplied by.
+    sign: f64,
+}
+
+impl Stretch {
+    /// Of a spring of a scene.
+    fn of(scene: &Scene, body: &Body, i: usize) -> Result<Stretch, ProblemError> {
+        let ends = scene.springs[i].ends();
+        let placed = rows(scene, body, &format!("spring[{i}]"), &ends)?;
+        let sign = if apart(body, &ends) < 0.0 { -1.0 } else { 1.0 };
+        let (mut row, mut whole) = (BTreeMap::new(), 0.0);
+        for (own, share) in placed {
+            whole += share;
+            own.into_iter().for_each(|(j, w)| *row.entry(j).or_insert(0.0) += sign * share * w);
+        }
+        Ok(Stretch { row, share: whole, sign })
+    }
 }
 
 /// Springs by name, with `Σ k w` and with their forces at rest; they pull where these are positive.
@@ -179,15 +199,8 @@ pub(super) fn pulls(scene: &Scene, system: &System) -> Result<Vec<Pull>, Problem
     let mut all: Vec<Pull> = vec![];
     for (i, spring) in scene.springs.iter().enumerate() {
         let ends = spring.ends();
-        let way = apart(&system.body, &ends);
-        // longer is positive, whichever end is named first; to the ground along the direction
-        let sign = if way < 0.0 { -1.0 } else { 1.0 };
-        let (mut row, mut preload) = (BTreeMap::new(), 0.0);
-        for (own, share) in rows(scene, &system.body, &format!("spring[{i}]"), &ends)? {
-            preload += share * spring.preload;
-            let pull = sign * share * spring.stiffness;
-            own.into_iter().for_each(|(j, w)| *row.entry(j).or_insert(0.0) += pull * w);
-        }
+        let Stretch { row, share, sign } = Stretch::of(scene, &system.body, i)?;
+        let row = row.into_iter().map(|(j, w)| (j, spring.stiffness * w)).collect();
         let nodal = match scene.body.kind {
             BodyKind::Matrices => vec![],
             _ => over_nodes(scene, &system.body, &format!("spring[{i}]"), &ends)?.0,
@@ -197,7 +210,7 @@ pub(super) fn pulls(scene: &Scene, system: &System) -> Result<Vec<Pull>, Problem
         let numbered = format!("{name} (");
         let twins = all.iter().filter(|s| s.name == name || s.name.starts_with(&numbered)).count();
         let name = if twins > 0 { format!("{numbered}{})", twins + 1) } else { name };
-        all.push(Pull { name, row: row.into_iter().collect(), preload, nodal });
+        all.push(Pull { name, row, preload: share * spring.preload, nodal });
     }
     Ok(all)
 }

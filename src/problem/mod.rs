@@ -258,7 +258,9 @@ impl Problem {
         pairs::note(&system.body, &mut notes);
         let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
-        system.bearings = bearings::bearings(scene, &system)?.into();
+        let (bearings, borne) = bearings::bearings(scene, &system)?;
+        system.bearings = bearings.into();
+        system.loads_mut().borne = borne;
         friction::check(scene, &system, &mut notes)?;
         around_equilibrium(scene, &mut system)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::contact::distance::NEXT;
 use crate::contact::{Bearings, Borne, Resultants, System};
 use crate::event::Sample;
-use crate::fem::{Body, Csr};
+use crate::fem::{Body, Csr, Loads};
 use crate::scenario::{Precision, Scene, Store};
 
 /// A displacement along an axis as a combination of entries of `u`.
@@ -32,6 +32,8 @@ pub struct Kept {
     pub(super) resultants: Resultants,
     /// What adds up the forces of supports and springs.
     pub(super) bearings: Arc<Bearings>,
+    /// The loads, for what of them goes straight into supports.
+    loads: Arc<Loads>,
     /// Nothing but what the contact does.
     pub(super) contact_alone: bool,
     /// In single precision.
@@ -52,11 +54,9 @@ impl Kept {
         let tangents = Csr::from_triplets(all.len(), system.n(), entries.collect());
         let (body, resultants) = (system.body.clone(), Resultants::new(system));
         // where the contact alone is followed nobody knows what supports bear
-        let bearings = match contact_alone {
-            true => Arc::default(),
-            false => Arc::new(system.bearings.at_frequency_of(&system.loads)),
-        };
-        Kept { body, part, tangents, resultants, bearings, contact_alone, single }
+        let bearings = if contact_alone { Arc::default() } else { system.bearings.clone() };
+        let loads = system.loads.clone();
+        Kept { body, part, tangents, resultants, bearings, loads, contact_alone, single }
     }
 
     /// As `[run]` of a scene says.
@@ -110,7 +110,7 @@ impl Kept {
 
     /// What supports and springs bear at a state, and the momenta.
     pub(super) fn borne(&self, s: &Sample) -> Borne {
-        self.bearings.of(&self.body, s.t, [s.u, s.v, s.a])
+        self.bearings.of(&self.body, (&self.loads, s.t), [s.u, s.v, s.a])
     }
 
     /// The displacements along the tangents, `e u`.

@@ -12,7 +12,7 @@
 
 use std::collections::HashSet;
 
-use crate::fem::{Body, Course, Csr, Fix, Held, Loads};
+use crate::fem::{Body, Csr, Fix, Held, Loads};
 use crate::mesh::Point;
 
 /// Supports, springs and parts of a body, as rows over the displacements of its mesh.
@@ -31,8 +31,6 @@ pub struct Bearings {
     mass: Csr,
     /// `C = αM + βK`
     damping: (f64, f64),
-    /// `f` of the rows, what supports that move bring included.
-    given: Loads,
     /// `Σ k w`
     pull: Csr,
     /// `F₀`
@@ -43,8 +41,6 @@ pub struct Bearings {
     momentum: Csr,
     /// The masses of the components of all nodes, of the same rows.
     masses: Csr,
-    /// The momenta of what supports move.
-    carried: Loads,
 }
 
 /// A spring.
@@ -190,41 +186,23 @@ impl Bearings {
         self.momentum.n_rows()
     }
 
-    /// A load, by its forces on the components of all nodes.
-    pub fn load(&mut self, nodal: &[f64], course: &Course) {
-        let mut share = vec![0.0; self.held.n_rows()];
+    /// What of a load on the components of all nodes goes into supports: their components, and no momenta.
+    pub fn share(&self, nodal: &[f64]) -> Vec<f64> {
+        let mut share = vec![0.0; self.held.n_rows() + self.momenta()];
         self.held.mul(nodal, &mut share);
-        self.given.follow(share, 0, course);
+        share
     }
 
-    /// A motion of supports, a field over the components of all nodes: `−(K w s + C w ṡ + M w s̈)` among the loads.
-    pub fn carry(&mut self, body: &Body, field: &[f64], course: &Course) {
-        let [k, m] = body.products_of_field(field).map(|product| {
-            let mut share = vec![0.0; self.held.n_rows()];
-            self.held.mul(&product, &mut share);
-            share
-        });
+    /// What a motion `w s` of supports brings, by the derivative of `s` that it follows: `−(K w s + C w ṡ + M w s̈)` into supports, and the momentum of what moves with them.
+    pub fn shares_of_motion(&self, body: &Body, field: &[f64]) -> [Vec<f64>; 3] {
+        let [k, m] = body.products_of_field(field).map(|product| self.share(&product));
         let (alpha, beta) = self.damping;
-        let of = |x: f64, y: f64| k.iter().zip(&m).map(|(k, m)| -(x * k + y * m)).collect();
-        let parts = [of(1.0, 0.0), of(beta, alpha), of(0.0, 1.0)];
-        for (derivative, force) in (0..).zip(parts) {
-            self.given.follow(force, derivative, course);
-        }
-        let mut momentum = vec![0.0; self.masses.n_rows()];
-        self.masses.mul(field, &mut momentum);
-        self.carried.follow(momentum, 1, course);
-    }
-
-    /// Where all harmonic loads of a system have one frequency, what they bring has it too.
-    pub fn at_frequency_of(&self, loads: &Loads) -> Bearings {
-        let mut all = self.clone();
-        if let [first, others @ ..] = &loads.harmonics[..]
-            && others.iter().all(|h| h.omega == first.omega)
-        {
-            all.given.set_frequency(first.omega);
-            all.carried.set_frequency(first.omega);
-        }
-        all
+        let of = |x: f64, y: f64| -> Vec<f64> {
+            k.iter().zip(&m).map(|(k, m)| -(x * k + y * m)).collect()
+        };
+        let mut by_rate = of(beta, alpha);
+        self.masses.mul(field, &mut by_rate[self.held.n_rows()..]);
+        [of(1.0, 0.0), by_rate, of(0.0, 1.0)]
     }
 
     /// Springs.
@@ -247,24 +225,23 @@ impl Bearings {
         self.pinned = Csr::from_triplets(share.len(), count, into_supports);
     }
 
-    /// Of displacements, velocities and accelerations (none: not known) of a body, reduced or not, at a time.
-    pub fn of(&self, body: &Body, t: f64, [u, v, a]: [&[f64]; 3]) -> Borne {
+    /// Of displacements, velocities and accelerations (none: not known) of a body, reduced or not, under its loads at a time.
+    pub fn of(&self, body: &Body, (loads, t): (&Loads, f64), [u, v, a]: [&[f64]; 3]) -> Borne {
         if self.is_empty() {
             return Borne::default();
         }
         let [u, v] = [body.nodal(u), body.nodal(v)];
         let mut springs = self.preload.clone();
         add(&self.pull, 1.0, &u, &mut springs);
-        let mut momentum = vec![0.0; self.momentum.n_rows()];
-        self.carried.at(t, &mut momentum);
-        add(&self.momentum, 1.0, &v, &mut momentum);
         let rows = self.held.n_rows();
+        let mut given = vec![0.0; rows + self.momenta()];
+        loads.borne.iter().for_each(|borne| borne.at(t, &mut given));
+        let mut momentum = given.split_off(rows);
+        add(&self.momentum, 1.0, &v, &mut momentum);
         if a.is_empty() || rows == 0 {
             return Borne { supports: vec![f64::NAN; rows], springs, momentum };
         }
         let (a, (alpha, beta)) = (body.nodal(a), self.damping);
-        let mut given = vec![0.0; rows];
-        self.given.at(t, &mut given);
         let mut supports: Vec<f64> = given.iter().map(|f| -f).collect();
         add(&self.stiffness, 1.0, &u, &mut supports);
         add(&self.stiffness, beta, &v, &mut supports);

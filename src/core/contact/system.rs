@@ -224,6 +224,7 @@ impl System {
         let measured = |m: &Measured| Measured { force: reduction.load(&m.force), ..m.clone() };
         loads.measured = self.loads.measured.iter().map(measured).collect();
         loads.carried = self.loads.carried.reduced(reduction);
+        loads.borne = self.loads.borne.clone();
         Ok(system)
     }
 

@@ -70,6 +70,15 @@ fn element_matrices<'m>(
     mesh: &'m Mesh,
     materials: &'m [Material],
 ) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
+    matrices_of(mesh, materials, |_| true)
+}
+
+/// The same of the elements whose nodes are wanted.
+fn matrices_of<'m>(
+    mesh: &'m Mesh,
+    materials: &'m [Material],
+    is_wanted: impl Fn(&[usize]) -> bool + Copy + 'm,
+) -> impl Iterator<Item = (Element<'m>, Arc<ElementMatrices>)> {
     mesh.blocks().iter().flat_map(move |block| {
         let n = block.kind.nodes();
         let element = move |nodes| Element { kind: block.kind, region: block.region, nodes };
@@ -80,13 +89,19 @@ fn element_matrices<'m>(
         let shared = (block.congruent && block.connectivity.len() >= n)
             .then(|| of(&block.connectivity[..n]));
         block.connectivity.chunks(BATCH * n).flat_map(move |batch| {
+            let wanted: Vec<&[usize]> = batch.chunks_exact(n).filter(|e| is_wanted(e)).collect();
             let matrices: Vec<Arc<ElementMatrices>> = match &shared {
-                Some(matrices) => vec![matrices.clone(); batch.len() / n],
-                None => batch.par_chunks_exact(n).map(of).collect(),
+                Some(matrices) => vec![matrices.clone(); wanted.len()],
+                None => wanted.par_iter().map(|nodes| of(nodes)).collect(),
             };
-            batch.chunks_exact(n).map(element).zip(matrices)
+            wanted.into_iter().map(element).zip(matrices)
         })
     })
+}
+
+/// Whether a field over the components of all nodes moves one of these.
+fn moves(w: &[f64], dim: usize, nodes: &[usize]) -> bool {
+    nodes.iter().any(|n| w[dim * n..dim * (n + 1)].iter().any(|w| *w != 0.0))
 }
 
 /// The displacements of an element as combinations of entries of `u`: its own number, the entry, the factor.
@@ -349,12 +364,9 @@ impl Body {
         if !self.is_of_elements() {
             return forces;
         }
-        for (e, matrices) in element_matrices(mesh, self.materials()) {
+        for (e, matrices) in matrices_of(mesh, self.materials(), |nodes| moves(w, dim, nodes)) {
             let n = matrices.n;
             let of_corner = |b: usize| w[dim * e.nodes[b / dim] + b % dim];
-            if (0..n).all(|b| of_corner(b) == 0.0) {
-                continue;
-            }
             for a in 0..n {
                 for (i, c) in self.dofs.terms(e.nodes[a / dim], a % dim) {
                     for b in 0..n {
@@ -375,12 +387,9 @@ impl Body {
         if !self.is_of_elements() {
             return products;
         }
-        for (e, matrices) in element_matrices(mesh, self.materials()) {
+        for (e, matrices) in matrices_of(mesh, self.materials(), |nodes| moves(w, dim, nodes)) {
             let n = matrices.n;
             let place = |a: usize| dim * e.nodes[a / dim] + a % dim;
-            if (0..n).all(|b| w[place(b)] == 0.0) {
-                continue;
-            }
             for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
                 products[0][place(a)] += matrices.stiffness[n * a + b] * w[place(b)];
                 let with = if lumped { a } else { b };
@@ -396,15 +405,14 @@ impl Body {
         let shape = (fields.n_rows(), self.dofs.n());
         let at = fields.transposed();
         let mut entries = [vec![], vec![]];
-        let of_elements = self.is_of_elements().then(|| mesh.elements());
-        for e in of_elements.into_iter().flatten() {
+        if !self.is_of_elements() {
+            return [0, 1].map(|_| Csr::from_triplets(shape.0, shape.1, vec![]));
+        }
+        let is_known = |node: &usize| (0..dim).any(|c| at.row(dim * node + c).next().is_some());
+        let is_wanted = |nodes: &[usize]| nodes.iter().any(is_known);
+        for (e, matrices) in matrices_of(mesh, self.materials(), is_wanted) {
+            let n = matrices.n;
             let place = |a: usize| dim * e.nodes[a / dim] + a % dim;
-            let n = dim * e.nodes.len();
-            if (0..n).all(|b| at.row(place(b)).next().is_none()) {
-                continue;
-            }
-            let x = mesh.corners(e);
-            let matrices = Shape { kind: e.kind, x: &x }.matrices(&self.materials()[e.region]);
             for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
                 let with = if lumped { a } else { b };
                 for (i, c) in self.dofs.terms(e.nodes[a / dim], a % dim) {

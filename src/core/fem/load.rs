@@ -111,6 +111,8 @@ pub struct Loads {
     pub measured: Vec<Measured>,
     /// Displacements that move as given, whose forces are among the loads.
     pub carried: Carried,
+    /// What of them goes straight into supports, over numbers of its own (`contact::Bearings`).
+    pub borne: Option<Box<Loads>>,
 }
 
 impl Loads {
@@ -128,12 +130,14 @@ impl Loads {
     pub fn set_frequency(&mut self, omega: f64) {
         self.harmonics.iter_mut().for_each(|h| h.omega = omega);
         self.carried.set_frequency(omega);
+        self.borne.iter_mut().for_each(|b| b.set_frequency(omega));
     }
 
     /// Count time from another instant of all harmonic loads: their angles grow by `angle`.
     pub(crate) fn turn(&mut self, angle: f64) {
         self.harmonics.iter_mut().for_each(|h| h.phase += angle);
         self.carried.turn(angle);
+        self.borne.iter_mut().for_each(|b| b.turn(angle));
     }
 
     /// Add a load; without `omega` it is constant, and has no phase.

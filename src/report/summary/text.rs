@@ -397,12 +397,10 @@ pub(crate) fn forces(all: &serde_json::Value) -> String {
     let mut before = "";
     for of in all.iter().filter(|of| number(&of["maximum"]) > 0.0) {
         let kind = of["kind"].as_str().unwrap_or_default();
-        let head = if kind == before {
-            ""
-        } else if kind == "contact" {
-            "force"
-        } else {
-            kind
+        let head = match kind {
+            _ if kind == before => "",
+            "contact" => "force",
+            other => other,
         };
         before = kind;
         let impulse = of["impulse"].as_array().map_or(&[][..], Vec::as_slice);
