@@ -8,7 +8,7 @@ use signorini::compare::{Means, Plan, Request, Variant, outline, rows};
 use signorini::continuation::Go;
 use signorini::problem::Problem;
 use signorini::records::{Compared, Comparison, Quantity, Row};
-use signorini::scenario::Scene;
+use signorini::scenario::{Elements, Scene};
 use signorini::store::read_comparison;
 
 /// The bar from the far point of its nonsmooth mode of period 3.36 over half of it.
@@ -21,6 +21,10 @@ fn bar() -> Scene {
 
 fn variants(names: &[&str]) -> Vec<Variant> {
     names.iter().map(|n| Variant::of_name(n).unwrap()).collect()
+}
+
+fn meshes(list: &str) -> Vec<Elements> {
+    list.split(',').map(|mesh| Elements::parse(mesh).unwrap()).collect()
 }
 
 fn compared(scene: &Scene, compared: Compared, request: Request) -> Comparison {
@@ -172,7 +176,7 @@ fn a_bar_has_the_errors_of_the_prototype_under_refinement() {
     let names: Vec<&str> = table.iter().map(|t| t.0).chain(["waves"]).collect();
     let request = Request {
         variants: variants(&names),
-        elements: [10, 20, 40, 80, 160].map(|n| vec![n]).to_vec(),
+        elements: meshes("10,20,40,80,160"),
         ..Request::default()
     };
     let c = compared(&bar(), Compared::Run, request);
@@ -218,7 +222,7 @@ fn parameters_are_scanned_as_in_the_prototype() {
         |key: &str, values: &str| (key.to_owned(), values.split(',').map(str::to_owned).collect());
     let request = Request {
         variants: variants(&["nitsche", "penalty"]),
-        elements: vec![vec![40]],
+        elements: meshes("40"),
         parameters: vec![
             list("contact.gamma", "1.01,1.5,2,3,5,10,100"),
             list("contact.stiffness", ".5,1,2,5,10,100,1000"),
@@ -254,7 +258,7 @@ fn parameters_are_scanned_as_in_the_prototype() {
     // a lumped mass; the prototype's redistribution leaves out the mass of the contact node, this one moves it to the neighbour
     let request = Request {
         variants: variants(&["nbm", "penalty", "nitsche", "mass-redistribution"]),
-        elements: vec![vec![40]],
+        elements: meshes("40"),
         parameters: vec![list("body.mass", "lumped")],
         ..Request::default()
     };
@@ -283,10 +287,10 @@ fn a_half_plate_has_the_impulses_of_the_prototype_under_refinement() {
     let names: Vec<&str> = table.iter().map(|t| t.0).collect();
     let request = Request {
         variants: variants(&names),
-        elements: vec![vec![10], vec![20]],
+        elements: meshes("10,20"),
         reference: Some(Named::Mesh(
             Variant::of_name("mass-redistribution").unwrap(),
-            vec![40, 12],
+            Elements::parse("40x12").unwrap(),
         )),
         ..Request::default()
     };
@@ -334,7 +338,7 @@ fn orbits_of_a_half_plate_are_those_of_the_prototype() {
 fn orbits_of_a_bar_scatter_about_the_closed_form_as_in_the_prototype() {
     let request = Request {
         variants: variants(&["nbm", "mass-redistribution", "penalty"]),
-        elements: [10, 20, 40].map(|n| vec![n]).to_vec(),
+        elements: meshes("10,20,40"),
         omega: vec![1.87],
         ..Request::default()
     };
@@ -352,10 +356,10 @@ fn orbits_of_a_bar_scatter_about_the_closed_form_as_in_the_prototype() {
 }
 
 /// The viscous nonlinear mode of the half plate at ω = 1.8, β = 0.01: one limit.
-fn one_limit(names: &[&str], meshes: &[usize], limits: &[(&str, f64)]) -> Comparison {
+fn one_limit(names: &[&str], counts: &str, limits: &[(&str, f64)]) -> Comparison {
     let request = Request {
         variants: variants(names),
-        elements: meshes.iter().map(|n| vec![*n, 3 * n / 10]).collect(),
+        elements: meshes(counts),
         omega: vec![1.8],
         beta: Some(0.01),
         ..Request::default()
@@ -377,7 +381,7 @@ fn one_limit(names: &[&str], meshes: &[usize], limits: &[(&str, f64)]) -> Compar
 fn viscous_modes_of_nodal_methods_have_one_limit() {
     let names = ["nbm", "nbm:constant", "mass-redistribution"];
     let limits = [("nbm", 1.52), ("nbm:constant", 1.77), ("mass-redistribution", 1.75)];
-    let c = one_limit(&names, &[10, 20, 30, 40], &limits);
+    let c = one_limit(&names, "10x3,20x6,30x9,40x12", &limits);
     // another program: .65675 .70052 .71646 .72296 and .67634 .70361 .71093 (another redistribution)
     check(&of(&c, "nbm"), Quantity::Energy, ".65675 .70052 .71646 .72296");
     assert!(of(&c, "nbm")[0].note.contains("sharper fronts"));
@@ -386,9 +390,76 @@ fn viscous_modes_of_nodal_methods_have_one_limit() {
 #[test]
 #[ignore = "some forty seconds"]
 fn viscous_modes_of_springs_approach_the_same_limit() {
-    let c = one_limit(&["nitsche", "penalty"], &[10, 20, 30, 40], &[]);
+    let c = one_limit(&["nitsche", "penalty"], "10x3,20x6,30x9,40x12", &[]);
     check(&of(&c, "nitsche"), Quantity::Energy, ".6921 .7056 .7150 .7236");
     check(&of(&c, "penalty"), Quantity::Energy, ".8497 .7931 .7749 .7651");
+}
+
+/// Two bars, and two half plates, of meshes that do not match: the viscous modes of another program (bodies of that program's own two-body formulation).
+#[test]
+fn viscous_modes_of_two_bodies_converge_as_the_prototype_says() {
+    let bars = "[[body]]\nname = 'a'\nkind = 'bar'\nsize = [1.0]\nelements = [20]\nyoung = 1.0\ndensity = 1.0\n\
+        [[body]]\nname = 'b'\nkind = 'bar'\nsize = [0.7]\nelements = [14]\nyoung = 1.0\ndensity = 1.0\nmove = [2.0]\n\
+        [[support]]\nedge = 'a:left'\nfix = ['x']\n[[support]]\nedge = 'b:right'\nfix = ['x']\n\
+        [[contact]]\nslave = 'a:right'\nmaster = 'b:left'\ngap = 1.0\n";
+    let half = |name: &str, length: f64, elements: &str, far: &str, place: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nkind = 'plate'\nsize = [{length}, 0.3]\nelements = {elements}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n{place}\n\
+             [[support]]\nedge = '{name}:{far}'\nfix = ['x', 'y']\n[[support]]\nedge = '{name}:bottom'\nfix = ['y']\n"
+        )
+    };
+    let plates = half("a", 1.0, "[10, 3]", "left", "")
+        + &half("b", 0.8, "[8, 4]", "right", "move = [2.0, 0.0]")
+        + "[[contact]]\nslave = 'a:right'\nmaster = 'b:left'\ngap = 1.0\n";
+    let uneven = "5x2+4x3,10x3+8x4,15x5+12x6";
+    for (text, sides, list, energies) in [
+        (bars, "both", "20,40,80", "1.893858 1.919210 1.926345"),
+        (bars, "slave", "20,40,80", "1.911197 1.922914 1.927133"),
+        (&plates, "both", uneven, ".49819 .70352 .78434"),
+        (&plates, "slave", uneven, ".60976 .75741 .80629"),
+    ] {
+        let request = Request {
+            variants: variants(&["nbm"]),
+            elements: meshes(list),
+            omega: vec![1.65],
+            beta: Some(0.01),
+            ..Request::default()
+        };
+        let scene = scene(&format!("{text}sides = '{sides}'\n"));
+        let c = compared(&scene, Compared::Viscous, request);
+        let rows = of(&c, "nbm");
+        for (row, printed) in rows.iter().zip(energies.split_whitespace()) {
+            let wanted: f64 = printed.parse().unwrap();
+            let found = row.get(Quantity::Energy);
+            assert!((found - wanted).abs() < 6e-6, "{} {sides}: {found} {printed}", row.mesh);
+        }
+    }
+}
+
+/// A motion of two bodies on finer and finer meshes approaches that on the finest; bodies that touch keep to their own displacements.
+#[test]
+fn motions_of_two_bodies_approach_that_of_the_finest_meshes() {
+    let text = "[[body]]\nname = 'a'\nkind = 'plate'\nsize = [1.0, 0.4]\nelements = [5, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n\
+        [[body]]\nname = 'b'\nkind = 'plate'\nsize = [0.5, 0.4]\nelements = [3, 3]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [1.0, 0.0]\n\
+        [[support]]\nedge = 'a:left'\nfix = ['x', 'y']\n\
+        [[contact]]\nslave = 'b:left'\nmaster = 'a:right'\n\
+        [initial]\nvelocity = { b = ['-0.3', '0'] }\n[damping]\nrayleigh = [0.0, 0.03]\n[run]\nuntil = 1.5\n";
+    let request = Request {
+        variants: variants(&["nbm"]),
+        elements: meshes("5,10,20"),
+        reference: Some(Named::Mesh(
+            Variant::of_name("nbm").unwrap(),
+            Elements::parse("60x24+36x36").unwrap(),
+        )),
+        ..Request::default()
+    };
+    let c = compared(&scene(text), Compared::Run, request);
+    let rows = of(&c, "nbm");
+    let names: Vec<&str> = rows.iter().map(|r| r.mesh.as_str()).collect();
+    assert_eq!(names, ["5x2+3x3", "10x4+6x6", "20x8+12x12"]);
+    // b has flown away: a node of a's face that took b's motion would be off by all of it
+    let errors: Vec<f64> = rows.iter().map(|r| r.get(Quantity::Error)).collect();
+    assert!(errors.windows(2).all(|e| e[1] < 0.6 * e[0]) && errors[2] < 5e-3, "{errors:?}");
 }
 
 fn temporary() -> tempfile::TempDir {

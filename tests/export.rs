@@ -300,7 +300,9 @@ fn csv_is_plain() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next(),
-        Some("t,kinetic,elastic,external,dissipated,jumps,u_n[10],pressure[10],active[10]")
+        Some(
+            "t,kinetic,elastic,external,dissipated,jumps,u_n[10],pressure[10],active[10],force_x[right],support_x[left]"
+        )
     );
     let stored = Stored::read(&place.path().join("bar.h5")).unwrap();
     for (row, line) in lines.enumerate() {

@@ -20,6 +20,7 @@ mod docs;
 mod dynamic_balance;
 mod elements;
 mod exact_flows;
+mod excursions;
 mod export;
 mod family_pictures;
 mod file_format;

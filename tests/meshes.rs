@@ -392,6 +392,7 @@ fn what_a_mesh_cannot_do_is_said() {
     let oblique = "[[support]]\ngroup = \"top\"\nfix = [\"normal\"]\n[contact]\ngroup = \"right\"\nplane = { normal = [1.0, 0.4], offset = 1.3 }\n";
     let said = refusal(place.path(), &text("plane stress", &format!("{CLAMP}{oblique}")));
     assert!(said.contains("holds a part of the contact displacement"), "{said}");
+    assert!(said.contains("lie between the two, and from 80° on"), "{said}");
     // two directions that are neither one nor two
     let crossing = "[[contact]]\ngroup = \"right\"\nplane = { normal = [1.0, 0.7], offset = 1.9 }\n[[contact]]\ngroup = \"top\"\nplane = { normal = [0.7, 1.0], offset = 1.9 }\n";
     let said = refusal(place.path(), &text("plane stress", &format!("{CLAMP}{crossing}")));

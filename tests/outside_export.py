@@ -48,6 +48,10 @@ def expected(path, every, first, last):
             ]:
                 fields[name] = np.full(len(points), rest, dtype=kind)
                 fields[name][contact] = values
+            area, outward = f["mesh/contact_area"][:], f["mesh/contact_normals"][:]
+            force = np.zeros((len(points), 3))
+            force[contact, :2] = area[:, None] * -(f["trajectory/pressure"][row][:, None] * outward)
+            fields["contact_force"] = force
         states.append((t[row], fields, stress(body, points, cells, u)))
     return f, rows, np.column_stack([points, np.zeros(len(points))]), cells, states
 
@@ -104,6 +108,14 @@ def csv(f, rows, stem, first, last):
         assert head[6 + 3 * i : 9 + 3 * i] == [f"u_n[{node}]", f"pressure[{node}]", f"active[{node}]"]
         wanted += [sign * u[:, u.shape[1] - n_c + i]]
         wanted += [f["trajectory/pressure"][:, i], f["trajectory/active"][:, i]]
+    for kind, word in [("contact", "force"), ("support", "support")]:
+        if f"forces/{kind}" in f:
+            axes, force = "xy"[: f["mesh/nodes"].shape[1]], f[f"forces/{kind}/force"][:]
+            groups = [name.decode() for name in f[f"forces/{kind}/group"][:]]
+            axes = axes[: force.shape[1] // len(groups)]
+            names = [f"{word}_{axis}[{group}]" for group in groups for axis in axes]
+            assert head[len(wanted) : len(wanted) + len(names)] == names
+            wanted += list(force.T)
     assert np.array_equal(number, np.column_stack(wanted)[rows])
     lines = open(stem + "-switches.csv").read().splitlines()[1:]
     t = f["switches/t"][:]

@@ -291,6 +291,19 @@ fn families_of_two_bodies() {
     }
 }
 
+/// A node that is held along its normal is none of the contact, and that is said.
+#[test]
+fn held_nodes_of_a_slave_are_counted() {
+    let text = plate("a", [1.0, 0.5], [4, 2], [1.0, 0.3, 1.0], "")
+        + &plate("b", [1.0, 0.5], [3, 2], [1.0, 0.3, 1.0], "move = [0.0, 0.6]")
+        + "[[support]]\nedge = 'a:bottom'\nfix = ['x', 'y']\n[[support]]\nedge = 'b:left'\nfix = ['x', 'y']\n[[contact]]\nslave = 'b:bottom'\nmaster = 'a:top'\n[run]\nuntil = 1.0\n";
+    let problem = problem(&text);
+    let warned = &problem.notes.warnings;
+    let said = "1 node of \"b:bottom\" is held along the normal: no contact node";
+    assert!(warned.iter().any(|w| w == said), "{warned:?}");
+    assert_eq!(problem.system.facing().len(), 3);
+}
+
 #[test]
 fn bad_pairs_are_named() {
     let two = |contact: &str, more: &str| {
@@ -330,6 +343,13 @@ fn bad_pairs_are_named() {
         ),
         (two("edge = 'a:left'\ngap = 1.0\npress = true", ""), "belongs to a pair of surfaces"),
         (two(pair, "[[contact]]\nslave = 'a:top'\nmaster = 'b:bottom'\n"), "refers to itself"),
+        (
+            two(pair, "")
+                + &plate("c", [1.0, 0.2], [3, 1], [1.0, 0.3, 1.0], "move = [0.0, 1.1]")
+                + &plate("d", [1.0, 0.5], [3, 2], [1.0, 0.3, 1.0], "move = [0.0, 1.3]")
+                + "[[contact]]\nslave = 'c:bottom'\nmaster = 'b:top'\n[[contact]]\nslave = 'd:bottom'\nmaster = 'c:top'\n",
+            "\"c\" lies one element thick between two surfaces",
+        ),
         (two(pair, "").replace("name = 'b'", "name = 'a'"), "is that of another body"),
         (two(pair, "").replace("name = 'b'\n", ""), "body[1].name: is missing"),
         (two(pair, "").replace("name = 'b'", "name = 'b:c'"), "body[1].name: is \"b:c\""),

@@ -111,7 +111,7 @@ fn groups_are_stored_besides() {
     assert!(every.n_kept() == every.n_displacements() && every.whole().is_ok());
     let body = problem(&text).system.body.clone();
     let file = folder.path().join("every.h5");
-    assert!(read_state(&file, body.mesh.nodes(), 2, false).is_ok());
+    assert!(read_state(&file, &body.mesh, false).is_ok());
 }
 
 /// Single precision: seven digits of the states, all of times, energies and switches.
@@ -160,13 +160,22 @@ fn what_needs_the_whole_body_refuses_a_part() {
     for (name, of) in [("part", &file), ("whole", &whole)] {
         expect(0, &["export", of, "--format", "csv", "-o", &at(name)]);
     }
-    let table = |name: &str| std::fs::read(at(name)).unwrap();
+    // who follows the contact alone does not know what supports bear
+    let table = |name: &str| -> Vec<String> {
+        let text = std::fs::read_to_string(at(name)).unwrap();
+        let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let of_line = |line: &str| {
+            let cells = line.split(',').zip(&head).filter(|c| !c.1.starts_with("support_"));
+            cells.map(|c| c.0).collect::<Vec<_>>().join(",")
+        };
+        text.lines().map(of_line).collect()
+    };
     assert!(table("part.csv") == table("whole.csv"));
     assert!(expect(0, &["inspect", &file]).contains("displacements of each"));
     let body = problem(&text).system.body.clone();
-    let refused = read_state(Path::new(&file), body.mesh.nodes(), 2, false).unwrap_err();
+    let refused = read_state(Path::new(&file), &body.mesh, false).unwrap_err();
     assert!(refused.to_string().contains("store = \"all\""), "{refused}");
-    assert!(read_state(Path::new(&whole), body.mesh.nodes(), 2, false).is_ok());
+    assert!(read_state(Path::new(&whole), &body.mesh, false).is_ok());
 }
 
 /// What has no place in single precision is no infinity in the file.

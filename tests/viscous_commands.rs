@@ -88,6 +88,41 @@ fn beta_is_what_the_mesh_resolves() {
     assert!(text.contains("WARNING: beta = 0.004000 asks for fronts"), "{text}");
 }
 
+/// Of two bodies: coarser meshes of both, and the inertia of one side alone, whose number is that of another program.
+#[test]
+fn a_family_of_two_bodies_says_how_far_off_it_may_be() {
+    let folder = Folder::new();
+    let half = |name: &str, length: f64, elements: [usize; 2], far: &str, place: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nkind = 'plate'\nsize = [{length}, 0.3]\nelements = {elements:?}\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\n{place}\n\
+             [[support]]\nedge = '{name}:{far}'\nfix = ['x', 'y']\n[[support]]\nedge = '{name}:bottom'\nfix = ['y']\n"
+        )
+    };
+    let text = |a, b, sides: &str| {
+        half("a", 1.0, a, "left", "")
+            + &half("b", 0.8, b, "right", "move = [2.0, 0.0]")
+            + &format!(
+                "[[contact]]\nslave = 'a:right'\nmaster = 'b:left'\ngap = 1.0\nsides = '{sides}'\n[orbit]\nbeta = 0.01\nomega = 1.65\n"
+            )
+    };
+    let scene = folder.scene("a.toml", &text([10, 3], [8, 4], "both"));
+    let file = folder.at("a.h5");
+    let range = ["--range", "1.65,1.66", "--step", "0.01"];
+    json(&[&["backbone", &scene, "--viscous", "-o", &file][..], &range].concat());
+    let kept = StoredFamily::read(Path::new(&file)).unwrap().statement.unwrap();
+    let at = kept.omega.iter().position(|w| (w - 1.65).abs() < 1e-9).unwrap();
+    let of = |changed| kept.of(changed).unwrap();
+    assert_eq!(of(Changed::HalfMesh).text, "mesh of 5x2+4x2 elements");
+    assert_eq!(of(Changed::OtherContact).text, "sides = \"slave\"");
+    assert!((kept.energy[at] - 0.7035221699).abs() < 1e-8, "{}", kept.energy[at]);
+    let slave = of(Changed::OtherContact).energy[at];
+    assert!((slave - 0.7574134974).abs() < 1e-8, "{slave}");
+    let coarse = folder.scene("b.toml", &text([5, 2], [4, 2], "both"));
+    let orbit = json(&["orbit", &coarse, "--viscous", "-o", &folder.at("b.h5")]);
+    let half = of(Changed::HalfMesh).energy[at];
+    assert!((orbit["energy"].as_f64().unwrap() / half - 1.0).abs() < 1e-9, "{half}");
+}
+
 #[test]
 fn a_family_says_how_far_off_it_may_be() {
     let folder = Folder::new();

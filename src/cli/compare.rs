@@ -15,7 +15,7 @@ use signorini::problem::Problem;
 use signorini::records::{Compared, Comparison, Quantity, Row, Status, fingerprint};
 use signorini::report::comparison::{csv, json, picture, text};
 use signorini::report::figure::{self, Drawing, FigureError};
-use signorini::scenario::{BodyKind, Scene};
+use signorini::scenario::{BodyKind, Elements, Scene};
 use signorini::simulate::run_table;
 use signorini::store::{ComparisonWriter, Outputs, beside, read_comparison, replace};
 
@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Contact methods [default: those that suit the body]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     methods: Vec<String>,
-    /// Meshes: 10,20,40 or 10x3,20x6 (one number for a plate keeps the shape of its elements) [default: the scene's]
+    /// Meshes: 10,20,40 or 10x3,20x6, of several bodies 10x3+8x4,20x6+16x8 (one number a mesh keeps the shape of all elements) [default: the scene's]
     #[arg(long, value_delimiter = ',', value_name = "MESHES")]
     elements: Vec<String>,
     /// A key of the scene with the values that it is given; may be given again: all combinations are computed
@@ -99,10 +99,12 @@ fn listed(text: &str) -> Vec<String> {
 }
 
 /// `10x3`
-fn mesh(text: &str) -> Result<Vec<usize>, CliError> {
-    let numbers: Option<Vec<usize>> =
-        text.split(['x', '×']).map(|n| n.trim().parse().ok().filter(|n| *n > 0)).collect();
-    numbers.ok_or_else(|| CliError::Input(format!("{text} is no mesh; give 20, or 20x6")))
+fn mesh(text: &str) -> Result<Elements, CliError> {
+    let no_mesh = || {
+        let text = format!("{text} is no mesh; give 20, or 20x6, of several bodies 20x6+16x8");
+        CliError::Input(text)
+    };
+    Elements::parse(text).ok_or_else(no_mesh)
 }
 
 fn variant(name: &str) -> Result<Variant, CliError> {
@@ -189,13 +191,12 @@ impl Arguments {
             return Err(CliError::Input(text.into()));
         }
         if name == "waves" {
-            let meshes: Vec<usize> = plan.meshes.iter().map(|m| m.iter().product()).collect();
-            return Ok(Some(Named::waves(&meshes)));
+            return Ok(Some(Named::waves(&plan.meshes)));
         }
         let finest = plan.meshes.last().cloned().unwrap_or_default();
         match name.split_once('@') {
             Some((method, elements)) => {
-                Ok(Some(Named::Mesh(variant(method)?, plan.mesh(&mesh(elements)?)?)))
+                Ok(Some(Named::Mesh(variant(method)?, plan.mesh(mesh(elements)?)?)))
             }
             None if name.ends_with(".h5") => {
                 Err(CliError::Input(format!("--reference {name}: there is no such file")))

@@ -25,8 +25,7 @@ pub(crate) fn of_scene(scene: &Scene) -> Result<Problem, CliError> {
             let folder = scene.source.file.parent().unwrap_or(Path::new(""));
             let mesh = signorini::problem::mesh(scene)?;
             let has_mesh = scene.body.kind != signorini::scenario::BodyKind::Matrices;
-            let state = store::read_state(&folder.join(file), mesh.nodes(), mesh.dim(), has_mesh)
-                .map_err(|e| {
+            let state = store::read_state(&folder.join(file), &mesh, has_mesh).map_err(|e| {
                 let help = "give a file written by `signorini run` on the same mesh";
                 scene.error(Issue::new("initial.file", e.to_string(), help))
             })?;

@@ -175,7 +175,7 @@ impl Task for Arguments {
             return Ok(nothing_left(&work.path, work.global));
         };
         let problem = &plan.problem;
-        let answer = answer(work, problem, (&report, object), from);
+        let answer = answer(work, problem, (&report, &object), from);
         Ok(match report.outcome.is_complete() {
             true => answer,
             false => {
@@ -233,6 +233,12 @@ fn integrate(
     // an interrupted run is not over
     if status != Status::Interrupted {
         object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
+        object["excursions"] = serde_json::to_value(writer.excursions()?).unwrap_or_default();
+        let too_far = summary::too_far(&object["excursions"]);
+        object["warnings"]
+            .as_array_mut()
+            .into_iter()
+            .for_each(|w| w.extend(too_far.iter().map(|t| t.as_str().into())));
         writer.report(&object)?;
         if let Some(rubbed) = &report.rubbed {
             writer.friction(&problem.system, rubbed)?;
@@ -246,14 +252,13 @@ fn integrate(
 fn answer(
     work: &Work,
     problem: &Problem,
-    (report, object): (&Report, Value),
+    (report, object): (&Report, &Value),
     from: Option<f64>,
 ) -> Answer {
     let (scene, output, wall) = (&work.scene, &work.path, work.wall());
-    let forces = summary::forces(&object["forces"]);
     work.global.answer(
         || {
-            let mut json = object;
+            let mut json = object.clone();
             json["wall_s"] = wall.into();
             json["output"] = output.display().to_string().into();
             if let Some(t) = from {
@@ -263,14 +268,15 @@ fn answer(
         },
         || {
             let title = super::title(scene);
-            let text = summary::run_text(scene, (&problem.system, &problem.notes), report, wall);
+            let about = (&problem.system, &problem.notes);
+            let text = summary::run_text(scene, about, (report, object), wall);
             let plot = format!("signorini plot {}", output.display());
             let from = from.map_or(String::new(), |t| {
                 let t = summary::significant(t, 7);
                 format!("  {:<14}from t = {t} of an interrupted run\n", "gone on")
             });
             format!(
-                "{title}\n{text}{forces}{from}  {:<14}{} (pictures: {plot})\n",
+                "{title}\n{text}{from}  {:<14}{} (pictures: {plot})\n",
                 "written to",
                 output.display()
             )

@@ -3,15 +3,15 @@
 use super::reference::Named;
 use super::variant::Variant;
 use crate::records::{Compared, Row};
-use crate::scenario::{BodyKind, Change, ContactMethod, Issue, Scene, SceneError};
+use crate::scenario::{BodyKind, Change, ContactMethod, Elements, Issue, Scene, SceneError};
 
 /// What is asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// Contact methods; empty: those that suit the body.
     pub variants: Vec<Variant>,
-    /// Meshes, `[n]` or `[nx, ny]` (one number for a plate keeps its shape of elements); empty: the scene's own.
-    pub elements: Vec<Vec<usize>>,
+    /// Meshes (one number keeps the shape of the elements); empty: the scene's own.
+    pub elements: Vec<Elements>,
     /// Keys, each with its values: all combinations are computed.
     pub parameters: Vec<(String, Vec<String>)>,
     /// What motions are compared with.
@@ -36,7 +36,7 @@ pub struct Plan {
     /// What motions are compared with.
     pub reference: Named,
     /// Meshes, from coarse to fine.
-    pub meshes: Vec<Vec<usize>>,
+    pub meshes: Vec<Elements>,
     /// Series of tasks that differ in the mesh alone.
     pub series: Vec<Vec<Task>>,
 }
@@ -48,19 +48,8 @@ pub struct Task {
     pub variant: Variant,
     /// The parameters that it reads.
     pub parameters: Vec<Change>,
-    /// Number of elements along each axis; empty for a body of matrices.
-    pub elements: Vec<usize>,
-}
-
-/// `10x3`
-pub(crate) fn mesh_name(elements: &[usize]) -> String {
-    let numbers: Vec<String> = elements.iter().map(usize::to_string).collect();
-    numbers.join("x")
-}
-
-/// The change that gives a body a mesh.
-pub(crate) fn mesh_change(elements: &[usize]) -> Change {
-    Change::set("body.elements", format!("{elements:?}"))
+    /// Its mesh; empty for bodies that have but one.
+    pub elements: Elements,
 }
 
 /// Keys that belong to how a problem is solved, not to what is solved.
@@ -83,7 +72,7 @@ impl Task {
 
     /// Name of the mesh.
     pub fn mesh(&self) -> String {
-        mesh_name(&self.elements)
+        self.elements.to_string()
     }
 
     /// All in one line.
@@ -119,9 +108,7 @@ impl Task {
     /// Its scene.
     pub fn scene(&self, of: &Scene) -> Result<Scene, SceneError> {
         let mut changes = self.variant.changes();
-        if !self.elements.is_empty() {
-            changes.push(mesh_change(&self.elements));
-        }
+        changes.extend(self.elements.changes(of));
         changes.extend(self.parameters.iter().cloned());
         of.with(&changes)
     }
@@ -171,7 +158,12 @@ fn check_parameters(
     for (k, (key, _)) in parameters.iter().enumerate() {
         let fail =
             |message: String, help: &str| Err(scene.error(Issue::new(key.clone(), message, help)));
-        if let Some((_, option)) = OPTIONS.iter().find(|o| o.0 == key) {
+        // of one of several bodies likewise
+        let of_any = match (key.find("body["), key.find(']')) {
+            (Some(0), Some(end)) => format!("body{}", &key[end + 1..]),
+            _ => key.clone(),
+        };
+        if let Some((_, option)) = OPTIONS.iter().find(|o| o.0 == of_any) {
             return fail("is no parameter of a comparison".into(), &format!("give {option}"));
         }
         if parameters[..k].iter().any(|p| p.0 == *key) {
@@ -213,7 +205,7 @@ impl Plan {
         }
         let mut meshes = meshes(scene, &request.elements)?;
         // from coarse to fine
-        meshes.sort_by_key(|m| m.iter().product::<usize>());
+        meshes.sort_by_key(Elements::count);
         meshes.dedup();
         let mut variants = request.variants;
         if variants.is_empty() {
@@ -244,7 +236,7 @@ impl Plan {
             for variant in &variants {
                 let parameters: Vec<Change> =
                     parameters.iter().filter(|c| variant.reads(c)).cloned().collect();
-                let task = |elements: &Vec<usize>| Task {
+                let task = |elements: &Elements| Task {
                     variant: variant.clone(),
                     parameters: parameters.clone(),
                     elements: elements.clone(),
@@ -271,9 +263,9 @@ impl Plan {
         Ok(Plan { compared, scene: scene.clone(), omega, beta, reference, meshes, series })
     }
 
-    /// A mesh with as many numbers as the body has axes.
-    pub fn mesh(&self, elements: &[usize]) -> Result<Vec<usize>, SceneError> {
-        let mut all = meshes(&self.scene, &[elements.to_vec()])?;
+    /// A mesh with as many numbers as the bodies have axes.
+    pub fn mesh(&self, elements: Elements) -> Result<Elements, SceneError> {
+        let mut all = meshes(&self.scene, &[elements])?;
         Ok(all.pop().unwrap_or_default())
     }
 
@@ -283,30 +275,32 @@ impl Plan {
     }
 }
 
-/// The meshes that are asked for, with as many numbers as the body has axes.
-fn meshes(scene: &Scene, asked: &[Vec<usize>]) -> Result<Vec<Vec<usize>>, SceneError> {
-    let own = &scene.body.elements;
-    let fail = |message: String| {
-        let help =
-            if own.len() == 1 { "--elements 10,20,40" } else { "--elements 10x3,20x6,40x12" };
-        scene.error(Issue::new("body.elements", message, help))
-    };
+/// The meshes that are asked for, with as many numbers as the bodies have axes.
+fn meshes(scene: &Scene, asked: &[Elements]) -> Result<Vec<Elements>, SceneError> {
+    let own = Elements::of(scene);
     if asked.is_empty() {
-        return Ok(vec![own.clone()]);
+        return Ok(vec![own]);
     }
-    let fixed = match scene.body.kind {
-        BodyKind::Matrices => Some("a body of matrices has no elements that could be other ones"),
-        BodyKind::Mesh => Some("the mesh comes from a file: give another file in its place"),
-        BodyKind::Parts => Some("several bodies have meshes of their own: give other scenes"),
-        BodyKind::Bar | BodyKind::Plate => None,
-    };
-    if let Some(message) = fixed {
-        return Err(scene.error(Issue::new("body.kind", message, "leave --elements out")));
+    for (key, body) in scene.bodies() {
+        let message = match body.kind {
+            BodyKind::Matrices => "a body of matrices has no elements that could be other ones",
+            BodyKind::Mesh => "the mesh comes from a file: give another file in its place",
+            BodyKind::Bar | BodyKind::Plate | BodyKind::Parts => continue,
+        };
+        let help = "leave --elements out";
+        return Err(scene.error(Issue::new(format!("{key}.kind"), message, help)));
     }
-    let whole = |m: &Vec<usize>| match (m.as_slice(), own.as_slice()) {
-        (m, own) if m.len() == own.len() => Ok(m.to_vec()),
-        (&[n], &[nx, ny]) => Ok(vec![n, ((2 * n * ny + nx) / (2 * nx)).max(1)]),
-        _ => Err(fail(format!("{} is no mesh of this body", mesh_name(m)))),
+    let whole = |m: &Elements| {
+        let (key, _) = scene.bodies().swap_remove(0);
+        let several = scene.bodies().len() > 1;
+        m.in_shape_of(&own).ok_or_else(|| {
+            let message = match several {
+                true => format!("{m} is no mesh of these bodies, which have {own}"),
+                false => format!("{m} is no mesh of this body, which has {own}"),
+            };
+            let help = "one number a mesh keeps the shape of the elements: --elements 10,20,40; or as many as there are axes, 10x3; of several bodies 10x3+8x4";
+            scene.error(Issue::new(format!("{key}.elements"), message, help))
+        })
     };
     asked.iter().map(whole).collect()
 }

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use super::plan::{Plan, Task, mesh_name};
+use super::plan::{Plan, Task};
 use super::transient::{Measured, measure};
 use super::variant::Variant;
 use super::{CompareError, Means};
 use crate::fem::interpolate::{Cell, at_cells, cells};
-use crate::mesh::{ElementKind, Mesh};
-use crate::scenario::{BodyKind, Change, ContactMethod, METHOD_KEYS, Scene};
+use crate::mesh::Mesh;
+use crate::scenario::{Body, BodyKind, Change, ContactMethod, Elements, METHOD_KEYS, Scene};
 use crate::store::{Stored, read_state};
 
 /// A reference by name.
@@ -17,7 +17,7 @@ pub enum Named {
     /// The motion of the bar along its characteristics, on a mesh that has all nodes of the others.
     Waves(usize),
     /// A contact method on a mesh.
-    Mesh(Variant, Vec<usize>),
+    Mesh(Variant, Elements),
     /// The last state of a run in a file.
     File(PathBuf),
 }
@@ -31,28 +31,29 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 
 impl Named {
     /// What a body is compared with if nobody says it: the exact motion of a bar where there is one, else mass redistribution on the finest mesh.
-    pub(crate) fn of_body(scene: &Scene, meshes: &[Vec<usize>], first: Option<&Variant>) -> Named {
+    pub(crate) fn of_body(scene: &Scene, meshes: &[Elements], first: Option<&Variant>) -> Named {
         let at_rest = scene.contact.as_ref().is_some_and(|c| c.motion.is_none());
         let held = !scene.supports.is_empty();
         let free = scene.loads.is_empty() && scene.damping.is_none() && !scene.has_elements();
         if scene.body.kind == BodyKind::Bar && at_rest && held && free {
-            let all: Vec<usize> = meshes.iter().map(|m| m[0]).collect();
-            return Named::waves(&all);
+            return Named::waves(meshes);
         }
         let finest = meshes.last().cloned().unwrap_or_default();
         // without a mesh nothing is refined, and methods are compared with the first of them
-        let unrefined = scene.body.kind == BodyKind::Matrices || scene.body.kind.has_groups();
+        let is_given = |b: &Body| matches!(b.kind, BodyKind::Matrices | BodyKind::Mesh);
+        let unrefined = scene.bodies().iter().any(|(_, b)| is_given(b));
         let own = first.filter(|_| unrefined).cloned();
         let common = || Variant::of_method(ContactMethod::MassRedistribution);
         Named::Mesh(own.unwrap_or_else(common), finest)
     }
 
     /// The exact motion of a bar, known at all nodes of these meshes.
-    pub fn waves(meshes: &[usize]) -> Named {
+    pub fn waves(meshes: &[Elements]) -> Named {
+        let meshes = || meshes.iter().map(Elements::count);
         let least_common = |a: usize, b: usize| a / greatest_common_divisor(a, b).max(1) * b;
-        let step = |a: usize, b: &usize| if a > MOST { a } else { least_common(a, *b) };
-        let common = meshes.iter().fold(1, step);
-        let finest = meshes.iter().copied().fold(1, usize::max);
+        let step = |a: usize, b: usize| if a > MOST { a } else { least_common(a, b) };
+        let common = meshes().fold(1, step);
+        let finest = meshes().fold(1, usize::max);
         Named::Waves(if common <= MOST { common } else { finest })
     }
 
@@ -69,7 +70,7 @@ impl std::fmt::Display for Named {
                 write!(f, "waves on {n} elements (exact for data that are linear between nodes)")
             }
             Named::Mesh(v, m) if m.is_empty() => write!(f, "{}", v.name),
-            Named::Mesh(v, m) => write!(f, "{} on {}", v.name, mesh_name(m)),
+            Named::Mesh(v, m) => write!(f, "{} on {m}", v.name),
             Named::File(path) => write!(f, "{}", path.display()),
         }
     }
@@ -141,17 +142,13 @@ impl Trace {
     }
 }
 
-/// The elements of a mesh.
-fn elements(mesh: &Mesh) -> Vec<(ElementKind, Vec<usize>)> {
-    mesh.elements().map(|e| (e.kind, e.nodes.to_vec())).collect()
-}
-
 /// A nodal field of one mesh at the nodes of another one of the same body.
 pub fn moved(field: &[f64], from: &Mesh, to: &Mesh) -> Option<Vec<f64>> {
     if from.nodes() == to.nodes() {
         return Some(field.to_vec());
     }
-    let places: Vec<Cell> = cells(to.nodes(), from.nodes(), &elements(from))?;
+    let elements: Vec<_> = from.elements().map(|e| (e.kind, e.nodes.to_vec())).collect();
+    let places: Vec<Cell> = cells(to, from.nodes(), &elements)?;
     Some(at_cells(field, &places, to.dim()))
 }
 
@@ -165,7 +162,7 @@ impl Reference {
                 check(plan, problem, &stored).map_err(fail)?;
                 return Ok(Reference::File(path.clone(), trace_of(&stored)));
             }
-            Named::Waves(n) => (Variant::of_method(ContactMethod::Waves), vec![*n]),
+            Named::Waves(n) => (Variant::of_method(ContactMethod::Waves), Elements::of_bar(*n)),
             Named::Mesh(variant, elements) => (variant.clone(), elements.clone()),
         };
         let task = Task { variant, parameters: problem.to_vec(), elements };
@@ -186,8 +183,7 @@ impl Reference {
                 "the reference is another body: its mesh covers another region".into()
             }),
             Reference::File(path, _) => {
-                let (nodes, dim) = (mesh.nodes(), mesh.dim());
-                read_state(path, nodes, dim, true).map(|s| s.0).map_err(|e| e.to_string())
+                read_state(path, mesh, true).map(|s| s.0).map_err(|e| e.to_string())
             }
         }
     }

@@ -9,7 +9,9 @@ use crate::orbit::viscous::{by_viscosity, pinned_mode};
 use crate::orbit::{Closure, OrbitError, Pin, Propagator};
 use crate::problem::Problem;
 use crate::records::{Changed, ErrorStatement, PlaceRecord, PointKind, PointRecord, Variation};
-use crate::scenario::{BodyKind, ContactMethod, Reduction, Scene, StressKey};
+use crate::scenario::{
+    Body, BodyKind, ContactMethod, Elements, Initial, Reduction, Scene, SidesKey, StressKey,
+};
 
 use super::FamilyError;
 
@@ -131,7 +133,9 @@ impl Judged<'_> {
             return Ok(Some(Changing { changed, text, body, closure, same_mesh: true }));
         }
         let mut scene = self.scene.clone();
-        scene.initial = Default::default();
+        // what the family is told around stays
+        let equilibrium = scene.initial.equilibrium;
+        scene.initial = Initial { equilibrium, ..Initial::default() };
         let text = match changed {
             Changed::HalfMesh => coarser(&mut scene, 2, base),
             Changed::QuarterMesh => coarser(&mut scene, 4, base),
@@ -209,28 +213,33 @@ impl Changing {
 
 /// Elements divided, rounded; the modes of a reduction up to the same frequency.
 fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
-    if scene.body.kind == BodyKind::Matrices || scene.body.kind.has_groups() {
+    let is_given = |b: &Body| matches!(b.kind, BodyKind::Matrices | BodyKind::Mesh);
+    if scene.bodies().iter().any(|(_, b)| is_given(b)) {
         return None;
     }
-    let divided: Vec<usize> =
-        scene.body.elements.iter().map(|n| ((2 * n + by) / (2 * by)).max(1)).collect();
-    if divided == scene.body.elements || divided[0] < 2 {
-        return None;
-    }
-    let text: Vec<String> = divided.iter().map(usize::to_string).collect();
-    scene.body.elements = divided;
+    let divided = Elements::of(scene).divided(by)?;
+    let text = format!("mesh of {divided} elements");
+    divided.put(scene);
     if scene.reduction.is_some() {
         let cutoff = base.system.body.reduction().and_then(|r| r.cutoff);
         let kind = scene.reduction.map_or_else(Default::default, |r| r.kind);
         scene.reduction = cutoff.map(|w| Reduction { kind, modes: None, cutoff: Some(w) });
     }
-    Some(format!("mesh of {} elements", text.join(" x ")))
+    Some(text)
 }
 
-/// Mass redistribution in place of the nodal boundary method, or the other way round.
+/// Mass redistribution in place of the nodal boundary method, or the other way round; where surfaces meet the inertia of one side, or of both.
 fn other_contact(scene: &mut Scene) -> Option<String> {
     let matrices = scene.body.kind == BodyKind::Matrices;
     let contact = scene.contact.as_mut()?;
+    if contact.obstacles.iter().any(|o| o.meeting.is_some()) {
+        let (sides, text) = match contact.sides.unwrap_or_default() {
+            SidesKey::Both => (SidesKey::Slave, "sides = \"slave\""),
+            SidesKey::Slave => (SidesKey::Both, "sides = \"both\""),
+        };
+        contact.sides = Some(sides);
+        return Some(text.into());
+    }
     let is_reaction = contact.is_reaction();
     let is_mesh = scene.body.kind.has_groups();
     // given matrices have a boundary operator, or have not

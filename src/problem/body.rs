@@ -241,10 +241,10 @@ fn direction_issue(scene: &Scene, form: &Form, error: &FrameError) -> Issue {
             ),
             "leave the sides at that node out of one of the groups",
         ),
-        FrameError::PartlyHeld { node, degrees } => of_contact(
+        FrameError::PartlyHeld { node, degrees, least } => of_contact(
             "",
             format!(
-                "a support holds a part of the contact displacement of {}: {degrees:.1}° lie between the two",
+                "a support holds a part of the contact displacement of {}: {degrees:.1}° lie between the two, and from {least:.0}° on the normal is turned into what is free",
                 form.node(*node)
             ),
             "leave the node out of the contact group, or hold it altogether",

@@ -162,6 +162,7 @@ fn rubs(scene: &Scene, body: &Body) -> Result<Rubs, ProblemError> {
 /// The system of a method whose conditions hold at nodes.
 fn nodal(scene: &Scene) -> Result<System, ProblemError> {
     let choice = discretisation(scene);
+    let mut thin = None;
     let built = match scene.body.kind {
         BodyKind::Matrices => {
             let (body, operator, gap) = given_body(scene)?;
@@ -171,6 +172,7 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
         }
         _ => {
             let body = assemble(scene)?;
+            thin = pairs::thin(scene, &body);
             let contacts = contacts(scene, &body)?;
             match scene.contact.as_ref().filter(|c| c.has_impacts()) {
                 Some(c) => {
@@ -187,6 +189,9 @@ fn nodal(scene: &Scene) -> Result<System, ProblemError> {
     };
     built.map_err(|e| match e {
         ContactError::NotPMatrix { .. } => {
+            if let Some(issue) = thin {
+                return scene.error(issue).into();
+            }
             let (key, help) = match scene.body.kind {
                 BodyKind::Matrices => {
                     ("contact.n_c", "give stress = \"reaction\", or another boundary operator")

@@ -1,5 +1,7 @@
 //! Pairs of surfaces: how they meet, what they leave between them, in the words of the scene.
 
+use std::collections::HashSet;
+
 use super::ProblemError;
 use super::discretisation::discretisation;
 use super::form::Form;
@@ -7,7 +9,7 @@ use super::gaps::gaps_at;
 use super::notes::Notes;
 use super::places::place;
 use crate::contact::Stress;
-use crate::fem::pair::{Meeting, Pair, PairError, Projection, Sides};
+use crate::fem::pair::{Against, Meeting, Pair, PairError, Projection, Sides};
 use crate::fem::{Body, Material};
 use crate::mesh::Point;
 use crate::mesh::point::dot;
@@ -141,11 +143,43 @@ pub(super) fn gaps(
     Ok(own)
 }
 
+/// A part of which every node gives up its inertia: it lies one element thick between two surfaces.
+pub(super) fn thin(scene: &Scene, body: &Body) -> Option<Issue> {
+    let (mesh, dofs) = (&body.mesh, &body.dofs);
+    if dofs.facing.iter().all(|f| f.meeting.is_none()) {
+        return None;
+    }
+    let parts = mesh.parts();
+    let mut keeps = vec![false; parts.iter().max().map_or(0, |p| p + 1)];
+    let contact: HashSet<usize> = dofs.contact.iter().map(|c| c.node).collect();
+    (0..mesh.n_nodes()).for_each(|n| keeps[parts[n]] |= !contact.contains(&n));
+    let part = keeps.iter().position(|keeps| !keeps)?;
+    let node = parts.iter().position(|p| *p == part)?;
+    let named = super::parts(scene, mesh);
+    let name = &named.names[named.of_node[node]];
+    let message = format!(
+        "\"{name}\" lies one element thick between two surfaces: none of its nodes keeps its inertia"
+    );
+    let help = "give it two elements between them; or sides = \"slave\", and let it be slave on one side and master on the other";
+    Some(Issue::new("contact", message, help))
+}
+
 /// What there is to say of pairs.
 pub(super) fn note(body: &Body, notes: &mut Notes) {
     let ends = |n: usize| if n == 1 { "node" } else { "nodes" };
-    for meeting in body.dofs.facing.iter().filter_map(|f| f.meeting.as_ref()) {
+    for (group, of) in body.dofs.facing.iter().enumerate() {
+        let Some(meeting) = &of.meeting else { continue };
         let Pair { slave, master, .. } = &meeting.pair;
+        let is_held = |a: &&Against| body.dofs.contact_at(group, a.node).is_none();
+        let held = meeting.nodes.iter().filter(is_held).count();
+        if held > 0 {
+            notes.warnings.push(format!(
+                "{held} {} of \"{slave}\" {} held along the normal: no contact {}",
+                ends(held),
+                if held == 1 { "is" } else { "are" },
+                ends(held)
+            ));
+        }
         if !meeting.uncovered.is_empty() {
             let n = meeting.uncovered.len();
             notes.warnings.push(format!(

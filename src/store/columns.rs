@@ -122,6 +122,18 @@ pub(super) static SPRINGS: &[Column<Row>] = &[
     Column::new("forces/spring/force", "force", &["state", "spring"], "force of each spring (forces/spring/name), preload included: positive where it pulls its ends together, of one to the ground where it pulls against its direction", Get::Numbers(|s| &s.borne.springs)),
 ];
 
+/// How far surfaces that meet have slid besides.
+#[rustfmt::skip]
+pub(super) static SLIDING: &[Column<Row>] = &[
+    Column::new("contact/pairs/sliding", "1", &["state", "pair"], "largest displacement of the slave's nodes along the master, over the length of their sides: small displacements keep it below 1", Get::Numbers(|s| &s.strayed.sliding)),
+];
+
+/// Rotations of bodies that meet besides.
+#[rustfmt::skip]
+pub(super) static ROTATIONS: &[Column<Row>] = &[
+    Column::new("bodies/rotation", "rad", &["state", "component"], "rotation of each part (bodies/name) as a whole, one component in the plane, three in space", Get::Numbers(|s| &s.strayed.rotation)),
+];
+
 /// Momenta of several bodies besides.
 #[rustfmt::skip]
 pub(super) static MOMENTA: &[Column<Row>] = &[
@@ -372,6 +384,8 @@ pub fn datasets() -> Vec<&'static About> {
         .chain(of(SUPPORTS))
         .chain(of(SPRINGS))
         .chain(of(MOMENTA))
+        .chain(of(SLIDING))
+        .chain(of(ROTATIONS))
         .chain(of(ENERGY))
         .chain(of(FRICTION));
     let tables = states.chain(of(SWITCHES)).chain(of(GRAZINGS));

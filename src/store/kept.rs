@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use crate::contact::distance::NEXT;
-use crate::contact::{Bearings, Borne, Resultants, System};
+use crate::contact::{Bearings, Borne, Excursions, Resultants, System};
 use crate::event::Sample;
 use crate::fem::{Body, Csr, Loads};
+use crate::problem::parts;
 use crate::scenario::{Precision, Scene, Store};
 
 /// A displacement along an axis as a combination of entries of `u`.
@@ -23,7 +24,7 @@ struct Columns {
 /// What is kept of the displacements and velocities of a body, and with how many digits.
 #[derive(Debug)]
 pub struct Kept {
-    body: Arc<Body>,
+    pub(super) body: Arc<Body>,
     /// What is kept where it is not all.
     part: Option<Columns>,
     /// Tangents of the contact points with friction, over `u`; no row without friction, empty ones where there is none.
@@ -32,6 +33,8 @@ pub struct Kept {
     pub(super) resultants: Resultants,
     /// What adds up the forces of supports and springs.
     pub(super) bearings: Arc<Bearings>,
+    /// What tells how far parts stray.
+    pub(super) excursions: Excursions,
     /// The loads, for what of them goes straight into supports.
     loads: Arc<Loads>,
     /// Nothing but what the contact does.
@@ -56,7 +59,18 @@ impl Kept {
         // where the contact alone is followed nobody knows what supports bear
         let bearings = if contact_alone { Arc::default() } else { system.bearings.clone() };
         let loads = system.loads.clone();
-        Kept { body, part, tangents, resultants, bearings, loads, contact_alone, single }
+        let excursions = Excursions::default();
+        Kept {
+            body,
+            part,
+            tangents,
+            resultants,
+            bearings,
+            excursions,
+            loads,
+            contact_alone,
+            single,
+        }
     }
 
     /// As `[run]` of a scene says.
@@ -71,7 +85,12 @@ impl Kept {
         let contact_alone = run.is_some_and(|r| r.store == Store::Contact)
             && part.as_ref().is_some_and(|p| is_next(p, system));
         let part = part.map(|p| Columns::of(p, &system.body));
-        Kept::of(system, part, (contact_alone, single))
+        let mut kept = Kept::of(system, part, (contact_alone, single));
+        if !contact_alone {
+            let parts = parts(scene, &system.body.mesh);
+            kept.excursions = Excursions::new(&system.body, (&parts.of_node, &parts.names));
+        }
+        kept
     }
 
     /// Number of displacements that are kept.

@@ -14,6 +14,7 @@ mod crosscheck;
 mod csv;
 mod describe;
 mod events;
+mod excursions;
 mod family;
 mod forces;
 mod grazings;

@@ -103,6 +103,8 @@ pub struct StoredFriction {
     pub work: Vec<f64>,
     /// Slip paths.
     pub path: Vec<f64>,
+    /// Tangents of the contact points; none in a file of a run that has not ended.
+    pub direction: Option<Array2<f64>>,
     /// What it took so far.
     pub taken: Vec<f64>,
     /// Work so far of surfaces that move.
@@ -126,6 +128,21 @@ impl StoredForces {
         self.values.ncols() / self.names.len().max(1)
     }
 
+    /// The components that are more than rounding, with what they are called; none where nobody knows them.
+    pub fn components_that_act(&self) -> Vec<(usize, String)> {
+        let largest = |values: &mut dyn Iterator<Item = &f64>| {
+            values.filter(|x| x.is_finite()).fold(0.0f64, |m, x| m.max(x.abs()))
+        };
+        let floor = ROUNDING * largest(&mut self.values.iter());
+        let dim = self.components();
+        let acts = |c: &usize| largest(&mut self.values.column(*c).iter()) > floor;
+        let called = |c: usize| match (&self.names[c / dim], dim) {
+            (name, 1) => name.clone(),
+            (name, _) => format!("{name}, {}", ["x", "y", "z"][c % dim]),
+        };
+        (0..self.values.ncols()).filter(acts).map(|c| (c, called(c))).collect()
+    }
+
     fn fits(&self, rows: usize) -> bool {
         let (columns, names) = (self.values.ncols(), self.names.len());
         self.values.nrows() == rows && columns > 0 && columns <= 3 * names && columns % names == 0
@@ -135,8 +152,10 @@ impl StoredForces {
 impl StoredFriction {
     fn fits(&self, rows: usize, n_c: usize) -> bool {
         let mut tables = std::iter::once(&self.traction).chain(&self.slide);
+        let mut tangents = self.direction.iter();
         let mut points = [&self.work, &self.path].into_iter();
         tables.all(|table| table.dim() == (rows, n_c))
+            && tangents.all(|t| t.nrows() == n_c && t.iter().all(|x| x.is_finite()))
             && self.work.len() == self.path.len()
             && points.all(|column| column.is_empty() || column.len() == n_c)
             && [&self.taken, &self.belt].iter().all(|column| column.len() == rows)
@@ -279,6 +298,10 @@ impl Stored {
                 },
                 work: of_points("work")?,
                 path: of_points("path")?,
+                direction: match file.link_exists("friction/direction") {
+                    true => Some(file.dataset("friction/direction")?.table()?),
+                    false => None,
+                },
                 taken: column("friction")?,
                 belt: column("belt")?,
             });
@@ -486,7 +509,8 @@ impl Stored {
         all.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
-    /// Contact pressure of every node at stored state `row`: of points that are no nodes the mean at the nearest one; zero off the contact.
+    /// Contact pressure of every node at stored state `row`: of points that are no nodes the mean at the nearest one; of masters
+    /// `p_j = Σ_i P_ij D_i p_i / Σ_i P_ij D_i`, for `Σ_i P_ij D_i = ∫Φ_j` over what is covered; zero off the contact.
     pub(crate) fn nodal_pressure(&self, row: usize) -> Vec<f64> {
         let n = self.nodes.nrows();
         let (mut pressure, mut count) = (vec![0.0; n], vec![0.0; n]);
@@ -496,7 +520,49 @@ impl Stored {
             count[node] += 1.0;
         }
         pressure.iter_mut().zip(&count).for_each(|(p, n)| *p /= f64::max(*n, 1.0));
+        let (mut force, mut area) = (vec![0.0; n], vec![0.0; n]);
+        for (i, masters) in self.against.iter().enumerate() {
+            for &(j, weight) in masters {
+                force[j] += weight * self.contact_area[i] * self.pressure[(row, i)];
+                area[j] += weight * self.contact_area[i];
+            }
+        }
+        // an end that is covered by next to nothing has no pressure of its own
+        let most = area.iter().copied().fold(0.0, f64::max);
+        for j in (0..n).filter(|&j| area[j] > COVERED * most) {
+            pressure[j] += force[j] / area[j];
+        }
         pressure
+    }
+
+    /// Force of the contact on every node at stored state `row`: `A_i (−p_i n_i + τ_i t_i)` at contact points, the opposite by `P` at the masters that
+    /// these meet. Nothing where areas are not known.
+    pub(crate) fn nodal_forces(&self, row: usize) -> Vec<Point> {
+        let mut all = vec![[0.0; 3]; self.nodes.nrows()];
+        for i in 0..self.facing() {
+            let area = Some(self.contact_area[i]).filter(|a| a.is_finite()).unwrap_or(0.0);
+            let normal = self.contact_normal(i);
+            let along = self.rubbed.as_ref().map_or(0.0, |r| r.traction[(row, i)]);
+            let tangent = self.tangent(i);
+            let of = |c: usize| area * (along * tangent[c] - self.pressure[(row, i)] * normal[c]);
+            let force: Point = std::array::from_fn(of);
+            let masters = self.against.get(i).into_iter().flatten().map(|&(j, p)| (j, -p));
+            for (node, weight) in std::iter::once((self.nearest_node(i), 1.0)).chain(masters) {
+                all[node].iter_mut().zip(force).for_each(|(sum, f)| *sum += weight * f);
+            }
+        }
+        all
+    }
+
+    /// Tangent of contact point `i`: in the plane its normal turned by +90°; zero where nobody knows it.
+    fn tangent(&self, i: usize) -> Point {
+        let [x, y, _] = self.contact_normal(i);
+        let known = self.rubbed.as_ref().and_then(|r| r.direction.as_ref());
+        match known {
+            Some(table) => in_space(table.row(i)),
+            None if self.is_solid() => [0.0; 3],
+            None => [-y, x, 0.0],
+        }
     }
 
     /// Whether contact point `i` meets another surface, and no rigid obstacle.
@@ -578,6 +644,12 @@ impl Stored {
         self.held[i].map_or(f64::NAN, |k| table[(row, k)])
     }
 }
+
+/// Components of forces below this part of the largest of a kind are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Shares of the largest area below which a master's node is not covered.
+const COVERED: f64 = 1e-6;
 
 /// A place or direction of a table: zero along an axis that it does not have.
 fn in_space(row: ndarray::ArrayView1<f64>) -> Point {

@@ -1,7 +1,7 @@
 //! A stored state as a file keeps it.
 
 use super::kept::Kept;
-use crate::contact::{Borne, States};
+use crate::contact::{Borne, States, Strayed};
 use crate::event::{Energies, Sample};
 
 /// A stored state as a file keeps it.
@@ -15,6 +15,7 @@ pub(super) struct Row {
     pub slide: Vec<f64>,
     pub forces: [Vec<f64>; 2],
     pub borne: Borne,
+    pub strayed: Strayed,
     energies: Option<Energies>,
     pub jumps: f64,
 }
@@ -31,6 +32,7 @@ impl Row {
             slide: kept.slides(s.u),
             forces: kept.resultants.of(s.pressure, s.traction),
             borne: kept.borne(s),
+            strayed: kept.excursions.of(&kept.body, s.u),
             energies: s.energies,
             jumps: s.jumps,
         }

@@ -8,33 +8,24 @@ use super::careful::{Careful, open, reading};
 use super::reader::partial;
 use super::{StoreError, read_text};
 use crate::fem::interpolate::{Cell, at_cells, cells};
-use crate::mesh::{ElementKind, Point};
+use crate::mesh::{ElementKind, Mesh, Point};
 use crate::scenario::Scene;
 
 /// Displacement and velocity.
 type State = (Vec<f64>, Vec<f64>);
 
 /// The state that a file offers as an initial one: of `/orbit` if there is one, else the last of `/trajectory`; as nodal
-/// fields (displacement, velocity) of `dim` components for a mesh with the same nodes.
-pub fn read_state(
-    path: &Path,
-    nodes: &[[f64; 3]],
-    dim: usize,
-    interpolate: bool,
-) -> Result<State, StoreError> {
-    reading(path, || read_state_of(path, nodes, dim, interpolate))
+/// fields (displacement, velocity) for a mesh, with the same nodes unless they may be interpolated.
+pub fn read_state(path: &Path, mesh: &Mesh, interpolate: bool) -> Result<State, StoreError> {
+    reading(path, || read_state_of(path, mesh, interpolate))
 }
 
 fn damaged(path: &Path, what: &str) -> StoreError {
     StoreError::unusable(path, format!("damaged: {what}"))
 }
 
-fn read_state_of(
-    path: &Path,
-    nodes: &[[f64; 3]],
-    dim: usize,
-    interpolate: bool,
-) -> Result<State, StoreError> {
+fn read_state_of(path: &Path, mesh: &Mesh, interpolate: bool) -> Result<State, StoreError> {
+    let dim = mesh.dim();
     let file = open(path)?;
     let missing = |what: &str| StoreError::Missing { path: path.to_owned(), what: what.into() };
     let stored: Array2<f64> =
@@ -48,11 +39,11 @@ fn read_state_of(
             _ => Err(damaged(path, "/mesh/nodes")),
         };
     }
-    let same = is_same(nodes, &stored);
+    let same = is_same(mesh.nodes(), &stored);
     if !same && !interpolate {
         return Err(StoreError::unusable(path, "its body has other displacements than this scene"));
     }
-    let cells = if same { None } else { Some(cells_of(&file, &stored, nodes, dim, path)?) };
+    let cells = if same { None } else { Some(cells_of(&file, &stored, mesh, path)?) };
     let map: Array2<i64> = file.dataset("mesh/dof_map")?.table()?;
     if map.dim() != (stored.nrows(), width) {
         return Err(damaged(path, "/mesh/dof_map"));
@@ -151,8 +142,7 @@ fn nodal(x: &[f64], map: &Array2<i64>, dim: usize) -> Vec<f64> {
 fn cells_of(
     file: &hdf5::File,
     stored: &Array2<f64>,
-    nodes: &[Point],
-    dim: usize,
+    mesh: &Mesh,
     path: &Path,
 ) -> Result<Vec<Cell>, StoreError> {
     let other = || {
@@ -164,7 +154,7 @@ fn cells_of(
     let elements: Array2<i64> = file.dataset("mesh/elements")?.table()?;
     let element = |e: ndarray::ArrayView1<i64>| {
         let nodes: Vec<usize> = e.iter().filter_map(|&i| usize::try_from(i).ok()).collect();
-        let kind = ElementKind::of_nodes(dim, nodes.len())?;
+        let kind = ElementKind::of_nodes(mesh.dim(), nodes.len())?;
         nodes.iter().all(|&i| i < stored.nrows()).then_some((kind, nodes))
     };
     let elements: Option<Vec<_>> = elements.rows().into_iter().map(element).collect();
@@ -172,5 +162,5 @@ fn cells_of(
     let place =
         |r: ndarray::ArrayView1<f64>| std::array::from_fn(|c| r.get(c).copied().unwrap_or(0.0));
     let places: Vec<Point> = stored.rows().into_iter().map(place).collect();
-    cells(nodes, &places, &elements).ok_or_else(other)
+    cells(mesh, &places, &elements).ok_or_else(other)
 }

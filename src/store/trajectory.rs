@@ -2,7 +2,9 @@
 
 use super::StoreError;
 use super::bodies::words;
-use super::columns::{ENERGY, FORCES, FRICTION, MOMENTA, SPRINGS, STATES, SUPPORTS, TRACTIONS};
+use super::columns::{
+    ENERGY, FORCES, FRICTION, MOMENTA, ROTATIONS, SLIDING, SPRINGS, STATES, SUPPORTS, TRACTIONS,
+};
 use super::kept::Kept;
 use super::row::Row;
 use super::schema::{About, Column, Rows};
@@ -68,6 +70,8 @@ impl Trajectory {
             }
         }
         add(MOMENTA, bearings.momenta())?;
+        add(SLIDING, kept.excursions.pairs.len())?;
+        add(ROTATIONS, kept.excursions.rotations())?;
         if rubs {
             tables.push(Rows::create(file, TRACTIONS, &form)?);
             tables.push(Rows::create(file, FRICTION, &plain)?);
@@ -77,7 +81,10 @@ impl Trajectory {
 
     /// Go on with the tables of a file.
     pub(crate) fn reopen(file: &hdf5::File, place: Resume) -> Result<Self, StoreError> {
-        let tables = [STATES, ENERGY, FORCES, SUPPORTS, SPRINGS, MOMENTA, TRACTIONS, FRICTION];
+        let tables = [
+            STATES, ENERGY, FORCES, SUPPORTS, SPRINGS, MOMENTA, SLIDING, ROTATIONS, TRACTIONS,
+            FRICTION,
+        ];
         let is_there = |columns: &&'static [Column<Row>]| file.link_exists(columns[0].about.path);
         let reopen = |columns| Rows::reopen(file, columns, place);
         let tables = tables.into_iter().filter(is_there).map(reopen);

@@ -12,6 +12,7 @@ mod damping;
 #[doc(hidden)]
 pub mod distance;
 mod equilibrium;
+mod excursions;
 mod expansion;
 mod following;
 pub(crate) mod friction;
@@ -49,6 +50,7 @@ pub use constraint::Constraint;
 pub use damping::{Dampers, Rayleigh};
 pub use equilibrium::NoEquilibrium;
 pub(crate) use equilibrium::{monitor_tolerance, static_displacement};
+pub use excursions::{Excursions, Strayed};
 pub use expansion::{Drive, MeasuredDrive};
 pub use friction::{Elastic, RubbingRates, Slider, Tangent};
 pub use impact::{Blow, BlowMap, Impact};

@@ -149,6 +149,8 @@ pub enum FrameError {
         node: usize,
         /// Angle between the held direction and that of the contact.
         degrees: f64,
+        /// From this angle on the support turns the direction of the contact.
+        least: f64,
     },
 }
 
@@ -370,7 +372,10 @@ fn contact_directions(
                 match beside(&direction, own, most) {
                     Ok(Some(rest)) => direction = rest,
                     Ok(None) => continue,
-                    Err(degrees) => return Err(FrameError::PartlyHeld { node, degrees }),
+                    Err(degrees) => {
+                        let least = 90.0 - most;
+                        return Err(FrameError::PartlyHeld { node, degrees, least });
+                    }
                 }
             }
             let known = wanted.entry(node).or_default();
@@ -420,7 +425,10 @@ fn master_directions(
                 match beside(&direction, own, TURNED) {
                     Ok(Some(rest)) => direction = rest,
                     Ok(None) => continue,
-                    Err(degrees) => return Err(FrameError::PartlyHeld { node, degrees }),
+                    Err(degrees) => {
+                        let least = 90.0 - TURNED;
+                        return Err(FrameError::PartlyHeld { node, degrees, least });
+                    }
                 }
             }
             let known = wanted.entry(node).or_default();

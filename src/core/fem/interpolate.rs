@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::shape::{self, Local};
-use crate::mesh::{ElementKind, Point, bounds};
+use crate::mesh::{ElementKind, Mesh, Point, bounds};
 
 /// The nodes of the element that a point lies in, with their weights.
 pub type Cell = Vec<(usize, f64)>;
@@ -14,8 +14,32 @@ pub type Cells = [(ElementKind, Vec<usize>)];
 /// How far, in local coordinates, a point may lie outside: straight sides cut off what is curved.
 const OUTSIDE: f64 = 0.2;
 
-/// Where points lie among elements; none if the points and the nodes cover different regions.
-pub fn cells(points: &[Point], nodes: &[Point], elements: &Cells) -> Option<Vec<Cell>> {
+/// How far into one of its own elements a node is looked up: surfaces that touch, and the lips of cracks, have nodes at one place.
+const INWARDS: f64 = 1e-6;
+
+/// Where the nodes of a mesh lie among the elements of another one of the same body; none if the two cover different regions.
+pub fn cells(mesh: &Mesh, nodes: &[Point], elements: &Cells) -> Option<Vec<Cell>> {
+    let mut inside = mesh.nodes().to_vec();
+    for element in mesh.elements() {
+        let share = INWARDS / element.nodes.len() as f64;
+        for &n in element.nodes {
+            let own = mesh.nodes()[n];
+            let towards = |c: usize| -> f64 {
+                element.nodes.iter().map(|&m| mesh.nodes()[m][c] - own[c]).sum()
+            };
+            inside[n] = std::array::from_fn(|c| own[c] + share * towards(c));
+        }
+    }
+    cells_at(mesh.nodes(), &inside, nodes, elements)
+}
+
+/// Where points lie among elements, each in the one that has its second place.
+fn cells_at(
+    points: &[Point],
+    inside: &[Point],
+    nodes: &[Point],
+    elements: &Cells,
+) -> Option<Vec<Cell>> {
     let (a, b) = (bounds(points), bounds(nodes));
     let size = (0..3).fold(0.0f64, |m, c| m.max(a[1][c] - a[0][c]));
     let near = |k: usize| (0..3).all(|c| (a[k][c] - b[k][c]).abs() <= 1e-9 * size);
@@ -24,29 +48,30 @@ pub fn cells(points: &[Point], nodes: &[Point], elements: &Cells) -> Option<Vec<
     }
     let boxes: Vec<[Point; 2]> =
         elements.iter().map(|(_, e)| bounds(e.iter().map(|&n| &nodes[n]))).collect();
-    let cell = |p: &Point| -> Option<Cell> {
-        let inside = |[low, high]: &[Point; 2]| {
+    let cell = |(p, near): (&Point, &Point)| -> Option<Cell> {
+        let is_in = |[low, high]: &[Point; 2]| {
             let slack = OUTSIDE * (0..3).fold(1e-9 * size, |m, c| m.max(high[c] - low[c]));
-            (0..3).all(|c| p[c] >= low[c] - slack && p[c] <= high[c] + slack)
+            (0..3).all(|c| near[c] >= low[c] - slack && near[c] <= high[c] + slack)
         };
-        let mut best: Option<(f64, usize, Local)> = None;
-        for k in (0..elements.len()).filter(|&k| inside(&boxes[k])) {
-            let (kind, own) = &elements[k];
-            let x: Vec<Point> = own.iter().map(|&n| nodes[n]).collect();
-            let Some(local) = local_of(*kind, &x, p) else { continue };
-            let off = shape::outside(*kind, local);
-            if best.is_none_or(|(least, ..)| off < least) {
-                best = Some((off, k, local));
+        let of_element = |k: usize| elements[k].1.iter().map(|&n| nodes[n]).collect::<Vec<Point>>();
+        let mut best: Option<(f64, usize)> = None;
+        for k in (0..elements.len()).filter(|&k| is_in(&boxes[k])) {
+            let kind = elements[k].0;
+            let Some(local) = local_of(kind, &of_element(k), near) else { continue };
+            let off = shape::outside(kind, local);
+            if best.is_none_or(|(least, _)| off < least) {
+                best = Some((off, k));
             }
             if off <= 1e-9 {
                 break;
             }
         }
-        let (_, k, local) = best.filter(|(off, ..)| *off <= OUTSIDE)?;
+        let (_, k) = best.filter(|(off, _)| *off <= OUTSIDE)?;
         let (kind, own) = &elements[k];
+        let local = local_of(*kind, &of_element(k), p)?;
         Some(own.iter().copied().zip(shape::values(*kind, local)).collect())
     };
-    points.iter().map(cell).collect()
+    points.iter().zip(inside).map(cell).collect()
 }
 
 /// Local coordinates of a place, by Newton's method; none where it does not come to rest.
@@ -98,15 +123,32 @@ mod tests {
         let (coarse, fine) = (rectangle(2.0, 1.0, 3, 2), rectangle(2.0, 1.0, 7, 5));
         let f = |p: &Point| 1.0 + 2.0 * p[0] - p[1] + 0.5 * p[0] * p[1];
         let field: Vec<f64> = coarse.nodes().iter().flat_map(|p| [f(p), -f(p)]).collect();
-        let found = cells(fine.nodes(), coarse.nodes(), &elements(&coarse)).unwrap_or_default();
+        let found = cells(&fine, coarse.nodes(), &elements(&coarse)).unwrap_or_default();
         let values = at_cells(&field, &found, 2);
         for (k, p) in fine.nodes().iter().enumerate() {
             assert!((values[2 * k] - f(p)).abs() < 1e-14 && values[2 * k + 1] == -values[2 * k]);
         }
         let other = rectangle(2.0, 1.1, 3, 2);
-        assert!(cells(other.nodes(), coarse.nodes(), &elements(&coarse)).is_none());
+        assert!(cells(&other, coarse.nodes(), &elements(&coarse)).is_none());
         let (short, long) = (bar(1.0, 3), bar(1.1, 4));
-        assert!(cells(short.nodes(), long.nodes(), &elements(&long)).is_none());
+        assert!(cells(&short, long.nodes(), &elements(&long)).is_none());
+    }
+
+    /// Two plates that touch and move apart: nodes at one place keep to their own side.
+    #[test]
+    fn surfaces_that_touch_are_told_apart() {
+        let both = |nx: usize, ny: usize| {
+            let right = rectangle(0.5, 1.0, nx, ny + 1).moved(|[x, y, z]| [x + 1.0, y, z]);
+            Mesh::joined(&[("a", rectangle(1.0, 1.0, nx, ny)), ("b", right)], &[0, 1])
+        };
+        let (coarse, fine) = (both(2, 2), both(5, 4));
+        let left = |m: &Mesh, n: usize| m.parts()[n] == 0;
+        let f = |m: &Mesh, n: usize| if left(m, n) { m.nodes()[n][0] } else { 7.0 };
+        let field: Vec<f64> = (0..coarse.n_nodes()).map(|n| f(&coarse, n)).collect();
+        let found = cells(&fine, coarse.nodes(), &elements(&coarse)).unwrap_or_default();
+        for (n, v) in at_cells(&field, &found, 1).into_iter().enumerate() {
+            assert!((v - f(&fine, n)).abs() < 1e-13, "{n}: {v}");
+        }
     }
 
     /// Linear fields on turned meshes, quadratic ones on triangles of six nodes.
@@ -118,7 +160,7 @@ mod tests {
         let (coarse, fine) = (coarse.moved(turn), fine.moved(turn));
         let f = |p: &Point| 1.0 + 2.0 * p[0] - p[1];
         let field: Vec<f64> = coarse.nodes().iter().map(f).collect();
-        let found = cells(fine.nodes(), coarse.nodes(), &elements(&coarse)).unwrap_or_default();
+        let found = cells(&fine, coarse.nodes(), &elements(&coarse)).unwrap_or_default();
         for (p, v) in fine.nodes().iter().zip(at_cells(&field, &found, 1)) {
             assert!((v - f(p)).abs() < 1e-13);
         }
@@ -131,7 +173,7 @@ mod tests {
         let triangle = [(ElementKind::Tri6, (0..6).collect::<Vec<usize>>())];
         let mut points = nodes[..3].to_vec();
         points.extend([[0.8, 0.4, 0.0], [0.5, 0.6, 0.0]]);
-        let found = cells(&points, &nodes, &triangle).unwrap_or_default();
+        let found = cells_at(&points, &points, &nodes, &triangle).unwrap_or_default();
         for (p, v) in points.iter().zip(at_cells(&field, &found, 1)) {
             assert!((v - g(p)).abs() < 1e-13, "{v} {}", g(p));
         }

@@ -1,4 +1,4 @@
-//! CSV: energies and contact, one row a stored state; switches in a second file.
+//! CSV: energies, contact and forces, one row a stored state; switches in a second file.
 
 use std::fmt::Write as _;
 use std::io;
@@ -36,6 +36,14 @@ fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
             let _ = write!(out, ",{}", quoted(&format!("{column}[{point}]")));
         }
     }
+    for of in &stored.forces {
+        let kind = if of.kind == "contact" { "force" } else { of.kind };
+        for (k, name) in (0..of.values.ncols()).map(|k| (k, &of.names[k / of.components()])) {
+            let axis = ["_x", "_y", "_z"][k % of.components()];
+            let axis = if of.kind == "spring" { "" } else { axis };
+            let _ = write!(out, ",{}", quoted(&format!("{kind}{axis}[{name}]")));
+        }
+    }
     let axes = &["x", "y", "z"][..components(stored).min(3)];
     for node in nodes {
         for of in ["u", "v"] {
@@ -55,6 +63,11 @@ fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
         for i in 0..stored.gap.len() {
             let (u, p) = (stored.contact_displacement(row, i), stored.pressure[(row, i)]);
             let _ = write!(out, ",{},{},{}", number(u), number(p), stored.active[(row, i)]);
+        }
+        for force in stored.forces.iter().flat_map(|of| of.values.row(row)) {
+            // a scheme may know no accelerations, and not what supports bear
+            let known = Some(*force).filter(|f| !f.is_nan()).map(number);
+            let _ = write!(out, ",{}", known.unwrap_or_default());
         }
         for &node in nodes {
             for of in [stored.displacement(row, node), stored.velocity(row, node)] {

@@ -3,13 +3,14 @@
 //! | field | where | is |
 //! | --- | --- | --- |
 //! | `displacement`, `velocity` | points | `u`, `u̇` with three components, 0 where prescribed |
-//! | `contact_pressure` | points | `p = −λ ≥ 0`, 0 off the contact edge |
-//! | `contact_status` | points | 1 in contact, 0 open, −1 no contact node |
+//! | `contact_pressure` | points | `p = −λ ≥ 0`, on both sides where two surfaces meet; 0 off the contact |
+//! | `contact_force` | points | force of the contact on the body, its tangential part included, with three components |
+//! | `contact_status` | points | 1 in contact (with friction its state), 0 open, −1 no contact node (of two surfaces the slave has them) |
 //! | `gap` | points | the distance `g − u_C ≥ 0` to the obstacle along the contact direction, NaN off the contact edge |
 //! | `stress` | cells | `σ = D B u` at the centre: a tensor (in the plane with `σ_zz`), the axial stress of a bar |
 //! | `von_mises` | cells, not of bars | `√(½((σ_xx − σ_yy)² + (σ_yy − σ_zz)² + (σ_zz − σ_xx)²) + 3 (σ_xy² + σ_yz² + σ_zx²))` |
 //!
-//! The three fields of contact are left out where the scene has none.
+//! The four fields of contact are left out where the scene has none.
 
 use super::put::ExportError;
 use crate::fem::stress::{self, Stress};
@@ -135,6 +136,8 @@ impl<'s> Fields<'s> {
                 gap[node] = gap[node].min(s.gap[i] - s.contact_displacement(row, i));
             }
             all.push(real("contact_pressure", Centre::Point, 1, s.nodal_pressure(row)));
+            let forces = s.nodal_forces(row).into_iter().flatten().collect();
+            all.push(real("contact_force", Centre::Point, 3, forces));
             let (name, values) = ("contact_status", Values::Whole(status));
             all.push(Field { name, place: Centre::Point, components: 1, values });
             all.push(real("gap", Centre::Point, 1, gap));

@@ -5,14 +5,15 @@ use serde_json::{Value, json};
 use super::block::{exact, flags, rounded, single};
 use super::body::plane;
 use crate::report::edge::Edge;
-use crate::store::Stored;
+use crate::store::{Stored, StoredForces};
 
 /// Bytes of all stored states of one page, at most; beyond, every second, third, … state is left out.
 const MOST_BYTES: usize = 9_000_000;
 
 /// Every so many states are shown, so that they fit.
 pub(super) fn stride(stored: &Stored) -> usize {
-    let bytes = stored.t.len() * (4 * stored.nodes.nrows() + 9 * stored.gap.len());
+    let of_point = if stored.rubbed.is_some() { 13 } else { 9 };
+    let bytes = stored.t.len() * (4 * stored.nodes.nrows() + of_point * stored.gap.len());
     bytes.div_ceil(MOST_BYTES).max(1)
 }
 
@@ -25,6 +26,7 @@ pub(super) fn motion(stored: &Stored) -> Value {
         "stride": stride,
         "states": stored.t.len(),
         "ledger": ledger(stored),
+        "forces": forces(stored),
         "switches": {
             "t": exact(stored.switch_t.iter().copied()),
             "node": stored.switch_node,
@@ -44,30 +46,50 @@ pub(super) fn orbit(stored: &Stored, states: usize) -> Value {
     frames(stored, &rows, true)
 }
 
-/// Displacements of nodes and contact points, pressures, active sets; `short`: to a few digits.
+/// Displacements of nodes and contact points, pressures, tractions, active sets; `short`: to a few digits.
 fn frames(stored: &Stored, rows: &[usize], short: bool) -> Value {
     let n = stored.nodes.nrows();
     let n_c = stored.gap.len();
-    let number = |x: Vec<f64>| if short { rounded(&x) } else { single(x) };
+    let number = |x: Vec<f64>| -> Value { if short { rounded(&x) } else { single(x) } };
     let nodal = |&r: &usize| (0..n).flat_map(move |i| plane(stored.displacement(r, i)));
     let u: Vec<f64> = rows.iter().flat_map(nodal).collect();
     let along = |&r: &usize| (0..n_c).map(move |i| stored.contact_displacement(r, i));
     let contact: Vec<f64> = rows.iter().flat_map(along).collect();
     let pressure: Vec<f64> = rows.iter().flat_map(|&r| stored.pressure.row(r).to_vec()).collect();
+    let traction = stored
+        .rubbed
+        .as_ref()
+        .map(|rubbed| number(rows.iter().flat_map(|&r| rubbed.traction.row(r).to_vec()).collect()));
     json!({
         "t": exact(rows.iter().map(|&r| stored.t[r])),
         "shown": Edge::of(stored).shown(),
         "u": rounded(&u),
         "contact": number(contact),
         "pressure": number(pressure),
+        "traction": traction,
         "active": flags(rows.iter().flat_map(|&r| (0..stored.gap.len()).map(move |i| stored.touches(r, i)))),
     })
 }
 
 fn ledger(stored: &Stored) -> Value {
     let column = |k: usize| exact(stored.energy[k].iter().copied());
-    json!({
+    let mut all = json!({
         "t": exact(stored.t.iter().copied()),
         "kinetic": column(0), "elastic": column(1), "external": column(2), "dissipated": column(3), "jumps": column(4),
-    })
+    });
+    if let Some(rubbed) = &stored.rubbed {
+        all["friction"] = exact(rubbed.taken.iter().copied());
+        all["belt"] = exact(rubbed.belt.iter().copied());
+    }
+    all
+}
+
+/// What contact groups, supports and springs bear: curves of each kind over the times of the ledger.
+fn forces(stored: &Stored) -> Vec<Value> {
+    let of_kind = |of: &StoredForces| {
+        let curve = |(c, name): (usize, String)| json!({"name": name, "y": single(of.values.column(c).to_vec())});
+        let curves: Vec<Value> = of.components_that_act().into_iter().map(curve).collect();
+        (!curves.is_empty()).then(|| json!({"kind": of.kind, "curves": curves}))
+    };
+    stored.forces.iter().filter_map(of_kind).collect()
 }

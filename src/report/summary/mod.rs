@@ -10,7 +10,7 @@ use crate::problem::Notes;
 use crate::scenario::Scene;
 
 pub(crate) use json::run_json;
-pub(crate) use text::{forces, run_text};
+pub(crate) use text::run_text;
 
 /// A number with so many significant digits, plain where that is readable.
 pub(crate) fn significant(x: f64, digits: usize) -> String {
@@ -68,6 +68,37 @@ fn warnings(scene: &Scene, notes: &Notes, report: &Report) -> Vec<String> {
     }
     warnings
 }
+
+/// Surfaces that slid, and parts that turned, farther than small displacements go: of a run's object.
+pub(crate) fn too_far(excursions: &serde_json::Value) -> Vec<String> {
+    let all = excursions.as_array().map_or(&[][..], Vec::as_slice);
+    let of = |e: &serde_json::Value| {
+        let number = |key: &str| e[key].as_f64().unwrap_or(f64::NAN);
+        let name = |k: usize| e["of"][k].as_str().unwrap_or_default().to_owned();
+        let (largest, t) = (number("largest"), significant(number("t"), 6));
+        match e["kind"].as_str() {
+            Some("sliding") if largest > MOST_SLIDING => Some(format!(
+                "\"{}\" slides over \"{}\" by up to {} of its sides (at t = {t}): what meets what is decided once, on the undeformed meshes. Smaller displacements, or longer sides",
+                name(0),
+                name(1),
+                significant(largest, 3)
+            )),
+            Some("rotation") if largest > MOST_ROTATION => Some(format!(
+                "\"{}\" turns by up to {} (at t = {t}): rotations are taken for small, and the error is of the order of their square",
+                name(0),
+                significant(largest, 3)
+            )),
+            _ => None,
+        }
+    };
+    all.iter().filter_map(of).collect()
+}
+
+/// Sliding over the length of a slave's sides beyond which a pair meets other sides than it was joined to.
+const MOST_SLIDING: f64 = 1.0;
+
+/// Rotation beyond which it is not small.
+const MOST_ROTATION: f64 = 0.1;
 
 /// Relative drift of the energy inside a phase that is warned about.
 const DRIFT: f64 = 1e-6;

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use serde_json::Value;
+
 use super::promises::{certificate, promises};
-use super::{energy_warning, mass_ratio, plural, significant, warnings};
+use super::{energy_warning, mass_ratio, plural, significant};
 use crate::contact::lcp::PMatrix;
 use crate::contact::{March, Rayleigh, System};
 use crate::event::{Report, SwitchKind};
@@ -14,11 +16,11 @@ use crate::mesh::slender::stiff_in_bending;
 use crate::problem::Notes;
 use crate::scenario::{BodyKind, Scene, State};
 
-/// The summary of a run in words.
+/// The summary of a run in words, and what its object says of it.
 pub(crate) fn run_text(
     scene: &Scene,
     (system, notes): (&System, &Notes),
-    report: &Report,
+    (report, said): (&Report, &Value),
     wall_s: f64,
 ) -> String {
     let given = scene.body.kind == BodyKind::Matrices;
@@ -41,9 +43,11 @@ pub(crate) fn run_text(
         search(&mut out, system, report);
     }
     energy(&mut out, system, report);
-    warnings(scene, notes, report).into_iter().for_each(|w| out.line("warning", w));
+    let warnings = said["warnings"].as_array().map_or(&[][..], Vec::as_slice);
+    warnings.iter().filter_map(Value::as_str).for_each(|w| out.line("warning", w.to_owned()));
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
+    forces(&mut out, &said["forces"]);
     out.0
 }
 
@@ -389,10 +393,9 @@ fn work(out: &mut Lines, (scene, system): (&Scene, &System), report: &Report, wa
     }
 }
 
-/// The largest forces of contact groups, supports and springs, with their impulses, of a run's object.
-pub(crate) fn forces(all: &serde_json::Value) -> String {
-    let mut out = Lines::default();
-    let number = |v: &serde_json::Value| v.as_f64().unwrap_or(f64::NAN);
+/// The largest forces of contact groups, supports and springs, with their impulses.
+fn forces(out: &mut Lines, all: &Value) {
+    let number = |v: &Value| v.as_f64().unwrap_or(f64::NAN);
     let all = all.as_array().map_or(&[][..], Vec::as_slice);
     let mut before = "";
     for of in all.iter().filter(|of| number(&of["maximum"]) > 0.0) {
@@ -414,5 +417,4 @@ pub(crate) fn forces(all: &serde_json::Value) -> String {
         );
         out.line(head, text);
     }
-    out.0
 }

@@ -11,10 +11,11 @@ export function decode(block) {
   return block.kind === "i2" ? Float32Array.from(numbers, (x) => x * block.scale) : numbers;
 }
 
-/** Frames of a motion: times, displacements of nodes and contact points, pressures; the contact points that have curves. */
+/** Frames of a motion: times, displacements of nodes and contact points, pressures, with friction tractions; the contact points that have curves. */
 export function framesOf(raw) {
   const frames = { shown: raw.shown };
   for (const name of ["t", "u", "contact", "pressure", "active"]) frames[name] = decode(raw[name]);
+  if (raw.traction) frames.traction = decode(raw.traction);
   return frames;
 }
 

@@ -160,7 +160,7 @@ export function familySection(families) {
       words.append(element("p", { class: "soft" }, family.why ?? "Its motion is not on this page."));
       return;
     }
-    if (!slots.has(p.family)) slots.set(p.family, new MotionView(bodyOf(family.body), { loops: true, compact: true }));
+    if (!slots.has(p.family)) slots.set(p.family, new MotionView(bodyOf(family.body), { loops: true, compact: true, rubs: p.frames.traction !== null }));
     const motion = slots.get(p.family);
     page.player?.toggle(false);
     if (right.firstChild !== motion.left) right.replaceChildren(motion.left, ...motion.right.children, ...(motion.charts ?? []));

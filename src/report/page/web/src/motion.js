@@ -7,6 +7,8 @@ import { decode } from "./decode.js";
 import { Player } from "./player.js";
 import { COLOURS, element } from "./words.js";
 
+const FORCES = { contact: "Forces of contact", support: "Forces of supports", spring: "Forces of springs" };
+
 /** Stretches of time in which something touches. */
 export function bandsOf({ t, active }) {
   const n = active.length / t.length;
@@ -26,7 +28,7 @@ export function bandsOf({ t, active }) {
 
 /** Views of a body's motions, one at a time. */
 export class MotionView {
-  constructor(body, { loops = false, compact = false } = {}) {
+  constructor(body, { loops = false, compact = false, rubs = false, forces = [] } = {}) {
     this.body = body;
     this.player = new Player((t) => this.linked.forEach((view) => view.at(t)), loops);
     const seek = (t) => this.player.seek(t);
@@ -37,16 +39,19 @@ export class MotionView {
     const height = compact ? 150 : 170;
     this.displacement = new Curves({ title: `Displacement ${point} towards the obstacle`, x: "t", y: "u_C", height }, seek);
     this.pressure = new Curves({ title: `Pressure ${point}`, x: "t", y: "p", height }, seek);
+    this.traction = rubs ? new Curves({ title: `Traction along the tangent ${point}`, x: "t", y: "τ", height }, seek) : null;
     this.map = contact.fronts.length > 1 ? new GapMap({ title: "Gap and pressure along the contact edge", x: "t", y: contact.axis, height: 190 }, seek) : null;
     this.ledger = compact ? null : new Curves({ title: "Energies", x: "t", y: "energy" }, seek);
-    this.linked = [this.displacement, this.pressure, this.map, this.ledger].filter(Boolean);
+    this.forces = forces.map(({ kind }) => new Curves({ title: FORCES[kind] ?? kind, x: "t", y: "force", height }, seek));
+    const curves = [this.displacement, this.pressure, this.traction, this.map, ...this.forces, this.ledger].filter(Boolean);
+    this.linked = [...curves];
     if (this.view) this.linked.push({ at: (t) => this.view.draw(t) });
-    const charts = [this.displacement, this.pressure, this.map, this.ledger].filter(Boolean).map((c) => c.element);
+    const charts = curves.map((c) => c.element);
     this.left = element("div", { class: "column" }, this.view?.element ?? element("p", { class: "soft" }, body.undrawn), this.player.element);
     this.right = element("div", { class: "column" }, ...charts);
   }
 
-  show(frames, ledger) {
+  show(frames, ledger, forces = []) {
     const { contact } = this.body;
     const n = contact.gap.length;
     const { t } = frames;
@@ -61,19 +66,32 @@ export class MotionView {
     const gaps = new Set(contact.gap.map((g, i) => (fronts.includes(i) ? g : -g)));
     this.displacement.show({ t, series: series(frames.contact, some), bands, limits: gaps.size <= 2 ? [...gaps] : [] });
     this.pressure.show({ t, series: series(frames.pressure, some.flatMap(shared)), bands });
+    if (frames.traction) this.traction?.show({ t, series: series(frames.traction, some), bands });
     const s = fronts.map((i) => contact.position[i]);
     this.map?.show({ t, rows: fronts, gap: contact.gap, contact: frames.contact, pressure: frames.pressure, bound: [Math.min(...s), Math.max(...s)] });
     if (this.ledger && ledger) this.energies(ledger, bands);
+    forces.forEach(({ curves }, k) => this.bear(this.forces[k], decode(ledger.t), curves, bands));
     this.player.seek(t[0]);
+  }
+
+  /** What groups, supports or springs bear. */
+  bear(chart, t, curves, bands) {
+    const series = curves.map(({ name, y }, k) => {
+      const values = decode(y);
+      return { name, colour: COLOURS[k % COLOURS.length], y: (row) => values[row] };
+    });
+    chart.show({ t, series, bands });
   }
 
   energies(raw, bands) {
     const e = Object.fromEntries(Object.entries(raw).map(([name, block]) => [name, decode(block)]));
     const curve = (name, k) => ({ name, colour: COLOURS[k], y: (row) => e[name][row] });
-    const moves = (name) => e[name].some((x) => x !== 0);
+    const moves = (name) => e[name]?.some((x) => x !== 0);
     const series = [curve("kinetic", 0), curve("elastic", 1), { name: "kinetic + elastic", colour: COLOURS[4], y: (row) => e.kinetic[row] + e.elastic[row] }];
     if (moves("external")) series.push(curve("external", 2));
     if (moves("dissipated")) series.push(curve("dissipated", 3));
+    if (moves("friction")) series.push({ ...curve("friction", 6), name: "taken by friction" });
+    if (moves("belt")) series.push({ ...curve("belt", 7), name: "work of moving surfaces" });
     if (moves("jumps")) series.push({ ...curve("jumps", 5), name: "sum of the jumps at switches" });
     this.ledger.show({ t: e.t, series, bands });
   }

@@ -26,8 +26,8 @@ export function ofOrbit(o, omega) {
 }
 
 export function runSection(raw) {
-  const motion = new MotionView(bodyOf(raw.body), { loops: raw.orbit !== null });
-  const { switches, ledger, stride, states } = raw.motion;
+  const motion = new MotionView(bodyOf(raw.body), { loops: raw.orbit !== null, rubs: raw.motion.frames.traction !== null, forces: raw.motion.forces });
+  const { switches, ledger, forces, stride, states } = raw.motion;
   const times = decode(switches.t);
   const about = [
     ["status", raw.status],
@@ -39,7 +39,7 @@ export function runSection(raw) {
   const said = element("div", { class: "panel" }, element("h2", {}, raw.title || raw.name), numbers(about), element("p", { class: "soft" }, raw.command));
   motion.left.append(...(multipliers ? [multipliers.element] : []), said);
   const section = element("section", { "aria-label": raw.name }, element("div", { class: "columns" }, motion.left, motion.right));
-  motion.show(framesOf(raw.motion.frames), ledger);
+  motion.show(framesOf(raw.motion.frames), ledger, forces);
   multipliers?.show(raw.orbit.multipliers, raw.orbit.alpha === null ? "" : " (of the self-excited system)");
   return { section, player: motion.player, bodies: [motion.view].filter(Boolean) };
 }
