@@ -2,17 +2,48 @@
 
 use std::path::Path;
 
+use nalgebra::{DMatrix, DVector};
 use ndarray::{Array1, Array2, ArrayD};
 
 use super::StoreError;
-use crate::contact::{States, System};
+use crate::contact::{Conditions, States, System};
 use crate::fem::Csr;
 use crate::problem::Problem;
 
-fn dense(a: &Csr) -> Array2<f64> {
-    let mut d = Array2::zeros((a.n_rows(), a.n_cols()));
+fn dense(a: &Csr) -> DMatrix<f64> {
+    let mut d = DMatrix::zeros(a.n_rows(), a.n_cols());
     a.triplets().for_each(|(i, j, v)| d[(i, j)] = v);
     d
+}
+
+/// The contact displacements `y` of masters that give up their inertia, which face nothing and bear nothing, as others know nothing of them: `y = Y (u_O, u_C)` from
+/// `N_yO u_O + N_yC u_C + N_yy y = 0`. `N_C`, `N_O` of the others, and `T` from `(u_O, u_C)` to `u`.
+fn without_masters(conditions: &Conditions, n_o: usize) -> [DMatrix<f64>; 3] {
+    let (all, of_o) = (conditions.n_c.dense(), dense(&conditions.n_o));
+    let (count, n) = (all.nrows(), conditions.facing());
+    let of_u =
+        DMatrix::from_fn(
+            count,
+            n_o + n,
+            |i, j| {
+                if j < n_o { of_o[(i, j)] } else { all[(i, j - n_o)] }
+            },
+        );
+    let mut t = DMatrix::identity(n_o + count, n_o + n);
+    let mut seen = of_u.rows(0, n).into_owned();
+    if count > n {
+        let own = all.view((n, n), (count - n, count - n)).into_owned();
+        // a P-matrix: every principal block is regular
+        if let Some(y) = own.lu().solve(&of_u.rows(n, count - n)) {
+            seen -= all.view((0, n), (n, count - n)) * &y;
+            t.rows_mut(n_o + n, count - n).copy_from(&-y);
+        }
+    }
+    [seen.columns(n_o, n).into_owned(), seen.columns(0, n_o).into_owned(), t]
+}
+
+fn by_rows(a: &DMatrix<f64>) -> ArrayD<f64> {
+    Array2::from_shape_fn(a.shape(), |at| a[at]).into_dyn()
 }
 
 /// With friction `E`, a tangent a row over `u_O` (zeros where there is none), `limit`, the largest force over the pressure (`μ` times the area), and `surface`, the velocity of
@@ -31,21 +62,21 @@ fn friction(system: &System) -> Vec<(&'static str, ArrayD<f64>)> {
     vec![("E", along.into_dyn()), ("limit", limit.into_dyn()), ("surface", surface.into_dyn())]
 }
 
-/// `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state, by their names.
+/// `M`, `K`, `N_C`, `N_O` (dense, over `u = (u_O, u_C)`), `gap`, the constant load `f`, the initial state, by their names; displacements of masters are eliminated.
 fn operators(problem: &Problem) -> Vec<(&'static str, ArrayD<f64>)> {
     let system: &System = &problem.system;
-    let conditions = system.conditions();
-    let n_c = system.n_contact();
-    let n_c_block = Array2::from_shape_fn((n_c, n_c), |(i, j)| conditions.n_c[(i, j)]);
+    let [n_c, n_o, t] = without_masters(system.conditions(), system.n_o());
+    let reduced = |a: &Csr| by_rows(&(t.transpose() * dense(a) * &t));
     let load = system.loads.constant.clone().unwrap_or_else(|| vec![0.0; system.n()]);
     let vector = |x: Vec<f64>| Array1::from_vec(x).into_dyn();
+    let load = t.transpose() * DVector::from_vec(load);
     vec![
-        ("M", dense(system.mass()).into_dyn()),
-        ("K", dense(&system.body.stiffness).into_dyn()),
-        ("N_C", n_c_block.into_dyn()),
-        ("N_O", dense(&conditions.n_o).into_dyn()),
+        ("M", reduced(system.mass())),
+        ("K", reduced(&system.body.stiffness)),
+        ("N_C", by_rows(&n_c)),
+        ("N_O", by_rows(&n_o)),
         ("gap", vector(system.gaps())),
-        ("f", vector(load)),
+        ("f", vector(load.as_slice().to_vec())),
         ("u0", vector(problem.initial.u.clone())),
         ("v0", vector(problem.initial.v.clone())),
     ]

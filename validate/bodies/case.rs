@@ -503,21 +503,33 @@ fn crack(folder: &Folder, checks: &mut Vec<Check>) -> Result<(), String> {
 fn breathing(problem: Problem, sides: &str, checks: &mut Vec<Check>) -> Result<(), String> {
     let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
     let pin = Pin::new(&body, 0, 0.1);
+    let mesh = &body.system.body.mesh;
+    let tip = mesh.nodes().iter().position(|x| x[0] == 6.0 && x[1] == 0.0).ok_or("no tip")?;
+    let terms: Vec<(usize, f64)> = body.system.body.dofs.terms(tip, 1).collect();
     let near = displaced::bilinear(&body, pin).ok_or("no closed mode")?;
-    let mut at = |size: f64| -> Result<[f64; 3], String> {
+    let mut at = |size: f64| -> Result<[f64; 4], String> {
         let found = displaced::at_displacement(&mut body, pin, -size, near);
         let found = found.map_err(|e| e.to_string())?.ok_or("the mode does not move the crack")?;
         let orbit = found.orbit().ok_or_else(|| found.to_string())?;
         let alpha = orbit.viscous.as_ref().map_or(f64::NAN, |v| v.alpha);
-        Ok([orbit.omega(), alpha, orbit.energy / (size * size)])
+        let of_tip = |u: &[f64]| terms.iter().map(|&(j, w)| w * u[j]).sum::<f64>();
+        let (there, energy) = preload::turning_point(&body, orbit, &of_tip)?;
+        Ok([orbit.omega(), alpha, orbit.energy / (size * size), energy / (there * there)])
     };
-    let ([omega, alpha, energy], [other, _, more]) = (at(0.1)?, at(0.3)?);
+    let ([omega, alpha, energy, of_tip], [other, _, more, _]) = (at(0.1)?, at(0.3)?);
     let name = format!("breathing crack, {sides}");
     let wanted = if sides == "both" { 0.023_811_538_4 } else { 0.023_811_550_6 };
     checks.push(Check::near(format!("{name}: frequency"), omega, wanted, 4e-9));
     if sides == "both" {
         checks.push(Check::near(format!("{name}: alpha"), alpha, 8.877_85e-5, 1e-6));
     }
+    let wanted = if sides == "both" { 3.354_145_987_5e-4 } else { 3.354_203_435_5e-4 };
+    checks.push(Check::near(
+        format!("{name}: energy over the square of the tip's displacement"),
+        of_tip,
+        wanted,
+        1e-6,
+    ));
     let off = (other / omega - 1.0).abs().max((more / energy - 1.0).abs());
     checks.push(Check::at_most(format!("{name}: three times the amplitude"), off, 1e-8));
     Ok(())
@@ -563,7 +575,7 @@ fn rings(folder: &Folder, checks: &mut Vec<Check>) -> Result<(), String> {
 }
 
 /// `C = βK`, pinned to the mode that the contact moves most.
-fn mode(text: &str, omega: f64) -> Result<Box<Orbit>, String> {
+fn mode(text: &str, omega: f64) -> Result<(Propagator, Pin, Box<Orbit>), String> {
     let problem = Problem::new(&scene(text, None)?, None).map_err(|e| e.to_string())?;
     let mut body = Propagator::new(problem.system).map_err(|e| e.to_string())?;
     let pinned = viscous::pinned_mode(&body).ok_or("no mode to pin to")?;
@@ -571,7 +583,7 @@ fn mode(text: &str, omega: f64) -> Result<Box<Orbit>, String> {
     for guess in pin.guesses(&body, omega) {
         let found = find(&mut body, Closure::Viscous(pin), &guess, omega, &Search::default());
         if let Verdict::Orbit(orbit) = found.map_err(|e| e.to_string())? {
-            return Ok(orbit);
+            return Ok((body, pin, orbit));
         }
     }
     Err(format!("no viscous mode at {omega}"))
@@ -604,14 +616,15 @@ fn modes(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
             "bars of 20 and 14, {}",
             if choice.is_empty() { "both" } else { choice.trim() }.replace('\n', ", ")
         );
-        push(checks, name, &*mode(&bars(20, 14, choice), 1.65)?, (energy, alpha), 2e-9);
+        let (_, _, orbit) = mode(&bars(20, 14, choice), 1.65)?;
+        push(checks, name, &orbit, (energy, alpha), 2e-9);
     }
     for (n, both, slave) in [(40, 1.919_210, 1.922_914), (80, 1.926_345, 1.927_133)] {
         if effort.short {
             continue;
         }
         for (choice, energy) in [("", both), ("sides = \"slave\"\n", slave)] {
-            let orbit = mode(&bars(n, 7 * n / 10, choice), 1.65)?;
+            let (_, _, orbit) = mode(&bars(n, 7 * n / 10, choice), 1.65)?;
             let name = format!(
                 "bars of {n} and {}, {}: energy",
                 7 * n / 10,
@@ -631,17 +644,18 @@ fn modes(effort: Effort, checks: &mut Vec<Check>) -> Result<(), String> {
                 "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\ngap = 1.0\nsides = \"{sides}\"\n[orbit]\nomega = 1.65\n"
             )
     };
-    for (sides, energy, alpha) in
-        [("both", 0.703_522_169_9, 0.061_239_177_7), ("slave", 0.757_413_497_4, 0.065_825_271_0)]
-    {
-        let orbit = mode(&plates(sides), 1.65)?;
-        push(
-            checks,
-            format!("half plates 10 x 3 and 8 x 4, {sides}"),
-            &orbit,
-            (energy, alpha),
-            4e-9,
-        );
+    let [both, slave] = [
+        [(7, [5e-3, 1.4e-2]), (15, [1e-4, 6e-4]), (31, [2.5e-6, 5e-5])],
+        [(7, [8e-4, 2.4e-2]), (15, [3e-4, 3.5e-3]), (31, [4e-5, 4.7e-4])],
+    ];
+    for (sides, energy, alpha, harmonics) in [
+        ("both", 0.703_522_169_9, 0.061_239_177_7, both),
+        ("slave", 0.757_413_497_4, 0.065_825_271_0, slave),
+    ] {
+        let (body, pin, orbit) = mode(&plates(sides), 1.65)?;
+        let name = format!("half plates 10 x 3 and 8 x 4, {sides}");
+        push(checks, name.clone(), &orbit, (energy, alpha), 4e-9);
+        preload::beside_harmonics(&name, (&body, pin), &orbit, &harmonics, checks)?;
     }
     Ok(())
 }

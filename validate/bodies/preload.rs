@@ -166,9 +166,12 @@ fn face(problem: &Problem, u: &[f64]) -> f64 {
     on.windows(2).map(part).sum::<f64>() / 0.5
 }
 
-/// How far the face goes to the left of where it rests, and the energy there: `H − fᵀu` beyond that of the rest. Of two such turning points in a period (at large amplitudes) it is the one
-/// before `t = 0`, which is that of small ones.
-fn farthest(problem: &Problem, body: &Propagator, orbit: &Orbit) -> Result<(f64, f64), String> {
+/// Where a displacement `of(u)` is least: it, and `H − fᵀu` there. Of several turning points in a period it is the last.
+pub(super) fn turning_point(
+    body: &Propagator,
+    orbit: &Orbit,
+    of: &dyn Fn(&[f64]) -> f64,
+) -> Result<(f64, f64), String> {
     let system = &body.system;
     let words = |e: &dyn std::fmt::Display| e.to_string();
     let (chain, times) = chain_of(body, orbit).map_err(|e| words(&e))?;
@@ -181,10 +184,10 @@ fn farthest(problem: &Problem, body: &Propagator, orbit: &Orbit) -> Result<(f64,
         phases[k].expand_displacement(t, &u_o, &mut u);
         phases[k].expand_velocity(t, &v_o, &mut v);
         let energy = system.elastic(t, &u) + system.kinetic(t, &v);
-        Some((face(problem, &u), face(problem, &v), energy - system.loads.constant_potential(&u)))
+        Some((of(&u), of(&v), energy - system.loads.constant_potential(&u)))
     };
     let none = || "no state along the orbit".to_owned();
-    // where the velocity of the face passes zero upwards, by halving
+    // where the velocity passes zero upwards, by halving
     let steps = 400;
     let mut best = None;
     let mut last = at(0.0).ok_or_else(none)?;
@@ -201,8 +204,15 @@ fn farthest(problem: &Problem, body: &Propagator, orbit: &Orbit) -> Result<(f64,
         }
         last = now;
     }
-    let (still, still_energy) = at_rest(problem, body)?;
     let (there, _, energy) = best.ok_or_else(none)?;
+    Ok((there, energy))
+}
+
+/// How far the face goes to the left of where it rests, and the energy there beyond that of the rest: at large amplitudes it turns twice there, and the turning point before `t = 0` is that
+/// of small ones.
+fn farthest(problem: &Problem, body: &Propagator, orbit: &Orbit) -> Result<(f64, f64), String> {
+    let (there, energy) = turning_point(body, orbit, &|u| face(problem, u))?;
+    let (still, still_energy) = at_rest(problem, body)?;
     Ok((still - there, energy - still_energy))
 }
 
@@ -323,6 +333,36 @@ pub(super) fn blocks(effort: Effort, checks: &mut Vec<Check>) -> Result<(), Stri
         checks.push(Check::near(format!("{name}: frequency at a = 3"), omega, high, 2e-8));
     }
     harmonics(checks)
+}
+
+/// A viscous mode by harmonic balance beside the orbit: `|E/E_orbit − 1|` at `t = 0` and `‖z − z_orbit‖/‖z_orbit‖`, for so many harmonics; what another program printed of both with one or two
+/// digits.
+pub(super) fn beside_harmonics(
+    name: &str,
+    (body, pin): (&Propagator, Pin),
+    orbit: &Orbit,
+    printed: &[(usize, [f64; 2])],
+    checks: &mut Vec<Check>,
+) -> Result<(), String> {
+    let words = |e: &dyn std::fmt::Display| e.to_string();
+    let mut viscous = Viscous::new(body.system.clone(), pin).map_err(|e| words(&e))?;
+    for &(n_h, wanted) in printed {
+        let found = viscous.from_mode(n_h, orbit.omega(), &Settings::default());
+        let fed = found.map_err(|e| words(&e))?.map_err(|e| words(&e))?;
+        let (q, dq) = fed.solution.q.at(0.0);
+        let state = viscous.reduction().state(&q, &dq, orbit.omega());
+        let z = body.frame(&state);
+        let (u, v) = state.full(&viscous.reduction().system).map_err(|e| words(&e))?;
+        let energy = body.system.elastic(0.0, &u) + body.system.kinetic(0.0, &v);
+        let size = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+        let apart = size(&mut z.iter().zip(&orbit.z).map(|(a, b)| a - b));
+        let found = [(energy / orbit.energy - 1.0).abs(), apart / size(&mut z.iter().copied())];
+        for ((what, found), wanted) in ["energy", "distance"].into_iter().zip(found).zip(wanted) {
+            let name = format!("{name}, {n_h} harmonics: {what} beside the orbit");
+            checks.push(Check::near(name, found, wanted, 0.5));
+        }
+    }
+    Ok(())
 }
 
 /// The same mode by harmonic balance converges to what is shot.

@@ -37,7 +37,7 @@ export class MotionView {
     const count = contact.fronts.length;
     const point = count === 1 ? "of the contact point" : contact.curves < count ? `of ${contact.curves} of ${count} contact points` : "of contact points";
     const height = compact ? 150 : 170;
-    this.displacement = new Curves({ title: `Displacement ${point} towards the obstacle`, x: "t", y: "u_C", height }, seek);
+    this.displacement = new Curves({ title: `Displacement ${point} towards ${contact.meets.some(Boolean) ? "what it meets" : "the obstacle"}`, x: "t", y: "u_C", height }, seek);
     this.pressure = new Curves({ title: `Pressure ${point}`, x: "t", y: "p", height }, seek);
     this.traction = rubs ? new Curves({ title: `Traction along the tangent ${point}`, x: "t", y: "τ", height }, seek) : null;
     this.map = contact.fronts.length > 1 ? new GapMap({ title: "Gap and pressure along the contact edge", x: "t", y: contact.axis, height: 190 }, seek) : null;
