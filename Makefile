@@ -109,6 +109,8 @@ pictures: build peers
 	cp out/plate-precision.png docs/precision.png
 	$(BIN) precision validate/peers/slope.toml --peer scipy --peer sundials -o out/slope-precision --force
 	cp out/slope-precision.png docs/precision-friction.png
+	$(BIN) precision validate/peers/two-plates.toml --peer scipy --peer sundials --peer diffsol -o out/two-plates-precision --force
+	cp out/two-plates-precision.png docs/precision-pair.png
 	$(BIN) run scenarios/bracket.toml -o out/bracket.h5 --force -q
 	$(BIN) plot out/bracket.h5 --only shapes
 	cp out/bracket-shapes.png docs/bracket.png

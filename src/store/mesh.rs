@@ -49,7 +49,8 @@ pub(super) fn write_mesh(file: &hdf5::File, system: &System) -> Result<(), Store
     let map =
         (0..mesh.n_nodes()).flat_map(|n| (0..width).map(move |c| (n, c))).map(|(n, c)| index(n, c));
     let map = array(mesh.n_nodes(), width, map.collect())?;
-    g.new_dataset_builder().with_data(&map).create("dof_map")?;
+    let map = g.new_dataset_builder().with_data(&map).create("dof_map")?;
+    map.new_attr::<i64>().create("n_o")?.write_scalar(&(dofs.n_o as i64))?;
     let table = |of: fn(&Constraint) -> Point| {
         places(system.n_contact(), &mut system.constraints.iter().map(of))
     };

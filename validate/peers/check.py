@@ -1,4 +1,4 @@
-"""Other programs on the same matrices come to the same motion: `signorini precision` with every peer, each at its finest tolerance, without friction and with it (there
+"""Other programs on the same matrices come to the same motion: `signorini precision` with every peer, each at its finest tolerance, without friction, on two bodies, and with friction (there
 time stepping too, which knows no events); and GetFEM, where it is installed, on the same mesh and data.
 
     .venv/bin/python validate/peers/check.py        after `make build peers`
@@ -92,6 +92,8 @@ def main() -> int:
     points = precision(root, "scenarios/plate-half.toml", *(word for peer in peers for word in ("--peer", peer)))["points"]
     own = next(p for p in points if p["method"] == "modal, cached")
     failed = getfem(root) + compared(points, peers, own, TIMES)
+    points = precision(root, "validate/peers/two-plates.toml", *(word for peer in peers for word in ("--peer", peer)))["points"]
+    failed += compared(points, peers, next(p for p in points if p["method"] == "modal, cached"), TIMES)
     # diffsol's peer knows no friction
     failed += rubbed(root, [peer for peer in peers if peer != "diffsol"])
     return 1 if failed else 0
