@@ -501,7 +501,7 @@ mod tests {
     fn lists_are_parted_outside_of_brackets() {
         assert_eq!(listed("2,5"), ["2", "5"]);
         assert_eq!(listed("[10, 3], [20, 6]"), ["[10, 3]", "[20, 6]"]);
-        assert_eq!(mesh("20x6").unwrap(), [20, 6]);
+        assert_eq!(mesh("20×6+4x3").unwrap().to_string(), "20x6+4x3");
         assert!(mesh("0").is_err() && mesh("x3").is_err() && mesh("").is_err());
     }
 }

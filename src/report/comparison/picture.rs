@@ -47,13 +47,16 @@ fn spanned(values: impl Iterator<Item = f64>) -> Range<f64> {
 /// Names of meshes at their places, each once; those that would run into each other are left out.
 fn named(meshes: impl Iterator<Item = (f64, String)>) -> Vec<(f64, String)> {
     let mut all: Vec<(f64, String)> =
-        meshes.map(|(x, name)| (x, name.replace('x', " × "))).collect();
+        meshes.map(|(x, name)| (x, name.replace('x', " × ").replace('+', " + "))).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     all.dedup_by(|a, b| a.0 == b.0);
     let width = all.last().map_or(0.0, |m| m.0) - all.first().map_or(0.0, |m| m.0);
+    // names of several bodies are longer
+    let longest = all.iter().map(|m| m.1.chars().count()).max().unwrap_or(0);
+    let crowded = CROWDED * (longest as f64 / 9.0).max(1.0);
     let mut last = f64::NEG_INFINITY;
     for (x, name) in &mut all {
-        match *x - last < CROWDED * width {
+        match *x - last < crowded * width {
             true => name.clear(),
             false => last = *x,
         }

@@ -53,7 +53,12 @@ impl Axis {
     }
 
     /// Places with names.
-    pub fn named(label: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Axis {
+    pub fn named(
+        label: impl Into<String>,
+        range: Range<f64>,
+        mut ticks: Vec<(f64, String)>,
+    ) -> Axis {
+        ticks.retain(|(x, _)| range.contains(x));
         Axis::new(label, range, Ticks::Named(ticks))
     }
 }
