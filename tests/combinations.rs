@@ -151,6 +151,10 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     "`stress = \"nodal-mean\"`, meshes that do not match",
                     "stress = \"nodal-mean\"",
                 ),
+                Row {
+                    contact: "[contact]\ndisplacements = [3]\nagainst = [0]\ngap = 1.0\n".into(),
+                    ..Row::of_contact("matrices, `against`", MATRICES, "")
+                },
                 Row::pair("`friction`", "friction = 0.3"),
                 // around the equilibrium of a press fit, which opens
                 Row {

@@ -302,7 +302,7 @@ fn pictures_exports_modes_and_inspection() {
     }
     let csv = std::fs::read_to_string(folder.path().join("good.csv")).unwrap();
     let columns = csv.lines().next().unwrap().split(',').count();
-    assert_eq!(columns, 6 + 3 * 3);
+    assert_eq!(columns, 6 + 3 * 3 + 2 * 2);
     assert!(csv.lines().count() > 30 && csv.lines().all(|l| l.split(',').count() == columns));
     assert!(folder.path().join("good-vtu/good-000003.vtu").exists());
 

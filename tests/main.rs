@@ -66,6 +66,7 @@ mod springs;
 mod store;
 mod study;
 mod subharmonic;
+mod substructures;
 mod sweeps;
 mod threads;
 mod units;

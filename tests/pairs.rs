@@ -302,6 +302,12 @@ fn held_nodes_of_a_slave_are_counted() {
     let said = "1 node of \"b:bottom\" is held along the normal: no contact node";
     assert!(warned.iter().any(|w| w == said), "{warned:?}");
     assert_eq!(problem.system.facing().len(), 3);
+    assert_eq!(warned.len(), 1);
+    // energies of the paper's mass jump
+    let paper =
+        text.replace("[[contact]]\n", "[[contact]]\nstress = 'reaction'\ninertia = 'paper'\n");
+    let warned = crate::common::problem(&paper).notes.warnings;
+    assert!(warned.iter().any(|w| w.starts_with("inertia = \"paper\" where")), "{warned:?}");
 }
 
 #[test]

@@ -11,7 +11,9 @@ use crate::contact::{
     at_displacements, boundary, on_sides,
 };
 use crate::event::{self, Options, Report, Silent};
-use crate::fem::{Body, Csr, DofMap, Facing, FemError, FrameError, Held, Material, load};
+use crate::fem::{
+    Body, ContactRows, Csr, DofMap, Facing, FemError, FrameError, Held, Material, load,
+};
 use crate::flow::{Tolerances, auto};
 use crate::mesh::{Mesh, Point, structured};
 use crate::orbit::search::{Effort, Verdict, find};
@@ -196,7 +198,8 @@ impl Model {
             Source::Matrices { mass, stiffness, contact } => {
                 let gap = vec![facing.first().map_or(0.0, |f| f.1); contact.len()];
                 let apart = if law.is_some() { &[] } else { &contact[..] };
-                let body = Body::from_matrices(&mass, &stiffness, apart, 1.0)?;
+                let body =
+                    Body::from_matrices(&mass, &stiffness, &ContactRows::facing(apart), 1.0)?;
                 match law {
                     Some(law) => {
                         let sites = at_displacements(&body, &contact);
@@ -226,9 +229,8 @@ impl Model {
                     load::traction(&system.body, &group, &stress)
                 }
                 Force::Nodal(rows) => {
-                    let mut force = vec![0.0; system.n()];
-                    let dofs = &system.body.dofs;
-                    rows.iter().enumerate().for_each(|(i, f)| force[dofs.row(i)] = *f);
+                    let mut force = system.body.dofs.gather_forces(&rows);
+                    force.resize(system.n(), 0.0);
                     force
                 }
             };

@@ -232,7 +232,7 @@ fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
 fn other_contact(scene: &mut Scene) -> Option<String> {
     let matrices = scene.body.kind == BodyKind::Matrices;
     let contact = scene.contact.as_mut()?;
-    if contact.obstacles.iter().any(|o| o.meeting.is_some()) {
+    if contact.has_pairs() {
         let (sides, text) = match contact.sides.unwrap_or_default() {
             SidesKey::Both => (SidesKey::Slave, "sides = \"slave\""),
             SidesKey::Slave => (SidesKey::Both, "sides = \"both\""),

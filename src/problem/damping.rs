@@ -112,9 +112,7 @@ pub(super) fn rayleigh_of(
             c.n_cols()
         )));
     }
-    let place = |i: usize| system.body.dofs.row(i);
-    let c =
-        Csr::from_triplets(n, n, c.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect());
+    let c = system.body.dofs.congruence(&c).leading(n);
     let dense = |a: &Csr| -> Vec<f64> {
         let mut d = vec![0.0; n * n];
         a.triplets().for_each(|(i, j, v)| d[i * n + j] = v);

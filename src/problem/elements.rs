@@ -56,7 +56,8 @@ fn unit(ends: &Ends) -> Vec<f64> {
 fn rows(scene: &Scene, body: &Body, table: &str, ends: &Ends) -> Result<Vec<Row>, ProblemError> {
     if scene.body.kind == BodyKind::Matrices {
         let row = on_rows(scene, table, ends, body.mesh.n_nodes() - 1)?;
-        return Ok(vec![(row.into_iter().map(|(i, w)| (body.dofs.row(i), w)).collect(), 1.0)]);
+        let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
+        return Ok(vec![(row.into_iter().flat_map(of_row).collect(), 1.0)]);
     }
     let dim = body.mesh.dim();
     let direction = unit(ends);

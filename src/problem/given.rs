@@ -9,9 +9,9 @@ use super::elements;
 use super::gaps::check_way;
 use crate::contact::Tangent;
 use crate::contact::boundary::{self, BoundaryOperator};
-use crate::fem::{Body, Csr, FemError, with_elements};
+use crate::fem::{Body, ContactRows, Csr, FemError, with_elements};
 use crate::matrices::read_matrix;
-use crate::scenario::{Contact, Issue, Obstacle, Scene, StressKey};
+use crate::scenario::{Contact, Counted, Issue, Obstacle, Scene, SidesKey, StressKey};
 
 /// Files are named relative to the scene.
 pub(super) fn folder(scene: &Scene) -> &Path {
@@ -62,8 +62,13 @@ pub(super) fn given_tangents(
     let obstacle = contact.obstacles.first();
     let coefficient = obstacle.and_then(Obstacle::coefficient);
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
-    let tangent = |&row: &usize| {
-        let (row, direction) = (vec![(body.dofs.row(row), 1.0)], [0.0, 1.0, 0.0]);
+    let against = tangents_against(scene, contact, (rows, n))?;
+    let tangent = |(row, masters): (&usize, &Vec<(usize, f64)>)| {
+        // u_t − Σ P u_m
+        let masters = masters.iter().map(|&(m, p)| (m, -p));
+        let all = std::iter::once((*row, 1.0)).chain(masters);
+        let of_row = |(i, w): (usize, f64)| body.dofs.terms(i, 0).map(move |(j, t)| (j, w * t));
+        let (row, direction) = (all.flat_map(of_row).collect(), [0.0, 1.0, 0.0]);
         coefficient.map(|coefficient| Tangent {
             row,
             coefficient,
@@ -72,7 +77,56 @@ pub(super) fn given_tangents(
             only_slips: false,
         })
     };
-    Ok(rows.iter().map(tangent).collect())
+    Ok(rows.iter().zip(&against).map(tangent).collect())
+}
+
+/// What tangents are counted against: nothing before rigid obstacles.
+fn tangents_against(
+    scene: &Scene,
+    contact: &Contact,
+    (rows, n): (&[usize], usize),
+) -> Result<Vec<Vec<(usize, f64)>>, ProblemError> {
+    let key = "contact.tangents_against";
+    match (&contact.tangents_against, &contact.against) {
+        (None, None) => Ok(vec![vec![]; rows.len()]),
+        (Some(_), None) => {
+            let message = "belongs to contact displacements that are counted against others";
+            Err(fault(scene, key, message, "give against, or remove the key"))
+        }
+        (None, Some(_)) => {
+            let help =
+                "tangents_against = [11, 13]: rows of the other body, one a contact displacement";
+            Err(fault(scene, key, "is missing beside friction", help))
+        }
+        (Some(all), Some(_)) => counted(scene, key, all, (rows, n)),
+    }
+}
+
+/// Rows against which others are counted: of the matrices, none of the others themselves.
+fn counted(
+    scene: &Scene,
+    key: &str,
+    all: &[Counted],
+    (own, n): (&[usize], usize),
+) -> Result<Vec<Vec<(usize, f64)>>, ProblemError> {
+    if all.len() != own.len() {
+        let message = format!("{} entries for {} displacements", all.len(), own.len());
+        return Err(fault(scene, key, message, "give a row, or a list of [row, weight], for each"));
+    }
+    let terms = || all.iter().flat_map(|c| &c.0);
+    if let Some((row, _)) =
+        terms().find(|(row, p)| *row >= n || own.contains(row) || !p.is_finite())
+    {
+        let message =
+            format!("{row} is no row of the matrices, or is counted against others itself");
+        let help = format!("give rows from 0 to {}, of the other body, and finite weights", n - 1);
+        return Err(fault(scene, key, message, &help));
+    }
+    if let Some(k) = all.iter().position(|c| c.0.is_empty()) {
+        let message = format!("entry {k} is empty");
+        return Err(fault(scene, key, message, "give a row, or a list of [row, weight]"));
+    }
+    Ok(all.iter().map(|c| c.0.clone()).collect())
 }
 
 /// The unit of length of a body without geometry: its largest gap.
@@ -105,7 +159,7 @@ pub(super) fn given_body(
     let (body, rows, gap) = given_matrices(scene, true)?;
     let operator = match scene.contact.as_ref() {
         None => BoundaryOperator::none(body.dofs.n_o),
-        Some(c) if c.is_reaction() => boundary::reaction(&body, vec![1.0; rows.len()]),
+        Some(c) if c.is_reaction() => boundary::reaction(&body, vec![1.0; rows.all().count()]),
         Some(c) => given_operator(scene, c, &body)?,
     };
     Ok((body, operator, gap))
@@ -115,22 +169,22 @@ pub(super) fn given_body(
 pub(super) fn given_matrices(
     scene: &Scene,
     constrained: bool,
-) -> Result<(Body, Vec<usize>, Vec<f64>), ProblemError> {
+) -> Result<(Body, ContactRows, Vec<f64>), ProblemError> {
     let b = &scene.body;
     let mass = read(scene, "body.mass_matrix", b.mass_matrix.as_ref())?;
     let stiffness = read(scene, "body.stiffness_matrix", b.stiffness_matrix.as_ref())?;
     let n = mass.n_rows();
     let (rows, gap) = contact_rows(scene, n)?;
-    let of_contact = if constrained { &rows[..] } else { &[] };
+    let of_contact = if constrained { rows.clone() } else { ContactRows::default() };
     // contact displacements that follow the others need no mass
-    let massless = of_contact.iter().filter(|&&i| mass.row(i).next().is_none()).count();
+    let massless = of_contact.all().filter(|&i| mass.row(i).next().is_none()).count();
     check_symmetric(scene, "body.mass_matrix", (&mass, massless), n, mass.n_cols())?;
     check_symmetric(scene, "body.stiffness_matrix", (&stiffness, 0), n, mass.n_cols())?;
     let discrete = elements::of_matrices(scene, n)?;
     let mass = with_elements(mass, &discrete, |e| e.mass);
     let stiffness = with_elements(stiffness, &discrete, |e| e.stiffness);
     let length = given_length(scene);
-    let body = Body::from_matrices(&mass, &stiffness, of_contact, length).map_err(|e| {
+    let body = Body::from_matrices(&mass, &stiffness, &of_contact, length).map_err(|e| {
         let of_mass = matches!(&e, FemError::NotPositiveDefinite { what } if what.contains("mass"));
         let key = if of_mass { "body.mass_matrix" } else { "body.stiffness_matrix" };
         let help = "give a positive definite mass, and a stiffness that opposes some motion";
@@ -171,7 +225,7 @@ fn check_symmetric(
 }
 
 /// The contact displacements and their gaps.
-fn contact_rows(scene: &Scene, n: usize) -> Result<(Vec<usize>, Vec<f64>), ProblemError> {
+fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), ProblemError> {
     let rows = scene.contact.as_ref().and_then(|c| c.displacements.clone()).unwrap_or_default();
     if let Some(bad) = rows.iter().enumerate().find(|(k, i)| **i >= n || rows[..*k].contains(*i)) {
         let message = format!("{} is no row of the matrices, or stands there twice", bad.1);
@@ -183,7 +237,18 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(Vec<usize>, Vec<f64>), Probl
         let message = format!("{} gaps for {} contact displacements", gap.len(), rows.len());
         return Err(fault(scene, "contact.gaps", message, "give one finite number each"));
     }
-    Ok((rows, gap))
+    let contact = scene.contact.as_ref();
+    let Some((contact, all)) = contact.and_then(|c| Some((c, c.against.as_ref()?))) else {
+        return Ok((ContactRows::facing(&rows), gap));
+    };
+    let against = counted(scene, "contact.against", all, (&rows, n))?;
+    let mut idle: Vec<usize> = match contact.sides.unwrap_or_default() {
+        SidesKey::Both => against.iter().flatten().map(|m| m.0).collect(),
+        SidesKey::Slave => vec![],
+    };
+    idle.sort_unstable();
+    idle.dedup();
+    Ok((ContactRows { facing: rows, against, idle }, gap))
 }
 
 /// `N_C`, `N_O` from the terms of the contact stresses, or from files.

@@ -80,18 +80,16 @@ fn on_rows(
     vector: &[f64],
 ) -> Result<Vec<f64>, ProblemError> {
     let (n, dofs) = (system.n_displacements(), &system.body.dofs);
-    let mut force = vec![0.0; system.n()];
+    let mut rows = vec![0.0; n];
     match scene.loads[i].displacement {
-        Some(row) if row < n => force[dofs.row(row)] = vector[0],
+        Some(row) if row < n => rows[row] = vector[0],
         Some(row) => {
             let message = format!("{row} is no row of the matrices");
             let help = format!("give rows from 0 to {}", n - 1);
             let key = format!("load[{i}].displacement");
             return Err(scene.error(Issue::new(key, message, help)).into());
         }
-        None if vector.len() == n => {
-            vector.iter().enumerate().for_each(|(row, f)| force[dofs.row(row)] = *f);
-        }
+        None if vector.len() == n => rows.copy_from_slice(vector),
         None => {
             let message = format!("{} numbers for {n} displacements", vector.len());
             let help = "give one number a row, or one number and displacement = 0";
@@ -99,6 +97,8 @@ fn on_rows(
             return Err(scene.error(Issue::new(key, message, help)).into());
         }
     }
+    let mut force = dofs.gather_forces(&rows);
+    force.resize(system.n(), 0.0);
     Ok(force)
 }
 

@@ -260,7 +260,7 @@ impl Problem {
         let mut notes = Notes::default();
         *system.loads_mut() = loads(scene, &system, &modes, &mut notes)?;
         notes.places.extend(elements::places(scene, &system.body)?);
-        pairs::note(&system.body, &mut notes);
+        pairs::note(scene, &system.body, &mut notes);
         let dampers = elements::dampers(scene, &system)?;
         elements::add(&mut system, dampers);
         let (bearings, borne) = bearings::bearings(scene, &system)?;

@@ -8,7 +8,7 @@ use super::form::Form;
 use super::gaps::gaps_at;
 use super::notes::Notes;
 use super::places::place;
-use crate::contact::Stress;
+use crate::contact::{MassChoice, Stress};
 use crate::fem::pair::{Against, Meeting, Pair, PairError, Projection, Sides};
 use crate::fem::{Body, Material};
 use crate::mesh::Point;
@@ -146,7 +146,7 @@ pub(super) fn gaps(
 /// A part of which every node gives up its inertia: it lies one element thick between two surfaces.
 pub(super) fn thin(scene: &Scene, body: &Body) -> Option<Issue> {
     let (mesh, dofs) = (&body.mesh, &body.dofs);
-    if dofs.facing.iter().all(|f| f.meeting.is_none()) {
+    if !scene.contact.as_ref().is_some_and(Contact::has_pairs) {
         return None;
     }
     let parts = mesh.parts();
@@ -165,7 +165,14 @@ pub(super) fn thin(scene: &Scene, body: &Body) -> Option<Issue> {
 }
 
 /// What there is to say of pairs.
-pub(super) fn note(body: &Body, notes: &mut Notes) {
+pub(super) fn note(scene: &Scene, body: &Body, notes: &mut Notes) {
+    let meets = scene.contact.as_ref().is_some_and(Contact::has_pairs);
+    if meets && discretisation(scene).1 == MassChoice::Paper {
+        notes.warnings.push(
+            "inertia = \"paper\" where two surfaces meet: a collision changes the energy by some per cent, of first order in the mesh (7 % on ten elements); \"constant\" keeps it"
+                .into(),
+        );
+    }
     let ends = |n: usize| if n == 1 { "node" } else { "nodes" };
     for (group, of) in body.dofs.facing.iter().enumerate() {
         let Some(meeting) = &of.meeting else { continue };

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
+use super::counted::Counted;
 use super::meeting::{GapKey, Meeting, ProjectionKey, SidesKey};
 use super::number::{Check, finite, length, positive};
 use super::side::{EdgeKey, side};
@@ -26,8 +27,12 @@ pub struct Contact {
     pub gaps: Option<Vec<f64>>,
     /// The contact displacements, as rows of the matrices counted from 0, positive towards the obstacle (kind `matrices`).
     pub displacements: Option<Vec<usize>>,
+    /// What each contact displacement is counted against, where bodies meet (kind `matrices`).
+    pub against: Option<Vec<Counted>>,
     /// The displacements along the obstacle, as rows of the matrices, one a contact displacement (kind `matrices`).
     pub tangents: Option<Vec<usize>>,
+    /// What these are counted against (kind `matrices`).
+    pub tangents_against: Option<Vec<Counted>>,
     /// What tangential displacements of contact points are like.
     pub tangent: Option<TangentKey>,
     /// File of `N_C` (kind `matrices`), `n_C × n_C` in the order of `displacements`.
@@ -144,6 +149,10 @@ pub(super) struct Table {
     /// Bodies from matrices: the contact displacements, as rows of the matrices counted from 0, positive towards the obstacle.
     #[schemars(extend("examples" = [[66, 67, 68, 69]]))]
     displacements: Option<Vec<usize>>,
+    /// Bodies from matrices that meet: what each contact displacement is counted against, `u_C = u - sum P_j u_j`: a row (P = 1), or a list of `[row, P]`; negative weights where the
+    /// other body's displacement points the other way.
+    #[schemars(extend("examples" = [[12, [[13, 0.5], [14, 0.5]]]]))]
+    against: Option<Vec<Counted>>,
     /// Coulomb's coefficient of friction μ between the body and this obstacle; absent or 0: none. With nodal reactions and a constant mass, which are
     /// then the defaults of `nbm`; in space only before a `surface` that slides.
     #[schemars(extend("examples" = [0.3]), range(min = 0.0))]
@@ -155,6 +164,9 @@ pub(super) struct Table {
     /// Bodies from matrices with `friction`: the displacements along the obstacle, as rows of the matrices, one a contact displacement.
     #[schemars(extend("examples" = [[1, 3]]))]
     tangents: Option<Vec<usize>>,
+    /// Bodies from matrices with `friction` and `against`: what each displacement of `tangents` is counted against, likewise.
+    #[schemars(extend("examples" = [[11, 13]]))]
+    tangents_against: Option<Vec<Counted>>,
     /// With `friction`: whether displacements along the obstacle keep their mass.
     #[schemars(extend("default" = "inertia"))]
     tangent: Option<TangentKey>,
@@ -284,7 +296,9 @@ impl Tables {
             is_list: self.is_list,
             gaps: self.one("gaps", |t| &t.gaps)?,
             displacements: self.one("displacements", |t| &t.displacements)?,
+            against: self.one("against", |t| &t.against)?,
             tangents: self.one("tangents", |t| &t.tangents)?,
+            tangents_against: self.one("tangents_against", |t| &t.tangents_against)?,
             tangent: self.one("tangent", |t| &t.tangent)?,
             n_c: self.one("n_c", |t| &t.n_c)?,
             n_o: self.one("n_o", |t| &t.n_o)?,
@@ -474,9 +488,11 @@ impl Contact {
             }
             return Ok(());
         }
-        for (key, given) in
-            [("tangents", self.tangents.is_some()), ("tangent", self.tangent.is_some())]
-        {
+        for (key, given) in [
+            ("tangents", self.tangents.is_some()),
+            ("tangents_against", self.tangents_against.is_some()),
+            ("tangent", self.tangent.is_some()),
+        ] {
             if given {
                 let message = "is not read without friction";
                 return Err(Issue::new(
@@ -586,7 +602,9 @@ impl Scene {
         for (key, given) in [
             ("gaps", c.gaps.is_some()),
             ("displacements", c.displacements.is_some()),
+            ("against", c.against.is_some()),
             ("tangents", c.tangents.is_some()),
+            ("tangents_against", c.tangents_against.is_some()),
             ("n_c", c.n_c.is_some()),
             ("n_o", c.n_o.is_some()),
             ("stress", matches!(c.stress, Some(StressKey::Terms(_)))),
@@ -689,6 +707,23 @@ impl Scene {
         if c.mass == Some(RedistributedMass::Optimal) {
             let message = "needs a mesh: positions decide which moments are kept";
             return issue("mass", message, "give mass = \"condensed\"");
+        }
+        if let Some(all) = &c.against {
+            let count = c.displacements.as_ref().map_or(0, Vec::len);
+            if all.len() != count {
+                let message = format!("{} entries for {count} contact displacements", all.len());
+                let help = "give a row, or a list of [row, weight], for each";
+                return Err(Issue::new(c.key(0, "against"), message, help));
+            }
+            if c.obstacles.iter().any(|o| o.gap_behind.is_some()) {
+                let message = "is that of a rigid obstacle, and these displacements meet others";
+                return issue("gap_behind", message, "remove it");
+            }
+            if !c.is_reaction() {
+                let message = "bodies that meet take nodal reactions";
+                let help = "remove stress, n_c and n_o, or give stress = \"reaction\"";
+                return issue(if c.stress.is_some() { "stress" } else { "n_c" }, message, help);
+            }
         }
         match (&c.n_c, &c.n_o, &c.stress, c.is_reaction()) {
             (None, None, None | Some(StressKey::Reaction), true) => Ok(()),

@@ -89,9 +89,9 @@ impl<'de> Deserialize<'de> for GapKey {
 }
 
 impl Contact {
-    /// Whether some table is a pair of surfaces.
+    /// Whether bodies meet: some table is a pair of surfaces, or displacements of matrices are counted against others.
     pub fn has_pairs(&self) -> bool {
-        self.obstacles.iter().any(|o| o.meeting.is_some())
+        self.against.is_some() || self.obstacles.iter().any(|o| o.meeting.is_some())
     }
 
     /// The key by which a table names its side of the body.
@@ -102,7 +102,8 @@ impl Contact {
 
     /// What pairs do not go with.
     pub(super) fn check_pairs(&self) -> Check {
-        let Some(first) = self.obstacles.iter().position(|o| o.meeting.is_some()) else {
+        let meets = |o: &Obstacle| self.against.is_some() || o.meeting.is_some();
+        let Some(first) = self.obstacles.iter().position(meets) else {
             if self.sides.is_some() {
                 let message = "is not read: no table has a slave and a master";
                 return Err(Issue::new(self.key(0, "sides"), message, "remove the key"));

@@ -35,8 +35,7 @@ pub(super) fn write_bodies(
 /// Write `/contact`, of a body some of whose surfaces meet.
 pub(super) fn write_contact(file: &hdf5::File, system: &System) -> Result<(), StoreError> {
     let dofs = system.body.nodal_dofs();
-    let meetings: Vec<&Meeting> = dofs.facing.iter().filter_map(|f| f.meeting.as_deref()).collect();
-    if meetings.is_empty() {
+    if (0..dofs.n_facing).all(|i| dofs.against(i).is_empty()) {
         return Ok(());
     }
     let group = file.create_group("contact")?;
@@ -51,6 +50,10 @@ pub(super) fn write_contact(file: &hdf5::File, system: &System) -> Result<(), St
     against.new_dataset_builder().with_data(&first).create("indptr")?;
     against.new_dataset_builder().with_data(&nodes).create("indices")?;
     against.new_dataset_builder().with_data(&weights).create("data")?;
+    let meetings: Vec<&Meeting> = dofs.facing.iter().filter_map(|f| f.meeting.as_deref()).collect();
+    if meetings.is_empty() {
+        return Ok(());
+    }
     let pairs = group.create_group("pairs")?;
     let column = |name: &str, of: fn(&Meeting) -> &str| {
         words(&pairs, name, &meetings.iter().map(|m| of(m)).collect::<Vec<_>>())

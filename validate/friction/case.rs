@@ -22,7 +22,7 @@ use signorini::contact::{
 };
 use signorini::event::{self, Options, Report, Silent, SwitchKind};
 use signorini::families::single::limit_cycle;
-use signorini::fem::{Body, Csr};
+use signorini::fem::{Body, ContactRows, Csr};
 use signorini::flow::{Flow, Modal, RungeKutta, Tolerances, complex_modes, dop853::DOP853, exact};
 use signorini::orbit::search::Verdict;
 use signorini::orbit::settle::ladder;
@@ -52,8 +52,13 @@ fn system(scene: &Scene) -> Result<System, String> {
     let (n, c) = (scene.mass.nrows(), scene.gap.len());
     let mass = scene.mass.clone().resize(n + c, n + c, 0.0);
     let contact: Vec<usize> = (n..n + c).collect();
-    let body = Body::from_matrices(&sparse(&mass), &sparse(&scene.stiffness), &contact, 1.0)
-        .map_err(|e| e.to_string())?;
+    let body = Body::from_matrices(
+        &sparse(&mass),
+        &sparse(&scene.stiffness),
+        &ContactRows::facing(&contact),
+        1.0,
+    )
+    .map_err(|e| e.to_string())?;
     let operator = boundary::reaction(&body, vec![1.0; c]);
     let tangent = |&(entry, coefficient, surface): &(usize, f64, f64)| {
         let direction = [0.0, 1.0, 0.0];

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::FemError;
 use super::discrete::{Discrete, with_elements};
-use super::dofs::DofMap;
+use super::dofs::{ContactRows, DofMap};
 use super::eigen;
 use super::element::{ElementMatrices, Shape};
 use super::law::Material;
@@ -327,26 +327,19 @@ impl Body {
     pub fn from_matrices(
         mass: &Csr,
         stiffness: &Csr,
-        contact: &[usize],
+        rows: &ContactRows,
         length: f64,
     ) -> Result<Body, FemError> {
         let n = mass.n_rows();
-        let (lowest, highest, free) = extreme_frequencies(mass, stiffness, contact)?;
+        let contact: Vec<usize> = rows.all().collect();
+        let (lowest, highest, free) = extreme_frequencies(mass, stiffness, &contact)?;
         if lowest <= 0.0 {
             return Err(FemError::NotPositiveDefinite { what: "stiffness matrix" });
         }
-        let dofs = DofMap::of_rows(n, contact);
-        let place = |i: usize| dofs.row(i);
-        let permuted = |a: &Csr| {
-            Csr::from_triplets(
-                n,
-                n,
-                a.triplets().map(|(i, j, v)| (place(i), place(j), v)).collect(),
-            )
-        };
+        let dofs = DofMap::of_rows(n, rows);
         Ok(Body {
-            mass: permuted(mass),
-            stiffness: permuted(stiffness),
+            mass: dofs.congruence(mass),
+            stiffness: dofs.congruence(stiffness),
             mesh: structured::row(length, n),
             origin: Origin::Matrices { lowest, highest: (1.0 + 1e-9) * highest, free },
             dofs,

@@ -7,7 +7,31 @@
 use std::collections::BTreeMap;
 
 use super::frame::{ContactPoint, Facing, Frame, FrameError, Frames, Held, Slot};
+use super::sparse::Csr;
 use crate::mesh::{Mesh, Point};
+
+/// Rows of given matrices that are contact displacements.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactRows {
+    /// Those that face something.
+    pub facing: Vec<usize>,
+    /// `P_ij` of the rows against which each of these is counted; may be empty: rigid obstacles.
+    pub against: Vec<Vec<(usize, f64)>>,
+    /// Rows of masters that give up their inertia.
+    pub idle: Vec<usize>,
+}
+
+impl ContactRows {
+    /// Before rigid obstacles.
+    pub fn facing(rows: &[usize]) -> ContactRows {
+        ContactRows { facing: rows.to_vec(), ..ContactRows::default() }
+    }
+
+    /// All of them, in the order of `u_C`.
+    pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        self.facing.iter().chain(&self.idle).copied()
+    }
+}
 
 /// From nodes and components to the entries of `u`.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,7 +198,8 @@ impl DofMap {
     }
 
     /// The displacements of given matrices: node `i` of a row of points carries row `i`; the last node is the ground.
-    pub(crate) fn of_rows(n: usize, contact: &[usize]) -> DofMap {
+    pub(crate) fn of_rows(n: usize, rows: &ContactRows) -> DofMap {
+        let contact: Vec<usize> = rows.all().collect();
         let mut index = vec![None; n + 1];
         let mut n_o = 0;
         for i in (0..n).filter(|i| !contact.contains(i)) {
@@ -184,6 +209,15 @@ impl DofMap {
         for (k, &i) in contact.iter().enumerate() {
             index[i] = Some(n_o + k);
         }
+        let mut against = rows.against.clone();
+        against.resize(contact.len(), vec![]);
+        // u_s = u_C + Σ P u_m
+        let own = |row: usize| index[row].map(|i| (i, 1.0));
+        let tied = |(&s, masters): (&usize, &Vec<(usize, f64)>)| {
+            let of_master = masters.iter().filter_map(|&(m, p)| Some((index[m]?, p)));
+            (!masters.is_empty()).then(|| (s, vec![own(s).into_iter().chain(of_master).collect()]))
+        };
+        let tied = contact.iter().zip(&against).filter_map(tied).collect();
         let x = [1.0, 0.0, 0.0];
         let point = |&i: &usize| ContactPoint { node: i, direction: x, normal: x, group: 0 };
         DofMap {
@@ -192,9 +226,9 @@ impl DofMap {
             n_c: contact.len(),
             is_seen: false,
             contact: contact.iter().map(point).collect(),
-            n_facing: contact.len(),
-            against: vec![vec![]; contact.len()],
-            tied: BTreeMap::new(),
+            n_facing: rows.facing.len(),
+            against,
+            tied,
             facing: vec![],
             in_group: BTreeMap::new(),
             frames: BTreeMap::new(),
@@ -232,7 +266,16 @@ impl DofMap {
         DofMap { n_o, index, tied, ..self.clone() }
     }
 
-    /// Place in `u` of a row of given matrices.
+    /// `Tᵀ A T` of a matrix over the displacements of given matrices.
+    pub fn congruence(&self, a: &Csr) -> Csr {
+        let of = |(i, j, v): (usize, usize, f64)| {
+            self.terms(i, 0)
+                .flat_map(move |(k, c)| self.terms(j, 0).map(move |(l, d)| (k, l, c * v * d)))
+        };
+        Csr::from_triplets(self.n(), self.n(), a.triplets().flat_map(of).collect())
+    }
+
+    /// Place in `u` of a row of given matrices that is counted against no other.
     pub fn row(&self, row: usize) -> usize {
         self.rows.get(row).copied().unwrap_or(row)
     }

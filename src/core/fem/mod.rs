@@ -30,7 +30,7 @@ pub use body::{Body, Origin};
 pub use carried::Carried;
 pub(crate) use discrete::along;
 pub use discrete::{Discrete, with_elements};
-pub use dofs::DofMap;
+pub use dofs::{ContactRows, DofMap};
 pub use dynamic::{DynamicFactor, DynamicStiffness};
 pub use eigen::Modes;
 pub use element::Shape;
