@@ -156,6 +156,7 @@ fn rows() -> Vec<(&'static str, Vec<Row>)> {
                     ..Row::of_contact("matrices, `against`", MATRICES, "")
                 },
                 Row::pair("`friction`", "friction = 0.3"),
+                Row::pair("`friction`, `surface`", "friction = 0.3\nsurface = [0.0, 0.05]"),
                 // around the equilibrium of a press fit, which opens
                 Row {
                     contact: "[[contact]]\nslave = \"a:right\"\nmaster = \"b:left\"\ngap = -0.02\npress = true\n".into(),

@@ -272,3 +272,26 @@ fn the_matlab_reader_reads_in_octave() {
     let most = u.column(columns - 1).iter().fold(f64::MIN, |m, x| m.max(*x));
     assert_eq!(numbers[2..], [t[rows - 1], most], "{text} {said}");
 }
+
+/// The scene of the page of units has the mass and the frequency that one computes by hand.
+#[test]
+fn the_steel_cantilever_of_the_page_of_units() {
+    let page = std::fs::read_to_string(root().join("docs/units.md")).unwrap();
+    let scene = page.split_once("```toml\n").unwrap().1.split_once("```").unwrap().0;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("steel.toml");
+    std::fs::write(&path, scene).unwrap();
+    let path = path.display().to_string();
+    let said = crate::common::json(&["inspect", &path]);
+    let mass = said["masses"][0]["mass"].as_f64().unwrap();
+    assert!((mass / (100.0 * 10.0 * 5.0 * 7.85e-9) - 1.0).abs() < 1e-12, "{mass}");
+    let (omega, beam) = (
+        said["omega"][0].as_f64().unwrap(),
+        3.51602 * (2.1e5f64 * 100.0 / 12.0 / 7.85e-9).sqrt() / 1e4,
+    );
+    assert!((omega / beam - 1.0).abs() < 2e-3, "{omega} {beam}");
+    assert!(page.contains(&format!("says {omega:.0} rad/s")), "{omega}");
+    let words = crate::common::run(&["inspect", &path]);
+    let words = String::from_utf8_lossy(&words.stdout).into_owned();
+    assert!(words.contains("mass        3.9250e-5") && words.contains("gaps from 0.05"), "{words}");
+}

@@ -290,6 +290,60 @@ fn a_failure_names_the_file_and_leaves_no_part() {
     assert!(all.iter().all(|name| !name.ends_with(".part")), "{all:?}");
 }
 
+/// A field that is linear between the nodes is itself at any place; where surfaces touch it has two values.
+#[test]
+fn places_are_followed() {
+    let place = tempfile::tempdir().unwrap();
+    let scene = linear("kind = 'plate'\nsize = [1.0, 0.7]\nelements = [5, 3]\nyoung = 1.0\npoisson = 0.0\ndensity = 1.0", "['0.01*x', '0.03*x']")
+        .replace("['x']", "['x', 'y']");
+    run(place.path(), "sheared", &scene);
+    fine(
+        place.path(),
+        &["export", "sheared.h5", "--place", "0.33,0.41", "--place", "1.0,0.7", "--nodes", "3"],
+    );
+    let text = fs::read_to_string(place.path().join("sheared.csv")).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let (head, first) = (lines.next().unwrap(), lines.next().unwrap());
+    let number = |name: &str| -> f64 {
+        first[head.iter().position(|h| *h == name).unwrap_or_else(|| panic!("{name} {head:?}"))]
+            .parse()
+            .unwrap()
+    };
+    assert!((number("u_x[0.33 0.41]") - 0.0033).abs() < 1e-15);
+    assert!((number("u_y[0.33 0.41]") - 0.0099).abs() < 1e-15);
+    assert!((number("u_y[1 0.7]") - 0.03).abs() < 1e-15 && number("v_x[1 0.7]") == 0.0);
+    assert!((number("u_x[3]") - 0.0).abs() < 1e-15);
+    let plate = |name: &str, at: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [2, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [{at}, 0.0]\n"
+        )
+    };
+    let two = plate("a", 0.0)
+        + &plate("b", 1.0)
+        + "[[support]]\nedge = 'a:left'\nfix = ['x', 'y']\n[[contact]]\nslave = 'a:right'\nmaster = 'b:left'\n[initial]\nvelocity = { b = ['0.5', '0'] }\n[run]\nuntil = 1.0\nsamples = 2\n";
+    run(place.path(), "two", &two);
+    for (given, said) in [
+        ("1.0,0.2", "two surfaces touch"),
+        ("2.5,0.2", "lies in no element; the body reaches over 0 to 2, 0 to 0.5"),
+        ("0.5,0.2,0.1", "give 2 coordinates"),
+        ("0.5,x", "give coordinates"),
+    ] {
+        let message = refused(place.path(), &["export", "two.h5", "--place", given]);
+        let plain: Vec<&str> = message.split_whitespace().collect();
+        assert!(plain.join(" ").contains(said), "{given}: {message}");
+    }
+    // each side keeps its own displacement
+    fine(place.path(), &["export", "two.h5", "--place", "0.99999,0.2", "--place", "1.00001,0.2"]);
+    let text = fs::read_to_string(place.path().join("two.csv")).unwrap();
+    let (head, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
+    let at = |name: &str| -> f64 {
+        let k = head.split(',').position(|h| h == name).unwrap();
+        last.split(',').nth(k).unwrap().parse().unwrap()
+    };
+    let (still, flies) = (at("u_x[0.99999 0.2]"), at("u_x[1.00001 0.2]"));
+    assert!((flies - 0.5).abs() < 1e-12 && still.abs() < 1e-12, "{still} {flies}");
+}
+
 /// Numbers that a shell can read, under the names that spreadsheets know.
 #[test]
 fn csv_is_plain() {

@@ -7,6 +7,7 @@ mod at_nodes;
 mod bad_input;
 mod bearings;
 mod beginnings;
+mod belts;
 mod bem;
 mod calls;
 mod carried;

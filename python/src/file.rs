@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use numpy::IntoPyArray;
 use numpy::ToPyArray;
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::{PyFileNotFoundError, PyKeyError};
+use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use signorini::store::{self, Raw, StoreError};
+use signorini::store::{self, Raw, StoreError, Stored};
 
 fn refused(py: Python<'_>, path: &Path, e: &StoreError) -> PyErr {
     match e {
@@ -44,6 +44,13 @@ fn attribute(py: Python<'_>, raw: Raw) -> PyResult<Py<PyAny>> {
 pub fn read(py: Python<'_>, path: PathBuf, name: &str) -> PyResult<Py<PyAny>> {
     let raw = py.detach(|| store::read_raw(&path, name));
     object(py, raw.map_err(|e| refused(py, &path, &e))?)
+}
+
+/// The nodes and weights by which the element of a place interpolates.
+#[pyfunction]
+pub fn weights(py: Python<'_>, path: PathBuf, place: [f64; 3]) -> PyResult<Vec<(usize, f64)>> {
+    let body = py.detach(|| Stored::body(&path)).map_err(|e| refused(py, &path, &e))?;
+    body.weights_at(place).map_err(|why| PyValueError::new_err(format!("the place {why}")))
 }
 
 /// What stands in a group: names, and the shapes of datasets (none for groups).

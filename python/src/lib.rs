@@ -13,7 +13,7 @@ mod _signorini {
     #[pymodule_export]
     use crate::call::{call, library_run, main};
     #[pymodule_export]
-    use crate::file::{attributes, entries, read};
+    use crate::file::{attributes, entries, read, weights};
     #[pymodule_export]
     use crate::scene::Scene;
 

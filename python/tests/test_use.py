@@ -385,6 +385,21 @@ def test_a_part_of_the_displacements():
     assert np.array_equal(short.u, whole.u.astype(np.float32)) and np.array_equal(short.t, whole.t)
 
 
+def test_any_place():
+    scene = sg.Scene("scenarios/plate-half.toml").with_(run__until=2.0, run__samples=20)
+    r = sg.run(scene)
+    nodes, corners = r.mesh.nodes, r.mesh.elements[5]
+    assert np.allclose(r.at(*nodes[9]), r.displacement(9), atol=1e-15)
+    middle = nodes[corners].mean(axis=0)
+    expected = np.mean([r.displacement(n) for n in corners], axis=0)
+    assert np.allclose(r.at(*middle), expected, atol=1e-15)
+    assert np.abs(r.at(*middle, velocity=True)).max() > 0.01
+    with pytest.raises(ValueError, match="lies in no element"):
+        r.at(7.0, 0.1)
+    with pytest.raises(ValueError, match="2 coordinates"):
+        r.at(0.1, 0.1, 0.1)
+
+
 def test_matrices_keep_their_order_and_their_damping(tmp_path):
     n = 6
     k = sp.diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1]).tocsr()

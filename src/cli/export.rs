@@ -16,7 +16,7 @@ use super::{Answer, CliError, Global};
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format csv --nodes 3,7          # with the motion of two nodes\n  signorini export plate.h5 --format vtkhdf --every 4         # plate.vtkhdf for ParaView\n  signorini export plate.h5 --format vtu                      # plate-vtu/plate.pvd for ParaView and PyVista\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
+    after_help = "Example:\n  signorini export plate.h5 --format csv\n  signorini export plate.h5 --format csv --nodes 3,7          # with the motion of two nodes\n  signorini export plate.h5 --format csv --place 0.5,0.15     # and at a place\n  signorini export plate.h5 --format vtkhdf --every 4         # plate.vtkhdf for ParaView\n  signorini export plate.h5 --format vtu                      # plate-vtu/plate.pvd for ParaView and PyVista\n  signorini export plate.h5 --format xdmf --from 1 --to 2 -o touch\n  signorini export backbone.h5 --format csv\n\n\
     Fields of VTKHDF, VTU and XDMF: displacement, velocity, contact_pressure (on both sides where two surfaces meet, 0 off the contact), contact_force (on the body at each node), contact_status (1 in contact, 0 open, -1 no contact node), gap (distance to the obstacle, NaN off the contact edge); by element: stress at its centre (a 3 × 3 tensor and von_mises, of a bar the axial stress)."
 )]
 pub struct Arguments {
@@ -40,6 +40,9 @@ pub struct Arguments {
     /// CSV of a run or an orbit: displacements and velocities of these nodes besides (numbers of mesh/nodes from 0; of a body of matrices its rows)
     #[arg(long, value_delimiter = ',', value_name = "NODES")]
     nodes: Vec<usize>,
+    /// CSV of a run or an orbit: displacement and velocity at a place of the undeformed body besides, interpolated in its element; may be given several times
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    place: Vec<String>,
     /// Overwrite an existing table of signorini's (other exports of its own are written anew in any case)
     #[arg(long)]
     force: bool,
@@ -96,7 +99,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
         } else {
             let stored = Stored::read(&arguments.file)?;
             let plan = Plan::new(&stored, arguments.format.into(), selection, &stem)?
-                .with_nodes(&arguments.nodes)?;
+                .with_nodes(&arguments.nodes)?
+                .with_places(&places(arguments)?)?;
             // a folder of its own is made where there is none
             let there = plan.targets().into_iter().filter(|path| path.exists());
             there.into_iter().try_for_each(|path| outputs.check_derived(&path))?;
@@ -121,6 +125,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Answer, CliError> {
             }
         },
     ))
+}
+
+/// The places that the options name.
+fn places(arguments: &Arguments) -> Result<Vec<Vec<f64>>, CliError> {
+    let place = |text: &String| {
+        let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite());
+        let all: Option<Vec<f64>> = text.split(',').map(number).collect();
+        all.ok_or_else(|| {
+            CliError::Input(format!("--place {text}: give coordinates, for example 0.5,0.2"))
+        })
+    };
+    arguments.place.iter().map(place).collect()
 }
 
 /// Which states the options choose.
@@ -160,9 +176,10 @@ fn table(arguments: &Arguments, outputs: &Outputs, stem: &Path) -> Result<Writte
         || arguments.from.is_some()
         || arguments.to.is_some()
         || !arguments.nodes.is_empty()
+        || !arguments.place.is_empty()
     {
         Some(
-            "--every, --from, --to and --nodes choose among the stored states of a run or an orbit; a family or a comparison is written whole",
+            "--every, --from, --to, --nodes and --place choose among the stored states of a run or an orbit; a family or a comparison is written whole",
         )
     } else {
         None

@@ -16,6 +16,7 @@ mod export;
 mod family;
 mod inspect;
 mod inspect_mesh;
+mod inspect_scene;
 mod interrupt;
 mod load;
 mod manual;

@@ -157,7 +157,7 @@ pub(super) struct Table {
     /// then the defaults of `nbm`; in space only before a `surface` that slides.
     #[schemars(extend("examples" = [0.3]), range(min = 0.0))]
     friction: Option<f64>,
-    /// Velocity of the obstacle's surface along itself (a belt), with `friction`; of bodies from matrices one number, along `tangents`. In space friction acts along
+    /// Velocity of the obstacle's surface along itself (a belt), with `friction`; of pairs that of the master's material past its place (a disc that turns); of bodies from matrices one number, along `tangents`. In space friction acts along
     /// this velocity alone: it is to be larger than those of the body, and where a node comes to rest on the surface the run ends.
     #[schemars(extend("examples" = [[0.0, 0.05]]))]
     surface: Option<Vec<f64>>,

@@ -147,11 +147,7 @@ impl Contact {
             let message = "is the slave itself";
             return issue("master", message, "give the group of the other surface");
         }
-        for (key, given) in [
-            ("plane", o.plane.is_some()),
-            ("gap_behind", o.gap_behind.is_some()),
-            ("surface", o.surface.is_some()),
-        ] {
+        for (key, given) in [("plane", o.plane.is_some()), ("gap_behind", o.gap_behind.is_some())] {
             if given {
                 let message = "belongs to a rigid obstacle, and this is a pair of surfaces";
                 return issue(key, message, "remove the key");

@@ -1,5 +1,6 @@
 //! Reading what this program wrote.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hdf5::types::{FixedAscii, VarLenUnicode};
@@ -10,7 +11,8 @@ use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
 use super::{StoreError, read_text};
 use crate::contact::States;
-use crate::mesh::{ElementKind, Point};
+use crate::fem::interpolate::{Cell, elements_at};
+use crate::mesh::{ElementKind, Point, bounds};
 use crate::records::Status;
 
 /// A stored run.
@@ -612,6 +614,40 @@ impl Stored {
         row.iter().filter_map(|&n| usize::try_from(n).ok()).collect()
     }
 
+    /// The nodes and weights by which the element of a place interpolates; an error says why there are none, or several.
+    pub fn weights_at(&self, place: Point) -> Result<Cell, String> {
+        let all: Option<Vec<_>> =
+            (0..self.elements.nrows()).map(|k| Some((self.kind(k)?, self.nodes_of(k)))).collect();
+        let nodes: Vec<Point> = (0..self.nodes.nrows()).map(|n| self.place(n)).collect();
+        let found = elements_at(&place, &nodes, &all.unwrap_or_default());
+        let weights = |cell: &Cell| -> BTreeMap<usize, f64> {
+            cell.iter().copied().filter(|(_, w)| w.abs() > NO_WEIGHT).collect()
+        };
+        let Some(first) = found.first().map(weights) else {
+            let [low, high] = bounds(&nodes);
+            let axes = if self.is_solid() { 3 } else { 2 };
+            let range = |c: usize| format!("{} to {}", low[c], high[c]);
+            let ranges: Vec<String> = (0..axes).map(range).collect();
+            return Err(format!("lies in no element; the body reaches over {}", ranges.join(", ")));
+        };
+        // neighbours share the nodes of their side; bodies that touch, and lips of cracks, do not
+        if found.iter().any(|cell| !weights(cell).keys().eq(first.keys())) {
+            let why = "lies where two surfaces touch: give a place inside one of them, or one of their nodes with --nodes";
+            return Err(why.into());
+        }
+        Ok(first.into_iter().collect())
+    }
+
+    /// Displacement and velocity by these weights at stored state `row`.
+    pub(crate) fn motion_at(&self, row: usize, weights: &Cell) -> [Point; 2] {
+        [&self.u, &self.v].map(|table| {
+            weights.iter().fold([0.0; 3], |sum: Point, &(node, w)| {
+                let own = self.at_node(table, row, node);
+                std::array::from_fn(|c| sum[c] + w * own[c])
+            })
+        })
+    }
+
     /// Displacement of a node at stored state `row`; not numbers where it is not kept.
     pub fn displacement(&self, row: usize, node: usize) -> Point {
         self.at_node(&self.u, row, node)
@@ -644,6 +680,9 @@ impl Stored {
         self.held[i].map_or(f64::NAN, |k| table[(row, k)])
     }
 }
+
+/// Weights of shape functions that are rounding.
+const NO_WEIGHT: f64 = 1e-12;
 
 /// Components of forces below this part of the largest of a kind are rounding.
 const ROUNDING: f64 = 1e-9;

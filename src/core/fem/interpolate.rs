@@ -74,6 +74,32 @@ fn cells_at(
     points.iter().zip(inside).map(cell).collect()
 }
 
+/// The elements that a place lies in, each with its nodes and their weights there; where it lies in none, the one that it is nearest to by a hair.
+pub fn elements_at(place: &Point, nodes: &[Point], elements: &Cells) -> Vec<Cell> {
+    let mut found: Vec<(f64, Cell)> = vec![];
+    for (kind, own) in elements {
+        let x: Vec<Point> = own.iter().map(|&n| nodes[n]).collect();
+        let [low, high] = bounds(&x);
+        let size = (0..3).fold(0.0f64, |m, c| m.max(high[c] - low[c]));
+        if (0..3).any(|c| place[c] < low[c] - EDGE * size || place[c] > high[c] + EDGE * size) {
+            continue;
+        }
+        let Some(local) = local_of(*kind, &x, place) else { continue };
+        let off = shape::outside(*kind, local);
+        if off <= EDGE {
+            found.push((off, own.iter().copied().zip(shape::values(*kind, local)).collect()));
+        }
+    }
+    // curved sides are cut off by straight ones: what lies inside some element lies on no edge of another
+    let inside = found.iter().any(|(off, _)| *off <= WITHIN);
+    found.into_iter().filter(|(off, _)| !inside || *off <= WITHIN).map(|(_, cell)| cell).collect()
+}
+
+/// How far outside, in local coordinates, a place that somebody wrote down may lie.
+const EDGE: f64 = 1e-3;
+/// What is inside but for rounding.
+const WITHIN: f64 = 1e-9;
+
 /// Local coordinates of a place, by Newton's method; none where it does not come to rest.
 fn local_of(kind: ElementKind, x: &[Point], p: &Point) -> Option<Local> {
     let dim = kind.dim();

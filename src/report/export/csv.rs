@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::PathBuf;
 
+use super::Followed;
 use super::put::{number, put, quoted};
 use crate::store::{About, Raw, StoreError, Stored, read_raw, switch_columns};
 
@@ -12,10 +13,10 @@ pub(super) fn write(
     stored: &Stored,
     rows: &[usize],
     switches: &[usize],
-    nodes: &[usize],
+    points: &[Followed],
     files: &[PathBuf],
 ) -> io::Result<()> {
-    let texts = [states(stored, rows, nodes), events(stored, switches)?];
+    let texts = [states(stored, rows, points), events(stored, switches)?];
     files.iter().zip(texts).try_for_each(|(path, text)| put(path, text.as_bytes()))
 }
 
@@ -25,7 +26,7 @@ fn components(stored: &Stored) -> usize {
     (0..stored.dof_map.ncols()).rev().find(moves).map_or(1, |c| c + 1)
 }
 
-fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
+fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
     let mut out = String::from("t");
     for name in Stored::energy_names() {
         let _ = write!(out, ",{name}");
@@ -45,10 +46,10 @@ fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
         }
     }
     let axes = &["x", "y", "z"][..components(stored).min(3)];
-    for node in nodes {
+    for point in points {
         for of in ["u", "v"] {
             axes.iter().for_each(|axis| {
-                let _ = write!(out, ",{of}_{axis}[{node}]");
+                let _ = write!(out, ",{}", quoted(&format!("{of}_{axis}[{}]", point.name)));
             });
         }
     }
@@ -69,8 +70,8 @@ fn states(stored: &Stored, rows: &[usize], nodes: &[usize]) -> String {
             let known = Some(*force).filter(|f| !f.is_nan()).map(number);
             let _ = write!(out, ",{}", known.unwrap_or_default());
         }
-        for &node in nodes {
-            for of in [stored.displacement(row, node), stored.velocity(row, node)] {
+        for point in points {
+            for of in stored.motion_at(row, &point.weights) {
                 of.iter().take(axes.len()).for_each(|x| {
                     let _ = write!(out, ",{}", number(*x));
                 });

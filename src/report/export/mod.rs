@@ -83,8 +83,15 @@ pub struct Plan<'s> {
     selection: Selection,
     stem: PathBuf,
     fields: Option<Fields<'s>>,
-    /// Nodes whose motions a table has besides.
-    nodes: Vec<usize>,
+    /// What else a table has the motions of.
+    points: Vec<Followed>,
+}
+
+/// A point whose motion a table has: what it is called, and the nodes that it is interpolated from.
+#[derive(Debug, Clone)]
+pub(super) struct Followed {
+    pub name: String,
+    pub weights: Vec<(usize, f64)>,
 }
 
 impl<'s> Plan<'s> {
@@ -107,7 +114,7 @@ impl<'s> Plan<'s> {
         if rows.is_empty() {
             return Err(ExportError::Nothing(nothing(stored, &selection)));
         }
-        Ok(Plan { stored, format, rows, selection, stem: stem.to_owned(), fields, nodes: vec![] })
+        Ok(Plan { stored, format, rows, selection, stem: stem.to_owned(), fields, points: vec![] })
     }
 
     /// The same with displacements and velocities of some nodes, in a table.
@@ -128,7 +135,44 @@ impl<'s> Plan<'s> {
                 stored.path.display()
             ));
         }
-        Ok(Plan { nodes: nodes.to_vec(), ..self })
+        let of_node = |n: &usize| Followed { name: n.to_string(), weights: vec![(*n, 1.0)] };
+        let mut plan = self;
+        plan.points.extend(nodes.iter().map(of_node));
+        Ok(plan)
+    }
+
+    /// The same with displacements and velocities at some places, which the shape functions of their elements give.
+    pub(crate) fn with_places(self, places: &[Vec<f64>]) -> Result<Plan<'s>, ExportError> {
+        let nothing = |text: String| Err(ExportError::Nothing(text));
+        if !places.is_empty() && self.format != Format::Csv {
+            return nothing(
+                "--place adds columns to --format csv; the other formats have the whole body"
+                    .into(),
+            );
+        }
+        let axes = if self.stored.is_solid() { 3 } else { 2 };
+        let mut plan = self;
+        for place in places {
+            let words: Vec<String> = place.iter().map(|x| number(*x)).collect();
+            // a bar lies on its axis
+            if place.len() > axes || place.is_empty() || (axes == 3 && place.len() < 3) {
+                return nothing(format!("--place {}: give {axes} coordinates", words.join(",")));
+            }
+            let at = std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0));
+            let weights = match plan.stored.weights_at(at) {
+                Ok(weights) => weights,
+                Err(why) => return nothing(format!("--place {}: {why}", words.join(","))),
+            };
+            if let Some((node, _)) = weights.iter().find(|(n, _)| !plan.stored.keeps(*n)) {
+                return nothing(format!(
+                    "--place {}: {} does not keep the displacements of node {node} there ([run] store); run the scene with store = \"all\"",
+                    words.join(","),
+                    plan.stored.path.display()
+                ));
+            }
+            plan.points.push(Followed { name: words.join(" "), weights });
+        }
+        Ok(plan)
     }
 
     /// Number of states that will be written.
@@ -156,7 +200,7 @@ impl<'s> Plan<'s> {
             (Format::Vtu, Some(fields)) => vtu::write(fields, &self.rows, &files)?,
             (Format::VtkHdf, Some(fields)) => vtkhdf::write(fields, &self.rows, &files)?,
             (Format::Xdmf, Some(fields)) => xdmf::write(fields, &self.rows, &files)?,
-            (_, _) => csv::write(self.stored, &self.rows, &self.switches(), &self.nodes, &files)?,
+            (_, _) => csv::write(self.stored, &self.rows, &self.switches(), &self.points, &files)?,
         }
         let mut removed = vec![];
         for path in self.leftovers() {
