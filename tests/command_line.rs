@@ -377,6 +377,16 @@ fn precision_orders_the_integrators() {
         .unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("make peers"), "{}", text(&output.stderr));
+    // others do not know springs of obstacles, nor an obstacle behind
+    for more in ["method = \"penalty\"", "gap_behind = 0.4"] {
+        let scene = GOOD.replacen("gap = ", &format!("{more}\ngap = "), 1);
+        std::fs::write(folder.path().join("other.toml"), scene).unwrap();
+        let words = ["precision", "other.toml", "--repeats", "1", "--peer", "scipy", "--force"];
+        let output = signorini(folder.path(), &words);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{more}: {said}");
+        assert!(said.contains("peers solve undamped scenes"), "{more}: {said}");
+    }
     // what chebyshev cannot take is said, with what can
     let table = "[[load]]\nkind = \"mode\"\nmode = 1\namplitude = 0.1\ntable = \"shock.csv\"\n";
     std::fs::write(folder.path().join("shock.csv"), "0,0\n0.1,1\n0.2,0\n0.3,0\n").unwrap();

@@ -68,7 +68,7 @@ struct Able {
     by_modes: bool,
     /// Of the kind that the Chebyshev flow takes.
     without_modes: bool,
-    /// Undamped, under constant loads that do not act on contact displacements, without sliders and obstacles behind, as peers want it.
+    /// Undamped, with conditions at nodes, under constant loads that do not act on contact displacements, without sliders and obstacles behind, as peers want it.
     is_for_peers: bool,
 }
 
@@ -84,7 +84,10 @@ impl Able {
         let without_modes = system.is_entire();
         let rubs = system.tangents();
         let of_contact = system.loads.constant.iter().flat_map(|f| &f[system.n_o()..]);
-        let is_plain = system.gaps().len() == system.conditions().facing();
+        // others know the conditions of nodes, in front of them alone
+        let is_plain = !system.promise().yields
+            && system.impact().is_none()
+            && system.gaps().len() == system.conditions().facing();
         let is_for_peers = match rubs {
             _ if !is_plain || of_contact.into_iter().any(|f| *f != 0.0) => false,
             None => system.is_conservative() && without_modes,
@@ -225,7 +228,7 @@ fn points(
         bar.set_message(peer.name());
         bar.tick();
         if !able.is_for_peers {
-            let text = "peers solve undamped scenes under constant loads that do not act on contact displacements, without sliders and gap_behind";
+            let text = "peers solve undamped scenes of nbm and mass redistribution, under constant loads that do not act on contact displacements, without sliders and gap_behind";
             return Err(CliError::Input(text.into()));
         }
         if *peer == Peer::Diffsol && problem.system.tangents().is_some() {
