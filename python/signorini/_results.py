@@ -330,6 +330,28 @@ class Run(Result):
         kinds = [("kind", "U7"), ("group", f"U{names}"), ("maximum", float), ("t", float), ("impulse", object)]
         return np.array(rows, dtype=kinds).view(np.recarray)
 
+    @property
+    def excursions(self) -> np.recarray:
+        """How far bodies that meet strayed: table with ``kind`` (``"sliding"`` of a pair over the length of its sides, ``"rotation"`` of a part),
+        ``of`` (slave and master, or the part), ``largest`` of the stored states, ``t`` (when)."""
+        rows = []
+        if "contact/pairs/sliding" in self:
+            pairs = self["contact/pairs"]
+            for k, of in enumerate(zip(map(str, pairs.slave), map(str, pairs.master))):
+                rows.append(("sliding", list(of), pairs.sliding[:, k]))
+        if "bodies/rotation" in self:
+            names, rotation = list(map(str, self["bodies/name"])), self["bodies/rotation"]
+            width = rotation.shape[1] // len(names)
+            for k, name in enumerate(names):
+                turns = np.hypot.reduce(rotation[:, width * k : width * (k + 1)], axis=1)
+                rows.append(("rotation", [name], turns))
+        table = []
+        for kind, of, size in rows:
+            last = len(size) - 1 - int(np.argmax(size[::-1]))
+            table.append((kind, of, size[last], self.t[last]))
+        kinds = [("kind", "U8"), ("of", object), ("largest", float), ("t", float)]
+        return np.array(table, dtype=kinds).view(np.recarray)
+
     def _along_normals(self, table: np.ndarray) -> np.ndarray:
         mesh = self.mesh
         if "contact_points" in mesh:

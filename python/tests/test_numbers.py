@@ -85,7 +85,7 @@ def test_attributes_have_the_names_of_the_json_keys(tmp_path, command):
     for r in [sg.run("scenarios/plate.toml"), sg.open(tmp_path / "a.h5")]:
         for key, value in said.items():
             mine = getattr(r, key)
-            if key in ("switches", "grazings", "forces"):
+            if key in ("switches", "grazings", "forces", "excursions"):
                 assert len(mine) == len(value)
                 for name in value[0] if value else ():
                     assert [row[name] for row in value] == mine[name].tolist()
@@ -94,6 +94,15 @@ def test_attributes_have_the_names_of_the_json_keys(tmp_path, command):
                     assert np.array_equal(getattr(mine, name), x) if x is not None else True
             elif key not in ("wall_s", "output"):
                 assert mine == value, key
+
+
+def test_excursions_are_those_of_the_command_line(tmp_path, command):
+    said = subprocess.run([command, "run", "scenarios/blocks.toml", "-o", tmp_path / "b.h5", "--json"], check=True, capture_output=True)
+    value = json.loads(said.stdout)["excursions"]
+    assert [row["kind"] for row in value] == ["sliding", "rotation", "rotation"]
+    for mine in [sg.run("scenarios/blocks.toml").excursions, sg.open(tmp_path / "b.h5").excursions]:
+        for name in value[0]:
+            assert [row[name] for row in value] == mine[name].tolist()
 
 
 def test_orbit_is_that_of_the_command_line(tmp_path, command):
