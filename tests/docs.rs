@@ -295,3 +295,13 @@ fn the_steel_cantilever_of_the_page_of_units() {
     let words = String::from_utf8_lossy(&words.stdout).into_owned();
     assert!(words.contains("mass        3.9250e-5") && words.contains("gaps from 0.05"), "{words}");
 }
+
+/// A reduced body weighs what it weighs.
+#[test]
+fn inspect_knows_the_masses_of_reduced_bodies() {
+    let scene = root().join("scenarios/clatter.toml").display().to_string();
+    let said = crate::common::json(&["inspect", &scene]);
+    let masses: Vec<f64> =
+        said["masses"].as_array().unwrap().iter().map(|m| m["mass"].as_f64().unwrap()).collect();
+    assert!((masses[0] - 0.1).abs() < 1e-14 && (masses[1] - 0.12).abs() < 1e-14, "{masses:?}");
+}

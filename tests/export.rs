@@ -313,6 +313,17 @@ fn places_are_followed() {
     assert!((number("u_y[0.33 0.41]") - 0.0099).abs() < 1e-15);
     assert!((number("u_y[1 0.7]") - 0.03).abs() < 1e-15 && number("v_x[1 0.7]") == 0.0);
     assert!((number("u_x[3]") - 0.0).abs() < 1e-15);
+    // beside a node, and beside a side, by what files and people round
+    for place_of in
+        ["0.20000000001,0.41", "0.2,0.2333333", "0.200001,0.233333", "0.5999999,0.7000001"]
+    {
+        fine(place.path(), &["export", "sheared.h5", "--place", place_of]);
+        let text = fs::read_to_string(place.path().join("sheared.csv")).unwrap();
+        let first = text.lines().nth(1).unwrap().to_owned();
+        let end: Vec<f64> = first.split(',').rev().take(4).map(|x| x.parse().unwrap()).collect();
+        let x: f64 = place_of.split(',').next().unwrap().parse().unwrap();
+        assert!((end[3] - 0.01 * x).abs() < 1e-9, "{place_of}: {end:?}");
+    }
     let plate = |name: &str, at: f64| {
         format!(
             "[[body]]\nname = '{name}'\nkind = 'plate'\nsize = [1.0, 0.5]\nelements = [2, 2]\nyoung = 1.0\npoisson = 0.3\ndensity = 1.0\nmove = [{at}, 0.0]\n"
@@ -325,7 +336,8 @@ fn places_are_followed() {
     for (given, said) in [
         ("1.0,0.2", "two surfaces touch"),
         ("2.5,0.2", "lies in no element; the body reaches over 0 to 2, 0 to 0.5"),
-        ("0.5,0.2,0.1", "give 2 coordinates"),
+        ("0.5,0.2,0.1", "has 3 coordinates: give 2 coordinates"),
+        ("0.5", "has 1 coordinates: give 2 coordinates"),
         ("0.5,x", "give coordinates"),
     ] {
         let message = refused(place.path(), &["export", "two.h5", "--place", given]);

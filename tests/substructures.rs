@@ -161,11 +161,22 @@ fn files_hold_the_rows_themselves() {
     for words in [
         &["plot", "two.h5", "-q", "-o", "pictures"][..],
         &["export", "two.h5", "-q", "-o", "table"],
+        &["export", "two.h5", "-q", "-o", "table", "--nodes", "0,3"],
         &["modes", "two.toml", "-q"],
         &["orbit", "two.toml", "--omega", "0.9", "-q", "-o", "orbit.h5"],
         &["run", "two.toml", "-q", "--force", "-o", "two.h5"],
     ] {
         run(words);
+    }
+    // neither the ground nor a place is a row
+    for (words, said) in [
+        (["--nodes", "4"], "the nodes count from 0 to 3"),
+        (["--place", "0.5"], "a body from matrices"),
+    ] {
+        let all = [&["export", "two.h5", "-o", "table"][..], &words].concat();
+        let done = program().args(&all).current_dir(folder.path()).output().unwrap();
+        let told = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.code() == Some(2) && told.contains(said), "{told}");
     }
     // what cannot be
     for (old, new, said) in [
@@ -186,6 +197,21 @@ fn files_hold_the_rows_themselves() {
             "gap = 0.1",
             "gap = 0.1\nfriction = 0.1\ntangents = [0]",
             "contact.tangents_against: is missing",
+        ),
+        (
+            "gap = 0.1",
+            "gap = 0.1\nfriction = 0.1\ntangents = [0]\ntangents_against = [2]",
+            "2 is no row of the matrices, or is a contact displacement",
+        ),
+        (
+            "gap = 0.1",
+            "gap = 0.1\nfriction = 0.1\ntangents = [2]\ntangents_against = [3]",
+            "beside the contact displacements",
+        ),
+        (
+            "gap = 0.1",
+            "gap = 0.1\nfriction = 0.1\ntangents = [0]\ntangents_against = [[[3, 0.5], [1, 0.5]]]",
+            "1 is no row of the matrices, or is a contact displacement",
         ),
     ] {
         std::fs::write(at("bad.toml"), text.replace(old, new)).unwrap();

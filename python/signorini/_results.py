@@ -245,12 +245,8 @@ class Run(Result):
 
     def at(self, *place: float, velocity: bool = False) -> np.ndarray:
         """Displacement (or velocity) at a place of the undeformed body along the axes [s, dim], by the shape functions of its element: ``run.at(0.5, 0.2)``."""
-        dim = self.mesh.nodes.shape[1]
-        if not 0 < len(place) <= dim:
-            raise ValueError(f"a place of this body has {dim} coordinates: {place}")
-        x, y, z = (*map(float, place), *[0.0] * (3 - len(place)))
         table = self.v if velocity else self.u
-        parts = [w * self._at_node(table, node) for node, w in _signorini.weights(self.path, (x, y, z))]
+        parts = [w * self._at_node(table, node) for node, w in _signorini.weights(self.path, list(map(float, place)))]
         return np.sum(parts, axis=0)
 
     @property

@@ -48,9 +48,9 @@ pub fn read(py: Python<'_>, path: PathBuf, name: &str) -> PyResult<Py<PyAny>> {
 
 /// The nodes and weights by which the element of a place interpolates.
 #[pyfunction]
-pub fn weights(py: Python<'_>, path: PathBuf, place: [f64; 3]) -> PyResult<Vec<(usize, f64)>> {
+pub fn weights(py: Python<'_>, path: PathBuf, place: Vec<f64>) -> PyResult<Vec<(usize, f64)>> {
     let body = py.detach(|| Stored::body(&path)).map_err(|e| refused(py, &path, &e))?;
-    body.weights_at(place).map_err(|why| PyValueError::new_err(format!("the place {why}")))
+    body.weights_at(&place).map_err(|why| PyValueError::new_err(format!("the place {why}")))
 }
 
 /// What stands in a group: names, and the shapes of datasets (none for groups).

@@ -82,7 +82,7 @@ fn of_elements(
             let message = format!(
                 "moves into the body, or off it, at {place}: by {across:e} along its normal"
             );
-            let help = "give a velocity along the surface of the obstacle";
+            let help = "give a velocity along the surface of the obstacle: one vector is that of a flat one; where bodies meet, of a flat slave";
             return Err(scene.error(Issue::new(contact.key(k, "surface"), message, help)).into());
         }
         let [nx, ny, _] = point.direction;

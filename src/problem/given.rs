@@ -53,7 +53,10 @@ pub(super) fn given_tangents(
         let help = "tangents = [1, 3]: rows of the matrices, one a contact displacement";
         return Err(fault(scene, "contact.tangents", "is missing beside friction", help));
     };
-    let is_wrong = |(k, i): (usize, &usize)| *i >= n || own.contains(i) || rows[..k].contains(i);
+    let masters = rows_of(contact.against.as_deref());
+    let is_wrong = |(k, i): (usize, &usize)| {
+        *i >= n || own.contains(i) || masters.contains(i) || rows[..k].contains(i)
+    };
     if rows.len() != own.len() || rows.iter().enumerate().any(is_wrong) {
         let message = format!("{rows:?} beside the contact displacements {own:?}");
         let help = format!("give one row from 0 to {} for each, none twice", n - 1);
@@ -62,7 +65,8 @@ pub(super) fn given_tangents(
     let obstacle = contact.obstacles.first();
     let coefficient = obstacle.and_then(Obstacle::coefficient);
     let surface = obstacle.and_then(|o| o.surface.as_ref()).map_or(0.0, |v| v[0]);
-    let against = tangents_against(scene, contact, (rows, n))?;
+    let taken = [rows, own, &masters].concat();
+    let against = tangents_against(scene, contact, (rows.len(), &taken, n))?;
     let tangent = |(row, masters): (&usize, &Vec<(usize, f64)>)| {
         // u_t − Σ P u_m
         let masters = masters.iter().map(|&(m, p)| (m, -p));
@@ -84,11 +88,11 @@ pub(super) fn given_tangents(
 fn tangents_against(
     scene: &Scene,
     contact: &Contact,
-    (rows, n): (&[usize], usize),
+    (count, taken, n): (usize, &[usize], usize),
 ) -> Result<Vec<Vec<(usize, f64)>>, ProblemError> {
     let key = "contact.tangents_against";
     match (&contact.tangents_against, &contact.against) {
-        (None, None) => Ok(vec![vec![]; rows.len()]),
+        (None, None) => Ok(vec![vec![]; count]),
         (Some(_), None) => {
             let message = "belongs to contact displacements that are counted against others";
             Err(fault(scene, key, message, "give against, or remove the key"))
@@ -98,27 +102,33 @@ fn tangents_against(
                 "tangents_against = [11, 13]: rows of the other body, one a contact displacement";
             Err(fault(scene, key, "is missing beside friction", help))
         }
-        (Some(all), Some(_)) => counted(scene, key, all, (rows, n)),
+        (Some(all), Some(_)) => counted(scene, key, all, (count, taken, n)),
     }
 }
 
-/// Rows against which others are counted: of the matrices, none of the others themselves.
+/// All rows against which others are counted.
+fn rows_of(all: Option<&[Counted]>) -> Vec<usize> {
+    all.unwrap_or_default().iter().flat_map(|c| &c.0).map(|term| term.0).collect()
+}
+
+/// What `count` displacements are counted against: rows of the matrices, none that is `taken`.
 fn counted(
     scene: &Scene,
     key: &str,
     all: &[Counted],
-    (own, n): (&[usize], usize),
+    (count, taken, n): (usize, &[usize], usize),
 ) -> Result<Vec<Vec<(usize, f64)>>, ProblemError> {
-    if all.len() != own.len() {
-        let message = format!("{} entries for {} displacements", all.len(), own.len());
+    if all.len() != count {
+        let message = format!("{} entries for {count} displacements", all.len());
         return Err(fault(scene, key, message, "give a row, or a list of [row, weight], for each"));
     }
     let terms = || all.iter().flat_map(|c| &c.0);
     if let Some((row, _)) =
-        terms().find(|(row, p)| *row >= n || own.contains(row) || !p.is_finite())
+        terms().find(|(row, p)| *row >= n || taken.contains(row) || !p.is_finite())
     {
-        let message =
-            format!("{row} is no row of the matrices, or is counted against others itself");
+        let message = format!(
+            "{row} is no row of the matrices, or is a contact displacement, a tangent or what one of them is counted against"
+        );
         let help = format!("give rows from 0 to {}, of the other body, and finite weights", n - 1);
         return Err(fault(scene, key, message, &help));
     }
@@ -241,7 +251,7 @@ fn contact_rows(scene: &Scene, n: usize) -> Result<(ContactRows, Vec<f64>), Prob
     let Some((contact, all)) = contact.and_then(|c| Some((c, c.against.as_ref()?))) else {
         return Ok((ContactRows::facing(&rows), gap));
     };
-    let against = counted(scene, "contact.against", all, (&rows, n))?;
+    let against = counted(scene, "contact.against", all, (rows.len(), &rows, n))?;
     let mut idle: Vec<usize> = match contact.sides.unwrap_or_default() {
         SidesKey::Both => against.iter().flatten().map(|m| m.0).collect(),
         SidesKey::Slave => vec![],

@@ -1,6 +1,6 @@
 //! Reading what this program wrote.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use hdf5::types::{FixedAscii, VarLenUnicode};
@@ -14,6 +14,7 @@ use crate::contact::States;
 use crate::fem::interpolate::{Cell, elements_at};
 use crate::mesh::{ElementKind, Point, bounds};
 use crate::records::Status;
+use crate::scenario::{BodyKind, Scene};
 
 /// A stored run.
 #[derive(Debug, Clone)]
@@ -614,28 +615,48 @@ impl Stored {
         row.iter().filter_map(|&n| usize::try_from(n).ok()).collect()
     }
 
-    /// The nodes and weights by which the element of a place interpolates; an error says why there are none, or several.
-    pub fn weights_at(&self, place: Point) -> Result<Cell, String> {
+    /// The nodes and weights by which the element of a place interpolates, a coordinate an axis of the body; an error says why there are none, or several.
+    pub fn weights_at(&self, place: &[f64]) -> Result<Cell, String> {
+        if self.is_of_matrices() {
+            return Err(
+                "is none of a body from matrices, which has rows: --nodes takes them".into()
+            );
+        }
+        let is_bar = (0..self.elements.nrows()).all(|k| self.kind(k).is_some_and(|k| k.dim() == 1));
+        let axes = if is_bar { 1 } else { self.nodes.ncols() };
+        if place.len() != axes {
+            let s = if axes == 1 { "" } else { "s" };
+            return Err(format!("has {} coordinates: give {axes} coordinate{s}", place.len()));
+        }
+        let place = std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0));
         let all: Option<Vec<_>> =
             (0..self.elements.nrows()).map(|k| Some((self.kind(k)?, self.nodes_of(k)))).collect();
         let nodes: Vec<Point> = (0..self.nodes.nrows()).map(|n| self.place(n)).collect();
         let found = elements_at(&place, &nodes, &all.unwrap_or_default());
-        let weights = |cell: &Cell| -> BTreeMap<usize, f64> {
-            cell.iter().copied().filter(|(_, w)| w.abs() > NO_WEIGHT).collect()
-        };
-        let Some(first) = found.first().map(weights) else {
+        let Some(first) = found.first() else {
             let [low, high] = bounds(&nodes);
-            let axes = if self.is_solid() { 3 } else { 2 };
-            let range = |c: usize| format!("{} to {}", low[c], high[c]);
+            // digits of rounding are left out
+            let short = |x: f64| format!("{x:.6e}").parse().unwrap_or(x);
+            let range = |c: usize| format!("{} to {}", short(low[c]), short(high[c]));
             let ranges: Vec<String> = (0..axes).map(range).collect();
             return Err(format!("lies in no element; the body reaches over {}", ranges.join(", ")));
         };
-        // neighbours share the nodes of their side; bodies that touch, and lips of cracks, do not
-        if found.iter().any(|cell| !weights(cell).keys().eq(first.keys())) {
+        // neighbours share the nodes of their side, which have all of the weight; bodies that touch, and lips of cracks, do not
+        let own: BTreeSet<usize> = first.iter().map(|(n, _)| *n).collect();
+        let elsewhere = |cell: &Cell| -> f64 {
+            cell.iter().filter(|(n, _)| !own.contains(n)).map(|(_, w)| w.abs()).sum()
+        };
+        if found.iter().any(|cell| elsewhere(cell) > APART) {
             let why = "lies where two surfaces touch: give a place inside one of them, or one of their nodes with --nodes";
             return Err(why.into());
         }
-        Ok(first.into_iter().collect())
+        Ok(first.clone())
+    }
+
+    /// Whether its body was given by matrices, whose nodes are rows and the ground.
+    pub(crate) fn is_of_matrices(&self) -> bool {
+        let scene = Scene::parse(&self.scene, &self.path);
+        scene.is_ok_and(|scene| scene.body.kind == BodyKind::Matrices)
     }
 
     /// Displacement and velocity by these weights at stored state `row`.
@@ -681,8 +702,8 @@ impl Stored {
     }
 }
 
-/// Weights of shape functions that are rounding.
-const NO_WEIGHT: f64 = 1e-12;
+/// A share of an interpolation that comes from nodes which the element of a place does not have: beyond it the two are not neighbours.
+const APART: f64 = 0.01;
 
 /// Components of forces below this part of the largest of a kind are rounding.
 const ROUNDING: f64 = 1e-9;

@@ -440,7 +440,8 @@ impl Body {
     pub fn scalar_mass(&self) -> Csr {
         let (mesh, dim, lumped) = (&self.mesh, self.mesh.dim(), self.is_lumped);
         let mut entries = vec![];
-        if self.is_of_elements() {
+        // of a reduced body too
+        if !self.materials().is_empty() {
             for (e, matrices) in element_matrices(mesh, self.materials()) {
                 for (a, &i) in e.nodes.iter().enumerate() {
                     for (b, &j) in e.nodes.iter().enumerate() {

@@ -125,7 +125,9 @@ impl<'s> Plan<'s> {
                 "--nodes adds columns to --format csv; the other formats have all nodes".into(),
             );
         }
-        let (stored, count) = (self.stored, self.stored.nodes.nrows());
+        // the last node of a body from matrices is the ground
+        let ground = usize::from(!nodes.is_empty() && self.stored.is_of_matrices());
+        let (stored, count) = (self.stored, self.stored.nodes.nrows() - ground);
         if let Some(node) = nodes.iter().find(|n| **n >= count) {
             return nothing(format!("--nodes {node}: the nodes count from 0 to {}", count - 1));
         }
@@ -150,16 +152,10 @@ impl<'s> Plan<'s> {
                     .into(),
             );
         }
-        let axes = if self.stored.is_solid() { 3 } else { 2 };
         let mut plan = self;
         for place in places {
             let words: Vec<String> = place.iter().map(|x| number(*x)).collect();
-            // a bar lies on its axis
-            if place.len() > axes || place.is_empty() || (axes == 3 && place.len() < 3) {
-                return nothing(format!("--place {}: give {axes} coordinates", words.join(",")));
-            }
-            let at = std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0));
-            let weights = match plan.stored.weights_at(at) {
+            let weights = match plan.stored.weights_at(place) {
                 Ok(weights) => weights,
                 Err(why) => return nothing(format!("--place {}: {why}", words.join(","))),
             };
