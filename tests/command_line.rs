@@ -378,7 +378,7 @@ fn precision_orders_the_integrators() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("make peers"), "{}", text(&output.stderr));
     // others do not know springs of obstacles, nor an obstacle behind
-    for more in ["method = \"penalty\"", "gap_behind = 0.4"] {
+    for more in ["method = \"penalty\"", "gap_behind = 2.0"] {
         let scene = GOOD.replacen("gap = ", &format!("{more}\ngap = "), 1);
         std::fs::write(folder.path().join("other.toml"), scene).unwrap();
         let words = ["precision", "other.toml", "--repeats", "1", "--peer", "scipy", "--force"];

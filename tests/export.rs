@@ -317,7 +317,7 @@ fn places_are_followed() {
     for place_of in
         ["0.20000000001,0.41", "0.2,0.2333333", "0.200001,0.233333", "0.5999999,0.7000001"]
     {
-        fine(place.path(), &["export", "sheared.h5", "--place", place_of]);
+        fine(place.path(), &["export", "sheared.h5", "--force", "--place", place_of]);
         let text = fs::read_to_string(place.path().join("sheared.csv")).unwrap();
         let first = text.lines().nth(1).unwrap().to_owned();
         let end: Vec<f64> = first.split(',').rev().take(4).map(|x| x.parse().unwrap()).collect();
