@@ -161,7 +161,7 @@ fn files_hold_the_rows_themselves() {
     for words in [
         &["plot", "two.h5", "-q", "-o", "pictures"][..],
         &["export", "two.h5", "-q", "-o", "table"],
-        &["export", "two.h5", "-q", "-o", "table", "--nodes", "0,3"],
+        &["export", "two.h5", "-q", "--force", "-o", "table", "--nodes", "0,3"],
         &["modes", "two.toml", "-q"],
         &["orbit", "two.toml", "--omega", "0.9", "-q", "-o", "orbit.h5"],
         &["run", "two.toml", "-q", "--force", "-o", "two.h5"],
