@@ -184,7 +184,7 @@ fn files_hold_the_rows_themselves() {
         (
             "against = [2]",
             "against = [1]",
-            "1 is no row of the matrices, or is counted against others itself",
+            "1 is no row of the matrices, or is a contact displacement",
         ),
         ("against = [2]", "against = [9]", "9 is no row of the matrices"),
         ("against = [2]", "against = [-2]", "-2 is no row: they count from 0"),
