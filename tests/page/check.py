@@ -114,12 +114,12 @@ def run(looker: Looker) -> None:
     check(not looker.value("signorini.page.player.playing"), "run: the space bar stops it")
     looker.page.keyboard.press("End")
     check(abs(looker.value("signorini.page.player.time") - 3.36) < 1e-12, "run: End goes to the end")
-    # the cursor goes where one clicks, in all diagrams
+    # the cursor goes where one clicks, in all diagrams: displacement, pressure, map, forces of contact and of supports, energies
     box = looker.page.locator("svg.diagram").first.bounding_box()
     looker.page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 60)
     t = looker.value("signorini.page.player.time")
     lines = looker.page.locator("svg .cursor").evaluate_all("(all) => all.map((c) => c.getAttribute('x1'))")
-    check(1.4 < t < 2.0 and len(lines) == 4 and len(set(lines)) == 1, f"run: a click at t = {t:.3f} moves {len(lines)} cursors")
+    check(1.4 < t < 2.0 and len(lines) == 6 and len(set(lines)) == 1, f"run: a click at t = {t:.3f} moves {len(lines)} cursors")
     looker.page.locator("select[aria-label=colour]").select_option("stress")
     check(looker.colours("canvas") > 50, "run: coloured by the stress")
     looker.picture("run")
