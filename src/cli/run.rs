@@ -233,12 +233,11 @@ fn integrate(
     // an interrupted run is not over
     if status != Status::Interrupted {
         object["forces"] = serde_json::to_value(writer.forces()?).unwrap_or_default();
-        object["excursions"] = serde_json::to_value(writer.excursions()?).unwrap_or_default();
-        let too_far = summary::too_far(&object["excursions"]);
-        object["warnings"]
-            .as_array_mut()
-            .into_iter()
-            .for_each(|w| w.extend(too_far.iter().map(|t| t.as_str().into())));
+        let excursions = writer.excursions()?;
+        if let Some(warnings) = object["warnings"].as_array_mut() {
+            warnings.extend(summary::too_far(&excursions).into_iter().map(Value::from));
+        }
+        object["excursions"] = serde_json::to_value(excursions).unwrap_or_default();
         writer.report(&object)?;
         if let Some(rubbed) = &report.rubbed {
             writer.friction(&problem.system, rubbed)?;

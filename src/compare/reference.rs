@@ -8,7 +8,7 @@ use super::variant::Variant;
 use super::{CompareError, Means};
 use crate::fem::interpolate::{Cell, at_cells, cells};
 use crate::mesh::Mesh;
-use crate::scenario::{Body, BodyKind, Change, ContactMethod, Elements, METHOD_KEYS, Scene};
+use crate::scenario::{BodyKind, Change, ContactMethod, Elements, METHOD_KEYS, Scene};
 use crate::store::{Stored, read_state};
 
 /// A reference by name.
@@ -40,9 +40,7 @@ impl Named {
         }
         let finest = meshes.last().cloned().unwrap_or_default();
         // without a mesh nothing is refined, and methods are compared with the first of them
-        let is_given = |b: &Body| matches!(b.kind, BodyKind::Matrices | BodyKind::Mesh);
-        let unrefined = scene.bodies().iter().any(|(_, b)| is_given(b));
-        let own = first.filter(|_| unrefined).cloned();
+        let own = first.filter(|_| !scene.has_elements_of_choice()).cloned();
         let common = || Variant::of_method(ContactMethod::MassRedistribution);
         Named::Mesh(own.unwrap_or_else(common), finest)
     }

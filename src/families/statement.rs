@@ -10,7 +10,7 @@ use crate::orbit::{Closure, OrbitError, Pin, Propagator};
 use crate::problem::Problem;
 use crate::records::{Changed, ErrorStatement, PlaceRecord, PointKind, PointRecord, Variation};
 use crate::scenario::{
-    Body, BodyKind, ContactMethod, Elements, Initial, Reduction, Scene, SidesKey, StressKey,
+    BodyKind, ContactMethod, Elements, Initial, Reduction, Scene, SidesKey, StressKey,
 };
 
 use super::FamilyError;
@@ -213,8 +213,7 @@ impl Changing {
 
 /// Elements divided, rounded; the modes of a reduction up to the same frequency.
 fn coarser(scene: &mut Scene, by: usize, base: &Propagator) -> Option<String> {
-    let is_given = |b: &Body| matches!(b.kind, BodyKind::Matrices | BodyKind::Mesh);
-    if scene.bodies().iter().any(|(_, b)| is_given(b)) {
+    if !scene.has_elements_of_choice() {
         return None;
     }
     let divided = Elements::of(scene).divided(by)?;

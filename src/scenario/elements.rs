@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{BodyKind, Change, Scene};
+use super::{Body, BodyKind, Change, Scene};
 
 /// Numbers of elements along each axis, a list a body: `10`, `10x3`, `10x3+8x4`. Without a list the body has no elements that could be other ones.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -49,13 +49,13 @@ impl Elements {
         let (&[n], Some(&first)) = (&only[..], own.0.first().and_then(|own| own.first())) else {
             return None;
         };
-        let scaled = |&k: &usize| ((2 * n * k + first) / (2 * first)).max(1);
+        let scaled = |&k: &usize| rounded(n * k, first);
         Some(Elements(own.0.iter().map(|body| body.iter().map(scaled).collect()).collect()))
     }
 
     /// Every number over `by`, rounded; none where the first of a body would be less than two, or nothing changes.
     pub(crate) fn divided(&self, by: usize) -> Option<Elements> {
-        let scaled = |n: &usize| ((2 * n + by) / (2 * by)).max(1);
+        let scaled = |n: &usize| rounded(*n, by);
         let all: Vec<Vec<usize>> = self.0.iter().map(|b| b.iter().map(scaled).collect()).collect();
         let is_coarse = |body: &Vec<usize>| body.first().is_none_or(|n| *n < 2);
         let divided = Elements(all);
@@ -77,6 +77,19 @@ impl Elements {
             false => &mut scene.parts[..],
         };
         bodies.iter_mut().zip(self.0).for_each(|(body, n)| body.elements = n);
+    }
+}
+
+/// `n/by`, rounded, at least one.
+fn rounded(n: usize, by: usize) -> usize {
+    ((2 * n + by) / (2 * by)).max(1)
+}
+
+impl Scene {
+    /// Whether all of its bodies have elements that could be other ones: none comes from a file.
+    pub(crate) fn has_elements_of_choice(&self) -> bool {
+        let is_given = |b: &Body| matches!(b.kind, BodyKind::Matrices | BodyKind::Mesh);
+        !self.bodies().iter().any(|(_, b)| is_given(b))
     }
 }
 

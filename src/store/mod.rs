@@ -50,6 +50,7 @@ pub use content::content;
 pub(crate) use content::{Content, Origin, read_origin, read_switch_rates};
 pub use crosscheck::read_crosscheck;
 pub(crate) use csv::read_csv;
+pub use excursions::ExcursionRecord;
 pub(crate) use family::{FamilyPlan, FamilyWriter};
 pub(crate) use header::WriterOptions;
 pub use kept::Kept;

@@ -8,6 +8,7 @@ use crate::contact::{OMITTED_INERTIA, System};
 use crate::event::Report;
 use crate::problem::Notes;
 use crate::scenario::Scene;
+use crate::store::ExcursionRecord;
 
 pub(crate) use json::run_json;
 pub(crate) use text::run_text;
@@ -69,29 +70,21 @@ fn warnings(scene: &Scene, notes: &Notes, report: &Report) -> Vec<String> {
     warnings
 }
 
-/// Surfaces that slid, and parts that turned, farther than small displacements go: of a run's object.
-pub(crate) fn too_far(excursions: &serde_json::Value) -> Vec<String> {
-    let all = excursions.as_array().map_or(&[][..], Vec::as_slice);
-    let of = |e: &serde_json::Value| {
-        let number = |key: &str| e[key].as_f64().unwrap_or(f64::NAN);
-        let name = |k: usize| e["of"][k].as_str().unwrap_or_default().to_owned();
-        let (largest, t) = (number("largest"), significant(number("t"), 6));
-        match e["kind"].as_str() {
-            Some("sliding") if largest > MOST_SLIDING => Some(format!(
-                "\"{}\" slides over \"{}\" by up to {} of its sides (at t = {t}): what meets what is decided once, on the undeformed meshes. Smaller displacements, or longer sides",
-                name(0),
-                name(1),
-                significant(largest, 3)
+/// Surfaces that slid, and parts that turned, farther than small displacements go.
+pub(crate) fn too_far(excursions: &[ExcursionRecord]) -> Vec<String> {
+    let of = |e: &ExcursionRecord| {
+        let (largest, t) = (significant(e.largest, 3), significant(e.t, 6));
+        match &e.of[..] {
+            [slave, master] if e.largest > MOST_SLIDING => Some(format!(
+                "\"{slave}\" slides over \"{master}\" by up to {largest} of its sides (at t = {t}): what meets what is decided once, on the undeformed meshes. Smaller displacements, or longer sides"
             )),
-            Some("rotation") if largest > MOST_ROTATION => Some(format!(
-                "\"{}\" turns by up to {} (at t = {t}): rotations are taken for small, and the error is of the order of their square",
-                name(0),
-                significant(largest, 3)
+            [part] if e.largest > MOST_ROTATION => Some(format!(
+                "\"{part}\" turns by up to {largest} (at t = {t}): rotations are taken for small, and the error is of the order of their square"
             )),
             _ => None,
         }
     };
-    all.iter().filter_map(of).collect()
+    excursions.iter().filter_map(of).collect()
 }
 
 /// Sliding over the length of a slave's sides beyond which a pair meets other sides than it was joined to.
