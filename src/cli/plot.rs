@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Animation: how many states are shown, evenly over the stored time (25 a second)
     #[arg(long, default_value_t = 100, requires = "animate", value_name = "N", value_parser = clap::value_parser!(u16).range(2..=2000))]
     frames: u16,
-    /// Only these pictures: contact, states, friction, forces, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
+    /// Only these pictures: contact, states, friction, forces, probes, portraits, spectra, energy, gap, shapes (of a run or an orbit), portrait, multipliers (of an orbit), backbone,
     /// multipliers (of a family), sweep, bifurcation, waterfall (of a sweep), crosscheck (of a cross-check), comparison
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
@@ -306,7 +306,8 @@ fn of_run(arguments: &Arguments, file: &Path, stem: &Path) -> Result<Vec<PathBuf
             stored.contact_nodes
         )));
     }
-    let mut options = Options { nodes: arguments.nodes.clone(), ..Options::default() };
+    let (nodes, periodic) = (arguments.nodes.clone(), orbit.is_some());
+    let mut options = Options { nodes, periodic, ..Options::default() };
     if !arguments.at.is_empty() {
         // times of shapes, which a part of the body has not
         stored.whole()?;

@@ -11,7 +11,7 @@ use super::imported;
 use super::materials::materials;
 use super::pairs;
 use crate::contact::{Contacts, Gaps};
-use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material};
+use crate::fem::{Body, DofMap, Facing, Fix, FrameError, Held, Material, finer};
 use crate::matrices::read_matrix;
 use crate::mesh::{Mesh, Point, structured};
 use crate::scenario;
@@ -28,7 +28,16 @@ fn shape(scene: &Scene) -> Result<Form, ProblemError> {
     let (mut parts, mut regions, mut tags): (Vec<(&str, Mesh)>, _, _) = (vec![], vec![], vec![]);
     let mut generated = 0;
     for (key, body) in &bodies {
-        let (mesh, names) = part(scene, (key, body))?;
+        let (mesh, mut names) = part(scene, (key, body))?;
+        let mesh = match finer(&mesh, scene.finer) {
+            Some(mesh) => mesh,
+            None => {
+                let message = "has two nodes at one place of a side, which elements of half the size or second order do not tell apart";
+                let issue = Issue::new(format!("{key}.file"), message, "mesh it finer around them");
+                return Err(scene.error(issue).into());
+            }
+        };
+        names.resize(mesh.n_nodes(), None);
         // bars and plates have the first materials, in their order; a mesh knows its own among all
         regions.push(if body.kind == BodyKind::Mesh { 0 } else { generated });
         generated += usize::from(body.kind != BodyKind::Mesh);

@@ -23,6 +23,7 @@ mod notes;
 mod pairs;
 mod parts;
 mod places;
+mod probes;
 mod reduction;
 mod rigid;
 mod springs;
@@ -266,6 +267,7 @@ impl Problem {
         let (bearings, borne) = bearings::bearings(scene, &system)?;
         system.bearings = bearings.into();
         system.loads_mut().borne = borne;
+        system.probes = probes::probes(scene, &system.body)?.into();
         friction::check(scene, &system, &mut notes)?;
         around_equilibrium(scene, &mut system)?;
         let mut initial = initial_state(scene, &system, &modes, stored, &mut notes)?;

@@ -11,5 +11,6 @@ pub mod overlay;
 pub mod page;
 pub mod pictures;
 pub mod precision;
+pub mod spectrum;
 pub mod study;
 pub mod summary;

@@ -52,6 +52,7 @@ impl Scene {
         self.check_elements()?;
         self.check_damping()?;
         self.check_loads()?;
+        self.check_probes()?;
         self.check_initial()?;
         self.check_orbit()?;
         self.check_reduction()?;

@@ -25,6 +25,7 @@ mod number;
 mod orbit;
 mod pair;
 mod parts;
+mod probe;
 mod reduction;
 mod run;
 mod schema;
@@ -65,6 +66,7 @@ pub(crate) use method::{
 pub use method::{ContactMethod, Inertia};
 pub(crate) use orbit::Beta;
 pub use orbit::{Auto, Orbit};
+pub use probe::Probe;
 pub use reduction::{Reduction, ReductionKind};
 pub use run::{Integrator, Run};
 pub(crate) use run::{Precision, Store};
@@ -122,6 +124,9 @@ pub struct Scene {
     /// Loads; several add up.
     #[serde(default, rename = "load")]
     pub loads: Vec<Load>,
+    /// What is watched besides the contact: motion and stress at places, groups, nodes.
+    #[serde(default, rename = "probe")]
+    pub probes: Vec<Probe>,
     /// The state at the start: `mode` and `amplitude`, or `displacement` and `velocity` (bodies of elements), or `equilibrium`, or `file`. Absent: at rest, undeformed.
     #[serde(default)]
     pub initial: Initial,
@@ -137,6 +142,9 @@ pub struct Scene {
     /// Matrices in place of files.
     #[serde(skip)]
     pub attached: Attached,
+    /// Its meshes in place of those that it names.
+    #[serde(skip)]
+    pub finer: crate::fem::Finer,
     /// It may be larger than the machine seems to allow: the user knows better.
     #[serde(skip)]
     pub unlimited: bool,

@@ -108,6 +108,8 @@ impl Scene {
                 }
             }
         }
+        let probes = self.probes.iter().enumerate();
+        named.extend(probes.filter_map(|(i, p)| Some((format!("probe[{i}].group"), p.group()?))));
         named.extend(self.stored_groups());
         named
     }

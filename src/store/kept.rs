@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::contact::distance::NEXT;
 use crate::contact::{Bearings, Borne, Excursions, Resultants, System};
 use crate::event::Sample;
-use crate::fem::{Body, Csr, Loads};
+use crate::fem::{Body, Csr, Loads, Probe, Quantity};
 use crate::problem::parts;
 use crate::scenario::{Precision, Scene, Store};
 
@@ -33,6 +33,8 @@ pub struct Kept {
     pub(super) resultants: Resultants,
     /// What adds up the forces of supports and springs.
     pub(super) bearings: Arc<Bearings>,
+    /// What is watched.
+    pub(super) probes: Arc<[Probe]>,
     /// What tells how far parts stray.
     pub(super) excursions: Excursions,
     /// The loads, for what of them goes straight into supports.
@@ -59,13 +61,14 @@ impl Kept {
         // where the contact alone is followed nobody knows what supports bear
         let bearings = if contact_alone { Arc::default() } else { system.bearings.clone() };
         let loads = system.loads.clone();
-        let excursions = Excursions::default();
+        let (probes, excursions) = (system.probes.clone(), Excursions::default());
         Kept {
             body,
             part,
             tangents,
             resultants,
             bearings,
+            probes,
             excursions,
             loads,
             contact_alone,
@@ -83,6 +86,7 @@ impl Kept {
         let single = run.is_some_and(|r| r.precision == Precision::Single);
         // nodes of a group that are held along its normal are no contact, and may be far from it
         let contact_alone = run.is_some_and(|r| r.store == Store::Contact)
+            && system.probes.is_empty()
             && part.as_ref().is_some_and(|p| is_next(p, system));
         let part = part.map(|p| Columns::of(p, &system.body));
         let mut kept = Kept::of(system, part, (contact_alone, single));
@@ -124,7 +128,8 @@ impl Kept {
 
     /// Whether somebody asks for accelerations.
     pub(super) fn takes_accelerations(&self) -> bool {
-        !self.bearings.supports.is_empty()
+        let watches = |p: &Probe| p.quantities.contains(&Quantity::Acceleration);
+        !self.bearings.supports.is_empty() || self.probes.iter().any(watches)
     }
 
     /// What supports and springs bear at a state, and the momenta.

@@ -1,6 +1,5 @@
 //! Reading what this program wrote.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use hdf5::types::{FixedAscii, VarLenUnicode};
@@ -9,9 +8,10 @@ use ndarray::Array2;
 use super::careful::{Careful, open, reading};
 use super::columns::{ENERGY, FRICTION};
 use super::events::{point_of, read_states};
+use super::probes::{self, StoredProbe};
 use super::{StoreError, read_text};
 use crate::contact::States;
-use crate::fem::interpolate::{Cell, elements_at};
+use crate::fem::interpolate::{Cell, elements_at, is_between_surfaces};
 use crate::mesh::{ElementKind, Point, bounds};
 use crate::records::Status;
 use crate::scenario::{BodyKind, Scene};
@@ -79,6 +79,8 @@ pub struct Stored {
     pub rubbed: Option<StoredFriction>,
     /// Forces of contact groups, supports and springs; files of earlier versions have fewer.
     pub forces: Vec<StoredForces>,
+    /// What probes saw.
+    pub probes: Vec<StoredProbe>,
     /// Energies: `kinetic, elastic, external, dissipated, jumps`, …, one column each.
     pub energy: Vec<Vec<f64>>,
     /// Switching times.
@@ -257,6 +259,7 @@ impl Stored {
             active: Array2::zeros((0, n_c)),
             pressure: Array2::zeros((0, n_c)),
             forces: vec![],
+            probes: vec![],
             rubbed: None,
             energy: vec![vec![]; ENERGY.len() - 1],
             switch_t: vec![],
@@ -318,6 +321,7 @@ impl Stored {
                 self.forces.push(StoredForces { kind, names, values });
             }
         }
+        self.probes = probes::read(file)?;
         self.switch_t = switches.dataset("t")?.values()?;
         let nodes: Vec<i64> = switches.dataset("node")?.values()?;
         self.switch_node = nodes.into_iter().map(|i| i as usize).collect();
@@ -445,6 +449,7 @@ impl Stored {
             (self.energy.iter().all(|c| c.len() == rows), "/energy"),
             (self.rubbed.as_ref().is_none_or(|r| r.fits(rows, n_c)), "/energy/friction"),
             (self.forces.iter().all(|f| f.fits(rows)), "/forces"),
+            (self.probes.iter().all(|p| p.fits(rows)), "/probes"),
             (self.switch_node.len() == self.switch_t.len(), "/switches/node"),
             (self.switch_point.len() == self.switch_t.len(), "/switches/active_before"),
             (self.switch_kind.len() == self.switch_t.len(), "/switches/kind"),
@@ -641,16 +646,11 @@ impl Stored {
             let ranges: Vec<String> = (0..axes).map(range).collect();
             return Err(format!("lies in no element; the body reaches over {}", ranges.join(", ")));
         };
-        // neighbours share the nodes of their side, which have all of the weight; bodies that touch, and lips of cracks, do not
-        let own: BTreeSet<usize> = first.iter().map(|(n, _)| *n).collect();
-        let elsewhere = |cell: &Cell| -> f64 {
-            cell.iter().filter(|(n, _)| !own.contains(n)).map(|(_, w)| w.abs()).sum()
-        };
-        if found.iter().any(|cell| elsewhere(cell) > APART) {
+        if is_between_surfaces(&found) {
             let why = "lies where two surfaces touch: give a place inside one of them, or one of their nodes with --nodes";
             return Err(why.into());
         }
-        Ok(first.clone())
+        Ok(first.weights.clone())
     }
 
     /// Whether its body was given by matrices, whose nodes are rows and the ground.
@@ -701,9 +701,6 @@ impl Stored {
         self.held[i].map_or(f64::NAN, |k| table[(row, k)])
     }
 }
-
-/// A share of an interpolation that comes from nodes which the element of a place does not have: beyond it the two are not neighbours.
-const APART: f64 = 0.01;
 
 /// Components of forces below this part of the largest of a kind are rounding.
 const ROUNDING: f64 = 1e-9;

@@ -1,6 +1,7 @@
 //! A stored state as a file keeps it.
 
 use super::kept::Kept;
+use super::probes;
 use crate::contact::{Borne, States, Strayed};
 use crate::event::{Energies, Sample};
 
@@ -16,6 +17,7 @@ pub(super) struct Row {
     pub forces: [Vec<f64>; 2],
     pub borne: Borne,
     pub strayed: Strayed,
+    pub probes: Vec<Vec<f64>>,
     energies: Option<Energies>,
     pub jumps: f64,
 }
@@ -33,6 +35,7 @@ impl Row {
             forces: kept.resultants.of(s.pressure, s.traction),
             borne: kept.borne(s),
             strayed: kept.excursions.of(&kept.body, s.u),
+            probes: probes::values(&kept.probes, s),
             energies: s.energies,
             jumps: s.jumps,
         }

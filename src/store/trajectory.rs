@@ -6,6 +6,7 @@ use super::columns::{
     ENERGY, FORCES, FRICTION, MOMENTA, ROTATIONS, SLIDING, SPRINGS, STATES, SUPPORTS, TRACTIONS,
 };
 use super::kept::Kept;
+use super::probes::Watched;
 use super::row::Row;
 use super::schema::{About, Column, Rows};
 use super::table::{Form, Resume};
@@ -16,6 +17,7 @@ const CHUNK_BYTES: usize = 256 * 1024;
 /// The open tables of the stored states.
 pub(super) struct Trajectory {
     tables: Vec<Rows<Row>>,
+    probes: Watched,
 }
 
 impl Trajectory {
@@ -76,11 +78,15 @@ impl Trajectory {
             tables.push(Rows::create(file, TRACTIONS, &form)?);
             tables.push(Rows::create(file, FRICTION, &plain)?);
         }
-        Ok(Trajectory { tables })
+        Ok(Trajectory { tables, probes: Watched::create(file, kept, chunk)? })
     }
 
     /// Go on with the tables of a file.
-    pub(crate) fn reopen(file: &hdf5::File, place: Resume) -> Result<Self, StoreError> {
+    pub(crate) fn reopen(
+        file: &hdf5::File,
+        kept: &Kept,
+        place: Resume,
+    ) -> Result<Self, StoreError> {
         let tables = [
             STATES, ENERGY, FORCES, SUPPORTS, SPRINGS, MOMENTA, SLIDING, ROTATIONS, TRACTIONS,
             FRICTION,
@@ -88,11 +94,13 @@ impl Trajectory {
         let is_there = |columns: &&'static [Column<Row>]| file.link_exists(columns[0].about.path);
         let reopen = |columns| Rows::reopen(file, columns, place);
         let tables = tables.into_iter().filter(is_there).map(reopen);
-        Ok(Trajectory { tables: tables.collect::<Result<_, _>>()? })
+        let probes = Watched::reopen(file, kept, place)?;
+        Ok(Trajectory { tables: tables.collect::<Result<_, _>>()?, probes })
     }
 
     pub fn push(&mut self, s: &Row) {
         self.tables.iter_mut().for_each(|t| t.push(s));
+        self.probes.push(&s.probes);
     }
 
     /// Whether a chunk is complete.
@@ -102,11 +110,12 @@ impl Trajectory {
 
     /// Bytes of all rows that wait.
     pub(crate) fn waiting_bytes(&self) -> u64 {
-        self.tables.iter().map(Rows::waiting_bytes).sum()
+        self.tables.iter().map(Rows::waiting_bytes).sum::<u64>() + self.probes.waiting_bytes()
     }
 
     /// Append all rows that wait.
     pub fn append(&mut self) -> Result<(), StoreError> {
-        self.tables.iter_mut().try_for_each(Rows::append)
+        self.tables.iter_mut().try_for_each(Rows::append)?;
+        self.probes.append()
     }
 }

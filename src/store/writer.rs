@@ -143,11 +143,12 @@ impl Writer {
             let keeps = was_left.is_some_and(|s| s == Status::Interrupted.to_string());
             let [of_states, of_switches, of_grazings] =
                 checkpoint.rows.map(|rows| Resume { rows, keeps });
-            let trajectory = Trajectory::reopen(&file, of_states)?;
+            let kept = Arc::new(Kept::of_run(scene, system));
+            let trajectory = Trajectory::reopen(&file, &kept, of_states)?;
             write_text(&file, "status", &Status::Running.to_string())?;
             let events = Events::reopen(&file, of_switches, of_grazings)?;
             let writer = Writer {
-                kept: Arc::new(Kept::of_run(scene, system)),
+                kept,
                 trajectory,
                 events,
                 flushed: Instant::now(),

@@ -22,7 +22,7 @@ use super::rest::Rest;
 use super::scratch::Scratch;
 use super::site::{self, Site};
 use super::states::{PointState, States};
-use crate::fem::{Body, Csr, Harmonic, Kernel, Loads, Measured, Reduction};
+use crate::fem::{Body, Csr, Harmonic, Kernel, Loads, Measured, Probe, Reduction};
 
 /// What a scene says of the contact points that a body's numbering has.
 #[derive(Debug, Clone, Default)]
@@ -67,6 +67,8 @@ pub struct System {
     pub units: Units,
     /// What holds the body.
     pub bearings: Arc<Bearings>,
+    /// What is watched of its motion.
+    pub probes: Arc<[Probe]>,
     /// The equilibrium that modes, amplitudes and energies are told around, where that is asked for.
     pub(super) rest: Option<Arc<Rest>>,
     method: Arc<dyn Method>,
@@ -216,6 +218,7 @@ impl System {
         system.damping = self.damping;
         // rows over the displacements of the mesh
         system.bearings = self.bearings.clone();
+        system.probes = self.probes.iter().map(|p| p.reduced(reduction)).collect();
         system.dampers = self.dampers.as_ref().map(|d| Arc::new(d.reduced(reduction)));
         let loads = system.loads_mut();
         loads.constant = self.loads.constant.as_ref().map(|f| reduction.load(f));
@@ -243,6 +246,7 @@ impl System {
             dampers: None,
             loads: Arc::default(),
             bearings: Arc::default(),
+            probes: Arc::default(),
             units,
             rest: None,
             kernel: Arc::new(Kernel::new(&body.stiffness)),

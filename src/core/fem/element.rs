@@ -134,6 +134,37 @@ impl Shape<'_> {
         material.stiffness() * s.strain(self.kind.dim(), material.is_radial())
     }
 
+    /// Elastic energies of displacements, twice: as they are, and what modes `1 − ξ_c²` inside the element would take off, `rᵀH⁻¹r` with `r = ∫GᵀDε`, `H = ∫GᵀDG`,
+    /// `G = (det J₀/det J) J₀⁻ᵀ∇(1 − ξ_c²)` (Wilson's incompatible modes, in the form of Taylor, Beresford and Wilson).
+    pub fn energy_and_relief(&self, material: &Material, u: &[f64]) -> [f64; 2] {
+        let dim = self.kind.dim();
+        let centre = self.at(shape::centre(self.kind));
+        // ∂ξ_c/∂x, from the gradients of the shape functions: ξ = Σ φ_a ξ_a
+        let corners = shape::places(self.kind);
+        let axis = |c: usize| weighted(corners.iter().map(|l| l[c]), centre.gradients.iter());
+        let axes: Vec<Point> = (0..dim).map(axis).collect();
+        let d = material.stiffness();
+        let u = nalgebra::DVector::from_column_slice(u);
+        let (mut r, mut h) =
+            (nalgebra::DVector::zeros(dim * dim), nalgebra::DMatrix::zeros(dim * dim, dim * dim));
+        let mut energy = 0.0;
+        for (local, weight) in shape::rule(self.kind, Integrand::Stiffness, false) {
+            let s = self.at(local);
+            let volume = weight * s.det * material.measure(s.radius);
+            let strain = s.strain(dim, false) * &u;
+            let scaled = centre.det / s.det;
+            let gradients = (0..dim).map(|c| axes[c].map(|x| -2.0 * local[c] * scaled * x));
+            let g = Station { values: vec![0.0; dim], gradients: gradients.collect(), ..s }
+                .strain(dim, false);
+            let stress = d * &strain;
+            energy += volume * strain.dot(&stress);
+            r += g.transpose() * &stress * volume;
+            h += g.transpose() * (d * &g) * volume;
+        }
+        let relief = h.cholesky().map_or(0.0, |h| r.dot(&h.solve(&r)));
+        [energy, relief]
+    }
+
     /// Points of quadrature on a side.
     pub fn side(&self, side: usize) -> Vec<OnSide> {
         let nodes = self.kind.side(side);

@@ -74,10 +74,21 @@ fn cells_at(
     points.iter().zip(inside).map(cell).collect()
 }
 
-/// The elements that a place lies in, each with its nodes and their weights there; where it lies in none, the one that it is nearest to by a hair.
-pub fn elements_at(place: &Point, nodes: &[Point], elements: &Cells) -> Vec<Cell> {
-    let mut found: Vec<(f64, Cell)> = vec![];
-    for (kind, own) in elements {
+/// An element that a place lies in.
+#[derive(Debug, Clone)]
+pub struct Inside {
+    /// Which one.
+    pub element: usize,
+    /// The place in it.
+    pub local: Local,
+    /// Its nodes, with their weights there.
+    pub weights: Cell,
+}
+
+/// The elements that a place lies in; where it lies in none, the one that it is nearest to by a hair.
+pub fn elements_at(place: &Point, nodes: &[Point], elements: &Cells) -> Vec<Inside> {
+    let mut found: Vec<(f64, Inside)> = vec![];
+    for (element, (kind, own)) in elements.iter().enumerate() {
         let x: Vec<Point> = own.iter().map(|&n| nodes[n]).collect();
         let [low, high] = bounds(&x);
         let size = (0..3).fold(0.0f64, |m, c| m.max(high[c] - low[c]));
@@ -87,13 +98,27 @@ pub fn elements_at(place: &Point, nodes: &[Point], elements: &Cells) -> Vec<Cell
         let Some(local) = local_of(*kind, &x, place) else { continue };
         let off = shape::outside(*kind, local);
         if off <= EDGE {
-            found.push((off, own.iter().copied().zip(shape::values(*kind, local)).collect()));
+            let weights = own.iter().copied().zip(shape::values(*kind, local)).collect();
+            found.push((off, Inside { element, local, weights }));
         }
     }
     // curved sides are cut off by straight ones: what lies inside some element lies on no edge of another
     let inside = found.iter().any(|(off, _)| *off <= WITHIN);
-    found.into_iter().filter(|(off, _)| !inside || *off <= WITHIN).map(|(_, cell)| cell).collect()
+    found.into_iter().filter(|(off, _)| !inside || *off <= WITHIN).map(|(_, of)| of).collect()
 }
+
+/// Whether surfaces that touch, or the lips of a crack, meet where these elements do. Neighbours share the nodes of their side, which have all of the weight.
+pub fn is_between_surfaces(found: &[Inside]) -> bool {
+    let Some(first) = found.first() else { return false };
+    let is_own = |n: usize| first.weights.iter().any(|(own, _)| *own == n);
+    let elsewhere = |of: &Inside| -> f64 {
+        of.weights.iter().filter(|(n, _)| !is_own(*n)).map(|(_, w)| w.abs()).sum()
+    };
+    found.iter().any(|of| elsewhere(of) > APART)
+}
+
+/// A share of an interpolation that comes from nodes which the element of a place does not have: beyond it the two are not neighbours.
+const APART: f64 = 0.01;
 
 /// How far outside, in local coordinates, a place that somebody wrote down may lie.
 const EDGE: f64 = 1e-3;

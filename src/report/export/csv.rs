@@ -45,6 +45,12 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
             let _ = write!(out, ",{}", quoted(&format!("{kind}{axis}[{name}]")));
         }
     }
+    for of in &stored.probes {
+        for component in &of.components {
+            let column = format!("{}_{component}[{}]", of.quantity.name(), of.name);
+            let _ = write!(out, ",{}", quoted(&column));
+        }
+    }
     let axes = &["x", "y", "z"][..components(stored).min(3)];
     for point in points {
         for of in ["u", "v"] {
@@ -65,7 +71,8 @@ fn states(stored: &Stored, rows: &[usize], points: &[Followed]) -> String {
             let (u, p) = (stored.contact_displacement(row, i), stored.pressure[(row, i)]);
             let _ = write!(out, ",{},{},{}", number(u), number(p), stored.active[(row, i)]);
         }
-        for force in stored.forces.iter().flat_map(|of| of.values.row(row)) {
+        let of_forces = stored.forces.iter().flat_map(|of| of.values.row(row));
+        for force in of_forces.chain(stored.probes.iter().flat_map(|of| of.values.row(row))) {
             // a scheme may know no accelerations, and not what supports bear
             let known = Some(*force).filter(|f| !f.is_nan()).map(number);
             let _ = write!(out, ",{}", known.unwrap_or_default());

@@ -48,6 +48,7 @@ pub(crate) fn run_text(
     lcp_check(&mut out, report);
     work(&mut out, (scene, system), report, wall_s);
     forces(&mut out, &said["forces"]);
+    probes(&mut out, &said["probes"]);
     out.0
 }
 
@@ -416,5 +417,28 @@ fn forces(out: &mut Lines, all: &Value) {
             significant(size, 6)
         );
         out.line(head, text);
+    }
+}
+
+/// The largest of what probes saw, by quantity.
+fn probes(out: &mut Lines, all: &Value) {
+    let number = |v: &Value| v.as_f64().unwrap_or(f64::NAN);
+    let list = |v: &Value| v.as_array().cloned().unwrap_or_default();
+    let mut head = "probe";
+    for of in list(all) {
+        let (largest, t, names) = (list(&of["largest"]), list(&of["t"]), list(&of["components"]));
+        let most = (0..largest.len())
+            .max_by(|&a, &b| number(&largest[a]).abs().total_cmp(&number(&largest[b]).abs()));
+        let Some(most) = most else { continue };
+        let text = format!(
+            "\"{}\": {} {} reaches {} (at t = {})",
+            of["name"].as_str().unwrap_or_default(),
+            of["quantity"].as_str().unwrap_or_default(),
+            names[most].as_str().unwrap_or_default(),
+            significant(number(&largest[most]), 6),
+            significant(number(&t[most]), 6)
+        );
+        out.line(head, text);
+        head = "";
     }
 }
